@@ -11,6 +11,7 @@ from harness.faults.fault_cell import SET_UPS, FaultCell
 from harness.faults.rows import Row
 from harness.ros import Ros
 from harness.storm.crew import Crew, crew
+from harness.storm.rules.effects import EFFECTS
 from harness.storm.rules.monitor import timeline
 from harness.storm.storm import STORM, Scene, Storm, summed
 from harness.workspace import ROOT
@@ -98,7 +99,7 @@ class _Storms:
 
     def rows(self) -> list[Row]:
         """Return how often each rule was broken in all scenes."""
-        played = sum(row.metric == "deeds sent" for row in self._rows)
+        played = sum(row.metric == EFFECTS[0].name + " [times]" for row in self._rows)
         return [
             *summed(self._rows),
             Row(STORM, "scenes played", 1.0, float(played), at_least=True),

@@ -18,9 +18,10 @@ from harness.storm.crew import Crew
 from harness.storm.deeds import DEEDS
 from harness.storm.hands import Attempt
 from harness.storm.names import KINDS, READY_S
+from harness.storm.rules.effects import EFFECTS
 from harness.storm.rules.history import History, Violation
 from harness.storm.rules.monitor import NAMES, evidence, judge, stood_still
-from harness.storm.scenes import SECONDS, Step, draw
+from harness.storm.scenes import SECONDS, Step, draw, opening
 
 THREADS = 24
 RECOVERS_S = 60.0
@@ -29,7 +30,7 @@ STEP_S = 0.3
 WATCHED_S = 1.0
 """Whoever were to move at the end of a scene does so within this."""
 ENDS_S = 30.0
-"""A deed has ended so long after the pair is IDLE again."""
+"""A fault has ended within this."""
 FRESH_S = 0.5
 STORM, MACHINE = "storm", "storm, while the machine itself stood still"
 WAYS_OUT = {"FAULT": "RESET", "ESTOP": "RESET", "STOPPED": "ALIGN", "PAUSED": "STOP"}
@@ -65,8 +66,22 @@ class Scene:
             for name in NAMES
             if name in excused
         ]
-        sent = float(len(self.history.deeds))
-        return [*rows, Row(STORM, "deeds sent", 1.0, sent, at_least=True)]
+        return [*rows, *self._effects()]
+
+    def _effects(self) -> list[Row]:
+        """Return how often what the scene was played for has happened: at least once each."""
+        struck = any(step.name not in KINDS for step in self.steps)
+        played = {"any", opening(self.seed, self.number), *(["struck"] if struck else [])}
+        return [
+            Row(
+                STORM,
+                f"{effect.name} [times]",
+                float(effect.played in played),
+                float(effect.count(self.history)),
+                at_least=True,
+            )
+            for effect in EFFECTS
+        ]
 
     def text(self) -> str:
         """Return each violation with its seed, scene and evidence."""
@@ -102,7 +117,8 @@ class Storm:
             wait(struck, ENDS_S)
             died = self._crew.start_the_dead()
             unrecovered = self._recover()
-            wait(running, ENDS_S)
+        for each in running:
+            each.result()  # a deed or fault that has failed itself is no storm
         if not unrecovered:
             self._crew.hands.release_control()
         time.sleep(WATCHED_S)
@@ -188,10 +204,10 @@ def scenes(crew: Crew, seed: int, seconds: float, first: int = 0) -> Iterator[Sc
 
 
 def summed(rows: list[Row]) -> list[Row]:
-    """Return the rows with the same name as one: what was counted is added up."""
+    """Return the rows with the same name as one: counts and limits are added up."""
     found: dict[tuple[str, str], Row] = {}
     for row in rows:
         key = (row.fault, row.metric)
-        more = found[key].measured if key in found else 0.0
-        found[key] = replace(row, measured=row.measured + more)
+        limit, more = (found[key].limit, found[key].measured) if key in found else (0.0, 0.0)
+        found[key] = replace(row, limit=row.limit + limit, measured=row.measured + more)
     return list(found.values())

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import queue
+import signal
 import threading
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
+from pathlib import Path
 
 from harness.faults.fault_cell import FaultCell
 from harness.storm.rules.history import Strike
@@ -79,6 +81,7 @@ class Strikes:
         """Break nothing yet."""
         self._cell = cell
         self._lock = threading.Lock()
+        self._seen = False
         self.done: list[Strike] = []
         self.births: dict[str, list[float]] = {"real": [], "twin": []}
         self.down: set[str] = set()
@@ -95,8 +98,9 @@ class Strikes:
         }
         with self._lock:
             begun = time.time()
+            self._seen = False
             grace = actions[kind](*arguments)
-            self.done.append(Strike(f"{kind} {words}", begun, time.time(), grace))
+            self.done.append(Strike(f"{kind} {words}", begun, time.time(), grace, self._seen))
 
     def forget(self) -> None:
         """Begin a new scene."""
@@ -108,13 +112,16 @@ class Strikes:
         self.down.add(node)
         self._cell.stop(node)
         time.sleep(seconds)
+        self._seen = self._stands(node)
         self._cell.go_on(node)
         self.down.discard(node)
         return GRACE.get(node, {})
 
     def _kill(self, node: str, seconds: float) -> Mapping[str, float]:
         self.down.add(node)
+        killed = self._cell.processes[node]
         self._cell.kill(node)
+        self._seen = killed.poll() == -signal.SIGKILL
         if node in STARTS:
             self.births[STARTS[node]].append(time.time())
         time.sleep(seconds)
@@ -124,6 +131,7 @@ class Strikes:
 
     def _line(self, which: str, how: str, seconds: float) -> Mapping[str, float]:
         relay = self._cell.modbus if which == "modbus" else self._cell.web
+        self._seen = relay.connections() > 0
         if how == "cut":
             relay.cut(seconds > 0.05)
         elif how == "slow":
@@ -138,6 +146,7 @@ class Strikes:
 
     def _clock(self, step_ms: float, seconds: float) -> Mapping[str, float]:
         """Put the robot's clock, and put it back."""
+        self._seen = self._cell.modbus.connections() > 0
         self._cell.modbus.disturb(ClockStep(int(step_ms)))
         time.sleep(seconds)
         self._cell.modbus.heal()
@@ -149,6 +158,15 @@ class Strikes:
         for node in nodes:
             self._cell.stop(node)
         time.sleep(seconds)
+        self._seen = all(map(self._stands, nodes))
         for node in nodes:
             self._cell.go_on(node)
         return BOTH
+
+    def _stands(self, node: str) -> bool:
+        """Return whether the kernel says that a node's process is stopped."""
+        status = Path(f"/proc/{self._cell.processes[node].pid}/stat")
+        try:
+            return status.read_text(encoding="utf-8").rpartition(")")[2].split()[0] == "T"
+        except FileNotFoundError:  # it has ended
+            return False

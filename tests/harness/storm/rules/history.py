@@ -52,12 +52,17 @@ class Deed:
 
 @dataclass(frozen=True)
 class Strike:
-    """One fault: ``grace`` says for each side it touches how much longer [s] that may take."""
+    """One fault.
+
+    Attributes: grace: For each side it touches how much longer [s] that may take. seen: Whether
+    what it shall break was seen broken: a process that stands or has ended, a line in use.
+    """
 
     name: str
     begun: float
     ended: float
     grace: Mapping[str, float] = field(default_factory=dict)
+    seen: bool = True
 
 
 @dataclass(frozen=True)

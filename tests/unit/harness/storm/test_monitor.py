@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import ast
 import dataclasses
+import time
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import harness.storm.rules
+import pytest
+from harness.storm import storm
 from harness.storm.rules.history import Decided
 from harness.storm.rules.literal import history, motion, moving, stop
 from harness.storm.rules.monitor import NAMES, evidence, judge, stood_still
+from harness.storm.scenes import Step
 from harness.storm.storm import MACHINE, STORM, Scene, summed
 
 BROKEN = history(
@@ -47,11 +54,40 @@ def test_machine_that_stood_still_is_told_apart_and_never_hidden() -> None:
 
 
 def test_rows_of_scenes_are_added_up() -> None:
-    """What broke a rule twice is counted twice."""
-    rows = summed(2 * Scene(0, 0, [], BROKEN, judge(BROKEN)).rows())
-    counted = {row.metric: row.measured for row in rows}
-    assert counted[f"{NAMES[0]} [times]"] == 2.0 and counted["deeds sent"] == 4.0
-    assert [row.metric for row in rows if not row.holds] == [f"{NAMES[0]} [times]"]
+    """What broke a rule twice is counted twice, and two scenes need two effects."""
+    rows = {row.metric: row for row in summed(2 * Scene(0, 0, [], BROKEN, judge(BROKEN)).rows())}
+    assert rows[f"{NAMES[0]} [times]"].measured == 2.0
+    moves = rows["a command moves a side [times]"]
+    assert moves.measured == moves.limit == 2.0
+
+
+@pytest.mark.parametrize(("error", "raised"), [(TypeError, True), (ConnectionError, False)])
+def test_deed_that_fails_by_itself_ends_the_storm(
+    monkeypatch: pytest.MonkeyPatch, error: type[Exception], raised: bool
+) -> None:
+    """A door that is broken does not: that is what a storm is for."""
+
+    def fail(*_: object) -> None:
+        raise error("a deed")
+
+    state = SimpleNamespace(header=SimpleNamespace(stamp=SimpleNamespace(to_sec=time.time)))
+    wire = SimpleNamespace(heal=lambda: None)
+    crew: Any = SimpleNamespace(
+        cell=SimpleNamespace(modbus=wire, web=wire, processes={}, states=[state], mode="IDLE"),
+        strikes=SimpleNamespace(forget=lambda: None, done=[], births={}, down=set()),
+        hands=SimpleNamespace(release_control=lambda: None),
+        observer=SimpleNamespace(history=lambda begun, **known: history()),
+        start_the_dead=list,
+        deaths=list,
+    )
+    monkeypatch.setattr(storm, "draw", lambda *_: [Step(0.0, "STOP")])
+    monkeypatch.setattr(storm, "WATCHED_S", 0.0)
+    monkeypatch.setitem(storm.DEEDS, "STOP", fail)
+    for name in ("release buttons", "pendant override"):
+        monkeypatch.setitem(storm.DEEDS, name, lambda hands, attempt, *_: attempt.close(True, ""))
+    monkeypatch.setitem(storm.DEEDS, "SPEED", lambda *_: None)
+    with pytest.raises(error) if raised else nullcontext():
+        assert storm.Storm(crew).play(0, 0).violations == []
 
 
 def test_monitor_shares_no_code_with_what_it_judges() -> None:
