@@ -211,6 +211,7 @@ def page_jog(hands: Hands, attempt: Attempt, name: str, part: float, seconds: fl
         attempt.mark()
         hands.page.send(hold=press, **fields)
     hands.page.send(release=press)
+    attempt.said = hands.page.refused.get(press, "")
 
 
 @deed("pendant program")

@@ -86,6 +86,7 @@ class Page:
         cell.processes["operator_panel"] = self._panel.process
         self._presses = 0
         self._stopped: dict[int, Any] = {}
+        self.refused: dict[int, str] = {}
         self._live: ClientConnection | None = None
         self._doors = contextlib.ExitStack()
         self._lock = threading.Lock()
@@ -133,6 +134,8 @@ class Page:
                 packet = json.loads(text)
                 if "stopped" in packet:
                     self._stopped[packet["stopped"]["press"]] = packet["stopped"]
+                elif "refused" in packet:
+                    self.refused[packet["refused"]["press"]] = packet["refused"]["why"]
         with self._lock:
             if self._live is live:
                 self._live = None

@@ -60,6 +60,12 @@ def _jog(rng: Random) -> Arguments:
     return (rng.choice(JOINTS), part, round(rng.uniform(0.1, 1.0), 2))
 
 
+def _page_jog(rng: Random) -> Arguments:
+    """Draw a joint, a part of its speed that the page may ask for, mostly, and how long [s]."""
+    name, _, seconds = _jog(rng)
+    return (name, rng.choice((-0.1, 0.1, -0.03, 0.02, 0.3)), seconds)
+
+
 def _program(rng: Random) -> Arguments:
     return (rng.choice(("2", "3")),)
 
@@ -103,7 +109,7 @@ MOTIONS = (
     Name("gateway MOVE", "motion", _point),
     Name("gateway move_to", "motion", _point),
     Name("gateway jog", "motion", _jog),
-    Name("page jog", "motion", _jog),
+    Name("page jog", "motion", _page_jog),
     Name("pendant program", "motion", _program),
 )
 STOPS = (

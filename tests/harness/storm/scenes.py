@@ -14,6 +14,7 @@ from random import Random
 
 from harness.storm.names import (
     DEAF,
+    JOINTS,
     LEADS_ON,
     MOTIONS,
     NODES,
@@ -67,10 +68,9 @@ def draw(seed: int, scene: int, seconds: float = SECONDS) -> list[Step]:
         at = _stalled(rng, 0.3, steps, NODES[(5 * seed + scene // 2) % len(NODES)])
     else:
         at = _page(rng, 0.3, steps) if first == "page" else _deaf(rng, 0.3, steps)
-    back = 1.0
+    at = _ordinary(rng, _sure(rng, at, steps), steps)
     while at < seconds - 3.0:
-        at = _phrase(rng, at, steps, back)
-        back = 0.7
+        at = _phrase(rng, at, steps)
     return sorted(_few_kills(steps), key=lambda step: step.at)
 
 
@@ -91,13 +91,12 @@ def _page(rng: Random, at: float, steps: list[Step]) -> float:
 
     Behind it the pair is idle, so that nothing but control keeps the stranger off.
     """
-    name, part, _ = arguments(rng, "page jog", 0.6)
+    name, part = rng.choice(JOINTS), rng.choice((-0.1, 0.1))
     steps.append(Step(at, "page jog", (name, part, 0.6)))
-    steps.append(Step(round(at + 0.7, 3), "page jog", (name, -float(part), 0.6)))
+    steps.append(Step(round(at + 0.7, 3), "page jog", (name, -part, 0.6)))
     for later in (rng.uniform(0.3, 1.2), 2.4):
-        steps.append(
-            Step(round(at + later, 3), "gateway MOVE", arguments(rng, "gateway MOVE", 0.0))
-        )
+        there = (0.5, round(rng.uniform(-0.2, 0.2), 3), 0.1, 30.0)  # can be reached
+        steps.append(Step(round(at + later, 3), "gateway MOVE", there))
     steps.append(Step(round(at + 3.0, 3), rng.choice(WHOLE)))
     return at + 3.5
 
@@ -111,17 +110,29 @@ def _deaf(rng: Random, at: float, steps: list[Step]) -> float:
     return at + DEAF_S + 0.5
 
 
-def _phrase(rng: Random, at: float, steps: list[Step], back: float) -> float:
+def _back(rng: Random, at: float, steps: list[Step]) -> float:
+    """Append what leads back to IDLE, without which most commands would be refused."""
+    for name in WAY_BACK:
+        _add(rng, at, (name,), steps)
+        at += 0.3
+    return at + rng.uniform(0.1, 1.0)
+
+
+def _sure(rng: Random, at: float, steps: list[Step]) -> float:
+    """Append a way back and a motion that both sides have far to go for."""
+    at = _back(rng, at, steps)
+    steps.append(Step(round(at, 3), "MOVE_JOINTS", arguments(rng, "MOVE_JOINTS", 0.0)))
+    return at + 0.4
+
+
+def _phrase(rng: Random, at: float, steps: list[Step]) -> float:
     """Append motion, fault, stop, silence and release from ``at`` on; return where it ends.
 
-    Most phrases, a part ``back`` of them, begin with what leads back to IDLE, else most commands
-    would be refused. Some are a standstill or a program that hears of no stop.
+    Most phrases begin with what leads back to IDLE. Some are a standstill or a program that hears
+    of no stop.
     """
-    if rng.random() < back:
-        for name in WAY_BACK:
-            _add(rng, at, (name,), steps)
-            at += 0.3
-        at += rng.uniform(0.1, 1.0)
+    if rng.random() < 0.7:
+        at = _back(rng, at, steps)
     kind = rng.random()
     if kind < 0.2:
         return _stalled(rng, at, steps, rng.choice(NODES))

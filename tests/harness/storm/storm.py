@@ -167,7 +167,11 @@ class Storm:
         deadline = time.monotonic() + RECOVERS_S
         released = False
         while time.monotonic() < deadline:
-            released = released or self._released()
+            if not released and self._released():
+                released = True
+                # An idle pair may have a twin whose own side has paused it: it would not move.
+                self._do("STOP")
+                continue
             if released and self._led_on():
                 self._do("SPEED", 100.0)
                 return ""

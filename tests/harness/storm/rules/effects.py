@@ -9,7 +9,7 @@ from harness.storm.names import DEAF, WHOLE
 from harness.storm.rules.history import SIDES, Deed, History
 from harness.storm.rules.pair import STRANGERS, held
 from harness.storm.rules.reading import between, lives, way
-from harness.storm.rules.stops import COUNTS, ENDED, LATE_S, next_command
+from harness.storm.rules.stops import ENDED, LATE_S, SETTLES, next_command
 
 MOVES_S = 1.0
 """A command that is accepted moves a side within this."""
@@ -32,7 +32,7 @@ def _moves(history: History, deed: Deed) -> bool:
     for side in SIDES:
         for life in lives(history, side):
             rows = between(life, deed.sent, deed.until + MOVES_S)
-            if way(rows, history.joints)[0] > COUNTS:
+            if way(rows, history.joints)[0] > SETTLES:
                 return True
     return False
 
