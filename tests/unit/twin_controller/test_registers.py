@@ -83,6 +83,16 @@ def test_a_state_block_is_decoded_in_si_in_the_order_of_the_profile() -> None:
     assert sample.outputs == {"cmdenbl", "sysrdy", "progrun", "busy"}
 
 
+def test_a_robot_that_takes_nothing_ahead_shows_an_empty_ring() -> None:
+    """Its map knows no ring, and the state block ends before it."""
+    registers = {k: v for k, v in LAYOUT.holding_registers.items() if not k.startswith("ring_")}
+    codec = RegisterCodec(msgspec.structs.replace(LAYOUT, holding_registers=registers), ROBOT)
+    assert codec.ring is None
+    sample = codec.decode_sample(state_words()[: codec.state.count], SIGNALS)
+    assert (sample.ring_places, sample.ring_read, sample.ring_underruns) == (0, 0, 0)
+    assert sample.command_echo == 0
+
+
 @pytest.mark.parametrize(
     ("words", "signals", "text"),
     [

@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 import pytest
+from harness.workspace import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
-from scara_config.modbus_map import CommandWord, SignalCode
-from twin_controller.modbus.signalling import CommandLostError, CommandQueue, following, patience
+from scara_config.modbus_map import CommandWord, SignalCode, load_modbus_map
+from twin_controller.modbus.signalling import (
+    CommandLostError,
+    CommandQueue,
+    following,
+    may_write_signal,
+    patience,
+    signal_names,
+)
 
 WORD = CommandWord(
     "command",
@@ -64,6 +72,23 @@ def test_an_unconfirmed_command_is_repeated_with_its_number_then_given_up() -> N
         commands.next(1.0)
     after = commands.next(1.1)
     assert after is not None and after.code == 4
+
+
+@pytest.mark.parametrize(
+    ("robot", "name", "allowed"),
+    [
+        ("fanuc_sr6ia", "hold", True),
+        ("fanuc_sr6ia", "rsr2", False),
+        ("articulated_six", "hold", True),
+    ],
+)
+def test_a_signal_is_written_where_the_map_marks_it_or_has_a_command_for_it(
+    robot: str, name: str, allowed: bool
+) -> None:
+    """A coil that is not marked belongs to somebody else."""
+    layout = load_modbus_map(ROOT / "config" / "robots" / robot)
+    assert name in signal_names(layout)
+    assert may_write_signal(layout, name) is allowed
 
 
 def test_the_end_of_a_pulse_is_no_command() -> None:

@@ -72,8 +72,13 @@ class RegisterCodec:
         self.program = program_block(layout)
         self.alarm = alarm_block(layout)
         check_axes(layout, robot)
-        self._outputs = {name: bit.offset for name, bit in layout.discrete_inputs.items()}
         self.outputs = outputs_block(layout)
+        # Where each signal stands in the answer to ``outputs``.
+        self._outputs = {
+            name: bit.offset - self.outputs.offset
+            for name, bit in layout.discrete_inputs.items()
+            if self.outputs is not None
+        }
 
     def decode_sample(
         self,
@@ -273,8 +278,7 @@ class RegisterCodec:
         if self._status is not None:
             _, (word,) = self._take(self._status.register, words, None)
             return frozenset(name for name, bit in self._status.bits.items() if word >> bit & 1)
-        first = self.outputs.offset if self.outputs else 0
-        return frozenset(name for name, offset in self._outputs.items() if bits[offset - first])
+        return frozenset(name for name, place in self._outputs.items() if bits[place])
 
     def _text(self, name: str, words: Sequence[int], block: Block) -> str:
         if name not in self._registers:

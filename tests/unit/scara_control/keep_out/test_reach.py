@@ -76,6 +76,18 @@ def test_what_is_judged_does_not_depend_on_it(
     assert free_part(SETUP.points, zones, *ends) == free_part(unknown, zones, *ends)
 
 
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_zone_that_is_far_along_one_axis_is_out_of_reach(axis: int, side: float) -> None:
+    """However wide it is along the others."""
+    tool = next(point for point in SETUP.points if point.name == "tool")
+    low, high = [-9000.0] * 3, [9000.0] * 3
+    low[axis], high[axis] = sorted((side * 2000.0, side * 9000.0))
+    far = KeepOut("far", tuple(low), tuple(high))
+    assert tool.rates is not None
+    assert not may_reach(tool.model, tool.rates, (0.0, 0.0, -0.1), (0.1, 0.1, 0.1), [far])
+
+
 def test_a_number_that_is_none_is_looked_at_closely() -> None:
     """Nothing is left out for a position that is not known."""
     tool = next(point for point in SETUP.points if point.name == "tool")

@@ -6,6 +6,7 @@ Nothing slips between two samples, and who is inside may only leave.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -13,7 +14,10 @@ import pytest
 from harness.pair import HOME, SETUP
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 from scara_config import KeepOut
+from scara_control.keep_out import zones
+from scara_control.keep_out.points import FloatArray, WatchedPoint, all_positions
 from scara_control.keep_out.zones import entered, first_hit, free_part, heads_into, judge_way
 
 POINTS = SETUP.points
@@ -200,13 +204,50 @@ def test_a_zone_that_only_the_arcs_bulge_enters_is_found(half_sweep: float) -> N
 
 @pytest.mark.parametrize("half_sweep", [0.3, 0.6, 0.74, 0.79, 1.2, 2.4])
 @pytest.mark.parametrize("pieces", [1, 2, 3, 8, 9])
+@pytest.mark.parametrize("quarter", range(4))
 def test_the_quick_look_sees_a_zone_that_only_a_bulge_enters(
-    pieces: int, half_sweep: float
+    pieces: int, half_sweep: float, quarter: int
 ) -> None:
     """To and fro past a pillar that the arc enters by 2 mm, half way between two corners."""
-    corners = [((-1) ** k * half_sweep, 0.0, -0.1, 0.0) for k in range(pieces + 1)]
-    pillar = KeepOut("pillar", (648.0, -3.0, -1000.0), (700.0, 3.0, 1000.0))
+    middle = quarter * math.pi / 2.0
+    corners = [(middle + (-1) ** k * half_sweep, 0.0, -0.1, 0.0) for k in range(pieces + 1)]
+    ahead = np.round((math.cos(middle), math.sin(middle), 0.0))
+    half = np.abs(ahead) * 26.0 + (1.0 - np.abs(ahead)) * 3.0
+    half[2] = 1000.0
+    low, high = 674.0 * ahead - half, 674.0 * ahead + half
+    pillar = KeepOut("pillar", tuple(low.tolist()), tuple(high.tolist()))
     assert "pillar" in heads_into(POINTS, [pillar], *corners)
+
+
+@pytest.mark.parametrize("turn", [0.1, 0.7, 4.0])
+@pytest.mark.parametrize("pieces", [1, 3, 8])
+def test_a_way_is_looked_at_no_more_closely_than_it_has_to_be(
+    pieces: int, turn: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """This is done at each sample: few places far from zones, near one those of its length."""
+    places: list[int] = []
+
+    def counted(points: Sequence[WatchedPoint], q: FloatArray) -> FloatArray:
+        places.append(len(q))
+        return all_positions(points, q)
+
+    monkeypatch.setattr(zones, "all_positions", counted)
+    corners = [((-1) ** k * 0.5 * turn, 0.0, -0.1, 0.0) for k in range(pieces + 1)]
+    unknown = [replace(point, rates=None) for point in POINTS]
+    far = KeepOut("far", (5000.0, 5000.0, 5000.0), (6000.0, 6000.0, 6000.0))
+    assert not heads_into(unknown, [far], *corners)
+    assert sum(places) <= max(8 + pieces, pieces * (1.0 + turn / 1.5)) + 1
+    places.clear()
+    near = KeepOut("near", (648.0, -3.0, -1000.0), (700.0, 3.0, 1000.0))
+    assert heads_into(unknown, [near], *corners)
+    length = 0.65 * turn * pieces
+    assert max(places) <= 1.5 * length / 0.01 + 8 + 2 * pieces
+
+
+def test_a_way_within_a_zone_is_free_to_its_end() -> None:
+    """Who is in a zone may leave it, and this one has not come out yet."""
+    around = KeepOut("around", (-1000.0, -1000.0, -1000.0), (1000.0, 1000.0, 1000.0))
+    assert free_part(POINTS, [around], (0.0, 0.0, -0.1, 0.0), (0.5, 0.0, -0.1, 0.0)) == 1.0
 
 
 @pytest.mark.parametrize("angle", [0.3, 0.9, 1.5])

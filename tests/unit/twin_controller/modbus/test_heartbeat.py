@@ -60,6 +60,7 @@ def test_what_stands_there_before_our_first_beat_is_nobodys() -> None:
     echo, stranger = heard(echo, 4711, 5)
     assert not stranger
     assert heard(echo, 4712, 5)[1] and not heard(echo, 2, 5)[1]
+    assert heard(echo, MOST, 5)[1] and heard(echo, 0, 5)[1]
 
 
 def test_a_second_controller_that_counts_alike_is_noticed_too() -> None:
