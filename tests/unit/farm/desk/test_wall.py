@@ -114,6 +114,16 @@ def test_a_row_tells_who_has_looked_at_some_of_its_alarms() -> None:
     )
 
 
+def test_a_row_says_when_the_first_of_its_shelved_alarms_comes_back() -> None:
+    """Not before and not later: then it asks again."""
+    book = AlarmBook()
+    for k, (cell, hours) in enumerate(((CELLS[2], 2.0), (CELLS[3], 1.0))):
+        book.told(str(cell), alarm(k + 1, "real", "R[5] is slow"))
+        book.read(book.shelve(f"{cell}: real", "ben@desk", 60.0, hours * 3600.0, "a part comes"))
+    (group,) = groups(book)
+    assert (group.status, group.until) == (Status.SHELVED, 3660.0)
+
+
 def test_events_are_told_as_on_the_operators_page() -> None:
     """A decision by the titles of its modes; all else as the journal has it."""
     body = {

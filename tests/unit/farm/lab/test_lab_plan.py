@@ -23,6 +23,12 @@ def test_a_plan_gives_the_same_jobs_again() -> None:
     assert abs(float(moved.split(",")[0]) - 0.51) < 0.03
 
 
+def test_a_point_is_varied_by_what_the_plan_says_and_by_nothing_else() -> None:
+    """Without a spread, all variations of a point are that point."""
+    jobs = jobs_of(Plan("judge", ("0.4,0,0.1",), variations=3), Random)
+    assert {float(x) for job in jobs for x in job.words[0].split(",")} == {0.4, 0.0, 0.1}
+
+
 def test_one_target_does_not_change_the_jobs_of_another() -> None:
     """Each variation has a chance of its own."""
     both = jobs_of(Plan("judge", (POINT, "0.4,0,0.1"), variations=5, spread_mm=5.0), Random)

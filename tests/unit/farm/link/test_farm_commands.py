@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
+from farm.config import load_farm
 from farm.link.commands import MOST_SEEN, Guard, caller_id, judge
 from farm.link.rights import ALWAYS, GUARDED, Rights
 from farm.wire import Command
+from harness.yaml_files import changed_yaml, copy_configuration
 from msgspec.structs import replace
+from scara_config import ConfigError
 
 NOW = 1_000_000.0
 RIGHTS = Rights("watcher", {"watcher": [], "mover": list(GUARDED)}, {"ann": "mover"})
@@ -133,6 +137,24 @@ def test_no_guarded_command_may_be_kept_on_its_way_for_longer_than_two_seconds(
     """But for the half second by which two clocks that agree may differ."""
     why = refused(replace(GOOD, command=command, expires=NOW + ahead))
     assert (why == "") is taken
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "said"),
+    [
+        (["default_role"], "boss", "default_role = boss: allowed are the roles watcher, mover"),
+        (["persons"], {"ann": "boss"}, "persons.ann = boss: allowed are the roles watcher"),
+        (["roles", "mover"], ["RESUME", "JOG"], "roles.mover = JOG: allowed are RESUME, RESET"),
+    ],
+)
+def test_a_right_that_names_nothing_is_refused_at_the_start(
+    tmp_path: Path, path: list[str | int], value: object, said: str
+) -> None:
+    """With file, key, value and what is allowed."""
+    file = copy_configuration(tmp_path) / "farm" / "farm.yaml"
+    changed_yaml(file, file.parent, ["link", "rights", *path], value)
+    with pytest.raises(ConfigError, match=f"farm.yaml: link.rights.{said}"):
+        load_farm(tmp_path)
 
 
 def test_a_refused_command_is_not_taken_later() -> None:
