@@ -39,6 +39,16 @@ def test_an_active_alarm_keeps_its_first_cause_and_a_warning_its_last() -> None:
     assert active.shown is not None and active.shown.cause == "second"
 
 
+def test_of_several_alarms_the_newest_is_shown() -> None:
+    """The one before it is shown again when the cause of the newest has gone."""
+    active = AlarmList()
+    active.add(Alarm(alarms.IMSTP, "", 1.0))
+    active.add(Alarm(alarms.POSITION_LIMIT, "", 2.0))
+    assert active.shown is not None and active.shown.code is alarms.POSITION_LIMIT
+    active.drop(alarms.POSITION_LIMIT)
+    assert active.shown is not None and active.shown.code is alarms.IMSTP
+
+
 def test_clear_keeps_what_it_is_told_to() -> None:
     """A reset with the emergency stop still pressed keeps that alarm."""
     active = AlarmList()

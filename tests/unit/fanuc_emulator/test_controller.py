@@ -108,6 +108,19 @@ def test_hold_decelerates_on_the_path_and_start_resumes_it(bench: Bench, name: s
     assert bench.now.positions[1] == pytest.approx(math.radians(69.600037824), abs=1e-12)
 
 
+def test_the_robot_is_busy_while_a_program_runs_or_it_still_moves(bench: Bench) -> None:
+    """BUSY goes when it stands; PAUSED says before that it will."""
+    bench.run(0.2)
+    assert not bench.now.outputs.busy
+    start_moving(bench)
+    assert bench.now.outputs.busy
+    bench.controller.write_input("hold", False)
+    bench.run(0.01)
+    assert moving(bench) and bench.now.outputs.busy and not bench.now.outputs.progrun
+    bench.run(1.0)
+    assert not moving(bench) and not bench.now.outputs.busy and bench.now.outputs.paused
+
+
 def test_start_while_held_is_refused_with_a_warning(bench: Bench) -> None:
     """START needs *HOLD on; a refusal is a WARN and no FAULT."""
     start_moving(bench)

@@ -157,6 +157,8 @@ def test_half_a_value_keeps_its_other_half(image: RegisterImage) -> None:
         (1070, [0], r"stream_speed = 0 is outside"),
         (1069, [0x8000], r"heartbeat = -32768 is outside"),
         (1068, [2], r"setpoint_valid = 2 is outside"),
+        (1071, [0xFFFF], r"ring_write = -1 is outside \[0, 32760\]"),
+        (1071, [32761], r"ring_write = 32761 is outside"),
     ],
 )
 def test_a_value_outside_its_range_is_refused_and_not_kept(
