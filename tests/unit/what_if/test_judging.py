@@ -154,6 +154,7 @@ def test_a_part_let_go_in_the_air_is_dropped(world: World) -> None:
     assert verdict.outcome is Outcome.REFUSED
     assert verdict.reasons[0].cause is Cause.DROP
     assert verdict.dropped == ("part_1",)
+    assert verdict.reasons[0].time_s == pytest.approx(verdict.duration_s), "by its last line"
 
 
 def test_more_than_the_cap_is_limited_and_judged_at_the_cap(world: World) -> None:

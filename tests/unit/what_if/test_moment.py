@@ -11,6 +11,7 @@ import pytest
 from harness.second_world.followed_page import programs
 from harness.yaml_files import CONFIG
 from PIL import Image
+from scara_control.joint_motion import JointMotion, Setpoints
 from what_if.geometry.bodies import Kind
 from what_if.geometry.distances import Distances
 from what_if.io.cell_files import find_program
@@ -88,6 +89,15 @@ def test_part_in_hand_is_where_the_arm_has_carried_it(world: World) -> None:
     assert verdict.outcome.value == "REFUSED"
     assert "post" in names(moment)
     assert verdict.reasons[0].text.endswith("would hit post")
+
+
+def test_what_has_no_place_is_shown_at_the_tool(world: World) -> None:
+    """A joint that would be too fast is nowhere else."""
+    motion = Setpoints(("joint_1",), (JointMotion((2.0,), (), (), 0.1),))
+    moment = moment_of(world, motion)
+    bodies = zip(moment.bodies, moment.poses)
+    tool = next(pose for body, pose in bodies if body.link == world.cell.robot.tool_frame)
+    assert moment.place == pytest.approx(tool[:3, 3])
 
 
 def test_motion_that_cannot_be_planned_has_no_moment(world: World) -> None:
