@@ -113,6 +113,16 @@ def test_all_cells_are_added_up_and_the_worst_comes_first() -> None:
     assert key_figures([], 0.0, 1.0, {}, "done") == []
 
 
+def test_a_cell_that_made_nothing_is_the_worst() -> None:
+    """Then those that worked for a smaller part of their time."""
+    made = {"m/a": 50.0, "m/b": 10.0, "m/c": 0.0}
+    events = [Happened(cell, 0.0, "start") for cell in made]
+    for cell, worked in made.items():
+        events.append(Happened(cell, 100.0, "cycle", begin=100.0 - worked, end=100.0))
+    rows = key_figures(events, 0.0, 100.0, {}, "done")
+    assert [row.cell for row in rows] == ["m/c", "m/b", "m/a", ""]
+
+
 def test_a_cell_that_came_later_takes_nothing_from_the_others() -> None:
     """Its journal begins behind the time looked at: it has no row, and no time in the sum."""
     later = Happened("m/b", 150.0, "start")

@@ -23,6 +23,12 @@ def test_a_plan_gives_the_same_jobs_again() -> None:
     assert abs(float(moved.split(",")[0]) - 0.51) < 0.03
 
 
+def test_a_plan_may_be_one_job() -> None:
+    """And as many as are allowed."""
+    assert len(jobs_of(Plan("judge", (POINT,)), Random)) == 1
+    assert len(jobs_of(Plan("judge", (POINT,), variations=MOST_JOBS), Random)) == MOST_JOBS
+
+
 def test_a_point_is_varied_by_what_the_plan_says_and_by_nothing_else() -> None:
     """Without a spread, all variations of a point are that point."""
     jobs = jobs_of(Plan("judge", ("0.4,0,0.1",), variations=3), Random)

@@ -9,10 +9,18 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from cryptography import x509
 from farm.config import Address, Credentials, Outside, SecureAddress, load_farm
 from farm.desk.io.lines.machines import ReachedError, reached
 from farm.security.access import Invited, Role, access_control
-from farm.security.certificates import DAYS, CertificateError, Pair, check
+from farm.security.certificates import (
+    DAYS,
+    CertificateError,
+    Pair,
+    check,
+    new_authority,
+    new_client,
+)
 from farm.security.io.authority import Authority
 from farm.security.io.invitation import Invitation, SecurityError, write_private
 from farm.security.io.lab_authority import DESK, LabAuthority, has_lab
@@ -65,6 +73,16 @@ def test_a_certificate_is_good_for_its_time(tmp_path: Path, days: int) -> None:
     join(tmp_path / "keys", file, NOW)
     with pytest.raises(SecurityError, match="ask for another invitation"):
         as_member(load_farm(ROOT / "config"), tmp_path / "keys", NOW + timedelta(days=days))
+
+
+def test_only_the_authority_signs_certificates() -> None:
+    """What it signs is good for showing who one is, and for nothing else."""
+    authority = new_authority("hall", NOW)
+    for pair, signs in ((authority, True), (new_client(authority, "pc_2 1", NOW), False)):
+        found = x509.load_pem_x509_certificate(pair.certificate).extensions
+        usage = found.get_extension_for_class(x509.KeyUsage).value
+        assert (usage.key_cert_sign, usage.digital_signature) == (signs, not signs)
+        assert found.get_extension_for_class(x509.BasicConstraints).value.ca is signs
 
 
 def test_what_was_put_together_is_refused(tmp_path: Path) -> None:
