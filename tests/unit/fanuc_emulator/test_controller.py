@@ -324,6 +324,21 @@ def test_an_impossible_set_point_aborts_and_is_not_approached(
     assert bench.now.positions == before
 
 
+@pytest.mark.parametrize("end", ["lower", "upper"])
+def test_a_set_point_at_the_end_of_the_range_may_be_off_by_a_float32s_rounding(
+    bench: Bench, end: str
+) -> None:
+    """Half a micrometre or microradian beyond it is the end; more is outside."""
+    joint, side = bench.robot.joint("joint_2"), -1.0 if end == "lower" else 1.0
+    start_stream(bench)
+    bench.stream_to("joint_2", getattr(joint, end) + side * 5e-7)
+    bench.run(0.1)
+    assert bench.now.alarm is None
+    bench.stream_to("joint_2", getattr(joint, end) + side * 5e-6)
+    bench.run(0.1)
+    assert bench.now.alarm is not None and bench.now.alarm.code is alarms.POSITION_LIMIT
+
+
 def test_a_wrong_set_point_harms_nobody_while_no_stream_runs(bench: Bench) -> None:
     """PR[1] is judged when it is used, and then at once."""
     bench.stream_to("joint_1", 3.0)

@@ -129,6 +129,13 @@ def test_a_way_that_was_free_with_an_empty_hand_is_looked_at_again_with_a_part(
     assert [reason.text for reason in verdict.reasons] == ["part_1 in hand would hit pallet"]
 
 
+def test_what_cannot_be_planned_takes_no_time_and_no_energy(world: World) -> None:
+    """Nothing moves."""
+    verdict = judge(world, ToolTarget(0.9, 0.0, 0.1))
+    assert (verdict.duration_s, verdict.duration_spread_s) == (0.0, 0.0)
+    assert (verdict.energy_j, verdict.tool_speed_mm_s) == (0.0, 0.0)
+
+
 def test_reasons_come_in_the_order_of_their_time(world: World) -> None:
     """Whatever order the zones stand in; the sentence tells the first one."""
     far = KeepOut("far", (100.0, 600.0, -300.0), (120.0, 700.0, 500.0))

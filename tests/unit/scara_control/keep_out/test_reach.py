@@ -88,6 +88,23 @@ def test_a_zone_that_is_far_along_one_axis_is_out_of_reach(axis: int, side: floa
     assert not may_reach(tool.model, tool.rates, (0.0, 0.0, -0.1), (0.1, 0.1, 0.1), [far])
 
 
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize("turn", [0.5, -2.5])
+def test_a_zone_that_begins_where_the_tool_stands_is_within_reach(
+    axis: int, side: float, turn: float
+) -> None:
+    """However little the joints turn, and on whichever side it lies."""
+    tool = next(point for point in SETUP.points if point.name == "tool")
+    here = (turn, 0.3, -0.1)
+    at = 1e3 * positions(tool, np.array([(*here, 0.0)]))[0]
+    low, high = at - 100.0, at + 100.0
+    low[axis], high[axis] = sorted((at[axis], at[axis] + side * 100.0))
+    zone = KeepOut("zone", tuple(low.tolist()), tuple(high.tolist()))
+    assert tool.rates is not None
+    assert may_reach(tool.model, tool.rates, here, (0.0, 0.0, 0.0), [zone])
+
+
 def test_a_number_that_is_none_is_looked_at_closely() -> None:
     """Nothing is left out for a position that is not known."""
     tool = next(point for point in SETUP.points if point.name == "tool")

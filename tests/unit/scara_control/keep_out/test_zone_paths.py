@@ -73,6 +73,12 @@ def test_who_is_in_a_zone_may_only_leave_it(
     )
 
 
+def test_where_a_point_goes_deeper_is_told() -> None:
+    """The first place that is deeper than what was reached, not the deepest."""
+    path = np.array([(0.41, 0.0, 0.0), (0.42, 0.0, 0.0), (0.44, 0.0, 0.0)])
+    assert entered("tool", path, [ZONE]).endswith("zone box at (420, 0, 0) mm")
+
+
 def test_who_stands_on_a_face_may_go_along_it_and_away() -> None:
     """A part that lies on a table's zone is in it by nothing; inwards is deeper."""
     on = [(0.4, 0.0, 0.0), (0.4, 0.03, 0.1), (0.4, -0.03, 0.2)]

@@ -132,6 +132,22 @@ def test_a_question_leaves_a_tick_that_is_late_its_fifth_of_a_millisecond(
     assert 0.15e-3 < shares[2] <= shares[4] < 0.3e-3, "the clocks' drift is not known any better"
 
 
+@pytest.mark.parametrize("tick_ms", [5, 6])
+def test_one_question_that_was_held_up_does_not_bring_the_next_too_soon(tick_ms: int) -> None:
+    """The shortest time from waking to asking counts, and is forgotten slowly."""
+    robot, times, ages = Robot(tick_ms, ppm=0.0), PollTimes(POLL, DRIFT_PPM), []
+    now, count = 100.0, 0
+    times.begin(now)
+    while now < LEARNT + 5.0:
+        held_up = count % 5 == 0
+        now, count = max(now, times.due) + (4e-3 if held_up else 1e-5), count + 1
+        stamp, true = robot.read(now)
+        if times.aimed and now > LEARNT and not held_up:
+            ages.append(now - true)
+        times.polled(stamp, now, now)
+    assert statistics.quantiles(ages, n=10)[7] < 0.5e-3
+
+
 @pytest.mark.parametrize("tick_ms", [2, 4, 5, 6, 8, 9])
 def test_the_core_learns_the_same_period_and_the_same_clock(tick_ms: int) -> None:
     """Polls that always come alike would make a period look longer, and lose the clock's bound."""
@@ -184,15 +200,16 @@ def test_after_a_stall_the_newest_reading_is_asked_for_at_once() -> None:
         assert statistics.median(poll.age for poll in later) < 1e-3
 
 
-def test_an_answer_that_was_long_on_its_way_is_followed_by_a_newer_one() -> None:
+@pytest.mark.parametrize("begin", [104.0, 104.03, 104.06])
+def test_an_answer_that_was_long_on_its_way_is_followed_by_a_newer_one(begin: float) -> None:
     """The stall may come between question and answer: then the answer is old when it is read."""
     times, robot, now = PollTimes(POLL, DRIFT_PPM), Robot(2), 100.0
     times.begin(now)
-    while now < 104.0:
+    while now < begin:
         now = max(now, times.due) + 0.1e-3
         times.polled(robot.read(now + 0.1e-3)[0], now, now + 0.2e-3)
     now = times.due
-    late = now + 8e-3
+    late = now + 6e-3
     times.polled(robot.read(now + 0.1e-3)[0], now, late)
     assert late - 1e-3 < times.due < late + 2.5e-3, "not at the next period's end"
 
