@@ -163,7 +163,7 @@ export class Charts {
     const x = { ...axis(""), splitLine: { show: false } };
     const style = (ids) => ids.map((id) => ({ id, lineStyle: { color: css(colours[id]) }, itemStyle: { color: css(colours[id]) } }));
     const grid = (right) => [
-      { left: 3.6 * fontSize, right: right * fontSize, top: 2.6 * fontSize, height: `${100 * TOP}%` },
+      { left: 3.6 * fontSize, right: right * fontSize, top: 2.8 * fontSize, height: `${100 * TOP}%` },
       { left: 3.6 * fontSize, right: right * fontSize, bottom: 1.7 * fontSize, height: `${100 * BOTTOM}%` },
     ];
     const bottom = { ...x, axisLabel: seconds };
