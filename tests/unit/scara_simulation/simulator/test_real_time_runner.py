@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from threading import Thread
 
 import pytest
 from scara_config import load_robot
@@ -106,6 +107,28 @@ def test_every_snapshot_has_its_nominal_stamp(clock):
     """5 ms apart exactly, in system time."""
     cell = Cell(clock).run(1000)
     assert milliseconds(cell) == [5.0 * k for k in range(1, 201)]
+
+
+def test_pause_is_answered_once_all_states_before_it_are_published(clock):
+    """Who steps by hand then gets the states of these steps, and none that comes late."""
+    cell, askers, seen = Cell(clock), [], []
+
+    def pause():
+        cell.work.pause()
+        seen.append(len(cell.snapshots))
+
+    def publish(snapshots):
+        if not askers:
+            askers.append(Thread(target=pause))
+            askers[0].start()
+            askers[0].join(0.1)  # it must not end before what is on its way has left
+        cell.snapshots.extend(snapshots)
+
+    cell.work._publish = publish
+    cell.run(50)
+    askers[0].join(5.0)
+    assert seen and seen[0] == len(cell.snapshots) > 0
+    assert cell.work.step(5) and len(cell.snapshots) == seen[0] + 1
 
 
 def test_short_stall_is_made_up_for(clock):

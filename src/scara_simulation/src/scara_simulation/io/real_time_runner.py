@@ -42,6 +42,9 @@ class RealTimeRunner:
             report: Gets the status at the report rate and when it has changed.
         """
         self.lock = threading.Lock()
+        # Taken before the other one: states leave in the order of their stamps, and none after the
+        # answer to a pause.
+        self._telling = threading.Lock()
         self.simulation = simulation
         self._config, self._factor, self._follow = config, factor, follow_system_clock
         self._publish, self._report = publish, report
@@ -58,10 +61,11 @@ class RealTimeRunner:
             self._begin(time.monotonic_ns())
         while not stopped():
             now = self._wait()
-            with self.lock:
-                snapshots = self._run_due(now)
-            if snapshots:
-                self._publish(snapshots)
+            with self._telling:
+                with self.lock:
+                    snapshots = self._run_due(now)
+                if snapshots:
+                    self._publish(snapshots)
             self._report_if_due(now)
             if self._failure is not None:
                 raise self._failure
@@ -97,8 +101,8 @@ class RealTimeRunner:
         self._last_refusal = text
 
     def pause(self) -> None:
-        """Stop simulated time."""
-        with self.lock:
+        """Stop simulated time; what was true before is published when this returns."""
+        with self._telling, self.lock:
             if not self.paused:
                 self.paused, self._paused_steps = True, 0
 
@@ -127,12 +131,13 @@ class RealTimeRunner:
         """Run ``count`` steps by hand; False if the simulation is not paused."""
         while count > 0:
             chunk = min(count, _CHUNK)
-            with self.lock:
-                if not self.paused:
-                    return False
-                snapshots = self.simulation.advance(chunk)
-                self._paused_steps += chunk
-            self._publish(snapshots)
+            with self._telling:
+                with self.lock:
+                    if not self.paused:
+                        return False
+                    snapshots = self.simulation.advance(chunk)
+                    self._paused_steps += chunk
+                self._publish(snapshots)
             count -= chunk
         return True
 
