@@ -6,14 +6,37 @@ In a real browser, at four sizes, light and dark, with scenes in place of a cell
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Iterator
+from itertools import cycle
 
 import pytest
 from harness.page.theatre import SIZES, Theatre
 from harness.processes import wait_until
+from harness.running.thorough import SEARCH
 from playwright.sync_api import expect
 
 WAYS = ("Hold tool", "Step joint", "Step tool", "Hold joint")
+COLOURS = ("light", "dark")
 TABS = ("Jog", "Target", "Programs", "Charts", "Robot", "Tuning", "Recordings", "Events", "Today")
+
+
+class Themes:
+    """Light and dark: both in a search, else in turns, so that each size and each scene meets both.
+
+    No rule of the page asks for a size and a theme at once.
+    """
+
+    def __init__(self, theatre: Theatre, size: str) -> None:
+        """Begin with another one for each next size."""
+        self._page = theatre.page
+        first = list(SIZES).index(size) % 2
+        self._turns = cycle(COLOURS[first:] + COLOURS[:first])
+
+    def each(self) -> Iterator[str]:
+        """Show the page in one theme after the other; give each name."""
+        for colours in COLOURS if SEARCH else (next(self._turns),):
+            self._page.emulate_media(color_scheme=colours)  # type: ignore[arg-type]
+            yield colours
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -24,10 +47,10 @@ def test_everything_can_be_touched_and_read_at_each_size_light_and_dark(
     theatre.resize(size)
     theatre.play("following")
     found = []
+    themes = Themes(theatre, size)
     for tab in TABS:
         theatre.open(tab)
-        for colours in ("light", "dark"):
-            theatre.page.emulate_media(color_scheme=colours)  # type: ignore[arg-type]
+        for colours in themes.each():
             found += theatre.problems(f"{size}, {colours}, {tab}")
     # The buttons of the views stand on a picture that this browser cannot draw.
     theatre.page.evaluate("document.querySelector('.stage').classList.remove('no-webgl')")
@@ -41,8 +64,7 @@ def test_everything_can_be_touched_and_read_at_each_size_light_and_dark(
     fold = theatre.page.locator(".alarms-line")
     for scene in ("asked", "estop", "stopped", "alarmed"):
         theatre.play(scene)
-        for colours in ("light", "dark"):
-            theatre.page.emulate_media(color_scheme=colours)  # type: ignore[arg-type]
+        for colours in themes.each():
             found += theatre.problems(f"{size}, {colours}, {scene}")
     fold.click()
     found += theatre.problems(f"{size}, all alarms", ".alarms-all")
@@ -93,11 +115,10 @@ def test_picture_is_the_largest_thing_whatever_happens(theatre: Theatre, size: s
     """At rest, moving, paused by an alarm, stopped, in a preview and while somebody looks back."""
     page = theatre.page
     theatre.resize(size)
-    found: list[str] = []
+    themes, found = Themes(theatre, size), list[str]()
 
     def look(what: str) -> None:
-        for colours in ("light", "dark"):
-            page.emulate_media(color_scheme=colours)  # type: ignore[arg-type]
+        for colours in themes.each():
             theatre.settle()
             share = page.evaluate(UNCOVERED)
             if share < LEAST[size]:
