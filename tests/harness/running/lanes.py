@@ -1,9 +1,10 @@
 """Which test runs when, where several processes share one machine.
 
 ``./cell test`` runs four parts: whole cells one at a time; then single nodes and what looks at the
-clock, two at a time; then browsers one at a time; and beside all of them what only computes, in the
-processor time that those leave (decisions 0022 and 0037). The tests of one group go to one worker
-of pytest-xdist, one after the other; those of a shared cell are one group.
+clock, three at a time, which mostly wait; then pages in a browser, two at a time; and beside all
+of them what only computes, in the processor time that those leave (decisions 0022 and 0037). The
+tests of one group go to one worker of pytest-xdist, one after the other; those of a shared cell are
+one group.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ PARTS = ("cells", "nodes", "pages", "pure")
 """What ``./cell test`` runs, and how: see above."""
 CELLS = ("tests/system/",)
 """Whole cells: each wants one of two cores for itself."""
+BUILDS = ("tests/system/test_catkin_make.py",)
+"""A build of the workspace only computes."""
 BROWSES = re.compile(
     r"^(?:from|import) (?:playwright|harness\.wires\.browser|harness\.page\.(?:hand|theatre))\b",
     re.MULTILINE,
@@ -69,15 +72,7 @@ SLOW = (
     "what_if/uncertainty/",
 )
 """Unit tests that take many seconds: ``./cell check`` leaves them out."""
-BROWSER = "one browser"
 SHARED = {
-    "tests/ros/operator_panel/jogging/test_turn_steps.py": BROWSER,
-    "tests/ros/operator_panel/preview/test_preview.py": BROWSER,
-    "tests/ros/operator_panel/test_every_control.py": BROWSER,
-    "tests/ros/operator_panel/test_for_hands.py": BROWSER,
-    "tests/ros/operator_panel/test_look_back.py": BROWSER,
-    "tests/ros/operator_panel/test_page_shows.py": BROWSER,
-    "tests/ros/operator_panel/test_picture.py": BROWSER,
     "tests/system/faults/test_attacks.py": "one breakable cell",
     "tests/system/faults/test_links.py": "one breakable cell",
     "tests/system/faults/test_processes.py": "one breakable cell",
@@ -90,7 +85,7 @@ SHARED = {
     "tests/system/test_listeners.py": "one live cell",
     "tests/system/test_replay.py": "one live cell",
 }
-"""Files whose tests use one cell, started once, or a browser and a stage, one at a time."""
+"""Files whose tests use one cell, started once."""
 ORDER = ("tests/unit/twin_controller/core/", "tests/virtual_time/")
 """Groups in the order of their beginning: the longest first, the rest last."""
 
@@ -129,19 +124,20 @@ def part_of(file: str) -> str:
     Args:
         file: Its path from the root of the project.
     """
-    if drives_browser(file):
-        return "pages"
+    if file in BUILDS:
+        return "pure"
     if file.startswith(CELLS):
         return "cells"
+    if drives_browser(file):
+        return "pages"
     return "nodes" if file.startswith(LIVE + TIMED) else "pure"
 
 
 @cache
 def drives_browser(file: str) -> bool:
-    """Return whether a test drives a browser: it is in a shared one, or imports what does."""
+    """Return whether a test drives a browser: it imports what does."""
     path = ROOT / file
-    imports = path.is_file() and BROWSES.search(path.read_text(encoding="utf-8"))
-    return bool(imports) or SHARED.get(file) == BROWSER
+    return path.is_file() and bool(BROWSES.search(path.read_text(encoding="utf-8")))
 
 
 def is_live(test: str) -> bool:

@@ -139,15 +139,15 @@ def test_the_whole_is_tested_in_four_parts(parts: str, nodes: str) -> None:
     done = run("bash", "-c", parts, "cell", "-k", "x", env=asked(CELL_TEST_NODES=nodes))
     assert done.returncode == 0, done.stderr
     found = re.findall(
-        r"^(\w+) (\d+): -m pytest (-n 2 )?--junitxml=build/test_\1.xml (.*)$", done.stdout, re.M
+        r"^(\w+) (\d+): -m pytest (-n \d) --junitxml=build/test_\1.xml (.*)$", done.stdout, re.M
     )
     usual = "--no-loadscope-reorder -m not thorough -k x"
     own = os.nice(0)
     assert found == [
-        ("cells", str(own), "", usual),
-        ("nodes", str(min(19, own + 5) if nodes else own), "-n 2 ", usual),
-        ("pages", str(own), "", usual),
-        ("pure", "19", "-n 2 ", usual),
+        ("cells", str(own), "-n 0", usual),
+        ("nodes", str(min(19, own + 5) if nodes else own), "-n 3", usual),
+        ("pages", str(own), "-n 2", usual),
+        ("pure", "19", "-n 2", usual),
     ]
 
 
@@ -183,7 +183,7 @@ def test_an_interrupted_run_ends_what_runs_beside_it(parts: str, tmp_path: Path)
     """Ctrl-C reaches the part that is seen."""
     env = asked(FAILS="cells 2", SLEEPS="pure")
     begun = "cells() { until [ -s pid_pure ]; do sleep 0.05; done; }\n"
-    waiting = parts.replace("CELL_TEST_PART=$part", "cells; CELL_TEST_PART=$part")
+    waiting = parts.replace('"${command[@]}" ||', 'cells; "${command[@]}" ||')
     waiting = begun + waiting
     done = run("bash", "-c", waiting, env=env)
     assert done.returncode == 2

@@ -28,6 +28,7 @@ ONLY_COMPUTES = {
     "tests/unit/scara_control/test_cleared_memory.py": "a process, whose end it waits for",
     "tests/unit/scara_control/test_engine.py": "two processes, whose end it waits for",
     "tests/unit/scara_simulation/compiled/test_compiled.py": "a compiler, whose end it waits for",
+    "tests/unit/scara_simulation/simulator/test_real_time_runner.py": "a thread",
     "tests/unit/scara_simulation/simulator/test_world.py": "two processes, whose end it waits for",
     "tests/unit/twin_experiments/label/test_workspace.py": "git, whose end it waits for",
 }
@@ -106,7 +107,8 @@ def test_one_worker_plays_the_tests_of_a_shared_cell_one_after_the_other() -> No
         ("tests/ros/operator_panel/test_stop.py", "pages"),
         ("tests/ros/operator_panel/test_for_hands.py", "pages"),
         ("tests/ros/farm/test_wall.py", "pages"),
-        ("tests/system/page/test_operator_page.py", "pages"),
+        ("tests/system/page/test_operator_page.py", "cells"),
+        ("tests/system/test_catkin_make.py", "pure"),
         ("tests/unit/twin_experiments/io/test_page_in_browser.py", "pages"),
         ("tests/ros/operator_panel/test_doors.py", "nodes"),
         ("tests/ros/test_emulator.py", "nodes"),
