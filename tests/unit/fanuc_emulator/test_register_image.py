@@ -66,7 +66,7 @@ def test_a_moving_snapshot_is_shown_whole(
     table_joint is J5, J6..J9 are zero.
     """
     bench.pulse("rsr3")
-    bench.run(0.3)
+    bench.run_until(lambda now: max(abs(v) for v in now.measured_velocities) > 1.0)
     image.show(bench.now)
     position, velocity = at(image, layout, "position"), at(image, layout, "velocity")
     assert isinstance(position, tuple) and isinstance(velocity, tuple)

@@ -59,7 +59,7 @@ def _squared_difference(fixed: Array, moved: Array, reach: int) -> Array:
     spectrum = np.fft.rfft(moved, size, axis=0) * np.conj(np.fft.rfft(inner, size, axis=0))
     correlation = np.fft.irfft(spectrum, size, axis=0)[: 2 * reach + 1].sum(axis=1)
     running = np.concatenate(([0.0], np.cumsum((moved**2).sum(axis=1))))
-    energy = running[len(inner) :][: 2 * reach + 1] - running[: 2 * reach + 1]
+    energy = running[len(inner) :] - running[: 2 * reach + 1]
     return np.asarray((inner**2).sum() + energy - 2.0 * correlation, dtype=np.float64)
 
 
