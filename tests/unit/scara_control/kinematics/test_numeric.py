@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from scara_config import Robot, load_robot
 from scara_config.profile import CHOICE
 from scara_control.errors import JointVectorError, ScaraControlError, UnreachableError
+from scara_control.kinematics.jacobians import tip_jacobian
 from scara_control.kinematics.numeric import NumericArm, inverse, tool_velocity_of, velocities_for
 from scara_control.kinematics.screws import forward_kinematics
 from scara_control.kinematics.tool import NumericTool, ScaraTool, tool_kinematics
@@ -114,6 +115,8 @@ def test_joint_velocities_give_the_wanted_tool_velocity(arm: NumericArm) -> None
     np.testing.assert_allclose(
         tool_velocity_of(arm, q, answer.qdot), (0.05, -0.02, 0.03), atol=1e-9
     )
+    turning = (tip_jacobian(arm.chain, q) @ np.array(answer.qdot))[:3]
+    np.testing.assert_allclose(turning, 0.0, atol=1e-9, err_msg="the tool keeps its orientation")
     straight = velocities_for(arm, [0.0, 0.0, -math.pi / 2, 0.0, 0.0, 0.0], (0.05, 0.0, 0.05))
     assert straight.damped and all(math.isfinite(value) for value in straight.qdot)
 

@@ -26,6 +26,7 @@ from scara_control.kinematics.scara import (
     tool_position,
 )
 from scara_control.kinematics.screws import ScrewModel, forward_kinematics
+from scara_control.kinematics.tool import ScaraTool
 
 ROBOT = load_robot()
 SCARA = Scara.from_robot(ROBOT)
@@ -225,6 +226,17 @@ def test_of_two_turns_the_one_nearer_to_the_seed_is_taken(seed_deg, expected_deg
     x, y, z = tool_position(scara, math.radians(-10.0), 0.5, 0.0)
     q = solve(scara, x, y, z, Elbow.RIGHTY, (math.radians(seed_deg), 0.5, 0.0)).q
     assert math.degrees(q[0]) == pytest.approx(expected_deg)
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "nearer"), [(-175.0, 360.0, -170.0), (-360.0, 175.0, 170.0)]
+)
+def test_of_two_turns_the_one_nearer_to_0_is_shown_without_a_seed(lower, upper, nearer):
+    """Both elbows are shown as the arm would take them from its zero."""
+    scara = wide(lower, upper)
+    x, y, z = tool_position(scara, math.radians(nearer), 0.5, 0.0)
+    q = ScaraTool(scara).inverse(x, y, z, None, None).righty
+    assert math.degrees(q[0]) == pytest.approx(nearer)
 
 
 def test_robot_that_is_no_scara_is_refused():

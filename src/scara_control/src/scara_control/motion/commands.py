@@ -103,5 +103,5 @@ def parse_modes(text: str) -> dict[str, str]:
         >>> parse_modes("joint_1:trajectory joint_2:position")
         {'joint_1': 'trajectory', 'joint_2': 'position'}
     """
-    pairs = (word.split(":", 1) for word in text.split() if ":" in word)
-    return {name: mode for name, mode in pairs}
+    pairs = (word.partition(":") for word in text.split())
+    return {name: mode for name, colon, mode in pairs if colon}
