@@ -278,16 +278,17 @@ def test_a_joint_that_a_trajectory_takes_is_left_to_it():
     )
 
 
-def test_a_jog_obeys_the_cap_of_all_motion():
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_jog_obeys_the_cap_of_all_motion(way):
     """A cap that a person near the robot has caused holds for jogs too, also while one runs."""
     bench = Bench()
-    bench.jog(["table_joint"], [0.3])
+    bench.jog(["table_joint"], [way * 0.3])
     bench.tick(10)
     bench.core.limit_speed(1.0)
     cap = JOINTS[NAMES.index("table_joint")].velocity * 0.01
     assert cap < 0.3
     bench.tick(10)
-    assert bench.sent[-1]["table_joint"] == pytest.approx(cap)
+    assert bench.sent[-1]["table_joint"] == pytest.approx(way * cap)
     assert "(capped at 1 % of the largest speed)" in bench.core.report()
     with pytest.raises(MotionRefusedError, match=r"speed_limit_percent = 0 is outside \[1, 100\]"):
         bench.core.limit_speed(0.0)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scara_config import load_robot
 from scara_control.joint_motion import JointMotion
-from scara_control.motion.drive import Drive
+from scara_control.motion.drive import Drive, Follower, believed
 from scara_control.motion.plan import plan_move
 from scara_control.motion.time_scaling import ScaleBounds, TimeBase, advance, motion_at
 
@@ -39,6 +41,30 @@ def test_a_rate_of_the_scale_accelerates_along_the_way(rate):
     assert motion.qdot == planned.qdot
     wanted = [a + rate * v for v, a in zip(planned.qdot, planned.qddot)]
     assert motion.qddot == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize("wanted", [0.1, 0.5, 0.9])
+def test_path_time_grows_by_the_integral_of_the_scale(wanted):
+    """Within a step the rate changes evenly, so Simpson's rule is exact for the scale."""
+    _, bases, _ = driven(lambda k: wanted if k < 60 else 1.0)
+    looked_at = 0
+    for before, after in pairwise(bases):
+        if not before.rate or not after.rate:
+            continue  # a step that ends at the wanted scale is cut there
+        middle = before.scale + (3.0 * before.rate + after.rate) * DT / 8.0
+        grown = (before.scale + 4.0 * middle + after.scale) * DT / 6.0
+        assert after.tau - before.tau == pytest.approx(grown, abs=1e-12)
+        looked_at += 1
+    assert looked_at > 3
+
+
+@pytest.mark.parametrize(
+    ("told", "taken"),
+    [(0.3, 0.3), (0.5, 0.5), (0.6, 0.5), (-0.1, 0.0), (np.nan, 0.0), (np.inf, 0.0)],
+)
+def test_a_follower_is_believed_for_half_a_second(told, taken):
+    """Nobody looks ahead for ever because of what somebody says of a delay."""
+    assert believed(told, told) == Follower(taken, taken)
 
 
 PLANS = st.lists(
