@@ -70,13 +70,13 @@ ROWS = (
     ),
     ModeRow(
         Mode.ESTOP,
-        "The drives are off until Reset.",
+        "Both were told to stop at once; no motion is accepted until Reset.",
         "Remove the cause, then Reset, then Align.",
         "RESET",
     ),
     ModeRow(
         Mode.FAULT,
-        "Something is wrong; both are stopped.",
+        "Something is wrong; both were told to stop.",
         "Remove what the alarm names, then Reset, then Align.",
         "RESET",
     ),
