@@ -146,6 +146,13 @@ def test_a_speed_up_to_half_as_much_again_is_read(sign: float) -> None:
     )
 
 
+def test_a_clock_that_begins_is_read() -> None:
+    """0 ms is a time, too."""
+    words = state_words(clock_high=0)
+    words[19] = 0
+    assert CODEC.decode_sample(words, SIGNALS).clock_ms == 0
+
+
 def test_a_position_just_over_its_limit_is_read() -> None:
     """Rounding at the end of the range is no error."""
     assert (
@@ -164,6 +171,7 @@ def test_set_points_stand_low_word_first_in_degrees_and_millimetres() -> None:
     assert words[4:6] == [0x0000, 0xC320]
     assert words[6:18] == [0] * 12
     assert words[18:] == [1, 4711, 79]
+    assert CODEC.encode_setpoint((0.0, 0.0, -0.160, 0.0, 0.0), 4711, 0.4)[20] == 1, "not less"
 
 
 @pytest.mark.parametrize(

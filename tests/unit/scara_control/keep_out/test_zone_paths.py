@@ -250,6 +250,15 @@ def test_a_way_is_looked_at_no_more_closely_than_it_has_to_be(
     assert max(places) <= 1.5 * length / 0.01 + 8 + 2 * pieces
 
 
+def test_a_margin_is_kept_only_where_one_is_asked_for() -> None:
+    """Half a millimetre beside a zone a way is free, and nearer than a millimetre."""
+    ways = (-0.5, 0.0, -0.1, 0.0), (0.5, 0.0, -0.1, 0.0)
+    beside = KeepOut("wall", (650.5, -1000.0, -1000.0), (700.0, 1000.0, 1000.0))
+    assert judge_way(POINTS, [beside], *ways, SETUP.velocity).violation == ""
+    found = judge_way(POINTS, [beside], *ways, SETUP.velocity, 1.0).violation
+    assert "come nearer than 1 mm to keep-out zone wall" in found
+
+
 def test_a_way_within_a_zone_is_free_to_its_end() -> None:
     """Who is in a zone may leave it, and this one has not come out yet."""
     around = KeepOut("around", (-1000.0, -1000.0, -1000.0), (1000.0, 1000.0, 1000.0))
