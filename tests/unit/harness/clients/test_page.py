@@ -75,6 +75,8 @@ def test_page_of_the_project_has_a_result_for_each_version_that_is_tried() -> No
     text = (ROOT / "docs" / "clients.md").read_text(encoding="utf-8")
     heads = "".join(line for line in text.splitlines() if line.startswith("| check |"))
     for file in sorted((ROOT / "setup" / "clients").iterdir()):
+        if file.suffix == ".git":
+            continue  # a second opinion on ours: no client, so the page has no column for it
         content = file.read_text(encoding="utf-8")
         if file.suffix == ".json":
             pins = list(json.loads(content)["dependencies"].items())
