@@ -32,6 +32,12 @@ OWN = ("motion_server", "trajectory_server", "joint_vel_controller", "joint_pose
 """Nodes that pass on what others have asked them for; they name those themselves."""
 
 
+def _asking(message: Any) -> str:
+    """Return who has sent a message or request; empty: nobody knows, or it is passed on."""
+    caller = str((getattr(message, "_connection_header", None) or {}).get("callerid", ""))
+    return "" if caller.rsplit("/", 1)[-1] in OWN else caller
+
+
 class Movers:
     """Names who moves the twin although the pair is stopped, once in a stop.
 
@@ -51,8 +57,7 @@ class Movers:
             what: Its topic or service.
             message: Its connection header says who.
         """
-        caller = str(getattr(message, "_connection_header", {}).get("callerid", ""))
-        if caller and caller.rsplit("/", 1)[-1] not in OWN:
+        if caller := _asking(message):
             self._asked[caller] = what
 
     def stopped(self, message: MotionCommand) -> None:
@@ -102,8 +107,8 @@ class Lending:
             goes_on: Their motion runs already: it is said once in a while, and nobody waits for
                 the answer, so a jog and a stop that come meanwhile are heard at once.
         """
-        caller = str((getattr(message, "_connection_header", None) or {}).get("callerid", ""))
-        if not caller or caller.rsplit("/", 1)[-1] in OWN:
+        caller = _asking(message)
+        if not caller:
             return False
         now = time.monotonic()
         with self._lock:
