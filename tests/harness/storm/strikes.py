@@ -8,7 +8,8 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from pathlib import Path
+
+import psutil
 
 from harness.faults.fault_cell import FaultCell
 from harness.storm.rules.history import Strike
@@ -165,8 +166,7 @@ class Strikes:
 
     def _stands(self, node: str) -> bool:
         """Return whether the kernel says that a node's process is stopped."""
-        status = Path(f"/proc/{self._cell.processes[node].pid}/stat")
         try:
-            return status.read_text(encoding="utf-8").rpartition(")")[2].split()[0] == "T"
-        except FileNotFoundError:  # it has ended
+            return psutil.Process(self._cell.processes[node].pid).status() == psutil.STATUS_STOPPED
+        except psutil.NoSuchProcess:
             return False
