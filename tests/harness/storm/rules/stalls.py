@@ -6,18 +6,8 @@ from collections.abc import Iterator
 
 from harness.storm.names import THROUGH
 from harness.storm.rules.history import Deed, History, Strike, Violation
-from harness.storm.rules.reading import (
-    REST_S,
-    STILL,
-    aligning,
-    between,
-    first_beyond,
-    lives,
-    share,
-    way,
-    without,
-)
-from harness.storm.rules.stops import AMBIGUOUS_S, SETTLES, in_force, next_command
+from harness.storm.rules.reading import REST_S, STILL, between, lives, share
+from harness.storm.rules.stops import AMBIGUOUS_S, in_force, motions_behind
 
 
 def replayed(history: History) -> Iterator[Violation]:
@@ -56,23 +46,18 @@ def _moves(
 ) -> Iterator[Violation]:
     if _others(history, strike, request, stop, side):
         return
-    again = next_command(history, stop, side)
-    holes = aligning(history) if side == "twin" else []
     for life in lives(history, side):
         stood = between(life, strike.begun - REST_S, strike.begun)
         if not stood or max(share(row, history.joints) for row in stood) > STILL:
             continue
-        for part in without(life, strike.begun, again, holes):
-            went, joint = way(part, history.joints)
-            if went > SETTLES:
-                seen = first_beyond(part, SETTLES, history.joints)
-                yield Violation(
-                    "a request from before a stop is done behind a stall",
-                    request.sent,
-                    seen,
-                    f"{side}: {joint} goes {went:.1f} deg or mm by {request.name} from before"
-                    f" {stop.name}, both given during {strike.name}",
-                )
+        for went, joint, seen in motions_behind(history, stop, side, life, strike.begun):
+            yield Violation(
+                "a request from before a stop is done behind a stall",
+                request.sent,
+                seen,
+                f"{side}: {joint} goes {went:.1f} deg or mm by {request.name} from before"
+                f" {stop.name}, both given during {strike.name}",
+            )
 
 
 def _others(history: History, strike: Strike, request: Deed, stop: Deed, side: str) -> bool:

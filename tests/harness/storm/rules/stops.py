@@ -62,16 +62,10 @@ def moves_after_stop(history: History) -> Iterator[Violation]:
 
 def _moves_after(history: History, stop: Deed, side: str) -> Iterator[Violation]:
     assert stop.answered is not None
-    again = next_command(history, stop, side)
     since = reached(history, side, stop.answered)
-    holes = aligning(history) if side == "twin" else []
     for life in lives(history, side):
         allowed = since + REACTION_S[side] + ramp(life, since, history.joints)
-        for part in without(life, allowed, again, holes):
-            went, joint = way(part, history.joints)
-            if went <= SETTLES:
-                continue
-            seen = first_beyond(part, SETTLES, history.joints)
+        for went, joint, seen in motions_behind(history, stop, side, life, allowed):
             yield Violation(
                 "moves after an acknowledged stop",
                 stop.sent,
@@ -79,6 +73,21 @@ def _moves_after(history: History, stop: Deed, side: str) -> Iterator[Violation]
                 f"{side}: {joint} goes {went:.1f} deg or mm, seen {seen - stop.answered:.2f} s"
                 f" after {stop.name} was acknowledged ({stop.said})",
             )
+
+
+def motions_behind(
+    history: History, stop: Deed, side: str, life: Sequence[Row], begin: float
+) -> Iterator[tuple[float, str, float]]:
+    """Yield what moves from ``begin`` on until something may move the side again.
+
+    How far a joint goes [deg or mm], its name, and when that is seen.
+    """
+    again = next_command(history, stop, side)
+    holes = aligning(history) if side == "twin" else []
+    for part in without(life, begin, again, holes):
+        went, joint = way(part, history.joints)
+        if went > SETTLES:
+            yield went, joint, first_beyond(part, SETTLES, history.joints)
 
 
 def next_command(history: History, stop: Deed, side: str) -> float:
