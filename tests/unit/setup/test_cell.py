@@ -122,6 +122,7 @@ def parts(tmp_path: Path) -> str:
         'echo "${CELL_TEST_PART:-named} $(ps -o nice= -p $$ | tr -d " "): $*"\n'
         'echo $$ >"pid_${CELL_TEST_PART:-named}"\n'
         '[ "$CELL_TEST_PART" != "$SLEEPS" ] || exec sleep 1000\n'
+        '[ "$CELL_TEST_PART" != "${HEARS:-}" ] || kill -INT $PPID\n'
         '[ "$CELL_TEST_PART" != "${FAILS% *}" ] || exit "${FAILS#* }"\n'
     )
     python.chmod(0o755)
@@ -170,23 +171,24 @@ def test_single_nodes_run_beside_cells_on_request_and_never_beside_a_browser(
     assert ended == (["nodes", "cells", "pages"] if beside else ["cells", "nodes", "pages"])
 
 
+@pytest.mark.parametrize("code", [1, 2])
 @pytest.mark.parametrize("part", ["cells", "nodes", "pages", "pure"])
-def test_a_part_that_fails_fails_the_whole(parts: str, part: str) -> None:
-    """The others are run and shown all the same."""
-    done = run("bash", "-c", parts, env=asked(FAILS=f"{part} 1"))
-    assert done.returncode == 1 and "a part failed (1)" in done.stderr
+def test_a_part_that_fails_fails_the_whole(parts: str, part: str, code: int) -> None:
+    """The others are run and shown all the same; 2 is a test file that cannot be read, too."""
+    done = run("bash", "-c", parts, env=asked(FAILS=f"{part} {code}"))
+    assert done.returncode == code and f"a part failed ({code})" in done.stderr
     shown = re.findall(r"^(\w+) \d+:", done.stdout, re.M)
     assert shown == ["cells", "nodes", "pages", "pure"]
 
 
 def test_an_interrupted_run_ends_what_runs_beside_it(parts: str, tmp_path: Path) -> None:
     """Ctrl-C reaches the part that is seen."""
-    env = asked(FAILS="cells 2", SLEEPS="pure")
+    env = asked(FAILS="cells 2", HEARS="cells", SLEEPS="pure")
     begun = "cells() { until [ -s pid_pure ]; do sleep 0.05; done; }\n"
     waiting = parts.replace('"${command[@]}" ||', 'cells; "${command[@]}" ||')
     waiting = begun + waiting
     done = run("bash", "-c", waiting, env=env)
-    assert done.returncode == 2
+    assert done.returncode == 2 and "nodes" not in done.stdout
     pid = int((tmp_path / "pid_pure").read_text())
     wait_until(lambda: not Path(f"/proc/{pid}").exists(), 10.0, "the end of the pure part")
 
