@@ -30,7 +30,8 @@ def travel(truth: Sequence[Row], begun: float) -> float:
     """Return how far a joint went since ``begun`` [deg or mm], at most."""
     rows = [q for at, q, _ in truth if at >= begun]
     scales = (math.degrees(1.0), math.degrees(1.0), 1e3, math.degrees(1.0))
-    return max(scale * (max(values) - min(values)) for scale, values in zip(scales, zip(*rows)))
+    spans: list[float] = [max(values) - min(values) for values in zip(*rows)]
+    return max(scale * span for scale, span in zip(scales, spans))
 
 
 def tool_and_elbow(q: Sequence[float]) -> list[tuple[float, float, float]]:
