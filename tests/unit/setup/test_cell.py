@@ -122,7 +122,7 @@ def parts(tmp_path: Path) -> str:
         'echo "${CELL_TEST_PART:-named} $(ps -o nice= -p $$ | tr -d " "): $*"\n'
         'echo $$ >"pid_${CELL_TEST_PART:-named}"\n'
         '[ "$CELL_TEST_PART" != "$SLEEPS" ] || exec sleep 1000\n'
-        '[ "$CELL_TEST_PART" != "${HEARS:-}" ] || kill -INT $PPID\n'
+        '[ "$CELL_TEST_PART" != "${HEARS:--}" ] || kill -INT $PPID\n'
         '[ "$CELL_TEST_PART" != "${FAILS% *}" ] || exit "${FAILS#* }"\n'
     )
     python.chmod(0o755)
