@@ -22,6 +22,7 @@ from twin_experiments.comparison.fidelity import FidelityError
 from twin_experiments.comparison.sentences import comparison_sentences
 from twin_experiments.comparison.tracks import Mechanism, Track
 from twin_experiments.config import metrics_settings
+from twin_experiments.io.compare.charts import compared_charts
 from twin_experiments.io.compare.figures import CAPTIONS, COLORS, draw_comparison
 from twin_experiments.io.compare.track_reader import (
     Opened,
@@ -30,7 +31,6 @@ from twin_experiments.io.compare.track_reader import (
     read_bag,
     tracks_of,
 )
-from twin_experiments.io.page.chart_data import compared_charts
 from twin_experiments.io.page.render import anchor, figure, render, table
 from twin_experiments.metrics.series import MetricsError
 

@@ -9,8 +9,6 @@ import numpy as np
 from scara_config import Joint
 
 from twin_experiments.analysis import Result
-from twin_experiments.comparison.document import ExperimentComparison
-from twin_experiments.comparison.tracks import Mechanism
 from twin_experiments.io.figures import (
     BLUE,
     GAP_RED,
@@ -43,13 +41,13 @@ def errors_chart(result: Result, reach_mm: float, limit_mm: float) -> Chart | No
     if result.comparison is None:
         return None
     comparison, start = result.comparison, result.span.start
-    series = [_line("as it is", _distance(comparison.trace, start), RED, 1.5)]
+    series = [chart_line("as it is", _distance(comparison.trace, start), RED, 1.5)]
     if comparison.trace_after_lag is not None:
         removed = _distance(comparison.trace_after_lag, start)
-        series.append(_line("lag removed", removed, GREY, 1.0))
+        series.append(chart_line("lag removed", removed, GREY, 1.0))
     high = max(float(comparison.trace.deviation_mm.max()), least_distance("mm", reach_mm))
     told = [[*place, BAND_COLORS[kind]] for kind, *place in bands(result)]
-    high = _up(high)
+    high = rounded_up(high)
     panel = {"y": "apart [mm]", "low": 0.0, "high": high, "series": series, "bands": told}
     if limit_mm < high:
         panel["limit"] = _four(limit_mm)
@@ -65,8 +63,8 @@ def deviations_chart(result: Result, joints: Sequence[Joint]) -> Chart | None:
     panels = []
     for column, joint in enumerate(joints):
         values = joint_deviation(result.comparison, column) / joint.scale
-        line = _line("real - twin", _thinned(seen.aligned.instants - start, values), RED, 1.3)
-        panel = _panel(f"{joint.name} [{joint.unit}]", [line], LEAST_DEVIATION[joint.unit])
+        line = chart_line("real - twin", thinned(seen.aligned.instants - start, values), RED, 1.3)
+        panel = panel_of(f"{joint.name} [{joint.unit}]", [line], LEAST_DEVIATION[joint.unit])
         panels.append({**panel, "bands": moves})
     return {"x": "time [s]", "from": 0.0, "to": _end(seen, start), "panels": panels}
 
@@ -79,84 +77,41 @@ def joints_chart(result: Result, joints: Sequence[Joint]) -> Chart | None:
     panels = []
     for column, joint in enumerate(joints):
         lines = [
-            _line(name, _joint(motion, column, joint.scale, start), color, width)
+            chart_line(name, joint_points(motion, column, joint.scale, start), color, width)
             for motion, name, color, width in zip(
                 result.motions, ("real", "twin"), (BLUE, ORANGE), (3.5, 1.8)
             )
         ]
-        panels.append(_panel(f"{joint.name} [{joint.unit}]", lines, LEAST_JOINT[joint.unit]))
+        panels.append(panel_of(f"{joint.name} [{joint.unit}]", lines, LEAST_JOINT[joint.unit]))
     end = _end(result.comparison.trace, start)
     return {"x": "time [s]", "from": 0.0, "to": end, "panels": panels}
 
 
-def compared_charts(
-    experiment: ExperimentComparison, mechanism: Mechanism, colors: Sequence[str]
-) -> dict[str, Chart]:
-    """Return the charts of one experiment of a comparison: ``joints`` and ``distance``."""
-    pairs = experiment.pairs
-    if not pairs:
-        return {}
-    panels = []
-    for column, (name, scale, unit) in enumerate(
-        zip(mechanism.names, mechanism.scales, mechanism.units)
-    ):
-        lines = [
-            {
-                **_line(
-                    f"{pair.track.label}, {side}",
-                    _joint(pair.track.side(side), column, float(scale), pair.begun),
-                    colors[number % len(colors)],
-                    1.6,
-                ),
-                "dash": "solid" if side == "real" else "dashed",
-            }
-            for number, pair in enumerate(pairs)
-            for side in ("real", "twin")
-        ]
-        panels.append(_panel(f"{name} [{unit}]", lines, LEAST_JOINT[unit]))
-    unit = mechanism.place_unit
-    lines = [
-        _line(pair.track.label, _thinned(*pair.over_time), colors[number % len(colors)], 1.3)
-        for number, pair in enumerate(pairs)
-    ]
-    highest = max(float(np.max(pair.over_time[1], initial=0.0)) for pair in pairs)
-    high = _up(max(highest, least_distance(unit)))
-    distance = {"y": f"apart [{unit}]", "low": 0.0, "high": high, "series": lines}
-    x = "time after the leader's first motion [s]"
-    return {
-        "joints": {**_times(panels), "x": x, "panels": panels},
-        "distance": {**_times([distance]), "x": x, "panels": [distance]},
-    }
-
-
-def _times(panels: Sequence[dict[str, Any]]) -> dict[str, float]:
-    """Return the first and the last time of all lines."""
-    times = [point[0] for panel in panels for line in panel["series"] for point in line["data"]]
-    return {"from": min(times), "to": max(times)}
-
-
-def _panel(name: str, lines: list[dict[str, Any]], least: float) -> dict[str, Any]:
+def panel_of(name: str, lines: list[dict[str, Any]], least: float) -> dict[str, Any]:
+    """Return a panel that holds its lines, and at least ``least`` of their unit."""
     values = np.array([point[1] for line in lines for point in line["data"]])
     low, high = spread(float(values.min()), float(values.max()), least)
     return {"y": name, "low": _four(low), "high": _four(high), "series": lines}
 
 
-def _line(name: str, data: list[list[float]], color: str, width: float) -> dict[str, Any]:
+def chart_line(name: str, data: list[list[float]], color: str, width: float) -> dict[str, Any]:
+    """Return a line; ``data``: points (time [s], value)."""
     return {"name": name, "data": data, "color": color, "width": width}
 
 
 def _distance(seen: Trace, start: float) -> list[list[float]]:
-    return _thinned(seen.aligned.instants - start, seen.deviation_mm)
+    return thinned(seen.aligned.instants - start, seen.deviation_mm)
 
 
-def _thinned(places: Array, values: Array) -> list[list[float]]:
+def thinned(places: Array, values: Array) -> list[list[float]]:
     """Return points, few enough to send; no peak is lost."""
     step = max(1, -(-len(places) // MOST_POINTS))
     peaks = largest_of_bins(values, step) if len(values) else values
     return [[_four(x), _four(y)] for x, y in zip(places[::step], peaks)]
 
 
-def _joint(motion: Motion, column: int, scale: float, start: float) -> list[list[float]]:
+def joint_points(motion: Motion, column: int, scale: float, start: float) -> list[list[float]]:
+    """Return a joint's position over the time after ``start`` [s], in the joint's unit."""
     step = max(1, -(-len(motion.stamps) // MOST_POINTS))
     part = slice(None, None, step)
     values = motion.positions[part, column] / scale
@@ -167,7 +122,7 @@ def _end(seen: Trace, start: float) -> float:
     return _four(float(seen.aligned.instants[-1]) - start)
 
 
-def _up(value: float) -> float:
+def rounded_up(value: float) -> float:
     """Return a round value that leaves a little room above ``value``."""
     power = 10.0 ** np.floor(np.log10(value))
     return _four(float(np.ceil(10.5 * value / power) * power / 10.0))
