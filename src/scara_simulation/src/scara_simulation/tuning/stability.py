@@ -47,7 +47,8 @@ MOST_COUPLED = 4
 choice."""
 _GRID = 49
 _DECADES = 12.0
-_HALVINGS = 40
+_PRECISION = 1e-9
+"""Of the border; four digits of it are told."""
 
 
 class Plant(msgspec.Struct, frozen=True):
@@ -119,31 +120,52 @@ def spectral_radius(plant: Plant, loops: Sequence[tuple[Kind, PidGains]]) -> flo
 
     Each joint has one closed loop.
     """
-    n, h, w = len(loops), plant.dt, plant.bandwidth
-    position = np.array([float(kind == "position") for kind, _ in loops])
-    p, i, d = (np.array([getattr(gains, name) for _, gains in loops]) for name in ("p", "i", "d"))
+    return float(_spectral_radii(plant, [loops])[0])
+
+
+def _spectral_radii(plant: Plant, many: Sequence[Sequence[tuple[Kind, PidGains]]]) -> Array:
+    """Return :func:`spectral_radius` of each row of loops, shape (b,).
+
+    All at once: a few small matrices cost less than the way to them.
+    """
+    h, w = plant.dt, plant.bandwidth
+    position = np.array([[float(kind == "position") for kind, _ in loops] for loops in many])
+    p, i, d = (
+        np.array([[getattr(gains, name) for _, gains in loops] for loops in many])
+        for name in ("p", "i", "d")
+    )
     # States of a position loop: q, v, integral of -q; of a velocity loop: integral of -v, v, the
     # last v.
     to_first = np.where(position > 0.0, -(p + i * h), i)
     to_rate = np.where(position > 0.0, -d, -(p + i * h + d / h)) - plant.damping
     to_last = np.where(position > 0.0, i, d / h)
-    mobility, eye, none = h * np.linalg.inv(plant.mass_matrices), np.eye(n), np.zeros((n, n))
+    mobility, eye = h * np.linalg.inv(plant.mass_matrices), np.eye(position.shape[1])
+
+    def diagonal(values: Array) -> Array:
+        return values[:, None, :, None] * eye  # the same for all poses
+
+    def acts(factor: Array) -> Array:
+        return np.asarray(mobility * factor[:, None, None, :])
+
     rate = np.concatenate(
         (
-            mobility * to_first - h * w * w * np.diag(position),
-            mobility * to_rate + (1.0 - 2.0 * h * w) * eye,
-            mobility * to_last,
+            acts(to_first) - h * w * w * diagonal(position),
+            acts(to_rate) + (1.0 - 2.0 * h * w) * eye,
+            acts(to_last),
         ),
-        axis=2,
+        axis=3,
     )
     kept = np.where(position > 0.0, 1.0, i > 0.0)  # an integral that nobody uses is no state
-    first = h * position[:, None] * rate + np.hstack(
-        (np.diag(kept), np.diag(-h * (1.0 - position)), none)
-    )
     integrates = position * (i > 0.0)
-    last = np.hstack((np.diag(-h * integrates), np.diag(1.0 - position), np.diag(integrates)))
-    system = np.concatenate((first, rate, np.broadcast_to(last, (len(rate), n, 3 * n))), axis=1)
-    return float(np.abs(np.linalg.eigvals(system)).max())
+    none = np.zeros_like(position)
+    first = h * position[:, None, :, None] * rate + np.concatenate(
+        [diagonal(each) for each in (kept, -h * (1.0 - position), none)], axis=3
+    )
+    last = np.concatenate(
+        [diagonal(each) for each in (-h * integrates, 1.0 - position, integrates)], axis=3
+    )
+    system = np.concatenate((first, rate, np.broadcast_to(last, rate.shape)), axis=2)
+    return np.asarray(np.abs(np.linalg.eigvals(system)).max(axis=(1, 2)))
 
 
 def worst_radius(plant: Plant, gains: Sequence[LoopGains], joint: int, kind: Kind) -> float:
@@ -153,15 +175,35 @@ def worst_radius(plant: Plant, gains: Sequence[LoopGains], joint: int, kind: Kin
 
     With more than ``MOST_COUPLED`` joints the two bounds of its inertia stand for the others.
     """
+    return float(_worst_radii(plant, gains, joint, kind)([gains[joint]])[0])
+
+
+def _worst_radii(
+    plant: Plant, gains: Sequence[LoopGains], joint: int, kind: Kind
+) -> Callable[[Sequence[LoopGains]], Array]:
+    """Return what gives :func:`worst_radius` for each candidate of one joint's gains."""
     if plant.extremes:
-        return spectral_radius(plant.alone(joint), [(kind, getattr(gains[joint], kind))])
+        alone = plant.alone(joint)
+        return lambda candidates: _spectral_radii(
+            alone, [[(kind, getattr(loops, kind))] for loops in candidates]
+        )
     group = plant.group(joint)
     part = plant.part(group)
-    mixes = itertools.product(*([kind] if k == joint else KINDS for k in group))
-    return max(
-        spectral_radius(part, [(each, getattr(gains[k], each)) for k, each in zip(group, mix)])
-        for mix in mixes
-    )
+    mixes = list(itertools.product(*([kind] if k == joint else KINDS for k in group)))
+
+    def radii(candidates: Sequence[LoopGains]) -> Array:
+        rows = [
+            [
+                (each, getattr(loops if k == joint else gains[k], each))
+                for k, each in zip(group, mix)
+            ]
+            for loops in candidates
+            for mix in mixes
+        ]
+        of_all = _spectral_radii(part, rows).reshape(len(candidates), len(mixes))
+        return np.asarray(of_all.max(axis=1))
+
+    return radii
 
 
 def stable_range(
@@ -178,20 +220,22 @@ def stable_range(
     # Twice what Jury's criterion allows at most for any other gains.
     top = 16.0 * inertia / h ** ({"p": 2, "i": 3, "d": 1}[key] - (kind == "velocity"))
 
-    def stable(value: float) -> bool:
-        loops = msgspec.structs.replace(
-            gains[joint], **{kind: _with(getattr(gains[joint], kind), key, value)}
-        )
-        return (
-            worst_radius(plant, [*gains[:joint], loops, *gains[joint + 1 :]], joint, kind)
-            <= 1.0 + TOLERANCE
-        )
+    radii = _worst_radii(plant, gains, joint, kind)
+
+    def stable(*values: float) -> list[bool]:
+        candidates = [
+            msgspec.structs.replace(
+                gains[joint], **{kind: _with(getattr(gains[joint], kind), key, value)}
+            )
+            for value in values
+        ]
+        return [bool(radius <= 1.0 + TOLERANCE) for radius in radii(candidates)]
 
     present = min(getattr(getattr(gains[joint], kind), key), top)
     grid = sorted(
         {0.0, present, *(top * 10.0 ** (_DECADES * (k / (_GRID - 1) - 1.0)) for k in range(_GRID))}
     )
-    good = [stable(value) for value in grid]
+    good = stable(*grid)
     if not any(good):
         return None
     nearest = min(
@@ -212,11 +256,11 @@ def _with(gains: PidGains, key: str, value: float) -> PidGains:
     return msgspec.structs.replace(gains, **{key: value})
 
 
-def _edge(stable: Callable[[float], bool], inside: float, outside: float) -> float:
+def _edge(stable: Callable[[float], list[bool]], inside: float, outside: float) -> float:
     """Return the stable value next to the border between a stable and an unstable one."""
-    for _ in range(_HALVINGS):
+    while abs(outside - inside) > _PRECISION * max(inside, outside):
         middle = 0.5 * (inside + outside)
-        if stable(middle):
+        if stable(middle)[0]:
             inside = middle
         else:
             outside = middle
