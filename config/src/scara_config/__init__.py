@@ -1,6 +1,6 @@
 """Every number of the cell as YAML, and the one loader that checks it."""
 
-from scara_config.loader import ConfigError, config_directory, convert, load
+from scara_config.loader import ConfigError, config_directory, convert, load, package_folder
 from scara_config.profile import description_path, files_in_force, locate
 from scara_config.robot import (
     Geometry,
@@ -27,4 +27,5 @@ __all__ = [
     "load",
     "load_robot",
     "locate",
+    "package_folder",
 ]

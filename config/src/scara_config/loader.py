@@ -42,14 +42,31 @@ def config_directory() -> Path:
     """
     if os.environ.get(OVERRIDE):
         return Path(os.environ[OVERRIDE])
+    return package_folder("scara_config")
+
+
+def package_folder(name: str) -> Path:
+    """Return the folder of an installed or sourced package.
+
+    Raises:
+        ConfigError: ROS cannot find it.
+    """
     import rospkg
 
     try:
-        return Path(rospkg.RosPack().get_path("scara_config"))
+        return Path(_packages(os.environ.get("ROS_PACKAGE_PATH", "")).get_path(name))
     except rospkg.ResourceNotFound as error:
         raise ConfigError(
-            "package scara_config is not on ROS_PACKAGE_PATH: source env.sh first"
+            f"package {name} is not on ROS_PACKAGE_PATH: source env.sh first"
         ) from error
+
+
+@functools.lru_cache(maxsize=1)
+def _packages(_paths: str) -> Any:
+    """Return what knows the packages: it walks through all folders once, which takes 16 ms."""
+    import rospkg
+
+    return rospkg.RosPack()
 
 
 def load(path: Path | str, kind: type[T]) -> T:

@@ -14,7 +14,7 @@ import shutil
 from pathlib import Path
 
 from scara_config.faults import nearest
-from scara_config.loader import ConfigError, config_directory
+from scara_config.loader import ConfigError, config_directory, package_folder
 
 CHOICE = "SCARA_ROBOT"
 DEFAULT = "fanuc_sr6ia"
@@ -157,14 +157,7 @@ def description_path(urdf: str) -> Path:
     Raises:
         ConfigError: ROS cannot find the package, or the file is not there.
     """
-    import rospkg
-
-    try:
-        path = Path(rospkg.RosPack().get_path("scara_description")) / "urdf" / urdf
-    except rospkg.ResourceNotFound as error:
-        raise ConfigError(
-            "package scara_description is not on ROS_PACKAGE_PATH: source env.sh first"
-        ) from error
+    path = package_folder("scara_description") / "urdf" / urdf
     if not path.is_file():
         raise ConfigError(f"{path}: is missing")
     return path

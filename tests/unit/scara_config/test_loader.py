@@ -8,7 +8,7 @@ from typing import Annotated
 import msgspec
 import pytest
 from msgspec import Meta
-from scara_config import ConfigError, config_directory, convert, load
+from scara_config import ConfigError, config_directory, convert, load, package_folder
 
 
 class Axis(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -152,9 +152,16 @@ def test_configuration_directory_is_the_package_without_override(
 
 def test_unknown_package_says_what_to_do(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Forgetting env.sh is the usual cause."""
-    import rospkg
-
     monkeypatch.delenv("SCARA_CONFIG_DIR", raising=False)
-    monkeypatch.setattr(rospkg, "RosPack", lambda: rospkg.rospack.RosPack([str(tmp_path)]))
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
     with pytest.raises(ConfigError, match=r"source env\.sh"):
         config_directory()
+
+
+def test_folders_are_searched_for_packages_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A node asks a dozen times; the search takes longer than all else that it reads."""
+    import rospkg.rospack
+
+    package_folder("scara_config")
+    monkeypatch.setattr(rospkg.rospack, "list_by_path", lambda *_: pytest.fail("searched again"))
+    assert (package_folder("scara_description") / "urdf").is_dir()

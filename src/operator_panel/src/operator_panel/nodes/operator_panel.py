@@ -35,8 +35,7 @@ from collections.abc import Coroutine
 from pathlib import Path
 from typing import Any
 
-import rospkg
-from scara_config import ConfigError, config_directory, load_robot
+from scara_config import ConfigError, config_directory, load_robot, package_folder
 from scara_ros.io.page_guard import PageGuard
 from scara_ros.io.page_library import app, background_tasks, ui
 from scara_ros.io.page_token import address, refuse_token_in, ros_home
@@ -237,7 +236,7 @@ def _jog(desk: Desk, config: PanelConfig, ended: threading.Event) -> None:
 
 
 def _share() -> Path:
-    return _package("operator_panel")
+    return package_folder("operator_panel")
 
 
 def _model(file: Path) -> Model:
@@ -245,15 +244,6 @@ def _model(file: Path) -> Model:
         return parse_urdf(file.read_text(encoding="utf-8"))
     except OSError as error:
         raise StartError(f"{file}: cannot be read: {error.strerror}") from error
-
-
-def _package(name: str) -> Path:
-    try:
-        return Path(rospkg.RosPack().get_path(name))
-    except rospkg.ResourceNotFound as error:
-        raise StartError(
-            f"package {name} is not on ROS_PACKAGE_PATH: source env.sh first"
-        ) from error
 
 
 def _port(given: str | None, default: int) -> int:
