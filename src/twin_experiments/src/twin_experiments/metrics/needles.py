@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scara_config.text_enum import StrEnum
-from scipy.signal import find_peaks
 
 from twin_experiments.metrics.errors import Move, Trace
 from twin_experiments.metrics.pauses import AFTERMATH_S, Pause
@@ -75,6 +74,8 @@ def find_needles(
         pauses: Of the machine.
         ages: Topic to times of receipt [s] and ages then [s].
     """
+    from scipy.signal import find_peaks  # a second to load: a run begins without it
+
     late = _late_receipts(ages)
     rate = seen.aligned.rate
     found: list[Needle] = []

@@ -42,7 +42,6 @@ from twin_experiments.config import (
     load_experiments,
 )
 from twin_experiments.io.pendant import Pendant, PendantError
-from twin_experiments.io.report import write_report
 from twin_experiments.io.runs import link_latest, new_run_folder
 from twin_experiments.nodes.cell import Cell, RunError
 from twin_experiments.nodes.live.palletiser import Palletiser
@@ -211,6 +210,8 @@ def run_experiment(
             bag,
             work,
         )
+        from twin_experiments.io.report import write_report  # figures: a run begins without them
+
         report = write_report(bag, run_folder, Path(folder) if folder else None)
         if output is None:
             link_latest(run_folder)

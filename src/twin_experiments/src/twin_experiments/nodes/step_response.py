@@ -25,7 +25,6 @@ from rich.table import Table
 from scara_config import ConfigError, Joint, load_robot
 from scara_ros.io.hardening import harden_process
 
-from twin_experiments.io.step.figures import write_trial
 from twin_experiments.io.step.offline import OfflineBench
 from twin_experiments.nodes.live.step_bench import LiveBench, LiveError, simulator_answers
 from twin_experiments.step.response import Kind, Step, StepError
@@ -89,6 +88,8 @@ def step_response(
             [joint, *(["velocity"] if velocity else []), *(["plain"] if plain else [])]
         )
         document = summary(trial, steps, {"title": _title(trial, where), **where})
+        from twin_experiments.io.step.figures import write_trial  # slow to load: after the steps
+
         written = write_trial(trial, steps, document, output.resolve(), label)
     except (ConfigError, StepError) as error:
         raise _end(WRONG, str(error)) from error

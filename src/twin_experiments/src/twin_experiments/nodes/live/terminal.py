@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
 from twin_experiments.document import HEADINGS, paper_rows, report_document, summary_rows
-from twin_experiments.io.report import Report
 from twin_experiments.label.notes import pause_note
 from twin_experiments.label.plant import plant_label
 from twin_experiments.label.verdict import run_verdict
@@ -15,6 +16,9 @@ from twin_experiments.palletising.outcome import SUMMARY
 from twin_experiments.palletising.outcome import summary_rows as summary_of_parts
 from twin_experiments.repeats import HEADINGS as REPEAT_HEADINGS
 from twin_experiments.repeats import repeat_rows
+
+if TYPE_CHECKING:
+    from twin_experiments.io.report import Report  # with all figures, which are slow to load
 
 STYLES = {"pass": "bold green", "FAIL": "bold red"}
 
