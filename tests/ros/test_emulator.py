@@ -8,20 +8,30 @@ from __future__ import annotations
 import re
 import signal
 import subprocess
+import sys
 from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any
 
 import pytest
+from fanuc_emulator.nodes.pendant import app as pendant
 from harness.processes import Process, free_port, wait_until
 from harness.ros import Ros
+from harness.running.thorough import thorough
+from harness.yaml_files import copy_configuration
 from pymodbus.client import ModbusTcpClient
+from robot_doctor.finding import Level
+from robot_doctor.io.robot_probe import Mover
 from ruamel.yaml import YAML
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
 from sensor_msgs.msg import JointState
+from twin_controller.config import load_twin_controller
 from twin_controller.io.modbus.link import ModbusLink, ModbusSettings
 from twin_controller.robot_sample import RobotSample
+from typer.testing import CliRunner
+
+from fanuc_emulator.nodes import emulator
 
 NAMES = ["joint_1", "joint_2", "joint_3", "joint_4", "table_joint"]
 
@@ -43,11 +53,9 @@ class Cell:
         return bool(self.client.connect())
 
     def pendant(self, *arguments: str) -> tuple[int, str]:
-        """Run the pendant and return its exit code and output."""
-        process = self.ros.stage.start(
-            "rosrun", "fanuc_emulator", "pendant", *arguments, "--port", str(self.port)
-        )
-        return process.wait(30.0), process.output
+        """Run the pendant in this process and return its exit code and output."""
+        result = CliRunner().invoke(pendant, [*arguments, "--port", str(self.port)])
+        return result.exit_code, result.output
 
     def words(self, number: int, count: int = 1) -> list[int]:
         """Read registers by their number."""
@@ -55,20 +63,48 @@ class Cell:
         return words
 
 
-@pytest.fixture
-def cell(ros: Ros) -> Iterator[Cell]:
-    """Return a running emulator."""
-    cell = Cell(ros)
+@pytest.fixture(scope="module")
+def standing(ros_module: Ros) -> Iterator[Cell]:
+    """Return a running emulator that nothing moves."""
+    cell = Cell(ros_module)
     yield cell
     cell.client.close()
 
 
-def test_ground_truth_is_stamped_every_four_milliseconds_of_nominal_time(cell: Cell) -> None:
+@pytest.fixture(scope="module")
+def running(ros_module: Ros) -> Iterator[Cell]:
+    """Return a running emulator whose program ARTICLE is short."""
+    folder = copy_configuration(ros_module.folder / "config")
+    program = folder / "programs" / "article.yaml"
+    text = program.read_text()
+    assert "wait_s: 0.7" in text and "times: 2" in text
+    program.write_text(text.replace("wait_s: 0.7", "wait_s: 0.1").replace("times: 2", "times: 1"))
+    cell = Cell(
+        ros_module,
+        f"_config_dir:={folder}",
+        "__name:=moving_emulator",
+        "real/ground_truth:=unheard",
+    )
+    yield cell
+    cell.client.close()
+
+
+@pytest.fixture
+def cell(running: Cell) -> Cell:
+    """Return an emulator without a program, a fault or a cap, ready for each test."""
+    if running.words(1210) != [0]:
+        running.pendant("abort")
+    assert running.pendant("reset") == (0, "ready\n")
+    running.pendant("override", "100")
+    return running
+
+
+def test_ground_truth_is_stamped_every_four_milliseconds_of_nominal_time(standing: Cell) -> None:
     """real/ground_truth.
 
     All joints, true positions and speeds, stamps on the servo's axis whatever the load.
     """
-    received = cell.ros.collect("real/ground_truth", JointState)
+    received = standing.ros.collect("real/ground_truth", JointState)
     wait_until(lambda: len(received) >= 200, 20.0, "ground truth")
     assert received[0].name == NAMES
     assert received[0].position == pytest.approx((0.0, 0.0, -0.160, 0.0, 0.0))
@@ -79,9 +115,9 @@ def test_ground_truth_is_stamped_every_four_milliseconds_of_nominal_time(cell: C
     assert sorted(gaps)[len(gaps) // 2] == pytest.approx(0.004, abs=2e-5)
 
 
-def test_mbpoll_reads_the_joints(cell: Cell) -> None:
+def test_mbpoll_reads_the_joints(standing: Cell) -> None:
     """An independent Modbus client reads J1..J5 as float32 low word first, and the signals."""
-    read = ["mbpoll", "-m", "tcp", "-p", str(cell.port), "-a", "1", "-1", "127.0.0.1"]
+    read = ["mbpoll", "-m", "tcp", "-p", str(standing.port), "-a", "1", "-1", "127.0.0.1"]
     joints = subprocess.run(
         [*read, "-t", "4:float", "-r", "1001", "-c", "9"],
         capture_output=True,
@@ -201,22 +237,35 @@ def test_twin_controllers_link_streams_and_its_silence_stops_the_robot(cell: Cel
     assert cell.client.read_discrete_inputs(6005, count=1).bits[0]
 
 
-def test_a_taken_port_ends_the_node_with_code_2(cell: Cell) -> None:
+def test_a_taken_port_ends_the_node_with_code_2(standing: Cell) -> None:
     """The line names address and cause."""
-    second = cell.ros.stage.start("rosrun", "fanuc_emulator", "emulator", f"_port:={cell.port}")
+    second = standing.ros.stage.start(
+        "rosrun", "fanuc_emulator", "emulator", f"_port:={standing.port}"
+    )
     assert second.wait(20.0) == 2
-    assert f"cannot listen on 127.0.0.1:{cell.port}" in second.output
+    assert f"cannot listen on 127.0.0.1:{standing.port}" in second.output
 
 
-@pytest.mark.parametrize("argument", ["_port:=0", "_port:=abc", "_config_dir:=/nowhere"])
-def test_a_wrong_parameter_ends_the_node_with_code_2(ros: Ros, argument: str) -> None:
-    """Wrong port or folder: one line, no traceback."""
-    process = ros.stage.start("rosrun", "fanuc_emulator", "emulator", argument)
-    assert process.wait(20.0) == 2
-    assert "Traceback" not in process.output
+@pytest.mark.parametrize(
+    ("argument", "text"),
+    [
+        ("_port:=0", "~port = 0: allowed is 1..65535"),
+        ("_port:=abc", "~port = abc: allowed is 1..65535"),
+        ("_config_dir:=/nowhere", "/nowhere/robot.yaml: cannot be read"),
+    ],
+)
+def test_a_wrong_parameter_ends_the_node_with_code_2(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], argument: str, text: str
+) -> None:
+    """Wrong port or folder: one line."""
+    monkeypatch.setattr(sys, "argv", ["emulator", argument])
+    with pytest.raises(SystemExit) as end:
+        emulator.main()
+    assert end.value.code == 2
+    assert text in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGTERM, *thorough(signal.SIGINT)])
 def test_it_runs_without_a_roscore_and_ends_at_once(ros: Ros, number: signal.Signals) -> None:
     """No master: the robot works, says what is missing, and a signal ends it with code 0."""
     port = free_port()
@@ -231,6 +280,20 @@ def test_it_runs_without_a_roscore_and_ends_at_once(ros: Ros, number: signal.Sig
     assert process.wait(3.0) == 0
 
 
+def test_the_doctor_measures_how_late_a_joint_is(ros: Ros) -> None:
+    """It sends the joint a hair away and back, then swings it."""
+    cell = Cell(ros, "_plant:=field")
+    cell.client.close()
+    robot = load_robot()
+    config = load_twin_controller(robot)
+    with Mover(robot, load_modbus_map(), config, "127.0.0.1", cell.port) as mover:
+        nudged = next(mover.nudge_all())
+        assert nudged.level is Level.FINE and nudged.what.startswith("joint_1"), nudged
+        fit = mover._measure(0, robot.twin_joints[0])
+    assert fit is not None and 0.07 < fit.delay < 0.2
+
+
+@pytest.mark.thorough
 def test_the_doctor_measures_how_late_each_joint_is(ros: Ros) -> None:
     """And prints what twin_controller.yaml wants: it loads, and knows the robot."""
     cell = Cell(ros, "_plant:=field")

@@ -7,10 +7,13 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import product
 from typing import Any
 
 import pytest
 from harness.ros import Ros
+from harness.running.pairs import by_pairs
+from harness.running.thorough import thorough
 from scara_config import load_robot
 
 NAMES = [joint.name for joint in load_robot().twin_joints]
@@ -21,7 +24,17 @@ NODES = (
     "motion_server",
     "trajectory_server",
 )
-STALLS = (0.02, 0.05, 0.15, 0.24, 0.4)
+EACH_TIME_S = (0.05, 0.24, 0.4)
+"""Gaps in which no stream, a stream, and a stream and a jog fall silent [s]."""
+OTHERS_S = (0.02, 0.15)
+GAPS = [*EACH_TIME_S, *thorough(*OTHERS_S)]
+# A stamp is compared, whatever the gap. Without one the gap itself is judged.
+ROWS = [(True, 0.24), *((False, gap) for gap in EACH_TIME_S)]
+STAMPS_AND_GAPS = [
+    *ROWS,
+    *thorough(*(row for row in product((True, False), EACH_TIME_S + OTHERS_S) if row not in ROWS)),
+]
+WAITED_FOR = ("kinematics_server", "motion_server", "joint_pose_controller")
 WATCHED_S = 0.4
 REST_RAD = 1e-4
 FAR = [1.0, 0.5, -0.1, 0.5]
@@ -138,11 +151,13 @@ def place(cell: Cell) -> list[float]:
     return list(cell.joints[-1].position)
 
 
-@pytest.mark.parametrize("stalled", STALLS)
 @pytest.mark.parametrize(
-    "standing", ["kinematics_server", "motion_server", "joint_pose_controller"]
+    ("standing", "stamped", "stalled"),
+    [
+        *by_pairs(WAITED_FOR, (True, False), EACH_TIME_S),
+        *thorough(*product(WAITED_FOR, (True, False), OTHERS_S)),
+    ],
 )
-@pytest.mark.parametrize("stamped", [True, False])
 def test_a_point_that_waited_behind_a_node_does_not_begin_after_stop(
     cell: Cell, place: list[float], standing: str, stalled: float, stamped: bool
 ) -> None:
@@ -167,8 +182,7 @@ def test_a_point_that_is_asked_for_after_the_stop_is_reached(cell: Cell) -> None
     assert answer.success, answer.message
 
 
-@pytest.mark.parametrize("stalled", STALLS)
-@pytest.mark.parametrize("stamped", [True, False])
+@pytest.mark.parametrize(("stamped", "stalled"), STAMPS_AND_GAPS)
 def test_a_joint_move_that_waited_does_not_begin_after_stop(
     cell: Cell, place: list[float], stalled: float, stamped: bool
 ) -> None:
@@ -185,8 +199,7 @@ def test_a_joint_move_that_waited_does_not_begin_after_stop(
     cell.stays(place)
 
 
-@pytest.mark.parametrize("stalled", STALLS)
-@pytest.mark.parametrize("stamped", [True, False])
+@pytest.mark.parametrize(("stamped", "stalled"), STAMPS_AND_GAPS)
 def test_a_target_that_waited_does_not_begin_after_stop(
     cell: Cell, place: list[float], stalled: float, stamped: bool
 ) -> None:
@@ -203,7 +216,7 @@ def test_a_target_that_waited_does_not_begin_after_stop(
     cell.stays(place)
 
 
-@pytest.mark.parametrize("stalled", STALLS)
+@pytest.mark.parametrize("stalled", GAPS)
 def test_a_goal_that_waited_does_not_begin_after_stop(
     cell: Cell, place: list[float], stalled: float
 ) -> None:
@@ -217,7 +230,7 @@ def test_a_goal_that_waited_does_not_begin_after_stop(
     cell.stays(place)
 
 
-@pytest.mark.parametrize("stalled", [0.15, 0.4])
+@pytest.mark.parametrize("stalled", [0.4, *thorough(0.15)])
 def test_a_goal_that_runs_does_not_go_on_after_a_stop_that_its_server_missed(
     cell: Cell, place: list[float], stalled: float
 ) -> None:
@@ -233,8 +246,7 @@ def test_a_goal_that_runs_does_not_go_on_after_a_stop_that_its_server_missed(
     assert cell.states[-1].state == "idle"
 
 
-@pytest.mark.parametrize("stalled", STALLS)
-@pytest.mark.parametrize("stamped", [True, False])
+@pytest.mark.parametrize(("stamped", "stalled"), STAMPS_AND_GAPS)
 def test_a_jog_that_waited_does_not_begin_after_stop(
     cell: Cell, place: list[float], stalled: float, stamped: bool
 ) -> None:
@@ -252,8 +264,14 @@ def test_a_jog_that_waited_does_not_begin_after_stop(
     cell.stays(place)
 
 
-@pytest.mark.parametrize("stalled", STALLS)
-@pytest.mark.parametrize("kind", ["position", "velocity"])
+@pytest.mark.parametrize(
+    ("kind", "stalled"),
+    [
+        *(("velocity", 0.05), ("position", 0.24), ("velocity", 0.4)),
+        *thorough(("position", 0.05), ("velocity", 0.24), ("position", 0.4)),
+        *thorough(*product(("position", "velocity"), OTHERS_S)),
+    ],
+)
 def test_a_direct_command_that_waited_does_not_begin_after_stop(
     cell: Cell, place: list[float], kind: str, stalled: float
 ) -> None:

@@ -1,6 +1,6 @@
-"""run_experiment and report on a cell that the test plays.
+"""run_experiment on a cell that the test plays: who is missing, Ctrl-C, a whole run.
 
-Who is missing, Ctrl-C, verdicts, exit codes.
+What else it ends with: tests/unit/twin_experiments/io/test_exit_codes.py.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ import json
 import signal
 import tempfile
 import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -24,6 +23,7 @@ from scara_config import load_robot
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from twin_experiments.config import load_experiments
+from twin_experiments.io.report import write_report
 from twin_experiments.nodes.cell import Cell, RunError
 
 from scara_msgs.msg import RobotData, TwinControllerState
@@ -42,12 +42,12 @@ ROBOT = load_robot()
 class PlayedCell:
     """Publishes both sides.
 
-    ``move_to`` moves both along a quintic, the real side ``lag`` [s] late and ``offset`` [rad] off.
+    ``move_to`` moves both along a quintic, the real side ``lag`` [s] late.
     """
 
-    def __init__(self, ros: Ros, lag: float, offset: float) -> None:
+    def __init__(self, ros: Ros, lag: float) -> None:
         """Offer everything that run_experiment needs, except the recorder."""
-        self._lag, self._offset = lag, offset
+        self._lag = lag
         self._here = self._there = POSES[0.65, 0.0, 0.0]
         self._since = -10.0
         self.mode = "IDLE"
@@ -69,6 +69,11 @@ class PlayedCell:
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
 
+    @property
+    def moves(self) -> bool:
+        """Return whether it is in the middle of a move."""
+        return 0.0 < rospy.get_time() - self._since < 0.5 * MOVE_S
+
     def _move_to(self, request: MoveTo._request_class) -> MoveToResponse:
         self._here, self._there = self._there, POSES[request.x, request.y, request.z]
         self._since = rospy.get_time()
@@ -82,17 +87,12 @@ class PlayedCell:
     def _run(self) -> None:
         while not self._stop.wait(0.005):
             now = rospy.get_rostime()
-            for topic, late, off in (
-                ("twin/joint_states", 0.0, 0.0),
-                ("real/ground_truth", self._lag, self._offset),
-            ):
+            for topic, late in (("twin/joint_states", 0.0), ("real/ground_truth", self._lag)):
                 u = np.clip((now.to_sec() - late - self._since) / MOVE_S, 0.0, 1.0)
                 way = self._there - self._here
                 position = self._here + way * (10.0 * u**3 - 15.0 * u**4 + 6.0 * u**5)
                 velocity = way * (30.0 * u**2 - 60.0 * u**3 + 30.0 * u**4) / MOVE_S
-                message = JointState(
-                    name=JOINTS, position=position + [off, 0.0, 0.0, 0.0], velocity=velocity
-                )
+                message = JointState(name=JOINTS, position=position, velocity=velocity)
                 message.header.stamp = now
                 self._publishers[topic].publish(message)
             self._publishers["real/robot_data"].publish(RobotData(control_type="none"))
@@ -111,24 +111,28 @@ class PlayedCell:
 
 
 @pytest.fixture
-def cell(ros: Ros, request: pytest.FixtureRequest) -> Iterator[PlayedCell]:
-    """Start a played cell and a real recorder; the parameters are lag [s] and offset [rad]."""
-    lag, offset = getattr(request, "param", (0.003, 0.0))
-    played = PlayedCell(ros, lag, offset)
+def cell(ros: Ros) -> Iterator[PlayedCell]:
+    """Start a played cell and a real recorder."""
+    played = PlayedCell(ros, lag=0.003)
     ros.run("cell_recorder", "recorder", f"_directory:={ros.folder}")
     yield played
     played.close()
 
 
 def short_configuration(ros: Ros, cell_deadline: float = 20.0) -> Path:
-    """Write the shipped configuration with the three positions once and another deadline."""
+    """Write the shipped configuration with few visits, short rests and another deadline."""
     folder = ros.folder / "config"
     folder.mkdir(exist_ok=True)
     (folder / "robot.yaml").write_text(shipped("robot.yaml").read_text())
     text = shipped("experiments.yaml").read_text()
-    text = text.replace("[P1, P2, P3, P1, P2, P3, P1]", "[P1, P2, P3, P1]").replace(
-        "cell: 60.0", f"cell: {cell_deadline}"
-    )
+    for shipped_value, value in (
+        ("[P1, P2, P3, P1, P2, P3, P1]", "[P1, P2, P3, P1]"),
+        ("dwell_s: 0.7 ", "dwell_s: 0.4 "),
+        ("rest_s: 0.5 ", "rest_s: 0.3 "),
+        ("cell: 60.0", f"cell: {cell_deadline}"),
+    ):
+        assert shipped_value in text
+        text = text.replace(shipped_value, value)
     (folder / "experiments.yaml").write_text(text)
     return folder
 
@@ -146,10 +150,12 @@ def start_twin_leads(ros: Ros, output: Path) -> Process:
     )
 
 
-def test_a_run_is_recorded_marked_and_reported(ros: Ros, cell: PlayedCell) -> None:
+def test_a_run_is_recorded_marked_and_reported(
+    ros: Ros, cell: PlayedCell, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """One command: bag, report.json with a lag and errors, page and figures, exit code 0.
 
-    `report` finds the same again.
+    Who reads the bag once more finds the same.
     """
     # A folder of its own for each try, if it has to be played again.
     output = Path(tempfile.mkdtemp(dir=ros.folder)) / "out"
@@ -171,69 +177,44 @@ def test_a_run_is_recorded_marked_and_reported(ros: Ros, cell: PlayedCell) -> No
     assert {p.name for p in output.glob("*.png")} == {
         f"twin_leads_{kind}.png" for kind in ("paths", "joints", "errors", "deviations", "worst")
     }
-    words = ("--output", str(ros.folder / "again"), "--config-dir", str(ros.folder / "config"))
-    again = ros.run("twin_experiments", "report", str(output / "run.bag"), *words)
-    assert again.wait(30.0) == 0, again.tail()
+    monkeypatch.setattr("twin_experiments.io.report.draw", lambda *_: {})
+    write_report(output / "run.bag", ros.folder / "again", ros.folder / "config")
     repeated = json.loads((ros.folder / "again" / "report.json").read_text())
     # Only when it was written is another.
     assert repeated["made_with"].pop("reported") >= document["made_with"].pop("reported")
     assert repeated == document
 
 
-@pytest.mark.parametrize("cell", [(0.003, 0.05)], indirect=True)
-def test_a_missed_limit_ends_with_exit_code_one_and_says_which(ros: Ros, cell: PlayedCell) -> None:
-    """A verdict that fails is a failed command."""
-    folder = short_configuration(ros)
-    run = ros.run(
-        "twin_experiments",
-        "run_experiment",
-        "twin_leads",
-        "--output",
-        str(ros.folder / "out"),
-        f"_config_dir:={folder}",
-    )
-    assert run.wait(60.0) == 1
-    assert "twin_leads: positioning error" in run.output and "limit 0.2 %" in run.output
-
-
 def test_ctrl_c_stops_the_motion_and_keeps_the_bag(ros: Ros, cell: PlayedCell) -> None:
     """The operator's way out: STOP is sent, the bag is complete, its place is said."""
-    folder = short_configuration(ros)
-    run = ros.run(
-        "twin_experiments",
-        "run_experiment",
-        "twin_leads",
-        "--output",
-        str(ros.folder / "out"),
-        f"_config_dir:={folder}",
-    )
+    said = ros.collect("experiment/marker", String)
+    run = start_twin_leads(ros, ros.folder / "out")
     bag = ros.folder / "out" / "run.bag"
-    ros.wait_until(bag.exists, 30.0, "a bag")
-    time.sleep(2.0)  # in the middle of a move
+    ros.wait_until(lambda: said and cell.moves, 30.0, "a move", period=0.005)
     run.signal(signal.SIGINT)
     assert run.wait(15.0) == 130
     assert cell.commands == ["STOP"]
     assert str(bag) in run.output.replace("\n", "")
     with rosbag.Bag(str(bag)) as opened:
-        assert opened.get_message_count(ros.name("real/ground_truth")) > 100
+        assert opened.get_message_count(ros.name("real/ground_truth")) > 50
+        assert opened.get_message_count(ros.name("experiment/marker")) == 1
+
+
+def test_a_stop_of_the_operator_is_not_overruled(ros: Ros, cell: PlayedCell) -> None:
+    """The command ends at once and says what the operator has to do."""
+    cell.mode = "ESTOP"
+    run = start_twin_leads(ros, ros.folder / "out")
+    assert run.wait(60.0) == 3
+    assert "it is in ESTOP: told so" in run.output
+    assert "first give RESET and ALIGN" in run.output
+    assert not (ros.folder / "out" / "run.bag").exists()
 
 
 @pytest.mark.parametrize(
     ("mode", "way_out"), [("STOPPED", "ALIGN"), ("ESTOP", "RESET and ALIGN"), ("PAUSED", "RESUME")]
 )
-def test_a_stop_of_the_operator_is_not_overruled(
-    ros: Ros, cell: PlayedCell, mode: str, way_out: str
-) -> None:
-    """The command ends at once and says what the operator has to do."""
-    cell.mode = mode
-    run = start_twin_leads(ros, ros.folder / "out")
-    assert run.wait(60.0) == 3
-    assert f"it is in {mode}: told so" in run.output and f"first give {way_out}" in run.output
-    assert not (ros.folder / "out" / "run.bag").exists()
-
-
 def test_a_stop_heard_while_services_are_looked_for_is_judged_with_a_whole_cell(
-    ros: Ros, monkeypatch: pytest.MonkeyPatch
+    ros: Ros, monkeypatch: pytest.MonkeyPatch, mode: str, way_out: str
 ) -> None:
     """The reason is never cut off by what was still missing a moment before."""
     config = load_experiments(ROBOT)
@@ -244,11 +225,11 @@ def test_a_stop_heard_while_services_are_looked_for_is_judged_with_a_whole_cell(
 
     def offered(name: str, within: float) -> bool:
         """Be there; the state comes while it is asked."""
-        cell._receive(TwinControllerState(mode="STOPPED", why="told so"), "twin_controller/state")
+        cell._receive(TwinControllerState(mode=mode, why="told so"), "twin_controller/state")
         return True
 
     monkeypatch.setattr("twin_experiments.nodes.cell.is_offered", offered)
-    with pytest.raises(RunError, match=r"in STOPPED: told so.*first give ALIGN"):
+    with pytest.raises(RunError, match=f"in {mode}: told so.*first give {way_out}"):
         cell.wait_ready(lambda text: None)
 
 
@@ -265,7 +246,7 @@ def test_a_stop_during_a_run_ends_it(ros: Ros, cell: PlayedCell) -> None:
 
 def test_what_is_missing_is_named(ros: Ros) -> None:
     """Nothing is started on half a cell."""
-    folder = short_configuration(ros, cell_deadline=1.0)
+    folder = short_configuration(ros, cell_deadline=0.3)
     run = ros.run(
         "twin_experiments",
         "run_experiment",
@@ -288,20 +269,3 @@ def test_a_missing_master_is_named(ros: Ros) -> None:
     )
     assert run.wait(60.0) == 3
     assert f"no ROS master at {uri}" in run.output
-
-
-@pytest.mark.parametrize(
-    ("words", "text"),
-    [
-        (("nobody_leads",), "unknown experiment 'nobody_leads'"),
-        (("--speed", "150"), "less than or equal to 100"),
-        (("_config_dir:=/nowhere",), "/nowhere"),
-    ],
-)
-def test_wrong_arguments_end_with_exit_code_two(
-    ros: Ros, words: tuple[str, ...], text: str
-) -> None:
-    """A wrong name, speed or folder is told before anything moves."""
-    run = ros.run("twin_experiments", "run_experiment", *words)
-    assert run.wait(30.0) == 2
-    assert text in run.output

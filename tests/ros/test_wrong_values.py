@@ -1,9 +1,13 @@
-"""No wrong value gets through in silence: 10,000 lies of a robot, 10,000 of a twin."""
+"""No wrong value gets through in silence: thousands of lies of a robot and of a twin."""
 
 from __future__ import annotations
 
 from harness.faults.rows import check
 from harness.faults.value_faults import robot_lies, twin_lies
+from harness.running.thorough import examples
+
+LIES = examples(2_000, 10_000)
+"""Of some thirty kinds."""
 
 
 def test_no_lie_of_the_robot_is_taken_for_a_sample() -> None:
@@ -11,9 +15,9 @@ def test_no_lie_of_the_robot_is_taken_for_a_sample() -> None:
 
     What is physically possible is bounded.
     """
-    check(lambda: robot_lies(seed=1, count=10_000))
+    check(lambda: robot_lies(seed=1, count=LIES))
 
 
 def test_no_lie_of_the_twin_is_taken_for_a_joint_state() -> None:
     """NaN, null, text, signs, ranges, counts, names, stamps, broken JSON."""
-    check(lambda: twin_lies(seed=1, count=10_000))
+    check(lambda: twin_lies(seed=1, count=LIES))
