@@ -6,8 +6,8 @@ import ast
 
 from harness.sources import modules
 
-BECOMES = {"become_node", "init_node"}
-HARDENS = {"become_node", "keep_registered", "harden_process"}
+BECOMES = {"become_node", "init_node", "starting"}
+HARDENS = {"become_node", "starting", "keep_registered", "harden_process"}
 ELSEWHERE = {
     # The bring-up's main hardens the process before it makes the watch or shows the status.
     "src/scara_bringup/src/scara_bringup/nodes/controller_watch.py": "scara_bringup.nodes.cell",

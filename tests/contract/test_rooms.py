@@ -8,7 +8,7 @@ from harness.running.rooms import MESSAGES, ROOMS
 from harness.sources import PACKAGES, imported_names, modules, package_name
 
 OUR = set(ROOMS)
-DOOR = tuple(f"scara_ros.{name}" for name in ("page_", "io.page_", "io.token_file"))
+DOOR = ("scara_ros.page_", "scara_ros.io.page_", "scara_ros.io.token_file", "scara_ros.io.shell")
 """What the farm's desk may use of scara_ros: no ROS is in it."""
 LINK_OF_THE_FARM = tuple(f"src/farm/src/farm/{part}/" for part in ("link", "nodes", "synthetic"))
 """Where messages and nodes are used; invented cells pass for links."""

@@ -12,7 +12,6 @@ docs/interfaces.md. ``rosrun cell_recorder why`` reads it.
 from __future__ import annotations
 
 import os
-import sys
 import threading
 import time
 from pathlib import Path
@@ -20,14 +19,16 @@ from typing import Any
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
-from scara_config import ConfigError, config_directory, load_robot
+from scara_config import load_robot
 from scara_config.profile import chosen_plant
 from scara_ros.io.process.memory import keep_for_good
+from scara_ros.io.shell.program import runs_folder
 from scara_ros.names import cell_of
 from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
 from scara_ros.nodes.ending import wait_for_end
+from scara_ros.nodes.node_shell import starting
 from scara_ros.nodes.own_cell import is_own
-from scara_ros.nodes.starting import become_node, until_shutdown
+from scara_ros.nodes.starting import until_shutdown
 from scara_ros.pacing import Pace
 from scara_ros.robot_program import STREAM
 from std_msgs.msg import UInt64
@@ -210,16 +211,10 @@ class Journal:
 
 def main() -> None:
     """Write until shut down."""
-    become_node("journal")
-    try:
-        folder = Path(rospy.get_param("~config_dir", "") or config_directory())
+    with starting("journal") as folder:
         settings = load_journal(folder)
         start = Start(robot=load_robot(folder).name, plant=chosen_plant(), pid=os.getpid())
-    except ConfigError as error:
-        rospy.logfatal("journal: %s", error)
-        sys.exit(2)
-    root = Path(os.environ.get("CELL_ROOT") or Path.cwd())
-    runs = Path(rospy.get_param("~directory", "") or root / "runs").resolve()
+    runs = runs_folder(rospy.get_param("~directory", "")).resolve()
     journal = Journal(settings, runs / JOURNAL / cell_of(rospy.get_namespace()), start)
     rospy.on_shutdown(journal.close)
     rospy.loginfo("journal is ready")

@@ -11,21 +11,20 @@ these it keeps what nodes of its own namespace send.
 
 from __future__ import annotations
 
-import os
-import sys
 import threading
 import time
 from datetime import datetime
 from pathlib import Path
 
 import rospy
-from scara_config import ConfigError, config_directory, load, locate
+from scara_config import load, locate
 from scara_ros.io.process.memory import keep_for_good
+from scara_ros.io.shell.program import runs_folder
 from scara_ros.names import SHARED_TOPICS, folder_of
 from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
 from scara_ros.nodes.ending import wait_for_end
+from scara_ros.nodes.node_shell import starting
 from scara_ros.nodes.own_cell import is_own
-from scara_ros.nodes.starting import become_node
 from scara_ros.pacing import Pace
 
 from cell_recorder.io.bag_writer import BagWriter, BagWriterError
@@ -176,16 +175,9 @@ class Recorder:
 
 def main() -> None:
     """Record on request until shut down."""
-    become_node("recorder")
-    try:
-        folder = Path(rospy.get_param("~config_dir", "") or config_directory())
+    with starting("recorder") as folder:
         settings = load(locate("experiments.yaml", folder), RecorderFile).recorder
-    except ConfigError as error:
-        rospy.logfatal("recorder: %s", error)
-        sys.exit(2)
-    runs = rospy.get_param("~directory", "")
-    root = Path(os.environ.get("CELL_ROOT") or Path.cwd())
-    recorder = Recorder(settings, Path(runs or root / "runs").resolve())
+    recorder = Recorder(settings, runs_folder(rospy.get_param("~directory", "")).resolve())
     rospy.on_shutdown(recorder.close)
     rospy.loginfo("recorder is ready")
     keep_for_good()

@@ -16,6 +16,8 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from rich.markup import escape
+from scara_ros.io.shell.command_line import CommandLine
+from scara_ros.io.shell.program import WRONG, runs_folder
 from scara_ros.names import cell_of
 
 from cell_recorder.io.journal.reader import JOURNAL, journals, read, read_between
@@ -24,14 +26,22 @@ from cell_recorder.journal.since import ALLOWED, Since, SinceError, parse_since
 from cell_recorder.journal.story import Line, duration, is_stop, is_told, local_time, tell
 
 NOW = 4e9  # later than any entry [s], Unix time
-WRONG = 2
 STYLES = {"error": "red", "warning": "yellow", "gap": "yellow", "torn": "yellow"}
-
-app = typer.Typer(add_completion=False, rich_markup_mode=None)
 
 
 class NoJournalError(ValueError):
     """There is no such journal; the text names those that are there."""
+
+
+class KindError(ValueError):
+    """There are no entries of such a kind."""
+
+
+app = CommandLine(
+    "why",
+    {SinceError: WRONG, NoJournalError: WRONG, KindError: WRONG},
+    rich_markup_mode=None,
+)
 
 
 @app.command(help=__doc__.split("\n\n")[0])
@@ -58,14 +68,9 @@ def why(
     ] = None,
 ) -> None:
     """Print the story of a cell."""
-    top = runs or Path(os.environ.get("CELL_ROOT") or Path.cwd()) / "runs"
-    try:
-        kinds = chosen_kinds(kind or [])
-        begin = parse_since(since, datetime.now().astimezone())
-        cell, folder = choose_journal(top, name)
-    except (SinceError, NoJournalError, ValueError) as error:
-        print(f"why: {error}", file=sys.stderr)
-        raise typer.Exit(WRONG) from None
+    kinds = chosen_kinds(kind or [])
+    begin = parse_since(since, datetime.now().astimezone())
+    cell, folder = choose_journal(runs_folder(runs), name)
     entries = list(chain(wanted(folder, begin)))
     if as_json:
         for entry in entries:
@@ -91,10 +96,10 @@ def chosen_kinds(words: list[str]) -> frozenset[str]:
     """Return the kinds that are asked for.
 
     Raises:
-        ValueError: There is no such kind.
+        KindError: There is no such kind.
     """
     if unknown := sorted(set(words) - set(KINDS)):
-        raise ValueError(f"--kind {unknown[0]}: is none of {', '.join(KINDS)}")
+        raise KindError(f"--kind {unknown[0]}: is none of {', '.join(KINDS)}")
     return frozenset(words)
 
 
@@ -127,8 +132,7 @@ def wanted(folder: Path, since: Since) -> list[AnyEntry]:
             return list(read(folder, since.number - 1, bad))
         return list(read_between(folder, since.time, NOW, bad))
     except OSError as error:
-        print(f"why: {error.filename}: {error.strerror}", file=sys.stderr)
-        raise typer.Exit(WRONG) from None
+        raise NoJournalError(f"{error.filename}: {error.strerror}") from error
 
 
 def print_line(console: Console, line: Line) -> None:
@@ -147,7 +151,4 @@ def print_line(console: Console, line: Line) -> None:
     console.print(text)
 
 
-def main() -> None:
-    """Run the command line."""
-    sys.argv[0] = "why"
-    app()
+main = app.run

@@ -36,6 +36,7 @@ from scara_config.modbus_map import load_modbus_map
 from scara_config.palletise import find_palletise
 from scara_config.profile import chosen_plant
 from scara_ros.io.process.scheduling import go_first
+from scara_ros.io.shell.program import WRONG, ends_with, private_parameters
 
 from fanuc_emulator.config import load_emulator, load_programs, on_a_desk
 from fanuc_emulator.controller import Controller
@@ -164,17 +165,10 @@ def main() -> None:
 
     Exit code 2 for a wrong file or a taken port.
     """
-    private = {
-        key[1:]: value
-        for key, _, value in (text.partition(":=") for text in sys.argv[1:])
-        if key.startswith("_")
-    }
-    try:
-        names = ("config_dir", "host", "port", "links", "plant", "settings")
+    private = private_parameters(sys.argv[1:])
+    names = ("config_dir", "host", "port", "links", "plant", "settings")
+    with ends_with("emulator", {ConfigError: WRONG, PortError: WRONG}):
         sys.exit(run(*map(private.get, names)))
-    except (ConfigError, PortError) as error:
-        print(f"emulator: {error}", file=sys.stderr, flush=True)
-        sys.exit(2)
 
 
 def run(

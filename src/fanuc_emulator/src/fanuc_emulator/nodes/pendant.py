@@ -7,7 +7,6 @@ Example:
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -19,21 +18,23 @@ from rich.console import Console
 from rich.table import Table
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.modbus_map import load_modbus_map
+from scara_ros.io.shell.command_line import CommandLine, ConfigDir
+from scara_ros.io.shell.program import FAILED, WRONG
 
 from fanuc_emulator.alarms import Severity
 from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs
 from fanuc_emulator.io.pendant_link import PendantError, PendantLink
 from fanuc_emulator.program import ProgramState
 
-app = typer.Typer(
-    add_completion=False, no_args_is_help=True, help="Teach pendant of the robot, over Modbus TCP."
+app = CommandLine(
+    "pendant",
+    {ConfigError: WRONG, PendantError: FAILED},
+    no_args_is_help=True,
+    help="Teach pendant of the robot, over Modbus TCP.",
 )
 Host = Annotated[str | None, typer.Option(help="Address of the robot; default: emulator.yaml.")]
 Port = Annotated[
     int | None, typer.Option(help="TCP port; default: emulator.yaml.", min=1, max=65535)
-]
-ConfigDir = Annotated[
-    Path | None, typer.Option(help="Folder with the YAML files; default: the package scara_config.")
 ]
 Wait = Annotated[bool, typer.Option("--wait", help="Show the progress and end with the program.")]
 RUNNING = ProgramState.RUNNING
@@ -47,18 +48,15 @@ def _robot(
 ) -> Iterator[tuple[PendantLink, Robot, EmulatorConfig]]:
     """Connect to the robot.
 
-    An error ends the command with one line and exit code 1 (2: wrong configuration).
+    Raises:
+        ConfigError: A file is wrong.
+        PendantError: The robot does not answer.
     """
-    try:
-        robot = load_robot(config_dir)
-        config = load_emulator(robot, config_dir)
-        with PendantLink(
-            host or config.host, port or config.port, load_modbus_map(config_dir)
-        ) as link:
-            yield link, robot, config
-    except (PendantError, ConfigError) as error:
-        print(f"pendant: {error}", file=sys.stderr)
-        raise typer.Exit(2 if isinstance(error, ConfigError) else 1) from error
+    robot = load_robot(config_dir)
+    config = load_emulator(robot, config_dir)
+    layout = load_modbus_map(config_dir)
+    with PendantLink(host or config.host, port or config.port, layout) as link:
+        yield link, robot, config
 
 
 @app.command()
@@ -240,6 +238,4 @@ def _follow(link: PendantLink, name: str) -> None:
     typer.echo(f"{name} ended")
 
 
-def main() -> None:
-    """Run the command."""
-    app()
+main = app.run

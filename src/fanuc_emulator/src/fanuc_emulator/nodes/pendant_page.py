@@ -27,15 +27,21 @@ import typer
 from scara_config import ConfigError, load_robot
 from scara_config.modbus_map import load_modbus_map
 from scara_ros.io.page_token import address, page_token, refuse_token_in, ros_home
+from scara_ros.io.shell.command_line import CommandLine, ConfigDir
+from scara_ros.io.shell.program import WRONG
 from scara_ros.io.token_file import TokenError
 from scara_ros.page_door import PageDoor
 
 from fanuc_emulator.config import load_emulator, load_pendant_page, load_programs
-from fanuc_emulator.nodes.pendant import ConfigDir, Host, Port
+from fanuc_emulator.nodes.pendant import Host, Port
 
 TOKEN_VARIABLE, TOKEN_FILE = "PENDANT_PAGE_TOKEN", "pendant_token"
 
 
+app = CommandLine("pendant_page", {ConfigError: WRONG, TokenError: WRONG})
+
+
+@app.command()
 def serve(
     host: Host = None,
     port: Port = None,
@@ -50,22 +56,17 @@ def serve(
 ) -> None:
     """Serve the robot's teach pendant as a page; it finds the robot by itself, now or later."""
     file = ros_home() / TOKEN_FILE
+    refuse_token_in(sys.argv[1:], TOKEN_VARIABLE, file)
+    place = load_pendant_page(config_dir)
+    page_host, page_port = page_host or place.host, page_port or place.port
+    token = page_token(TOKEN_VARIABLE, file)
+    robot, layout = load_robot(config_dir), load_modbus_map(config_dir)
+    config, programs = load_emulator(robot, config_dir), load_programs(robot, config_dir)
     try:
-        place = load_pendant_page(config_dir)
-        page_host, page_port = page_host or place.host, page_port or place.port
-        token = page_token(TOKEN_VARIABLE, file)
-        robot, layout = load_robot(config_dir), load_modbus_map(config_dir)
-        config, programs = load_emulator(robot, config_dir), load_programs(robot, config_dir)
         listener = socket.create_server((page_host, page_port))
-    except (ConfigError, TokenError) as error:
-        print(f"pendant_page: {error}", file=sys.stderr)
-        raise typer.Exit(2) from error
     except OSError as error:
-        print(
-            f"pendant_page: {page_host}:{page_port} cannot be listened on: {error.strerror}",
-            file=sys.stderr,
-        )
-        raise typer.Exit(2) from error
+        text = f"{page_host}:{page_port} cannot be listened on: {error.strerror}"
+        raise ConfigError(text) from error
     # A page that is served ends by them too: uvicorn raises them again when it has ended.
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: sys.exit(0))
@@ -84,12 +85,4 @@ def serve(
             serve_page(listener, page, door, f"{robot.name}: pendant")
 
 
-def main() -> None:
-    """Run the command; rosrun may pass remappings, which mean nothing here."""
-    try:
-        refuse_token_in(sys.argv[1:], TOKEN_VARIABLE, ros_home() / TOKEN_FILE)
-    except TokenError as error:
-        print(f"pendant_page: {error}", file=sys.stderr)
-        sys.exit(2)
-    sys.argv[1:] = [word for word in sys.argv[1:] if ":=" not in word]
-    typer.run(serve)
+main = app.run

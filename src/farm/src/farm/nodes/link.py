@@ -17,7 +17,6 @@ import math
 import os
 import socket
 import subprocess
-import sys
 import threading
 import time
 from datetime import datetime, timezone
@@ -25,14 +24,16 @@ from pathlib import Path
 
 import rospy
 from msgspec.structs import replace
-from scara_config import ConfigError, config_directory
+from scara_config import config_directory
 from scara_config.rollout.kept import kept_file
 from scara_ros.diagnosis import Diagnosis, Level
 from scara_ros.io.process.memory import keep_for_good
 from scara_ros.io.service_connection import ServiceError
+from scara_ros.io.shell.program import runs_folder
 from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
+from scara_ros.nodes.node_shell import refusing, starting
 from scara_ros.nodes.service_client import ServiceClient
-from scara_ros.nodes.starting import become_node, until_shutdown
+from scara_ros.nodes.starting import until_shutdown
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, SetBoolResponse
 
@@ -193,9 +194,8 @@ class Link:
 
 def main() -> None:
     """Wait for the desk, then show the cell until shut down."""
-    become_node(NAME)
-    try:
-        config = load_farm(Path(rospy.get_param("~config_dir", "") or config_directory()))
+    with starting(NAME, SecurityError, keys.CellNameError) as folder:
+        config = load_farm(folder)
         port = rospy.get_param("~router_port", None)
         if port is not None:
             config = replace(config, router=replace(config.router, port=int(port)))
@@ -205,19 +205,12 @@ def main() -> None:
         namespace = rospy.get_namespace().strip("/")
         machine = config.machine or keys.as_name(socket.gethostname())
         cell = keys.checked(config.site, machine, keys.as_name(namespace) or "cell")
-        root = Path(os.environ.get("CELL_ROOT") or Path.cwd())
-        runs = Path(rospy.get_param("~directory", "") or root / "runs").resolve()
-    except (ConfigError, SecurityError, keys.CellNameError) as error:
-        rospy.logfatal("%s: %s", NAME, error)
-        sys.exit(2)
+        runs = runs_folder(rospy.get_param("~directory", "")).resolve()
     journal = JournalFiles(runs / JOURNAL / (namespace or "cell"), describe)
     link = Link(config)
-    try:
+    with refusing():
         kept = kept_file(runs, namespace or "cell")
         changes = CellChanges(kept, config_directory(), examined, link.tell)
-    except ConfigError as error:
-        rospy.logfatal("%s: %s", NAME, error)
-        sys.exit(2)
     rospy.loginfo("%s is ready: %s, desk at %s", NAME, cell, config.router.endpoint)
     keep_for_good()
     with until_shutdown():
@@ -255,11 +248,8 @@ def _serve(
     rospy.on_shutdown(ended.set)
     waiting = threading.Thread(target=_say_waiting, args=(link, ended), daemon=True)
     waiting.start()
-    try:
+    with refusing(BusError):
         session = wait_for_desk(config.router, config.lease_ms, ended)
-    except BusError as error:
-        rospy.logfatal("%s: %s", NAME, error)
-        sys.exit(2)
     ended.set()
     if session is None:
         return

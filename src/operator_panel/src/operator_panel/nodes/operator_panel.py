@@ -41,6 +41,7 @@ from scara_ros.io.page_library import app, background_tasks, ui
 from scara_ros.io.page_token import address, refuse_token_in, ros_home
 from scara_ros.io.persons import load_persons, person_tokens
 from scara_ros.io.process.memory import give_back, keep_for_good
+from scara_ros.io.shell.program import WRONG, ends_with, private_parameters, runs_folder
 from scara_ros.io.token_file import TokenError
 from scara_ros.nodes.starting import refuse_second_node
 from scara_ros.page_door import PageDoor
@@ -76,21 +77,14 @@ def main() -> None:
     Raises:
         SystemExit: That code, or 1 if a panel of this name runs already.
     """
-    private = {
-        key[1:]: value
-        for key, _, value in (text.partition(":=") for text in sys.argv[1:])
-        if key.startswith("_")
-    }
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(
             number, lambda *_: None
         )  # uvicorn ends by them, then raises them again for us
     os.nice(NICENESS)
-    try:
-        serve(private)
-    except (ConfigError, TokenError, UrdfError, StartError) as error:
-        print(f"operator_panel: {error}", file=sys.stderr, flush=True)
-        sys.exit(2)
+    kinds = (ConfigError, TokenError, UrdfError, StartError)
+    with ends_with("operator_panel", dict.fromkeys(kinds, WRONG)):
+        serve(private_parameters(sys.argv[1:]))
 
 
 def serve(private: dict[str, str]) -> None:
@@ -111,9 +105,7 @@ def serve(private: dict[str, str]) -> None:
     tokens = person_tokens(load_persons(folder))
     if not tokens:
         raise TokenError("persons.yaml: no person has a token: name a file or set the variable")
-    runs = Path(
-        private.get("runs_dir") or Path(os.environ.get("CELL_ROOT") or Path.cwd()) / "runs"
-    ).resolve()
+    runs = runs_folder(private.get("runs_dir")).resolve()
     model = _model(robot.description)
     _check_free(host, port)
     refuse_second_node(NODE)

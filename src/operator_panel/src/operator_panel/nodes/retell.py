@@ -16,26 +16,28 @@ from typing import Annotated
 import typer
 from cell_recorder.io.reading.bag_reader import BagError
 from scara_config import ConfigError, config_directory
+from scara_ros.io.shell.command_line import CommandLine, ConfigDir
+from scara_ros.io.shell.program import UNUSABLE, WRONG
 
 from operator_panel.config import load_panel
 from operator_panel.io.retold.bag_teller import lines_of
 from operator_panel.retelling.lines import packed
 
-WRONG, UNUSABLE = 2, 3
-
-app = typer.Typer(add_completion=False, help="Tell a recording again, for the page's time line.")
+app = CommandLine(
+    "retell",
+    {ConfigError: WRONG, BagError: UNUSABLE, OSError: UNUSABLE},
+    help="Tell a recording again, for the page's time line.",
+)
 
 
 @app.command()
 def retell(
     bag: Annotated[Path, typer.Argument(help="Recording of a run, unfinished ones too.")],
-    config_dir: Annotated[
-        Path | None, typer.Option(help="Folder with the YAML files; default: scara_config.")
-    ] = None,
+    config_dir: ConfigDir = None,
 ) -> None:
     """Write what a page shows of a recording to standard output."""
     if sys.stdout.isatty():
-        _fail("retell writes bytes for the page's server: give it a pipe or a file", WRONG)
+        raise ConfigError("retell writes bytes for the page's server: give it a pipe or a file")
     try:
         config = load_panel(config_dir or config_directory())
         for line in lines_of(bag, config.silent_ms * 1e-3):
@@ -43,17 +45,6 @@ def retell(
         sys.stdout.buffer.flush()
     except BrokenPipeError:
         sys.stderr.close()  # nobody looks any longer
-    except ConfigError as error:
-        _fail(str(error), WRONG)
-    except (BagError, OSError) as error:
-        _fail(str(error), UNUSABLE)
 
 
-def _fail(text: str, code: int) -> None:
-    print(f"retell: {text}", file=sys.stderr, flush=True)
-    raise typer.Exit(code)
-
-
-def main() -> None:
-    """Run the command."""
-    app(prog_name="retell")
+main = app.run

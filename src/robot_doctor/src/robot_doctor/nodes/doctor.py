@@ -17,8 +17,10 @@ import typer
 from rich.console import Console
 from scara_config import ConfigError, config_directory, load
 from scara_config.modbus_map import ModbusMap, problems
-from scara_config.profile import CHOICE, chosen_robot, locate
+from scara_config.profile import chosen_robot, locate
 from scara_config.readers import check_files
+from scara_ros.io.shell.command_line import CommandLine, ConfigDir, RobotName, choose_robot
+from scara_ros.io.shell.program import WRONG
 from twin_controller.config import TwinControllerConfig, load_twin_controller
 from twin_controller.io.modbus.port import LinkLostError
 from twin_controller.io.rosbridge_access import read_access
@@ -33,8 +35,9 @@ from robot_doctor.link_checks import check_answers
 
 SECONDS = 2.0
 COLOURS = {Level.FINE: "green", Level.NOTE: "yellow", Level.WRONG: "bold red"}
-app = typer.Typer(
-    add_completion=False,
+app = CommandLine(
+    "doctor",
+    {ConfigError: WRONG},
     help="Check a robot profile: robot, simulation, registers, links.",
     rich_markup_mode=None,
 )
@@ -43,10 +46,7 @@ app = typer.Typer(
 @app.callback(invoke_without_command=True)
 def doctor(
     context: typer.Context,
-    robot: Annotated[
-        str | None,
-        typer.Option(help="Folder of config/robots; default: SCARA_ROBOT, else fanuc_sr6ia."),
-    ] = None,
+    robot: RobotName = None,
     host: Annotated[
         str | None, typer.Option(help="The robot; default: twin_controller.yaml.")
     ] = None,
@@ -61,24 +61,19 @@ def doctor(
         bool, typer.Option("--move", help="Send each joint a hair away and back, and swing it.")
     ] = False,
     offline: Annotated[bool, typer.Option("--offline", help="Look at the files only.")] = False,
-    config_dir: Annotated[
-        Path | None,
-        typer.Option(help="Folder with the YAML files; default: the package scara_config."),
-    ] = None,
+    config_dir: ConfigDir = None,
 ) -> None:
     """Check a robot profile: robot, simulation, registers, links."""
     if context.invoked_subcommand:
         return
     console = Console(highlight=False, soft_wrap=True)
-    if robot is not None:
-        os.environ[CHOICE] = robot
+    choose_robot(robot)
     try:
         folder = Path(config_dir or config_directory())
         profile = read_profile(folder)
     except ConfigError as error:
-        console.print(f"doctor: {error}", style="red", markup=False)
-        console.print(f"        -> a new robot: {new_command(chosen_robot())}", markup=False)
-        raise typer.Exit(2) from error
+        hint = f"        -> a new robot: {new_command(chosen_robot())}"
+        raise ConfigError(f"{error}\n{hint}") from error
     findings = list(examine(profile))
     findings += other_files(folder, findings)
     if not offline:
@@ -94,18 +89,11 @@ def new(
     source: Annotated[
         str, typer.Option("--from", help="The robot whose files it begins with.")
     ] = EXAMPLE,
-    config_dir: Annotated[
-        Path | None,
-        typer.Option(help="Folder with the YAML files; default: the package scara_config."),
-    ] = None,
+    config_dir: ConfigDir = None,
 ) -> None:
     """Make the files of a new robot from those of one that is there."""
     console = Console(highlight=False, soft_wrap=True)
-    try:
-        folder = make_profile(Path(config_dir or config_directory()), name, source)
-    except ConfigError as error:
-        console.print(f"doctor: {error}", style="red", markup=False)
-        raise typer.Exit(2) from error
+    folder = make_profile(Path(config_dir or config_directory()), name, source)
     for file in sorted(folder.rglob("*.yaml")):
         console.print(f"made {file}", markup=False)
     console.print(
@@ -238,6 +226,4 @@ def _robot(
         )
 
 
-def main() -> None:
-    """Run the command."""
-    app()
+main = app.run

@@ -124,7 +124,7 @@ def bind(config: GatewayConfig) -> socket.socket:
         )[0]
         line = socket.socket(family, kind, protocol)
     except OSError as error:
-        raise GatewayError(f"gateway: address {where} cannot be used: {error}") from error
+        raise GatewayError(f"address {where} cannot be used: {error}") from error
     try:
         line.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         line.bind(address)
@@ -132,7 +132,7 @@ def bind(config: GatewayConfig) -> socket.socket:
     except OSError as error:
         line.close()
         raise GatewayError(
-            f"gateway: port {where} cannot be opened: {error.strerror}; end the program that has "
+            f"port {where} cannot be opened: {error.strerror}; end the program that has "
             f"it (`ss -ltnp 'sport = :{config.port}'` names it) or choose another by _port:=NUMBER "
             "or gateway.yaml"
         ) from error
@@ -153,7 +153,7 @@ def tls_context(config: GatewayConfig) -> ssl.SSLContext | None:
         context.load_cert_chain(config.tls_certificate, config.tls_key)
     except (OSError, ssl.SSLError) as error:
         raise GatewayError(
-            f"gateway: TLS files {config.tls_certificate}, {config.tls_key}: {error}"
+            f"TLS files {config.tls_certificate}, {config.tls_key}: {error}"
         ) from error
     return context
 

@@ -13,6 +13,7 @@ import dataclasses
 import os
 import sys
 import time
+from pathlib import Path
 
 import msgspec
 import rospy
@@ -23,7 +24,8 @@ from scara_ros.io.process.memory import keep_for_good
 from scara_ros.io.process.scheduling import go_first
 from scara_ros.io.token_file import TokenError, read_token
 from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
-from scara_ros.nodes.starting import become_node, until_shutdown
+from scara_ros.nodes.node_shell import starting
+from scara_ros.nodes.starting import until_shutdown
 from scara_ros.pacing import Pace
 
 from rosbridge_gateway.config import GatewayConfig, load_gateway_config
@@ -38,10 +40,8 @@ _WATCH_PERIOD = 0.2
 
 def main() -> None:
     """Run the node."""
-    try:
-        become_node("gateway")
-        config = _configuration()
-        folder = rospy.get_param("~config_dir", None)
+    with starting("gateway", GatewayError, TokenError) as folder:
+        config = _configuration(folder)
         tokens, persons = _tokens(config, load_persons(folder))
         namespace = rospy.get_namespace()
         stamps_itself = any_of(patterns_in(config.sender_stamps, namespace)).match
@@ -56,9 +56,6 @@ def main() -> None:
             lambda line: rospy.loginfo("gateway: %s", line),
             persons,
         )
-    except (ConfigError, GatewayError, TokenError) as error:
-        rospy.logfatal(str(error))
-        sys.exit(2)
     graph.deliver, graph.remark = server.deliver, server.remark
     keep_for_good()
     go_first()
@@ -69,12 +66,12 @@ def main() -> None:
         sys.exit(1)
 
 
-def _configuration() -> GatewayConfig:
-    config = load_gateway_config(rospy.get_param("~config_dir", None))
+def _configuration(folder: Path) -> GatewayConfig:
+    config = load_gateway_config(folder)
     if rospy.has_param("~token"):
         rospy.delete_param("~token")
         raise ConfigError(
-            "gateway: ~token: the command line and the parameter server show it to everybody; give "
+            "~token: the command line and the parameter server show it to everybody; give "
             "it by the environment variable or the file that gateway.yaml names, and choose a new "
             "one"
         )
@@ -84,7 +81,7 @@ def _configuration() -> GatewayConfig:
     try:
         return msgspec.convert(msgspec.to_builtins(config) | overrides, GatewayConfig)
     except msgspec.ValidationError as error:
-        raise ConfigError(f"gateway: parameters {overrides}: {error}") from error
+        raise ConfigError(f"parameters {overrides}: {error}") from error
 
 
 def _tokens(
@@ -103,7 +100,7 @@ def _tokens(
             continue
         if token in tokens:
             raise ConfigError(
-                f"gateway: roles {tokens[token]} and {name} have the same token: give each its own"
+                f"roles {tokens[token]} and {name} have the same token: give each its own"
             )
         tokens[token] = name
     known = {token: name for name, token in person_tokens(persons).items()}
@@ -116,7 +113,7 @@ def _tokens(
             )
         if tokens.setdefault(token, given) != given:
             raise ConfigError(
-                f"gateway: {person} has the token of the role {tokens[token]}: give each its own"
+                f"{person} has the token of the role {tokens[token]}: give each its own"
             )
     return tokens, known
 

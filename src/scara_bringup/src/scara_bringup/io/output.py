@@ -6,14 +6,10 @@ import os
 from datetime import datetime
 from pathlib import Path
 
+from scara_ros.io.shell.program import runs_folder
 from scara_ros.names import folder_of
 
 from scara_bringup.io.preflight import namespace
-
-
-def runs_folder() -> Path:
-    """Return runs/ of the workspace, or of the present folder outside of one."""
-    return Path(os.environ.get("CELL_ROOT") or Path.cwd()) / "runs"
 
 
 def runs_of(folder: Path, wanted: Path | None) -> Path:

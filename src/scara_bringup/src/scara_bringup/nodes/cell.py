@@ -21,6 +21,7 @@ from scara_config.profile import CHOICE, PLANT_CHOICE, chosen_plant, plant_path
 from scara_config.readers import check_files
 from scara_config.rollout.kept import apply_change, kept_file
 from scara_ros.io.hardening import harden_process
+from scara_ros.io.shell.program import FAILED, WRONG
 from scara_ros.names import cell_of
 
 from scara_bringup.config import Ports, load_bringup, load_doors
@@ -65,7 +66,6 @@ from scara_bringup.nodes.options import (
 from scara_bringup.plan import NOT_OF_THE_TWIN, cell_plan, experiment_plan
 
 REPORT = "report.html"
-FAILED, WRONG = 1, 2
 
 app = typer.Typer(
     add_completion=False, no_args_is_help=True, help=__doc__.split("\n\n")[0], rich_markup_mode=None

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from scara_config.profile import CHOICE, PLANT_CHOICE, plant_path
+from scara_ros.io.shell.program import FAILED, WRONG, workspace
 from scara_ros.names import NamespaceError
 
 from scara_bringup.io.named.service_file import (
@@ -20,8 +21,6 @@ from scara_bringup.io.named.service_file import (
 from scara_bringup.io.terminal import screen
 from scara_bringup.naming import namespace_by_name
 from scara_bringup.service_unit import Service
-
-FAILED, WRONG = 1, 2
 
 
 def install_cell(
@@ -42,7 +41,7 @@ def install_cell(
     except (NamespaceError, ValueError) as error:
         screen.complain(str(error))
         return WRONG
-    root = Path(os.environ.get("CELL_ROOT") or Path.cwd()).resolve()
+    root = workspace().resolve()
     service = Service(name, root, tuple(options), getpass.getuser() if machine else "")
     place = folder or (MACHINE if machine else personal_units())
     try:

@@ -9,15 +9,14 @@ Subscribes to ``/rosout`` (rosgraph_msgs/Log), publishes the same to ``/rosout_a
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import rospkg
 import rospy
 from rosgraph_msgs.msg import Log
-from scara_config import ConfigError, config_directory
 from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
-from scara_ros.nodes.starting import become_node, until_shutdown
+from scara_ros.nodes.node_shell import starting
+from scara_ros.nodes.starting import until_shutdown
 
 from scara_bringup.config import load_bringup
 from scara_bringup.io.log_file import LogFile
@@ -45,13 +44,8 @@ class Collector:
 
 def main() -> None:
     """Collect until shut down."""
-    become_node("rosout")
-    try:
-        folder = Path(rospy.get_param("~config_dir", "") or config_directory())
+    with starting("rosout") as folder:
         limit_mb = load_bringup(folder).log_limit_mb
-    except ConfigError as error:
-        rospy.logfatal("rosout: %s", error)
-        sys.exit(2)
     Collector(LogFile(Path(rospkg.get_log_dir()) / "rosout.log", limit_mb))
     diagnostics = Diagnostics("log")
     rospy.loginfo("rosout is ready")

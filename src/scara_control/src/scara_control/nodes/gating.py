@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import queue
-import sys
 import threading
 import traceback
 from collections.abc import Callable, Sequence
@@ -11,9 +10,9 @@ from typing import Any
 
 import numpy as np
 import rospy
-from scara_config import ConfigError
 from scara_ros.gate.settings import load_gate
 from scara_ros.nodes.judge_gate import JudgeGate
+from scara_ros.nodes.node_shell import config_folder, refusing
 from scara_ros.nodes.starting import until_shutdown
 
 from scara_control.joint_motion import JointMotion, Vector
@@ -46,11 +45,8 @@ class Turnstile:
 
 def open_gate() -> JudgeGate:
     """Return this node's gate; end the node with code 2 if what_if.yaml is wrong."""
-    try:
-        settings = load_gate(rospy.get_param("~config_dir", "") or None)
-    except ConfigError as error:
-        rospy.logfatal("%s", error)
-        sys.exit(2)
+    with refusing():
+        settings = load_gate(config_folder())
     return JudgeGate(settings, JudgeMotion, Audit, settings.patience)
 
 

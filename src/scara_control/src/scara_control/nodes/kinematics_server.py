@@ -10,16 +10,15 @@ Services:
 
 from __future__ import annotations
 
-import sys
 import traceback
 from collections.abc import Callable
 from typing import Any
 
 import rospy
 from geometry_msgs.msg import Quaternion, Twist, Vector3
-from scara_config import ConfigError, config_directory, load_robot
+from scara_config import load_robot
 from scara_ros.nodes.ending import wait_for_end
-from scara_ros.nodes.starting import become_node
+from scara_ros.nodes.node_shell import starting
 
 from scara_control.errors import ScaraControlError
 from scara_control.kinematics.arm_kinematics import ArmKinematics, parse_elbow
@@ -114,14 +113,8 @@ def _warm_up(kinematics: ArmKinematics) -> None:
 
 def main() -> None:
     """Start the node and answer until it is told to end."""
-    become_node("kinematics_server")
-    try:
-        kinematics = ArmKinematics(
-            load_robot(rospy.get_param("~config_dir", "") or config_directory())
-        )
-    except (ConfigError, ScaraControlError) as error:
-        rospy.logfatal("%s", error)
-        sys.exit(2)
+    with starting("kinematics_server", ScaraControlError) as folder:
+        kinematics = ArmKinematics(load_robot(folder))
     _warm_up(kinematics)
     KinematicsServer(kinematics)
     rospy.loginfo("kinematics_server is ready")

@@ -25,6 +25,7 @@ import rospy
 from scara_config import Robot
 from scara_ros.io.process.memory import keep_for_good
 from scara_ros.io.service_connection import ServiceError
+from scara_ros.nodes.node_shell import refusing
 from scara_ros.nodes.service_client import ServiceClient, StartedCall
 from scara_ros.standstill import said
 from sensor_msgs.msg import JointState
@@ -316,11 +317,8 @@ class MotionServer:
 def main() -> None:
     """Run the node until it is told to end."""
     robot, config = start_node(_NAME)
-    try:
+    with refusing(ScaraControlError):
         server = MotionServer(robot, config)
-    except ScaraControlError as error:
-        rospy.logfatal("%s: %s", _NAME, error)
-        raise SystemExit(2) from error
     keep_for_good()
     rospy.loginfo("%s is ready", _NAME)
     server.run()

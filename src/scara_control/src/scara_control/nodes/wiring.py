@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import sys
 import threading
 import time
 import traceback
@@ -12,8 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import rospy
-from scara_config import ConfigError, Joint, Robot, config_directory, load_robot
-from scara_ros.nodes.starting import become_node, until_shutdown
+from scara_config import Joint, Robot, load_robot
+from scara_ros.nodes.node_shell import starting
+from scara_ros.nodes.starting import until_shutdown
 from sensor_msgs.msg import JointState
 
 from scara_control.config import MotionConfig, load_motion
@@ -32,13 +32,8 @@ _DOUBT_S = 2.0
 
 def start_node(name: str) -> tuple[Robot, MotionConfig]:
     """Join the ROS graph and read the configuration; end with code 2 if that is wrong."""
-    become_node(name)
-    try:
-        folder = rospy.get_param("~config_dir", "") or config_directory()
+    with starting(name) as folder:
         return load_robot(folder), load_motion(folder)
-    except ConfigError as error:
-        rospy.logfatal("%s: %s", name, error)
-        sys.exit(2)
 
 
 @dataclass

@@ -17,7 +17,6 @@ Exit codes: 0 after a signal, 2 when it cannot start.
 
 from __future__ import annotations
 
-import sys
 import threading
 import time
 from collections.abc import Iterable
@@ -29,9 +28,10 @@ import rospy
 from geometry_msgs.msg import TransformStamped
 from scara_config import ConfigError, load, load_robot, locate
 from scara_ros.io.process.memory import keep_for_good
+from scara_ros.nodes.node_shell import starting
 from scara_ros.nodes.own_cell import own_frame
 from scara_ros.nodes.registration import keep_parameters
-from scara_ros.nodes.starting import become_node, until_shutdown
+from scara_ros.nodes.starting import until_shutdown
 from scara_ros.pacing import Pace
 from scara_ros.parameters import as_parameter
 from sensor_msgs.msg import JointState
@@ -54,14 +54,10 @@ QUEUE = 10
 
 def main() -> None:
     """Run the node."""
-    try:
-        become_node(NAME)
+    with starting(NAME) as folder:
         rate = _rate(rospy.get_param("~rate", RATE_HZ))
-        twin, real = _describe(_file())
-        profile = _profile(rospy.get_param("~config_dir", None))
-    except ConfigError as error:
-        rospy.logfatal("%s: %s", NAME, error)
-        sys.exit(2)
+        twin, real = _describe(_file(folder))
+        profile = _profile(folder)
     described = {"robot_description": twin.text, "real/robot_description": real.text}
     keep_parameters({**described, **{f"profile/{name}": tree for name, tree in profile.items()}})
     told = [_latched(name, text) for name, text in described.items()]
@@ -170,14 +166,14 @@ def _rate(given: object) -> float:
     raise ConfigError(f"~rate = {given!r}: must be a number from {low:g} to {high:g} [Hz]")
 
 
-def _file() -> Path:
+def _file(folder: Path) -> Path:
     """Return the URDF that is shown."""
     if rospy.has_param("~file"):
         return Path(str(rospy.get_param("~file")))
-    return load_robot(rospy.get_param("~config_dir", None)).description
+    return load_robot(folder).description
 
 
-def _profile(directory: str | None) -> dict[str, dict[str, Any]]:
+def _profile(directory: Path) -> dict[str, dict[str, Any]]:
     """Return the files of the robot's profile as parameters can hold them, by name."""
     return {
         name: as_parameter(load(locate(f"{name}.yaml", directory), dict[str, Any]))

@@ -16,6 +16,7 @@ from typing import Any
 import rospkg
 from scara_config import ConfigError, load, load_robot, locate
 from scara_config.profile import CHOICE
+from scara_ros.io.shell.program import FAILED, ends_with
 
 from scara_description.gazebo import CameraView, GazeboError, controllers_of, with_gazebo
 from scara_description.urdf import UrdfError, parse_urdf
@@ -27,7 +28,9 @@ def main() -> None:
         sys.exit("usage: write_gazebo ROBOT")
     os.environ[CHOICE] = sys.argv[1]
     folder = Path(rospkg.RosPack().get_path("scara_description"))
-    try:
+    with ends_with(
+        "write_gazebo", dict.fromkeys((ConfigError, GazeboError, UrdfError, OSError), FAILED)
+    ):
         robot = load_robot()
         description = folder / "urdf" / robot.urdf
         controllers = folder / "gazebo" / f"{robot.name}_controllers.yaml"
@@ -41,5 +44,3 @@ def main() -> None:
         for path, content in files.items():
             path.write_text(content, encoding="utf-8")
             print(f"{path}: written")
-    except (ConfigError, GazeboError, UrdfError, OSError) as error:
-        sys.exit(f"write_gazebo: {error}")

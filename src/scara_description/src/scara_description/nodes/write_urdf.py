@@ -12,6 +12,7 @@ from pathlib import Path
 import rospkg
 from scara_config import ConfigError, load, load_robot, locate
 from scara_config.profile import CHOICE
+from scara_ros.io.shell.program import FAILED, ends_with
 
 from scara_description.body import load_body, urdf_of
 from scara_description.gazebo import CameraView, with_gazebo
@@ -24,7 +25,7 @@ def main() -> None:
     if len(sys.argv) != 2:
         sys.exit("usage: write_urdf ROBOT")
     os.environ[CHOICE] = sys.argv[1]
-    try:
+    with ends_with("write_urdf", dict.fromkeys((ConfigError, ShapeError, OSError), FAILED)):
         robot = load_robot()
         body = load_body(robot)
         view = load(locate("camera.yaml"), CameraView)
@@ -35,6 +36,4 @@ def main() -> None:
             print(f"{path}: up to date")
             return
         path.write_text(text, encoding="utf-8")
-    except (ConfigError, ShapeError, OSError) as error:
-        sys.exit(f"write_urdf: {error}")
     print(f"{path}: written")

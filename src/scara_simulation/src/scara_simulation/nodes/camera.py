@@ -12,19 +12,19 @@ Exit codes: 0 after a signal, 2 when it cannot start.
 from __future__ import annotations
 
 import os
-import sys
 import threading
 import time
 from pathlib import Path
 
 import rospy
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
-from scara_config import ConfigError, load_robot
+from scara_config import load_robot
 from scara_ros.diagnosis import Diagnosis, Level
 from scara_ros.io.process.memory import give_back
 from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
+from scara_ros.nodes.node_shell import starting
 from scara_ros.nodes.own_cell import own_frame
-from scara_ros.nodes.starting import become_node, until_shutdown
+from scara_ros.nodes.starting import until_shutdown
 from sensor_msgs.msg import CameraInfo, Image, JointState
 from tf2_ros import StaticTransformBroadcaster
 from visualization_msgs.msg import Marker, MarkerArray
@@ -37,20 +37,15 @@ FRAME = "camera_optical_frame"
 
 def main() -> None:
     """Run the node."""
-    try:
-        become_node("camera")
+    with starting("camera") as directory:
         given = {
             name: rospy.get_param(f"~{name}") for name in PARAMETERS if rospy.has_param(f"~{name}")
         }
-        directory = rospy.get_param("~config_dir", None)
         config = load_camera(directory, given)
         os.nice(config.niceness)
         urdf = load_robot(directory).description
         with CameraWorld(urdf, config) as world:
             root = world.root
-    except ConfigError as error:
-        rospy.logfatal("%s", error)
-        sys.exit(2)
     give_back()
     camera = Camera(urdf, root, config)
     rospy.on_shutdown(camera.wake)

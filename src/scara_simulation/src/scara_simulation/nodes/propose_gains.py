@@ -7,14 +7,15 @@ pid_gains.yaml should hold; ``--write`` writes pid_gains.yaml, unless there is o
 
 from __future__ import annotations
 
-import os
 from typing import Annotated
 
 import typer
 from rich.console import Console
 from scara_config import ConfigError, load_robot
-from scara_config.profile import CHOICE, robot_folder
+from scara_config.profile import robot_folder
 from scara_config.writer import replace_file
+from scara_ros.io.shell.command_line import CommandLine, RobotName, choose_robot
+from scara_ros.io.shell.program import WRONG
 
 from scara_simulation.config import load_simulation
 from scara_simulation.io.world import World
@@ -30,50 +31,43 @@ HEAD = """\
 # times the dry friction
 # Changed while the simulator runs by twin/pid/<joint> (docs/tuning.md), which keeps these comments.
 """
-app = typer.Typer(
-    add_completion=False, help="Propose inertia and PID gains from the URDF.", rich_markup_mode=None
+app = CommandLine(
+    "propose_gains",
+    {ConfigError: WRONG},
+    help="Propose inertia and PID gains from the URDF.",
+    rich_markup_mode=None,
 )
 
 
 @app.command()
 def propose_gains(
-    robot: Annotated[
-        str | None,
-        typer.Option(help="Folder of config/robots; default: SCARA_ROBOT, else fanuc_sr6ia."),
-    ] = None,
+    robot: RobotName = None,
     write: Annotated[bool, typer.Option("--write", help="Write pid_gains.yaml.")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Even if there is one.")] = False,
 ) -> None:
     """Propose inertia and PID gains from the URDF."""
     console = Console(highlight=False, soft_wrap=True)
-    if robot is not None:
-        os.environ[CHOICE] = robot
-    try:
-        profile = load_robot()
-        names = [joint.name for joint in profile.twin_joints]
-        proposals = dict(zip(names, _proposals()))
-        for joint in profile.twin_joints:
-            unit = "kg" if joint.si_unit == "m" else "kg m^2"
-            inertia = proposals[joint.name].inertia
-            console.print(
-                f"robot.yaml: {joint.name}.inertia: {inertia}  # [chk] {unit}",
-                markup=False,
-            )
-        text = HEAD.format(name=profile.name) + "".join(
-            _lines(name, proposal) for name, proposal in proposals.items()
+    choose_robot(robot)
+    profile = load_robot()
+    names = [joint.name for joint in profile.twin_joints]
+    proposals = dict(zip(names, _proposals()))
+    for joint in profile.twin_joints:
+        unit = "kg" if joint.si_unit == "m" else "kg m^2"
+        inertia = proposals[joint.name].inertia
+        console.print(
+            f"robot.yaml: {joint.name}.inertia: {inertia}  # [chk] {unit}",
+            markup=False,
         )
-        console.print(text, markup=False)
-        file = robot_folder() / "pid_gains.yaml"
-        if (write and not file.exists()) or overwrite:
-            replace_file(file, text)
-            console.print(f"{file}: written", markup=False)
-        elif write:
-            console.print(f"{file}: exists; --overwrite replaces it", markup=False)
-    except ConfigError as error:
-        Console(stderr=True).print(
-            f"propose_gains: {error}", style="red", markup=False, soft_wrap=True
-        )
-        raise typer.Exit(2) from error
+    text = HEAD.format(name=profile.name) + "".join(
+        _lines(name, proposal) for name, proposal in proposals.items()
+    )
+    console.print(text, markup=False)
+    file = robot_folder() / "pid_gains.yaml"
+    if (write and not file.exists()) or overwrite:
+        replace_file(file, text)
+        console.print(f"{file}: written", markup=False)
+    elif write:
+        console.print(f"{file}: exists; --overwrite replaces it", markup=False)
 
 
 def _proposals() -> list[Proposal]:
@@ -106,6 +100,4 @@ def _lines(name: str, proposal: Proposal) -> str:
     return f"{name}:  # [{proposal.bandwidth:g} rad/s]\n" + "".join(rows)
 
 
-def main() -> None:
-    """Run the command."""
-    app()
+main = app.run

@@ -20,7 +20,6 @@ Exit codes: 0 after a signal, 1 when the simulation died, 2 when it cannot start
 from __future__ import annotations
 
 import math
-import sys
 import time
 from collections.abc import Sequence
 from functools import partial
@@ -33,8 +32,9 @@ from scara_config.payload import Payload, load_payloads
 from scara_control.config import load_motion
 from scara_ros.io.process.memory import keep_for_good
 from scara_ros.io.process.scheduling import go_first
+from scara_ros.nodes.node_shell import starting
 from scara_ros.nodes.own_cell import own_frame
-from scara_ros.nodes.starting import become_node, until_shutdown
+from scara_ros.nodes.starting import until_shutdown
 
 from scara_simulation.command_desk import CommandDesk
 from scara_simulation.commands import CommandGate
@@ -65,9 +65,7 @@ from scara_simulation.tuning.stability import sample_plant
 
 def main() -> None:
     """Run the node."""
-    try:
-        become_node("simulator")
-        directory = rospy.get_param("~config_dir", None)
+    with starting("simulator") as directory:
         robot = load_robot(directory)
         config, gains = load_simulation(robot, directory), load_gains(robot, directory)
         factor, publish_clock = _speed()
@@ -77,9 +75,6 @@ def main() -> None:
         effort_percent = load_motion(directory).move.effort_percent
         world = _world(robot, config, work, carried.mounted)
         tuning = _tuning(world, robot, config, gains, gains_path(directory))
-    except ConfigError as error:
-        rospy.logfatal("%s", error)
-        sys.exit(2)
     part = part_payload(work) if work else None
     told = ToldDynamics(robot, config, carried.told, part, partial(_holds_part, world))
     with world, told:
@@ -140,19 +135,16 @@ def _speed() -> tuple[float, bool]:
         rospy.get_param("~publish_clock", False),
     )
     if not isinstance(publish_clock, bool):
-        raise ConfigError(f"simulator: ~publish_clock = {publish_clock!r}: must be true or false")
+        raise ConfigError(f"~publish_clock = {publish_clock!r}: must be true or false")
     if (
         isinstance(factor, bool)
         or not isinstance(factor, int | float)
         or not 0.0 <= factor <= 1000.0
     ):
-        raise ConfigError(
-            f"simulator: ~real_time_factor = {factor!r}: must be a number in [0, 1000]"
-        )
+        raise ConfigError(f"~real_time_factor = {factor!r}: must be a number in [0, 1000]")
     if not math.isclose(factor, 1.0) and not publish_clock:
         raise ConfigError(
-            f"simulator: ~real_time_factor = {factor:g}: needs ~publish_clock:=true, time is "
-            "not the system's"
+            f"~real_time_factor = {factor:g}: needs ~publish_clock:=true, time is not the system's"
         )
     return float(factor), publish_clock
 

@@ -22,14 +22,13 @@ from __future__ import annotations
 
 import hashlib
 import os
-import sys
 import time
 from pathlib import Path
 
 import msgspec
 import rospy
 from geometry_msgs.msg import PointStamped
-from scara_config import ConfigError, Robot, config_directory, files_in_force, load_robot
+from scara_config import Robot, files_in_force, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 from scara_config.profile import PLANTS
 from scara_ros.gate.settings import GateSettings, load_gate
@@ -37,8 +36,9 @@ from scara_ros.io.persons import Persons, load_persons
 from scara_ros.io.process.memory import keep_for_good
 from scara_ros.io.process.scheduling import go_first
 from scara_ros.nodes.diagnostics import PERIOD_S
+from scara_ros.nodes.node_shell import starting
 from scara_ros.nodes.own_cell import own_frame
-from scara_ros.nodes.starting import become_node, until_shutdown
+from scara_ros.nodes.starting import until_shutdown
 from scara_ros.pacing import Pace
 from std_msgs.msg import String
 
@@ -254,9 +254,7 @@ def _publish_configuration(
 
 def main() -> None:
     """Bridge until shut down."""
-    become_node("twin_controller")
-    try:
-        folder = Path(rospy.get_param("~config_dir", "") or config_directory())
+    with starting("twin_controller") as folder:
         robot = load_robot(folder)
         config = load_twin_controller(robot, folder, rospy.get_param("~links", ""))
         host = str(rospy.get_param("~modbus_host", config.real.host))
@@ -267,9 +265,6 @@ def main() -> None:
         access = read_access(config.twin, url, os.environ)
         persons = Persons(load_persons(folder))
         gate = load_gate(folder)
-    except ConfigError as error:
-        rospy.logfatal("twin_controller: %s", error)
-        sys.exit(2)
     rospy.loginfo(links_text(config))
     only_followed = robot.stopping.only_followed(config.real.host)
     if only_followed:

@@ -17,6 +17,8 @@ from cell_recorder.io.reading.bag_reader import BagError
 from rich.console import Console
 from rich.table import Table
 from scara_config import ConfigError
+from scara_ros.io.shell.command_line import CommandLine
+from scara_ros.io.shell.program import UNUSABLE, WRONG
 
 from twin_experiments.comparison.document import PAIR_HEADINGS, RUN_HEADINGS, pair_rows, run_rows
 from twin_experiments.io.compare.track_reader import Topics
@@ -24,9 +26,13 @@ from twin_experiments.io.compare.writer import WrittenComparison, write_comparis
 from twin_experiments.io.run_reader import TWIN
 from twin_experiments.record import RecordError
 
-INCOMPLETE, WRONG, UNUSABLE = 1, 2, 3
+INCOMPLETE = 1
 
-app = typer.Typer(add_completion=False, help="Compare recordings with each other.")
+app = CommandLine(
+    "compare",
+    {ConfigError: WRONG, BagError: UNUSABLE, RecordError: UNUSABLE, OSError: UNUSABLE},
+    help="Compare recordings with each other.",
+)
 
 
 @app.command()
@@ -46,13 +52,7 @@ def compare(
 ) -> None:
     """Compare real with twin in each recording, and each recording with the first one."""
     folder = (output or bags[0].parent / "comparison").resolve()
-    try:
-        written = write_comparison(bags, folder, Topics(real_topic, twin_topic), config_dir)
-    except (ConfigError, BagError, RecordError, OSError) as error:
-        Console(stderr=True, highlight=False).print(
-            f"compare: {error}", soft_wrap=True, markup=False
-        )
-        raise typer.Exit(WRONG if isinstance(error, ConfigError) else UNUSABLE) from error
+    written = write_comparison(bags, folder, Topics(real_topic, twin_topic), config_dir)
     print_comparison(written, Console(highlight=False))
     raise typer.Exit(
         INCOMPLETE if any(experiment.reasons for experiment in written.experiments) else 0
@@ -88,6 +88,4 @@ def _print_table(title: str, columns: list[tuple[str, ...]], console: Console) -
     console.print(table)
 
 
-def main() -> None:
-    """Run the command."""
-    app(prog_name="compare")
+main = app.run

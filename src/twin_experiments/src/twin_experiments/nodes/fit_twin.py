@@ -22,6 +22,8 @@ from rich.table import Table
 from scara_config import ConfigError, Robot, config_directory, load_robot, locate
 from scara_config.writer import changed_text, replace_file
 from scara_control.kinematics.screws import ScrewModel, tool_positions
+from scara_ros.io.shell.command_line import CommandLine
+from scara_ros.io.shell.program import WRONG
 from scara_simulation.config import load_gains, load_simulation
 from scara_simulation.io.world import World
 from twin_controller.config import load_twin_controller
@@ -33,7 +35,7 @@ from twin_experiments.io.fitting.recording import Recording, read_recording
 
 MOVED_BORDER_UNITS = 1.0
 
-app = typer.Typer(add_completion=False, help=__doc__)
+app = CommandLine("fit_twin", {ConfigError: WRONG, BagError: WRONG}, help=__doc__)
 
 
 @app.command()
@@ -58,29 +60,25 @@ def fit(
 ) -> None:
     """Fit the twin to the robot."""
     console = Console(stderr=as_json)
-    try:
-        folder = Path(config_dir or config_directory())
-        robot = load_robot(folder)
-        with open_bag(bag) as opened:
-            simulation = load_simulation(robot, folder)
-            recording = read_recording(
-                opened, [j.name for j in robot.twin_joints], SNAPSHOT_STEPS * simulation.dt
-            )
-        start = load_model(robot, folder)
-        choice = choose(robot, recording)
-        found = search(robot, folder, recording, start, choice, held_out, simulations, console)
-        show(console, robot, choice, start, found)
-        propose(
-            console,
-            folder,
-            yaml_values(found.model, choice, [j.name for j in robot.twin_joints]),
-            write,
+    folder = Path(config_dir or config_directory())
+    robot = load_robot(folder)
+    with open_bag(bag) as opened:
+        simulation = load_simulation(robot, folder)
+        recording = read_recording(
+            opened, [j.name for j in robot.twin_joints], SNAPSHOT_STEPS * simulation.dt
         )
-        if as_json:
-            print(json.dumps(fitted(robot, choice, found)))
-    except (ConfigError, BagError) as error:
-        console.print(f"fit_twin: {error}", style="red", markup=False)
-        raise typer.Exit(2) from error
+    start = load_model(robot, folder)
+    choice = choose(robot, recording)
+    found = search(robot, folder, recording, start, choice, held_out, simulations, console)
+    show(console, robot, choice, start, found)
+    propose(
+        console,
+        folder,
+        yaml_values(found.model, choice, [j.name for j in robot.twin_joints]),
+        write,
+    )
+    if as_json:
+        print(json.dumps(fitted(robot, choice, found)))
 
 
 def load_model(robot: Robot, folder: Path) -> TwinModel:
@@ -221,6 +219,4 @@ def propose(
     console.print("written" if write else "nothing was written; --write does", style="bold")
 
 
-def main() -> None:
-    """Run the command."""
-    app()
+main = app.run

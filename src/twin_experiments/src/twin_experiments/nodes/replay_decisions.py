@@ -17,15 +17,21 @@ import typer
 from cell_recorder.io.reading.bag_reader import BagError, open_bag
 from rich.console import Console
 from scara_config import ConfigError
+from scara_ros.io.shell.command_line import CommandLine
+from scara_ros.io.shell.program import UNUSABLE, WRONG
 from twin_controller.reporting.snapshots import SnapshotError
 
 from twin_experiments.io.decision_reader import read_decisions, read_inputs, read_setups
 from twin_experiments.replay.decisions import ReplayResult, replay
 
-DIFFERENT, WRONG, UNUSABLE = 1, 2, 3
+DIFFERENT = 1
 MOST = 10
 
-app = typer.Typer(add_completion=False, help="Replay the twin controller's decisions from a bag.")
+app = CommandLine(
+    "replay_decisions",
+    {ConfigError: WRONG, BagError: UNUSABLE, SnapshotError: UNUSABLE},
+    help="Replay the twin controller's decisions from a bag.",
+)
 
 
 @app.command()
@@ -33,13 +39,7 @@ def replay_decisions(
     bag: Annotated[Path, typer.Argument(help="Recording of a run, unfinished ones too.")],
 ) -> None:
     """Replay the recorded inputs through the core; compare every decision and state."""
-    try:
-        result, repaired = _replay(bag)
-    except (ConfigError, BagError, SnapshotError) as error:
-        Console(stderr=True, highlight=False).print(
-            f"replay_decisions: {error}", soft_wrap=True, markup=False
-        )
-        raise typer.Exit(WRONG if isinstance(error, ConfigError) else UNUSABLE) from error
+    result, repaired = _replay(bag)
     _print(result, repaired, Console(highlight=False, markup=False, soft_wrap=True))
     raise typer.Exit(0 if result.exact else DIFFERENT)
 
@@ -89,6 +89,4 @@ def _print(result: ReplayResult, repaired: bool, console: Console) -> None:
         console.print(f"first difference: {result.differences[0]}")
 
 
-def main() -> None:
-    """Run the command."""
-    app(prog_name="replay_decisions")
+main = app.run

@@ -22,7 +22,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
-import rospy
 import typer
 from cell_recorder.io.reading.bag_reader import BagError
 from fanuc_emulator.config import load_emulator
@@ -30,6 +29,8 @@ from fanuc_emulator.io.modbus_server import PortError
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from scara_config import ConfigError, Robot, load_robot
+from scara_ros.io.shell.command_line import CommandLine
+from scara_ros.io.shell.program import INTERRUPTED, WRONG, private_parameters
 from twin_controller.config import load_twin_controller
 from twin_controller.reporting.snapshots import SnapshotError
 
@@ -59,12 +60,24 @@ from twin_experiments.nodes.live.live_twin import LiveTwin, enter_ros
 from twin_experiments.record import RecordError, cut
 from twin_experiments.replay.playback import Playback, plan_playback
 
-INCOMPLETE, WRONG, NOT_PLAYED, INTERRUPTED = 1, 2, 3, 130
+INCOMPLETE, NOT_PLAYED = 1, 3
 READY_S = 90.0  # our choice: as scara_bringup's ready_timeout
 TAIL_S = 1.0  # our choice: after the last row, until the follower has arrived
 RECORDED, LIVE = "recorded", "live"
 
-app = typer.Typer(add_completion=False, help="Let the recorded real robot drive a live twin.")
+app = CommandLine(
+    "replay_to_twin",
+    {
+        ConfigError: WRONG,
+        RunError: NOT_PLAYED,
+        BagError: NOT_PLAYED,
+        RecordError: NOT_PLAYED,
+        SnapshotError: NOT_PLAYED,
+        OSError: NOT_PLAYED,
+        KeyboardInterrupt: INTERRUPTED,
+    },
+    help="Let the recorded real robot drive a live twin.",
+)
 console = Console(highlight=False)
 
 
@@ -94,19 +107,13 @@ def replay_to_twin(
 ) -> None:
     """Let the recorded real robot drive a live twin, and report the same errors."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    folder = rospy.client.load_command_line_node_params(sys.argv).get("config_dir")
+    folder = private_parameters(sys.argv).get("config_dir")
     try:
         written, stops = _run(
             bag, rate, (output or bag.parent / "replay").resolve(), real_topic, (host, port), folder
         )
-    except ConfigError as error:
-        raise _end(WRONG, str(error)) from error
     except PortError as error:
-        raise _end(NOT_PLAYED, f"{error}; start the cell with --without emulator") from error
-    except (RunError, BagError, RecordError, SnapshotError, OSError) as error:
-        raise _end(NOT_PLAYED, str(error)) from error
-    except KeyboardInterrupt as error:
-        raise _end(INTERRUPTED, "interrupted") from error
+        raise RunError(f"{error}; start the cell with --without emulator") from error
     print_comparison(written, console)
     raise typer.Exit(
         INCOMPLETE if stops or any(experiment.reasons for experiment in written.experiments) else 0
@@ -222,14 +229,4 @@ def _compare(
     return written
 
 
-def _end(code: int, text: str) -> typer.Exit:
-    """Say why and return the end with that exit code."""
-    Console(stderr=True, highlight=False).print(
-        f"replay_to_twin: {text}", soft_wrap=True, markup=False
-    )
-    return typer.Exit(code)
-
-
-def main() -> None:
-    """Run the command; ROS remappings and parameters are not its arguments."""
-    app(rospy.myargv(sys.argv)[1:], prog_name="replay_to_twin")
+main = app.run

@@ -16,14 +16,18 @@ import typer
 from cell_recorder.io.reading.bag_reader import BagError
 from rich.console import Console
 from scara_config import ConfigError
+from scara_ros.io.shell.command_line import CommandLine
+from scara_ros.io.shell.program import FAILED, UNUSABLE, WRONG
 
 from twin_experiments.io.report import write_report
 from twin_experiments.nodes.live.terminal import print_report
 from twin_experiments.record import RecordError
 
-FAILED, WRONG, UNUSABLE = 1, 2, 3
-
-app = typer.Typer(add_completion=False, help="Rebuild the report of a recorded run.")
+app = CommandLine(
+    "report",
+    {ConfigError: WRONG, BagError: UNUSABLE, RecordError: UNUSABLE, OSError: UNUSABLE},
+    help="Rebuild the report of a recorded run.",
+)
 
 
 @app.command()
@@ -37,17 +41,9 @@ def report(
     ] = None,
 ) -> None:
     """Rebuild the report of a recorded run from its bag alone."""
-    try:
-        written = write_report(bag, (output or bag.parent).resolve(), config_dir)
-    except (ConfigError, BagError, RecordError, OSError) as error:
-        Console(stderr=True, highlight=False).print(
-            f"report: {error}", soft_wrap=True, markup=False
-        )
-        raise typer.Exit(WRONG if isinstance(error, ConfigError) else UNUSABLE) from error
+    written = write_report(bag, (output or bag.parent).resolve(), config_dir)
     print_report(written, Console(highlight=False))
     raise typer.Exit(0 if written.passed else FAILED)
 
 
-def main() -> None:
-    """Run the command."""
-    app(prog_name="report")
+main = app.run

@@ -13,7 +13,6 @@ or arguments, 3 the run could not be made, 130 interrupted.
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
 import time
@@ -31,6 +30,8 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.palletise import Palletise, find_palletise
 from scara_ros.io.hardening import harden_process
+from scara_ros.io.shell.command_line import CommandLine
+from scara_ros.io.shell.program import FAILED, INTERRUPTED, WRONG, private_parameters, runs_folder
 
 from twin_experiments.config import (
     Experiment,
@@ -53,10 +54,20 @@ MASTER_POLL_S = 0.5
 TAIL_S = (
     0.3  # our choice: recorded after the last marker, so that both sides have samples beyond it
 )
-FAILED, WRONG, NOT_RUN, INTERRUPTED = 1, 2, 3, 130
+NOT_RUN = 3
 
-app = typer.Typer(
-    add_completion=False, help="Run experiments on a running cell, record them and report."
+app = CommandLine(
+    "run_experiment",
+    {
+        ConfigError: WRONG,
+        RunError: NOT_RUN,
+        PendantError: NOT_RUN,
+        BagError: NOT_RUN,
+        RecordError: NOT_RUN,
+        OSError: NOT_RUN,
+        KeyboardInterrupt: INTERRUPTED,
+    },
+    help="Run experiments on a running cell, record them and report.",
 )
 console = Console(highlight=False)
 
@@ -178,49 +189,39 @@ def run_experiment(
         signal.SIGTERM,
     ):  # SIGINT too: a shell's background job is started with it ignored
         signal.signal(number, signal.default_int_handler)
-    try:
-        folder = rospy.client.load_command_line_node_params(sys.argv).get("config_dir")
-        robot = load_robot(folder)
-        config = load_experiments(robot, folder)
-        chosen = {
-            name: _at_speed(experiment, speed)
-            for name, experiment in config.select(names or []).items()
-        }
-        work = find_palletise(folder)
-        if work is None and any(name in config.palletising for name in chosen):
-            raise ConfigError(f"{robot.name} has no palletise.yaml: it has no parts")
-        _enter_ros(config.deadlines_s.cell)
-        cell = Cell(robot, config.metrics.moving_speed_percent, config.deadlines_s)
-        options = {"--host": robot_host, "--port": robot_port, "--config-dir": folder}
-        words = [
-            word
-            for name, value in options.items()
-            if value is not None
-            for word in (name, str(value))
-        ]
-        run_folder = _run_folder(output)
-        bag = run_folder / BAG_NAME
-        _record(
-            cell,
-            robot,
-            config,
-            Pendant(words, config.deadlines_s.service),
-            chosen,
-            repeat,
-            bag,
-            work,
-        )
-        from twin_experiments.io.report import write_report  # figures: a run begins without them
+    folder = private_parameters(sys.argv).get("config_dir")
+    robot = load_robot(folder)
+    config = load_experiments(robot, folder)
+    chosen = {
+        name: _at_speed(experiment, speed)
+        for name, experiment in config.select(names or []).items()
+    }
+    work = find_palletise(folder)
+    if work is None and any(name in config.palletising for name in chosen):
+        raise ConfigError(f"{robot.name} has no palletise.yaml: it has no parts")
+    _enter_ros(config.deadlines_s.cell)
+    cell = Cell(robot, config.metrics.moving_speed_percent, config.deadlines_s)
+    options = {"--host": robot_host, "--port": robot_port, "--config-dir": folder}
+    words = [
+        word for name, value in options.items() if value is not None for word in (name, str(value))
+    ]
+    run_folder = _run_folder(output)
+    bag = run_folder / BAG_NAME
+    _record(
+        cell,
+        robot,
+        config,
+        Pendant(words, config.deadlines_s.service),
+        chosen,
+        repeat,
+        bag,
+        work,
+    )
+    from twin_experiments.io.report import write_report  # figures: a run begins without them
 
-        report = write_report(bag, run_folder, Path(folder) if folder else None)
-        if output is None:
-            link_latest(run_folder)
-    except ConfigError as error:
-        raise _end(WRONG, str(error)) from error
-    except (RunError, PendantError, BagError, RecordError, OSError) as error:
-        raise _end(NOT_RUN, str(error)) from error
-    except KeyboardInterrupt as error:
-        raise _end(INTERRUPTED, "interrupted") from error
+    report = write_report(bag, run_folder, Path(folder) if folder else None)
+    if output is None:
+        link_latest(run_folder)
     print_report(report, console)
     raise typer.Exit(0 if report.passed else FAILED)
 
@@ -309,8 +310,7 @@ def _run_folder(output: Path | None) -> Path:
         RunError: There is a bag already.
     """
     if output is None:
-        base = Path(os.environ.get("CELL_ROOT") or Path.cwd()) / "runs"
-        return new_run_folder(base, datetime.now().strftime("%Y-%m-%d_%H-%M-%S"))
+        return new_run_folder(runs_folder(), datetime.now().strftime("%Y-%m-%d_%H-%M-%S"))
     if (output / BAG_NAME).exists():
         raise RunError(f"{output / BAG_NAME} exists already: choose another folder")
     output.mkdir(parents=True, exist_ok=True)
@@ -322,14 +322,4 @@ def _colon(text: str) -> str:
     return f": {text}" if text else ""
 
 
-def _end(code: int, text: str) -> typer.Exit:
-    """Say why and return the end with that exit code."""
-    Console(stderr=True, highlight=False).print(
-        f"run_experiment: {text}", soft_wrap=True, markup=False
-    )
-    return typer.Exit(code)
-
-
-def main() -> None:
-    """Run the command; ROS remappings and parameters are not its arguments."""
-    app(rospy.myargv(sys.argv)[1:], prog_name="run_experiment")
+main = app.run

@@ -17,17 +17,20 @@ from typing import Annotated
 import msgspec
 import typer
 from cell_recorder.io.reading.bag_reader import BagError, open_bag
-from rich.console import Console
 from scara_config import ConfigError
+from scara_ros.io.shell.command_line import CommandLine
+from scara_ros.io.shell.program import UNUSABLE, WRONG
 from twin_controller.reporting.snapshots import SnapshotError
 
 from twin_experiments.io.decision_reader import read_inputs, read_setups
 from twin_experiments.record import RecordError
 from twin_experiments.replay.history import shadow_at
 
-WRONG, UNUSABLE = 2, 3
-
-app = typer.Typer(add_completion=False, help="Show the pair at a time of a recording.")
+app = CommandLine(
+    "shadow",
+    {ConfigError: WRONG, BagError: UNUSABLE, RecordError: UNUSABLE, SnapshotError: UNUSABLE},
+    help="Show the pair at a time of a recording.",
+)
 
 
 @app.command()
@@ -39,17 +42,9 @@ def shadow(
     ] = 0.0,
 ) -> None:
     """Print the shadow of the pair at a time of a recording."""
-    try:
-        with open_bag(bag) as opened:
-            found = shadow_at(read_setups(opened), list(read_inputs(opened)), time)
-    except (ConfigError, BagError, RecordError, SnapshotError) as error:
-        Console(stderr=True, highlight=False).print(
-            f"shadow: {error}", soft_wrap=True, markup=False
-        )
-        raise typer.Exit(WRONG if isinstance(error, ConfigError) else UNUSABLE) from error
+    with open_bag(bag) as opened:
+        found = shadow_at(read_setups(opened), list(read_inputs(opened)), time)
     typer.echo(msgspec.json.format(msgspec.json.encode(found), indent=2).decode())
 
 
-def main() -> None:
-    """Run the command."""
-    app(prog_name="shadow")
+main = app.run

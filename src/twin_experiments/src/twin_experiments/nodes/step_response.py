@@ -24,16 +24,26 @@ from rich.console import Console
 from rich.table import Table
 from scara_config import ConfigError, Joint, load_robot
 from scara_ros.io.hardening import harden_process
+from scara_ros.io.shell.command_line import CommandLine
+from scara_ros.io.shell.program import FAILED, WRONG, private_parameters
 
 from twin_experiments.io.step.offline import OfflineBench
 from twin_experiments.nodes.live.step_bench import LiveBench, LiveError, simulator_answers
 from twin_experiments.step.response import Kind, Step, StepError
 from twin_experiments.step.trial import Trial, plan_trial, summary
 
-FAILED, WRONG, NOT_MADE = 1, 2, 3
+NOT_MADE = 3
 
-app = typer.Typer(
-    add_completion=False, help="Step responses of one joint of the twin, in both directions."
+app = CommandLine(
+    "step_response",
+    {
+        ConfigError: WRONG,
+        StepError: WRONG,
+        LiveError: NOT_MADE,
+        OSError: NOT_MADE,
+        rospy.ROSException: NOT_MADE,
+    },
+    help="Step responses of one joint of the twin, in both directions.",
 )
 console = Console(highlight=False)
 
@@ -63,38 +73,31 @@ def step_response(
 ) -> None:
     """Make steps with one joint of the twin and write figures and a judgement of them."""
     kind: Kind = "velocity" if velocity else "position"
-    try:
-        folder = rospy.client.load_command_line_node_params(sys.argv).get("config_dir")
-        robot = load_robot(folder)
-        chosen = robot.joint(joint)
-        if not chosen.twin:
-            raise ConfigError(
-                f"{joint} is not moved by the twin; it moves "
-                f"{', '.join(each.name for each in robot.twin_joints)}"
-            )
-        live = not (offline or plain) and rosgraph.is_master_online() and simulator_answers(joint)
-        if live:
-            trial, steps, where = _run_live(chosen, kind, size, seconds, with_robot=with_robot)
-        else:
-            why = "" if offline or plain else f"no simulator at {rosgraph.get_master_uri()}: "
-            console.print(f"{why}in process, offline", soft_wrap=True)
-            bench = OfflineBench(robot, Path(folder) if folder else None, plain=plain)
-            trial = plan_trial(chosen, kind, bench.position(joint), size, seconds)
-            steps, where = (
-                bench.run(trial),
-                {"simulator": "offline", "feed_forward": bench.feed_forward},
-            )
-        label = "_".join(
-            [joint, *(["velocity"] if velocity else []), *(["plain"] if plain else [])]
+    folder = private_parameters(sys.argv).get("config_dir")
+    robot = load_robot(folder)
+    chosen = robot.joint(joint)
+    if not chosen.twin:
+        raise ConfigError(
+            f"{joint} is not moved by the twin; it moves "
+            f"{', '.join(each.name for each in robot.twin_joints)}"
         )
-        document = summary(trial, steps, {"title": _title(trial, where), **where})
-        from twin_experiments.io.step.figures import write_trial  # slow to load: after the steps
+    live = not (offline or plain) and rosgraph.is_master_online() and simulator_answers(joint)
+    if live:
+        trial, steps, where = _run_live(chosen, kind, size, seconds, with_robot=with_robot)
+    else:
+        why = "" if offline or plain else f"no simulator at {rosgraph.get_master_uri()}: "
+        console.print(f"{why}in process, offline", soft_wrap=True)
+        bench = OfflineBench(robot, Path(folder) if folder else None, plain=plain)
+        trial = plan_trial(chosen, kind, bench.position(joint), size, seconds)
+        steps, where = (
+            bench.run(trial),
+            {"simulator": "offline", "feed_forward": bench.feed_forward},
+        )
+    label = "_".join([joint, *(["velocity"] if velocity else []), *(["plain"] if plain else [])])
+    document = summary(trial, steps, {"title": _title(trial, where), **where})
+    from twin_experiments.io.step.figures import write_trial  # slow to load: after the steps
 
-        written = write_trial(trial, steps, document, output.resolve(), label)
-    except (ConfigError, StepError) as error:
-        raise _end(WRONG, str(error)) from error
-    except (LiveError, OSError, rospy.ROSException) as error:
-        raise _end(NOT_MADE, str(error)) from error
+    written = write_trial(trial, steps, document, output.resolve(), label)
     _print(document, written)
     raise typer.Exit(0 if document["verdict"] == "pass" else FAILED)
 
@@ -160,14 +163,4 @@ def _milliseconds(seconds: float | None) -> str:
     return "-" if seconds is None else f"{seconds * 1e3:.0f} ms"
 
 
-def _end(code: int, text: str) -> typer.Exit:
-    """Say why and return the end with that exit code."""
-    Console(stderr=True, highlight=False).print(
-        f"step_response: {text}", soft_wrap=True, markup=False
-    )
-    return typer.Exit(code)
-
-
-def main() -> None:
-    """Run the command; ROS remappings and parameters are not its arguments."""
-    app(rospy.myargv(sys.argv)[1:], prog_name="step_response")
+main = app.run

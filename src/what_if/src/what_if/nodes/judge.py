@@ -8,7 +8,6 @@ It begins where the arm of the running cell stands, or at home with parts on the
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -18,7 +17,7 @@ from typing import Annotated
 import msgspec
 import typer
 from scara_config import ConfigError
-from scara_config.profile import CHOICE
+from scara_ros.io.shell.command_line import CommandLine, ConfigDir, RobotName, choose_robot
 
 from what_if.errors import WhatIfError
 from what_if.io.cell_files import find_program, resting_cell
@@ -37,8 +36,9 @@ CODES = {Outcome.OK: 0, Outcome.LIMITED: 1, Outcome.REFUSED: 2}
 FAILED = 3
 NICENESS = 10
 """As the judge beside a cell; our choice."""
-app = typer.Typer(
-    add_completion=False,
+app = CommandLine(
+    "judge",
+    {ConfigError: FAILED, WhatIfError: FAILED},
     help="Try a motion before steel moves.",
     rich_markup_mode=None,
     context_settings={"ignore_unknown_options": True},
@@ -84,31 +84,20 @@ def judge(
         Path | None, typer.Option(help="Write a picture of the worst moment there, as PNG.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the verdict as JSON.")] = False,
-    robot: Annotated[
-        str | None,
-        typer.Option(help="Folder of config/robots; default: SCARA_ROBOT, else fanuc_sr6ia."),
-    ] = None,
-    config_dir: Annotated[
-        Path | None,
-        typer.Option(help="Folder with the YAML files; default: the package scara_config."),
-    ] = None,
+    robot: RobotName = None,
+    config_dir: ConfigDir = None,
 ) -> None:
     """Try a motion before steel moves."""
-    if robot is not None:
-        os.environ[CHOICE] = robot
+    choose_robot(robot)
     drawing = (worlds, seed, workers, scheduler)
     # Beside a running cell nothing shall wait for it.
     os.nice(NICENESS)
-    try:
-        with _world(config_dir, resting) as world:
-            begun, asked = _asked(world, motion, speed, elbow, config_dir)
-            verdict = judged(begun, asked)
-            made = _made(begun, asked, verdict, config_dir) if physics else None
-            found = _chances(begun, asked, drawing, config_dir) if worlds else None
-            drawn = _drawn(begun, asked, verdict, picture, config_dir) if picture else []
-    except (ConfigError, WhatIfError) as error:
-        typer.echo(f"judge: {error}", err=True)
-        raise typer.Exit(FAILED) from error
+    with _world(config_dir, resting) as world:
+        begun, asked = _asked(world, motion, speed, elbow, config_dir)
+        verdict = judged(begun, asked)
+        made = _made(begun, asked, verdict, config_dir) if physics else None
+        found = _chances(begun, asked, drawing, config_dir) if worlds else None
+        drawn = _drawn(begun, asked, verdict, picture, config_dir) if picture else []
     if as_json:
         told = msgspec.to_builtins(verdict) | ({"physics": made} if made else {})
         told |= {"chances": found} if found else {}
@@ -223,7 +212,4 @@ def _world(config_dir: Path | None, resting: bool) -> Iterator[World]:
         yield live or world
 
 
-def main() -> None:
-    """Run the command; rosrun may pass remappings."""
-    sys.argv[1:] = [word for word in sys.argv[1:] if ":=" not in word]
-    app(prog_name="judge")
+main = app.run

@@ -8,8 +8,6 @@ changes the file. Exit code 0 learned, 3 nothing could be learned.
 from __future__ import annotations
 
 import difflib
-import os
-import sys
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -17,8 +15,9 @@ from typing import Annotated
 
 import typer
 from scara_config import ConfigError
-from scara_config.profile import CHOICE, locate
+from scara_config.profile import locate
 from scara_config.writer import changed_text, replace_file
+from scara_ros.io.shell.command_line import CommandLine, ConfigDir, RobotName, choose_robot
 
 from what_if.errors import WhatIfError
 from what_if.io.cell_files import find_program, resting_cell
@@ -29,8 +28,11 @@ from what_if.world import World
 
 FAILED = 3
 FILE = "what_if.yaml"
-app = typer.Typer(
-    add_completion=False, help="Learn how the robot runs its programs.", rich_markup_mode=None
+app = CommandLine(
+    "learn",
+    {ConfigError: FAILED, WhatIfError: FAILED},
+    help="Learn how the robot runs its programs.",
+    rich_markup_mode=None,
 )
 
 
@@ -38,33 +40,22 @@ app = typer.Typer(
 def learn(
     bags: Annotated[list[Path], typer.Argument(help="In which the robot ran its programs.")],
     write: Annotated[bool, typer.Option("--write", help="Write it into what_if.yaml.")] = False,
-    robot: Annotated[
-        str | None,
-        typer.Option(help="Folder of config/robots; default: SCARA_ROBOT, else fanuc_sr6ia."),
-    ] = None,
-    config_dir: Annotated[
-        Path | None,
-        typer.Option(help="Folder with the YAML files; default: the package scara_config."),
-    ] = None,
+    robot: RobotName = None,
+    config_dir: ConfigDir = None,
 ) -> None:
     """Learn how the robot runs its programs."""
-    if robot is not None:
-        os.environ[CHOICE] = robot
-    try:
-        with resting_cell(config_dir) as (world, _):
-            rests, programs = _rests(world, bags, config_dir)
-            law = learned(world.cell.config.program, rests)
-            before = world.cell.config.program
-        told = ", ".join(f"{count} of {name}" for name, count in programs.items())
-        typer.echo(
-            f"{len(rests)} moves with FINE ({told}): the robot rests {law.fine_ms:.1f} ms ± "
-            f"{law.fine_spread_ms:.1f} ms; what_if.yaml said {before.fine_ms:g} ± "
-            f"{before.fine_spread_ms:g}"
-        )
-        _propose(locate(FILE, config_dir), law.fine_ms, law.fine_spread_ms, write)
-    except (ConfigError, WhatIfError) as error:
-        typer.echo(f"learn: {error}", err=True)
-        raise typer.Exit(FAILED) from error
+    choose_robot(robot)
+    with resting_cell(config_dir) as (world, _):
+        rests, programs = _rests(world, bags, config_dir)
+        law = learned(world.cell.config.program, rests)
+        before = world.cell.config.program
+    told = ", ".join(f"{count} of {name}" for name, count in programs.items())
+    typer.echo(
+        f"{len(rests)} moves with FINE ({told}): the robot rests {law.fine_ms:.1f} ms ± "
+        f"{law.fine_spread_ms:.1f} ms; what_if.yaml said {before.fine_ms:g} ± "
+        f"{before.fine_spread_ms:g}"
+    )
+    _propose(locate(FILE, config_dir), law.fine_ms, law.fine_spread_ms, write)
 
 
 def _rests(
@@ -104,7 +95,4 @@ def _propose(path: Path, fine_ms: float, spread_ms: float, write: bool) -> None:
     typer.echo("written" if write else "nothing was written; --write does")
 
 
-def main() -> None:
-    """Run the command; rosrun may pass remappings."""
-    sys.argv[1:] = [word for word in sys.argv[1:] if ":=" not in word]
-    app(prog_name="learn")
+main = app.run

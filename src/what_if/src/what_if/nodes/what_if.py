@@ -16,7 +16,6 @@ whether what happens drifts away from what it predicts.
 from __future__ import annotations
 
 import os
-import sys
 import threading
 import traceback
 from pathlib import Path
@@ -24,12 +23,12 @@ from pathlib import Path
 import numpy as np
 import rospy
 from geometry_msgs.msg import Point
-from scara_config import ConfigError, config_directory
+from scara_config import ConfigError
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_ros.diagnosis import Diagnosis, Level
 from scara_ros.io.process.memory import give_back, keep_for_good
 from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
-from scara_ros.nodes.starting import become_node
+from scara_ros.nodes.node_shell import starting
 
 from scara_msgs.srv import JudgeMotion, JudgeMotionResponse
 from what_if.errors import WhatIfError
@@ -209,15 +208,9 @@ def _report(server: WhatIfServer) -> None:
 def main() -> None:
     """Start the node and answer until it is told to end."""
     os.nice(NICENESS)
-    become_node("what_if")
-    folder = Path(rospy.get_param("~config_dir", "") or config_directory())
-    try:
-        with resting_cell(folder) as (base, models):
-            server = WhatIfServer(LiveWorld(base, models), base.cell, folder)
-            give_back()
-            keep_for_good()
-            rospy.loginfo("what_if is ready")
-            _report(server)
-    except ConfigError as error:
-        rospy.logfatal("%s", error)
-        sys.exit(2)
+    with starting("what_if") as folder, resting_cell(folder) as (base, models):
+        server = WhatIfServer(LiveWorld(base, models), base.cell, folder)
+        give_back()
+        keep_for_good()
+        rospy.loginfo("what_if is ready")
+        _report(server)

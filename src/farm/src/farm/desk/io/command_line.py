@@ -19,6 +19,7 @@ import msgspec
 import typer
 import zenoh
 from scara_config import ConfigError
+from scara_ros.io.shell.program import FAILED, WRONG, runs_folder
 from scara_ros.page_words import people
 
 from farm import keys
@@ -27,7 +28,6 @@ from farm.desk.questions import QuestionError, Wanted, causes, query, since, tab
 from farm.desk.roster import LOST, Row, clock_warning, differs, status_title
 from farm.io.bus import BusError, open_client
 
-WRONG, FAILED = 2, 1
 CONNECT_S = 1.0
 """Our choice: a desk on this machine answers within milliseconds."""
 TOKEN_VARIABLE, TOKEN_FILE = "FARM_DESK_TOKEN", "farm_desk_token"
@@ -248,8 +248,7 @@ def configured(router_port: int | None, port: int | None = None) -> FarmConfig:
 
 
 def _folder(folder: Path | None) -> Path:
-    root = Path(os.environ.get("CELL_ROOT") or Path.cwd())
-    return (folder or root / "runs" / "farm").resolve()
+    return (folder or runs_folder() / "farm").resolve()
 
 
 def events_folder(folder: Path | None) -> Path:

@@ -9,9 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import msgspec
+from scara_ros.io.shell.program import runs_folder
 from scara_ros.names import cell_of
-
-from scara_bringup.io.output import runs_folder
 
 FILE = "cell.json"
 INDEX = ".running"

@@ -8,13 +8,13 @@ from typing import Annotated
 
 import msgspec
 import typer
+from scara_ros.io.shell.program import FAILED
 
 from farm import keys
 from farm.desk.alarms import AlarmRow, Status
 from farm.desk.io.alarm_desk import ACKNOWLEDGE, SHELVE, MarkAsked
 from farm.desk.io.command_line import (
     CONNECT_S,
-    FAILED,
     Person,
     RouterPort,
     app,

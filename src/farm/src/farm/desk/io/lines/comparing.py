@@ -7,9 +7,10 @@ from datetime import datetime
 from typing import Annotated
 
 import typer
+from scara_ros.io.shell.program import FAILED, WRONG
 
 from farm.desk.compare import Difference
-from farm.desk.io.command_line import FAILED, WRONG, Folder, app, events_folder, fail, print_table
+from farm.desk.io.command_line import Folder, app, events_folder, fail, print_table
 from farm.desk.io.past.comparing import Comparison, compare_cells, compare_weeks
 from farm.desk.io.reading import AskingError
 from farm.desk.questions import QuestionError, since

@@ -8,10 +8,11 @@ from typing import Annotated
 
 import typer
 from scara_config import ConfigError
+from scara_ros.io.shell.program import FAILED, WRONG
 
 from farm.config import load_farm
 from farm.desk.drift import Drift
-from farm.desk.io.command_line import FAILED, WRONG, Folder, app, events_folder, fail, print_table
+from farm.desk.io.command_line import Folder, app, events_folder, fail, print_table
 from farm.desk.io.figures import figures_of, figures_over
 from farm.desk.io.reading import AskingError
 from farm.desk.kpi import KeyFigures

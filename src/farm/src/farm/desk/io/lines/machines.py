@@ -9,9 +9,10 @@ from typing import Annotated
 
 import msgspec
 import typer
+from scara_ros.io.shell.program import WRONG
 
 from farm import keys
-from farm.desk.io.command_line import WRONG, app, configured, fail, print_table
+from farm.desk.io.command_line import app, configured, fail, print_table
 from farm.lab.address import PORT as LAB_PORT
 from farm.security.access import Role
 from farm.security.io.authority import SOON, Authority, authority_folder

@@ -9,12 +9,12 @@ from typing import Annotated
 import typer
 import zenoh
 from rich.progress import Progress
+from scara_ros.io.shell.program import FAILED
 
 from farm import keys
 from farm.config import FarmConfig
 from farm.desk.io.command_line import (
     CONNECT_S,
-    FAILED,
     Folder,
     RouterPort,
     app,

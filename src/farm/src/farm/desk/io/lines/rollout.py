@@ -14,12 +14,11 @@ import zenoh
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 from scara_config.rollout.change import Change, ChangeError, change_of
+from scara_ros.io.shell.program import FAILED, WRONG
 
 from farm import keys
 from farm.config import FarmConfig
 from farm.desk.io.command_line import (
-    FAILED,
-    WRONG,
     Person,
     RouterPort,
     app,
