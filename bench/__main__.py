@@ -139,7 +139,7 @@ def main(
         typer.Option(
             "--demos",
             help="The demo of both plants at 50 and 100 %, --seeds times each, all or ROW ... "
-            "(ideal_50 ideal_100 field_50 field_100); docs/benchmarks.md.",
+            "(ideal_50 ideal_100 field_50 field_100); bench/tables.txt.",
         ),
     ] = False,
     day: Annotated[
@@ -156,7 +156,7 @@ def main(
             "--what-if",
             help="The second world, all or PART ... (programs clearance wire doors cycles "
             "chance_part chance_pallet chance_person speed beside), --seeds of each; "
-            "docs/benchmarks.md.",
+            "bench/tables.txt.",
         ),
     ] = False,
     farm: Annotated[
@@ -164,7 +164,7 @@ def main(
         typer.Option(
             "--farm",
             help="Many cells under one desk, all or PART ... (many crowd seen calm frozen restarts "
-            "stop wrong month pages jobs machines); docs/benchmarks.md.",
+            "stop wrong month pages jobs machines); bench/tables.txt.",
         ),
     ] = False,
     first_start: Annotated[

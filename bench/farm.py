@@ -1,6 +1,6 @@
 """Measure the farm: many cells, what is lost and when, what people wait for.
 
-Each part is measured by itself, kept in results.json and shown in docs/benchmarks.md.
+Each part is measured by itself, kept in results.json and shown in bench/tables.txt.
 """
 
 from __future__ import annotations

@@ -47,8 +47,6 @@ def goal_table(content: Mapping[str, Any]) -> list[str]:
     if not lines:
         return []
     return [
-        "## What the plants shall reach",
-        "",
         "| largest of all | goal, ideal | measured | goal, field | measured |",
         "|---|---|---|---|---|",
         *lines,

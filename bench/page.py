@@ -1,4 +1,4 @@
-"""Write bench/results.json, docs/benchmarks.md (with the notes of bench/notes.md), README.md."""
+"""Write what the bench found: results.json, tables.txt, docs/benchmarks.md and README.md."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from bench.goal_table import goal_table
 from bench.history import changed_files, in_doubt, is_whole
 from bench.many_cells.table import farm_table
 from bench.plant_tables import tables
-from bench.readme import with_figures
-from bench.second_world.table import what_if_table
+from bench.readme import with_blocks, with_figures
+from bench.second_world.table import missed_lines, what_if_table
 
 ROOT = Path(__file__).resolve().parents[1]
-RESULTS, PAGE, NOTES = (
+RESULTS, PAGE, TABLES = (
     ROOT / "bench" / "results.json",
     ROOT / "docs" / "benchmarks.md",
-    ROOT / "bench" / "notes.md",
+    ROOT / "bench" / "tables.txt",
 )
 README = ROOT / "README.md"
 VIRTUAL = ROOT / "tests" / "virtual_time" / "baseline.json"
@@ -72,7 +72,7 @@ def commit() -> str:
 
 def changed() -> list[str]:
     """Return the files that differ from the commit, without the pages of figures."""
-    found = changed_files(ROOT) - {RESULTS, PAGE, README}
+    found = changed_files(ROOT) - {RESULTS, PAGE, TABLES, README}
     return sorted(path.relative_to(ROOT).as_posix() for path in found)
 
 
@@ -116,49 +116,87 @@ def so_far() -> dict[str, Any]:
 
 
 def write(content: dict[str, Any]) -> None:
-    """Write results.json, docs/benchmarks.md and the figures of README.md.
+    """Write results.json, tables.txt and the figures of docs/benchmarks.md and README.md.
 
     What the history says of the figures is kept with them: the page is of that moment.
     """
     if is_whole(ROOT):
         content = {**content, "in_doubt": in_doubt(content, ROOT)}
     RESULTS.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    PAGE.write_text(page(content, NOTES.read_text(encoding="utf-8")), encoding="utf-8")
+    TABLES.write_text(all_tables(content), encoding="utf-8")
+    PAGE.write_text(page(content, PAGE.read_text(encoding="utf-8")), encoding="utf-8")
     README.write_text(with_figures(README.read_text(encoding="utf-8"), content), encoding="utf-8")
 
 
-def page(content: dict[str, Any], notes: str) -> str:
-    """Return docs/benchmarks.md.
+def page(content: Mapping[str, Any], text: str) -> str:
+    """Return docs/benchmarks.md with its blocks of figures written anew; the rest is a person's.
 
     Args:
         content: As in results.json.
-        notes: Markdown; the marker ``<!-- table -->`` is replaced by the tables.
+        text: The page as it is.
+
+    Raises:
+        ValueError: A block is missing.
     """
-    rows = content["rows"]
-    kept = sum(row["holds"] for row in rows)
+    rows, doubt = content["rows"], content.get("in_doubt", {})
+    kept = [row["id"] for row in rows if row["holds"]]
+    missed = [row for row in rows if not row["holds"]]
+    parts = [*content.get("what_if", ()), *content.get("farm", ())]
+    blocks = {
+        "goals": "\n".join([*goal_table(content), *_labels(content)]).strip(),
+        "rows": f"{len(kept)} of {len(rows)} rows hold: {', '.join(kept)}. {_measured(rows)}",
+        "missed": "\n".join([_table(missed, doubt, beside=False), *missed_lines(parts)]),
+        "doubts": "\n".join(_doubts(doubt)).rstrip() or "No figure is in doubt.",
+    }
+    return with_blocks(text, blocks, PAGE.name)
+
+
+def _labels(content: Mapping[str, Any]) -> list[str]:
+    """Say what the goals' figures were measured on: a label is part of a figure."""
+    told = [("in virtual time", content["plants"])] if "plants" in content else []
+    told += [(f"demos {each['series']}", each) for each in content.get("demos", ())]
+    names: dict[str, list[str]] = {}
+    for name, figures in told:
+        names.setdefault(f"{figures['date']}, commit {figures['commit']}", []).append(name)
+    return [f"- {', '.join(of_it)}: {at}." for at, of_it in names.items()]
+
+
+def _measured(rows: Sequence[dict[str, Any]]) -> str:
+    """Say in one sentence when, at which commits and where rows were measured."""
+    places = {
+        (row["date"], row.get("commit", ""), ", ".join(row["machine"].split(", ")[:3]))
+        for row in rows
+    }
+    told = "; ".join(
+        f"{date}, commit {version}, {where}" for date, version, where in sorted(places)
+    )
+    return f"Measured {told}."
+
+
+def all_tables(content: Mapping[str, Any]) -> str:
+    """Return bench/tables.txt: every figure with its label.
+
+    Args:
+        content: As in results.json.
+    """
+    rows, doubt = content["rows"], content.get("in_doubt", {})
     seconds = sum(row["seconds"] for row in rows)
     head = (
-        f"{kept} of {len(rows)} rows hold; measuring them took {seconds / 60.0:.0f} min.\n\n"
-        f"{_occasions(rows)}\n"
+        "# Tables of ./cell bench, written by it from bench/results.json\n\n"
+        f"Measuring the rows took {seconds / 60.0:.0f} min.\n\n{_occasions(rows)}\n"
         f"Ours: {content['versions']}. Peers: {content['peers']}.\n"
     )
-    plants = tables(content["plants"]) if "plants" in content else []
-    demos = [*demo_table(content["demos"]), ""] if "demos" in content else []
     virtual = virtual_table(json.loads(VIRTUAL.read_text(encoding="utf-8")))
-    experiments = ["## The article's two experiments", "", *demos, *virtual, ""]
-    doubt = content.get("in_doubt", {})
-    parts = [
-        head,
-        *_doubts(doubt),
-        _table(rows, doubt),
-        *experiments,
-        *goal_table(content),
-        *plants,
-    ]
+    demos = [*demo_table(content["demos"]), ""] if "demos" in content else []
+    parts = [head, *_doubts(doubt), _table(rows, doubt)]
+    parts += ["## The article's two experiments", "", *demos, *virtual, ""]
+    if goals := goal_table(content):
+        parts += ["## What the plants shall reach", "", *goals]
+    parts += tables(content["plants"]) if "plants" in content else []
     parts += what_if_table(content["what_if"]) if content.get("what_if") else []
     parts += farm_table(content["farm"]) if content.get("farm") else []
     parts += ["## What each row compares\n", *(_entry(row) for row in rows)]
-    return notes.replace("<!-- table -->", "\n".join(parts))
+    return "\n".join(parts).rstrip() + "\n"
 
 
 def _occasions(rows: Sequence[dict[str, Any]]) -> str:
@@ -187,7 +225,8 @@ def _doubts(doubt: Mapping[str, str]) -> list[str]:
     return ["\n".join(lines) + "\n"]
 
 
-def _table(rows: Sequence[dict[str, Any]], doubt: Mapping[str, str]) -> str:
+def _table(rows: Sequence[dict[str, Any]], doubt: Mapping[str, str], *, beside: bool = True) -> str:
+    """Lay rows out; with the figures beside each, if wanted."""
     lines = [
         "| row | ours | baseline | unit | ratio | goal | holds |",
         "|---|---|---|---|---|---|---|",
@@ -205,7 +244,7 @@ def _table(rows: Sequence[dict[str, Any]], doubt: Mapping[str, str]) -> str:
                 doubt.get(row["id"], ""),
             )
         )
-        for figure in row["beside"]:
+        for figure in row["beside"] if beside else ():
             lines.append(
                 _line(
                     f"- {figure['what']}",

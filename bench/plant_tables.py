@@ -21,7 +21,7 @@ SHOWN = {"as it is": "ideal", "field plant": "field"}
 
 
 def tables(measured: Mapping[str, Any]) -> list[str]:
-    """Return the section of docs/benchmarks.md: Markdown lines.
+    """Return the section of bench/tables.txt: Markdown lines.
 
     Args:
         measured: ``plants`` of results.json.

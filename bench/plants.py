@@ -20,7 +20,7 @@ ROBOTS = ("fanuc_sr6ia", "fanuc_sr3ia", "articulated_six")
 def run(folder: Path, console: Console) -> list[Row]:
     """Run every variant on the article's robot, and both plants on the others.
 
-    The figures go into results.json, docs/benchmarks.md and README.md.
+    The figures go into results.json, bench/tables.txt and docs/benchmarks.md.
 
     Args:
         folder: Of the campaign; nothing is left in it.

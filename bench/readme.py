@@ -9,7 +9,7 @@ from typing import Any
 from bench.demo_tables import EXPERIMENTS
 
 SERIES = "field_100"
-"""The hardest of the demo's series: what README.md tells; the others stand in benchmarks.md."""
+"""The hardest of the demo's series: what README.md tells; the others stand in bench/tables.txt."""
 REST = ("positioning_percent", "true_percent")
 """At rest counts the larger: with the lengths that the controller is told, and the true ones."""
 QUIET = 1.0
@@ -31,11 +31,25 @@ def with_figures(text: str, content: Mapping[str, Any]) -> str:
         "figures": demo_sentence(content.get("demos", ())),
         "first start": start_sentence(content),
     }
-    for name, sentence in blocks.items():
+    return with_blocks(text, blocks, "README.md")
+
+
+def with_blocks(text: str, blocks: Mapping[str, str], file: str) -> str:
+    """Return a page with the blocks of figures between its comments written anew.
+
+    Args:
+        text: The page, with one block of each name between two comments.
+        blocks: What each block says, by its name.
+        file: The page's name, for the error.
+
+    Raises:
+        ValueError: A block is missing, or there are several of one name.
+    """
+    for name, said in blocks.items():
         block = re.compile(BLOCK.format(name), re.DOTALL)
-        text, count = block.subn(rf"\g<1>{sentence}\n\g<2>", text)
+        text, count = block.subn(lambda found, said=said: f"{found[1]}{said}\n{found[2]}", text)
         if count != 1:
-            raise ValueError(f"README.md has {count} blocks of {name}, expected 1")
+            raise ValueError(f"{file} has {count} blocks of {name}, expected 1")
     return text
 
 

@@ -1,6 +1,6 @@
 """Measure the second world: what is missed, how exact it is, how long it takes.
 
-Each part is measured by itself, kept in results.json and shown in docs/benchmarks.md.
+Each part is measured by itself, kept in results.json and shown in bench/tables.txt.
 """
 
 from __future__ import annotations

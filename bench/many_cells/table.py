@@ -9,7 +9,7 @@ from bench.second_world.table import lines_of
 
 
 def farm_table(parts: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return the section of docs/benchmarks.md: Markdown lines.
+    """Return the section of bench/tables.txt: Markdown lines.
 
     Args:
         parts: ``farm`` of results.json.

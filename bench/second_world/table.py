@@ -7,7 +7,7 @@ from typing import Any
 
 
 def what_if_table(parts: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return the section of docs/benchmarks.md: Markdown lines.
+    """Return the section of bench/tables.txt: Markdown lines.
 
     Args:
         parts: ``what_if`` of results.json.
@@ -32,6 +32,18 @@ def lines_of(heading: str, option: str, parts: Sequence[Mapping[str, Any]]) -> l
         "",
     ]
     return [*lines, *(_measured_on(option, part) for part in parts), ""]
+
+
+def missed_lines(parts: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return the figures of parts that do not hold, with date and commit: Markdown lines."""
+    lines = [
+        f"{_line(figure)} {part['date']}, commit {part['commit']} |"
+        for part in parts
+        for figure in part["figures"]
+        if not figure["holds"]
+    ]
+    head = ["| what | measured | goal | holds | | measured on |", "|---|---|---|---|---|---|"]
+    return [*head, *lines] if lines else []
 
 
 def _measured_on(option: str, part: Mapping[str, Any]) -> str:

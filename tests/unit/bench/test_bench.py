@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -21,8 +22,9 @@ from bench.goal_table import goal_table
 from bench.record import Beside, Goal, Record, interleaved, median, p99, spread_percent
 from bench.rows import GROUPS, names
 
-BLOCKS = "".join(
-    f"<!-- {name}: x -->\n<!-- end of {name} -->\n" for name in ("figures", "first start")
+README_BLOCKS, PAGE_BLOCKS = (
+    "".join(f"<!-- {name}: x -->\n<!-- end of {name} -->\n" for name in names_)
+    for names_ in (("figures", "first start"), ("goals", "rows", "missed", "doubts"))
 )
 
 
@@ -84,30 +86,43 @@ def test_row_that_fails_says_why_and_the_others_go_on(
     }
     monkeypatch.setattr(run, "names", lambda: list(rows))
     monkeypatch.setattr(run, "row", rows.get)
-    for name, file in (("RESULTS", "results.json"), ("PAGE", "page.md"), ("README", "README.md")):
+    files = {"RESULTS": "results.json", "TABLES": "tables.txt"}
+    for name, file in (files | {"PAGE": "page.md", "README": "README.md"}).items():
         monkeypatch.setattr(page, name, tmp_path / file)
-    page.README.write_text(BLOCKS)
+    page.README.write_text(README_BLOCKS)
+    page.PAGE.write_text(PAGE_BLOCKS)
     monkeypatch.setattr(page, "changed_files", lambda root: set())
     assert not run.measure([], tmp_path, Console(file=io.StringIO()), as_json=False)
     written = json.loads((tmp_path / "results.json").read_text())["rows"]
     assert [(row["id"], row["holds"]) for row in written] == [("first", False), ("second", True)]
     assert written[0]["note"] == "not measured: OSError: the line is cut"
-    assert "| second | 1 | 2 | s | 0.5 | ratio ≤ 1 | yes |" in (tmp_path / "page.md").read_text()
+    assert "| second | 1 | 2 | s | 0.5 | ratio ≤ 1 | yes |" in (tmp_path / "tables.txt").read_text()
+    told = (tmp_path / "page.md").read_text()
+    assert "1 of 2 rows hold: second." in told and "| first | - | - |" in told
 
 
-def test_page_shows_all_rows_that_results_hold() -> None:
-    """The shipped page was made from the shipped results, and every row is known."""
+def test_tables_show_all_rows_that_results_hold() -> None:
+    """The shipped tables were made from the shipped results, and every row is known."""
     rows = json.loads(page.RESULTS.read_text())["rows"]
     assert {row["id"] for row in rows} <= set(names())
-    text = page.PAGE.read_text()
+    text = page.TABLES.read_text()
     assert [row["id"] for row in rows if f"\n| {row['id']} |" not in text] == []
     assert len(names()) == len(set(names())) == sum(map(len, GROUPS.values()))
 
 
 def test_page_is_what_its_script_writes() -> None:
-    """One source: whoever changes the notes or a table writes the page again."""
-    content, notes = page.so_far(), page.NOTES.read_text()
-    assert page.page(content, notes) == page.PAGE.read_text()
+    """One source: whoever changes a table writes page and tables again."""
+    content, text = page.so_far(), page.PAGE.read_text()
+    assert page.page(content, text) == text
+    assert page.all_tables(content) == page.TABLES.read_text()
+
+
+def test_every_row_that_is_not_reached_has_its_reason() -> None:
+    """A figure beyond its goal without a word why leaves the reader alone."""
+    rows = json.loads(page.RESULTS.read_text())["rows"]
+    reasons = re.findall(r"^- \*\*(.+?):\*\*", page.PAGE.read_text(), re.MULTILINE)
+    named = {name for reason in reasons for name in reason.split(", ")}
+    assert sorted({row["id"] for row in rows if not row["holds"]} - named) == []
 
 
 def test_demos_are_shown_with_median_worst_speed_and_plant() -> None:
