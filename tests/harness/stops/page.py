@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import product
 
 from harness.stops.rows import COMMANDS, PLANTS, SCENES, UOPS, Instant, Row
 
 HEAD = """# How a stop ends
-This page says how long the robot takes to stand after STOP, ESTOP and PAUSE, by how the robot was
-set up. `./cell bench --stops` wrote it on {date}, commit {commit}. Everything was held to our
-stand-in in virtual time, which obeys the maker's manual ([sources](../sources.md)); **no real robot
-was stopped for it**.
+How long the robot takes to stand after STOP, ESTOP and PAUSE, by how it was set up. Written by
+`./cell bench --stops` on {date}, commit {commit}, with our stand-in in virtual time, which obeys
+the maker's manual ([sources](../sources.md)). **No real robot was stopped for it.**
 
-- CSTOPI: "CSTOPI for ABORT" is TRUE, or FALSE as delivered. `*IMSTP`: it has an input or not.
-- Scenes: the robot's program ARTICLE at 100 % in the middle of a move; a `move_to` of the twin at
-  50 %; ARTICLE in a WAIT, 0.25 s before its next move; ARTICLE where the next move begins.
-- Each cell: time from the command until the robot stands, what became of its program, the mode
-  1.2 s after the command. In brackets: the robot's own ramp, when a person takes its HOLD away.
-- Each robot is described to the pair as it is set up (`stopping` in robot.yaml).
-- "no success": the answer says that the robot is not seen to stand.
-- Where HOLD is allocated each row stands within 0.1 s after that ramp;
-  `tests/virtual_time/stops/test_stop_table.py` holds every row.
+- CSTOPI: "CSTOPI for ABORT" is TRUE, or FALSE as delivered. `*IMSTP`: it has an input or not. A
+  row holds for all settings that it names.
+- Scenes: ARTICLE at 100 % in the middle of a move; a `move_to` of the twin at 50 %; ARTICLE in a
+  WAIT, 0.25 s before its next move; ARTICLE where the next move begins.
+- Each cell: seconds until the robot stands, in brackets the robot's own ramp when a person takes
+  its HOLD away; its program; the mode 1.2 s later, where it is not STOPPED, ESTOP or PAUSED.
+- "No success": the answer says that the robot is not seen to stand.
+- Where HOLD is allocated each row stands within 0.1 s after that ramp:
+  `tests/virtual_time/stops/test_stop_table.py`.
 """
-
+USUAL = {"STOP": "STOPPED", "ESTOP": "ESTOP", "PAUSE": "PAUSED"}
+"""The mode after each command, which no cell repeats."""
 
 NOTES = {
     "full": "HOLD, which works on each of these robots, is what stops it.",
@@ -66,25 +66,41 @@ def _table(found: Mapping[object, list[Row] | str], uop: str, plant: str) -> lis
         return [f"Plant {plant}: the pair never led. {' '.join(sorted(reasons))}", ""]
     lines = [f"Plant {plant}:", "", f"| CSTOPI | *IMSTP | scene | {' | '.join(COMMANDS)} |"]
     lines.append("|---|---|---|" + "---|" * len(COMMANDS))
-    for cstopi, imstp, scene in product((True, False), (True, False), SCENES):
-        rows = found[Instant(uop, scene, plant)]
-        cells = [
-            _cell(row)
-            for command in COMMANDS
-            for row in rows
-            if isinstance(row, Row)
-            and (row.command, row.cstopi_for_abort, row.imstp_assigned) == (command, cstopi, imstp)
+    for scene in SCENES:
+        same: dict[str, list[tuple[bool, bool]]] = {}
+        for cstopi, imstp in product((True, False), (True, False)):
+            cells = [
+                _cell(row)
+                for command in COMMANDS
+                for row in found[Instant(uop, scene, plant)]
+                if isinstance(row, Row)
+                and (row.command, row.cstopi_for_abort, row.imstp_assigned)
+                == (command, cstopi, imstp)
+            ]
+            same.setdefault(" | ".join(cells), []).append((cstopi, imstp))
+        lines += [
+            f"| {cstopi} | {imstp} | {scene} | {told} |"
+            for told, settings in same.items()
+            for cstopi, imstp in _named(settings)
         ]
-        on = {True: "on", False: "off"}
-        lines.append(f"| {on[cstopi]} | {on[imstp]} | {scene} | {' | '.join(cells)} |")
     return [*lines, ""]
 
 
+def _named(settings: Sequence[tuple[bool, bool]]) -> list[tuple[str, str]]:
+    """Return the words for settings of CSTOPI and *IMSTP, one line where they are a whole table."""
+    words = {(True,): "on", (False,): "off", (True, False): "any"}
+    firsts, seconds = (tuple(dict.fromkeys(values)) for values in zip(*settings, strict=True))
+    if len(settings) == len(firsts) * len(seconds):
+        return [(words[firsts], words[seconds])]
+    return [(words[(one,)], words[(other,)]) for one, other in settings]
+
+
 def _cell(row: Row) -> str:
+    mode = "" if row.mode == USUAL[row.command] else f"; {row.mode}"
     if not row.moved:
-        return f"never led; {row.mode}"
-    unsaid = "" if row.success else "; no success"
+        return f"never led{mode}"
+    end = f"{row.program}{mode}" + ("" if row.success else "; no success")
     if row.stood_s is None:
-        return f"does not stand; {row.program}; {row.mode}{unsaid}"
+        return f"does not stand; {end}"
     again = ", moves again" if row.began else ""
-    return f"{row.stood_s:.3f} s{again} ({row.ramp_s:.3f}); {row.program}; {row.mode}{unsaid}"
+    return f"{row.stood_s:.3f}{again} ({row.ramp_s:.3f}); {end}"
