@@ -55,7 +55,7 @@ def show(found: Comparison) -> None:
     differ = sum(each.differs for each in found.figures)
     typer.echo(
         f"{differ} of {len(found.figures)} figures differ by more than their scatter; how they are "
-        "compared: docs/operating/farm_figures.md"
+        "compared: docs/farm/figures.md"
     )
 
 

@@ -57,9 +57,7 @@ def kpi(since_text: Since = "1d", folder: Folder = None) -> None:
         "off",
     )
     print_table(names, [_line(row) for row in rows])
-    typer.echo(
-        f"{max(0, len(rows) - 1)} cells; how they are counted: docs/operating/farm_figures.md"
-    )
+    typer.echo(f"{max(0, len(rows) - 1)} cells; how they are counted: docs/farm/figures.md")
 
 
 @app.command()
