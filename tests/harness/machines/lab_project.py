@@ -7,6 +7,11 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+import farm.desk.io.lines.machines  # noqa: F401  it adds its words
+from farm.desk.io.command_line import app as farm_words
+from farm.lab.io.command_line import app as lab_words
+from typer.testing import CliRunner
+
 from harness.processes import Process, Stage
 from harness.workspace import ROOT, workspace_environment
 
@@ -29,12 +34,12 @@ class Lab:
                 (folder / name).symlink_to(ROOT / name)
         else:
             self.program.parent.mkdir(parents=True)
-        environment = {
+        self.environment = {
             **workspace_environment(),
             "CELL_ROOT": str(folder),
             "FARM_KEYS": str(folder / "keys"),
         }
-        self.stage = Stage(folder / "processes", environment)
+        self.stage = Stage(folder / "processes", self.environment)
 
     def judge(self, text: str) -> None:
         """Let the judge be these lines."""
@@ -48,15 +53,22 @@ class Lab:
         return self.stage.start(*by, sys.executable, "-m", "farm.lab", *words)
 
     def farm(self, *words: str) -> str:
-        """Do a word of ``./cell farm`` to its end, and return what it says."""
-        process = self.stage.start(sys.executable, "-m", "farm", *words)
-        assert process.wait(DEADLINE_S) == 0, process.tail()
-        return process.output
+        """Do a word of ``./cell farm`` in this process, and return what it says."""
+        done = CliRunner().invoke(farm_words, words, env=self.environment)
+        assert done.exit_code == 0, done.output
+        return done.output
+
+    def say(self, *words: str) -> tuple[int, str]:
+        """Do a word of ``./cell lab`` in this process; return its exit code and what it says."""
+        done = CliRunner().invoke(lab_words, words, env=self.environment)
+        if not isinstance(done.exception, SystemExit | None):
+            raise done.exception
+        return done.exit_code, done.output
 
     def run(self, name: str, *more: str, words: Sequence[str] = WORDS, code: int = 0) -> bytes:
-        """Run the jobs, and return the results."""
-        process = self.start(*words, "--folder", str(self.folder / name), *more)
-        assert process.wait(DEADLINE_S) == code, process.tail()
+        """Run the jobs in this process, and return the results."""
+        ended, text = self.say(*words, "--folder", str(self.folder / name), *more)
+        assert ended == code, text
         return self.results(name)
 
     def results(self, name: str) -> bytes:

@@ -1,24 +1,39 @@
-"""A lab over TLS: other machines do its jobs with the same results, files come along."""
+"""A lab over TLS: other machines do its jobs with the same results, and strangers are kept out."""
 
 from __future__ import annotations
 
-import os
-import signal
+import socket
+import ssl
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from datetime import datetime, timedelta, timezone
 from pathlib import Path
 
+import msgspec
 import pytest
+from distributed import Client, Security
+from farm.config import Credentials
+from farm.lab.io import cluster
+from farm.security.access import Role
+from farm.security.certificates import DAYS
+from farm.security.io.authority import Authority
+from farm.security.io.invitation import Invitation, write_private
+from farm.security.io.lab_authority import LabAuthority
+from farm.security.io.membership import CERTIFICATE, join, member_folder
 from harness.machines.lab_project import DEADLINE_S, STEADY, WORDS, Lab
 from harness.processes import Process, free_port, wait_until
+from scara_bringup.io.ports import listeners, sockets
 
 HOST = "127.0.0.1"
+NOW = datetime.now(timezone.utc)
+PAST = NOW - timedelta(days=DAYS + 2)
+PATIENCE_S = 2.0
 READS = "print(sys.argv[1:], hash(tuple(pathlib.Path(sys.argv[1]).read_bytes()[-2_000_000:])))\n"
 WRITES = """
 bag = pathlib.Path(sys.argv[1])
 (bag.parent / "report.json").write_bytes(bag.read_bytes()[::-1])
-print(f"report: {bag.resolve().parent.as_uri()}/report.html")
+print(f"report: {bag.resolve().parent.as_uri()}/report.html", bag.parent.name)
 print(bag, file=sys.stderr)
 """
 
@@ -36,13 +51,17 @@ class Two:
         """Of the scheduler."""
         return f"tls://{HOST}:{self.port}"
 
-    def invite(self, name: str = "pc_2") -> Path:
-        """Let the other machine join the lab; return the invitation."""
-        file = self.desk.folder / f"{name}.invitation"
+    @property
+    def authority(self) -> LabAuthority:
+        """Of the lab."""
+        return LabAuthority(self.desk.folder / "keys" / "lab", "site", NOW)
+
+    def invite(self) -> None:
+        """Let the other machine join the lab."""
+        file = self.desk.folder / "pc_2.invitation"
         where = ("--address", f"{HOST}:{self.port}", "--file", str(file))
-        self.desk.farm("invite", name, "--lab", *where)
+        self.desk.farm("invite", "pc_2", "--lab", *where)
         self.other.farm("join", str(file))
-        return file
 
     def scheduler(self) -> Process:
         """Keep a scheduler at the desk."""
@@ -50,16 +69,10 @@ class Two:
         wait_until(lambda: "use it:" in kept.output, DEADLINE_S, "the scheduler")
         return kept
 
-    def worker(self, workers: int = 1) -> Process:
-        """Let the other machine work."""
-        working = self.other.start("worker", self.address, "--workers", str(workers))
-        wait_until(lambda: f"{workers} workers at" in working.output, DEADLINE_S, "the worker")
-        return working
-
-    def asks(self, name: str) -> Process:
-        """Let the desk ask for jobs."""
-        words = (*WORDS, "--folder", str(self.desk.folder / name), "--scheduler", self.address)
-        return self.desk.start(*words)
+    def asks(self, name: str, lab: Lab | None = None) -> tuple[int, str]:
+        """Let a machine ask for jobs, the desk unless another is named."""
+        lab = lab or self.desk
+        return lab.say(*WORDS, "--folder", str(lab.folder / name), "--scheduler", self.address)
 
     def program(self, kind: str, text: str) -> None:
         """Let a program be these lines on both machines."""
@@ -70,28 +83,38 @@ class Two:
             file.chmod(0o755)
 
 
-@pytest.fixture
-def two(tmp_path: Path) -> Iterator[Two]:
-    """Give a test two machines; all of both is ended."""
-    made = Two(Lab(tmp_path / "desk"), Lab(tmp_path / "other"), free_port())
+@pytest.fixture(scope="module")
+def two(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Two]:
+    """Give all tests one lab with one worker on the other machine."""
+    folder = tmp_path_factory.mktemp("lab")
+    made = Two(Lab(folder / "desk"), Lab(folder / "other"), free_port())
+    for lab in (made.desk, made.other):
+        lab.judge(STEADY)
+        (lab.folder / "src").mkdir()
+        (lab.folder / "src" / "one.py").write_text("a = 1\n")
+    made.invite()
+    made.scheduler()
+    working = made.other.start("worker", made.address, "--workers", "1")
+    wait_until(lambda: "1 workers at" in working.output, DEADLINE_S, "the worker")
     yield made
     made.other.stage.close()
     made.desk.stage.close()
 
 
+@pytest.fixture
+def hurried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Give up early where nobody is let in."""
+    monkeypatch.setattr(cluster, "PATIENCE_S", PATIENCE_S)
+
+
 def test_another_machine_gives_the_same_results_bit_for_bit(two: Two) -> None:
     """Points by their words; recordings by their content, though they are at the desk alone."""
-    for lab in (two.desk, two.other):
-        lab.judge(STEADY)
     two.program("replay_decisions", READS)
     two.program("report", WRITES)
     bags = [two.desk.folder / "runs" / name / "run.bag" for name in ("a", "b b", "c")]
     for number, bag in enumerate(bags):
         bag.parent.mkdir(parents=True)
         bag.write_bytes(bytes([number]) * 5_000_000 if number < 2 else b"")
-    two.invite()
-    two.scheduler()
-    two.worker(2)
     jobs = {"points": WORDS, "replays": ("replay", *map(str, bags))}
     jobs["reports"] = ("report", *map(str, bags))
     for name, words in jobs.items():
@@ -104,14 +127,11 @@ def test_another_machine_gives_the_same_results_bit_for_bit(two: Two) -> None:
         assert far == here and here.count(b"\n") == len(two.desk.said(f"{name}_here"))
         assert {file: file.read_bytes() for file in reports if file.exists()} == kept
     assert len(kept) == 3
-    files = list((two.other.folder / "runs" / "lab" / "files").iterdir())
-    assert len(files) == 3 and all(len(file.name) == 64 for file in files)
 
 
 def test_a_worker_that_is_killed_there_loses_nothing(two: Two) -> None:
     """The first job to come kills its worker with SIGKILL."""
-    two.desk.judge(STEADY)
-    here = two.desk.run("here")
+    here = two.desk.run("killed_here")
     mark = two.other.folder / "mark"
     two.other.judge(
         "try:\n"
@@ -120,65 +140,142 @@ def test_a_worker_that_is_killed_there_loses_nothing(two: Two) -> None:
         "    time.sleep(100.0)\n"
         f"except FileExistsError:\n    {STEADY}\n"
     )
-    two.invite()
-    two.scheduler()
-    two.worker()
-    assert two.desk.run("far", "--scheduler", two.address) == here
+    assert two.desk.run("killed_far", "--scheduler", two.address) == here
     assert mark.exists()
 
 
 def test_another_version_of_the_project_does_no_jobs(two: Two) -> None:
-    """Neither when it joins, nor when it was changed since; nor may such a lab ask."""
-    for lab in (two.desk, two.other):
-        lab.judge(STEADY)
-        (lab.folder / "src").mkdir()
-        (lab.folder / "src" / "one.py").write_text("a = 1\n")
-    changed = two.other.folder / "src" / "one.py"
-    two.invite()
+    """Neither when the worker's was changed since it has joined, nor when the lab's is another."""
+    for lab, who in ((two.other, "worker tls://"), (two.desk, "the workers")):
+        file = lab.folder / "src" / "one.py"
+        file.write_text("a = 2\n")
+        code, text = two.asks(f"changed_{lab.folder.name}")
+        assert code == 1 and who in text and "results could differ" in text
+        file.write_text("a = 1\n")
+    assert two.asks("same")[0] == 0
+
+
+def files_of(invitation: Invitation, folder: Path) -> Credentials:
+    """Write what somebody shows."""
+    for name in ("authority", "certificate", "key"):
+        write_private(folder / name, getattr(invitation, name).encode())
+    return Credentials(*(str(folder / name) for name in ("authority", "certificate", "key")))
+
+
+def heard(port: int, files: Credentials | None, *, tls: bool = True) -> int:
+    """Return how many bytes somebody is sent who connects; dask greets whom it lets in."""
+    with socket.create_connection((HOST, port), PATIENCE_S) as plain:
+        plain.settimeout(PATIENCE_S)
+        try:
+            if not tls:
+                plain.sendall(b"\0" * 64)
+                return len(plain.recv(100))
+            context = ssl.create_default_context()
+            context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+            if files is not None:
+                context.load_cert_chain(files.certificate, files.key)
+            with context.wrap_socket(plain) as line:
+                return len(line.recv(100))
+        except (ssl.SSLError, ConnectionError):
+            return 0
+
+
+def test_strangers_hear_nothing_at_any_port(two: Two, tmp_path: Path) -> None:
+    """No TLS, no certificate, foreign, ended, of the farm; and nothing listens beyond loopback."""
+    where, lab = (HOST, 1), two.desk.folder / "keys" / "lab"
+    member = files_of(two.authority.invite("pc_6", Role.LAB, where), tmp_path / "good")
+    ends = {"client": member, "scheduler": member, "worker": member}
+    good = Security(
+        tls_ca_file=member.authority,
+        require_encryption=True,
+        **{f"tls_{end}_cert": files.certificate for end, files in ends.items()},
+        **{f"tls_{end}_key": files.key for end, files in ends.items()},
+    )
+    with Client(two.address, security=good, timeout=DEADLINE_S) as client:
+        ((address, worker),) = client.scheduler_info()["workers"].items()
+    found = {"scheduler": two.address, "worker": address, "nanny": worker["nanny"]}
+    ports = {name: int(each.rsplit(":", 1)[1]) for name, each in found.items()}
+    foreign = LabAuthority(tmp_path / "foreign", "site", NOW)
+    farm = Authority(two.desk.folder / "keys" / "authority", "site", NOW)
+    invited = {
+        "of another lab": foreign.invite("pc_2", Role.LAB, where),
+        "ended": LabAuthority(lab, "site", PAST).invite("old", Role.LAB, where),
+        "of the farm": farm.invite("pc_2", Role.MACHINE, where),
+        "a desk of the farm": farm.invite("laptop", Role.DESK, where),
+    }
+    strangers = {who: files_of(each, tmp_path / who) for who, each in invited.items()}
+    strangers |= {"another lab's desk": foreign.desk(), "no certificate": None}
+    got = {(who, at): heard(p, c) for who, c in strangers.items() for at, p in ports.items()}
+    got |= {("no TLS", at): heard(port, None, tls=False) for at, port in ports.items()}
+    assert len(got) == 21 and {key: count for key, count in got.items() if count} == {}
+    assert all(heard(port, two.authority.desk()) for port in ports.values())
+    inodes = {listener.inode: listener for listener in listeners()}
+    ours = {
+        int(line.split()[0])
+        for stage in (two.desk.stage, two.other.stage)
+        for line in stage.left_over()
+    }
+    seen = [inodes[i] for pid, _, held in sockets() if pid in ours for i in held & set(inodes)]
+    assert len(seen) >= len(ports) and all(each.is_loopback for each in seen)
+
+
+@pytest.mark.usefixtures("hurried")
+def test_a_machine_of_another_lab_is_not_let_in(two: Two, tmp_path: Path) -> None:
+    """By dask's own lines, neither to ask nor to work; and it is told where to look."""
+    stranger = Lab(tmp_path / "stranger")
+    foreign = LabAuthority(tmp_path / "foreign", "site", NOW)
+    file = tmp_path / "foreign.invitation"
+    made = foreign.invite("pc_2", Role.LAB, (HOST, two.port))
+    write_private(file, msgspec.json.encode(made))
+    stranger.farm("join", str(file))
+    for code, text in (two.asks("a", stranger), stranger.say("worker", two.address)):
+        assert code == 1 and "does not let this machine in" in text
+
+
+@pytest.mark.parametrize("case", ["ended", "foreign", "broken", "missing"])
+def test_a_certificate_that_is_no_good_is_named(tmp_path: Path, case: str) -> None:
+    """With its file, before anybody is asked; who is in no lab is told how to join one."""
+    lab, file = Lab(tmp_path / "lab"), tmp_path / "pc_2.invitation"
+    words = ("worker", f"tls://{HOST}:1")
+    code, text = lab.say(*words)
+    assert code == 1 and "./cell farm invite NAME --lab" in text
+    then = PAST if case == "ended" else NOW
+    made, other = (
+        LabAuthority(tmp_path / name, "site", then).invite("pc_2", Role.LAB, (HOST, 1))
+        for name in ("a", "b")
+    )
+    write_private(file, msgspec.json.encode(made))
+    keys = lab.folder / "keys"
+    join(keys, file, then)
+    shown = member_folder(keys, lab=True) / CERTIFICATE
+    why = {
+        "ended": "the certificate is good from",
+        "foreign": "the certificate is not of the authority beside it",
+        "broken": "the certificate cannot be read",
+        "missing": "No such file",
+    }[case]
+    if case == "foreign":
+        shown.write_text(other.certificate)
+    elif case == "broken":
+        shown.write_text("-----BEGIN CERTIFICATE-----")
+    elif case == "missing":
+        shown.unlink()
+    code, text = lab.say(*words)
+    assert code == 1 and f"{shown}: {why}" in text
+
+
+@pytest.mark.usefixtures("hurried")
+def test_a_member_that_is_revoked_is_out(two: Two) -> None:
+    """The scheduler ends with all its lines; by the old invitation nobody comes in again."""
+    (kept,) = (process for process in two.desk.stage.processes if "scheduler" in process.command)
+    folder = two.desk.folder / "renewed"
+    two.authority.invite("pc_6", Role.LAB, (HOST, two.port))
+    text = two.desk.farm("revoke", "pc_2", "--lab", "--folder", str(folder))
+    assert "pc_2 is revoked" in text
+    assert [file.name for file in folder.iterdir()] == ["pc_6.lab.invitation"]
+    assert kept.wait(DEADLINE_S) == 1 and "has a new authority" in kept.output
+    wait_until(lambda: not two.other.stage.left_over(), DEADLINE_S, "the worker's end")
     two.scheduler()
-    changed.write_text("a = 2\n")
-    refused = two.other.start("worker", two.address, "--workers", "1")
-    assert refused.wait(DEADLINE_S) == 1 and "results could differ" in refused.output
-    changed.write_text("a = 1\n")
-    two.worker()
-    two.desk.run("same", "--scheduler", two.address)
-    changed.write_text("a = 2\n")
-    later = two.desk.start(
-        *WORDS, "--folder", str(two.desk.folder / "b"), "--scheduler", two.address
-    )
-    assert later.wait(DEADLINE_S) == 1 and "results could differ" in later.output
-    (two.desk.folder / "src" / "one.py").write_text("a = 3\n")
-    asks = two.desk.start(
-        *WORDS, "--folder", str(two.desk.folder / "c"), "--scheduler", two.address
-    )
-    assert asks.wait(DEADLINE_S) == 1 and "the scheduler has" in asks.output
-
-
-def test_a_member_that_is_revoked_is_put_out(two: Two) -> None:
-    """At once, while it works; and it does not come in again until it is invited anew."""
-    for lab in (two.desk, two.other):
-        lab.judge(STEADY)
+    assert "does not let this machine in" in two.asks("revoked", two.other)[1]
     two.invite()
-    scheduler = two.scheduler()
-    working = two.worker()
-    two.desk.farm("revoke", "pc_2", "--lab")
-    wait_until(lambda: "pc_2 1 is let in no more" in scheduler.output, DEADLINE_S, "its end")
-    alone = two.desk.start(
-        *WORDS, "--folder", str(two.desk.folder / "a"), "--scheduler", two.address
-    )
-    assert alone.wait(DEADLINE_S) == 1 and "has no workers" in alone.output
-    os.kill(working.pid, signal.SIGTERM)
-    refused = two.other.start("worker", two.address, "--workers", "1")
-    assert refused.wait(DEADLINE_S) == 1 and "does not let this machine in" in refused.output
-    two.invite()
-    two.worker()
-    two.desk.run("again", "--scheduler", two.address)
-
-
-def test_who_is_in_no_lab_is_told_how(two: Two) -> None:
-    """The farm's invitation is none for the lab."""
-    file = two.desk.folder / "pc_2.invitation"
-    two.desk.farm("invite", "pc_2", "--address", HOST, "--file", str(file))
-    two.other.farm("join", str(file))
-    alone = two.other.start("worker", two.address)
-    assert alone.wait(DEADLINE_S) == 1 and "./cell farm invite NAME --lab" in alone.output
+    assert "has no workers" in two.asks("invited", two.other)[1]

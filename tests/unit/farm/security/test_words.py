@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import stat
+from datetime import datetime, timezone
 from pathlib import Path
 
 import farm.desk.io.lines.machines  # noqa: F401  it adds its words
 import pytest
 from farm.desk.io.command_line import app
 from farm.security.io.invitation import read_invitation
+from farm.security.io.lab_authority import LabAuthority
 from harness.workspace import ROOT
 from typer.testing import CliRunner
 
@@ -63,6 +65,22 @@ def test_all_is_renewed_by_one_word(say, tmp_path: Path) -> None:  # type: ignor
     for file in files:
         assert say("join", str(file))[0] == 0
     assert "3 invited, 2 may come in" in say("certificates")[1]
+
+
+def test_who_is_revoked_in_the_lab_is_left_behind(say, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    """By another authority: the others join again, by files for their owner's eyes."""
+    for name in ("pc_2", "pc_3"):
+        assert say("invite", name, "--lab", "--address", "hall-pc")[0] == 0
+    code, text = say("revoke", "pc_2", "--lab")
+    assert code == 2 and "give --address HOST[:PORT]" in text and "pc_2 is still let in" in text
+    LabAuthority(tmp_path / "keys" / "lab", "site", datetime.now(timezone.utc)).listened("hall", 1)
+    before = read_invitation(tmp_path / "pc_2.invitation").authority
+    code, text = say("revoke", "pc_2", "--lab")
+    assert code == 0 and "the lab's keys are new" in text and "1 new invitations" in text
+    (file,) = (tmp_path / "renewed").iterdir()
+    assert (file.name, stat.S_IMODE(file.stat().st_mode)) == ("pc_3.lab.invitation", 0o600)
+    assert read_invitation(file).authority != before
+    assert "2 invited, 1 may come in" in say("certificates")[1]
 
 
 @pytest.mark.parametrize(

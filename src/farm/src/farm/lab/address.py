@@ -6,8 +6,6 @@ import ipaddress
 
 PORT = 8786
 """dask's usual port of a scheduler."""
-
-
 TLS = "tls://"
 """Begins the address of a scheduler that asks for certificates."""
 
@@ -21,24 +19,23 @@ def scheduler_address(text: str) -> str:
 
     Raises:
         AddressError: It is none, or is of another machine without TLS: who reaches such a scheduler
-            lets its workers run what he likes, and proves no name.
+            can run any program on its workers.
 
     Example:
-        >>> scheduler_address("127.0.0.1:8786"), scheduler_address("tcp://localhost:9000")
-        ('tcp://127.0.0.1:8786', 'tcp://localhost:9000')
-        >>> scheduler_address("127.0.0.1")
-        'tcp://127.0.0.1:8786'
-        >>> scheduler_address("tls://10.0.0.5")
-        'tls://10.0.0.5:8786'
+        >>> scheduler_address("127.0.0.1"), scheduler_address("tls://10.0.0.5:9000")
+        ('tcp://127.0.0.1:8786', 'tls://10.0.0.5:9000')
     """
-    secure = is_secure(text)
     host, _, port = text.removeprefix(TLS).removeprefix("tcp://").partition(":")
     port = port or str(PORT)
     if not host or "/" in host or not port.isdecimal() or not 0 < int(port) < 65536:
         raise AddressError(f"{text}: allowed is HOST:PORT, for example 127.0.0.1:{PORT}")
-    if secure:
+    if is_secure(text):
         return f"{TLS}{host}:{port}"
-    if not _of_this_machine(host):
+    try:
+        here = host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        here = False
+    if not here:
         raise AddressError(
             f"{text}: without certificates allowed is only this machine (127.0.0.1): who reaches a "
             f"scheduler can run any program on its workers. Give {TLS}{host}:{port}, where both "
@@ -53,7 +50,7 @@ def is_secure(address: str) -> bool:
 
 
 def listened(host: str) -> str:
-    """Check where a scheduler is to listen for other machines, and return it.
+    """Return the host where a scheduler listens for other machines.
 
     Raises:
         AddressError: It is no host at which others reach this one.
@@ -63,12 +60,3 @@ def listened(host: str) -> str:
             f"--listen {host}: give the name or IPv4 address at which other machines reach this one"
         )
     return host
-
-
-def _of_this_machine(host: str) -> bool:
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False

@@ -1,47 +1,56 @@
 """A scheduler of dask and its workers: for one lab, or until they are ended.
 
-On loopback without certificates, else by TLS where both sides show one of the lab's authority.
-
-Each worker is a process with one thread, watched by another one that starts it again when it dies.
+On loopback without certificates, else by dask's TLS: both sides show a certificate of the lab's
+authority. Each worker is a process with one thread, which its nanny starts again when it dies.
 """
 
 from __future__ import annotations
 
 import asyncio
 import logging
+import os
 import signal
+import sys
 from collections.abc import Iterator
-from contextlib import AsyncExitStack, contextmanager, suppress
+from contextlib import contextmanager, suppress
+from datetime import datetime, timezone
+from pathlib import Path
 
-import msgspec
-from distributed import Client, LocalCluster, Nanny, Scheduler
+import dask
+from distributed import Client, LocalCluster, Nanny, Scheduler, Security
 from distributed.comm.addressing import get_address_host
-from distributed.core import rpc
 from distributed.utils import get_ip
 
-from farm.lab.address import is_secure
-from farm.lab.io.carried.exchange import Counter, asked
-from farm.lab.io.carried.parcels import FILES
-from farm.lab.io.carried.store import Store
-from farm.lab.io.carried.version import Version, refusal, version_of
-from farm.lab.io.line.guard import LabSecurity
-from farm.lab.io.line.identity import as_scheduler, identity
+from farm.config import Credentials, load_farm
+from farm.lab.address import TLS, is_secure
+from farm.lab.io.far import MOST_BYTES, differs, version_of
 from farm.lab.io.running import LabError, root
+from farm.security.io.invitation import SecurityError, keys_folder
+from farm.security.io.lab_authority import LabAuthority, has_lab, lab_authority_folder
+from farm.security.io.membership import joined, shown_by
 
 HOST = "127.0.0.1"
 ANYWHERE = f"{HOST}:0"
 """For dask's own pages, which cannot be left out: loopback, on a port that is free."""
 LOOK_S = 1.0
-"""How often the scheduler looks whether all who are connected are good. Our choice."""
+"""How often the scheduler looks whether the lab has another authority. Our choice."""
 PATIENCE_S = 10.0
 """Our choice: a scheduler on this machine answers within milliseconds."""
 
 
 @contextmanager
-def own_cluster(workers: int) -> Iterator[Client]:
-    """Start a scheduler with workers on this machine; all of it ends with the block."""
-    with (
-        LocalCluster(
+def connected(address: str, workers: int) -> Iterator[tuple[Client, str | None]]:
+    """Connect to a scheduler, and give the version that its workers must have; None: any.
+
+    Args:
+        address: Of one that runs; empty: one is started here, and all of it ends with the block.
+        workers: How many it has then.
+
+    Raises:
+        LabError: Nobody answers there, it lets this machine not in, or no worker has the version.
+    """
+    if not address:
+        cluster = LocalCluster(
             n_workers=workers,
             threads_per_worker=1,
             host=HOST,
@@ -49,31 +58,30 @@ def own_cluster(workers: int) -> Iterator[Client]:
             worker_dashboard_address=ANYWHERE,
             memory_limit=0,
             silence_logs=logging.WARNING,
-        ) as cluster,
-        Client(cluster) as client,
-    ):
-        yield client
-
-
-@contextmanager
-def joined_cluster(address: str) -> Iterator[Client]:
-    """Connect to a scheduler that runs.
-
-    Raises:
-        LabError: Nobody answers there, it lets this machine not in or has another version, or it
-            has no worker.
-    """
+        )
+        with cluster, Client(cluster) as client:
+            more = f"./cell lab worker {cluster.scheduler_address}"
+            print(f"lab: more workers: {more}", file=sys.stderr, flush=True)
+            yield client, None
+        return
     security = _security(address)
+    version = version_of(root()) if security else None
+    # A recording is a large argument, and meant to be.
+    quiet = {"distributed.admin.large-graph-warning-threshold": MOST_BYTES}
     try:
         client = Client(address, timeout=PATIENCE_S, security=security)
     except OSError as error:
         raise _unreached(address) from error
-    with client:
-        if security is not None:
-            _compare(asked(client, "lab_version"), "the scheduler")
-        if not client.scheduler_info()["workers"]:
+    with client, dask.config.set(quiet):
+        found = [each["resources"] for each in client.scheduler_info()["workers"].values()]
+        if not found:
             raise LabError(f"{address} has no workers: start some with ./cell lab worker {address}")
-        yield client
+        if version and not any(version in each for each in found):
+            others = differs(version, "the workers", " and ".join(sorted(set().union(*found))))
+            raise LabError(
+                f"{differs(version, 'the workers', others)}, then start the workers anew"
+            )
+        yield client, version
 
 
 def serve(port: int, host: str = "") -> None:
@@ -84,11 +92,11 @@ def serve(port: int, host: str = "") -> None:
         host: As machines of the lab reach it; empty: only this machine, without certificates.
 
     Raises:
-        LabError: The port is taken, or the certificates cannot be used.
+        LabError: The port is taken, the certificates cannot be used, or the authority was renewed.
     """
-    security = as_scheduler(host, port) if host else None
+    files = _desk((host, port)) if host else None
     try:
-        asyncio.run(_serve(port, host or HOST, security))
+        asyncio.run(_serve(port, host or HOST, files))
     except OSError as error:
         raise LabError(
             f"{host or HOST}:{port} cannot be listened on: {error.strerror or error}: give another "
@@ -100,7 +108,7 @@ def work(address: str, workers: int) -> None:
     """Work for a scheduler until SIGINT or SIGTERM, or until the scheduler has gone.
 
     Raises:
-        LabError: Nobody answers there, or it lets this machine not in or has another version.
+        LabError: Nobody answers there, or it lets this machine not in.
     """
     security = _security(address)
     try:
@@ -109,13 +117,55 @@ def work(address: str, workers: int) -> None:
         raise _unreached(address) from error
 
 
-def _security(address: str) -> LabSecurity | None:
+def _security(address: str) -> Security | None:
     """Return what this machine shows at a scheduler; None: nothing is asked for on loopback.
 
     Raises:
-        LabError: It has no certificate of a lab.
+        LabError: It has no certificate of a lab, or that is not good any more.
     """
-    return identity(address).security() if is_secure(address) else None
+    if not is_secure(address):
+        return None
+    keys = keys_folder(os.environ)
+    try:
+        invitation = joined(keys, lab=True)
+        theirs = invitation and f"{TLS}{invitation.host}:{invitation.port}" == address
+        if invitation is not None and (theirs or not has_lab(keys)):
+            return _shows(shown_by(invitation, keys, datetime.now(timezone.utc)))
+    except SecurityError as error:
+        raise LabError(str(error)) from error
+    # A desk that was invited to another lab is a guest there.
+    if has_lab(keys):
+        return _shows(_desk())
+    raise LabError(
+        "this machine is in no lab, and its certificate for the farm does not count here: on the "
+        "desk ./cell farm invite NAME --lab, then here ./cell farm join NAME.invitation"
+    )
+
+
+def _desk(reached: tuple[str, int] | None = None) -> Credentials:
+    """Return what the lab's desk shows; its authority is made if there is none.
+
+    Raises:
+        LabError: Its files cannot be read or written.
+    """
+    folder = lab_authority_folder(keys_folder(os.environ))
+    try:
+        authority = LabAuthority(folder, load_farm().site, datetime.now(timezone.utc))
+        if reached is not None:
+            authority.listened(*reached)
+        return authority.desk()
+    except SecurityError as error:
+        raise LabError(str(error)) from error
+
+
+def _shows(files: Credentials) -> Security:
+    ends = ("client", "scheduler", "worker")
+    return Security(
+        require_encryption=True,
+        tls_ca_file=files.authority,
+        **{f"tls_{end}_cert": files.certificate for end in ends},
+        **{f"tls_{end}_key": files.key for end in ends},
+    )
 
 
 def _unreached(address: str) -> LabError:
@@ -127,30 +177,18 @@ def _unreached(address: str) -> LabError:
     return LabError(f"no scheduler answers at {address}: start it with ./cell lab scheduler")
 
 
-def _compare(there: bytes, who: str) -> None:
-    """Compare the other side's version with this machine's.
-
-    Raises:
-        LabError: They differ.
-    """
-    why = refusal(version_of(root()), msgspec.json.decode(there, type=Version), who)
-    if why:
-        raise LabError(why)
-
-
-async def _serve(port: int, host: str, security: LabSecurity | None) -> None:
-    _quiet()
+async def _serve(port: int, host: str, files: Credentials | None) -> None:
     ended = _ended()
-    async with Scheduler(
+    trusted = files and Path(files.authority).read_bytes()
+    scheduler = Scheduler(
         host=host,
         port=port,
-        protocol="tls://" if security else "tcp://",
-        security=security,
+        protocol="tls://" if files else "tcp://",
+        security=_shows(files) if files else None,
         dashboard_address=ANYWHERE,
-    ) as scheduler:
-        if security is not None:
-            store = root() / FILES
-            Counter(Store(store), version_of(root()), store).attach(scheduler)
+    )
+    await _start(scheduler)
+    async with scheduler:
         print(
             f"lab: scheduler at {scheduler.address}\n"
             f"lab: work for it: ./cell lab worker {scheduler.address}\n"
@@ -160,53 +198,58 @@ async def _serve(port: int, host: str, security: LabSecurity | None) -> None:
         while not ended.is_set():
             with suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(ended.wait(), LOOK_S)
-            for name in security.guard.expel() if security else ():
-                print(f"lab: {name} is let in no more; its lines were ended", flush=True)
-
-
-async def _work(address: str, workers: int, security: LabSecurity | None) -> None:
-    _quiet()
-    ended = _ended()
-    if security is not None:
-        args = security.get_connection_args("worker")
-        scheduler = rpc(address, timeout=PATIENCE_S, connection_args=args)
-        try:
-            there = await asyncio.wait_for(scheduler.lab_version(), PATIENCE_S)
-        finally:
-            await scheduler.close_rpc()
-        _compare(there, "the scheduler")
-    # Left out, it would be each address that this machine has.
-    host = get_ip(get_address_host(address)) if security else HOST
-    async with AsyncExitStack() as stack:
-        nannies = [
-            await stack.enter_async_context(
-                Nanny(
-                    address,
-                    nthreads=1,
-                    host=host,
-                    security=security,
-                    dashboard_address=ANYWHERE,
-                    memory_limit=0,
-                    death_timeout=PATIENCE_S,
+            # TLS reads the authority once: whom it has let in stays in until the end.
+            if files and Path(files.authority).read_bytes() != trusted:
+                raise LabError(
+                    "the lab has a new authority, and lets nobody in by the one before: start "
+                    "scheduler and workers anew, members join again by their new invitations"
                 )
-            )
-            for _ in range(workers)
-        ]
+
+
+async def _work(address: str, workers: int, security: Security | None) -> None:
+    ended = _ended()
+    nannies = [
+        Nanny(
+            address,
+            nthreads=1,
+            # Left out, it would be each address that this machine has.
+            host=get_ip(get_address_host(address)) if security else HOST,
+            security=security,
+            # Jobs of this version are done here, and no others.
+            resources={version_of(root()): 1} if security else None,
+            dashboard_address=ANYWHERE,
+            memory_limit=0,
+            death_timeout=PATIENCE_S,
+        )
+        for _ in range(workers)
+    ]
+    try:
+        await asyncio.gather(*map(_start, nannies))
         print(f"lab: {workers} workers at {address}", flush=True)
         waiting = [asyncio.ensure_future(ended.wait())]
         waiting += [asyncio.ensure_future(nanny.finished()) for nanny in nannies]
         await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)
         for each in waiting:
             each.cancel()
+    finally:
+        await asyncio.gather(*(nanny.close() for nanny in nannies))
 
 
-def _quiet() -> None:
-    """Let dask tell what goes wrong, and nothing else."""
-    logging.getLogger("distributed").setLevel(logging.WARNING)
+async def _start(server: Scheduler | Nanny) -> None:
+    """Start a server of dask, which hides why it cannot.
+
+    Raises:
+        OSError: It cannot listen, or not reach others.
+    """
+    try:
+        await server
+    except RuntimeError as error:
+        raise OSError(str(error.__cause__ or error)) from error
 
 
 def _ended() -> asyncio.Event:
-    """Return what is set by SIGINT and SIGTERM."""
+    """Return what is set by SIGINT and SIGTERM; let dask tell what goes wrong, and nothing else."""
+    logging.getLogger("distributed").setLevel(logging.WARNING)
     ended, loop = asyncio.Event(), asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, ended.set)

@@ -1,81 +1,137 @@
 """Run jobs by a scheduler of dask: the same jobs, the same results, on all workers that joined.
 
-A job goes to a worker of this machine as its words, to one of another machine with its files; the
-worker runs the program in a process of its own, as :func:`farm.lab.io.running.run` does here. What
-a worker was doing when it died another one does again: dask gives it out anew.
+A worker of this machine gets a job's words, one of another machine also the job's file. The worker
+runs the program in a process of its own, as :func:`farm.lab.io.running.run` does here. dask gives
+out anew what a worker was doing when it died.
 """
 
 from __future__ import annotations
 
+import hashlib
+import os
+import platform
 import uuid
+from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError
 from pathlib import Path
-from typing import Protocol
+from tempfile import TemporaryDirectory
 
-import msgspec
-from distributed import Client, KilledWorker, as_completed
+from distributed import Client, Future, KilledWorker, as_completed, get_worker
+from msgspec.structs import replace
+from scara_config.loader import OVERRIDE
+from scara_config.profile import CHOICE, PLANT_CHOICE
 
-from farm.lab.io.running import LabError, Result, keep, perform, program_of, result_of, root
-from farm.lab.plan import Job
+from farm.lab.io.running import (
+    LabError,
+    Processes,
+    Result,
+    keep,
+    perform,
+    program_of,
+    result_of,
+    root,
+)
+from farm.lab.plan import OF_BAGS, Job
 
 KILLED = -9
 """Exit code of a job whose workers were killed again and again, as of one that is killed here."""
+MOST_BYTES = 1_000_000_000
+"""Of files with the scheduler at a time, which holds them in memory. Our choice."""
+SETTINGS = (CHOICE, PLANT_CHOICE)
+"""Of the environment, what decides what a job computes."""
+WRITTEN = {"report": (".html", ".json", ".png")}
+"""What a kind of jobs writes beside its recording."""
+LEFT_OUT = ("__pycache__", ".pyc", ".egg-info")
+"""Of a version: what Python makes of the files."""
+Answer = tuple[Result, dict[str, bytes]]
+"""A result, and the files that the job wrote beside its own."""
 
 
-class Way(Protocol):
-    """How a job goes to a worker and its result comes back."""
+def version_of(folder: Path) -> str:
+    """Return what results depend on beside a job: sources, settings and pins in a project, Python.
 
-    def begin(self, client: Client, jobs: Sequence[Job]) -> Callable[[bytes], bytes]:
-        """Prepare jobs; return what a worker does with one of :meth:`sent`.
-
-        Raises:
-            LabError: They cannot be done there.
-        """
-
-    def sent(self, job: Job) -> bytes:
-        """Return a job as it travels."""
-
-    def came(self, job: Job, answer: bytes) -> Result:
-        """Return a job's result.
-
-        Raises:
-            LabError: The worker refused it.
-            OSError: A file of it cannot be written here.
-        """
-
-
-class Words:
-    """To workers of this machine: files are where they are."""
-
-    def begin(self, client: Client, jobs: Sequence[Job]) -> Callable[[bytes], bytes]:
-        """Prepare nothing."""
-        return do
-
-    def sent(self, job: Job) -> bytes:
-        """Return it as JSON."""
-        return msgspec.json.encode(job)
-
-    def came(self, job: Job, answer: bytes) -> Result:
-        """Return it."""
-        return msgspec.json.decode(answer, type=Result)
-
-
-def do(job: bytes) -> bytes:
-    """Run a job where a worker is, and return its result; both as JSON.
+    Files count, not commits: so does a change that was not committed.
 
     Raises:
-        FileNotFoundError: The worker's machine has no such program.
+        LabError: A file cannot be read.
     """
-    asked = msgspec.json.decode(job, type=Job)
-    return msgspec.json.encode(perform(asked, program_of(asked, root() / "devel")))
+    whole = hashlib.sha256()
+    settings = Path(os.environ.get(OVERRIDE) or folder / "config")
+    try:
+        for name, top in (("src", folder / "src"), ("setup", folder / "setup"), ("", settings)):
+            for file in sorted(top.rglob("*")):
+                place = file.relative_to(top)
+                if file.is_file() and not any(part.endswith(LEFT_OUT) for part in place.parts):
+                    content = hashlib.sha256(file.read_bytes()).hexdigest()
+                    whole.update(f"{content} {name}/{place.as_posix()}\n".encode())
+    except OSError as error:
+        raise LabError(f"{error.filename}: {error.strerror}") from error
+    python = f"{platform.python_version()} {platform.machine()}"
+    return f"{whole.hexdigest()[:12]}, Python {python}"
+
+
+def differs(version: str, who: str, theirs: str) -> str:
+    """Return why nobody of another version does a job."""
+    return (
+        f"this machine has version {version}, {who} has {theirs}: results could differ. Give both "
+        "the same commit and the same changes, ./cell setup and ./cell build"
+    )
+
+
+def do(job: Job) -> Answer:
+    """Run a job on a worker of the asking machine.
+
+    Raises:
+        FileNotFoundError: There is no such program.
+    """
+    return perform(job, program_of(job, root() / "devel")), {}
+
+
+def do_there(job: Job, content: bytes | None, version: str, settings: dict[str, str]) -> Answer:
+    """Run a job on a worker of another machine, in a folder of its own.
+
+    Args:
+        job: As the asking machine has it.
+        content: Of the file that is its first word; None: that is no file.
+        version: Of the asking machine.
+        settings: Of its environment, :data:`SETTINGS`.
+
+    Raises:
+        LabError: This machine has another version.
+        FileNotFoundError: It has no such program.
+    """
+    here = version_of(root())
+    if here != version:
+        raise LabError(differs(version, f"worker {get_worker().address}", here))
+    with TemporaryDirectory(prefix="lab_") as name:
+        word = Path(job.words[0])
+        # A folder of the same name: a program may name it.
+        folder = Path(name).resolve() / (word.parent.name or "job")
+        folder.mkdir()
+        file, done = folder / word.name, job
+        if content is not None:
+            file.write_bytes(content)
+            done = replace(job, words=(str(file), *job.words[1:]))
+
+        def named_as_asked(text: str) -> str:
+            if word.is_absolute():
+                text = text.replace(folder.as_uri(), word.parent.as_uri())
+            return text.replace(str(file), str(word)).replace(str(folder), str(word.parent))
+
+        environment = {k: v for k, v in os.environ.items() if k not in SETTINGS} | settings
+        command = program_of(done, root() / "devel")
+        result = perform(done, command, Processes(environment, folder), named_as_asked)
+        endings = WRITTEN.get(job.kind, ())
+        written = {f.name: f.read_bytes() for f in folder.iterdir() if f.suffix in endings}
+        return replace(result, words=job.words), written
 
 
 def run_far(
     folder: Path,
     jobs: Sequence[Job],
     client: Client,
-    way: Way,
+    version: str | None = None,
     told: Callable[[Result], None] = lambda _: None,
 ) -> list[Result]:
     """Let a scheduler's workers run the jobs without a result, and return all results in order.
@@ -84,27 +140,39 @@ def run_far(
         folder: Where results are kept, a file each; on this machine.
         jobs: What to run.
         client: A connection to the scheduler.
-        way: How jobs travel.
+        version: Of this machine, which workers of others must have; None: all workers are here.
         told: Is called with each result, as it comes.
 
     Raises:
-        LabError: A worker has no such program or refuses a job, the folder cannot be written to,
+        LabError: A worker has no such program or another version, a file cannot be read or written,
             or the scheduler has gone; what came until then is kept.
     """
     known = {job.name: result_of(folder, job) for job in jobs}
     for result in known.values():
         if result is not None:
             told(result)
-    waiting = [job for job in jobs if known[job.name] is None]
+    waiting = deque(job for job in jobs if known[job.name] is None)
+    settings = {name: os.environ[name] for name in SETTINGS if os.environ.get(name)}
     # Keys of its own: two labs at one scheduler have jobs of the same names.
-    lot = uuid.uuid4().hex
-    names = [f"{lot}-{job.name}" for job in waiting]
-    job_of = dict(zip(names, waiting))
-    doing = way.begin(client, waiting)
-    futures = client.map(doing, list(map(way.sent, waiting)), key=names, pure=False)
+    lot, coming = uuid.uuid4().hex, as_completed()
+    given: dict[str, tuple[Job, int]] = {}
+    held = 0
     try:
-        for future in as_completed(futures):
-            result = _result(job_of[future.key], future.exception(), future.result, way)
+        while waiting or given:
+            while waiting and held < MOST_BYTES:
+                job = waiting.popleft()
+                content = _content(job) if version else None
+                words = (do_there, job, content, version, settings) if version else (do, job)
+                key, needs = f"{lot}-{job.name}", {version: 1} if version else None
+                coming.add(client.submit(*words, key=key, pure=False, resources=needs))
+                given[key] = job, len(content or b"")
+                held += given[key][1]
+            future = next(coming)
+            job, size = given.pop(str(future.key))
+            held -= size
+            result, written = _answer(job, future)
+            for name, data in written.items():
+                (Path(job.words[0]).parent / Path(name).name).write_bytes(data)
             keep(folder, result)
             known[result.job] = result
             told(result)
@@ -117,20 +185,26 @@ def run_far(
             f"words and --folder {folder}"
         ) from error
     finally:
-        client.cancel(futures)
+        client.cancel(list(coming.futures))
     return [result for result in known.values() if result is not None]
 
 
-def _result(job: Job, error: BaseException | None, answer: Callable[[], bytes], way: Way) -> Result:
-    """Return what became of a job.
+def _content(job: Job) -> bytes | None:
+    """Return what is in the file that is a job's first word; None: it is no file.
 
     Raises:
-        LabError: The worker refused it.
-        OSError: Its program is not there, or its files cannot be written here.
+        OSError: It cannot be read.
     """
+    file = Path(job.words[0])
+    return file.read_bytes() if job.kind in OF_BAGS or file.is_file() else None
+
+
+def _answer(job: Job, future: Future[Answer]) -> Answer:
+    """Return what became of a job; raises what it raised on its worker."""
+    error = future.exception()
     if isinstance(error, KilledWorker):
         why = "each worker that ran it was killed"
-        return Result(job.name, job.kind, job.words, KILLED, "", why)
+        return Result(job.name, job.kind, job.words, KILLED, "", why), {}
     if error is not None:
         raise error
-    return way.came(job, answer())
+    return future.result()

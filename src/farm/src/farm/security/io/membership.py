@@ -98,8 +98,15 @@ def shown_by(invitation: Invitation, keys: Path, now: datetime) -> Credentials:
         SecurityError: It is no good any more.
     """
     folder = member_folder(keys, lab=invitation.role is Role.LAB)
-    _check(invitation, str(folder), now)
-    return Credentials(str(folder / AUTHORITY), str(folder / CERTIFICATE), str(folder / KEY))
+    files = [folder / name for name in (AUTHORITY, CERTIFICATE, KEY)]
+    try:
+        authority, certificate, key = (file.read_text() for file in files)
+    except OSError as error:
+        raise SecurityError(f"{error.filename}: {error.strerror}") from error
+    # What the files hold now, for these are shown; they may have changed since.
+    there = replace(invitation, authority=authority, certificate=certificate, key=key)
+    _check(there, str(folder / CERTIFICATE), now)
+    return Credentials(*map(str, files))
 
 
 def _check(invitation: Invitation, place: str, now: datetime) -> None:

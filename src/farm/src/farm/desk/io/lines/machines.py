@@ -25,6 +25,9 @@ PORT = 7448
 """Where the desk listens for other machines unless another port is given; zenoh's usual one is
 taken on loopback."""
 OfLab = Annotated[bool, typer.Option("--lab", help="Of the lab, not of the farm.")]
+Renewed = Annotated[
+    Path, typer.Option(help="For new invitations; NAME.invitation, NAME.lab.invitation.")
+]
 Who = Annotated[str, typer.Argument(help="A machine's name, or a desk's.")]
 
 
@@ -138,16 +141,25 @@ def leave(lab: OfLab = False) -> None:
 
 
 @app.command()
-def revoke(name: Who, lab: OfLab = False) -> None:
-    """Let nobody in by a certificate of this name; a desk that runs puts it out within 2 s."""
+def revoke(name: Who, lab: OfLab = False, folder: Renewed = Path("renewed")) -> None:
+    """Let nobody in by a certificate of this name; a desk that runs puts it out within 2 s.
+
+    The lab gets another authority for that, and everybody else there a new invitation.
+    """
     try:
         opened_authority(lab=lab).revoke(name)
     except SecurityError as error:
         fail(str(error), WRONG)
-    if lab:
-        typer.echo(f"{name} is revoked. A scheduler that runs ends its lines within seconds.")
+    if not lab:
+        typer.echo(f"{name} is revoked. A desk that runs puts it out within 2 seconds.")
         return
-    typer.echo(f"{name} is revoked. A desk that runs puts it out within 2 seconds.")
+    try:
+        count = _renewed(lab, "", folder)
+    except SecurityError as error:
+        fail(f"{error}. {name} is still let in: do it again", WRONG)
+    typer.echo(f"{name} is revoked: the lab's keys are new. A scheduler that runs ends by itself.")
+    typer.echo(f"{count} new invitations for the others in {folder.resolve()}, to join again by.")
+    typer.echo("Then start scheduler and workers anew.")
 
 
 @app.command()
@@ -158,31 +170,37 @@ def renew(
     address: Annotated[
         str, typer.Option(help="Where this desk is reached, HOST[:PORT]. Default: as last time.")
     ] = "",
-    folder: Annotated[
-        Path, typer.Option(help="For the new invitations; NAME.invitation, NAME.lab.invitation.")
-    ] = Path("renewed"),
+    folder: Renewed = Path("renewed"),
 ) -> None:
     """Begin anew with other keys: what was signed before opens nothing, stolen keys neither."""
     if not everything:
         fail("renew --all: all is made anew. For one machine alone: ./cell farm invite NAME", WRONG)
-    folder, count = folder.resolve(), 0
     try:
-        for lab in (False, True):
-            if lab and not has_lab(keys_folder(os.environ)):
-                continue
-            where = reached(address, LAB_PORT if lab else PORT) if address else None
-            ending = ".lab.invitation" if lab else ".invitation"
-
-            def keep_in(made: Invitation, ending: str = ending) -> None:
-                write_private(folder / f"{made.name}{ending}", msgspec.json.encode(made))
-
-            count += len(opened_authority(lab=lab).renew(where, keep_in))
+        count = _renewed(False, address, folder)
+        if has_lab(keys_folder(os.environ)):
+            count += _renewed(True, address, folder)
     except (ReachedError, SecurityError) as error:
         fail(f"{error}. Not all is renewed: do it again", WRONG)
-    typer.echo(f"All keys are new; {count} new invitations in {folder}. Nothing of before counts.")
-    typer.echo("There: ./cell farm join NAME.invitation, then remove the file.")
-    typer.echo("A desk that runs takes the new keys within 2 seconds. End and start anew what runs")
-    typer.echo("of the lab (scheduler, workers): it trusts the old authority until then.")
+    typer.echo(f"All keys are new; {count} new invitations in {folder.resolve()}.")
+    typer.echo("Nothing of before counts. There: ./cell farm join NAME.invitation, then remove it.")
+    typer.echo("A desk that runs takes the new keys within 2 seconds. The lab's scheduler ends by")
+    typer.echo("itself: start it and its workers anew.")
+
+
+def _renewed(lab: bool, address: str, folder: Path) -> int:
+    """Begin an authority anew; return how many are invited again.
+
+    Raises:
+        ReachedError: The address is none.
+        SecurityError: A file cannot be written, or nobody knows where the desk is.
+    """
+    where = reached(address, LAB_PORT if lab else PORT) if address else None
+    ending = ".lab.invitation" if lab else ".invitation"
+
+    def keep_in(made: Invitation) -> None:
+        write_private(folder.resolve() / f"{made.name}{ending}", msgspec.json.encode(made))
+
+    return len(opened_authority(lab=lab).renew(where, keep_in))
 
 
 @app.command()
