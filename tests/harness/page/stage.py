@@ -38,7 +38,7 @@ from operator_panel.io.live import Live  # noqa: E402
 from operator_panel.io.page.shell import Shell  # noqa: E402
 from operator_panel.io.retold.recordings import Recordings  # noqa: E402
 from operator_panel.view.frame import FrameMaker  # noqa: E402
-from operator_panel.view.preview.judged import JUDGE  # noqa: E402
+from operator_panel.view.judged import JUDGE  # noqa: E402
 from operator_panel.view.robot.registers import (  # noqa: E402
     Entry,
     entries,

@@ -12,8 +12,8 @@ from scara_ros.robot_program import current_line
 
 from operator_panel.control.mode_table import next_step
 from operator_panel.view import words
+from operator_panel.view.judged import gate_text, made_text
 from operator_panel.view.orientation import turn_text
-from operator_panel.view.preview.judged import gate_text, made_text
 from operator_panel.view.robot.program_lines import program_text
 from operator_panel.view.robot.status import status_texts
 from operator_panel.view.snapshot import CellState, Link, Loop, Snapshot

@@ -10,7 +10,7 @@ import msgspec
 from nicegui import ui
 
 from operator_panel.io.page.view import PageView
-from operator_panel.view.preview.judged import Judged, judged, preview_refusal
+from operator_panel.view.judged import Judged, judged, preview_refusal
 from operator_panel.view.snapshot import Snapshot
 
 SAMPLES = 300

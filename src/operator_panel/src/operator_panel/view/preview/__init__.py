@@ -1,1 +1,0 @@
-"""A motion that is judged before it is made."""
