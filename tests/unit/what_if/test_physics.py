@@ -15,7 +15,7 @@ from what_if.io.cell_files import find_program
 from what_if.io.second_world import SecondWorld
 from what_if.judging import judge
 from what_if.motions import JointTarget, ProgramRun, ToolTarget
-from what_if.physics.account import physics_lines
+from what_if.physics import physics_lines
 from what_if.verdict import Outcome
 from what_if.world import Part, World
 

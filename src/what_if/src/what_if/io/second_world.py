@@ -27,7 +27,7 @@ from scara_msgs.msg import PartEvent
 from what_if.errors import WhatIfError
 from what_if.geometry.bodies import FloatArray
 from what_if.motions import Motion
-from what_if.physics.account import Seen, Simulated, held_up, outcome_of, planned_at, strays_mm
+from what_if.physics import Seen, Simulated, held_up, outcome_of, planned_at, strays_mm
 from what_if.timing.leg import Leg
 from what_if.timing.planning import plan
 from what_if.world import World

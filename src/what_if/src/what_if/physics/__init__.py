@@ -1,1 +1,0 @@
-"""A motion in the simulated world: what came of it."""
