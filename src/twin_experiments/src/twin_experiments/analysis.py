@@ -24,7 +24,7 @@ from twin_experiments.metrics.needles import Needle, find_needles
 from twin_experiments.metrics.pauses import Pause, pauses_within, undisturbed
 from twin_experiments.metrics.series import Array, Gap, MetricsError, Motion
 from twin_experiments.metrics.true_positions import TrueArm, TruePositioning, true_positioning
-from twin_experiments.palletising.outcome import SIDES, Handled, SideOutcome, outcome, shortcomings
+from twin_experiments.palletising import SIDES, Handled, SideOutcome, outcome, shortcomings
 from twin_experiments.record import Age, RecordError, Run, Span, cut, pick
 
 

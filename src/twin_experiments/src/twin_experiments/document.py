@@ -10,7 +10,7 @@ from twin_experiments.config import Limits, PaperFigures
 from twin_experiments.metrics.errors import Comparison, ErrorSummary, Rest
 from twin_experiments.metrics.needles import Needle
 from twin_experiments.metrics.pauses import longest_ms
-from twin_experiments.palletising.outcome import as_document
+from twin_experiments.palletising import as_document
 from twin_experiments.repeats import summarize_repeats
 
 DIGITS = 6

@@ -11,7 +11,7 @@ import numpy as np
 from twin_experiments.label.plant import RecordedPlant
 from twin_experiments.metrics.pauses import Pause
 from twin_experiments.metrics.series import FEWEST_SAMPLES, Array, Motion
-from twin_experiments.palletising.outcome import Handled
+from twin_experiments.palletising import Handled
 from twin_experiments.predictions import Foretold
 
 WHOLE = "recording"

@@ -31,17 +31,17 @@ from twin_experiments.document import (
     summary_rows,
 )
 from twin_experiments.io.figures import draw
-from twin_experiments.io.label.workspace import this_workspace
 from twin_experiments.io.page.chart_data import deviations_chart, errors_chart, joints_chart
 from twin_experiments.io.page.render import anchor, figure, render, table
-from twin_experiments.io.palletising.parts_reader import read_work
+from twin_experiments.io.parts_reader import read_work
 from twin_experiments.io.run_reader import read_configuration, read_run
+from twin_experiments.io.workspace import this_workspace
 from twin_experiments.label.made_with import MadeWith
 from twin_experiments.label.notes import notes
 from twin_experiments.label.sentence import missing_sentence, sentence, verdict_sentence
 from twin_experiments.label.true_arm import true_arm
-from twin_experiments.palletising.outcome import SUMMARY, error_rows
-from twin_experiments.palletising.outcome import summary_rows as summary_of_parts
+from twin_experiments.palletising import SUMMARY, error_rows
+from twin_experiments.palletising import summary_rows as summary_of_parts
 from twin_experiments.record import Event, Run
 from twin_experiments.repeats import HEADINGS as REPEAT_HEADINGS
 from twin_experiments.repeats import repeat_rows

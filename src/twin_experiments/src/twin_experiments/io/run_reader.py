@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from cell_recorder.io.reading.bag_reader import Bag, BagError
 
-from twin_experiments.io.palletising.parts_reader import read_handled
+from twin_experiments.io.parts_reader import read_handled
 from twin_experiments.io.prediction_reader import read_predictions
 from twin_experiments.label.plant import PLANT, PlantError, RecordedPlant, parse_plant
 from twin_experiments.metrics.pauses import Pause, find_pauses

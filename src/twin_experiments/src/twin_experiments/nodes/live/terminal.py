@@ -12,8 +12,8 @@ from twin_experiments.document import HEADINGS, paper_rows, report_document, sum
 from twin_experiments.label.notes import pause_note
 from twin_experiments.label.plant import plant_label
 from twin_experiments.label.verdict import run_verdict
-from twin_experiments.palletising.outcome import SUMMARY
-from twin_experiments.palletising.outcome import summary_rows as summary_of_parts
+from twin_experiments.palletising import SUMMARY
+from twin_experiments.palletising import summary_rows as summary_of_parts
 from twin_experiments.repeats import HEADINGS as REPEAT_HEADINGS
 from twin_experiments.repeats import repeat_rows
 

@@ -12,7 +12,7 @@ from scara_config.palletise import FILE, Palletise, find_palletise
 from scara_config.parsing.yaml_text import YamlTextError, parse
 from scara_ros.part_markers import part_name
 
-from twin_experiments.palletising.outcome import SIDES, Handled
+from twin_experiments.palletising import SIDES, Handled
 
 
 def read_handled(bag: Bag) -> dict[str, Handled]:

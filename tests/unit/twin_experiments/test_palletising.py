@@ -9,7 +9,7 @@ from harness.workspace import ROOT
 from scara_config import ConfigError, load_robot
 from scara_config.palletise import load_palletise
 from twin_experiments.config import load_experiments
-from twin_experiments.palletising.outcome import (
+from twin_experiments.palletising import (
     Handled,
     as_document,
     error_rows,

@@ -1,1 +1,0 @@
-"""What the reporting machine and its workspace say of themselves."""

@@ -1,1 +1,0 @@
-"""Read what became of the parts from a bag."""

@@ -1,1 +1,0 @@
-"""What became of the parts: placed, how well, how fast, what went wrong. Pure."""
