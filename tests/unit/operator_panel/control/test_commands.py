@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from operator_panel.control.commands import refusal
+from operator_panel.control.authority import command_refusal
 from scara_ros.page_words import MODES
 from twin_controller.core.lead.modes import Mode
 
@@ -18,15 +18,15 @@ def test_modes_of_the_page_are_those_of_the_controller() -> None:
 @pytest.mark.parametrize("command", ["PAUSE", "HOME"])
 def test_button_says_what_the_controller_says(command: str) -> None:
     """Allowed or not, with the controller's own reason."""
-    assert refusal(command, REFUSED, False) == REFUSED[command]
+    assert command_refusal(command, REFUSED, False) == REFUSED[command]
 
 
 def test_command_that_the_controller_does_not_name_is_greyed_out() -> None:
     """The page promises nothing that the controller has not said."""
-    assert "does not know" in refusal("MOVE", REFUSED, False)
+    assert "does not know" in command_refusal("MOVE", REFUSED, False)
 
 
 @pytest.mark.parametrize("command", ["PAUSE", "HOME", "SPEED", "JOG"])
 def test_silent_controller_greys_out_everything_else(command: str) -> None:
     """What is shown may be old."""
-    assert refusal(command, REFUSED, True) == "the twin controller is silent"
+    assert command_refusal(command, REFUSED, True) == "the twin controller is silent"

@@ -10,7 +10,7 @@ import pytest
 from harness.workspace import ROOT
 from operator_panel.view import words
 from operator_panel.view.frame import FrameMaker
-from operator_panel.view.history import History
+from operator_panel.view.past import History
 from operator_panel.view.snapshot import CellState, Link, Loop, RobotPackage, Sighting, Snapshot
 from scara_config import load_robot
 

@@ -6,7 +6,7 @@ import math
 
 import pytest
 from harness.workspace import ROOT
-from operator_panel.view.orientation import turn_text
+from operator_panel.view.words import turn_text
 from scara_config import load_robot
 
 from scara_description.urdf import link_pose, origin_transform, parse_urdf

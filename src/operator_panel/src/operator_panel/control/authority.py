@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from scara_config.text_enum import StrEnum
 
 from operator_panel.view.snapshot import CellState
@@ -45,3 +47,16 @@ def lets_go(state: CellState, idle_s: float, let_go_s: float) -> bool:
         let_go_s: After so long it lets go [s].
     """
     return idle_s > let_go_s and state.mode in AT_REST
+
+
+def command_refusal(command: str, refused: Mapping[str, str], silent: bool) -> str:
+    """Return why a button is greyed out now, or an empty text; STOP and E-STOP never are.
+
+    Args:
+        command: A command of the operator, or JOG, or RUN (a program of the real robot).
+        refused: What the twin controller said of each command; an empty text: allowed.
+        silent: Whether the twin controller says nothing.
+    """
+    if silent:
+        return "the twin controller is silent"
+    return refused.get(command, "the twin controller does not know this command")

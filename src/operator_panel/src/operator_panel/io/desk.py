@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any
 
-from operator_panel.control import authority, commands
+from operator_panel.control import authority
 from operator_panel.control.authority import ENDING, Role
 from operator_panel.control.jog import DeadMan, JogError
 from operator_panel.control.steps import StepError, positions_now
@@ -322,7 +322,7 @@ class Desk:
 
     def _held(self, page: str, press: int, take: Callable[[float], None]) -> str:
         snapshot, now = self._door.snapshot(), time.monotonic()
-        refused = self.refusal(page) or commands.refusal(
+        refused = self.refusal(page) or authority.command_refusal(
             "JOG", snapshot.refused(), snapshot.is_silent(now, self._silent_s)
         )
         with self._lock:

@@ -26,8 +26,7 @@ from operator_panel.io.stop_line import ANSWER_S, not_confirmed
 from operator_panel.view.alarms import Alarm, active_alarms
 from operator_panel.view.events import EventLog
 from operator_panel.view.frame import Frame, FrameMaker
-from operator_panel.view.history import History
-from operator_panel.view.past import Past
+from operator_panel.view.past import History, Past
 from operator_panel.view.snapshot import Part, Snapshot
 from operator_panel.view.today import Today
 

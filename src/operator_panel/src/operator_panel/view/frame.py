@@ -13,7 +13,6 @@ from scara_ros.robot_program import current_line
 from operator_panel.control.mode_table import next_step
 from operator_panel.view import words
 from operator_panel.view.judged import gate_text, made_text
-from operator_panel.view.orientation import turn_text
 from operator_panel.view.robot.program_lines import program_text
 from operator_panel.view.robot.status import status_texts
 from operator_panel.view.snapshot import CellState, Link, Loop, Snapshot
@@ -209,7 +208,7 @@ class FrameMaker:
 
     def _turn_text(self, place: np.ndarray | None) -> str:
         """Return how the tool is turned from its home pose, at which all joints are 0."""
-        return NOTHING if place is None else turn_text(self._home[:3, :3], place[:3, :3])
+        return NOTHING if place is None else words.turn_text(self._home[:3, :3], place[:3, :3])
 
     def _bar(self, state: CellState, name: str) -> tuple[float | None, float | None]:
         """Return where both sides are between the joint's limits, 0 to 1."""

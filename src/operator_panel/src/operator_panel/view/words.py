@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+import numpy as np
+
 from operator_panel.view.snapshot import CellState, Link
 from scara_msgs.msg import TwinControllerState as Mode
 
 MINUS = "\N{MINUS SIGN}"
 UNKNOWN = "\N{EN DASH}"
+LEVEL_DEG = 0.005  # our choice: less is shown as 0.00
 
 SIDES = {"real": "real robot", "twin": "twin"}
 COMMANDS = {"ESTOP": "Emergency stop", "SPEED": "Speed cap", "MOVE": "Move"}
@@ -187,3 +190,25 @@ def no_stop_text(why: str) -> str:
         return ""
     reason = why[:1].upper() + why[1:]
     return f"STOP does not get through from here: use the stop at the robot. {reason}."
+
+
+def turn_text(home: np.ndarray, now: np.ndarray) -> str:
+    """Return the turn from ``home`` to ``now`` about fixed axes of the base: x, y, z are W, P, R.
+
+    A tool that only turns about z, as a SCARA's, is told by R alone.
+
+    Args:
+        home: Rotation of the tool at home, shape ``(3, 3)``.
+        now: Its rotation now.
+
+    Source:
+        The names W, P, R and their order: the maker's Cartesian display. From the home pose: our
+        choice; a real SR-6iA shows R = J1 + J2 + J4 (tests/golden).
+    """
+    turned = now @ home.T
+    w = math.degrees(math.atan2(turned[2, 1], turned[2, 2]))
+    p = math.degrees(math.asin(max(-1.0, min(1.0, -turned[2, 0]))))
+    r = number(math.degrees(math.atan2(turned[1, 0], turned[0, 0])), 1)
+    if max(abs(w), abs(p)) < LEVEL_DEG:
+        return f"R {r} deg"
+    return f"W {number(w, 1)}  P {number(p, 1)}  R {r} deg"

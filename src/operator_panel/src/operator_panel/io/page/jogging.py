@@ -24,7 +24,7 @@ from operator_panel.control.tool_jog import FRAMES, LINES, TURNS
 from operator_panel.control.turns import turn_step, why_no_turns
 from operator_panel.door import Answer
 from operator_panel.io.page.charts import joint_title
-from operator_panel.io.page.preview.look_first import LookFirst
+from operator_panel.io.page.preview.asking import LookFirst
 from operator_panel.io.page.view import PageView, live, plain
 from operator_panel.view import words
 from scara_description.urdf import Model

@@ -21,7 +21,6 @@ from operator_panel.io.live import PATH, Live
 from operator_panel.io.page.charts import build_charts
 from operator_panel.io.page.header import build_header
 from operator_panel.io.page.jogging import build_jog
-from operator_panel.io.page.moving import build_commands
 from operator_panel.io.page.picture.look_back import build_time_line
 from operator_panel.io.page.picture.scene import build_scene
 from operator_panel.io.page.preview.motion_line import build_motion_line
@@ -29,10 +28,9 @@ from operator_panel.io.page.records.recordings import build_recordings
 from operator_panel.io.page.status import build_alarms, build_events, build_joints
 from operator_panel.io.page.target import build_target
 from operator_panel.io.page.tuning import build_tuning
-from operator_panel.io.page.view import PageView, plain
+from operator_panel.io.page.view import PageView, live, plain
 from operator_panel.io.page.work.programs import build_programs
-from operator_panel.io.page.work.robot import build_robot
-from operator_panel.io.page.work.today import build_today
+from operator_panel.io.page.work.robot import build_robot, build_today
 from operator_panel.io.run_folders import file_of
 from scara_description.urdf import Model
 
@@ -145,3 +143,29 @@ class Shell:
 async def _nothing_here(_: Request, __: Exception) -> Response:
     """Answer for a path that leads nowhere: nicegui's own would build a page."""
     return PlainTextResponse("there is nothing here", status_code=404)
+
+
+def build_commands(view: PageView) -> None:
+    """Build the commands, of which the next one is set off, and the speed."""
+    with ui.element("section").classes("card commands-card").props('data-tone="next"'):
+        live("next", "next-step", "p")
+        with ui.element("div").classes("commands"):
+            for command in ("PAUSE", "RESUME", "RESET", "HOME", "ALIGN", "ACKNOWLEDGE"):
+                view.button(command.capitalize(), command, f"next-{command}")
+        with ui.element("div").classes("speed-fact"):
+            plain("Speed", "fact-title")
+            live("speed.applied", "num").props('data-tone="speed.applied"')
+            live("speed.reason", "speed-reason")
+        with ui.element("div").classes("speed"):
+            plain("Speed cap", "field-title")
+            slider = (
+                ui.slider(min=1, max=100, step=1, value=100).classes("speed-slider").mark("speed")
+            )
+            shown = ui.label("100 %").classes("num speed-value")
+            slider.on_value_change(lambda event: shown.set_text(f"{event.value:.0f} %"))
+            view.guard(slider, "SPEED")
+
+            async def send() -> None:
+                await view.send("SPEED", speed_percent=float(slider.value))
+
+            view.button("Set", "SPEED", "", send)

@@ -9,8 +9,7 @@ from nicegui import ui
 from scara_config import Robot
 
 from operator_panel.config import PanelConfig, Surroundings
-from operator_panel.control import commands
-from operator_panel.control.authority import Role
+from operator_panel.control.authority import Role, command_refusal
 from operator_panel.door import Answer, CellDoor
 from operator_panel.io.desk import Desk, Session
 from operator_panel.view.snapshot import Snapshot
@@ -93,7 +92,7 @@ class PageView:
         if shown != self._shown:
             self._shown = shown
             for element, command, title in self._guarded:
-                barred = self.desk.refusal(self.session.page, command) or commands.refusal(
+                barred = self.desk.refusal(self.session.page, command) or command_refusal(
                     command, refused, silent
                 )
                 element.set_enabled(not barred)

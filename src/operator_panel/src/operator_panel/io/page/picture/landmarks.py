@@ -3,13 +3,41 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import Any, Literal
 
 from nicegui import ui
 from scara_config import Robot
 
-from operator_panel.io.page.picture.glass import Glass, Panes
 from operator_panel.io.page.view import plain
 from scara_description.urdf import Vector
+
+Panes = dict[str, tuple[str, float]]
+"""For each object that can be seen through its id: colour and opacity.
+
+The browser needs them: it makes all else solid, and an object can be there before its material is.
+"""
+
+
+@dataclass(frozen=True)
+class Glass:
+    """A material that can be seen through.
+
+    Attributes:
+        colour: As ``#rrggbb``.
+        opacity: 0 is nothing, 1 is solid.
+    """
+
+    colour: str
+    opacity: float
+
+    def cover(
+        self, made: Any, panes: Panes, side: Literal["front", "back", "both"] = "front"
+    ) -> None:
+        """Give an object of the scene this material, and note it in ``panes``."""
+        made.material(self.colour, self.opacity, side=side)
+        panes[made.id] = (self.colour, self.opacity)
+
 
 ZONE = Glass("#c81e1e", 0.12)
 REACH = Glass("#6b7886", 0.55)

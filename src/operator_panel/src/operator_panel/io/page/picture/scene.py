@@ -9,8 +9,13 @@ import numpy as np
 from nicegui import ui
 from scara_config import Robot
 
-from operator_panel.io.page.picture.glass import Glass, Panes
-from operator_panel.io.page.picture.landmarks import build_landmarks, build_views, views_of
+from operator_panel.io.page.picture.landmarks import (
+    Glass,
+    Panes,
+    build_landmarks,
+    build_views,
+    views_of,
+)
 from operator_panel.io.page.picture.look_back import build_look_back_button
 from operator_panel.io.page.picture.told import build_apart, build_lead
 from operator_panel.io.page.view import plain

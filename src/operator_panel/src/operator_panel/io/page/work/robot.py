@@ -16,6 +16,14 @@ FACTS = (
     ("Error", "status.error"),
     ("Program", "robot.program"),
 )
+TODAY = (
+    ("Ran to the end", "today.cycles"),
+    ("Now", "today.running"),
+    ("Last program", "today.last"),
+    ("Mean of the last 20", "today.mean"),
+    ("Parts placed", "today.parts"),
+    ("Tools furthest apart", "today.deviation"),
+)
 
 
 def build_robot(view: PageView) -> None:
@@ -58,3 +66,10 @@ def _parts_back(view: PageView) -> None:
             cancel.props("unelevated no-caps dense autofocus").classes("button")
             view.button("Put back", "MOVE", "primary", press).mark("parts-back-confirmed")
     view.button("Put back", "MOVE", "", dialog.open).mark("parts-back")
+
+
+def build_today(_: PageView) -> None:
+    """Build the list; its values come with each frame."""
+    facts(TODAY)
+    with ui.element("div").classes("hint"):
+        plain("Counted since midnight, or since the page's server was started.")
