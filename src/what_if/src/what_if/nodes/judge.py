@@ -23,9 +23,8 @@ from what_if.errors import WhatIfError
 from what_if.io.cell_files import find_program, resting_cell
 from what_if.io.recorded_way import read_way
 from what_if.judging import judge as judged
-from what_if.motions import Motion, ProgramRun, Recorded
+from what_if.motions import Motion, ProgramRun, Recorded, point_of
 from what_if.physics import Simulated, physics_lines
-from what_if.question import point_of
 from what_if.showing.moment import worst_moment
 from what_if.text import caption_of, lines_of
 from what_if.uncertainty.chances import Chances, chances_lines
