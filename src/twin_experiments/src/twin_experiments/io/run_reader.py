@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,9 +12,9 @@ import numpy as np
 from cell_recorder.io.reading.bag_reader import Bag, BagError
 
 from twin_experiments.io.parts_reader import read_handled
-from twin_experiments.io.prediction_reader import read_predictions
 from twin_experiments.label.plant import PLANT, PlantError, RecordedPlant, parse_plant
 from twin_experiments.metrics.pauses import Pause, find_pauses
+from twin_experiments.predictions import Both, Foretold
 from twin_experiments.record import (
     Age,
     Event,
@@ -30,6 +31,7 @@ REAL, TWIN = "real/ground_truth", "twin/joint_states"
 MEASURED = "real/joint_states"
 """Stands for the real side where nobody knows the truth: at a real robot."""
 AGED = (MEASURED, "joint_pose_controller/follow")
+PREDICTIONS = "what_if/outcomes"
 CONFIGURATION, DECISIONS, DIAGNOSTICS = (
     "twin_controller/configuration",
     "twin_controller/decisions",
@@ -218,3 +220,30 @@ def _newest_text(bag: Bag, topic: str) -> str | None:
     """Return the last string of a topic, None if there is none."""
     texts = [str(message.data) for _, message in bag.messages(topic)]
     return texts[-1] if texts else None
+
+
+def read_predictions(bag: Bag) -> tuple[Foretold, ...]:
+    """Return the motions that were judged and have ended, in order; an older bag has none.
+
+    Raises:
+        BagError: A message cannot be read.
+    """
+    return tuple(_foretold(at - bag.start, said) for at, said in bag.messages(PREDICTIONS))
+
+
+def _foretold(at: float, said: Any) -> Foretold:
+    """Convert a scara_msgs/MotionOutcome."""
+    return Foretold(
+        at,
+        said.what,
+        said.end,
+        Both(said.time_predicted, said.time_measured),
+        Both(said.way_predicted, said.way_measured),
+        Both(_most(said.effort_predicted), _most(said.effort_measured)),
+        said.drift,
+    )
+
+
+def _most(efforts: Sequence[float]) -> float | None:
+    """Return the largest effort of all joints; None if none was heard."""
+    return float(max(efforts)) if len(efforts) else None

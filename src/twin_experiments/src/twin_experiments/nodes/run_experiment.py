@@ -13,6 +13,8 @@ or arguments, 3 the run could not be made, 130 interrupted.
 
 from __future__ import annotations
 
+import contextlib
+import os
 import signal
 import sys
 import time
@@ -43,7 +45,6 @@ from twin_experiments.config import (
     load_experiments,
 )
 from twin_experiments.io.pendant import Pendant, PendantError
-from twin_experiments.io.runs import link_latest, new_run_folder
 from twin_experiments.nodes.cell import Cell, RunError
 from twin_experiments.nodes.live.palletiser import Palletiser
 from twin_experiments.nodes.live.terminal import print_report
@@ -315,6 +316,32 @@ def _run_folder(output: Path | None) -> Path:
         raise RunError(f"{output / BAG_NAME} exists already: choose another folder")
     output.mkdir(parents=True, exist_ok=True)
     return output.resolve()
+
+
+def new_run_folder(base: Path, stamp: str) -> Path:
+    """Create ``base/stamp``, with a number appended if it is taken, and return it."""
+    base.mkdir(parents=True, exist_ok=True)
+    for number in range(1, 1000):
+        folder = base / (stamp if number == 1 else f"{stamp}_{number}")
+        with contextlib.suppress(FileExistsError):
+            folder.mkdir()
+            return folder
+    raise FileExistsError(f"{base}/{stamp}: taken a thousand times")
+
+
+def link_latest(folder: Path) -> None:
+    """Let ``latest`` beside ``folder`` point to it, at once, whatever it pointed to.
+
+    A real folder is left alone.
+    """
+    link = folder.parent / "latest"
+    fresh = folder.parent / f".latest_{os.getpid()}"
+    fresh.symlink_to(folder.name)
+    try:
+        fresh.replace(link)
+    except OSError:
+        fresh.unlink()
+        raise
 
 
 def _colon(text: str) -> str:

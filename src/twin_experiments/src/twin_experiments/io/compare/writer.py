@@ -15,11 +15,11 @@ from twin_experiments.comparison.document import (
     RUN_HEADINGS,
     ExperimentComparison,
     comparison_document,
+    comparison_sentences,
     pair_rows,
     run_rows,
 )
 from twin_experiments.comparison.fidelity import FidelityError
-from twin_experiments.comparison.sentences import comparison_sentences
 from twin_experiments.comparison.tracks import Mechanism, Track
 from twin_experiments.config import metrics_settings
 from twin_experiments.io.compare.charts import compared_charts
