@@ -14,7 +14,7 @@ from concurrent.futures import CancelledError
 
 from what_if.errors import WhatIfError
 from what_if.geometry.bodies import FloatArray
-from what_if.io.many_worlds import Question, Worker
+from what_if.io.world_worker import Question, Worker
 from what_if.uncertainty.chances import Tried
 
 CONNECT_S = 10.0

@@ -9,27 +9,22 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import ExitStack
-from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from scara_config import KeepOut
-from scara_config.payload import Payload
 from scara_config.profile import CHOICE
 
 from what_if.errors import WhatIfError
 from what_if.geometry.bodies import FloatArray
-from what_if.io.cell_files import resting_cell
-from what_if.judging import judge
+from what_if.io.far_worlds import spread_far
+from what_if.io.world_worker import Question, State, Worker
 from what_if.motions import Motion
-from what_if.uncertainty.chances import Chances, Tried, chances_of, tried
-from what_if.uncertainty.spreads import Spread, drawn, spreads_of
-from what_if.uncertainty.varied import payload_of, varied
-from what_if.world import Lag, Part, World
+from what_if.uncertainty.chances import Chances, Tried, chances_of
+from what_if.uncertainty.spreads import drawn, spreads_of
+from what_if.world import World
 
 LOT = 20
 """So many worlds are one job; our choice: about a second."""
@@ -37,39 +32,6 @@ TRIES = 2
 """A process that is killed takes its jobs with it: they are done once more."""
 NICENESS = 10
 """As the judge beside a cell."""
-
-
-@dataclass(frozen=True)
-class State:
-    """What of a world is in no file, so that another process can make it."""
-
-    q: tuple[float, ...]
-    lag: Lag
-    parts: tuple[Part, ...]
-    payload: Payload | None
-    people: tuple[tuple[float, float, float], ...]
-    zones: tuple[KeepOut, ...]
-    override_percent: float
-    cap_percent: float
-
-
-@dataclass(frozen=True)
-class Question:
-    """What is asked of each process.
-
-    Attributes:
-        state: Of the world as it is believed to be.
-        motion: What is tried.
-        spreads: What is not exactly known.
-        robot: Folder of config/robots; empty: as the files say.
-        directory: Of the YAML files; None: the package scara_config.
-    """
-
-    state: State
-    motion: Motion
-    spreads: tuple[Spread, ...]
-    robot: str
-    directory: Path | None
 
 
 def chances(
@@ -109,8 +71,6 @@ def chances(
     for _ in range(TRIES):
         left = {begin: lot for begin, lot in lots.items() if begin not in done}
         if left and scheduler:
-            from what_if.io.far_worlds import spread_far
-
             spread_far(scheduler, question, left, done, told)
         elif left:
             _spread(question, left, workers or len(os.sched_getaffinity(0)), done, told)
@@ -140,39 +100,6 @@ def _spread(
             return
         finally:
             pool.shutdown(cancel_futures=True)
-
-
-class Worker:
-    """The cell of one process, and the question that it is asked.
-
-    Args:
-        question: What is asked.
-
-    Raises:
-        ConfigError: A file of this machine is missing or wrong.
-    """
-
-    def __init__(self, question: Question) -> None:
-        if question.robot:
-            os.environ[CHOICE] = question.robot
-        self._question = question
-        # Kept open until the process ends, or another question comes.
-        self._stack = ExitStack()
-        resting, self._models = self._stack.enter_context(resting_cell(question.directory))
-        state = {name: getattr(question.state, name) for name in State.__dataclass_fields__}
-        self._world = replace(resting, **state)
-
-    def close(self) -> None:
-        """Free the engine."""
-        self._stack.close()
-
-    def tried(self, row: Sequence[float]) -> Tried:
-        """Try the motion in one world."""
-        world, spreads = self._world, self._question.spreads
-        payload = payload_of(world, spreads, row)
-        if payload is not None:
-            world = replace(world, payload=payload, models=self._models.told(payload))
-        return tried(judge(varied(world, spreads, row), self._question.motion))
 
 
 _worker: Worker | None = None
