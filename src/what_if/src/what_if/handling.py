@@ -84,7 +84,8 @@ def _let_go(
     if not rest or gap > work.watch.drop_mm * MM:
         where = f"{gap / MM:.0f} mm above {rest}" if rest else "above no stand and no pallet"
         text = f"{held.name} would be dropped: it is let go {where}"
-        return Switched(_without(parts, held), dropped=text, part=held.name)
+        left = tuple(part for part in parts if part.name != held.name)
+        return Switched(left, dropped=text, part=held.name)
     link = poses[tree.index[rest]]
     down = pose.copy()
     down[2, 3] -= gap
@@ -117,10 +118,6 @@ def _rest_below(
 
 def _with(parts: Sequence[Part], changed: Part) -> tuple[Part, ...]:
     return tuple(changed if part.name == changed.name else part for part in parts)
-
-
-def _without(parts: Sequence[Part], gone: Part) -> tuple[Part, ...]:
-    return tuple(part for part in parts if part.name != gone.name)
 
 
 def part_bodies(work: Palletise, tool: str, parts: Sequence[Part]) -> list[Body]:

@@ -92,14 +92,12 @@ class _Trial:
         use = use_of(joints, self._cell.points, self._world.models[holds], leg.course)
         self._figures.add_use(use)
         largest = int(np.argmax(use.effort))
-        if use.effort[largest] > 1.0 and not self._has(Cause.EFFORT):
+        said = any(reason.cause is Cause.EFFORT for reason in self._reasons)
+        if use.effort[largest] > 1.0 and not said:
             share = 100.0 * use.effort[largest]
             text = f"{joints[largest].name} would need {share:.0f} % of its effort"
             time = leg.begin + use.effort_at
             self._reasons.append(Reason(Cause.EFFORT, time, leg.step, None, text))
-
-    def _has(self, cause: Cause) -> bool:
-        return any(reason.cause is cause for reason in self._reasons)
 
     def _look_at_bodies(self, leg: Leg, way: Way) -> None:
         """Note how near bodies come, and where they hit each other."""
@@ -114,7 +112,8 @@ class _Trial:
         if swept.hit is None:
             return
         one, other = self._words(swept.hit)
-        zone = self._zone_of(swept.hit)
+        hit = self._bodies(swept.hit)[1]
+        zone = hit.name if hit.kind is Kind.ZONE else ""
         does = "would enter keep-out zone" if zone else "would hit"
         if zone:
             self._figures.add_zone(zone)
@@ -138,10 +137,6 @@ class _Trial:
     def _words(self, found: Nearest) -> tuple[str, str]:
         one, other = (_named(body) for body in self._bodies(found))
         return one, other
-
-    def _zone_of(self, found: Nearest) -> str:
-        other = self._bodies(found)[1]
-        return other.name if other.kind is Kind.ZONE else ""
 
     def _place(self, way: Way, found: Nearest) -> tuple[float, float, float]:
         """Return where two bodies are nearest to each other [mm]."""

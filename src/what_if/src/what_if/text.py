@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from what_if.verdict import Outcome, Reason, Verdict
+from what_if.verdict import Outcome, Verdict
 
 
 def lines_of(verdict: Verdict) -> list[str]:
     """Return the verdict in words: the sentence, further reasons, the figures."""
-    found = [verdict.sentence, *(f"  also: {_reason(r)}" for r in verdict.reasons[1:4])]
+    found = [verdict.sentence]
+    for reason in verdict.reasons[1:4]:
+        where = f", {reason.step}" if reason.step else ""
+        found.append(f"  also: {reason.time_s:.2f} s{where}: {reason.text}")
     if len(verdict.reasons) > 4:
         found.append(f"  and {len(verdict.reasons) - 4} more")
     first = verdict.reasons[0] if verdict.reasons else None
@@ -46,8 +49,3 @@ def caption_of(verdict: Verdict) -> list[str]:
     one, other = near.between
     nearest = f"Nearest at {near.time_s:.2f} s: {near.distance_mm:.1f} mm between {one} and {other}"
     return [verdict.sentence, nearest]
-
-
-def _reason(reason: Reason) -> str:
-    where = f", {reason.step}" if reason.step else ""
-    return f"{reason.time_s:.2f} s{where}: {reason.text}"

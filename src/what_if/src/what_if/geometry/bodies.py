@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 import numpy.typing as npt
 
-from scara_description.urdf import Model, Shape, origin_transform
+from scara_description.urdf import Model, origin_transform
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -88,17 +88,11 @@ def bodies_of(model: Model, tool_frame: str, rests: Sequence[str]) -> tuple[Body
             return Kind.ARM
         return Kind.REST if link in rests else Kind.CELL
 
-    return tuple(_bodies(model, kind))
-
-
-def _bodies(model: Model, kind: object) -> Iterator[Body]:
-    for link, shapes in model.shapes.items():
-        for shape in shapes:
-            yield _body(link, kind(link), shape)  # type: ignore[operator]
-
-
-def _body(link: str, kind: Kind, shape: Shape) -> Body:
-    return Body(link, kind, link, shape.kind, shape.size, origin_transform(shape.xyz, shape.rpy))
+    return tuple(
+        Body(link, kind(link), link, shape.kind, shape.size, origin_transform(shape.xyz, shape.rpy))
+        for link, shapes in model.shapes.items()
+        for shape in shapes
+    )
 
 
 def upright(

@@ -58,27 +58,21 @@ def _touching(tree: Tree, first: Body, second: Body) -> Touching | None:
     kinds = {first.kind, second.kind}
     arm = [body for body in (first, second) if body.kind in MOVED_BY_ARM]
     if len(arm) == 2:
-        return Touching.NEVER if _apart(tree, first, second) else None
+        # Neighbours hang on each other by one joint, and touch there.
+        between = tree.movers[first.link] ^ tree.movers[second.link]
+        return Touching.NEVER if len(between) > NEIGHBOURS else None
     if not arm:
         # The table moves too, but only what comes from outside can be in its way.
         outside = kinds & {Kind.PERSON, Kind.OBSTACLE}
         return Touching.NEVER if outside else None
     other = second if arm[0] is first else first
-    if other.kind is Kind.CELL and not tree.movers[other.link] and _carries(tree, arm[0]):
+    # A body of the arm that hangs by one joint on the root turns in the robot's foot.
+    in_foot = arm[0].kind is Kind.ARM and len(tree.movers[arm[0].link]) <= NEIGHBOURS
+    if other.kind is Kind.CELL and not tree.movers[other.link] and in_foot:
         return None
     if kinds == {Kind.NOZZLE, Kind.PART}:
         return Touching.GRIP
     return Touching.LAY if kinds == {Kind.HELD, Kind.REST} else Touching.NEVER
-
-
-def _carries(tree: Tree, body: Body) -> bool:
-    """Return whether a body hangs by one joint on the root: it turns in the robot's foot."""
-    return len(tree.movers[body.link]) <= NEIGHBOURS and body.kind is Kind.ARM
-
-
-def _apart(tree: Tree, first: Body, second: Body) -> bool:
-    """Return whether more than one joint lies between two links of the arm."""
-    return len(tree.movers[first.link] ^ tree.movers[second.link]) > NEIGHBOURS
 
 
 def pair_bounds(tree: Tree, bodies: Sequence[Body], pairs: Sequence[Pair]) -> FloatArray:

@@ -106,7 +106,10 @@ class _Search:
         """Halve pieces until each is decided."""
         u = self._way.grid(self._scene.reach, SPACING)
         gaps = self._look_at(u)
-        self._measure_smallest(gaps)
+        # Measured where boxes are nearest to each other, so that the search knows its aim.
+        count = min(SEEDS, gaps.size)
+        for k in np.argpartition(gaps, count - 1, axis=None)[:count]:
+            self._distance(*(int(i) for i in np.unravel_index(k, gaps.shape)))
         begin = np.arange(len(u) - 1) if len(u) > 1 else np.array([0])
         end = begin + 1 if len(u) > 1 else begin
         lengths = self._lengths(u[begin], u[end])
@@ -139,12 +142,6 @@ class _Search:
         travelled = self._way.travelled(end) - self._way.travelled(begin)
         found: FloatArray = travelled @ self._scene.bounds.T + self._slack
         return found
-
-    def _measure_smallest(self, gaps: FloatArray) -> None:
-        """Measure where boxes are nearest to each other, so that the search knows its aim."""
-        count = min(SEEDS, gaps.size)
-        for k in np.argpartition(gaps, count - 1, axis=None)[:count]:
-            self._distance(*(int(i) for i in np.unravel_index(k, gaps.shape)))
 
     def _distance(self, sample: int, pair: int) -> float:
         """Return the distance of a pair at a place; note it if it is the smallest."""

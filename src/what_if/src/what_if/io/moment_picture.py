@@ -98,17 +98,24 @@ class _Stage:
     def near_view(self, optics: Optics) -> Pose:
         """Return the view from near that shows most of what it is about."""
         small = replace(optics, width=optics.width // TRIAL, height=optics.height // TRIAL)
-        views = [
-            self._from(math.radians(tilt), 2.0 * math.pi * k / TURNS)
-            for tilt in TILTS_DEG
-            for k in range(TURNS)
-        ]
+        x, y, z = self._moment.place
+        views = []
+        for tilt in map(math.radians, TILTS_DEG):
+            aside, up = NEAR_M * math.cos(tilt), NEAR_M * math.sin(tilt)
+            for turn in (2.0 * math.pi * k / TURNS for k in range(TURNS)):
+                eye = (x + aside * math.cos(turn), y + aside * math.sin(turn), z + up)
+                views.append(Pose(eye, (x, y, z)))
         return max(views, key=lambda view: self._seen(small, view))
 
     def draw(self, optics: Optics, view: Pose, background: tuple[int, int, int]) -> Colours:
         """Draw it; people, and the zone that it is about, can be seen through."""
         solid, _ = self._shoot(optics, view, background)
-        glass = [k for k, body in enumerate(self._moment.bodies) if self._is_shown(k, body)]
+        # A zone is drawn only where it is about that one.
+        glass = [
+            k
+            for k, body in enumerate(self._moment.bodies)
+            if body.kind is Kind.PERSON or (body.kind is Kind.ZONE and k in self._moment.marked)
+        ]
         if not glass:
             return solid
         for number in glass:
@@ -119,17 +126,6 @@ class _Stage:
             pybullet.removeBody(self._made.pop(number), physicsClientId=self._client)
         mixed = np.where(covered, (1.0 - CLEAR) * solid + CLEAR * all_of_it, solid)
         return mixed.astype(np.uint8)
-
-    def _is_shown(self, number: int, body: Body) -> bool:
-        """Return whether it is glass that is drawn: a zone only where it is about that one."""
-        return body.kind is Kind.PERSON or (
-            body.kind is Kind.ZONE and number in self._moment.marked
-        )
-
-    def _from(self, tilt: float, turn: float) -> Pose:
-        x, y, z = self._moment.place
-        aside, up = NEAR_M * math.cos(tilt), NEAR_M * math.sin(tilt)
-        return Pose((x + aside * math.cos(turn), y + aside * math.sin(turn), z + up), (x, y, z))
 
     def _seen(self, optics: Optics, view: Pose) -> tuple[int, int]:
         """Return how much is seen of the marked body that is hidden most, and of all of them."""

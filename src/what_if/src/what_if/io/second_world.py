@@ -139,13 +139,12 @@ class SecondWorld:
                 f"physics: {world.held} is in hand at the beginning: judge it by geometry"
             )
         self._simulation.restart(world.q)
-        self._world.lay(
-            {
-                part.name: (part.link, part.pose[:3, 3].tolist(), _quaternion(part.pose))
-                for part in world.parts
-                if part.link in self._world.links
-            }
-        )
+        places = {}
+        for part in world.parts:
+            if part.link in self._world.links:
+                turn = Rotation.from_matrix(part.pose[:3, :3]).as_quat()  # x y z w
+                places[part.name] = (part.link, part.pose[:3, 3].tolist(), turn.tolist())
+        self._world.lay(places)
         self._world.happened.clear()
         self._steps, self._saturated = self._world.steps, self._control.saturated_steps
 
@@ -178,9 +177,3 @@ class SecondWorld:
             at = (number - self._steps) * self._dt
             found.append(Seen(at, step, happening.message, harm))
         return found
-
-
-def _quaternion(pose: np.ndarray) -> Sequence[float]:
-    """Return the orientation of a pose, x y z w."""
-    found: list[float] = Rotation.from_matrix(pose[:3, :3]).as_quat().tolist()
-    return found

@@ -105,7 +105,11 @@ class LiveWorld:
             newest = dict(self._newest)
         if JOINTS not in newest:
             return None
-        world = replace(self._base, q=self._joints(newest[JOINTS][1]))
+        # A joint that is not named stands where it stood at the beginning.
+        at = dict(zip(newest[JOINTS][1].name, newest[JOINTS][1].position))
+        names = [joint.name for joint in self._base.cell.robot.twin_joints]
+        q = tuple(at.get(name, home) for name, home in zip(names, self._base.q))
+        world = replace(self._base, q=q)
         if STATE in newest:
             world = commanded(world, newest[STATE][1])
         if "twin/payload" in newest:
@@ -115,7 +119,12 @@ class LiveWorld:
             gripper = newest.get("twin/gripper")
             held = gripper[1].part if gripper else ""
             world = self._with_parts(world, newest["twin/parts"][1], held)
-        return self._with_people(world, newest.get("people/nearest"))
+        if "people/nearest" in newest:
+            seen_at, person = newest["people/nearest"]
+            if time.monotonic() - seen_at <= PERSON_S:
+                point = person.point
+                world = replace(world, people=((point.x, point.y, point.z),))
+        return world
 
     def _keep(self, message: Any, topic: str) -> None:
         with self._heard:
@@ -131,11 +140,6 @@ class LiveWorld:
         read = {topic: self._newest[topic][0] for topic in RECENT_S if topic in self._newest}
         return all(at >= asked - RECENT_S[topic] for topic, at in read.items())
 
-    def _joints(self, message: JointState) -> tuple[float, ...]:
-        at = dict(zip(message.name, message.position))
-        names = [joint.name for joint in self._base.cell.robot.twin_joints]
-        return tuple(at.get(name, home) for name, home in zip(names, self._base.q))
-
     def _with_parts(self, world: World, message: MarkerArray, held: str) -> World:
         if world.cell.work is None:
             return world
@@ -144,12 +148,6 @@ class LiveWorld:
             found_part(world.cell, name, _pose(pose), world.q, name == held) for name, pose in named
         )
         return replace(world, parts=parts)
-
-    def _with_people(self, world: World, seen: tuple[float, PointStamped] | None) -> World:
-        if seen is None or time.monotonic() - seen[0] > PERSON_S:
-            return world
-        point = seen[1].point
-        return replace(world, people=((point.x, point.y, point.z),))
 
 
 def live_world(base: World, models: Models) -> World | None:

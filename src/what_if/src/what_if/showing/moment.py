@@ -100,18 +100,15 @@ def _marked(scene: Scene, poses: FloatArray, reason: Reason | None) -> tuple[int
         # As for the clearance: what may touch does not count.
         numbers = np.flatnonzero(scene.never).tolist()
     if cause is Cause.ZONE:
-        numbers = [k for k in numbers if Kind.ZONE in _kinds(scene, k)]
+        zones = {k for k, body in enumerate(scene.bodies) if body.kind is Kind.ZONE}
+        pairs = scene.pairs
+        numbers = [k for k in numbers if pairs[k].first in zones or pairs[k].second in zones]
     found = _nearest(scene, poses, numbers)
     if found is None:
         return ()
     pair = scene.pairs[found]
     moved = scene.bodies[pair.first].kind in (Kind.ARM, *AT_THE_TOOL)
     return (pair.first, pair.second) if moved else (pair.second, pair.first)
-
-
-def _kinds(scene: Scene, number: int) -> tuple[Kind, Kind]:
-    pair = scene.pairs[number]
-    return scene.bodies[pair.first].kind, scene.bodies[pair.second].kind
 
 
 def _nearest(scene: Scene, poses: FloatArray, numbers: Sequence[int]) -> int | None:

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scara_config import Joint
 from scara_config.programs.lines import GripperStep, MoveStep
 from scara_control.dynamics.effort import load_of
 from scara_control.dynamics.planner import Planner
@@ -82,24 +81,16 @@ def _move(world: World, motion: ToolTarget | JointTarget) -> Planned:
         planner.load = load_of(world.models[bool(world.held)], joints, settings.effort_percent)
     allowed = min(percent, world.cap_percent)
     path = planner.move(JointMotion.at_rest(world.q), target, allowed)
-    reasons = [*_capped(world, percent), *_lighter(path)]
+    reasons = []
+    if percent > world.cap_percent:
+        text = f"{percent:g} % is asked for; the robot gets {world.cap_percent:g} %, its cap"
+        reasons.append(Reason(Cause.SPEED, 0.0, "", None, text))
+    if path.share < 1.0:
+        text = f"the payload leaves {100.0 * path.share:.0f} % of the joints' acceleration"
+        reasons.append(Reason(Cause.EFFORT, 0.0, "", None, text))
     course = _sampled(path, world.cell.config.sample_ms * 1e-3)
     step = f"move at {percent:g} %"
     return Planned((move_leg(course, 0.0, step, world.lag.mean),), tuple(reasons))
-
-
-def _capped(world: World, percent: float) -> list[Reason]:
-    if percent <= world.cap_percent:
-        return []
-    text = f"{percent:g} % is asked for; the robot gets {world.cap_percent:g} %, its cap"
-    return [Reason(Cause.SPEED, 0.0, "", None, text)]
-
-
-def _lighter(path: Path) -> list[Reason]:
-    if path.share >= 1.0:
-        return []
-    text = f"the payload leaves {100.0 * path.share:.0f} % of the joints' acceleration"
-    return [Reason(Cause.EFFORT, 0.0, "", None, text)]
 
 
 def _destination(world: World, motion: ToolTarget | JointTarget) -> tuple[float, ...]:
@@ -171,7 +162,10 @@ def _program(world: World, motion: ProgramRun) -> Planned:
             percent = step.speed_percent * world.override_percent / 100.0
             # A cap is for a robot that follows. What slows its own program is the override.
             speed = [joint.velocity * percent / 100.0 for joint in joints]
-            reasons += _beyond(joints, step.target, words, now)
+            try:
+                check_limits(joints, step.target)
+            except JointLimitError as error:
+                reasons.append(Reason(Cause.LIMIT, now, words, None, str(error)))
             course = trapezoid(here, step.target, speed, acceleration, sample)
             after = (settings.fine_ms if step.fine else settings.cnt_ms) * 1e-3
             leg = move_leg(_twins(course, columns), now, words, after)
@@ -183,17 +177,6 @@ def _program(world: World, motion: ProgramRun) -> Planned:
         legs.append(leg)
         now += leg.duration
     return Planned(tuple(legs), tuple(reasons))
-
-
-def _beyond(
-    joints: Sequence[Joint], target: Sequence[float], words: str, time: float
-) -> list[Reason]:
-    """Return a reason if a position of a program is outside the joints' ranges."""
-    try:
-        check_limits(joints, target)
-    except JointLimitError as error:
-        return [Reason(Cause.LIMIT, time, words, None, str(error))]
-    return []
 
 
 def _twins(course: Course, columns: Sequence[int]) -> Course:

@@ -11,7 +11,6 @@ from scara_config.payload import Payload
 from scara_control.dynamics.effort import Model
 
 from scara_description.urdf import Model as Description
-from what_if.config import ProgramConfig
 from what_if.geometry.bodies import FloatArray
 from what_if.uncertainty.spreads import Spread
 from what_if.world import Cell, Lag, Part, World
@@ -77,9 +76,17 @@ def varied(world: World, spreads: Sequence[Spread], row: Sequence[float]) -> Wor
         turn = math.radians(by.one("table_turn_deg"))
         description = _moved(description, table, by.two("table_mm"), turn)
         description = _moved(description, pallet, by.two("pallet_mm"), 0.0)
-    config = msgspec.structs.replace(
-        cell.config, nearer_mm=0.0, program=_law(cell.config.program, by)
+    law = cell.config.program
+    law = msgspec.structs.replace(
+        law,
+        acceleration_percent=law.acceleration_percent * by.share("acceleration_percent"),
+        fine_ms=max(0.0, law.fine_ms + by.one("fine_ms")),
     )
+    config = msgspec.structs.replace(cell.config, nearer_mm=0.0, program=law)
+    people = []
+    for x, y, z in world.people:
+        aside_x, aside_y = by.two("person_mm")
+        people.append((x + MM * aside_x, y + MM * aside_y, z))
     mass, resisting = (by.share(name) for name in ("mass_percent", "friction_percent"))
     return replace(
         world,
@@ -87,7 +94,7 @@ def varied(world: World, spreads: Sequence[Spread], row: Sequence[float]) -> Wor
         lag=Lag(max(0.0, world.lag.mean + MM * by.one("lag_ms")), 0.0, world.lag.measured),
         models={held: Heavier(arm, mass, resisting) for held, arm in world.models.items()},
         parts=tuple(_aside(cell, part, by.two("part_mm")) for part in world.parts),
-        people=tuple(_stepped(place, by.two("person_mm")) for place in world.people),
+        people=tuple(people),
     )
 
 
@@ -127,15 +134,6 @@ class _Row:
         return max(LEAST_SHARE, 1.0 + self.one(key) / 100.0)
 
 
-def _law(law: ProgramConfig, by: _Row) -> ProgramConfig:
-    """Return how the robot runs its programs in such a world."""
-    return msgspec.structs.replace(
-        law,
-        acceleration_percent=law.acceleration_percent * by.share("acceleration_percent"),
-        fine_ms=max(0.0, law.fine_ms + by.one("fine_ms")),
-    )
-
-
 def _moved(
     description: Description, joint: str, aside: tuple[float, float], turn: float
 ) -> Description:
@@ -157,9 +155,3 @@ def _aside(cell: Cell, part: Part, aside: tuple[float, float]) -> Part:
     pose: FloatArray = part.pose.copy()
     pose[:2, 3] += MM * aside[0], MM * aside[1]
     return replace(part, pose=pose)
-
-
-def _stepped(
-    place: tuple[float, float, float], aside: tuple[float, float]
-) -> tuple[float, float, float]:
-    return place[0] + MM * aside[0], place[1] + MM * aside[1], place[2]
