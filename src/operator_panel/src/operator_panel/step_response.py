@@ -48,7 +48,10 @@ def step_response(
     Raises:
         ValueError: A gain is missing or not finite.
     """
-    p, i, d, clamp = (_gain(gains, name) for name in ("p", "i", "d", "i_clamp"))
+    for name in ("p", "i", "d", "i_clamp"):
+        if not math.isfinite(gains.get(name, math.nan)):
+            raise ValueError(f"gain {name} is missing or not finite")
+    p, i, d, clamp = (float(gains[name]) for name in ("p", "i", "d", "i_clamp"))
     q = qdot = integral = 0.0
     times, values, settled = [0.0], [0.0], 0.0
     for k in range(1, round(duration / STEP_S) + 1):
@@ -79,10 +82,3 @@ def describe(response: Response) -> str:
         return "does not settle: these gains are unstable or too weak"
     settling_ms = response.settling_s * 1e3
     return f"overshoot {response.overshoot_percent:.1f} %, within 2 % after {settling_ms:.0f} ms"
-
-
-def _gain(gains: Mapping[str, float], name: str) -> float:
-    value = float(gains.get(name, math.nan))
-    if not math.isfinite(value):
-        raise ValueError(f"gain {name} is missing or not finite")
-    return value

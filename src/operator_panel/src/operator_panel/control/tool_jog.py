@@ -108,8 +108,11 @@ class ToolArm:
         qdot = self.joint_changes(positions, twist)
         share, slowest = 1.0, self.joints[0]
         for joint in self.joints:
-            velocity = qdot[joint.name]
-            allowed = self._fastest(joint, positions[joint.name], velocity)
+            velocity, q = qdot[joint.name], positions[joint.name]
+            # Below the joint's share of its speed, and slower before its limit.
+            room = joint.upper - q if velocity > 0.0 else q - joint.lower
+            most = ROUNDING * joint.velocity * self.limit_percent / 100.0
+            allowed = min(most, max(room, 0.0) / BRAKING_S)
             if allowed < share * abs(velocity):
                 share, slowest = allowed / abs(velocity), joint
         if share < SLOWEST:
@@ -133,12 +136,6 @@ class ToolArm:
             raise JogError(_stretched())
         changes = np.linalg.lstsq(jacobian[:rows], twist[:rows], rcond=None)[0]
         return {joint.name: float(change) for joint, change in zip(self.joints, changes)}
-
-    def _fastest(self, joint: Joint, q: float, direction: float) -> float:
-        """Return how fast a joint may go now: below its share, and slower before its limit."""
-        room = joint.upper - q if direction > 0.0 else q - joint.lower
-        share = ROUNDING * joint.velocity * self.limit_percent / 100.0
-        return min(share, max(room, 0.0) / BRAKING_S)
 
     def _why_slow(self, joint: Joint, q: float) -> str:
         near = min(joint.upper - q, q - joint.lower)

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scara_config import Joint, Robot
+from scara_config import Robot
 
 from operator_panel.control.jog import JogError
 from operator_panel.control.steps import StepError
@@ -71,7 +71,13 @@ def turn_step(
     wanted[:3, :3] = _rotation(about, math.radians(step_deg)) @ begin[:3, :3]
     found = _joints_of(arm, now, wanted)
     for joint in arm.joints:
-        _check_range(joint, found[joint.name])
+        q = found[joint.name]
+        if not joint.lower <= q <= joint.upper:
+            low, high = joint.lower / joint.scale, joint.upper / joint.scale
+            raise StepError(
+                f"{joint.name} = {q / joint.scale:.2f} {joint.unit} is outside "
+                f"{low:g} to {high:g} {joint.unit}"
+            )
     _check_way(arm, now, found)
     return [found[joint.name] for joint in arm.robot.twin_joints]
 
@@ -96,16 +102,6 @@ def _joints_of(arm: ToolArm, now: dict[str, float], wanted: np.ndarray) -> dict[
         if any(abs(q - now[name]) > FAR for name, q in found.items()):
             break
     raise StepError("the arm cannot turn its tool this way from here: jog a joint first")
-
-
-def _check_range(joint: Joint, q: float) -> None:
-    """Raise StepError if a joint would leave its range."""
-    if not joint.lower <= q <= joint.upper:
-        low, high = joint.lower / joint.scale, joint.upper / joint.scale
-        raise StepError(
-            f"{joint.name} = {q / joint.scale:.2f} {joint.unit} is outside "
-            f"{low:g} to {high:g} {joint.unit}"
-        )
 
 
 def _check_way(arm: ToolArm, now: dict[str, float], there: dict[str, float]) -> None:

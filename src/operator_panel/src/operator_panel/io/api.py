@@ -42,8 +42,11 @@ def offer_past(past: Past, recordings: Recordings, window_s: float) -> None:
     """
 
     async def answer(at: str = "", run: str = "") -> Response:
-        time = _number(at)
-        if time is None:
+        try:
+            time = float(at)
+        except ValueError:
+            time = math.nan
+        if not math.isfinite(time):
             return _refusal(400, f"at = {at!r} is no number of seconds since 1970")
         try:
             found = await recordings.look(run, time) if run else past.look(time, window_s)
@@ -66,15 +69,6 @@ def offer_events(csv: Callable[[], str]) -> None:
         return Response(csv(), media_type="text/csv; charset=utf-8", headers={**FRESH, **name})
 
     app.add_api_route(EVENTS, answer, methods=["GET"], include_in_schema=False)
-
-
-def _number(text: str) -> float | None:
-    """Return the finite number that ``text`` is, else None."""
-    try:
-        number = float(text)
-    except ValueError:
-        return None
-    return number if math.isfinite(number) else None
 
 
 def _refusal(status: int, why: str) -> Response:

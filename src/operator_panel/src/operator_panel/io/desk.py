@@ -132,17 +132,14 @@ class Desk:
         """Note that a page's live connection is open; it watches until its first command."""
         session = self.sessions[page]
         if not session.tab:
-            self._inherit(session, tab)
+            # A page that was loaded again gets the seat of its former self, the last in this tab.
+            for old in self.sessions.values():
+                same = old is not session and not old.there and tab and old.tab == tab
+                if same and old.seat.person == session.seat.person:
+                    session.seat, old.seat = old.seat, session.seat
+                    session.commanded, session.holds = old.commanded, old.holds
         session.there, session.tab, session.seen = True, tab, time.monotonic()
         self._wake.set()  # a holder that is back gives its sign of life at once
-
-    def _inherit(self, session: Session, tab: str) -> None:
-        """Give a page that was loaded again the seat of its former self, the last in this tab."""
-        for old in self.sessions.values():
-            same = old is not session and not old.there and tab and old.tab == tab
-            if same and old.seat.person == session.seat.person:
-                session.seat, old.seat = old.seat, session.seat
-                session.commanded, session.holds = old.commanded, old.holds
 
     def left(self, page: str) -> None:
         """Note that a page's live connection is gone; what it moves stops at once."""

@@ -103,18 +103,15 @@ class Live:
         silent = snapshot.is_silent(now, silent_s)
         alarms = active_alarms(snapshot, now, silent_s)
         self._desk.log.look(snapshot, silent, now)
-        self._note(snapshot, alarms)
-        date, _, clock = _clock().partition("T")
+        stamp = _clock()
+        date, _, clock = stamp.partition("T")
+        self.events.decisions(snapshot.decisions, date)
+        self.events.alarms(alarms, stamp)
+        self.events.ended(self._desk.log.take_ended(), stamp)
         self._today.look(snapshot, silent, date, clock, now)
         self._send(snapshot, alarms, now)
         for listener in self.listeners:
             listener(snapshot, silent)
-
-    def _note(self, snapshot: Snapshot, alarms: tuple[Alarm, ...]) -> None:
-        clock = _clock()
-        self.events.decisions(snapshot.decisions, clock.partition("T")[0])
-        self.events.alarms(alarms, clock)
-        self.events.ended(self._desk.log.take_ended(), clock)
 
     def _send(self, snapshot: Snapshot, alarms: tuple[Alarm, ...], now: float) -> None:
         clock, t = time.time(), round(now, 3)
@@ -219,7 +216,9 @@ class Live:
             case {"release": int(press)}:
                 self._desk.let_go(page, press)
             case {"acknowledge": int(number)}:
-                self._acknowledge(page, number)
+                # Whoever only watches changes nothing.
+                if self._desk.sessions[page].role is Role.OPERATOR:
+                    self.events.acknowledge(number, self._desk.name_of(page), _clock())
             case {"stop": "STOP" | "ESTOP" as command, "press": int(press)}:
                 # Beside the hearing: what is let go meanwhile is heard.
                 background_tasks.create(self._stop(page, command, press, line), name=command)
@@ -231,11 +230,6 @@ class Live:
         if refused:
             self._desk.note_once(page, press, "Jog", Answer(False, refused))
             line.put("refused", _message("refused", {"press": press, "why": refused}))
-
-    def _acknowledge(self, page: str, number: int) -> None:
-        """Note that an operator has seen an event; whoever only watches changes nothing."""
-        if self._desk.sessions[page].role is Role.OPERATOR:
-            self.events.acknowledge(number, self._desk.name_of(page), _clock())
 
     async def _stop(self, page: str, command: str, press: int, line: _Line) -> None:
         """Stop, and tell the page in time what is known of it; then what came late."""

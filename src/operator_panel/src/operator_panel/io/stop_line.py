@@ -123,7 +123,10 @@ class StopLine:
 
     def _send(self, command: str, who: dict[str, str]) -> Any:
         """Send over the open connection; where that broke, over new ones: a STOP may come twice."""
-        payload = self._serialised(command, who)
+        buffer = io.BytesIO()
+        # The page shows by itself when both stand.
+        self._kind._request_class(command=command, at_once=True, **who).serialize(buffer)
+        payload = buffer.getvalue()
         failure = ServiceError("no way was tried")
         for connect in (self._take, self._again, self._anew):
             try:
@@ -213,12 +216,6 @@ class StopLine:
             before, self._ready = self._ready, connection
         if before is not None:
             before.close()
-
-    def _serialised(self, command: str, who: dict[str, str]) -> bytes:
-        buffer = io.BytesIO()
-        # The page shows by itself when both stand.
-        self._kind._request_class(command=command, at_once=True, **who).serialize(buffer)
-        return buffer.getvalue()
 
 
 def not_confirmed(why: str) -> Answer:

@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable
 from datetime import datetime
+from functools import partial
 from typing import Any
 
 import msgspec
@@ -58,12 +59,14 @@ class Listening:
             self._listen(
                 f"twin/{joint}_position_controller/state",
                 JointControllerState,
-                self._seldom(self._loop_of(joint)),
+                self._seldom(partial(self._take, taking.with_loop, joint)),
             )
         self._listen("robot_status", RobotStatusMessage, self._seldom(self._status))
         for side in ("twin", "real"):
-            self._listen(f"{side}/parts", MarkerArray, self._seldom(self._parts_of(side), UNSEEN_S))
-            self._listen(f"{side}/part_events", PartEvent, self._placed_by(side), 20)
+            parts = partial(self._take, taking.with_parts, side)
+            self._listen(f"{side}/parts", MarkerArray, self._seldom(parts, UNSEEN_S))
+            placed = partial(self._take, taking.with_part_event, side)
+            self._listen(f"{side}/part_events", PartEvent, placed, 20)
         self._listen("people/nearest", PointStamped, self._seldom(self._person))
         self._listen("what_if/outcomes", MotionOutcome, self._outcome)
         self._change(master=True)
@@ -114,17 +117,8 @@ class Listening:
     def _jog(self, message: String) -> None:
         self._change(jog=message.data)
 
-    def _loop_of(self, joint: str) -> Callable[[JointControllerState], None]:
-        return lambda message: self._take(taking.with_loop, joint, message)
-
-    def _parts_of(self, side: str) -> Callable[[MarkerArray], None]:
-        return lambda message: self._take(taking.with_parts, side, message)
-
     def _status(self, message: RobotStatusMessage) -> None:
         self._take(taking.with_status, message)
-
-    def _placed_by(self, side: str) -> Callable[[PartEvent], None]:
-        return lambda message: self._take(taking.with_part_event, side, message)
 
     def _person(self, message: PointStamped) -> None:
         sensor = message._connection_header.get("callerid", "")

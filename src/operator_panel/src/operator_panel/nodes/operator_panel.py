@@ -130,7 +130,7 @@ def serve(private: dict[str, str]) -> None:
         link,
         desk,
         live,
-        _share() / "web",
+        package_folder("operator_panel") / "web",
         runs,
     )
     app.add_middleware(
@@ -225,10 +225,6 @@ def _jog(desk: Desk, config: PanelConfig, ended: threading.Event) -> None:
     except Exception:
         traceback.print_exc()
         os._exit(1)
-
-
-def _share() -> Path:
-    return package_folder("operator_panel")
 
 
 def _model(file: Path) -> Model:

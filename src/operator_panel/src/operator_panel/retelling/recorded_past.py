@@ -96,16 +96,13 @@ class RecordedPast:
         found = self._past.look(at, window_s)
         if found is None or self.head is None:
             return None
+        # The newest events up to then, newest first.
+        end = bisect_right(self._events, found.at, key=lambda row: row[0])
+        shown = islice(self._events, max(0, end - EVENTS_SHOWN), end)
         return RecordedLook(
             **msgspec.structs.asdict(found),
             run=self._run,
             ends=self.head.last,
-            events=self._until(found.at),
+            events=[event for _, event in shown][::-1],
             note=found.frame.silent,
         )
-
-    def _until(self, at: float) -> list[Event]:
-        """Return the newest events up to a time, newest first."""
-        end = bisect_right(self._events, at, key=lambda row: row[0])
-        shown = islice(self._events, max(0, end - EVENTS_SHOWN), end)
-        return [event for _, event in shown][::-1]

@@ -69,7 +69,11 @@ class Retelling:
         """Take a message of ``TOPICS`` that was received at ``at`` [s]."""
         date, clock = _clock(at)
         if topic == AUDIT:
-            self._audit(message, f"{date}T{clock}")
+            # What a page has commanded is said by the page itself.
+            if SELF not in message.who:
+                severity = INFO if message.success else WARNING
+                text = f"{message.what}: {message.outcome}"
+                self._log.note(f"{date}T{clock}", severity, message.who.strip("/"), text)
         elif topic == MARKER:
             self._log.note(f"{date}T{clock}", INFO, "experiment", message.data)
         else:
@@ -97,13 +101,6 @@ class Retelling:
         for event in self._log.since(self._said):
             self._said = event.number
             yield Happened(at, event)
-
-    def _audit(self, message: Any, clock: str) -> None:
-        """Note what somebody has commanded, and what became of it."""
-        if SELF not in message.who:
-            severity = INFO if message.success else WARNING
-            text = f"{message.what}: {message.outcome}"
-            self._log.note(clock, severity, message.who.strip("/"), text)
 
 
 def _shown(snapshot: Snapshot) -> Snapshot:

@@ -40,7 +40,9 @@ def with_state(snapshot: Snapshot, message: Any, now: float, clock: str) -> Snap
     links = tuple(Link(**_fields(link, Link)) for link in message.links)
     fields = _fields(message, CellState, "links", *TOOLS)
     if hasattr(message, "real_tool"):
-        fields |= {name: _place(getattr(message, name)) for name in TOOLS}
+        for name in TOOLS:
+            point = getattr(message, name)
+            fields[name] = (point.x, point.y, point.z)
     else:
         # Of a recording from before both sides were told at one instant: another distance.
         del fields["deviation_mm"]
@@ -157,11 +159,6 @@ def _plain(value: Any) -> Any:
     if hasattr(value, "tolist"):
         value = value.tolist()
     return tuple(value) if isinstance(value, list) else value
-
-
-def _place(point: Any) -> tuple[float, float, float]:
-    """Return a Point as a tuple."""
-    return point.x, point.y, point.z
 
 
 def _part(marker: Any) -> Part:

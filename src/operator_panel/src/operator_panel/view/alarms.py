@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 
 import msgspec
 from scara_ros.diagnosis import Level
@@ -138,7 +137,8 @@ def active_alarms(snapshot: Snapshot, now: float, silent_s: float) -> tuple[Alar
         if d.level != Level.OK and not d.name.endswith("twin_controller: mode")
     )
     mode = snapshot.state.mode if snapshot.state is not None else ""
-    for diagnosis in _worst_first(d for d in wrong if now - d.received < DIAGNOSIS_MEMORY_S):
+    recent = (d for d in wrong if now - d.received < DIAGNOSIS_MEMORY_S)
+    for diagnosis in sorted(recent, key=lambda d: (-d.level, d.name)):
         alarm = _diagnosed(diagnosis, mode)
         # One line for one trouble: the one that names its source.
         same = [known for known in found if known.text in alarm.text]
@@ -173,7 +173,3 @@ def _diagnosed(diagnosis: Diagnosis, mode: str) -> Alarm:
     return Alarm(
         level, shown.replace("twin_controller", "twin controller"), diagnosis.message, advice
     )
-
-
-def _worst_first(diagnoses: Iterable[Diagnosis]) -> list[Diagnosis]:
-    return sorted(diagnoses, key=lambda d: (-d.level, d.name))

@@ -74,7 +74,8 @@ class EventLog:
 
     def alarms(self, now: Iterable[Alarm], time: str) -> None:
         """Note the alarms that have come or gone since the last call."""
-        active = {(alarm.source, _plain(alarm.text)): alarm for alarm in now}
+        # Without its numbers: an alarm that counts is one alarm.
+        active = {(alarm.source, re.sub(r"[\d.]+", "#", alarm.text)): alarm for alarm in now}
         for key, alarm in active.items():
             if key not in self._alarms:
                 severity = WARNING if alarm.level == "warn" else FAULT
@@ -149,8 +150,3 @@ class _Lines(list[str]):
 def _cell(text: str) -> str:
     """Return a text that no spreadsheet takes for a formula."""
     return f"'{text}" if text.startswith(FORMULA) else text
-
-
-def _plain(text: str) -> str:
-    """Return a text without its numbers: an alarm that counts is one alarm."""
-    return re.sub(r"[\d.]+", "#", text)

@@ -15,7 +15,7 @@ from operator_panel.view import words
 from operator_panel.view.judged import gate_text, made_text
 from operator_panel.view.robot.program_lines import program_text
 from operator_panel.view.robot.status import status_texts
-from operator_panel.view.snapshot import CellState, Link, Loop, Snapshot
+from operator_panel.view.snapshot import CellState, Loop, Snapshot
 from scara_description.urdf import Model, Vector, link_pose
 from scara_ros import page_words
 
@@ -117,7 +117,9 @@ class FrameMaker:
             side: link_pose(self._model, self._tool_link, pose) for side, pose in poses.items()
         }
         tools = _tools(state, places)
-        apart, limit = state.deviation_mm, self._limit_mm(state)
+        # How far apart at the same instant the tools raise an alarm now.
+        leading, resting = self._alarm_mm
+        apart, limit = state.deviation_mm, leading if state.leader else resting
         return Frame(
             t=round(now, 3),
             text=self._texts(snapshot, state, tools, limit, now)
@@ -144,12 +146,13 @@ class FrameMaker:
         if state is None or self._is_silent(snapshot, now):
             return {}
         points = {name: self._point(state, snapshot.loops, name) for name in self._joints}
-        return points | {PAIR: _pair_point(state)}
-
-    def _limit_mm(self, state: CellState) -> float:
-        """Return how far apart at the same instant the tools raise an alarm now."""
-        leading, resting = self._alarm_mm
-        return leading if state.leader else resting
+        points[PAIR] = (
+            _finite(state.deviation_mm, 4),
+            _finite(state.speed_applied_percent, 2),
+            _finite(state.speed_requested_percent, 2),
+            _finite(1e3 * state.lag, 3),
+        )
+        return points
 
     def _is_silent(self, snapshot: Snapshot, now: float) -> bool:
         return snapshot.is_silent(now, self._silent_s)
@@ -181,15 +184,24 @@ class FrameMaker:
             "jog": snapshot.jog,
             "gripper": words.gripper_text(state),
         }
+        columns = (
+            ("real", state.real_position, False),
+            ("twin", state.twin_position, False),
+            ("deviation", state.deviation, True),
+        )
         for index, name in enumerate(state.name):
-            for key, values, signed in _columns(state):
+            for key, values, signed in columns:
                 text[f"{name}.{key}"] = (
                     words.number(values[index], 2, signed) if index < len(values) else NOTHING
                 )
         for side in ("real", "twin"):
-            text[f"tool.{side}"] = _tool_text(tools.get(side))
+            text[f"tool.{side}"] = NOTHING
+            if side in tools:
+                x, y, z = (words.number(value * 1e3, 1) for value in tools[side])
+                text[f"tool.{side}"] = f"x {x}  y {y}  z {z} mm"
         for link in state.links:
-            text |= _link_texts(link)
+            text[f"link.{link.name}.state"] = words.link_state(link)
+            text[f"link.{link.name}.figures"] = words.link_figures(link)
         return text | _package_texts(snapshot) | status_texts(snapshot.status)
 
     def _poses(self, state: CellState) -> dict[str, dict[str, float]]:
@@ -257,29 +269,6 @@ def _rounded(place: Sequence[float] | np.ndarray) -> Vector:
     return x, y, z
 
 
-def _tool_text(tool: Vector | None) -> str:
-    if tool is None:
-        return NOTHING
-    x, y, z = (words.number(value * 1e3, 1) for value in tool)
-    return f"x {x}  y {y}  z {z} mm"
-
-
-def _columns(state: CellState) -> tuple[tuple[str, tuple[float, ...], bool], ...]:
-    return (
-        ("real", state.real_position, False),
-        ("twin", state.twin_position, False),
-        ("deviation", state.deviation, True),
-    )
-
-
-def _link_texts(link: Link) -> dict[str, str]:
-    name = f"link.{link.name}"
-    return {
-        f"{name}.state": words.link_state(link),
-        f"{name}.figures": words.link_figures(link),
-    }
-
-
 def _package_texts(snapshot: Snapshot) -> dict[str, str]:
     package = snapshot.package
     if package is None:
@@ -311,15 +300,6 @@ def _tones(state: CellState, limit: float) -> dict[str, str]:
     for link in state.links:
         tone[f"link.{link.name}.state"] = "good" if words.link_state(link) == "connected" else "bad"
     return tone
-
-
-def _pair_point(state: CellState) -> tuple[float | None, ...]:
-    return (
-        _finite(state.deviation_mm, 4),
-        _finite(state.speed_applied_percent, 2),
-        _finite(state.speed_requested_percent, 2),
-        _finite(1e3 * state.lag, 3),
-    )
 
 
 def _finite(value: float, decimals: int) -> float | None:

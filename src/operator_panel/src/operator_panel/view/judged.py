@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import msgspec
 from scara_ros.gate.permit import Judgement
@@ -91,16 +90,12 @@ def sentence_of(answer: Answer) -> str:
         place = (MM * found[0], MM * found[1], MM * found[2]) if any(found) else None
         told = Judgement(values["verdict"] == REFUSED, answer.message, values["cause"], place)
         return page_words.people(told.text)
-    return page_words.people(f"{answer.message}{_nearest(values)}")
-
-
-def _nearest(values: Mapping[str, Any]) -> str:
-    """Return how near bodies come, in words; empty if nothing moves against anything."""
-    between = values["clearance_between"]
-    if values["clearance"] < 0.0 or len(between) != 2:
-        return ""
-    distance = words.number(MM * values["clearance"], 0)
-    return f", at least {distance} mm between {' and '.join(between)}"
+    text, between = answer.message, values["clearance_between"]
+    # Nothing is said of a motion in which nothing moves against anything.
+    if values["clearance"] >= 0.0 and len(between) == 2:
+        distance = words.number(MM * values["clearance"], 0)
+        text += f", at least {distance} mm between {' and '.join(between)}"
+    return page_words.people(text)
 
 
 def made_text(snapshot: Snapshot) -> str:

@@ -57,7 +57,12 @@ def build_charts(view: PageView) -> dict[str, Any]:
                     )
                     with button:
                         plain(joint_title(name))
-            _choose_button()
+            with (
+                ui.element("button")
+                .classes("button plain-button")
+                .props("type=button data-plot-choose aria-expanded=false")
+            ):
+                plain("Choose")
         with ui.element("div").classes("charts"):
             motion = ui.echart(_motion_options()).classes("chart")
             loop = ui.echart(_loop_options()).classes("chart")
@@ -74,15 +79,6 @@ def build_charts(view: PageView) -> dict[str, Any]:
         "units": {name: joint.unit for name, joint in joints.items()},
         "efforts": {name: "N m" if joint.unit == "deg" else "N" for name, joint in joints.items()},
     }
-
-
-def _choose_button() -> None:
-    with (
-        ui.element("button")
-        .classes("button plain-button")
-        .props("type=button data-plot-choose aria-expanded=false")
-    ):
-        plain("Choose")
 
 
 def _build_choice(joints: list[str]) -> None:

@@ -11,7 +11,6 @@ from collections.abc import Awaitable, Callable
 from nicegui import ui
 from scara_config import Joint
 
-from operator_panel.config import ToolSpeeds
 from operator_panel.control.steps import (
     AXES,
     SIZES,
@@ -250,7 +249,11 @@ def _build_hold_tool(view: PageView, steps: _Steps) -> None:
     turns = len(axes) > len(LINES)
     with ui.element("div").classes("row-line"):
         steps.frames()
-        _build_paces()
+        choice = ui.element("div").classes("segmented").props('role=tablist aria-label="Speed"')
+        with choice:
+            for name in ("slow", "fast"):
+                with ui.element("button").props(f"type=button role=tab data-pace={name}"):
+                    plain(name.capitalize())
     with ui.element("div").classes("jog"):
         for axis in axes:
             title = axis.upper() if axis in LINES else turn_title(axis)
@@ -260,23 +263,10 @@ def _build_hold_tool(view: PageView, steps: _Steps) -> None:
                 _held_button(view, f"data-axis={axis}", title, 1)
         if not turns:
             _build_greyed_turn(view, "hold", "Hold joint")
-    _build_hint(_paces_text(speeds, turns))
-
-
-def _build_paces() -> None:
-    """Build the choice of slow or fast."""
-    choice = ui.element("div").classes("segmented").props('role=tablist aria-label="Speed"')
-    with choice:
-        for name in ("slow", "fast"):
-            with ui.element("button").props(f"type=button role=tab data-pace={name}"):
-                plain(name.capitalize())
-
-
-def _paces_text(speeds: ToolSpeeds, turns: bool) -> str:
     text = f"Slow {speeds.slow_mm_s:g}, fast {speeds.fast_mm_s:g} mm/s"
     if turns:
         text += f"; turns {speeds.slow_deg_s:g} and {speeds.fast_deg_s:g} deg/s"
-    return f"{text}. "
+    _build_hint(f"{text}. ")
 
 
 def _build_hint(before: str = "") -> None:

@@ -76,14 +76,12 @@ class Shell:
         session = self._desk.open(client.id, role, request.scope[PERSON])
         view = PageView(self._robot, self._config, self._around, self._door, self._desk, session)
         told = self._build(view)
-        self._head({**told, "page": client.id, "live": PATH})
+        panel = json.dumps({**told, "page": client.id, "live": PATH})
+        ui.add_head_html(f'<link rel="stylesheet" href="/panel/panel.css?{self._version}">')
+        ui.add_body_html(f"<script>window.PANEL = {panel}</script>")
+        ui.add_body_html(f'<script type="module" src="/panel/main.js?{self._version}"></script>')
         self._live.listeners.append(view.refresh)
         client.on_delete(lambda: self._live.listeners.remove(view.refresh))
-
-    def _head(self, told: dict[str, Any]) -> None:
-        ui.add_head_html(f'<link rel="stylesheet" href="/panel/panel.css?{self._version}">')
-        ui.add_body_html(f"<script>window.PANEL = {json.dumps(told)}</script>")
-        ui.add_body_html(f'<script type="module" src="/panel/main.js?{self._version}"></script>')
 
     def _build(self, view: PageView) -> dict[str, Any]:
         build_header(view, self._robot.name.replace("_", " "))

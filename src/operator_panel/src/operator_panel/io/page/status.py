@@ -25,20 +25,17 @@ def build_joints(view: PageView) -> None:
                     plain(joint.unit, "unit")
                 for side in ("real", "twin"):
                     live(f"{joint.name}.{side}", f"num joint-{side} tone-{side}")
-                _bar(joint.name, joint.lower / joint.scale, joint.upper / joint.scale)
+                ends = f"{joint.lower / joint.scale:g} to {joint.upper / joint.scale:g}"
+                ends = ends.replace("-", "\N{MINUS SIGN}")
+                bar = ui.element("span").classes("range-bar")
+                with bar.props(f'data-bar="{joint.name}" title="Range: {ends}"'):
+                    ui.element("i").classes("mark mark-real")
+                    ui.element("i").classes("mark mark-twin")
         with ui.element("div").classes("joint tool-place").props('role=group aria-label="Tools"'):
             for side in ("real", "twin"):
                 with ui.element("div").classes(f"tool-line tone-{side}"):
                     live(f"tool.{side}", "num")
                     live(f"turn.{side}", "num")
-
-
-def _bar(name: str, lower: float, upper: float) -> None:
-    minus = "\N{MINUS SIGN}"
-    ends = f"{lower:g} to {upper:g}".replace("-", minus)
-    with ui.element("span").classes("range-bar").props(f'data-bar="{name}" title="Range: {ends}"'):
-        ui.element("i").classes("mark mark-real")
-        ui.element("i").classes("mark mark-twin")
 
 
 def build_alarms() -> None:

@@ -64,13 +64,17 @@ class _Tuning:
         gains = self._view.door.gains(joint)
         # Ranges come by a topic of their own, often before the values that they belong to.
         # New ranges alone must not put the old values over what an operator has typed.
-        found = (joint, _without_ranges(gains))
+        values = None if gains is None else msgspec.structs.replace(gains, ranges={})
+        found = (joint, values)
         if found != self._shown:
             self._shown = found
             self._message.set_text(MISSING if gains is None else NOTE)
             self._build(gains)
         if gains is not None:
-            self._hint(gains)
+            # Only hints: the simulator judges.
+            for name, field in self._fields.items():
+                lower, upper = gains.ranges.get(name, (-math.inf, math.inf))
+                field.props(f'title="alone: {lower:.4g} to {upper:.4g}"')
 
     def _build(self, gains: Gains | None) -> None:
         """Make new fields with the values in force.
@@ -92,12 +96,6 @@ class _Tuning:
                 box = ui.checkbox(name.replace("_", " "), value=on).props("dense")
                 box.classes("switch").set_enabled(self._view.is_operator)
                 self._switches[name] = box
-
-    def _hint(self, gains: Gains) -> None:
-        """Show the range of each value as a hint; the simulator judges."""
-        for name, field in self._fields.items():
-            lower, upper = gains.ranges.get(name, (-math.inf, math.inf))
-            field.props(f'title="alone: {lower:.4g} to {upper:.4g}"')
 
     def _number(self, name: str, value: str) -> ui.input:
         def check(text: str | None) -> str | None:
@@ -156,11 +154,6 @@ class _Tuning:
         answer = Answer(False, refused) if refused else await self._view.door.undo_tuning()
         self._result.set_text(answer.message)
         self._view.tell(answer, "Gains")
-
-
-def _without_ranges(gains: Gains | None) -> Gains | None:
-    """Return what the fields show: the values, and how often they were told."""
-    return None if gains is None else msgspec.structs.replace(gains, ranges={})
 
 
 def _position_loop(gains: dict[str, float]) -> dict[str, float]:

@@ -28,6 +28,9 @@ def status_texts(status: RobotStatus | None) -> dict[str, str]:
             ("status.mode", "status.drives", "status.stop", "status.motion", "status.error"),
             UNKNOWN,
         )
+    motion = "moves"
+    if status.in_motion != YES:
+        motion = _answer(status.motion_possible, "stands, can move", "stands, cannot move")
     error = _answer(status.in_error, "yes", "none")
     if status.in_error == YES and status.error_code:
         error = f"yes, number {status.error_code}"
@@ -35,15 +38,9 @@ def status_texts(status: RobotStatus | None) -> dict[str, str]:
         "status.mode": MODES.get(status.mode, UNKNOWN),
         "status.drives": _answer(status.drives_powered, "on", "off"),
         "status.stop": _answer(status.e_stopped, "pressed", "not pressed"),
-        "status.motion": _motion(status),
+        "status.motion": motion,
         "status.error": error,
     }
-
-
-def _motion(status: RobotStatus) -> str:
-    if status.in_motion == YES:
-        return "moves"
-    return _answer(status.motion_possible, "stands, can move", "stands, cannot move")
 
 
 def _answer(value: int, yes: str, no: str) -> str:

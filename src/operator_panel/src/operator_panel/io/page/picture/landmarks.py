@@ -65,7 +65,10 @@ def build_landmarks(scene: ui.scene, robot: Robot, glass: Panes) -> None:
             box = scene.box(size[0], size[1], size[2])
             ZONE.cover(box.move(*middle), glass)
             box.with_name(f"zone {zone.name}")
-        start, length = _turn(robot)
+        # The reach goes round as far as the first joint turns; all the way where that is unknown.
+        first, start, length = robot.arm_joints[0], 0.0, 2.0 * math.pi
+        if tuple(first.screw_axis or ()) == (0, 0, 1, 0, 0, 0):
+            start, length = first.lower, min(first.upper - first.lower, length)
         for radius in reach_radii(robot):
             ring = scene.ring(
                 radius - LINE_M,
@@ -86,14 +89,6 @@ def reach_radii(robot: Robot) -> list[float]:
         bend = min(abs(robot.arm_joints[1].lower), abs(robot.arm_joints[1].upper))
         radii.append(math.sqrt(first**2 + second**2 + 2.0 * first * second * math.cos(bend)))
     return radii
-
-
-def _turn(robot: Robot) -> tuple[float, float]:
-    """Return where the reach begins and how far it goes round [rad]; the whole turn if unknown."""
-    joint = robot.arm_joints[0]
-    if tuple(joint.screw_axis or ()) != (0, 0, 1, 0, 0, 0):
-        return 0.0, 2.0 * math.pi
-    return joint.lower, min(joint.upper - joint.lower, 2.0 * math.pi)
 
 
 def views_of(robot: Robot) -> dict[str, tuple[Vector, Vector]]:

@@ -23,7 +23,6 @@ from scara_description.urdf import (
     JointFrame,
     Model,
     Shape,
-    Vector,
     joint_transform,
     origin_transform,
 )
@@ -48,12 +47,21 @@ def build_scene(model: Model, robot: Robot) -> dict[str, Any]:
             camera=ui.scene.perspective_camera(fov=42, near=0.05, far=20),
         )
         scene.classes("scene")
-        _still()
-        _camera()
+        # In the model's place where a browser cannot draw it.
+        with ui.element("figure").classes("still"):
+            ui.element("img").props('src="/panel/still.jpg" alt="The cell, a still picture"')
+            ui.element("figcaption").props("data-still")
+        # The browser asks for the camera's pictures while this is shown.
+        with ui.element("figure").classes("camera"):
+            ui.element("img").props('data-camera alt="The twin\'s cell, seen by its camera"')
+            ui.element("figcaption").props("data-camera-text")
         build_lead()
         with ui.element("div").classes("scene-head"):
             build_look_back_button()
-            _choice()
+            with ui.element("div").classes("segmented scene-choice").props('role="tablist"'):
+                for name in ("Model", "Both", "Camera"):
+                    with ui.element("button").props(f'type=button role=tab data-show="{name}"'):
+                        plain(name)
         build_views(scene, robot)
         build_apart()
     builder = _Builder(scene, model)
@@ -62,28 +70,6 @@ def build_scene(model: Model, robot: Robot) -> dict[str, Any]:
     eye, (x, y, z) = views_of(robot)["Whole"]
     scene.move_camera(*eye, look_at_x=x, look_at_y=y, look_at_z=z, duration=0)
     return {"scene": scene.id, "joints": moved, "glass": builder.panes}
-
-
-def _camera() -> None:
-    """Build the camera's picture; the browser asks for pictures while it is shown."""
-    with ui.element("figure").classes("camera"):
-        ui.element("img").props('data-camera alt="The twin\'s cell, seen by its camera"')
-        ui.element("figcaption").props("data-camera-text")
-
-
-def _choice() -> None:
-    """Build the buttons that choose what is shown."""
-    with ui.element("div").classes("segmented scene-choice").props('role="tablist"'):
-        for name in ("Model", "Both", "Camera"):
-            with ui.element("button").props(f'type=button role=tab data-show="{name}"'):
-                plain(name)
-
-
-def _still() -> None:
-    """Build what stands in the model's place where a browser cannot draw it."""
-    with ui.element("figure").classes("still"):
-        ui.element("img").props('src="/panel/still.jpg" alt="The cell, a still picture"')
-        ui.element("figcaption").props("data-still")
 
 
 class _Builder:
@@ -127,28 +113,21 @@ class _Builder:
             self._link(side, joint.child, moving, fixed)
 
     def _shape(self, side: str, shape: Shape) -> None:
+        pose = origin_transform(shape.xyz, shape.rpy)
         if shape.kind == "box":
             width, depth, height = shape.size
             made: Any = self._scene.box(width, depth, height)
         elif shape.kind == "cylinder":
             made = self._scene.cylinder(shape.size[0], shape.size[0], shape.size[1], SEGMENTS)
+            # A cylinder of the scene lies along y, one of a URDF along z.
+            pose = pose @ origin_transform((0.0, 0.0, 0.0), (math.pi / 2, 0.0, 0.0))
         else:
             made = self._scene.sphere(shape.size[0], SEGMENTS, SEGMENTS // 2)
-        _placed(made, _pose(shape.kind, shape.xyz, shape.rpy))
+        _placed(made, pose)
         if side == "twin":
             made.material(shape.colour)
             return
         GHOSTS[side].cover(made, self.panes)
-
-
-def _pose(kind: str, xyz: Vector, rpy: Vector) -> np.ndarray:
-    """Return a shape's pose; a cylinder of the scene lies along y, one of a URDF along z."""
-    pose = origin_transform(xyz, rpy)
-    return (
-        pose @ origin_transform((0.0, 0.0, 0.0), (math.pi / 2, 0.0, 0.0))
-        if kind == "cylinder"
-        else pose
-    )
 
 
 def _placed(made: Any, pose: np.ndarray) -> Any:

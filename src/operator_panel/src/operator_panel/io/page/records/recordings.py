@@ -106,7 +106,11 @@ class _Recordings:
             if one.missing:
                 ui.label(one.missing).props('data-is="bad"')
             with ui.element("div").classes("row-line"):
-                self._look_back(one)
+                # Opens the recording on the time line: see web/past.js.
+                look_back = ui.element("button").classes("button plain-button")
+                look_back.props(f'type=button data-look-at="{one.name}"')
+                with look_back.props("disabled" if one.busy or not one.bags else ""):
+                    plain("Look back")
                 if one.has_report:
                     self._button("Report", lambda: self._open(one), True)
                 elif self._view.door.reporting() == one.name:
@@ -117,13 +121,6 @@ class _Recordings:
                     self._download(one, bag)
                 self._button("Rename", lambda: self._rename(one), self._may(one))
                 self._button("Delete", lambda: self._delete(one), self._may(one))
-
-    def _look_back(self, one: Run) -> None:
-        """Build the button that opens a recording on the time line: see web/past.js."""
-        button = ui.element("button").classes("button plain-button")
-        button.props(f'type=button data-look-at="{one.name}"')
-        with button.props("disabled" if one.busy or not one.bags else ""):
-            plain("Look back")
 
     def _may(self, one: Run) -> bool:
         return self._view.is_operator and bool(one.bags) and not one.busy
