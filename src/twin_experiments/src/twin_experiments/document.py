@@ -7,7 +7,7 @@ from typing import Any
 
 from twin_experiments.analysis import Result
 from twin_experiments.config import Limits, PaperFigures
-from twin_experiments.metrics.errors import Comparison, ErrorSummary, Rest
+from twin_experiments.metrics.errors import Comparison, Rest
 from twin_experiments.metrics.needles import Needle
 from twin_experiments.metrics.pauses import longest_ms
 from twin_experiments.palletising import as_document
@@ -250,17 +250,14 @@ def _row(result: Result, reach_mm: float) -> tuple[str, ...]:
     comparison = result.comparison
     if comparison is None:
         return (result.span.label, result.leader, *["-"] * (len(HEADINGS) - 3), verdict)
-    lag, travelled, positioning = (
-        comparison.lag_s,
-        comparison.travelled_percent,
-        comparison.positioning_max_mm,
-    )
+    lag, travelled = comparison.lag_s, comparison.travelled_percent
+    late, positioning = comparison.path_after_lag, comparison.positioning_max_mm
     return (
         result.span.label,
         result.leader,
         _length(comparison.path.max_mm, reach_mm),
         _length(comparison.path.rms_mm, reach_mm),
-        _summary(comparison.path_after_lag),
+        "-" if late is None else f"{late.max_mm:.2f} mm  {late.max_percent:.3f} %",
         "-" if travelled is None else f"{travelled:.2f} %",
         "-" if lag is None else f"{1e3 * lag:+.1f} ms",
         "-" if positioning is None else _length(positioning, reach_mm),
@@ -272,8 +269,3 @@ def _row(result: Result, reach_mm: float) -> tuple[str, ...]:
 def _length(length_mm: float, reach_mm: float) -> str:
     """Return a length in mm and percent of reach."""
     return f"{length_mm:.2f} mm  {100.0 * length_mm / reach_mm:.3f} %"
-
-
-def _summary(summary: ErrorSummary | None) -> str:
-    """Return the largest error in mm and percent of reach."""
-    return "-" if summary is None else f"{summary.max_mm:.2f} mm  {summary.max_percent:.3f} %"

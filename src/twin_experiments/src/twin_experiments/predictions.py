@@ -92,15 +92,12 @@ def summary(found: Sequence[Foretold]) -> list[str]:
     if not found:
         return []
     reached = [motion for motion in found if motion.is_reached]
+    motions = "1 motion" if len(found) == 1 else f"{len(found)} motions"
     text = (
-        f"Before they began, {_count(len(found), 'motion')} of this run were judged in the second "
-        f"world and let through; {len(reached)} of them came to their target."
+        f"Before they began, {motions} of this run were judged in the second world and let "
+        f"through; {len(reached)} of them came to their target."
     )
     return [text, *_compared(reached), _drifted(found)]
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
 def _compared(reached: Sequence[Foretold]) -> list[str]:

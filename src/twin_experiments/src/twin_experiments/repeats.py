@@ -72,13 +72,9 @@ def repeat_rows(summaries: Sequence[dict[str, Any]]) -> list[tuple[str, ...]]:
             summary["name"],
             heading,
             str(summary["repeats"]),
-            *(_cell(summary[figure][key], unit, factor) for key in HEADINGS[3:]),
+            *(f"{summary[figure][key] * factor:.3f} {unit}" for key in HEADINGS[3:]),
         )
         for summary in summaries
         for figure, (heading, unit, factor) in FIGURES.items()
         if figure in summary
     ]
-
-
-def _cell(value: float, unit: str, factor: float) -> str:
-    return f"{value * factor:.3f} {unit}"

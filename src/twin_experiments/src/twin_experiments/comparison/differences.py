@@ -148,11 +148,14 @@ class Comparer:
             self._mechanism, track.side(track.leader), self._config.path_points
         )
         zero = float(aligned.instants[0]) if begun is None else begun
+        leader, follower = aligned.real.velocities, aligned.twin.velocities
+        if track.leader != "real":
+            leader, follower = follower, leader
         return PairErrors(
             track=track,
             comparison=self._tool_errors(track, speeds),
             joints=self._joint_errors(aligned),
-            lag_s=self._lag(track, aligned, speeds),
+            lag_s=self._behind(leader, follower, aligned, speeds),
             fidelity=fidelity,
             mean_distance_mm=self._matched_distance(track, fidelity),
             begun=zero,
@@ -236,13 +239,14 @@ class Comparer:
             return None
         columns = list(mechanism.arm)
         settings = replace(self._settings, moving_speeds=speeds[columns])
+        leader: Literal["real", "twin"] = "twin" if track.leader == "twin" else "real"
         try:
             return compare(
                 pick(track.real, columns),
                 pick(track.twin, columns),
                 mechanism.tool,
                 settings,
-                _leader(track),
+                leader,
             )
         except MetricsError:
             return None
@@ -252,12 +256,6 @@ class Comparer:
         rms, largest = np.sqrt(np.mean(deviation**2, axis=0)), np.abs(deviation).max(axis=0)
         rows = zip(self._mechanism.names, self._mechanism.units, rms, largest)
         return tuple(JointError(name, unit, float(r), float(m)) for name, unit, r, m in rows)
-
-    def _lag(self, track: Track, aligned: Aligned, speeds: Array) -> float | None:
-        """Estimate by how much the follower is behind."""
-        real, twin = aligned.real.velocities, aligned.twin.velocities
-        sides = (real, twin) if track.leader == "real" else (twin, real)
-        return self._behind(*sides, aligned, speeds)
 
     def _behind(
         self, leader: Array, follower: Array, aligned: Aligned, speeds: Array
@@ -279,9 +277,12 @@ class Comparer:
         traces = [resample(motion, rate, float(start), float(end)) for motion in (one, other)]
         positions = [positions for positions, _ in traces]
         joints = self._mechanism.joints
-        accepted = (
-            self._config.accepted_of(list(joints)) if joints else _foreign_accepted(positions)
-        )
+        if joints:
+            accepted = self._config.accepted_of(list(joints))
+        else:
+            # Joints without a profile: a share of their range of motion.
+            moved = np.ptp(np.concatenate(positions), axis=0)
+            accepted = np.maximum(FOREIGN_SHARE * moved, SMALLEST)
         movings = (moving(traces[0][1], speeds), moving(traces[1][1], speeds))
         band = round(self._config.longest_shift_s * rate)
         return measure_fidelity(
@@ -298,13 +299,3 @@ class Comparer:
             resample(m, self._config.snapshots_hz, start, end)[0] for m in (track.real, track.twin)
         )
         return float(self._distance(real[fidelity.pairs[:, 0]], twin[fidelity.pairs[:, 1]]).mean())
-
-
-def _leader(track: Track) -> Literal["real", "twin"]:
-    return "twin" if track.leader == "twin" else "real"
-
-
-def _foreign_accepted(positions: Sequence[Array]) -> Array:
-    """Return what is accepted of joints without a profile: a share of their range of motion."""
-    rows = np.concatenate(positions)
-    return np.asarray(np.maximum(FOREIGN_SHARE * np.ptp(rows, axis=0), SMALLEST))

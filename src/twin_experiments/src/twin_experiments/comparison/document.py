@@ -135,6 +135,12 @@ def pair_rows(experiment: ExperimentComparison) -> list[tuple[str, ...]]:
 def _pair_row(pair: PairErrors) -> tuple[str, ...]:
     tool, fidelity = pair.comparison, pair.fidelity
     worst = max(pair.joints, key=lambda joint: joint.max / (1.0 if joint.unit == "mm" else 0.1))
+    # How far matched snapshots are apart.
+    apart = "-"
+    if pair.mean_distance_mm is not None:
+        apart = f"{pair.mean_distance_mm:.3f} mm"
+    elif fidelity.mean_distance is not None:
+        apart = f"{100.0 * fidelity.mean_distance:.1f} % of accepted"
     return (
         pair.track.label,
         pair.track.leader,
@@ -143,18 +149,10 @@ def _pair_row(pair: PairErrors) -> tuple[str, ...]:
         "-" if pair.lag_s is None else f"{1e3 * pair.lag_s:+.1f} ms",
         f"{fidelity.matched_percent:.1f} %",
         "-" if fidelity.moving_percent is None else f"{fidelity.moving_percent:.1f} %",
-        _apart(pair),
+        apart,
         _gaps(fidelity),
         f"{worst.name} {worst.max:.3f} {worst.unit}",
     )
-
-
-def _apart(pair: PairErrors) -> str:
-    """Return how far matched snapshots are apart."""
-    if pair.mean_distance_mm is not None:
-        return f"{pair.mean_distance_mm:.3f} mm"
-    distance = pair.fidelity.mean_distance
-    return "-" if distance is None else f"{100.0 * distance:.1f} % of accepted"
 
 
 def _gaps(fidelity: Fidelity) -> str:

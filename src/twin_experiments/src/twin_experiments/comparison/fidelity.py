@@ -89,7 +89,10 @@ def measure_fidelity(
     _check(one, other, accepted)
     pairs = _align(one / accepted, other / accepted, gap, max(band, abs(len(one) - len(other))))
     snapshots = len(one) + len(other)
-    lengths = _gap_lengths(pairs, len(one), len(other))
+    # How many snapshots of both traces lie between neighbouring matches, where any do.
+    edges = np.vstack(([-1, -1], pairs, [len(one), len(other)]))
+    between = (np.diff(edges, axis=0) - 1).sum(axis=1)
+    lengths = [int(length) for length in between[between > 0]]
     distances = np.abs(one[pairs[:, 0]] - other[pairs[:, 1]]) / accepted
     in_motion = int(moving[0].sum() + moving[1].sum())
     matched_in_motion = moving[0][pairs[:, 0]], moving[1][pairs[:, 1]]
@@ -186,10 +189,3 @@ def _trace_back(steps: list[tuple[int, NDArray[np.int8]]], n: int, m: int) -> Pa
         else:
             j -= 1
     return np.array(pairs[::-1], dtype=np.int_).reshape(-1, 2)
-
-
-def _gap_lengths(pairs: Pairs, n: int, m: int) -> list[int]:
-    """Return how many snapshots of both traces lie between neighbouring matches, where any do."""
-    edges = np.vstack(([-1, -1], pairs, [n, m]))
-    between = (np.diff(edges, axis=0) - 1).sum(axis=1)
-    return [int(length) for length in between[between > 0]]

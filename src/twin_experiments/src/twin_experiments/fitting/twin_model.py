@@ -78,7 +78,11 @@ def apply_vector(model: TwinModel, choice: Choice, x: FloatArray) -> TwinModel:
     gains, damping, friction = list(model.gains), list(model.damping), list(model.friction)
     values = iter(float(value) for value in x)
     for k in choice.columns:
-        gains[k] = _faster(gains[k], math.exp(next(values)))
+        faster, loop = math.exp(next(values)), gains[k].position
+        loop = msgspec.structs.replace(
+            loop, p=loop.p * faster**2, i=loop.i * faster**3, d=loop.d * faster
+        )
+        gains[k] = msgspec.structs.replace(gains[k], position=loop)
         damping[k] = max(damping[k], LEAST_DAMPING) * math.exp(next(values))
         friction[k] = max(friction[k], LEAST_FRICTION) * math.exp(next(values))
     bandwidth = (
@@ -133,14 +137,6 @@ def yaml_values(model: TwinModel, choice: Choice, joints: Sequence[str]) -> Yaml
             ("real", "sample_latency_ms"): max(0.0, _rounded(model.delay * 1e3))
         }
     return values
-
-
-def _faster(gains: LoopGains, factor: float) -> LoopGains:
-    position = gains.position
-    changed = msgspec.structs.replace(
-        position, p=position.p * factor**2, i=position.i * factor**3, d=position.d * factor
-    )
-    return msgspec.structs.replace(gains, position=changed)
 
 
 def _has_bandwidth(model: TwinModel) -> bool:

@@ -136,12 +136,12 @@ def write_report(bag: Path, folder: Path, config_directory: Path | None = None) 
     foretold = tuple(predictions.summary(run.predictions))
     missing = missing_sentence(run.missing)
     report = Report(results, chosen, folder, _made_with(run, chosen, results), foretold, missing)
-    document = {
-        **report_document(results, chosen.robot.reach_mm, chosen.experiments.paper),
-        **_predictions(run),
-        "made_with": report.made_with.document(),
-        **({"missing": missing} if missing else {}),
-    }
+    document = report_document(results, chosen.robot.reach_mm, chosen.experiments.paper)
+    if run.predictions:
+        document["predictions"] = rounded_tree(predictions.as_document(run.predictions))
+    document["made_with"] = report.made_with.document()
+    if missing:
+        document["missing"] = missing
     (folder / "report.html").write_text(_page(run, report, document), encoding="utf-8")
     (folder / "report.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
     return report
@@ -298,12 +298,6 @@ def _repeats(document: dict[str, Any]) -> list[tuple[str, Any]]:
     """Return the table of repeated experiments, if there are any."""
     summaries = document.get("repeats", [])
     return [("Repeats", table(REPEAT_HEADINGS, repeat_rows(summaries)))] if summaries else []
-
-
-def _predictions(run: Run) -> dict[str, Any]:
-    """Return the section of report.json about predictions; empty if no motion was judged."""
-    found = predictions.as_document(run.predictions)
-    return {"predictions": rounded_tree(found)} if run.predictions else {}
 
 
 def _foretold(run: Run, words: Sequence[str]) -> list[tuple[str, Any]]:

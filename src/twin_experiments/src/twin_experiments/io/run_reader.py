@@ -94,7 +94,7 @@ def read_pauses(bag: Bag) -> tuple[Pause, ...]:
     return tuple(found)
 
 
-def _seconds(stamp: Any, origin: float) -> float:
+def seconds_since(stamp: Any, origin: float) -> float:
     """Return a ROS stamp in seconds since ``origin`` without losing its nanoseconds."""
     whole = int(origin)
     return float((stamp.sec - whole) + stamp.nanosec * 1e-9 - (origin - whole))
@@ -107,13 +107,19 @@ def _side(bag: Bag, side: str, topic: str, joint_names: list[str], origin: float
     for _, message in bag.messages(topic):
         names = tuple(message.name)
         if names not in columns:
-            columns[names] = _columns(topic, names, joint_names)
+            missing = [name for name in joint_names if name not in names]
+            if missing:
+                raise RecordError(
+                    f"{topic}: joint {', '.join(missing)} is missing; "
+                    f"it has {', '.join(names) or 'none'}"
+                )
+            columns[names] = [names.index(name) for name in joint_names]
         if len(message.velocity) != len(names) or len(message.position) != len(names):
             raise RecordError(
                 f"{topic}: {len(names)} names, {len(message.position)} positions and "
                 f"{len(message.velocity)} velocities"
             )
-        stamps.append(_seconds(message.header.stamp, origin))
+        stamps.append(seconds_since(message.header.stamp, origin))
         positions.append(message.position)
         velocities.append(message.velocity)
         layouts.append(names)
@@ -130,16 +136,6 @@ def _side(bag: Bag, side: str, topic: str, joint_names: list[str], origin: float
     return build_side(side, np.array(stamps), *parts)
 
 
-def _columns(topic: str, names: tuple[str, ...], wanted: list[str]) -> list[int]:
-    """Return where the wanted joints stand in a message."""
-    missing = [name for name in wanted if name not in names]
-    if missing:
-        raise RecordError(
-            f"{topic}: joint {', '.join(missing)} is missing; it has {', '.join(names) or 'none'}"
-        )
-    return [names.index(name) for name in wanted]
-
-
 def _age(bag: Bag, topic: str, origin: float) -> Age:
     """Return how old a stamped topic's content was on receipt.
 
@@ -147,7 +143,7 @@ def _age(bag: Bag, topic: str, origin: float) -> Age:
     """
     received, age = [], []
     for at, message in bag.messages(topic):
-        due = _seconds(message.header.stamp, origin)
+        due = seconds_since(message.header.stamp, origin)
         points = getattr(message, "points", None)
         if points:
             due += points[0].time_from_start.sec + points[0].time_from_start.nanosec * 1e-9

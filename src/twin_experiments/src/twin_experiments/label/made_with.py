@@ -83,11 +83,15 @@ class MadeWith:
         """Return name and text of each row of the table above the figures."""
         workspace = self.workspace
         differs = " (files differ from it)" if workspace.commit.endswith("+") else ""
+        plant = plant_label(self.plant)
+        if self.plant is not None:
+            plant += f"; payload {self.plant.payload_kg:g} kg"
+        speeds = ", ".join(f"{name} {speed_text(one)}" for name, one in self.speed_percent.items())
         cores = "1 core" if workspace.cores == 1 else f"{workspace.cores} cores"
         rows = [
             ("robot", self.robot),
-            ("plant", self._plant()),
-            ("speed", self._speed()),
+            ("plant", plant),
+            ("speed", f"{speeds} (the leader's fastest joint, of its largest speed)"),
             ("commit", workspace.commit + differs),
             ("versions", ", ".join(f"{name} {text}" for name, text in workspace.versions.items())),
             ("configuration", self.configuration or "not recorded"),
@@ -103,15 +107,6 @@ class MadeWith:
                 )
             )
         return rows
-
-    def _plant(self) -> str:
-        if self.plant is None:
-            return plant_label(None)
-        return f"{plant_label(self.plant)}; payload {self.plant.payload_kg:g} kg"
-
-    def _speed(self) -> str:
-        told = ", ".join(f"{name} {speed_text(one)}" for name, one in self.speed_percent.items())
-        return f"{told} (the leader's fastest joint, of its largest speed)"
 
 
 def speed_text(percent: float | None) -> str:

@@ -76,7 +76,13 @@ def find_needles(
     """
     from scipy.signal import find_peaks  # a second to load: a run begins without it
 
-    late = _late_receipts(ages)
+    # When something was received later than usual [s].
+    receipts = [
+        received[age > np.percentile(age, USUAL_PERCENT) + LATE_S]
+        for received, age in ages.values()
+        if len(age)
+    ]
+    late = np.sort(np.concatenate(receipts)) if receipts else np.zeros(0)
     rate = seen.aligned.rate
     found: list[Needle] = []
     floor = max(LOWEST_MM, LEAST_SHARE * float(seen.deviation_mm.max(initial=0.0)))
@@ -104,16 +110,6 @@ def _speeds(seen: Trace, part: slice) -> Array:
         for tool in (seen.real_tool, seen.twin_tool)
     ]
     return np.asarray(np.maximum(*speeds), dtype=np.float64)
-
-
-def _late_receipts(ages: Mapping[str, tuple[Array, Array]]) -> Array:
-    """Return when something was received later than usual [s]."""
-    late = [
-        received[age > np.percentile(age, USUAL_PERCENT) + LATE_S]
-        for received, age in ages.values()
-        if len(age)
-    ]
-    return np.sort(np.concatenate(late)) if late else np.zeros(0)
 
 
 def _cause(at: float, moves: Sequence[Move], pauses: Sequence[Pause], late: Array) -> Cause:

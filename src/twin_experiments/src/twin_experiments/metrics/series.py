@@ -193,9 +193,11 @@ def align(real: Motion, twin: Motion, rate: float, longest_gap: float) -> Aligne
         )
     breaks = np.cumsum(~known)[known]
     instants = instants[known]
+    # Instants with as many unknown ones before them belong together.
+    edges = [0, *(np.flatnonzero(np.diff(breaks)) + 1).tolist(), len(breaks)]
     return Aligned(
         rate=rate,
-        segments=_runs_of_equal(breaks),
+        segments=tuple(itertools.pairwise(edges)),
         real=Motion("real", instants, *interpolate(real, instants)),
         twin=Motion("twin", instants, *interpolate(twin, instants)),
         gaps=gaps,
@@ -212,9 +214,3 @@ def true_runs(mask: Mask, segments: tuple[tuple[int, int], ...]) -> list[tuple[i
         )
         runs += [(first + int(a), first + int(b)) for a, b in zip(edges[::2], edges[1::2])]
     return runs
-
-
-def _runs_of_equal(labels: NDArray[np.int_]) -> tuple[tuple[int, int], ...]:
-    """Return first and one-past-last index of each run of equal labels."""
-    edges = [0, *(np.flatnonzero(np.diff(labels)) + 1).tolist(), len(labels)]
-    return tuple(itertools.pairwise(edges))

@@ -260,7 +260,8 @@ def _record(
                     runner.run(name, experiment)
         time.sleep(TAIL_S)
     except BaseException:
-        console.print(f"stopping the motion{_colon(cell.stop_motion())}")
+        trouble = cell.stop_motion()
+        console.print("stopping the motion" + (f": {trouble}" if trouble else ""))
         try:
             cell.stop_recording()
         except RunError as error:
@@ -342,11 +343,6 @@ def link_latest(folder: Path) -> None:
     except OSError:
         fresh.unlink()
         raise
-
-
-def _colon(text: str) -> str:
-    """Return ``: text``, or nothing."""
-    return f": {text}" if text else ""
 
 
 main = app.run

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from cell_recorder.io.reading.bag_reader import Bag, BagError
 
+from twin_experiments.io.run_reader import seconds_since
 from twin_experiments.metrics.series import Array, Motion
 from twin_experiments.record import RecordError, build_side
 
@@ -76,7 +77,8 @@ def read_joint_topic(bag: Bag, topic: str, side: str) -> JointTopic:
             f"{topic}: {sum(kinds.values()) - count} messages with other joints than "
             f"{', '.join(names)} are left out"
         )
-    stamps = np.array([_stamp(message, bag.start) for _, message in rows])
+    # Far in the past if they have none.
+    stamps = np.array([seconds_since(message.header.stamp, bag.start) for _, message in rows])
     if (stamps < -1e6).any():
         stamps = np.array([at for at, _ in rows])
         notes.append(f"{topic}: no stamps, times of receipt are used")
@@ -98,7 +100,10 @@ def read_joint_topic(bag: Bag, topic: str, side: str) -> JointTopic:
 def _check_topic(bag: Bag, topic: str, side: str) -> None:
     """Refuse a topic that is missing or of another type, naming those that would do."""
     suitable = [name for name in bag.topics if bag.kind(name) == JOINT_STATE]
-    held = ", ".join(suitable) or f"none; it has {_some(list(bag.topics))}"
+    others = list(bag.topics)
+    more = f" and {len(others) - MOST_NAMED} more" if len(others) > MOST_NAMED else ""
+    some = (", ".join(others[:MOST_NAMED]) or "nothing") + more
+    held = ", ".join(suitable) or f"none; it has {some}"
     option = f"--{side}-topic"
     if not bag.count(topic):
         raise BagError(
@@ -110,16 +115,3 @@ def _check_topic(bag: Bag, topic: str, side: str) -> None:
             f"{bag.path}: {topic} ({option}) is {bag.kind(topic)}; "
             f"topics of joint states in the bag: {held}"
         )
-
-
-def _some(names: list[str]) -> str:
-    """Return a list of names of bounded length."""
-    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-    return (", ".join(names[:MOST_NAMED]) or "nothing") + more
-
-
-def _stamp(message: object, origin: float) -> float:
-    """Return a message's stamp in seconds since ``origin``; far in the past if it has none."""
-    stamp = message.header.stamp  # type: ignore[attr-defined]
-    whole = int(origin)
-    return float((stamp.sec - whole) + stamp.nanosec * 1e-9 - (origin - whole))

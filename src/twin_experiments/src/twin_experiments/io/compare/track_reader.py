@@ -5,12 +5,13 @@ Experiments between their markers, or the whole recording.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from cell_recorder.io.reading.bag_reader import Bag, open_bag
+from cell_recorder.io.reading.bag_reader import open_bag
 from scara_config import Robot, load_robot
 from scara_control.kinematics.screws import ScrewModel, tool_positions
 
@@ -19,7 +20,6 @@ from twin_experiments.config import ExperimentsFile, load_experiments
 from twin_experiments.configuration import choose
 from twin_experiments.io.compare.joint_topics import JointTopic, read_joint_topic
 from twin_experiments.io.run_reader import MARKER, MEASURED, REAL, TWIN, read_configuration
-from twin_experiments.metrics.series import Motion
 from twin_experiments.record import WHOLE, RecordError, Span, cut, find_spans
 
 
@@ -59,25 +59,20 @@ def read_bag(path: Path, label: str, topics: Topics, config_directory: Path | No
         here = load_robot(config_directory)
         chosen = choose(read_configuration(bag), here, load_experiments(here, config_directory))
         real = topics.real or (REAL if bag.count(REAL) else MEASURED)
+        # One experiment over everything if nothing was marked.
+        spans: tuple[Span, ...] = (Span(WHOLE, -math.inf, math.inf, True, marked=False),)
+        if bag.count(MARKER):
+            markers = [(at - bag.start, message.data) for at, message in bag.messages(MARKER)]
+            spans = find_spans(markers, bag.end - bag.start)
         return Opened(
             label=label,
             real=read_joint_topic(bag, real, "real"),
             twin=read_joint_topic(bag, topics.twin, "twin"),
-            spans=_spans(bag),
+            spans=spans,
             robot=chosen.robot,
             experiments=chosen.experiments,
             repaired=bag.repaired,
         )
-
-
-def _spans(bag: Bag) -> tuple[Span, ...]:
-    """Return the experiments of a bag; one over everything if nothing was marked."""
-    duration = bag.end - bag.start
-    if not bag.count(MARKER):
-        return (Span(WHOLE, float("-inf"), float("inf"), True, marked=False),)
-    return find_spans(
-        [(at - bag.start, message.data) for at, message in bag.messages(MARKER)], duration
-    )
 
 
 def find_mechanism(opened: Sequence[Opened]) -> Mechanism:
@@ -127,25 +122,12 @@ def tracks_of(opened: Opened, mechanism: Mechanism, percent: float) -> list[Trac
     notes = (*opened.real.notes, *opened.twin.notes)
     found: list[Track] = []
     for span in opened.spans:
-        sides = [cut(motion, span.start, span.end) for motion in (real, twin)]
-        found.append(
-            Track(
-                opened.label,
-                span.label,
-                _leader(opened, span, sides, mechanism, percent),
-                sides[0],
-                sides[1],
-                notes,
-            )
-        )
+        sides = (cut(real, span.start, span.end), cut(twin, span.start, span.end))
+        # Who led: by the experiment's definition, else who moved first.
+        experiment = opened.experiments.experiments.get(span.name)
+        if experiment is not None:
+            leader: str = experiment.leader
+        else:
+            leader = first_to_move(*sides, mechanism.moving_speeds(sides, percent))
+        found.append(Track(opened.label, span.label, leader, *sides, notes))
     return found
-
-
-def _leader(
-    opened: Opened, span: Span, sides: list[Motion], mechanism: Mechanism, percent: float
-) -> str:
-    """Return who led: by the experiment's definition, else who moved first."""
-    experiment = opened.experiments.experiments.get(span.name)
-    if experiment is not None:
-        return experiment.leader
-    return first_to_move(sides[0], sides[1], mechanism.moving_speeds(tuple(sides), percent))

@@ -54,21 +54,18 @@ def _draw(trial: Trial, step: Step, row: Mapping[str, Any], title: str) -> Figur
     upper.plot(times, step.values / scale - before, color=GREY, linewidth=2.2, label="measured")
     upper.plot(times, step.errors / scale, color=RED, linewidth=1.2, label="error")
     upper.set(
-        ylabel=f"{trial.kind} from {before:.2f} [{trial.unit}]", title=f"{title}, {_arrow(step)}"
+        ylabel=f"{trial.kind} from {before:.2f} [{trial.unit}]",
+        title=f"{title}, {'upwards' if step.height > 0.0 else 'downwards'}",
     )
     upper.legend(loc="center right")
-    upper.set_xlim(times[0], _seen_until(times, step, trial))
+    # The figure ends when nothing but rest would follow, or with the record.
+    resting = np.abs(step.errors) / scale < STEADY_ERROR[trial.kind]
+    last = times[~resting][-1] if not resting.all() else 0.0
+    upper.set_xlim(times[0], min(times[-1], max(_SHORTEST_MS, _REST * last)))
     _draw_error(middle, times, step.errors / scale, row, trial)
     _draw_effort(lower, times, step.efforts, row, trial)
     figure.align_ylabels([upper, middle, lower])
     return figure
-
-
-def _seen_until(times: FloatArray, step: Step, trial: Trial) -> float:
-    """Return where the figure ends: when nothing but rest would follow, or with the record."""
-    resting = np.abs(step.errors) / trial.joint.scale < STEADY_ERROR[trial.kind]
-    last = times[~resting][-1] if not resting.all() else 0.0
-    return float(min(times[-1], max(_SHORTEST_MS, _REST * last)))
 
 
 def _draw_error(
@@ -107,7 +104,3 @@ def _draw_effort(
     )
     axis.set_title(text, fontsize=9, fontweight="normal")
     axis.set(ylabel=f"control signal [{unit}]", xlabel="time since the command [ms]")
-
-
-def _arrow(step: Step) -> str:
-    return "upwards" if step.height > 0.0 else "downwards"

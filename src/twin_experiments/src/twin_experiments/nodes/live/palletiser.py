@@ -75,9 +75,7 @@ class Palletiser:
         answer = self._cell.grip(on, self._deadline)
         if answer:
             raise RunError(f"gripper {'on' if on else 'off'}: {answer}")
+        lacking = f"both grippers to {'hold a part' if on else 'let go'}"
         self._cell.wait_until(
-            lambda: self._cell.gripped() == (on, on), self._work.task.placed_s, self._lacking(on)
+            lambda: self._cell.gripped() == (on, on), self._work.task.placed_s, lacking
         )
-
-    def _lacking(self, on: bool) -> str:
-        return f"both grippers to {'hold a part' if on else 'let go'}"
