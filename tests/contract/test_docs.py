@@ -1,11 +1,14 @@
-"""The documents: links lead somewhere, sources are named, nothing points outside the repository."""
+"""The documents: links lead somewhere, sources are named, what they tell to type exists."""
 
 from __future__ import annotations
 
+import ast
+import functools
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
+import pytest
 from harness.workspace import ROOT
 from scara_bringup.config import load_doors
 from scara_bringup.plan import ROSOUT, cell_plan
@@ -18,6 +21,7 @@ UNKNOWN = re.compile(r"\.\.\.|\d+|\b(?:coal|operator_panel)\b")
 """What a message has in such places depends on the moment."""
 HEADING = re.compile(r"^#+\s+(.*)$", re.MULTILINE)
 MOST_README_LINES = 60
+TYPED = re.compile(r"rosrun (?P<package>\w+) (?P<node>\w+)(?P<words>[^`\n]*)")
 
 
 def anchors(text: str) -> set[str]:
@@ -131,3 +135,64 @@ def test_what_the_tutorial_tells_to_press_is_on_the_page() -> None:
     made = {"10", "World"}  # from the configuration, and from the names of the frames
     assert len(told) > 10
     assert sorted(word for word in told - made if f'"{" ".join(word.split())}"' not in shown) == []
+
+
+def docstrings() -> Iterator[tuple[str, str]]:
+    """Yield file and text of each docstring of the packages."""
+    for path in sorted([*(ROOT / "src").rglob("*.py"), *(ROOT / "config").rglob("*.py")]):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+                yield path.relative_to(ROOT).as_posix(), ast.get_docstring(node) or ""
+
+
+@functools.cache
+def options_of(package: str) -> frozenset[str]:
+    """Return the options that a package's commands may know: named, or made of a parameter."""
+    known = {"--help"}
+    for path in (ROOT / "src" / package / "src" / package / "nodes").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Constant) and str(node.value).startswith("--"):
+                known |= set(str(node.value).split("/"))
+            elif isinstance(node, ast.arg):
+                known.add(f"--{node.arg.replace('_', '-')}")
+    return frozenset(known)
+
+
+def unknown_words(text: str) -> Iterator[str]:
+    """Yield the lines of a text whose command or option does not exist."""
+    packages = {path.name for path in (ROOT / "src").iterdir()}
+    for typed in TYPED.finditer(text):
+        package, node, words = typed["package"], typed["node"], typed["words"]
+        if package not in packages or node == "NODE":
+            continue
+        options = set(re.findall(r"(?<!\S)\[?(--[a-z][a-z-]*)", re.split(r" [#|] ", words)[0]))
+        before = text[: typed.start()].rpartition("\n")[2].rpartition("`")[2]
+        there = (ROOT / "src" / package / "nodes" / node).is_file()
+        if not there or "rosrun" in words or " --" in before:
+            yield typed[0]
+        elif not options <= options_of(package):
+            yield f"{typed[0]}: {sorted(options - options_of(package))}"
+
+
+def test_what_docstrings_and_documents_tell_to_type_exists() -> None:
+    """Each usage line: the command is there, and knows the options that the line gives it."""
+    texts = [*docstrings(), *((str(page), page.read_text(encoding="utf-8")) for page in DOCUMENTS)]
+    told = sum(len(TYPED.findall(text)) for _, text in texts)
+    assert told > 100
+    assert [f"{file}: {line}" for file, text in texts for line in unknown_words(text)] == []
+
+
+@pytest.mark.parametrize(
+    ("line", "fits"),
+    [
+        ("rosrun twin_experiments report BAG --output DIR", True),
+        ("rosrun rviz rviz --whatever", True),
+        ("rosrun twin_experiments reports BAG", False),
+        ("rosrun twin_experiments report BAG --outputs DIR", False),
+        ("rosrun twin_experiments report --output A rosrun twin_experiments report B", False),
+        ("   --output A rosrun twin_experiments report B", False),
+    ],
+)
+def test_a_line_that_nobody_can_type_is_found(line: str, fits: bool) -> None:
+    """The test of the test: a command, an option, two lines that became one."""
+    assert (list(unknown_words(line)) == []) is fits

@@ -67,7 +67,7 @@ def robot_folder(directory: Path | str | None = None) -> Path:
 def locate(name: str, directory: Path | str | None = None) -> Path:
     """Return where the file or folder ``name`` is.
 
-    With the chosen robot, else in ``directory`` itself.
+    It is with the chosen robot, else in ``directory`` itself.
 
     A name that is in neither place belongs to the robot: that is where it has to be written.
 

@@ -156,7 +156,7 @@ class KeepOut(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class WatchedPointEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A point whose place and speed are watched.
 
-    Where it is at the home pose, and the last joint that carries it.
+    It says where the point is at the home pose, and which last joint carries it.
     """
 
     name: str

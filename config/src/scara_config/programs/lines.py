@@ -62,7 +62,7 @@ class ProgramFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class MoveStep(msgspec.Struct, frozen=True):
     """A move to be started.
 
-    Joint positions [rad or m], programmed speed in percent, FINE or not.
+    It has joint positions [rad or m], a programmed speed in percent, and is FINE or not.
     """
 
     line: int

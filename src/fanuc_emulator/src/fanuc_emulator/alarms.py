@@ -1,6 +1,6 @@
 """Alarms of the robot controller.
 
-What can be raised, how severe it is, which one the alarm registers show.
+They say what can be raised, how severe it is, and which one the alarm registers show.
 """
 
 from __future__ import annotations

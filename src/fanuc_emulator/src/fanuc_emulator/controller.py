@@ -1,6 +1,6 @@
 """The robot controller.
 
-Signals, override, alarms, watchdog, programs and motion, stepped once per interpolation period.
+It steps signals, override, alarms, watchdog, programs and motion once per interpolation period.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The controller's digital signals.
 
-Inputs UI[1..18] as the client writes them, outputs UO[1..20] as it reads them, the keys of the
-pendant, and how an integrator set all that up.
+They are inputs UI[1..18] as the client writes them, outputs UO[1..20] as it reads them, the keys of
+the pendant, and how an integrator set all that up.
 
 Source:
     The maker's operator's manual B-83284EN/09, sections 3.3, 3.8 and 3.15: docs/sources.md.

@@ -1,6 +1,6 @@
 """The screws that a URDF has, to be held against those of robot.yaml.
 
-Read from the text, without a physics engine.
+They are read from the text, without a physics engine.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ STRAY = 0.3
 class Answer(msgspec.Struct, frozen=True):
     """One answer to the state request.
 
-    When it was asked and complete [s, local], words and signals as they came.
+    It holds when it was asked and complete [s, local], words and signals as they came.
     """
 
     sent: float

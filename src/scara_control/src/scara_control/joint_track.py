@@ -20,7 +20,7 @@ _Rows = tuple[Vector, ...]
 class SetpointError(ScaraControlError):
     """Set points that cannot be followed.
 
-    Wrong count, not finite, or times that do not increase.
+    Their count is wrong, a value is not finite, or their times do not increase.
     """
 
 

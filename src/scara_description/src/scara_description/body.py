@@ -1,6 +1,6 @@
 """The URDF of a robot from its profile.
 
-Joints, screws and limits of robot.yaml, links and shapes of body.yaml.
+It takes joints, screws and limits of robot.yaml, links and shapes of body.yaml.
 
 All frames but the tool's lie along the base's with all joints at 0, so a joint's axis is that of
 its screw as it is.
@@ -53,7 +53,7 @@ class Shape(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Link(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A body: where its frame is with all joints at 0, and what holds it.
 
-    A joint of robot.yaml, else nothing moves it.
+    That is a joint of robot.yaml; without one nothing moves it.
     """
 
     name: str

@@ -1,6 +1,6 @@
 """The real robot's description for one picture with the twin.
 
-The moving parts once more, as a ghost with frames of its own.
+It has the moving parts once more, as a ghost with frames of its own.
 
 RViz shows two robots by two descriptions. Both hang on the same root frame, so that no frame has
 two parents. Joints keep their names: each robot follows joint states of its own.

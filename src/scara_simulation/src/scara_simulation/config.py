@@ -25,7 +25,7 @@ Rate = Annotated[int, Meta(ge=1, le=10_000)]
 class JointDynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Friction of one joint in place of the URDF's.
 
-    [N m s/rad] and [N m], prismatic [N s/m] and [N].
+    Damping is in [N m s/rad] and friction in [N m]; of a prismatic joint in [N s/m] and [N].
     """
 
     damping: Annotated[float, Meta(ge=0.0, le=10_000.0)]

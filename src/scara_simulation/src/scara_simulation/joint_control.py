@@ -1,6 +1,6 @@
 r"""All joints' loops together.
 
-Set points in, efforts out, with the inverse dynamics as feed-forward.
+Set points go in and efforts come out, with the inverse dynamics as feed-forward.
 
 The feed-forward is computed torque: the acceleration it is asked for holds the error of the wanted
 position,

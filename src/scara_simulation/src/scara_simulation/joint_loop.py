@@ -112,7 +112,8 @@ class JointLoop(Cells):
     def command_position(self, position: float) -> None:
         """Go to ``position``.
 
-        Along a path that begins with the present motion, or by a step without a model.
+        The joint goes along a path that begins with the present motion, or, without a model, by a
+        step.
         """
         self._close_loop("position", holding=True)
         self._target, self._path_time = position, 0.0
@@ -351,7 +352,7 @@ class JointLoop(Cells):
     def _holds_against(self, error: float) -> bool:
         """Return whether an error is one that the position loop's integral is there for.
 
-        Beside a model, dry friction's.
+        Beside a model that is the error of dry friction alone.
 
         A larger one is a jump of the set point, as after a stall. Wound up by it, the joint would
         settle for another second.

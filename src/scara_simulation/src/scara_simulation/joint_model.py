@@ -17,7 +17,7 @@ from scara_simulation.config import SimulationConfig
 class JointModel(msgspec.Struct, frozen=True):
     """What the loop knows of its joint, in SI.
 
-    Limits of robot.yaml, damping and friction of the URDF.
+    It knows the limits of robot.yaml, and damping and friction of the URDF.
 
     ``standstill`` is the speed that counts as none, ``tolerance`` how far a set point may pass a
     limit unnoticed, ``stick_band`` the position error at rest for which the whole dry friction is

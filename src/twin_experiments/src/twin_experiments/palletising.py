@@ -1,6 +1,6 @@
 """Judge palletising.
 
-Which parts lie on their places, how far off, how long it took, what was hit or dropped.
+It says which parts lie on their places, how far off, how long it took, and what was hit or dropped.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Servo model of one axis.
 
-Moving-average filters, a command limiter, a second-order position loop, an encoder.
+It has moving-average filters, a command limiter, a second-order position loop, an encoder.
 """
 
 from __future__ import annotations

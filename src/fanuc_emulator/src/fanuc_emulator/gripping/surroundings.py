@@ -14,7 +14,7 @@ from scara_config.palletise import MM, Palletise
 class Surface(msgspec.Struct, frozen=True):
     """A horizontal face at ``height`` [m].
 
-    A disc of ``radius`` about ``middle``, or a rectangle of ``half`` lengths.
+    It is a disc of ``radius`` about ``middle``, or a rectangle of ``half`` lengths.
     """
 
     name: str

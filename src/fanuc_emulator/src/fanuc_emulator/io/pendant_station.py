@@ -130,6 +130,6 @@ class PendantStation:
 def expire_heartbeat(link: PendantLink) -> None:
     """Arm the robot's watchdog with a heartbeat that never changes.
 
-    The alarm of a controller that died.
+    That raises the alarm of a controller that died.
     """
     link.write("heartbeat", [time.monotonic_ns() % 30000 + 1])

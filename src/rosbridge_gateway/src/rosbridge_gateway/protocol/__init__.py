@@ -1,4 +1,4 @@
 """rosbridge v2 without I/O.
 
-Packets, one client's session, its waiting messages, message conversion.
+It holds packets, one client's session, its waiting messages and message conversion.
 """

@@ -1,6 +1,6 @@
 """What a client does, as entries of the audit.
 
-Each act when it begins, not each of its messages.
+Each act is an entry when it begins, not each of its messages.
 """
 
 from __future__ import annotations

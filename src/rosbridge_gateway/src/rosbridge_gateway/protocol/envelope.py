@@ -1,6 +1,6 @@
 """What stands on the outside of a packet that cannot be read.
 
-Enough to tell its sender which one it was.
+It is enough to tell its sender which one it was.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Where a node's executable is.
 
-What rosrun finds out, without the 0.4 s of processor time that it takes for it.
+This finds what rosrun finds, without its 0.4 s of processor time.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ SYSTEM = "/usr"
 def command_of(package: str, executable: str, env: Mapping[str, str]) -> list[str]:
     """Return the words that start a node.
 
-    Its file in one of catkin's prefixes, else rosrun, which also says why it finds none.
+    They name its file in one of catkin's prefixes, else rosrun, which also says why it finds none.
 
     Args:
         package: Name of the package.

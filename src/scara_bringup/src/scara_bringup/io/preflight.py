@@ -1,6 +1,6 @@
 """Refuse what cannot work before anything is started.
 
-Taken ports, a second cell in one namespace.
+That is a taken port, or a second cell in one namespace.
 """
 
 from __future__ import annotations

@@ -92,7 +92,7 @@ class ArmModel:
     ) -> Sequence[float]:
         """Return the efforts for that motion.
 
-        Inertia, velocity coupling and gravity, without damping and friction.
+        They hold inertia, velocity coupling and gravity, but no damping and no friction.
         """
         if self._in_order:
             # By name: the fifth place is that of the flags.

@@ -234,7 +234,7 @@ def _words(place: FloatArray) -> str:
 def first_hit(path: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray | None:
     """Return where a polyline (m, 3) first meets a box, None if nowhere.
 
-    By the slabs between opposite faces.
+    It cuts the line with the slabs between opposite faces.
 
     Args:
         path: Corners of the polyline [m].

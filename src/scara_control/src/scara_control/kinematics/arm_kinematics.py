@@ -1,6 +1,6 @@
 """The four questions of the kinematics services, with every check.
 
-Pure, in the order of robot.yaml.
+They are pure; joints are in the order of robot.yaml.
 """
 
 from __future__ import annotations

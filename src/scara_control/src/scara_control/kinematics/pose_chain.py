@@ -1,6 +1,6 @@
 r"""Forward kinematics of one joint vector in plain numbers.
 
-The same product of exponentials, as a point and a quaternion.
+It is the same product of exponentials, carried as a point and a quaternion.
 
 A screw of unit length turns the point p about the axis :math:`\omega` through :math:`c = \omega
 \times v` and moves it along,
@@ -37,7 +37,7 @@ class PoseChain:
     def __init__(self, arm: ScrewModel) -> None:
         """Work out for each joint, tool to base.
 
-        Turning axis, point on it, translation per unit of motion.
+        That is its turning axis, a point on it, and its translation per unit of motion.
         """
         self._joints: list[tuple[Vector, Vector, Vector]] = []
         for screw in arm.screw_axes.T[::-1]:

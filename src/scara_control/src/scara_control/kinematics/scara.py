@@ -1,6 +1,6 @@
 """Closed-form kinematics of a SCARA.
 
-Two parallel arms of the lengths in robot.yaml and a stroke along z.
+It has two parallel arms of the lengths in robot.yaml and a stroke along z.
 
 Plain ``math``, one point at a time.
 

@@ -97,7 +97,7 @@ class ScrewModel:
     def body_screw_axes(self) -> FloatArray:
         """The same screws in the tool frame {b} at home, shape ``(6, n)``.
 
-        The adjoint of the inverse home pose.
+        The adjoint of the inverse home pose takes them there.
         """
         axes: FloatArray = adjoint(inverse_transform(self.home_pose)) @ self.screw_axes
         return axes

@@ -1,6 +1,6 @@
 """What moves the tool.
 
-One question set for every robot, answered in closed form for a SCARA, else numerically.
+Every robot is asked the same; a SCARA answers in closed form, others numerically.
 
 The profile decides: a robot with ``geometry`` in robot.yaml is a SCARA.
 """

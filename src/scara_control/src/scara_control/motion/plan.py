@@ -1,6 +1,6 @@
 """Paths of all joints over time.
 
-Jerk-limited moves that start and end together, and stops from any state.
+They are jerk-limited moves that start and end together, and stops from any state.
 """
 
 from __future__ import annotations

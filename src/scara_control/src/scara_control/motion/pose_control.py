@@ -1,6 +1,6 @@
 """The core of joint_pose_controller.
 
-Joint moves, streamed set points, STOP PAUSE RESUME ESTOP RESET YIELD.
+It does joint moves, streamed set points, STOP PAUSE RESUME ESTOP RESET YIELD.
 
 One clock: every ``now`` is on the same axis [s]. Set points lie on a grid of that axis, one per
 period.

@@ -1,6 +1,6 @@
 r"""The time base of a path.
 
-Stretched by a cap of the program speed, frozen by PAUSE, on the same path.
+A cap of the program speed stretches it and PAUSE freezes it; the path stays the same.
 
 With path time :math:`\tau`, scale :math:`s = \dot\tau` and a path :math:`P`:
 :math:`q = P(\tau)`, :math:`\dot q = P' s`, :math:`\ddot q = P'' s^2 + P' \dot s`.

@@ -107,7 +107,7 @@ class Trim:
     def _push(self, k: int, wanted: float, qdot: float, dt: float) -> float:
         """Return the velocity of joint ``k``.
 
-        What is wanted, and what breaks it loose, not in the wrong direction.
+        It is what is wanted, and what breaks the joint loose, never in the wrong direction.
         """
         if self._added[k] * wanted < 0.0:
             self._added[k] = 0.0

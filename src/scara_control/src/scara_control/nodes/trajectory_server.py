@@ -1,6 +1,6 @@
 """Node ``trajectory_server``.
 
-The action ``joint_trajectory_action`` (control_msgs/FollowJointTrajectory) for the twin.
+It offers the action ``joint_trajectory_action`` (control_msgs/FollowJointTrajectory) for the twin.
 
 Parameters: ``~config_dir`` (robot.yaml, motion.yaml; default: the package scara_config).
 Action: ``joint_trajectory_action``; a plain actionlib client is enough. A goal is rejected with a

@@ -1,6 +1,6 @@
 """The execution of one trajectory.
 
-Set points each period, slowed by the cap, frozen by PAUSE, watched by tolerances.
+It gives set points each period, slowed by the cap, frozen by PAUSE, watched by tolerances.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Ended:
 class Feedback:
     """The fields of control_msgs/FollowJointTrajectoryFeedback.
 
-    One instant, three motions of the named joints.
+    They hold one instant and three motions of the named joints.
     """
 
     names: tuple[str, ...]

@@ -119,7 +119,7 @@ def _check_points(joints: Sequence[Joint], points: Sequence[JointMotion]) -> Non
 def _slopes(times: Sequence[float], rows: Sequence[Vector]) -> list[list[float]]:
     """Choose velocities at the points.
 
-    Zero at the ends and where a joint turns, else the weighted harmonic mean.
+    They are zero at the ends and where a joint turns, else the weighted harmonic mean.
 
     Source:
         Fritsch & Butland, A Method for Constructing Local Monotone Piecewise Cubic Interpolants,

@@ -63,8 +63,8 @@ class Turn:
 class _Running:
     """The goal that runs.
 
-    Seen to be followed, stopped so that it sends nothing more, how it has ended, since when its end
-    is held, and when its stream was ended.
+    It notes whether it was seen to be followed, whether it was stopped so that it sends nothing
+    more, how it has ended, since when its end is held, and when its stream was ended.
     """
 
     key: Hashable

@@ -1,6 +1,6 @@
 """Round cylinders for a renderer that draws them with few edges.
 
-The same description with meshes in their place.
+The description stays the same, with meshes in their place.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What the camera sees.
 
-A world of its own, only for pictures, drawn by PyBullet's software renderer.
+It sees a world of its own, only for pictures, drawn by PyBullet's software renderer.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ NOTHING = -1
 class Part:
     """A cylinder along its z.
 
-    Its middle in the root frame [m], orientation x, y, z, w, size [m], red, green, blue, opacity.
+    It has its middle in the root frame [m], orientation x, y, z, w, size [m], red, green, blue,
+    opacity.
     """
 
     position: tuple[float, float, float]

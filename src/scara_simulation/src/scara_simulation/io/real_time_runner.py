@@ -1,6 +1,6 @@
 """Runs the simulation in real time.
 
-One thread, absolute deadlines, one lock for everything that touches the simulation.
+It has one thread, absolute deadlines, and one lock for everything that touches the simulation.
 """
 
 from __future__ import annotations

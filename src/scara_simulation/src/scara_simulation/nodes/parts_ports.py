@@ -1,6 +1,6 @@
 """Parts and gripper of the twin over ROS.
 
-Topics, the service ``gripper``, and their part of ``/diagnostics``.
+They have topics, the service ``gripper``, and a part of ``/diagnostics``.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Changing gains while the loops run.
 
-What is let in, with which reason the rest is refused, and the way back.
+It says what is let in, why the rest is refused, and how a change is taken back.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The figures of a comparison.
 
-Real against twin in one recording, and recording against recording.
+They compare real with twin in one recording, and recording with recording.
 """
 
 from __future__ import annotations

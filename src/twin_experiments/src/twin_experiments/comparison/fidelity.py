@@ -1,6 +1,6 @@
 r"""Fidelity by trace alignment.
 
-Which snapshots of two traces match, in order, and how far apart those are.
+It finds which snapshots of two traces match, in order, and how far apart those are.
 
 Two snapshots may match if every attribute differs by no more than what is accepted for it. Of all
 alignments that keep the order, the one with the largest score is taken (dynamic programming as by

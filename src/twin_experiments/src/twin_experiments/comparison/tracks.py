@@ -1,6 +1,6 @@
 """What two recorded sides did, ready to be held against each other.
 
-In time from the first motion on, and along the path.
+They are compared in time from the first motion on, and along the path.
 """
 
 from __future__ import annotations

@@ -99,7 +99,7 @@ def bounds_of(
 ) -> tuple[FloatArray, FloatArray]:
     """Return lower and upper bounds of the vector.
 
-    A factor of ``FACTOR`` either way, the delay not below zero.
+    They lie a factor of ``FACTOR`` either way; the delay is not below zero.
     """
     names = names_of(choice, joints, model)
     upper = np.full(len(names), math.log(FACTOR))
@@ -117,7 +117,7 @@ def bounds_of(
 def yaml_values(model: TwinModel, choice: Choice, joints: Sequence[str]) -> YamlValues:
     """Return what is to be written.
 
-    File name -> key path -> value, rounded to 4 significant digits.
+    It maps file name -> key path -> value, rounded to 4 significant digits.
     """
     gains: dict[tuple[str, ...], float] = {}
     simulation: dict[tuple[str, ...], float] = {}

@@ -1,6 +1,6 @@
 """Read from a bag what a replay of the twin controller's core needs.
 
-Inputs, decisions, configuration.
+These are inputs, decisions and configuration.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The robot's own teach pendant, as the operator would use it.
 
-A program of its own that talks only Modbus.
+It is a program of its own that talks only Modbus.
 """
 
 from __future__ import annotations

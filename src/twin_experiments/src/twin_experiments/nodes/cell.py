@@ -1,6 +1,6 @@
 """The running cell as an experiment sees it.
 
-Who is there, who moves, and the calls it makes, each with a deadline.
+It sees who is there and who moves, and gives each of its calls a deadline.
 """
 
 from __future__ import annotations

@@ -108,7 +108,7 @@ def load_model(robot: Robot, folder: Path) -> TwinModel:
 def choose(robot: Robot, recording: Recording) -> Choice:
     """Return what can be fitted.
 
-    Joints of the arm that moved, and the delay if there is ground truth to see it in.
+    These are the joints of the arm that moved, and the delay if ground truth shows it.
     """
     columns = [
         k

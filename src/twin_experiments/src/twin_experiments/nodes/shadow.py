@@ -1,7 +1,7 @@
 """Command ``shadow``.
 
-The pair at any time of a recording as one JSON document, as ``twin_controller/shadow`` gives it
-live.
+It prints the pair at any time of a recording as one JSON document, as ``twin_controller/shadow``
+gives it live.
 
     rosrun twin_experiments shadow BAG --time 12.5
 

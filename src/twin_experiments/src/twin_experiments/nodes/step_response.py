@@ -1,6 +1,7 @@
 """Command ``step_response``.
 
-The step responses of one joint of the twin in both directions, as the article's Figures 8 to 10.
+It measures the step responses of one joint of the twin in both directions, as the article's Figures
+8 to 10.
 
     rosrun twin_experiments step_response joint_1 --output DIR
 

@@ -1,6 +1,6 @@
 """The pair at any time of a recording.
 
-The controller's state then, replayed from the last recorded one.
+The controller's state of then is replayed from the last recorded one.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 r"""A robot that does again what was recorded.
 
-Its motion at each period of its own clock, and the controller that shows it.
+It has a motion at each period of its own clock, and a controller that shows it.
 
 Between recorded samples the motion is the cubic that has their positions and velocities. Played at
 a rate :math:`r`, velocities are :math:`r` times and accelerations :math:`r^2` times the recorded
@@ -157,7 +157,7 @@ def _paced(
 def _smoothed_below(values: Array, reach: int) -> Array:
     """Return a smooth series that is nowhere above ``values``.
 
-    The smallest within ``reach`` places, averaged over as many.
+    Each value is the smallest within ``reach`` places, averaged over as many.
     """
     padded = np.pad(values, 2 * reach, mode="edge")
     lowest = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1).min(axis=1)

@@ -169,7 +169,7 @@ class StreamGate:
 class Stream:
     """The streamed set points of joint_pose_controller.
 
-    At most one session, its gate, and what was refused.
+    They are at most one session, its gate, and what was refused.
     """
 
     def __init__(self, joints: Sequence[Joint], config: FollowConfig) -> None:

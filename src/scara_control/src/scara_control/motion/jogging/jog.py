@@ -1,6 +1,6 @@
 """The core of joint_vel_controller.
 
-Single joints at given velocities, ramped, never beyond a limit, never for long.
+It moves single joints at given velocities, ramped, never beyond a limit, never for long.
 """
 
 from __future__ import annotations

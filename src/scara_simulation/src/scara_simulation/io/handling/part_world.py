@@ -1,6 +1,6 @@
 """The cell with its parts and the suction gripper.
 
-A world that also grips, and sees touches and falls.
+It is a world that also grips, and sees touches and falls.
 """
 
 from __future__ import annotations

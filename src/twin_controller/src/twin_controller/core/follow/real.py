@@ -120,7 +120,7 @@ def setpoint_spacing(setup: Setup, real: RealSide) -> float | None:
 def _decided_ahead(setup: Setup, twin: TwinSide, spacing: float, now: float) -> float:
     """Return how far ahead set points are decided [s].
 
-    Until the next answer, and longer while a plan tells where the twin goes.
+    They reach until the next answer, and further while a plan tells where the twin goes.
     """
     longer = PLANNED if planned(twin, now) else UNPLANNED
     return setup.config.real.poll_period_ms * 1e-3 + longer * spacing

@@ -1,6 +1,6 @@
 """What is to be written to the robot.
 
-The newest set point, signals and numbers in their order, pulses to be ended.
+It holds the newest set point, signals and numbers in their order, and pulses to be ended.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The figures of a comparison.
 
-Paths, joints from the first motion on, distances over time and along the path.
+They show paths, joints from the first motion on, distances over time and along the path.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ MOST_NAMED = 8
 class JointTopic:
     """What a topic of joint states holds.
 
-    Joints of most messages, times [s] since the bag's start, values, remarks.
+    It has the joints of most messages, times [s] since the bag's start, values, remarks.
     """
 
     topic: str

@@ -1,6 +1,6 @@
 """Turn bags into tracks of one mechanism.
 
-Experiments between their markers, or the whole recording.
+Each is an experiment between its markers, or the whole recording.
 """
 
 from __future__ import annotations

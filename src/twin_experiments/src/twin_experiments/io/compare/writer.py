@@ -140,7 +140,7 @@ def compare_tracks(name: str, tracks: list[Track], comparer: Comparer) -> Experi
 def _labels(bags: Sequence[Path]) -> dict[str, Path]:
     """Name each bag as briefly as possible.
 
-    By its folder if all are called run.bag, else by its name; never two alike.
+    It is called by its folder if all are called run.bag, else by its name; never two alike.
     """
     paths = [path.resolve() for path in bags]
     stems = [path.parent.name if path.stem == "run" else path.stem for path in paths]

@@ -1,6 +1,6 @@
 """The twin in process.
 
-The simulator's world and loops, driven by recorded set points, faster than real time.
+It has the simulator's world and loops, driven by recorded set points, faster than real time.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Read from a bag what a replay in front of a live twin needs.
 
-How the real side moved, when a program ran, what was marked.
+It tells how the real side moved, when a program ran, and what was marked.
 """
 
 from __future__ import annotations

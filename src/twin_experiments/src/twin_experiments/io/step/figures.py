@@ -1,6 +1,6 @@
 """Draws step responses with the colours of the article.
 
-Control signal blue, set point black, error red.
+The control signal is blue, the set point black, the error red.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Makes steps on a simulator of its own, in process.
 
-The same world and loops, no ROS master, faster than real time.
+It has the same world and loops, needs no ROS master, and is faster than real time.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A live twin and its controller as a replay sees them.
 
-Mode, joint states, each wait with a deadline.
+It shows mode and joint states; each wait has a deadline.
 """
 
 from __future__ import annotations
