@@ -146,7 +146,6 @@ def page(content: Mapping[str, Any], text: str) -> str:
         "goals": "\n".join([*goal_table(content), *_labels(content)]).strip(),
         "rows": f"{len(kept)} of {len(rows)} rows hold: {', '.join(kept)}. {_measured(rows)}",
         "missed": "\n".join([_table(missed, doubt, beside=False), *missed_lines(parts)]),
-        "doubts": "\n".join(_doubts(doubt)).rstrip() or "No figure is in doubt.",
     }
     return with_blocks(text, blocks, PAGE.name)
 

@@ -52,8 +52,10 @@ def page(found: Mapping[object, list[Row] | str], date: str, commit: str) -> str
     lines = [HEAD.format(date=date, commit=commit)]
     for uop in UOPS:
         lines += [f"## UOP {uop}", NOTES[uop], ""]
+        tables: dict[str, list[str]] = {}
         for plant in PLANTS:
-            lines += _table(found, uop, plant)
+            tables.setdefault("\n".join(_table(found, uop, plant)), []).append(plant)
+        lines += [f"Plant {' and '.join(plants)}:{told}" for told, plants in tables.items()]
     return "\n".join(lines)
 
 
@@ -63,8 +65,8 @@ def _table(found: Mapping[object, list[Row] | str], uop: str, plant: str) -> lis
         str(why) for scene in SCENES if isinstance(why := found[Instant(uop, scene, plant)], str)
     }
     if reasons:
-        return [f"Plant {plant}: the pair never led. {' '.join(sorted(reasons))}", ""]
-    lines = [f"Plant {plant}:", "", f"| CSTOPI | *IMSTP | scene | {' | '.join(COMMANDS)} |"]
+        return [f" the pair never led. {' '.join(sorted(reasons))}", ""]
+    lines = ["", "", f"| CSTOPI | *IMSTP | scene | {' | '.join(COMMANDS)} |"]
     lines.append("|---|---|---|" + "---|" * len(COMMANDS))
     for scene in SCENES:
         same: dict[str, list[tuple[bool, bool]]] = {}

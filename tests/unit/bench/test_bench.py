@@ -24,7 +24,7 @@ from bench.rows import GROUPS, names
 
 README_BLOCKS, PAGE_BLOCKS = (
     "".join(f"<!-- {name}: x -->\n<!-- end of {name} -->\n" for name in names_)
-    for names_ in (("figures", "first start"), ("goals", "rows", "missed", "doubts"))
+    for names_ in (("figures", "first start"), ("goals", "rows", "missed"))
 )
 
 

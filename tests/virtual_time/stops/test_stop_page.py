@@ -22,7 +22,8 @@ def found(**by_setting: float) -> dict[object, list[Row] | str]:
 def test_settings_that_change_nothing_share_a_row() -> None:
     """The mode is named where it is not the usual one."""
     text = page(found(on=0.2, off=0.2), "2026-01-02", "abc1234")
-    assert text.count("| any | any | in a WAIT | 0.200 (0.100); paused |") == 6
+    assert text.count("| any | any | in a WAIT | 0.200 (0.100); paused |") == 3
+    assert "Plant ideal and field:" in text
     assert "| 0.200 (0.100); paused; STOPPED |" in text
 
 
