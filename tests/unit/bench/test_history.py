@@ -67,7 +67,7 @@ def test_each_figure_is_of_the_history_or_told_to_be_in_doubt() -> None:
     found = in_doubt(content, ROOT, 2 * OLD)
     unsaid = {name: why for name, why in found.items() if name not in told}
     assert not unsaid, f"./cell bench --page marks them: {unsaid}"
-    text = page.PAGE.read_text(encoding="utf-8")
+    text = page.TABLES.read_text(encoding="utf-8")
     assert [why for why in told.values() if why not in text] == []
 
 
