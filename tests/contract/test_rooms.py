@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from graphlib import TopologicalSorter
 
 from harness.running.rooms import MESSAGES, ROOMS
-from harness.sources import PACKAGES, imported_names, modules, package_name
+from harness.sources import PACKAGES, Module, imported_names, modules, package_name
 
 OUR = set(ROOMS)
 DOOR = ("scara_ros.page_", "scara_ros.io.page_", "scara_ros.io.token_file", "scara_ros.io.shell")
@@ -44,6 +45,24 @@ def test_no_room_uses_itself_by_a_detour() -> None:
     while free := {room for room, below in left.items() if not below & set(left)}:
         left = {room: below for room, below in left.items() if room not in free}
     assert left == {}
+
+
+def test_no_module_imports_itself_by_a_detour() -> None:
+    """Also within a function: what is late to avoid a circle belongs elsewhere."""
+    trees = {name_of(module): module.tree for module in modules()}
+    imports: dict[str, set[str]] = {}
+    for name, tree in trees.items():
+        names = {imported for imported, _ in imported_names(tree)}
+        used = {each if each in trees else each.rpartition(".")[0] for each in names}
+        imports[name] = used & set(trees) - {name}
+    assert imports["farm.__main__"] >= {"farm.desk.io.command_line"}
+    assert list(TopologicalSorter(imports).static_order())
+
+
+def name_of(module: Module) -> str:
+    """Return the dotted name by which a module is imported."""
+    package = module.relative.partition("src/")[2].rpartition("src/")[2]
+    return package.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
 
 
 def test_the_doctor_uses_the_controllers_links_alone() -> None:

@@ -19,6 +19,9 @@ Rate = Annotated[float, Meta(ge=0.1, le=100.0)]
 Milliseconds = Annotated[float, Meta(ge=100.0, le=60_000.0)]
 LONGEST_EXPIRY_MS = 2000.0
 """Nothing that moves or stops a robot waits for longer on its way."""
+PORT = 7448
+"""Where the desk listens for other machines unless another port is given; zenoh's usual one is
+taken on loopback."""
 
 
 class Address(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -186,3 +189,30 @@ def loopback_refusal(host: str) -> str:
     except ValueError:
         pass
     return "allowed is only this machine (127.0.0.1): others come in with certificates (--listen)"
+
+
+class ReachedError(ValueError):
+    """A text is no HOST[:PORT]; it says so."""
+
+
+def reached(text: str, port: int = PORT) -> tuple[str, int]:
+    """Return host and port of ``HOST[:PORT]``; without a port, ``port``.
+
+    Raises:
+        ReachedError: It is no such thing, or an address at which nobody is reached.
+
+    Example:
+        >>> reached("hall-pc"), reached("10.0.0.5:8000"), reached("[fd00::1]:8000")
+        (('hall-pc', 7448), ('10.0.0.5', 8000), ('fd00::1', 8000))
+    """
+    host, colon, given = text.rpartition(":")
+    if not colon or text.endswith("]"):
+        host, given = text, str(port)
+    host = host.removeprefix("[").removesuffix("]")
+    if not host or not given.isdigit() or not 1 <= int(given) <= 65535:
+        raise ReachedError(f"{text}: give HOST or HOST:PORT, [HOST]:PORT for IPv6")
+    if host in ("0.0.0.0", "::", "*"):
+        raise ReachedError(
+            f"{text}: give the name or address at which other machines reach this one"
+        )
+    return host, int(given)

@@ -10,8 +10,15 @@ from pathlib import Path
 import msgspec
 import pytest
 from cryptography import x509
-from farm.config import Address, Credentials, Outside, SecureAddress, load_farm
-from farm.desk.io.lines.machines import ReachedError, reached
+from farm.config import (
+    Address,
+    Credentials,
+    Outside,
+    ReachedError,
+    SecureAddress,
+    load_farm,
+    reached,
+)
 from farm.security.access import Invited, Role, access_control
 from farm.security.certificates import (
     DAYS,

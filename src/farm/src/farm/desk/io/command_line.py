@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import getpass
 import os
-import signal
 import socket
 import time
 from collections.abc import Sequence
@@ -23,14 +22,13 @@ from scara_ros.io.shell.program import FAILED, WRONG, runs_folder
 from scara_ros.page_words import people
 
 from farm import keys
-from farm.config import FarmConfig, load_farm
+from farm.config import FarmConfig, ReachedError, load_farm, reached
 from farm.desk.questions import QuestionError, Wanted, causes, query, since, table
 from farm.desk.roster import LOST, Row, clock_warning, differs, status_title
 from farm.io.bus import BusError, open_client
 
 CONNECT_S = 1.0
 """Our choice: a desk on this machine answers within milliseconds."""
-TOKEN_VARIABLE, TOKEN_FILE = "FARM_DESK_TOKEN", "farm_desk_token"
 Folder = Annotated[Path | None, typer.Option(help="The desk's data. Default: runs/farm.")]
 RouterPort = Annotated[
     int | None, typer.Option(help="Of the router. Default: farm.yaml.", min=1, max=65535)
@@ -73,7 +71,6 @@ def desk(
     """Start router and desk, and keep them until Ctrl-C; the page's address is the last line."""
     if context.invoked_subcommand is not None:
         return
-    from farm.desk.io.lines.machines import ReachedError, reached
     from farm.desk.io.running import StartError, run
 
     config = configured(router_port, port)
@@ -268,17 +265,3 @@ def person_name(given: str | None) -> str:
 def desk_name() -> str:
     """Return this machine's name, in the form that a cell takes."""
     return keys.as_name(socket.gethostname()) or "desk"
-
-
-def main() -> None:
-    """Run the command line; a closed pipe is no error."""
-    # Imported here: they add their words to the application.
-    import farm.desk.io.lines.alarms
-    import farm.desk.io.lines.comparing
-    import farm.desk.io.lines.key_figures
-    import farm.desk.io.lines.machines
-    import farm.desk.io.lines.recordings
-    import farm.desk.io.lines.rollout  # noqa: F401
-
-    signal.signal(signal.SIGPIPE, signal.SIG_DFL)
-    app(prog_name="./cell farm")

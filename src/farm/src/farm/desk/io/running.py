@@ -13,12 +13,12 @@ from scara_ros.io.page_token import page_token, ros_home
 from scara_ros.io.token_file import TokenError
 
 from farm.config import FarmConfig
-from farm.desk.io.command_line import TOKEN_FILE, TOKEN_VARIABLE
 from farm.desk.io.desk import Desk
 from farm.desk.io.history import History, HistoryError
 from farm.io.bus import BusError, open_router
 from farm.security.io.invitation import SecurityError, keys_folder
 
+TOKEN_VARIABLE, TOKEN_FILE = "FARM_DESK_TOKEN", "farm_desk_token"
 EVENTS = "events"
 """Folder of the history, in the desk's data."""
 

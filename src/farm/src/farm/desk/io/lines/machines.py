@@ -12,6 +12,7 @@ import typer
 from scara_ros.io.shell.program import WRONG
 
 from farm import keys
+from farm.config import PORT, ReachedError, reached
 from farm.desk.io.command_line import app, configured, fail, print_table
 from farm.lab.address import PORT as LAB_PORT
 from farm.security.access import Role
@@ -21,41 +22,11 @@ from farm.security.io.lab_authority import LabAuthority, has_lab, lab_authority_
 from farm.security.io.membership import join as keep
 from farm.security.io.membership import leave as forget
 
-PORT = 7448
-"""Where the desk listens for other machines unless another port is given; zenoh's usual one is
-taken on loopback."""
 OfLab = Annotated[bool, typer.Option("--lab", help="Of the lab, not of the farm.")]
 Renewed = Annotated[
     Path, typer.Option(help="For new invitations; NAME.invitation, NAME.lab.invitation.")
 ]
 Who = Annotated[str, typer.Argument(help="A machine's name, or a desk's.")]
-
-
-class ReachedError(ValueError):
-    """A text is no HOST[:PORT]; it says so."""
-
-
-def reached(text: str, port: int = PORT) -> tuple[str, int]:
-    """Return host and port of ``HOST[:PORT]``; without a port, ``port``.
-
-    Raises:
-        ReachedError: It is no such thing, or an address at which nobody is reached.
-
-    Example:
-        >>> reached("hall-pc"), reached("10.0.0.5:8000"), reached("[fd00::1]:8000")
-        (('hall-pc', 7448), ('10.0.0.5', 8000), ('fd00::1', 8000))
-    """
-    host, colon, given = text.rpartition(":")
-    if not colon or text.endswith("]"):
-        host, given = text, str(port)
-    host = host.removeprefix("[").removesuffix("]")
-    if not host or not given.isdigit() or not 1 <= int(given) <= 65535:
-        raise ReachedError(f"{text}: give HOST or HOST:PORT, [HOST]:PORT for IPv6")
-    if host in ("0.0.0.0", "::", "*"):
-        raise ReachedError(
-            f"{text}: give the name or address at which other machines reach this one"
-        )
-    return host, int(given)
 
 
 def opened_authority(*, lab: bool = False) -> Authority:
