@@ -6,6 +6,7 @@ import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
 from harness.parts import changed
+from harness.running.thorough import examples, thorough
 from harness.watch import Watch
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -21,7 +22,7 @@ AWAY = shifted(HOME, 20.0, -30.0, 40.0, 10.0)
 PLAIN, LATE = (0.0, 0.0), (0.03, 0.02)
 
 
-@pytest.fixture(params=[PLAIN, LATE], ids=["at once", "late"])
+@pytest.fixture(params=[*thorough((PLAIN,)), LATE], ids=["at once", "late"])
 def pair(request: pytest.FixtureRequest) -> Pair:
     """Return a connected and watched pair, IDLE at home, heard at once or late."""
     made = Pair()
@@ -304,7 +305,7 @@ POSE = st.tuples(
 FLAP = st.tuples(st.sampled_from(["real", "twin"]), st.integers(1, 900))
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(8, 15), deadline=None)
 @given(real=POSE, twin=POSE, flaps=st.lists(FLAP, max_size=6))
 def test_a_reconnect_moves_the_twin_slowly_and_the_real_robot_not_at_all(
     real: tuple[float, ...], twin: tuple[float, ...], flaps: list[tuple[str, int]]
@@ -343,7 +344,7 @@ def test_a_reconnect_moves_the_twin_slowly_and_the_real_robot_not_at_all(
     assert set(triggers(pair)) <= {"LINKS_READY", "LINK_LOST", "ALIGNED"}
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(6, 10), deadline=None)
 @given(
     leader=st.sampled_from(["real", "twin", "operator"]),
     at_ms=st.integers(50, 1500),

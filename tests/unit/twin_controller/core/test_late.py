@@ -6,11 +6,12 @@ None of the rules may depend on answers at once.
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import count
+from itertools import count, product
 
 import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
+from harness.running.thorough import thorough
 from twin_controller.core.actions import Command, FollowTwin, Send, StreamAhead, StreamReal
 from twin_controller.core.events import AnyEvent, RealMeasured
 from twin_controller.core.lead.modes import Mode
@@ -21,7 +22,7 @@ FOREIGN = 17
 
 @pytest.fixture(
     params=[
-        pytest.param((0.0, 0.0), id="at once"),
+        pytest.param((0.0, 0.0), id="at once", marks=pytest.mark.thorough),
         pytest.param((0.03, 0.02), id="30 ms", marks=pytest.mark.thorough),
         pytest.param((0.08, 0.02), id="80 ms"),
     ]
@@ -71,6 +72,17 @@ def operator_leads(pair: Pair) -> None:
 
 
 LEADS: list[Callable[[Pair], None]] = [real_leads, twin_leads, operator_leads]
+
+
+BY_WHOM = pytest.mark.parametrize(
+    ("lead", "number"),
+    [
+        (real_leads, FOREIGN),
+        (twin_leads, 0),
+        (operator_leads, FOREIGN),
+        *thorough((real_leads, 0), (twin_leads, FOREIGN), (operator_leads, 0)),
+    ],
+)
 
 
 @pytest.mark.parametrize("lead", LEADS)
@@ -123,8 +135,7 @@ def test_resume_on_the_twins_side_goes_on(pair: Pair, lead: Callable[[Pair], Non
     assert len(modes(pair, since)) == 3
 
 
-@pytest.mark.parametrize("number", [FOREIGN, 0])
-@pytest.mark.parametrize("lead", LEADS)
+@BY_WHOM
 def test_a_stop_on_the_twins_side_reaches_both(
     pair: Pair, lead: Callable[[Pair], None], number: int
 ) -> None:
@@ -138,8 +149,7 @@ def test_a_stop_on_the_twins_side_reaches_both(
     assert pair.real_q == here and pair.state.lead.mode == Mode.STOPPED
 
 
-@pytest.mark.parametrize("number", [FOREIGN, 0])
-@pytest.mark.parametrize("lead", LEADS)
+@BY_WHOM
 def test_an_emergency_stop_on_the_twins_side_can_be_reset(
     pair: Pair, lead: Callable[[Pair], None], number: int
 ) -> None:
@@ -221,8 +231,16 @@ def test_a_link_that_was_lost_comes_back_to_an_aligned_pair(
     assert far(pair) < 0.1
 
 
-@pytest.mark.parametrize("after_ms", [0, 20, 40, 80])
-@pytest.mark.parametrize("lag_ms", [30, 60, 120])
+BEHIND_MS = ((30, 0), (60, 20), (120, 40), (30, 80), (120, 0))
+
+
+@pytest.mark.parametrize(
+    ("lag_ms", "after_ms"),
+    [
+        *BEHIND_MS,
+        *thorough(*sorted({*product((30, 60, 120), (0, 20, 40, 80))} - {*BEHIND_MS})),
+    ],
+)
 def test_a_move_right_after_another_does_not_meet_the_end_of_the_old_stream(
     lag_ms: int, after_ms: int
 ) -> None:

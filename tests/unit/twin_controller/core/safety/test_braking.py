@@ -5,6 +5,8 @@ Its own programs are let through.
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 from fanuc_emulator.config import load_programs
@@ -60,9 +62,12 @@ def test_a_program_that_sweeps_into_a_wall_stands_before_it(
     assert track_mm(pair)[:, :, 1].max() < front
 
 
-@pytest.mark.parametrize("override", [30, 60, 100])
 @pytest.mark.parametrize(
-    "phase", [PHASES[0], *thorough(PHASES[1]), PHASES[2], *thorough(PHASES[3])]
+    ("override", "phase"),
+    [
+        *zip(OVERRIDES, PHASES),
+        *thorough(*sorted({*product(OVERRIDES, PHASES)} - {*zip(OVERRIDES, PHASES)})),
+    ],
 )
 def test_a_program_that_plunges_into_the_table_stands_before_it(
     override: int, phase: float

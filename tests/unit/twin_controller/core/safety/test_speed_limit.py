@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from harness.emulated.emulated_pair import EmulatedPair, moves
 from harness.pair import HOME, ROBOT, SETUP, Pair, ramp, shifted
+from harness.running.thorough import thorough
 from msgspec.structs import replace
 from twin_controller.core.actions import CapTwin, OverrideReal
 from twin_controller.core.events import PersonSeen
@@ -51,7 +52,7 @@ def test_no_motion_is_faster_than_the_fastest() -> None:
     assert fastest_speed((), SETUP.lower, SETUP.upper, SETUP.velocity) == 0.0
 
 
-@pytest.mark.parametrize("phase", [0.0, 0.005])
+@pytest.mark.parametrize("phase", [*thorough(0.0), 0.005])
 def test_a_program_never_exceeds_the_cartesian_limit(phase: float) -> None:
     """Full override and full program speed.
 
