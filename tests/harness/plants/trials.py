@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import cycle
 
 import msgspec
@@ -61,10 +62,21 @@ class Trial:
     ended: str = ""
 
 
-def run_trial(robot: str, variant: Variant, leader: str, speed_percent: float) -> Trial:
-    """Run one experiment on a new cell."""
+@cache
+def run_trial(
+    robot: str, variant: Variant, leader: str, speed_percent: float, visits: int | None = None
+) -> Trial:
+    """Run one experiment on a new cell; the same one is run once.
+
+    Args:
+        robot: Its profile.
+        variant: How it was made.
+        leader: ``real_leads`` or ``twin_leads``.
+        speed_percent: What the programs ask for.
+        visits: So many places a twin that leads goes to; None: all of the experiment's.
+    """
     trial = Trial(robot, variant.name, leader, speed_percent)
-    files = variant.files(robot)
+    files = _visiting(variant.files(robot), visits)
     if speed_percent != ARTICLE_PERCENT:
         files = long_moves(files, speed_percent)
     with TroubledCell(files, clock_jitter=variant.clock_jitter, seed=1) as cell:
@@ -90,6 +102,16 @@ def run_trial(robot: str, variant: Variant, leader: str, speed_percent: float) -
         lag_ms=round(1e3 * (found.lag_s or 0.0), 1),
         rest_percent=round(100.0 * (found.positioning_max_mm or 0.0) / reach, 4),
     )
+
+
+def _visiting(files: CellFiles, visits: int | None) -> CellFiles:
+    """Return a cell whose twin, where it leads, visits the first places only."""
+    listed = files.experiments.experiments
+    led = msgspec.structs.replace(listed["twin_leads"], visits=listed["twin_leads"].visits[:visits])
+    experiments = msgspec.structs.replace(
+        files.experiments, experiments={**listed, "twin_leads": led}
+    )
+    return replace(files, experiments=experiments)
 
 
 def long_moves(files: CellFiles, speed_percent: float) -> CellFiles:

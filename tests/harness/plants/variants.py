@@ -81,6 +81,17 @@ def _axes(change: Callable[[int, AxisFile], Mapping[str, Any]]) -> Change:
     return changed
 
 
+def _together(*names: str) -> Change:
+    """Make all changes of some variants at once."""
+
+    def changed(plant: Plant) -> Plant:
+        for variant in VARIANTS:
+            plant = variant.change(plant) if variant.name in names else plant
+        return plant
+
+    return changed
+
+
 def _half_as_strong(_: int, axis: AxisFile) -> dict[str, float]:
     names = ("program", "command", "servo")
     return {
@@ -117,3 +128,20 @@ VARIANTS = (
     FIELD,
     *ONE_BY_ONE,
 )
+ROUGH_LEADER = Variant(
+    "rough readings, clocks and pauses at once",
+    _together("encoder noise 0.01 deg rms", "readings each 8 ms"),
+    clock_jitter=5e-3,
+    pauses=(0.05,),
+)
+ROUGH_FOLLOWER = Variant(
+    "late axes, rough readings and clocks at once",
+    _together(
+        "lag 148 ms",
+        "lag of each axis its own (14, 22, 35 Hz)",
+        "servo without feed-forward",
+        "readings each 8 ms",
+    ),
+    clock_jitter=5e-3,
+)
+"""Robots of which several things are different; ``./cell bench --plants`` tells one at a time."""
