@@ -194,7 +194,7 @@ def test_a_robot_that_moves_during_a_pause_beside_a_person_is_stopped() -> None:
         assert both_stood(cell, moved) - moved < 1.0
 
 
-@pytest.mark.parametrize("speed_percent", [*thorough(5.0), 30.0, 70.0])
+@pytest.mark.parametrize("speed_percent", [*thorough(5.0, 30.0), 70.0])
 def test_resume_goes_on_on_the_same_path(cell: PausedCell, speed_percent: float) -> None:
     """The twin waits until the robot, held where it was, has come to it; then both go on."""
     start = cell.real.truth[-1][1]

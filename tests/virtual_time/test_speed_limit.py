@@ -96,7 +96,7 @@ def test_who_stood_still_catches_up_no_faster_than_allowed(
 
 
 @pytest.mark.parametrize(
-    ("joint", "percent"), [("joint_1", 100.0), ("joint_2", 82.0), ("table_joint", 100.0)]
+    ("joint", "percent"), [("joint_1", 100.0), ("joint_2", 82.0), *thorough(("table_joint", 100.0))]
 )
 def test_direct_velocities_lead_the_robot_no_faster_than_allowed(
     cell: TroubledCell, joint: str, percent: float
@@ -113,7 +113,7 @@ def test_direct_velocities_lead_the_robot_no_faster_than_allowed(
 
 
 @pytest.mark.parametrize(
-    ("joint", "position"), [("joint_1", 1.5), ("joint_3", -0.02), ("table_joint", 1.5)]
+    ("joint", "position"), [*thorough(("joint_1", 1.5)), ("joint_3", -0.02), ("table_joint", 1.5)]
 )
 def test_direct_positions_lead_the_robot_no_faster_than_allowed(
     cell: TroubledCell, joint: str, position: float
@@ -125,7 +125,7 @@ def test_direct_positions_lead_the_robot_no_faster_than_allowed(
     assert 60.0 < fastest_percent(cell, begun) <= MOST_PERCENT
 
 
-@pytest.mark.parametrize("cap", [20.0, 50.0])
+@pytest.mark.parametrize("cap", [20.0, *thorough(50.0)])
 def test_jogs_and_direct_commands_obey_the_operators_speed(cell: TroubledCell, cap: float) -> None:
     """SPEED caps all motion, past the motion nodes too, and the pair stays together."""
     assert cell.operate("SPEED", speed_percent=cap).success

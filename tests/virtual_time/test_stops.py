@@ -20,23 +20,31 @@ from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import load_files
 from scara_control.motion.commands import Command
 
-SETTINGS = (
-    pytest.param("", id="as filed"),
-    *thorough("cstopi_for_abort: false", "imstp_assigned: false"),
-    pytest.param("cstopi_for_abort: false, imstp_assigned: false", id="hold only"),
+AS_FILED = pytest.param("", id="as filed")
+HOLD_ONLY = "cstopi_for_abort: false, imstp_assigned: false"
+OTHERS = thorough("cstopi_for_abort: false", "imstp_assigned: false")
+SET_UP = pytest.mark.parametrize(
+    "settings", [AS_FILED, pytest.param(HOLD_ONLY, id="hold only"), *OTHERS]
 )
 """How the robot was set up. stops/test_stop_table.py holds each pair of both settings each time."""
 
 
-@pytest.fixture(params=SETTINGS)
-def cell(request: pytest.FixtureRequest) -> Iterator[VirtualCell]:
-    """Give an idle cell whose robot was set up in one of four ways."""
-    with VirtualCell(load_files(ROBOT, settings=request.param)) as made:
+@pytest.fixture(params=[AS_FILED, *OTHERS, *thorough(HOLD_ONLY)])
+def settings(request: pytest.FixtureRequest) -> str:
+    """Return how the robot was set up, where the twin is what is to stop."""
+    return str(request.param)
+
+
+@pytest.fixture
+def cell(settings: str) -> Iterator[VirtualCell]:
+    """Give an idle cell whose robot was set up like that."""
+    with VirtualCell(load_files(ROBOT, settings=settings)) as made:
         made.connect()
         yield made
 
 
-@pytest.mark.parametrize("speed_percent", [10.0, 30.0])
+@SET_UP
+@pytest.mark.parametrize("speed_percent", [*thorough(10.0), 30.0])
 def test_release_of_an_emergency_stop_moves_nothing(
     cell: VirtualCell, speed_percent: float
 ) -> None:
@@ -97,6 +105,7 @@ def test_a_velocity_that_nobody_repeats_ends(cell: VirtualCell) -> None:
     assert travel(cell.twin.truth, begun) < math.degrees(0.25 * (timeout + 0.1))
 
 
+@SET_UP
 @pytest.mark.parametrize("after", [0.3, 0.8])
 def test_release_of_a_hold_moves_nothing_after_stop(cell: VirtualCell, after: float) -> None:
     """STOP clears the program of the robot that is held; the robot stays."""
