@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable, Iterable
 from itertools import pairwise
 from pathlib import Path
@@ -249,16 +250,24 @@ def _say(maker: BagMaker, pair: Pair) -> None:
 
 @pytest.fixture(scope="session")
 def make_bag(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
-    """Return a function that writes a bag like that of a whole run into a folder of its own."""
+    """Return a function that writes a bag like that of a whole run into a folder of its own.
+
+    The same bag is made once and copied.
+    """
+    made: dict[tuple[object, ...], Path] = {}
 
     def make(
         namespace: str = "",
         experiments: tuple[str, ...] = ("real_leads", "twin_leads"),
         **options: Any,
     ) -> Path:
-        maker = BagMaker(namespace)
-        imitate(maker, Pair(**options), experiments)
-        return maker.write(tmp_path_factory.mktemp("bag") / "run.bag")
+        bag, pair = tmp_path_factory.mktemp("bag") / "run.bag", Pair(**options)
+        key = (namespace, experiments, pair)
+        if key not in made:
+            maker = BagMaker(namespace)
+            imitate(maker, pair, experiments)
+            made[key] = maker.write(tmp_path_factory.mktemp("made") / "run.bag")
+        return Path(shutil.copyfile(made[key], bag))
 
     return make
 
