@@ -7,24 +7,26 @@ millisecond from 100 before to 100 after.
 
 from __future__ import annotations
 
-import os
-from itertools import pairwise
+from itertools import pairwise, product
 
 import pytest
+from harness.running.thorough import SEARCH
 from harness.scenes.steps import AWAY, ROBOT
 from harness.scenes.truth import farthest_apart_mm
 from harness.virtual_cell.cell import VirtualCell
 
 APART_MM = 0.05 * 650.0
 """5 % of the reach."""
-FEW = (-10, 0, 4)
-GAPS_MS = tuple(range(-100, 101)) if "HYPOTHESIS_SEARCH" in os.environ else FEW
+EACH_TIME = (("move_to", -10), ("operator", -10), ("move_to", 0), ("operator", 4))
+OTHERS = ("move_to", "operator")
 BEGIN_S = 0.2
 LEADS = ("REAL_LEADS", "TWIN_LEADS", "OPERATOR_LEADS")
 
 
-@pytest.mark.parametrize("other", ["move_to", "operator"])
-@pytest.mark.parametrize("gap_ms", GAPS_MS)
+@pytest.mark.parametrize(
+    ("other", "gap_ms"),
+    product(OTHERS, range(-100, 101)) if SEARCH else EACH_TIME,
+)
 def test_both_sides_started_at_once_stay_together(other: str, gap_ms: int) -> None:
     """One leader after the other, together at rest in the end, never PAUSED, never 5 % apart."""
     with VirtualCell(ROBOT) as cell:

@@ -151,7 +151,7 @@ def test_a_jog_that_waits_stops_at_the_joints_limit(cells: dict[bool, Jogged]) -
     joint = cell.files.robot.twin_joints[0]
 
     def highest() -> float:
-        cell.jog(1.1 * (joint.upper - joint.lower) / VELOCITY)
+        cell.jog((joint.upper - cell.twin.truth[-1][1][0]) / VELOCITY + 1.0)
         cell.wait_still(0.3)
         assert cell.mode == "IDLE"
         return max(q[0] for side in (cell.real, cell.twin) for _, q, _ in side.truth)

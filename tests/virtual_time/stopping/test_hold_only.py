@@ -78,7 +78,7 @@ def test_a_program_that_was_paused_by_a_stop_keeps_the_twin_from_leading(
 
 def test_the_pair_goes_on_with_the_same_stream_after_a_stop(cell: VirtualCell) -> None:
     """START lets the paused stream go on where the robot stands; nothing waits in the robot."""
-    for _ in range(3):
+    for _ in range(2):
         go(cell, 30.0)
         cell.schedule.run(0.4)
         assert cell.operate("STOP").success
@@ -100,8 +100,8 @@ def test_the_pair_goes_on_with_the_same_stream_after_a_stop(cell: VirtualCell) -
 def test_moves_follow_each_other_and_a_pause_goes_on(cell: VirtualCell) -> None:
     """The stream of each move is the one before, let go on."""
     positions = cell.files.robot.positions_m
-    for name in ("P2", "P3", "P2"):
-        cell.move_to(positions[name], 30.0)
+    for name in ("P2", "P3"):
+        cell.move_to(positions[name], 60.0)
         cell.wait_still(0.5)
     go(cell, 30.0)
     cell.schedule.run(0.4)

@@ -14,8 +14,8 @@ from harness.virtual_cell.files import load_files
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.trajectory.goal import Goal, GoalError
 
-WATCHED_S = 60.0 if SEARCH else 20.0
-"""Longer than what any rule of a stopped pair counts; a search watches for a minute."""
+WATCHED_S = 60.0 if SEARCH else 12.0
+"""Longer than what any rule of a stopped pair counts, 3 s; the slowest pace is sent twice."""
 PERIODS_S = (0.2, 0.5, 1.0, 2.0)
 DECIDED_S = 0.1
 """So soon after the twin moves again it is decided that it is stopped again."""
@@ -165,7 +165,7 @@ def test_a_program_that_was_queued_before_a_stop_never_starts(cancels: bool) -> 
         cell.schedule.run(0.4)
         assert cell.operate("STOP").success
         cell.schedule.run(1.0)
-        nothing_moves(cell, cell.schedule.now, WATCHED_S)
+        nothing_moves(cell, cell.schedule.now, WATCHED_S / 3.0)
         assert cell.mode == "STOPPED"
 
 
