@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from harness.live_cell import LiveCell
-from harness.running.shared import shared
+from harness.running.shared import GROUP
 
 
 @contextmanager
@@ -29,7 +29,9 @@ def ready_cell(folder: Path) -> Iterator[LiveCell]:
 @pytest.fixture(scope="module")
 def live_cell(tmp_path_factory: pytest.TempPathFactory) -> LiveCell:
     """Give a ready cell that its group shares."""
-    made: LiveCell = shared("live cell", lambda: ready_cell(tmp_path_factory.mktemp("live_cell")))
+    made: LiveCell = GROUP.get(
+        "live cell", lambda: ready_cell(tmp_path_factory.mktemp("live_cell"))
+    )
     return made
 
 

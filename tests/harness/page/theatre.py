@@ -13,7 +13,7 @@ from typing import Any
 from playwright.sync_api import Page, expect
 
 from harness.processes import Stage, free_port, wait_until
-from harness.wires.browser import chromium
+from harness.wires.browser import kept_chromium
 from harness.workspace import ROOT, workspace_environment
 
 STAGE = ROOT / "tests" / "harness" / "page" / "stage.py"
@@ -123,7 +123,7 @@ def open_theatre(folder: Path, draws: bool = False, robot: str = "") -> Iterator
         address = f"http://127.0.0.1:{port}"
         wait_until(lambda: answers(address) or process.poll() is not None, 30.0, "the stage")
         assert process.poll() is None, process.tail()
-        with chromium(folder, draws) as browser:
+        with kept_chromium(draws) as browser:
             yield Theatre(browser.new_page(), address)
     finally:
         stage.close()

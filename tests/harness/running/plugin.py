@@ -13,7 +13,8 @@ from typing import Any
 import pytest
 from xdist.scheduler import LoadScopeScheduling
 
-from harness.running import lanes, repeats, shared
+from harness.running import lanes, repeats
+from harness.running.shared import BROWSERS, GROUP
 from harness.workspace import ROOT
 
 REPEAT, SCENE = "played again", "scene"
@@ -92,12 +93,15 @@ class Running:
     def pytest_runtest_teardown(
         self, item: pytest.Item, nextitem: pytest.Item | None
     ) -> Iterator[None]:
-        """End the shared cell with the last test of its group."""
+        """End the shared cell with the last test of its group, browsers before others' tests."""
+        following = nextitem.nodeid if nextitem is not None else ""
         try:
             return (yield)
         finally:
-            if nextitem is None or lanes.group_of(nextitem.nodeid) != lanes.group_of(item.nodeid):
-                shared.close()
+            if lanes.group_of(following) != lanes.group_of(item.nodeid):
+                GROUP.close()
+                if not lanes.drives_browser(following.split("::")[0]):
+                    BROWSERS.close()
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_makereport(

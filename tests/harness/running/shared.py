@@ -1,4 +1,4 @@
-"""What the tests of one group share: made when first asked for, ended with the last test."""
+"""What several tests share: made when first asked for, ended by the run (plugin.py)."""
 
 from __future__ import annotations
 
@@ -6,18 +6,32 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
 from typing import Any
 
-_STACK = ExitStack()
-_MADE: dict[str, Any] = {}
+
+class Shared:
+    """Things by their names, ended together in reverse order."""
+
+    def __init__(self) -> None:
+        """Share nothing yet."""
+        self._stack = ExitStack()
+        self._made: dict[str, Any] = {}
+
+    def get(self, name: str, make: Callable[[], AbstractContextManager[Any]]) -> Any:
+        """Return the thing of this name; ``make`` gives the context in which it lives."""
+        if name not in self._made:
+            self._made[name] = self._stack.enter_context(make())
+        return self._made[name]
+
+    def __contains__(self, name: str) -> bool:
+        """Return whether the thing of this name is made."""
+        return name in self._made
+
+    def close(self) -> None:
+        """End everything that is shared."""
+        self._made.clear()
+        self._stack.close()
 
 
-def shared(name: str, make: Callable[[], AbstractContextManager[Any]]) -> Any:
-    """Return the thing of this name; ``make`` gives the context in which it lives."""
-    if name not in _MADE:
-        _MADE[name] = _STACK.enter_context(make())
-    return _MADE[name]
-
-
-def close() -> None:
-    """End everything that is shared."""
-    _MADE.clear()
-    _STACK.close()
+GROUP = Shared()
+"""What the tests of one group share: it ends with the last of them."""
+BROWSERS = Shared()
+"""What a worker keeps as long as its tests drive a browser: Playwright's loop lets no other run."""

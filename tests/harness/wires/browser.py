@@ -1,12 +1,14 @@
-"""Debian's Chromium without a screen, which leaves the machine to the cell that it looks at."""
+"""Debian's Chromium without a screen."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 
-from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import Browser, Playwright, sync_playwright
+
+from harness.running.shared import BROWSERS
 
 CHROMIUM = Path("/usr/bin/chromium")
 FLAGS = ["--no-sandbox", "--disable-background-networking"]
@@ -18,11 +20,12 @@ BEHIND_THE_CELL = f"""#!/bin/sh
 [ ! -w /proc/self/autogroup ] || echo 10 > /proc/self/autogroup
 exec nice -n 10 {CHROMIUM} "$@"
 """
+DRIVER = "driver"
 
 
 @contextmanager
 def chromium(folder: Path, draws: bool = False) -> Iterator[Browser]:
-    """Start a browser of low priority, and end it with the block.
+    """Start a browser that leaves the machine to the cell that it looks at; end it with the block.
 
     Args:
         folder: Where its start script is written.
@@ -31,10 +34,43 @@ def chromium(folder: Path, draws: bool = False) -> Iterator[Browser]:
     script = folder / "chromium"
     script.write_text(BEHIND_THE_CELL)
     script.chmod(0o755)
+    # One process has one driver at a time.
+    kept = DRIVER in BROWSERS
+    driver = nullcontext(BROWSERS.get(DRIVER, sync_playwright)) if kept else sync_playwright()
+    with driver as playwright, _launched(playwright, script, draws) as browser:
+        yield browser
+
+
+@contextmanager
+def kept_chromium(draws: bool = False) -> Iterator[Browser]:
+    """Give the browser that this process keeps for pages without a cell; end what the block opens.
+
+    Args:
+        draws: Whether it draws models, which then takes much of the processor.
+    """
+    name = f"chromium {draws}"
+
+    def start() -> AbstractContextManager[Browser]:
+        return _launched(BROWSERS.get(DRIVER, sync_playwright), CHROMIUM, draws)
+
+    browser: Browser = BROWSERS.get(name, start)
+    if not browser.is_connected():  # a test has broken it
+        BROWSERS.close()
+        browser = BROWSERS.get(name, start)
+    before = browser.contexts
+    try:
+        yield browser
+    finally:
+        for context in browser.contexts:
+            if context not in before:
+                context.close()
+
+
+@contextmanager
+def _launched(playwright: Playwright, program: Path, draws: bool) -> Iterator[Browser]:
     flags = FLAGS + (DRAWN_BY_THE_PROCESSOR if draws else NOTHING_DRAWN)
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=script, args=flags)
-        try:
-            yield browser
-        finally:
-            browser.close()
+    browser = playwright.chromium.launch(executable_path=program, args=flags)
+    try:
+        yield browser
+    finally:
+        browser.close()

@@ -9,7 +9,7 @@ from pathlib import Path
 from farm.desk.io.past.fits import keep_fits
 from farm.fits import DayFit
 from harness.processes import wait_until
-from harness.wires.browser import chromium
+from harness.wires.browser import kept_chromium
 from playwright.sync_api import Locator
 from ros.farm.conftest import DEADLINE_S, Farm
 
@@ -37,13 +37,13 @@ def worn(data: Path) -> None:
         keep_fits(data, day, [DayFit("m", f"cell_{k}", day, 1, f) for k, f in enumerate(figures)])
 
 
-def test_desk_stops_one_and_all_and_marks_alarms(farm: Farm, tmp_path: Path) -> None:
+def test_desk_stops_one_and_all_and_marks_alarms(farm: Farm) -> None:
     """As a person does it: look, press, read each cell's answer."""
     worn(farm.folder)
     desk = farm.desk()
     farm.start("farm.synthetic", "--cells", "3", "--events-rate", "1")
     other = farm.start("farm.synthetic", "--cells", "1", "--first", "9")
-    with chromium(tmp_path) as browser:
+    with kept_chromium() as browser:
         page = browser.new_page(viewport={"width": 1600, "height": 900})
         page.goto(farm.opened)
 

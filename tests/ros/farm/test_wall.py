@@ -11,7 +11,7 @@ import msgspec
 import pytest
 from harness.machines.made_farm import MadeFarm
 from harness.page.theatre import MEASURE
-from harness.wires.browser import chromium
+from harness.wires.browser import kept_chromium
 from playwright.sync_api import Browser, Page, Route, expect
 from ros.farm.conftest import Farm
 from scara_ros.page_words import MODES
@@ -79,9 +79,9 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Farm]:
 
 
 @pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+def browser() -> Iterator[Browser]:
     """Give all tests a browser."""
-    with chromium(tmp_path_factory.mktemp("browser")) as made:
+    with kept_chromium() as made:
         yield made
 
 

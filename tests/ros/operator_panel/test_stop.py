@@ -9,13 +9,12 @@ import json
 import signal
 import time
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 from harness.page.theatre import Theatre
 from harness.processes import Process, free_port, wait_until
 from harness.ros import Ros
-from harness.wires.browser import chromium
+from harness.wires.browser import kept_chromium
 from harness.wires.command_service import NAME, CommandService
 from harness.wires.operator_page import Panel, heard
 from playwright.sync_api import Page, expect
@@ -96,9 +95,9 @@ def test_stop_that_is_not_answered_is_said_in_time_and_the_line_goes_on(cell: Ce
 
 
 @pytest.fixture
-def viewer(cell: Cell, tmp_path: Path) -> Iterator[Page]:
+def viewer(cell: Cell) -> Iterator[Page]:
     """Give the page of somebody without a token, in a browser."""
-    with chromium(tmp_path) as browser:
+    with kept_chromium() as browser:
         page = browser.new_page(viewport={"width": 1280, "height": 720})
         page.goto(f"http://127.0.0.1:{cell.panel.port}/")
         expect(page.locator("[data-panel].shown")).to_be_visible(timeout=30_000)

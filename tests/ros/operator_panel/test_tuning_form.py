@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
 from harness.processes import Process, free_port, wait_until
 from harness.ros import Ros
-from harness.wires.browser import chromium
+from harness.wires.browser import kept_chromium
 from harness.wires.operator_page import TOKEN, VARIABLE
 from playwright.sync_api import Page, WebSocketRoute, expect
 
@@ -91,14 +90,14 @@ def tuner(ros_module: Ros) -> Tuner:
 
 
 @pytest.fixture
-def page(ros_module: Ros, tmp_path: Path) -> Iterator[tuple[Page, LateBrowser]]:
+def page(ros_module: Ros) -> Iterator[tuple[Page, LateBrowser]]:
     """Give the operator's page on a panel of its own, with the tuning form in front."""
     port = free_port()
     panel: Process = ros_module.run(
         "operator_panel", "operator_panel", f"_port:={port}", env={VARIABLE: TOKEN}
     )
     wait_until(lambda: "to watch" in panel.output, 30.0, "the operator panel")
-    with chromium(tmp_path) as browser:
+    with kept_chromium() as browser:
         opened = browser.new_page()
         late = LateBrowser(opened)
         opened.goto(f"http://127.0.0.1:{port}/?token={TOKEN}")

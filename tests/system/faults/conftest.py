@@ -10,7 +10,7 @@ from random import Random
 import pytest
 from harness.faults.fault_cell import FaultCell
 from harness.ros import Master, Ros
-from harness.running.shared import close, shared
+from harness.running.shared import GROUP
 
 
 @contextmanager
@@ -28,13 +28,13 @@ def breakable_cell(master: Master, folder: Path) -> Iterator[FaultCell]:
 def master_of_the_cell(ros_master: Master) -> Iterator[Master]:
     """Give the master; what the group shares ends before it, also at the end of the run."""
     yield ros_master
-    close()
+    GROUP.close()
 
 
 @pytest.fixture(scope="module")
 def fault_cell(master_of_the_cell: Master, tmp_path_factory: pytest.TempPathFactory) -> FaultCell:
     """Give a running cell with a relay on both wires; the group shares it."""
-    made: FaultCell = shared(
+    made: FaultCell = GROUP.get(
         "breakable cell",
         lambda: breakable_cell(master_of_the_cell, tmp_path_factory.mktemp("faults")),
     )

@@ -12,14 +12,14 @@ from harness.page.acts import preview_of
 from harness.page.stand_in import StandIn
 from harness.page.watched import Watched
 from harness.ros import Ros
-from harness.wires.browser import chromium
+from harness.wires.browser import kept_chromium
 from playwright.sync_api import expect
 
 
 @pytest.fixture
 def watched(ros_module: Ros, stand_in: StandIn, tmp_path: Path) -> Iterator[Watched]:
     """Give the page."""
-    with chromium(tmp_path) as browser:
+    with kept_chromium() as browser:
         made = Watched(ros_module, tmp_path / "config", browser.new_page())
         yield made
         made.close()

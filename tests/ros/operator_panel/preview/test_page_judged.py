@@ -14,7 +14,7 @@ from harness.page.stand_in import StandIn
 from harness.page.watched import Watched
 from harness.ros import Ros
 from harness.second_world.played_robot import NAMES
-from harness.wires.browser import chromium
+from harness.wires.browser import kept_chromium
 from playwright.sync_api import expect
 
 SAMPLES = 300
@@ -32,7 +32,7 @@ def watched(ros: Ros, tmp_path: Path) -> Iterator[Open]:
         stack.callback(StandIn(ros).close)
 
         def open_page(draws: bool = False, **gate: object) -> Watched:
-            browser = stack.enter_context(chromium(tmp_path, draws))
+            browser = stack.enter_context(kept_chromium(draws))
             changes = {tuple(key.split("__")): value for key, value in gate.items()}
             made = Watched(ros, tmp_path / "config", browser.new_page(), changes)
             stack.callback(made.close)

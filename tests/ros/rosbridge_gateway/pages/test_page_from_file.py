@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import rospy
 from harness.opponents.running_gateway import RunningGateway
-from harness.wires.browser import chromium
+from harness.wires.browser import kept_chromium
 from std_msgs.msg import String
 from typing_extensions import Self
 
@@ -73,14 +73,12 @@ class Site(ThreadingHTTPServer):
         self.server_close()
 
 
-def test_page_of_this_machine_reads_and_does_not_command(
-    gateway: RunningGateway, tmp_path: Path
-) -> None:
+def test_page_of_this_machine_reads_and_does_not_command(gateway: RunningGateway) -> None:
     """Without a token; its user may have opened it without knowing what it does."""
     topic = gateway.ros.name("notes")
     publisher = rospy.Publisher(topic, String, latch=True, queue_size=1)
     publisher.publish("for every eye")
-    with chromium(tmp_path) as browser, Site(PAGE.replace("TOPIC", topic)) as site:
+    with kept_chromium() as browser, Site(PAGE.replace("TOPIC", topic)) as site:
         page = browser.new_page()
         page.goto(f"{site.origin}/#ws://127.0.0.1:{gateway.port}/")
         page.wait_for_function(DONE, timeout=20_000)
@@ -100,7 +98,7 @@ def test_page_opened_from_a_file_is_refused(
     """Its browser says null, which any web site's frame can say too."""
     file = tmp_path / "page.html"
     file.write_text(PAGE, encoding="utf-8")
-    with chromium(tmp_path) as browser:
+    with kept_chromium() as browser:
         page = browser.new_page()
         page.goto(f"{file.as_uri()}#ws://127.0.0.1:{gateway.port}/{token}")
         page.wait_for_function(DONE, timeout=20_000)
@@ -109,11 +107,11 @@ def test_page_opened_from_a_file_is_refused(
 
 @pytest.mark.parametrize("token", ["", "?token=drive"], ids=["without", "with_a_token"])
 def test_sandboxed_frame_is_refused_where_its_page_may_connect(
-    gateway: RunningGateway, tmp_path: Path, token: str
+    gateway: RunningGateway, token: str
 ) -> None:
     """Its origin is null, whoever made it; a token that it was told does not help it."""
     door = f"ws://127.0.0.1:{gateway.port}/{token}"
-    with chromium(tmp_path) as browser, Site(FRAMED.replace("DOOR", door)) as site:
+    with kept_chromium() as browser, Site(FRAMED.replace("DOOR", door)) as site:
         page = browser.new_page()
         page.goto(site.origin)
         page.wait_for_function("window.seen.page && window.seen.frame", timeout=20_000)

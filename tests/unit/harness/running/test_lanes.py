@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager
+from types import SimpleNamespace
 
 import pytest
-from harness.running import shared
+from harness.running import plugin
 from harness.running.lanes import (
     CELLS,
     LIVE,
@@ -20,6 +21,7 @@ from harness.running.lanes import (
     place,
     turns,
 )
+from harness.running.shared import Shared
 from harness.workspace import ROOT
 
 WAITS = re.compile(r"^(?:import|from) (?:asyncio|socket|threading|subprocess)\b", re.MULTILINE)
@@ -75,19 +77,42 @@ def test_what_is_shared_is_made_once_and_ended_once() -> None:
     """The next group gets a new one."""
     ended: list[int] = []
 
-    @contextmanager
+    @contextlib.contextmanager
     def thing() -> Iterator[object]:
         yield object()
         ended.append(1)
 
-    first = shared.shared("thing of this test", thing)
-    assert shared.shared("thing of this test", thing) is first and not ended
+    shared = Shared()
+    assert "thing" not in shared
+    first = shared.get("thing", thing)
+    assert shared.get("thing", thing) is first and "thing" in shared and not ended
+    shared.close()
+    assert ended == [1] and "thing" not in shared
     shared.close()
     assert ended == [1]
+    assert shared.get("thing", thing) is not first
     shared.close()
-    assert ended == [1]
-    assert shared.shared("thing of this test", thing) is not first
-    shared.close()
+
+
+PAGE, FARM_PAGE = "tests/ros/operator_panel/test_stop.py::test_a", "tests/ros/farm/test_wall.py::b"
+PURE = "tests/unit/operator_panel/io/test_live.py::test_c"
+
+
+@pytest.mark.parametrize(("following", "kept"), [(FARM_PAGE, True), (PURE, False), (None, False)])
+def test_a_browser_is_kept_until_a_test_comes_that_drives_none(
+    monkeypatch: pytest.MonkeyPatch, following: str | None, kept: bool
+) -> None:
+    """Playwright's loop runs as long as it does: no ``asyncio.run`` would."""
+    for name in ("GROUP", "BROWSERS"):
+        monkeypatch.setattr(plugin, name, Shared())
+    for one in (plugin.GROUP, plugin.BROWSERS):
+        one.get("thing", contextlib.nullcontext)
+    item, after = (SimpleNamespace(nodeid=name) for name in (PAGE, following))
+    torn_down = plugin.Running().pytest_runtest_teardown(item, after if following else None)
+    next(torn_down)
+    with pytest.raises(StopIteration):
+        next(torn_down)
+    assert ("thing" in plugin.BROWSERS, "thing" in plugin.GROUP) == (kept, False)
 
 
 def test_one_worker_plays_the_tests_of_a_shared_cell_one_after_the_other() -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from harness.wires.browser import chromium
+from harness.wires.browser import kept_chromium
 from harness.workspace import ROOT
 from playwright.sync_api import Browser
 from twin_experiments.io.report import write_report
@@ -30,9 +30,9 @@ def page_file(make_bag: MakeBag) -> Path:
 
 
 @pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+def browser() -> Iterator[Browser]:
     """Give one browser to all widths."""
-    with chromium(tmp_path_factory.mktemp("browser")) as started:
+    with kept_chromium() as started:
         yield started
 
 
