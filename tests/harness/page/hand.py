@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-import re
-
 from playwright.sync_api import Locator, expect
 
-from harness.page.theatre import STAGE, Theatre
+from harness.page.theatre import STAGE, Theatre, until
 
 TOUCHED = (STAGE.parent / "touched.js").read_text(encoding="utf-8")
+
+# Whether the newest command of these words is shown, with its outcome if one is given.
+TOLD = """([words, outcome]) => {
+    const lines = [...document.querySelectorAll("[data-command]")];
+    const line = lines.find((one) => one.textContent.toLowerCase().includes(words));
+    return line?.checkVisibility() && (!outcome || line.dataset.outcome === outcome);
+}"""
 
 
 class Hand:
@@ -48,11 +53,7 @@ class Hand:
     def command(self, button: Locator, told: str, outcome: str = "") -> None:
         """Press a button that sends a command; the place of the commands tells of it."""
         button.click()
-        words = re.compile(re.escape(told), re.IGNORECASE)
-        line = self.page.locator("[data-command]").filter(has_text=words).first
-        expect(line).to_be_visible()
-        if outcome:
-            expect(line).to_have_attribute("data-outcome", outcome)
+        until(self.page, TOLD, [told.lower(), outcome])
 
     def slide(self, slider: Locator, shown: Locator) -> None:
         """Move a slider; its number changes."""

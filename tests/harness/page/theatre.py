@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, TimeoutError, expect
 
 from harness.processes import Stage, free_port, wait_until
 from harness.wires.browser import kept_chromium
@@ -22,7 +22,13 @@ DRAWN = (STAGE.parent / "chart_texts.js").read_text(encoding="utf-8")
 TOKEN = "token-of-the-stage"
 SIZES = {"phone": (390, 844), "tablet": (768, 1024), "low": (1280, 720), "wide": (1920, 1080)}
 ALARMS = 4
-expect.set_options(timeout=15_000)
+PATIENCE_MS = 15_000
+LOOK_MS = 20
+expect.set_options(timeout=PATIENCE_MS)
+# Whether the page shows a scene with so many alarms.
+PLAYED = """([scene, alarms]) =>
+    document.querySelector('[data-live="jog"]')?.textContent === scene &&
+    document.querySelectorAll(".alarm.warn, .alarm.error").length === alarms"""
 # All that must stand still while alarms, commands and troubles come and go.
 PLACES = """() => [...document.querySelectorAll(
     ".card, .strip, .bar, .bar-stop button, .theme, .commands button, .tabs button, " +
@@ -48,9 +54,7 @@ class Theatre:
         """Choose a scene, and wait until the page shows it."""
         with urllib.request.urlopen(f"{self.address}/scene/{scene}", timeout=10.0):
             pass
-        expect(self.page.locator('[data-live="jog"]').first).to_have_text(scene)
-        alarms = self.page.locator(".alarm.warn, .alarm.error")
-        expect(alarms).to_have_count(ALARMS if scene == "alarmed" else 0)
+        until(self.page, PLAYED, [scene, ALARMS if scene == "alarmed" else 0])
 
     def remembered(self) -> None:
         """Wait until the page's server has kept a moment of what is shown now."""
@@ -127,6 +131,22 @@ def open_theatre(folder: Path, draws: bool = False, robot: str = "") -> Iterator
             yield Theatre(browser.new_page(), address)
     finally:
         stage.close()
+
+
+def until(page: Page, condition: str, given: Any = None) -> None:
+    """Wait until a function of the page says yes.
+
+    For what is waited for often: at each look in vain Playwright's ``expect`` writes down the whole
+    page, which stands still for 35 to 70 ms meanwhile.
+
+    Raises:
+        AssertionError: It has not within ``PATIENCE_MS``.
+    """
+    try:
+        page.wait_for_function(condition, arg=given, polling=LOOK_MS, timeout=PATIENCE_MS)
+    except TimeoutError as error:
+        seen = page.locator("body").inner_text()
+        raise AssertionError(f"in vain: {condition} of {given}; the page:\n{seen}") from error
 
 
 def answers(address: str) -> bool:

@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 import pytest
 from harness.machines.made_farm import MadeFarm
-from harness.page.theatre import MEASURE
+from harness.page.theatre import MEASURE, until
 from harness.wires.browser import kept_chromium
 from playwright.sync_api import Browser, Page, Route, expect
 from ros.farm.conftest import Farm
@@ -27,6 +27,7 @@ PLACES = """() => [...document.querySelectorAll(
         return [`${place.className.replace(/ is-(hidden|gone)/, "")} ${of}`, box.left,
             box.top + (place.closest(".bar") ? 0 : scrollY), box.width, box.height]; })
 """
+SHOWN = """(clock) => document.querySelector("#clock").textContent === clock"""
 STATUSES = """() => Object.fromEntries([...document.querySelectorAll(".cell")].map(
     (card) => [card.dataset.cell, card.querySelector(".cell-title").textContent]))"""
 
@@ -51,7 +52,7 @@ class MadeWall:
         self.now += seconds
         self.page.clock.run_for(1000)
         shown = time.strftime("%H:%M:%S", time.localtime(self.now))
-        expect(self.page.locator("#clock")).to_have_text(shown)
+        until(self.page, SHOWN, shown)
 
     def places(self) -> dict[Any, list[float]]:
         """Return where everything stands."""
