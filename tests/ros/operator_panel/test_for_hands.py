@@ -97,16 +97,16 @@ UNCOVERED = """() => {
     const over = [...document.querySelectorAll(".scene-body *")];
     const kept = over.map((element) => element.style.pointerEvents);
     for (const element of over) element.style.pointerEvents = "auto";
-    const step = Math.max(12, innerWidth / 100); // a finer look would stop the page for too long
-    let [seen, all] = [0, 0];
-    for (let x = step / 2; x < innerWidth; x += step) {
-        for (let y = step / 2; y < innerHeight; y += step, all += 1) {
-            const found = document.elementFromPoint(x, y);
-            if (found?.matches(".scene-body, .scene-card") || found?.closest(".scene")) seen += 1;
-        }
+    // Roberts' sequence covers the plane evenly, without rows that a straight edge lies along.
+    const POINTS = 1500; // more would stop the page for too long
+    let seen = 0;
+    for (let k = 0; k < POINTS; k += 1) {
+        const [x, y] = [(0.5 + k * 0.7548776662466927) % 1, (0.5 + k * 0.5698402909980532) % 1];
+        const found = document.elementFromPoint(x * innerWidth, y * innerHeight);
+        if (found?.matches(".scene-body, .scene-card") || found?.closest(".scene")) seen += 1;
     }
     over.forEach((element, k) => { element.style.pointerEvents = kept[k]; });
-    return 100 * seen / all;
+    return 100 * seen / POINTS;
 }"""
 
 
