@@ -175,7 +175,7 @@ def test_twin_by_itself_gets_ready_and_moves(cell: LiveCell) -> None:
     bringup = cell.start("up", "--twin-only", *SMALL[2:4], *SMALL[6:])
     cell.wait_ready(bringup)
     assert "pendant" not in bringup.output and "twin_controller" not in bringup.output
-    moved = cell.call("move_to", "{x: 0.51, y: 0.16, z: 0.10}")
+    moved = cell.tool_call("move_to", "{x: 0.51, y: 0.16, z: 0.10}")
     assert moved["success"], moved
     bringup.signal(signal.SIGINT)
     assert bringup.wait(30.0) == 128 + signal.SIGINT

@@ -14,6 +14,7 @@ from types import TracebackType
 from typing import Any
 from urllib.parse import urlsplit
 
+from roslib.message import get_service_class
 from typing_extensions import Self
 
 CONNECT_S = 2.0
@@ -22,27 +23,42 @@ CONNECT_S = 2.0
 class ServiceLine:
     """One connection to a service; a context manager. :meth:`send`, then :meth:`answer`."""
 
-    def __init__(self, master: str, service: str, kind: type[Any], caller: str) -> None:
+    def __init__(
+        self,
+        master: str,
+        service: str,
+        kind: type[Any] | None,
+        caller: str,
+        patience: float = CONNECT_S,
+    ) -> None:
         """Ask the master where the service is, connect, and wait for its greeting.
+
+        Args:
+            master: Its address.
+            service: Its whole name.
+            kind: Its class; None: the one that it names in its greeting.
+            caller: The name of the node that calls.
+            patience: For its greeting [s].
 
         Raises:
             OSError: It is not there, or does not greet.
         """
-        self._kind: Any = kind
         found: Any = xmlrpc.client.ServerProxy(master).lookupService(caller, service)
         if found[0] != 1:
             raise ConnectionError(f"{service}: {found[1]}")
         where = urlsplit(found[2])
-        self._socket = socket.create_connection((where.hostname, where.port), CONNECT_S)
+        self._socket = socket.create_connection((where.hostname, where.port), patience)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        fields = {"callerid": caller, "service": service, "md5sum": self._kind._md5sum}
+        md5sum = kind._md5sum if kind else "*"
+        fields = {"callerid": caller, "service": service, "md5sum": md5sum}
         parts = [f"{key}={value}".encode() for key, value in fields.items()]
         try:
             self._socket.sendall(_sized(b"".join(_sized(part) for part in parts)))
-            self._block()
+            greeting = self._block()
         except OSError:
             self._socket.close()
             raise
+        self._kind: Any = kind or get_service_class(_fields(greeting)["type"])
 
     def __enter__(self) -> Self:
         return self
@@ -90,6 +106,16 @@ class ServiceLine:
                 raise ConnectionError("the service has hung up")
             data += part
         return data
+
+
+def _fields(block: bytes) -> dict[str, str]:
+    """Return the fields of a greeting; each has its size in front."""
+    found = {}
+    while block:
+        (size,) = struct.unpack_from("<I", block)
+        name, _, value = block[4 : 4 + size].decode().partition("=")
+        found[name], block = value, block[4 + size :]
+    return found
 
 
 def _sized(block: bytes) -> bytes:

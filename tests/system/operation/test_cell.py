@@ -41,7 +41,7 @@ def test_move_to_moves_the_twin_there_and_the_robot_follows(live_cell: LiveCell,
 
     def scene() -> None:
         x, y, z = POSITIONS[name]
-        answer = live_cell.call("/move_to", f"{{x: {x}, y: {y}, z: {z}}}")
+        answer = live_cell.tool_call("/move_to", f"{{x: {x}, y: {y}, z: {z}}}")
         assert answer["success"], answer
         q1, q2, q3 = answer["joint_positions"][:3]
         assert (
@@ -63,7 +63,7 @@ def test_move_to_moves_the_twin_there_and_the_robot_follows(live_cell: LiveCell,
 def test_move_to_out_of_reach_is_refused_with_a_reason(live_cell: LiveCell) -> None:
     """Nothing moves, and the text names the reach."""
     before = live_cell.real_joints()
-    answer = live_cell.call("/move_to", "{x: 0.9, y: 0, z: 0}")
+    answer = live_cell.tool_call("/move_to", "{x: 0.9, y: 0, z: 0}")
     assert answer["success"] is False
     assert "0.65" in answer["message"] and "0.9" in answer["message"]
     assert live_cell.real_joints() == pytest.approx(before, abs=0.02)
@@ -221,6 +221,7 @@ def test_commands_without_words_pause_resume_stop_and_reset(live_cell: LiveCell)
         assert live_cell.call("/twin_controller/command", "{command: ESTOP}")["success"]
         wait_until(lambda: live_cell.mode() == "ESTOP", 10.0, "ESTOP", period=0.05)
         assert not live_cell.call("/twin_controller/resume")["success"], "only RESET leads on"
-        trigger("reset", "STOPPED")
+        assert live_cell.tool_call("/twin_controller/reset")["success"]
+        wait_until(lambda: live_cell.mode() == "STOPPED", 15.0, "STOPPED", period=0.05)
 
     live_cell.beside_lost_links(scene)
