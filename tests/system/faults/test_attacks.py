@@ -37,9 +37,14 @@ def test_attack_on_the_gateway_costs_the_others_nothing(
     check(lambda: attacked(cell, attack, rng, 3.5))
 
 
-@pytest.mark.parametrize("seconds", [5.0, pytest.param(60.0, marks=pytest.mark.thorough)])
+@pytest.mark.thorough
+@pytest.mark.parametrize("seconds", [5.0, 60.0])
 def test_hostile_pages_part_no_moving_pair(cell: FaultCell, seconds: float) -> None:
-    """Eight at once, while the robot leads from pose to pose: no link is ever stale."""
+    """Eight at once, while the robot leads from pose to pose: no link is ever stale.
+
+    Each time other clients' answers come in time beside the same pages, in
+    tests/ros/rosbridge_gateway/pages/test_hostile_pages.py.
+    """
 
     def measure() -> list[Row]:
         cell.recover()

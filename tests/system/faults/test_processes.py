@@ -57,7 +57,7 @@ def test_robot_that_was_silent_stands_when_it_speaks_again(cell: FaultCell, rng:
     ("node", "how"),
     [
         pytest.param("gateway", "kill", marks=pytest.mark.thorough),
-        ("gateway", "stop"),
+        pytest.param("gateway", "stop", marks=pytest.mark.thorough),
         ("simulator", "kill"),
         pytest.param("simulator", "stop", marks=pytest.mark.thorough),
         pytest.param("joint_pose_controller", "kill", marks=pytest.mark.thorough),
@@ -68,6 +68,7 @@ def test_robot_stands_when_a_node_of_the_twin_is_gone(
 ) -> None:
     """Noticed within 0.25 s, whichever node it is.
 
-    The cell comes back with the node, and stands.
+    The cell comes back with the node, and stands. A gateway that stands still is a line that is
+    half open, in test_links.py.
     """
     check(lambda: process_faults.twin_side_gone(cell, node, how, rng))

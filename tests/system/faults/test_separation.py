@@ -12,7 +12,7 @@ from harness.faults.person_faults import Person
 from harness.faults.rows import check
 from harness.ros import Master, Ros
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
 
 @pytest.fixture(scope="module")
@@ -37,9 +37,9 @@ def test_robot_stands_before_somebody_who_walks_in_reaches_it(
 ) -> None:
     """Both pause; RESUME is refused while the person is near.
 
-    Nothing goes on by itself afterwards; RESUME ends the move. Here a real sensor tells it over a
-    real topic; every other scene with a person is played in virtual time, in
-    tests/virtual_time/test_separation.py, and live in ``./cell bench --faults``.
+    Nothing goes on by itself afterwards; RESUME ends the move. Each time all scenes with a person
+    are played in virtual time, in tests/virtual_time/test_separation.py, and a real sensor is heard
+    over a real topic in tests/ros/twin_controller/test_sensors.py; live ``./cell bench --faults``.
     """
     person, cell = person_and_cell
     check(lambda: person_faults.walks_in(cell, person, "operator", rng))

@@ -105,8 +105,9 @@ def test_it_follows_stops_and_goes_on_like_ours(cell: LiveCell, robot: HoldOnlyR
         arrives(cell, robot, NEAR)
 
 
+@pytest.mark.thorough
 def test_pause_holds_it_and_resume_goes_on(cell: LiveCell, robot: HoldOnlyRobot) -> None:
-    """To the same target."""
+    """To the same target; each time in virtual time, in stopping/test_hold_only.py."""
     cell.make_ready()
     move(cell, P2)
     wait_until(lambda: not robot.standing, 10.0, "the robot to follow")
@@ -117,8 +118,12 @@ def test_pause_holds_it_and_resume_goes_on(cell: LiveCell, robot: HoldOnlyRobot)
     arrives(cell, robot, P2)
 
 
+@pytest.mark.thorough
 def test_it_recovers_from_an_emergency_stop(cell: LiveCell, robot: HoldOnlyRobot) -> None:
-    """*IMSTP has no input: HOLD is what stops it, and RESET gives it back."""
+    """*IMSTP has no input: HOLD is what stops it, and RESET gives it back.
+
+    Each time in virtual time, in stopping/test_hold_only.py.
+    """
     cell.make_ready()
     move(cell, NEAR)
     wait_until(lambda: not robot.standing, 10.0, "the robot to follow")

@@ -95,8 +95,12 @@ def test_refused_program_is_held_before_it_harms_and_goes_on_by_the_operator(
         assert log.count("is held (hold_own_programs)") == 1, log
 
 
+@pytest.mark.thorough
 def test_refused_program_is_only_told_by_the_shipped_setting(tmp_path: Path) -> None:
-    """It runs to its end; what the judge has said stands in the state."""
+    """It runs to its end; what the judge has said stands in the state.
+
+    Each time both settings are told apart in tests/unit/twin_controller/nodes/test_own_programs.py.
+    """
     with judged_cell(tmp_path, hold=False) as cell:
         start(cell)
         assert f"{SAID}: refused: REFUSED at" in (said := judged(cell)["judge"]) and WHY in said
