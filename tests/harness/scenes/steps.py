@@ -31,8 +31,9 @@ def both_stood(cell: VirtualCell, begun: float) -> float:
     sides = (cell.real, cell.twin)
 
     def stand() -> bool:
-        ends = [standstill_since(side.truth, begun) for side in sides]
-        return all(end < cell.schedule.now - 0.2 for end in ends)
+        # Of the last moments alone: this is asked each 10 ms, and the rows get many.
+        since = cell.schedule.now - 0.2
+        return begun < since and all(standstill_since(side.truth, since) == since for side in sides)
 
     cell.wait_whatever(stand, 5.0, "standstill of both")
     return max(standstill_since(side.truth, begun) for side in sides)
