@@ -9,7 +9,7 @@ from fanuc_emulator.uop import (
     UI,
     UO,
     Inputs,
-    Request,
+    UopRequest,
     UopSettings,
     unlit,
 )
@@ -23,23 +23,23 @@ READY = UopSettings(
     shortest_pulse_ms=100,
 )
 RISING = {
-    "cstopi": Request.CYCLE_STOP,
-    "panel_start": Request.RESUME,
-    "panel_abort": Request.END,
-    "panel_reset": Request.RESET,
-    **{f"rsr{n}": Request.QUEUE for n in range(1, 9)},
-    **{f"panel_run{n}": Request.RUN for n in range(1, 9)},
+    "cstopi": UopRequest.CYCLE_STOP,
+    "panel_start": UopRequest.RESUME,
+    "panel_abort": UopRequest.END,
+    "panel_reset": UopRequest.RESET,
+    **{f"rsr{n}": UopRequest.QUEUE for n in range(1, 9)},
+    **{f"panel_run{n}": UopRequest.RUN for n in range(1, 9)},
 }
-LONG = {"pnstrobe": Request.SELECT}
+LONG = {"pnstrobe": UopRequest.SELECT}
 FALLING = {
-    "imstp": Request.POWER_OFF,
-    "panel_imstp": Request.POWER_OFF,
-    "hold": Request.HOLD,
-    "panel_hold": Request.HOLD,
-    "enbl": Request.HOLD,
-    "fault_reset": Request.RESET,
+    "imstp": UopRequest.POWER_OFF,
+    "panel_imstp": UopRequest.POWER_OFF,
+    "hold": UopRequest.HOLD,
+    "panel_hold": UopRequest.HOLD,
+    "enbl": UopRequest.HOLD,
+    "fault_reset": UopRequest.RESET,
 }
-LONG_FALLING = {"start": Request.START, "prod_start": Request.START_FIRST}
+LONG_FALLING = {"start": UopRequest.START, "prod_start": UopRequest.START_FIRST}
 SIMPLE = {
     "hold": {"hold"},
     "cstopi": {"cstopi", "fault_reset"},
@@ -52,12 +52,12 @@ SIMPLE = {
 """The maker's table of the simple allocation: what each signal of ours reaches."""
 
 
-def requests(asked: list[tuple[Request, int]]) -> list[Request]:
+def requests(asked: list[tuple[UopRequest, int]]) -> list[UopRequest]:
     """Return what is asked for without its numbers."""
     return [request for request, _ in asked]
 
 
-def expected(*found: Request | None) -> list[Request]:
+def expected(*found: UopRequest | None) -> list[UopRequest]:
     """Return those that are there."""
     return [request for request in found if request is not None]
 
@@ -96,16 +96,16 @@ def test_a_pulse_that_is_too_short_is_not_seen(name: str) -> None:
 def test_requests_carry_the_number_of_their_program() -> None:
     """RSR3 and the pendant's key for program 4."""
     inputs = Inputs(READY)
-    assert inputs.write("rsr3", True, 0) == [(Request.QUEUE, 3)]
-    assert inputs.write("panel_run4", True, 0) == [(Request.RUN, 4)]
+    assert inputs.write("rsr3", True, 0) == [(UopRequest.QUEUE, 3)]
+    assert inputs.write("panel_run4", True, 0) == [(UopRequest.RUN, 4)]
 
 
 def test_a_numbered_command_is_a_pulse_that_is_long_enough() -> None:
     """A background program of the robot's own makes it."""
     inputs = Inputs(READY)
-    assert requests(inputs.pulse("rsr2", 0)) == [Request.QUEUE]
-    assert requests(inputs.pulse("start", 0)) == [Request.START]
-    assert requests(inputs.pulse("fault_reset", 0)) == [Request.RESET]
+    assert requests(inputs.pulse("rsr2", 0)) == [UopRequest.QUEUE]
+    assert requests(inputs.pulse("start", 0)) == [UopRequest.START]
+    assert requests(inputs.pulse("fault_reset", 0)) == [UopRequest.RESET]
 
 
 @pytest.mark.parametrize("name", UI)
@@ -138,8 +138,8 @@ def test_simple_reset_is_cstopi_too() -> None:
     """One signal: it rises as CSTOPI and falls as RESET."""
     inputs = Inputs(msgspec.structs.replace(READY, uop="simple"))
     for name in ("cstopi", "fault_reset"):
-        assert requests(inputs.write(name, True, 0)) == [Request.CYCLE_STOP]
-        assert requests(inputs.write(name, False, 30)) == [Request.RESET]
+        assert requests(inputs.write(name, True, 0)) == [UopRequest.CYCLE_STOP]
+        assert requests(inputs.write(name, False, 30)) == [UopRequest.RESET]
 
 
 def test_simple_start_selects_by_pns_and_starts() -> None:
@@ -148,8 +148,8 @@ def test_simple_start_selects_by_pns_and_starts() -> None:
     for name in ("rsr1", "rsr3"):
         assert inputs.write(name, True, 0) == []
     inputs.write("start", True, 0)
-    assert inputs.due(100) == [(Request.SELECT, 5)]
-    assert inputs.write("start", False, 120) == [(Request.START, 0)]
+    assert inputs.due(100) == [(UopRequest.SELECT, 5)]
+    assert inputs.write("start", False, 120) == [(UopRequest.START, 0)]
 
 
 def test_outputs_without_allocation_are_those_of_the_makers_table() -> None:

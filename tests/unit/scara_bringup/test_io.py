@@ -15,7 +15,7 @@ from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
 import pytest
 from harness.processes import free_port, wait_until
 from scara_bringup.io.executables import command_of
-from scara_bringup.io.master import Address, MasterProbe
+from scara_bringup.io.master import MasterAddress, MasterProbe
 from scara_bringup.io.output import link_latest, make_output, runs_of
 from scara_bringup.io.ports import listening_ports, owner_of
 from scara_bringup.io.preflight import CannotStartError, check_before_start
@@ -142,7 +142,7 @@ def is_alive(pid: int) -> bool:
 )
 def test_master_address_is_split(uri: str, host: str, port: int, local: bool) -> None:
     """Only a master of this machine can be started by the bring-up."""
-    address = Address.of(uri)
+    address = MasterAddress.of(uri)
     assert (address.host, address.port, address.is_local) == (host, port, local)
 
 
@@ -154,7 +154,7 @@ def test_wrong_master_address_is_refused(uri: str) -> None:
     with pytest.raises(
         ValueError, match=r"ROS_MASTER_URI = .*must be like http://127\.0\.0\.1:11311"
     ):
-        Address.of(uri)
+        MasterAddress.of(uri)
 
 
 def test_silent_listener_is_no_master(listener: int) -> None:

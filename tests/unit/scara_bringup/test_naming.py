@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scara_bringup.config import Ports
 from scara_bringup.io.named.load import load
-from scara_bringup.io.named.turn import Turn
+from scara_bringup.io.named.turn import StartTurn
 from scara_bringup.io.status.running import RunningCell
 from scara_bringup.naming import free_ports, namespace_by_name
 from scara_bringup.nodes.named import meant
-from scara_bringup.room import Load, cores_left, no_room
+from scara_bringup.room import ProcessorLoad, cores_left, no_room
 from scara_ros.names import NamespaceError
 from unit.scara_bringup.test_plan import DOORS
 
@@ -78,10 +78,10 @@ def test_no_free_port_is_told() -> None:
 
 def test_room_is_what_the_processors_leave_and_the_group_grants() -> None:
     """A container with two of eight processors has no eight."""
-    begun = Load(100.0, 10.0, 8, 2.0)
-    assert cores_left(begun, Load(116.0, 10.5, 8, 2.0), 2.0) == 1.75
-    assert cores_left(begun, Load(101.0, 10.5, 8, 2.0), 2.0) == 0.5
-    assert cores_left(Load(0.0, 0.0, 2), Load(5.0, 0.0, 2), 2.0) == 2.0
+    begun = ProcessorLoad(100.0, 10.0, 8, 2.0)
+    assert cores_left(begun, ProcessorLoad(116.0, 10.5, 8, 2.0), 2.0) == 1.75
+    assert cores_left(begun, ProcessorLoad(101.0, 10.5, 8, 2.0), 2.0) == 0.5
+    assert cores_left(ProcessorLoad(0.0, 0.0, 2), ProcessorLoad(5.0, 0.0, 2), 2.0) == 2.0
 
 
 def test_no_room_says_what_to_do() -> None:
@@ -104,10 +104,10 @@ def test_cells_with_a_name_start_one_after_the_other(tmp_path: Path) -> None:
     waited, began = threading.Event(), threading.Event()
 
     def second() -> None:
-        with Turn(tmp_path, waited.set):
+        with StartTurn(tmp_path, waited.set):
             began.set()
 
-    first = Turn(tmp_path, waited.set)
+    first = StartTurn(tmp_path, waited.set)
     assert not waited.is_set()
     thread = threading.Thread(target=second)
     thread.start()

@@ -14,14 +14,14 @@ from scara_bringup.supervisor import (
     Announce,
     Cell,
     Checked,
-    Ended,
     Event,
     Explain,
     Interrupted,
     Phase,
-    Signal,
-    Start,
-    Tick,
+    ProcessEnded,
+    SendSignal,
+    StartNode,
+    TimePassed,
     begin,
     describe_exit,
     step,
@@ -64,14 +64,14 @@ def end_in_order(cell: Cell, now: float) -> tuple[Cell, list[frozenset[str]]]:
     groups: list[frozenset[str]] = []
     cell, actions = step(cell, Interrupted(signal.SIGINT), now)
     while cell.phase is not Phase.ENDED:
-        signals = [action for action in actions if isinstance(action, Signal)]
+        signals = [action for action in actions if isinstance(action, SendSignal)]
         assert [action.number for action in signals] == [signal.SIGINT], (
             "exactly one group is asked at a time"
         )
         groups.append(signals[0].names)
         actions = []
         for name in sorted(signals[0].names):
-            cell, more = step(cell, Ended(name, 0), now)
+            cell, more = step(cell, ProcessEnded(name, 0), now)
             actions += more
     return cell, groups
 
@@ -79,7 +79,7 @@ def end_in_order(cell: Cell, now: float) -> tuple[Cell, list[frozenset[str]]]:
 def test_begin_starts_every_node_but_the_master_that_runs() -> None:
     """All nodes start at once: any order works."""
     cell, actions = begin(NODES, None, DEADLINES, 0.0, (MASTER,))
-    assert actions == [Start(node) for node in NODES]
+    assert actions == [StartNode(node) for node in NODES]
     assert cell.alive == {"simulator", "gateway", "recorder", "twin_controller", "rosmaster"}
 
 
@@ -95,13 +95,13 @@ def test_foreground_starts_only_when_the_cell_is_ready() -> None:
     cell, actions = step(started(RUN), Checked((Missing("gateway", "a listener"),)), 1.0)
     assert actions == []
     cell, actions = step(cell, Checked(()), 2.0)
-    assert actions == [Announce(), Start(RUN)]
+    assert actions == [Announce(), StartNode(RUN)]
 
 
 def test_cell_that_is_not_ready_in_time_names_what_is_missing() -> None:
     """The text names node and thing; the logs of those nodes are shown; the exit code is 1."""
     cell, _ = step(started(), Checked((Missing("gateway", "a listener at port 9090"),)), 29.0)
-    cell, actions = step(cell, Tick(), 30.0)
+    cell, actions = step(cell, TimePassed(), 30.0)
     explain = actions[0]
     assert isinstance(explain, Explain)
     assert (
@@ -121,7 +121,7 @@ def test_a_node_that_dies_is_named_and_ends_the_cell(
     code: int, exit_code: int, text: str, ready: bool
 ) -> None:
     """Even an exit code of 0 is a fault: a node has no business to end."""
-    cell, actions = step(running() if ready else started(), Ended("simulator", code), 3.0)
+    cell, actions = step(running() if ready else started(), ProcessEnded("simulator", code), 3.0)
     explain = actions[0]
     assert isinstance(explain, Explain)
     assert "simulator" in explain.text and text in explain.text and explain.logs == ("simulator",)
@@ -135,7 +135,7 @@ def test_end_of_the_foreground_ends_the_cell_with_its_code(
     code: int, exit_code: int, told: bool
 ) -> None:
     """A demo ends by itself; a failed experiment is the demo's failure."""
-    cell, actions = step(running(RUN), Ended("run_experiment", code), 50.0)
+    cell, actions = step(running(RUN), ProcessEnded("run_experiment", code), 50.0)
     assert any(isinstance(action, Explain) for action in actions) is told
     assert (cell.phase, cell.exit_code) == (Phase.ENDING, exit_code)
 
@@ -169,11 +169,11 @@ def test_process_that_ignores_signals_gets_harder_ones_after_each_grace() -> Non
     cell, actions = step(running(), Interrupted(signal.SIGTERM), 10.0)
     seen = []
     for now in (14.9, 15.0, 16.9, 17.0):
-        cell, actions = step(cell, Tick(), now)
-        seen.append([action.number for action in actions if isinstance(action, Signal)])
+        cell, actions = step(cell, TimePassed(), now)
+        seen.append([action.number for action in actions if isinstance(action, SendSignal)])
     assert seen == [[], [signal.SIGTERM], [], [signal.SIGKILL]]
-    cell, actions = step(cell, Ended("twin_controller", -9), 17.1)
-    assert actions == [Signal(frozenset({"recorder"}), signal.SIGINT)], (
+    cell, actions = step(cell, ProcessEnded("twin_controller", -9), 17.1)
+    assert actions == [SendSignal(frozenset({"recorder"}), signal.SIGINT)], (
         "the next group starts gently again"
     )
 
@@ -185,7 +185,7 @@ def test_process_that_survives_sigkill_is_named_and_does_not_hang_the_end() -> N
     cell, actions = step(cell, Interrupted(signal.SIGINT), now)
     while cell.phase is Phase.ENDING:
         now += 1.0
-        cell, actions = step(cell, Tick(), now)
+        cell, actions = step(cell, TimePassed(), now)
     assert any(
         isinstance(action, Explain) and "not even by SIGKILL" in action.text for action in actions
     )
@@ -196,15 +196,15 @@ def test_second_interrupt_kills_everything_at_once() -> None:
     """Who presses Ctrl-C twice does not want to wait."""
     cell, _ = step(running(RUN), Interrupted(signal.SIGINT), 10.0)
     cell, actions = step(cell, Interrupted(signal.SIGINT), 10.1)
-    signals = [action for action in actions if isinstance(action, Signal)]
-    assert signals == [Signal(cell.alive, signal.SIGKILL)]
+    signals = [action for action in actions if isinstance(action, SendSignal)]
+    assert signals == [SendSignal(cell.alive, signal.SIGKILL)]
     assert {"run_experiment", "twin_controller", "rosmaster"} <= cell.alive
 
 
 def test_node_that_dies_beside_the_first_is_named_too() -> None:
     """The first to be noticed need not be the cause."""
-    cell, _ = step(running(), Ended("simulator", 1), 5.0)
-    cell, actions = step(cell, Ended("gateway", 7), 5.0)
+    cell, _ = step(running(), ProcessEnded("simulator", 1), 5.0)
+    cell, actions = step(cell, ProcessEnded("gateway", 7), 5.0)
     assert any(
         isinstance(action, Explain) and "gateway ended with exit code 7 as well" in action.text
         for action in actions
@@ -215,18 +215,20 @@ def test_node_that_dies_beside_the_first_is_named_too() -> None:
 def test_node_that_obeys_is_not_called_dead() -> None:
     """The end that was asked for is no fault."""
     cell, _ = step(running(), Interrupted(signal.SIGINT), 5.0)
-    _, actions = step(cell, Ended("twin_controller", 0), 5.2)
+    _, actions = step(cell, ProcessEnded("twin_controller", 0), 5.2)
     assert not any(isinstance(action, Explain) for action in actions)
 
 
 EVENTS = st.one_of(
     st.builds(
-        Ended, st.sampled_from([node.name for node in [*NODES, RUN, MASTER]]), st.integers(-15, 3)
+        ProcessEnded,
+        st.sampled_from([node.name for node in [*NODES, RUN, MASTER]]),
+        st.integers(-15, 3),
     ),
     st.just(Checked(())),
     st.just(Checked((Missing("gateway", "x"),))),
     st.builds(Interrupted, st.sampled_from([signal.SIGINT, signal.SIGTERM, signal.SIGHUP])),
-    st.just(Tick()),
+    st.just(TimePassed()),
 )
 
 
@@ -240,10 +242,10 @@ def test_every_history_ends_and_every_living_process_is_killed_on_the_way(
 
     def advance(event: Event) -> None:
         nonlocal cell, now
-        now += 0.01 if isinstance(event, Ended) else 0.5
+        now += 0.01 if isinstance(event, ProcessEnded) else 0.5
         cell, actions = step(cell, event, now)
         for action in actions:
-            if isinstance(action, Signal) and action.number == signal.SIGKILL:
+            if isinstance(action, SendSignal) and action.number == signal.SIGKILL:
                 killed.update(action.names)
 
     for event in [*events, Interrupted(signal.SIGINT)]:
@@ -252,7 +254,7 @@ def test_every_history_ends_and_every_living_process_is_killed_on_the_way(
         if cell.phase is Phase.ENDED:
             break
         stubborn = sorted(cell.order[0] & cell.alive)[0]
-        advance(Ended(stubborn, -9) if stubborn in killed else Tick())
+        advance(ProcessEnded(stubborn, -9) if stubborn in killed else TimePassed())
     assert cell.phase is Phase.ENDED
     assert cell.alive <= killed, "who has not ended was killed"
 
@@ -269,12 +271,12 @@ def test_exit_is_described_in_words(code: int, text: str) -> None:
 def test_cell_goes_on_without_what_it_can_do_without(code: int) -> None:
     """Before it is ready and after; it is said, the others are not touched, and it ends well."""
     cell = begin([*NODES, LINK], None, DEADLINES, 0.0)[0]
-    starting, actions = step(cell, Ended(LINK.name, code), 0.5)
+    starting, actions = step(cell, ProcessEnded(LINK.name, code), 0.5)
     assert starting.phase is Phase.STARTING and LINK not in starting.nodes
     assert [type(action) for action in actions] == [Explain]
     assert "the cell goes on without it" in actions[0].text  # type: ignore[union-attr]
     cell = step(cell, Checked(()), 1.0)[0]
-    cell, _ = step(cell, Ended(LINK.name, code), 2.0)
+    cell, _ = step(cell, ProcessEnded(LINK.name, code), 2.0)
     assert (cell.phase, cell.exit_code) == (Phase.RUNNING, 0)
-    cell, _ = step(cell, Ended(GATEWAY.name, 3), 3.0)
+    cell, _ = step(cell, ProcessEnded(GATEWAY.name, 3), 3.0)
     assert (cell.phase, cell.exit_code) == (Phase.ENDING, 3)

@@ -27,7 +27,7 @@ from fanuc_emulator.plant.readings import Readings
 from fanuc_emulator.program import Executor, Program, ProgramState, StreamStep
 from fanuc_emulator.snapshot import ControlType, Snapshot
 from fanuc_emulator.streaming.source import SetpointRefusedError, StreamSource
-from fanuc_emulator.uop import NORMALLY_ON, Asked, Inputs, Outputs, Request, unlit
+from fanuc_emulator.uop import NORMALLY_ON, Asked, Inputs, Outputs, UopRequest, unlit
 from fanuc_emulator.watchdog import Watchdog, WatchdogState
 
 _CLOCK_WRAP = 2**31
@@ -119,20 +119,20 @@ class Controller:
 
     def _obey(self, asked: Iterable[Asked]) -> None:
         """Do what the edges of inputs ask for."""
-        cut, hold, end = Request.POWER_OFF, Request.HOLD, Request.END
+        cut, hold, end = UopRequest.POWER_OFF, UopRequest.HOLD, UopRequest.END
         stops = {cut: self._cut_drives, hold: self._pause, end: self._abort}
         for request, number in asked:
             match request:
-                case Request.POWER_OFF | Request.HOLD | Request.END:
+                case UopRequest.POWER_OFF | UopRequest.HOLD | UopRequest.END:
                     self._try(self._jobs.forget_here)
                     stops[request]()
-                case Request.CYCLE_STOP:
+                case UopRequest.CYCLE_STOP:
                     self._jobs.clear()
                     if self._config.cstopi_for_abort:
                         self._abort()
-                case Request.RESET:
+                case UopRequest.RESET:
                     self._reset()
-                case Request.RUN:
+                case UopRequest.RUN:
                     until_ms = self._now_ms + self._config.start_wait_ms
                     self._try(partial(self._jobs.run_here, number, until_ms))
                 case _:

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 
 from fanuc_emulator.program import Executor, Program, ProgramState
-from fanuc_emulator.uop import Request
+from fanuc_emulator.uop import UopRequest
 
 LONGEST_QUEUE = 8
 """Requests that wait at most [asm]: as many as there are RSR."""
@@ -51,20 +51,20 @@ class Jobs:
         """Whether requests wait."""
         return bool(self._queue)
 
-    def ask(self, request: Request, number: int) -> str | None:
+    def ask(self, request: UopRequest, number: int) -> str | None:
         """Do what an input's edge asks for, if that is a start."""
         match request:
-            case Request.RUN:
+            case UopRequest.RUN:
                 return self.run(number)
-            case Request.QUEUE:
+            case UopRequest.QUEUE:
                 return self.request(number)
-            case Request.SELECT:
+            case UopRequest.SELECT:
                 return self.select(number)
-            case Request.START:
+            case UopRequest.START:
                 return self.start()
-            case Request.START_FIRST:
+            case UopRequest.START_FIRST:
                 return self.start_selected()
-            case Request.RESUME:
+            case UopRequest.RESUME:
                 return self.resume()
         return None
 

@@ -38,7 +38,7 @@ class UopSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     shortest_pulse_ms: Annotated[int, Meta(ge=0, le=1000)]
 
 
-class Request(Enum):
+class UopRequest(Enum):
     """What an edge of an input asks for; one that starts something comes with a number."""
 
     NOTHING = auto()
@@ -69,21 +69,21 @@ INPUTS = UI + PANEL
 NORMALLY_ON = ("imstp", "hold", "sfspd", "enbl", "panel_imstp", "panel_hold")
 
 # (input, value after the edge) -> request. HOME does nothing here.
-_EDGES: dict[tuple[str, bool], Request] = {
-    ("imstp", False): Request.POWER_OFF,
-    ("panel_imstp", False): Request.POWER_OFF,
-    ("hold", False): Request.HOLD,
-    ("panel_hold", False): Request.HOLD,
-    ("enbl", False): Request.HOLD,
-    ("cstopi", True): Request.CYCLE_STOP,
-    ("fault_reset", False): Request.RESET,
-    ("start", False): Request.START,
-    ("prod_start", False): Request.START_FIRST,
-    ("panel_start", True): Request.RESUME,
-    ("panel_abort", True): Request.END,
-    ("panel_reset", True): Request.RESET,
-    **{(name, True): Request.QUEUE for name in _RSR},
-    **{(name, True): Request.RUN for name in _RUN},
+_EDGES: dict[tuple[str, bool], UopRequest] = {
+    ("imstp", False): UopRequest.POWER_OFF,
+    ("panel_imstp", False): UopRequest.POWER_OFF,
+    ("hold", False): UopRequest.HOLD,
+    ("panel_hold", False): UopRequest.HOLD,
+    ("enbl", False): UopRequest.HOLD,
+    ("cstopi", True): UopRequest.CYCLE_STOP,
+    ("fault_reset", False): UopRequest.RESET,
+    ("start", False): UopRequest.START,
+    ("prod_start", False): UopRequest.START_FIRST,
+    ("panel_start", True): UopRequest.RESUME,
+    ("panel_abort", True): UopRequest.END,
+    ("panel_reset", True): UopRequest.RESET,
+    **{(name, True): UopRequest.QUEUE for name in _RSR},
+    **{(name, True): UopRequest.RUN for name in _RUN},
 }
 # What counts when it goes off, if it has been on for long enough. PNSTROBE counts while it is on.
 _OFF_AFTER_LONG_ENOUGH = ("start", "prod_start")
@@ -102,7 +102,7 @@ _SIMPLE: dict[str, tuple[str, ...]] = {
 _LIT: dict[str, tuple[str, ...]] = {"none": (), "simple": ("cmdenbl", "fault", "batalm", "busy")}
 """The outputs that an allocation has; one that is not named here has all."""
 
-Asked = tuple[Request, int]
+Asked = tuple[UopRequest, int]
 
 
 class Inputs:
@@ -148,7 +148,7 @@ class Inputs:
         if now_ms - self._since["pnstrobe"] < self._settings.shortest_pulse_ms:
             return []
         self._strobed = False
-        return [self._asked("pnstrobe", Request.SELECT)]
+        return [self._asked("pnstrobe", UopRequest.SELECT)]
 
     def _driven(self, name: str) -> tuple[str, ...]:
         """Return the inputs that a signal drives, as they are allocated."""
@@ -181,9 +181,9 @@ class Inputs:
         """With the simple allocation RSR is not there: these are bits of a program's number."""
         return self._settings.uop == "simple" and name in _PNS
 
-    def _asked(self, name: str, request: Request) -> Asked:
+    def _asked(self, name: str, request: UopRequest) -> Asked:
         """Return a request with the number that it is about; 0: none."""
-        if request is Request.SELECT:
+        if request is UopRequest.SELECT:
             simple = self._settings.uop == "simple"
             bits = [self._levels[each] for each in _PNS] if simple else []
             return request, sum(1 << place for place, on in enumerate(bits) if on)

@@ -14,7 +14,7 @@ from scara_description.urdf import JointFrame, UrdfError, link_pose, parse_robot
 FloatArray = NDArray[np.float64]
 
 
-class DescriptionError(ValueError):
+class DescribedArmError(ValueError):
     """The text is no URDF of a robot with that tool frame."""
 
 
@@ -38,7 +38,7 @@ class DescribedJoint(msgspec.Struct, frozen=True):
     moves_tool: bool
 
 
-class Description(msgspec.Struct, frozen=True):
+class DescribedArm(msgspec.Struct, frozen=True):
     """What of a URDF can be held against a profile.
 
     Attributes:
@@ -54,7 +54,7 @@ class Description(msgspec.Struct, frozen=True):
     tool_pose: tuple[tuple[float, ...], ...]
 
 
-def read_description(text: str, tool_frame: str) -> Description:
+def read_description(text: str, tool_frame: str) -> DescribedArm:
     """Read a URDF.
 
     Raises:
@@ -65,7 +65,7 @@ def read_description(text: str, tool_frame: str) -> Description:
         robot = parse_robot(text)
         links = {link.get("name", ""): link for link in robot.findall("link")}
         if tool_frame not in links:
-            raise DescriptionError(f"it has no link {tool_frame}")
+            raise DescribedArmError(f"it has no link {tool_frame}")
         model = tree_of(robot, dict.fromkeys(links, ()))
         on_the_way = model.chain(tool_frame)
         joints = {
@@ -75,16 +75,16 @@ def read_description(text: str, tool_frame: str) -> Description:
         }
         tool = link_pose(model, tool_frame, {})
     except UrdfError as error:
-        raise DescriptionError(f"it cannot be read: {error}") from error
+        raise DescribedArmError(f"it cannot be read: {error}") from error
     massless = [name for name, link in links.items() if link.find("inertial/mass") is None]
     rows = tuple(tuple(row) for row in tool.tolist())
-    return Description(joints, frozenset(links), tuple(massless), rows)
+    return DescribedArm(joints, frozenset(links), tuple(massless), rows)
 
 
 def _described(joint: JointFrame, pose: FloatArray, moves_tool: bool) -> DescribedJoint:
     """Return a joint as a screw; ``pose`` is its frame in the root's with all joints at 0."""
     if joint.limit is None:
-        raise DescriptionError(f"joint {joint.name} has no limit")
+        raise DescribedArmError(f"joint {joint.name} has no limit")
     direction = pose[:3, :3] @ np.array(joint.axis)
     direction /= np.linalg.norm(direction)
     screw = [*direction, *np.cross(pose[:3, 3], direction)]

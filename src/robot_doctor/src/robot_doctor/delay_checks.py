@@ -14,7 +14,7 @@ from twin_controller.robot_sample import RobotSample
 from robot_doctor.finding import Finding, Group, fine, note
 
 
-class Stretch:
+class DelayStretch:
     """What one joint was told on a stretch of its way, and what it did.
 
     Times of what it was told are ours [s], or the robot's where it takes set points ahead.

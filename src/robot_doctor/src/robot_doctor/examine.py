@@ -9,7 +9,7 @@ import msgspec
 from scara_config import ConfigError, Robot
 from scara_config.modbus_map import ModbusMap
 
-from robot_doctor.chain import DescriptionError, read_description
+from robot_doctor.chain import DescribedArmError, read_description
 from robot_doctor.finding import Finding, Group, fine, wrong
 from robot_doctor.places import Places, write_urdf
 from robot_doctor.register_checks import check_registers
@@ -20,7 +20,7 @@ EXAMPLE = "articulated_six"
 """The robot that a new one begins with."""
 
 
-class Profile(msgspec.Struct, frozen=True):
+class RobotProfile(msgspec.Struct, frozen=True):
     """What the files of a profile hold, as far as it could be read.
 
     Attributes:
@@ -44,7 +44,7 @@ class Profile(msgspec.Struct, frozen=True):
     places: Places
 
 
-def examine(profile: Profile) -> Iterator[Finding]:
+def examine(profile: RobotProfile) -> Iterator[Finding]:
     """Yield what the files say, group by group.
 
     What hangs on a file that cannot be used is left out.
@@ -85,7 +85,7 @@ def mend(what: str, robot: str) -> str:
     return f"correct {file}"
 
 
-def _simulation(profile: Profile, robot: Robot) -> Iterator[Finding]:
+def _simulation(profile: RobotProfile, robot: Robot) -> Iterator[Finding]:
     """Yield what concerns the twin."""
     if isinstance(profile.urdf, ConfigError):
         yield wrong(
@@ -96,7 +96,7 @@ def _simulation(profile: Profile, robot: Robot) -> Iterator[Finding]:
     else:
         try:
             described = read_description(profile.urdf, robot.tool_frame)
-        except DescriptionError as error:
+        except DescribedArmError as error:
             yield wrong(
                 Group.SIMULATION,
                 f"{robot.urdf}: {error}",

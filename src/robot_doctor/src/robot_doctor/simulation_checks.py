@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scara_config import Joint, Robot
 
-from robot_doctor.chain import DescribedJoint, Description
+from robot_doctor.chain import DescribedArm, DescribedJoint
 from robot_doctor.finding import Finding, Group, fine, or_fine, wrong
 from robot_doctor.places import Places, write_urdf
 
@@ -16,7 +16,7 @@ RELATIVE = 1e-6
 PLACE_TOLERANCE = 1e-6
 
 
-def check_description(robot: Robot, urdf: Description, places: Places) -> Iterator[Finding]:
+def check_description(robot: Robot, urdf: DescribedArm, places: Places) -> Iterator[Finding]:
     """Hold a URDF against the profile.
 
     Args:
@@ -138,7 +138,7 @@ def _wrong_axis(
     yield wrong(Group.SIMULATION, what, advice)
 
 
-def _wrong_tool(robot: Robot, urdf: Description, places: Places) -> Iterator[Finding]:
+def _wrong_tool(robot: Robot, urdf: DescribedArm, places: Places) -> Iterator[Finding]:
     ours, theirs = np.array(robot.home_pose, dtype=float), np.array(urdf.tool_pose)
     distance, turned = (
         float(np.linalg.norm(ours[:3, 3] - theirs[:3, 3])),

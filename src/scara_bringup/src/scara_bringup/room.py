@@ -8,7 +8,7 @@ NEEDED_CORES = 1.0  # our choice: what a cell takes while it starts and while it
 
 
 @dataclass(frozen=True)
-class Load:
+class ProcessorLoad:
     """What processors have done so far.
 
     Attributes:
@@ -24,7 +24,7 @@ class Load:
     quota: float | None = None
 
 
-def cores_left(before: Load, after: Load, dt: float) -> float:
+def cores_left(before: ProcessorLoad, after: ProcessorLoad, dt: float) -> float:
     """Return how many processors are free, from two looks.
 
     Args:

@@ -28,7 +28,7 @@ class Phase(Enum):
 
 
 @dataclass(frozen=True)
-class Ended:
+class ProcessEnded:
     """Event: a process is gone; ``code`` is its exit code, negative for a signal."""
 
     name: str
@@ -50,22 +50,22 @@ class Interrupted:
 
 
 @dataclass(frozen=True)
-class Tick:
+class TimePassed:
     """Event: time has passed."""
 
 
-Event = Ended | Checked | Interrupted | Tick
+Event = ProcessEnded | Checked | Interrupted | TimePassed
 
 
 @dataclass(frozen=True)
-class Start:
+class StartNode:
     """Action: start this node."""
 
     node: NodePlan
 
 
 @dataclass(frozen=True)
-class Signal:
+class SendSignal:
     """Action: send a signal to the process groups of these nodes."""
 
     names: frozenset[str]
@@ -85,7 +85,7 @@ class Explain:
     logs: tuple[str, ...] = ()
 
 
-Action = Start | Signal | Announce | Explain
+Action = StartNode | SendSignal | Announce | Explain
 
 _ESCALATION = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
 
@@ -133,13 +133,13 @@ def begin(
     everyone = (*running, *nodes)
     cell = Cell(everyone, foreground, deadlines, deadline=now + deadlines.ready_timeout)
     return replace(cell, alive=frozenset(node.name for node in everyone)), [
-        Start(node) for node in nodes
+        StartNode(node) for node in nodes
     ]
 
 
 def step(cell: Cell, event: Event, now: float) -> Step:
     """Advance by one event at the monotonic time ``now`` [s]."""
-    if isinstance(event, Ended):
+    if isinstance(event, ProcessEnded):
         cell = replace(cell, alive=cell.alive - {event.name})
     if cell.phase is Phase.ENDED:
         return cell, []
@@ -152,7 +152,7 @@ def step(cell: Cell, event: Event, now: float) -> Step:
             Explain(f"{signal.Signals(event.number).name}: ending the cell"),
             now,
         )
-    if isinstance(event, Ended):
+    if isinstance(event, ProcessEnded):
         optional = {node.name for node in cell.nodes if node.optional}
         return (_do_without if event.name in optional else _lost)(cell, event, now)
     if cell.phase is Phase.STARTING:
@@ -186,18 +186,18 @@ def _ready(cell: Cell) -> Step:
         return cell, [Announce()]
     return replace(cell, alive=cell.alive | {cell.foreground.name}), [
         Announce(),
-        Start(cell.foreground),
+        StartNode(cell.foreground),
     ]
 
 
-def _do_without(cell: Cell, event: Ended, _now: float) -> Step:
+def _do_without(cell: Cell, event: ProcessEnded, _now: float) -> Step:
     """Go on without a node, and say so."""
     nodes = tuple(node for node in cell.nodes if node.name != event.name)
     text = f"node {event.name} {describe_exit(event.code)}; the cell goes on without it"
     return replace(cell, nodes=nodes), [Explain(text, (event.name,))]
 
 
-def _lost(cell: Cell, event: Ended, now: float) -> Step:
+def _lost(cell: Cell, event: ProcessEnded, now: float) -> Step:
     """Take the end of the foreground as the result, that of any other process as a fault."""
     if cell.foreground is not None and event.name == cell.foreground.name:
         code = event.code if event.code >= 0 else 128 - event.code
@@ -229,9 +229,9 @@ def _while_ending(cell: Cell, event: Event, now: float) -> Step:
     """Go on with the next group or the next harder signal; a second Ctrl-C skips all patience."""
     if isinstance(event, Interrupted):
         cell = replace(cell, order=(cell.alive,), strikes=len(_ESCALATION) - 1, deadline=now)
-    died = isinstance(event, Ended) and any(event.name in group for group in cell.order[1:])
+    died = isinstance(event, ProcessEnded) and any(event.name in group for group in cell.order[1:])
     cell, actions = _advance(cell, now)
-    if isinstance(event, Ended) and died:
+    if isinstance(event, ProcessEnded) and died:
         return cell, [
             Explain(f"node {event.name} {describe_exit(event.code)} as well", (event.name,)),
             *actions,
@@ -264,7 +264,7 @@ def _advance(cell: Cell, now: float) -> Step:
         [Explain(f"{', '.join(sorted(names))} still there: {number.name}")] if cell.strikes else []
     )
     cell = replace(cell, deadline=now + graces[cell.strikes], strikes=cell.strikes + 1)
-    return cell, [*told, Signal(names, number)]
+    return cell, [*told, SendSignal(names, number)]
 
 
 def describe_exit(code: int) -> str:

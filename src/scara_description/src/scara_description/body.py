@@ -37,7 +37,7 @@ COLOURS = {
 }
 
 
-class Shape(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class SolidShape(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A box (edges) or a cylinder (radius, length; along z) in the link's frame.
 
     Seen and touched alike.
@@ -58,7 +58,7 @@ class Link(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     name: str
     mass_kg: Positive
-    shapes: Annotated[list[Shape], Meta(min_length=1)]
+    shapes: Annotated[list[SolidShape], Meta(min_length=1)]
     parent: str = ""
     joint: str = ""
     at_mm: Triple = ZERO
@@ -66,13 +66,13 @@ class Link(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     friction: Annotated[float, Meta(ge=0.0, le=1e4)] = 0.0
 
 
-class Body(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class BodyFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The file body.yaml."""
 
     links: Annotated[list[Link], Meta(min_length=1)]
 
 
-def load_body(robot: Robot, directory: Path | str | None = None) -> Body:
+def load_body(robot: Robot, directory: Path | str | None = None) -> BodyFile:
     """Read body.yaml of ``directory`` (default: the package scara_config).
 
     Raises:
@@ -81,13 +81,13 @@ def load_body(robot: Robot, directory: Path | str | None = None) -> Body:
             colour.
     """
     path = locate("body.yaml", directory)
-    body = load(path, Body)
+    body = load(path, BodyFile)
     for problem in _problems(body, robot):
         raise ConfigError(f"{path}: {problem}")
     return body
 
 
-def urdf_of(robot: Robot, body: Body) -> str:
+def urdf_of(robot: Robot, body: BodyFile) -> str:
     """Return the URDF as text."""
     places = {link.name: np.array(link.at_mm) * 1e-3 for link in body.links}
     home = np.array(robot.home_pose, dtype=float)
@@ -126,7 +126,7 @@ def rpy_of(rotation: FloatArray) -> Triple:
     )
 
 
-def _problems(body: Body, robot: Robot) -> Iterator[str]:
+def _problems(body: BodyFile, robot: Robot) -> Iterator[str]:
     known: set[str] = set()
     for number, link in enumerate(body.links):
         if (number == 0) != (link.parent == "") or (link.parent and link.parent not in known):
@@ -171,7 +171,7 @@ def _link(link: Link) -> list[str]:
     return [*lines, "    <inertial>", f"      {inertial}", "    </inertial>", "  </link>"]
 
 
-def _solid(shape: Shape) -> str:
+def _solid(shape: SolidShape) -> str:
     if shape.box_mm is not None:
         return f'<geometry><box size="{_numbers(np.array(shape.box_mm) * 1e-3)}"/></geometry>'
     radius, length = shape.cylinder_mm or (0.0, 0.0)

@@ -10,14 +10,14 @@ from collections.abc import Sequence
 import msgspec
 
 
-class Due(msgspec.Struct, frozen=True):
+class DueSteps(msgspec.Struct, frozen=True):
     """What a wake shall do."""
 
     steps: int
     skipped: int
 
 
-class Pace:
+class PhysicsPace:
     """Spreads physics steps over real time by absolute deadlines.
 
     Step k is due at ``start + k * step``. A wake runs all that is due; after a stall longer than
@@ -40,14 +40,14 @@ class Pace:
         self._done = 0
         self.skipped_steps = 0
 
-    def due(self, now_ns: int) -> Due:
+    def due(self, now_ns: int) -> DueSteps:
         """Return how many steps to run now and how many were skipped before them."""
         target = int((now_ns - self._start_ns) * self._factor) // self._step_ns
         missing = max(0, target - self._done)
         skipped = max(0, missing - self._max_steps)
         self._done += missing
         self.skipped_steps += skipped
-        return Due(missing - skipped, skipped)
+        return DueSteps(missing - skipped, skipped)
 
     def restart(self, now_ns: int, steps_made: int) -> int:
         """Go on after a pause without making up for it.
@@ -78,7 +78,7 @@ class DeadlineReport(msgspec.Struct, frozen=True):
     max_ms: float
 
 
-class Deadlines:
+class WakeTimes:
     """Absolute wake-up times and the statistics of how late each was."""
 
     def __init__(self, period_ns: int, now_ns: int) -> None:

@@ -22,7 +22,7 @@ from twin_experiments.metrics.errors import (
 )
 from twin_experiments.metrics.needles import Needle, find_needles
 from twin_experiments.metrics.pauses import Pause, pauses_within, undisturbed
-from twin_experiments.metrics.series import Array, Gap, MetricsError, Motion
+from twin_experiments.metrics.series import Array, MetricsError, Motion, SampleGap
 from twin_experiments.metrics.true_positions import TrueArm, TruePositioning, true_positioning
 from twin_experiments.palletising import SIDES, Handled, SideOutcome, outcome, shortcomings
 from twin_experiments.record import Age, RecordError, Run, Span, cut, pick
@@ -312,7 +312,7 @@ def _complete_gaps(
             (float(motion.stamps[-1]), span.end),
         ):
             if end - start > longest:
-                gaps.append(Gap(motion.side, start, end - start))
+                gaps.append(SampleGap(motion.side, start, end - start))
     start = max(motion.stamps[0] for motion in motions)
     end = min(motion.stamps[-1] for motion in motions)
     missing = (span.end - span.start) - float(end - start)

@@ -15,7 +15,7 @@ ROBOT, EXPERIMENTS = "robot.yaml", "experiments.yaml"
 
 
 @dataclass(frozen=True)
-class Configuration:
+class AnalysisSettings:
     """What the analysis needs, and from where it was taken, in words."""
 
     robot: Robot
@@ -25,7 +25,7 @@ class Configuration:
 
 def choose(
     recorded: Mapping[str, Any], robot: Robot, experiments: ExperimentsFile
-) -> Configuration:
+) -> AnalysisSettings:
     """Take robot and experiments from the recorded files.
 
     What the bag does not hold is taken as given.
@@ -50,7 +50,7 @@ def choose(
     origin = (
         f"in the bag, except {' and '.join(missing)}: of this machine" if missing else "in the bag"
     )
-    return Configuration(
+    return AnalysisSettings(
         robot, experiments, origin if held else "of this machine, the bag holds none"
     )
 

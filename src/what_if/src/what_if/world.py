@@ -10,7 +10,7 @@ from scara_config import KeepOut, Robot
 from scara_config.palletise import Palletise
 from scara_config.payload import Payload
 from scara_control.config import MotionConfig
-from scara_control.dynamics.effort import Model
+from scara_control.dynamics.effort import DynamicModel
 from scara_control.keep_out.points import WatchedPoint, watched_points
 from scara_control.kinematics.arm_kinematics import ArmKinematics
 
@@ -134,7 +134,7 @@ class World:
     cell: Cell
     q: tuple[float, ...]
     lag: Lag
-    models: Mapping[bool, Model]
+    models: Mapping[bool, DynamicModel]
     parts: tuple[Part, ...] = ()
     payload: Payload | None = None
     people: tuple[tuple[float, float, float], ...] = ()

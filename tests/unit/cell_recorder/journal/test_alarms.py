@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cell_recorder.journal.alarms import AlarmBook
+from cell_recorder.journal.alarms import ActiveAlarms
 from cell_recorder.journal.entries import Alarm
 from hypothesis import given
 from hypothesis import strategies as st
@@ -14,7 +14,7 @@ OK, WARN, ERROR, STALE = Level.OK, Level.WARN, Level.ERROR, 3
 
 def play(*said: tuple[int, str], hold_s: float = 2.0) -> list[tuple[str, bool, str]]:
     """Let one status be said once a second; return (level, active, text) of all entries."""
-    book, told = AlarmBook(hold_s, 5.0), []
+    book, told = ActiveAlarms(hold_s, 5.0), []
     for now, (level, text) in enumerate(said):
         told += book.say(float(now), NODE, SOURCE, level, text)
         told += book.look(float(now))
@@ -47,7 +47,7 @@ def test_alarm_that_says_something_else_or_gets_worse_is_told() -> None:
 
 def test_cleared_alarm_says_how_long_it_lasted() -> None:
     """Until it went away, not until that was believed."""
-    book = AlarmBook(2.0, 5.0)
+    book = ActiveAlarms(2.0, 5.0)
     book.say(10.0, NODE, SOURCE, ERROR, "no answer")
     book.say(14.5, NODE, SOURCE, OK, "fine")
     assert book.look(16.0) == [] and book.active == 1
@@ -58,7 +58,7 @@ def test_cleared_alarm_says_how_long_it_lasted() -> None:
 
 def test_node_that_falls_silent_is_an_alarm_until_it_speaks() -> None:
     """A node that died tells nobody so itself."""
-    book, told = AlarmBook(0.0, 5.0), list[Alarm]()
+    book, told = ActiveAlarms(0.0, 5.0), list[Alarm]()
     for now in range(12):
         if now < 3 or now > 9:
             book.heard(float(now), NODE)
@@ -71,7 +71,7 @@ def test_node_that_falls_silent_is_an_alarm_until_it_speaks() -> None:
 
 def test_clock_that_is_set_back_clears_and_hears_all_the_same() -> None:
     """An hour back must not hold an alarm for an hour."""
-    book = AlarmBook(2.0, 5.0)
+    book = ActiveAlarms(2.0, 5.0)
     book.heard(7200.0, NODE)
     book.say(7200.0, NODE, SOURCE, ERROR, "no answer")
     book.say(7201.0, NODE, SOURCE, OK, "fine")

@@ -11,7 +11,7 @@ import pytest
 from cell_recorder.io.journal import DayFiles
 from cell_recorder.journal.entries import KINDS, Alarm, Audit, Cycle, Decision, Gap, Start, Torn
 from cell_recorder.journal.since import Since, SinceError, parse_since
-from cell_recorder.journal.story import Line, duration, tell
+from cell_recorder.journal.story import StoryLine, duration, tell
 from cell_recorder.nodes.why import app
 from typer.testing import CliRunner
 
@@ -107,7 +107,7 @@ IDLE = decision(7, 120.0, M.ALIGNING, M.IDLE, event="the twin reached the real r
 def test_stop_is_told_with_who_asked_and_what_became_of_it() -> None:
     """The first motion or readiness after it counts, not the way to it."""
     (line,) = tell([STOP, ALIGN, IDLE], stops_only=True)
-    assert line == Line(
+    assert line == StoryLine(
         5,
         5,
         100.0,

@@ -15,7 +15,7 @@ from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.registers import RegisterError, Value
 from fanuc_emulator.snpx.access import AssignedRegisters
 from fanuc_emulator.snpx.assignments import Assignment, AssignmentError, AssignmentTable, power_up
-from fanuc_emulator.snpx.variables import Kind, VariableError, parse
+from fanuc_emulator.snpx.variables import ValueKind, VariableError, parse
 from fanuc_emulator.snpx.words import encode
 from hypothesis import given
 from hypothesis import strategies as st
@@ -255,7 +255,7 @@ def test_a_number_is_shown_as_the_nearest_count_or_the_largest(
     value: float, multiply: float, count: int
 ) -> None:
     """Never cut towards 0, and never wrapped."""
-    assert encode(Kind.NUMBER, 2, multiply, value) == int32(count)
+    assert encode(ValueKind.NUMBER, 2, multiply, value) == int32(count)
 
 
 def test_a_negative_number_of_one_word_is_replaced_whole(client: Client) -> None:

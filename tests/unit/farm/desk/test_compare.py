@@ -6,7 +6,7 @@ import random
 from datetime import datetime, timezone
 
 import pytest
-from farm.desk.compare import Cycle, Difference, Side, Stop, compare, week
+from farm.desk.compare import Difference, EndedCycle, PairStop, Side, compare, week
 from farm.desk.questions import QuestionError
 
 DAY = 86400.0
@@ -23,8 +23,10 @@ def side(
         for k in range(100):
             at = DAY * (day + (k + 0.5) / 100.0)
             worst = error * level * chance.gauss(1.0, 0.1)
-            cycles.append(Cycle(at, "MILK", seconds * chance.gauss(1.0, 0.01), worst, None, 3, 0))
-    stops = [Stop(DAY * (k % days + 0.5), "jam") for k in range(jams)]
+            cycles.append(
+                EndedCycle(at, "MILK", seconds * chance.gauss(1.0, 0.01), worst, None, 3, 0)
+            )
+    stops = [PairStop(DAY * (k % days + 0.5), "jam") for k in range(jams)]
     return Side(name, 0.0, days * DAY, tuple(cycles), tuple(stops))
 
 

@@ -6,7 +6,7 @@ from datetime import datetime, timedelta, timezone
 
 import pytest
 from farm.config import loopback_refusal
-from farm.desk.files import Span, counting, to_join
+from farm.desk.files import EventSpan, counting, to_join
 from farm.desk.questions import QuestionError, Wanted, query, since
 from farm.fits import noon_of
 from farm.wire import Command, WireError, decode
@@ -14,7 +14,7 @@ from farm.wire import Command, WireError, decode
 from farm import keys
 
 NOW = datetime(2026, 5, 2, 12, 30, tzinfo=timezone(timedelta(hours=2)))
-SPANS = [Span(1, 2), Span(3, 3), Span(4, 9)]
+SPANS = [EventSpan(1, 2), EventSpan(3, 3), EventSpan(4, 9)]
 
 
 @pytest.mark.parametrize(
@@ -22,12 +22,14 @@ SPANS = [Span(1, 2), Span(3, 3), Span(4, 9)]
     [
         ([], []),
         (SPANS, SPANS),
-        ([*SPANS, Span(1, 9)], [Span(1, 9)]),
-        ([*SPANS, Span(3, 9)], [Span(1, 2), Span(3, 9)]),
-        ([Span(4, 9), Span(1, 3)], [Span(1, 3), Span(4, 9)]),
+        ([*SPANS, EventSpan(1, 9)], [EventSpan(1, 9)]),
+        ([*SPANS, EventSpan(3, 9)], [EventSpan(1, 2), EventSpan(3, 9)]),
+        ([EventSpan(4, 9), EventSpan(1, 3)], [EventSpan(1, 3), EventSpan(4, 9)]),
     ],
 )
-def test_files_that_another_one_holds_do_not_count(there: list[Span], kept: list[Span]) -> None:
+def test_files_that_another_one_holds_do_not_count(
+    there: list[EventSpan], kept: list[EventSpan]
+) -> None:
     """Whatever moment the writer was killed in."""
     names = [span.name for span in there]
     assert counting([*names, "lock", "000000000001-000000000002.part"])[0] == kept
@@ -38,7 +40,7 @@ def test_files_that_another_one_holds_do_not_count(there: list[Span], kept: list
     [([5, 5, 5], SPANS), ([100, 5, 5], []), ([5, 5, 100], [])],
 )
 def test_only_the_small_ones_in_a_row_at_the_end_are_joined(
-    sizes: list[int], joined: list[Span]
+    sizes: list[int], joined: list[EventSpan]
 ) -> None:
     """So that places stay in their order."""
     assert to_join(SPANS, sizes, most=3, large=50) == joined

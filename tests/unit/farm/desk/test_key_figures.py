@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import pytest
-from farm.desk.kpi import Happened, KeyFigures, key_figures
+from farm.desk.kpi import CountedEvent, KeyFigures, key_figures
 
 CELL = "m/a"
 
 
-def cycle(begin: float, end: float, **more: object) -> Happened:
+def cycle(begin: float, end: float, **more: object) -> CountedEvent:
     """Return a cycle that ended as meant."""
     words = {
         "begin": begin,
@@ -17,17 +17,17 @@ def cycle(begin: float, end: float, **more: object) -> Happened:
         "program": "MILK",
         "leader": "real",
     } | more
-    return Happened(CELL, end, "cycle", **words)  # type: ignore[arg-type]
+    return CountedEvent(CELL, end, "cycle", **words)  # type: ignore[arg-type]
 
 
-def decision(time: float, stop: bool, asked: str = "") -> Happened:
+def decision(time: float, stop: bool, asked: str = "") -> CountedEvent:
     """Return a change of the mode."""
-    return Happened(CELL, time, "decision", stop, True, asked)
+    return CountedEvent(CELL, time, "decision", stop, True, asked)
 
 
-def figures(*events: Happened, begin: float = 0.0, end: float = 100.0) -> KeyFigures:
+def figures(*events: CountedEvent, begin: float = 0.0, end: float = 100.0) -> KeyFigures:
     """Return the figures of the only cell."""
-    started = Happened(CELL, 0.0, "start")
+    started = CountedEvent(CELL, 0.0, "start")
     rows = key_figures([started, *events], begin, end, {"MILK": 8.0}, "done")
     assert [row.cell for row in rows] == [CELL, ""]
     return rows[0]
@@ -91,7 +91,9 @@ def test_a_stop_that_somebody_asked_for_is_no_failure() -> None:
 
 def test_time_without_a_journal_is_off_and_no_stop() -> None:
     """From the last entry before a start; nobody knows what was then."""
-    found = figures(Happened(CELL, 0.0, "start"), decision(10, True), Happened(CELL, 60.0, "start"))
+    found = figures(
+        CountedEvent(CELL, 0.0, "start"), decision(10, True), CountedEvent(CELL, 60.0, "start")
+    )
     assert (found.off_s, found.busy_s, found.stopped_s) == (50.0, 50.0, 0.0)
 
 
@@ -103,10 +105,10 @@ def test_what_was_before_counts_only_for_how_the_cell_was() -> None:
 
 def test_all_cells_are_added_up_and_the_worst_comes_first() -> None:
     """The last row is the farm."""
-    other = Happened("m/b", 100.0, "cycle", begin=0.0, end=100.0, outcome="done")
-    first = Happened("m/b", 0.0, "start")
+    other = CountedEvent("m/b", 100.0, "cycle", begin=0.0, end=100.0, outcome="done")
+    first = CountedEvent("m/b", 0.0, "start")
     rows = key_figures(
-        [Happened(CELL, 0.0, "start"), cycle(0, 10), first, other], 0.0, 100.0, {}, "done"
+        [CountedEvent(CELL, 0.0, "start"), cycle(0, 10), first, other], 0.0, 100.0, {}, "done"
     )
     assert [row.cell for row in rows] == [CELL, "m/b", ""]
     assert rows[-1].availability == pytest.approx(110.0 / 200.0) and rows[-1].cycles == 2
@@ -116,15 +118,15 @@ def test_all_cells_are_added_up_and_the_worst_comes_first() -> None:
 def test_a_cell_that_made_nothing_is_the_worst() -> None:
     """Then those that worked for a smaller part of their time."""
     made = {"m/a": 50.0, "m/b": 10.0, "m/c": 0.0}
-    events = [Happened(cell, 0.0, "start") for cell in made]
+    events = [CountedEvent(cell, 0.0, "start") for cell in made]
     for cell, worked in made.items():
-        events.append(Happened(cell, 100.0, "cycle", begin=100.0 - worked, end=100.0))
+        events.append(CountedEvent(cell, 100.0, "cycle", begin=100.0 - worked, end=100.0))
     rows = key_figures(events, 0.0, 100.0, {}, "done")
     assert [row.cell for row in rows] == ["m/c", "m/b", "m/a", ""]
 
 
 def test_a_cell_that_came_later_takes_nothing_from_the_others() -> None:
     """Its journal begins behind the time looked at: it has no row, and no time in the sum."""
-    later = Happened("m/b", 150.0, "start")
-    rows = key_figures([Happened(CELL, 0.0, "start"), later], 0.0, 100.0, {}, "done")
+    later = CountedEvent("m/b", 150.0, "start")
+    rows = key_figures([CountedEvent(CELL, 0.0, "start"), later], 0.0, 100.0, {}, "done")
     assert [(row.cell, row.busy_s) for row in rows] == [(CELL, 100.0), ("", 100.0)]

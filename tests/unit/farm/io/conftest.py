@@ -15,7 +15,7 @@ from farm.desk.io.history import History
 from farm.io.bus import open_client, open_router
 from farm.link.io.cell_link import CellLink, LinkSettings
 from farm.link.io.recordings import RecordingFiles
-from farm.link.journal import Bounds
+from farm.link.journal import JournalBounds
 from farm.wire import Answer, Command, Event, Events
 from harness.processes import free_port
 from harness.workspace import ROOT
@@ -38,9 +38,9 @@ class Journal:
         new = range(last + 1, last + count + 1)
         self.events += [Event(n, float(n), "audit", False, f"event {n}", {"n": n}) for n in new]
 
-    def bounds(self) -> Bounds:
+    def bounds(self) -> JournalBounds:
         """Return oldest and newest number."""
-        return Bounds(min(1, len(self.events)), len(self.events))
+        return JournalBounds(min(1, len(self.events)), len(self.events))
 
     def read(self, since: int, limit: int) -> Events:
         """Return the events after a number."""

@@ -21,7 +21,7 @@ from farm.security.access import Role
 from farm.security.certificates import DAYS, Pair, new_client
 from farm.security.io import door
 from farm.security.io.authority import CERTIFICATE, KEY, REGISTER, Authority
-from farm.security.io.door import Door
+from farm.security.io.door import MemberDoor
 from farm.security.io.invitation import Invitation, write_private
 from farm.security.io.lab_authority import LabAuthority
 from farm.wire import Answer, Joints
@@ -45,7 +45,7 @@ class Site:
     port: int
     authority: Authority
     heard: list[tuple[str, bytes]] = field(default_factory=list)
-    door: Door | None = None
+    door: MemberDoor | None = None
 
     def invite(self, name: str, role: Role = Role.MACHINE) -> Invitation:
         """Invite somebody."""
@@ -73,7 +73,7 @@ class Site:
         config = self.farm.config
         router = self.farm.ends.enter_context(open_router(config.router, 1000.0))
         folder = self.folder.parent / "authority"
-        self.door = self.farm.ends.enter_context(Door(config, folder, (HOST, self.port)))
+        self.door = self.farm.ends.enter_context(MemberDoor(config, folder, (HOST, self.port)))
         router.declare_subscriber(
             "**", lambda s: self.heard.append((str(s.key_expr), bytes(s.payload)))
         )

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from farm.config import load_farm
-from farm.link.commands import MOST_SEEN, Guard, caller_id, judge
+from farm.link.commands import MOST_SEEN, CommandRules, caller_id, judge
 from farm.link.rights import ALWAYS, GUARDED, Rights
 from farm.wire import Command
 from harness.yaml_files import changed_yaml, copy_configuration
@@ -18,11 +18,11 @@ NOW = 1_000_000.0
 RIGHTS = Rights("watcher", {"watcher": [], "mover": list(GUARDED)}, {"ann": "mover"})
 DIFFERENCES = (-3600.0, -60.0, -2.1, -0.06, 0.0, 0.06, 0.6, 2.1, 60.0, 3600.0)
 """How far a desk's clock is ahead of the cell's [s]."""
-OPEN = Guard(RIGHTS, remote=True, revision=7)
+OPEN = CommandRules(RIGHTS, remote=True, revision=7)
 GOOD = Command("id1", "RESUME", "ann", "desk_1", NOW + 1.0, revision=7)
 
 
-def refused(command: Command, guard: Guard = OPEN) -> str:
+def refused(command: Command, guard: CommandRules = OPEN) -> str:
     """Return why a command is refused; empty: it is not."""
     return judge(command, guard, NOW)[0]
 
@@ -78,7 +78,7 @@ def test_each_reason_is_told(change: dict, guard: dict, said: str) -> None:
 def test_stop_needs_neither_role_nor_switch_nor_revision(command: str) -> None:
     """A stop is never a matter of rights."""
     stop = Command("id2", command, "nobody", "desk_1", NOW + 2.0)
-    assert refused(stop, Guard(RIGHTS, remote=False, revision=7)) == ""
+    assert refused(stop, CommandRules(RIGHTS, remote=False, revision=7)) == ""
 
 
 @pytest.mark.parametrize("difference", DIFFERENCES)
@@ -87,7 +87,7 @@ def test_a_stop_is_taken_whatever_the_clocks_show(command: str, difference: floa
     """By a desk that is ahead or behind, in time or late, once or again: a stop never hurts."""
     asked = NOW + difference
     stop = Command("id2", command, "nobody", "desk_1", asked + 2.0, asked=asked)
-    guard = Guard(RIGHTS, remote=False, revision=7)
+    guard = CommandRules(RIGHTS, remote=False, revision=7)
     for now in (NOW, NOW + 0.5, NOW + 7200.0):
         why, seen = judge(stop, guard, now)
         assert why == "" and seen == guard.seen
@@ -113,8 +113,8 @@ def test_nothing_else_is_taken_late_or_twice(command: str) -> None:
     asked = replace(GOOD, command=command)
     why, seen = judge(asked, OPEN, NOW)
     assert not why
-    assert "taken already" in judge(asked, Guard(RIGHTS, True, 7, seen), NOW + 0.5)[0]
-    assert "expired" in judge(asked, Guard(RIGHTS, True, 7, seen), NOW + 1.5)[0]
+    assert "taken already" in judge(asked, CommandRules(RIGHTS, True, 7, seen), NOW + 0.5)[0]
+    assert "expired" in judge(asked, CommandRules(RIGHTS, True, 7, seen), NOW + 1.5)[0]
 
 
 def test_a_command_is_remembered_beside_those_that_come_after_it() -> None:
@@ -124,7 +124,7 @@ def test_a_command_is_remembered_beside_those_that_come_after_it() -> None:
     for command, at in zip(asked, (0.0, 0.1, 2.0)):
         why, seen = judge(command, guard, NOW + at)
         assert not why
-        guard = Guard(RIGHTS, remote=True, revision=7, seen=seen)
+        guard = CommandRules(RIGHTS, remote=True, revision=7, seen=seen)
     for command in asked:
         assert "taken already" in judge(command, guard, NOW + 2.0)[0]
 
@@ -159,8 +159,8 @@ def test_a_right_that_names_nothing_is_refused_at_the_start(
 
 def test_a_refused_command_is_not_taken_later() -> None:
     """The switch is turned on a moment later: the old question stays refused."""
-    _, seen = judge(GOOD, Guard(RIGHTS, remote=False, revision=7), NOW)
-    assert "taken already" in judge(GOOD, Guard(RIGHTS, True, 7, seen), NOW + 0.1)[0]
+    _, seen = judge(GOOD, CommandRules(RIGHTS, remote=False, revision=7), NOW)
+    assert "taken already" in judge(GOOD, CommandRules(RIGHTS, True, 7, seen), NOW + 0.1)[0]
 
 
 @pytest.mark.parametrize("command", ["RESUME", "ALIGN", "MOVE"])
@@ -172,16 +172,18 @@ def test_what_was_recorded_is_refused_when_it_is_played_again(command: str, back
     # Others were taken since, so that what had expired could have been forgotten.
     for k in range(100):
         now = NOW + 10.0 + k
-        _, seen = judge(replace(GOOD, id=f"x{k}", expires=now + 1.0), Guard(RIGHTS, seen=seen), now)
+        _, seen = judge(
+            replace(GOOD, id=f"x{k}", expires=now + 1.0), CommandRules(RIGHTS, seen=seen), now
+        )
     for after in (0.0, 0.5, 2.0, 5.0, 110.0):
-        assert judge(asked, Guard(RIGHTS, True, 7, seen), NOW + after - back)[0]
+        assert judge(asked, CommandRules(RIGHTS, True, 7, seen), NOW + after - back)[0]
 
 
 def test_memory_for_ids_is_bounded() -> None:
     """The oldest that have expired go first."""
     seen = {f"old{k}": NOW - 1.0 for k in range(MOST_SEEN - 3)} | {"young": NOW + 1.0}
     for k in range(10):
-        seen = dict(judge(replace(GOOD, id=f"new{k}"), Guard(RIGHTS, seen=seen), NOW)[1])
+        seen = dict(judge(replace(GOOD, id=f"new{k}"), CommandRules(RIGHTS, seen=seen), NOW)[1])
     assert len(seen) == MOST_SEEN and "young" in seen and "new0" in seen and "old0" not in seen
 
 
@@ -189,8 +191,8 @@ def test_an_id_that_has_not_expired_is_never_forgotten() -> None:
     """However many came before and after it."""
     seen = {GOOD.id: GOOD.expires} | {f"old{k}": NOW - 1.0 for k in range(MOST_SEEN)}
     for k in range(10):
-        seen = dict(judge(replace(GOOD, id=f"new{k}"), Guard(RIGHTS, seen=seen), NOW)[1])
-    assert "taken already" in refused(GOOD, Guard(RIGHTS, True, 7, seen))
+        seen = dict(judge(replace(GOOD, id=f"new{k}"), CommandRules(RIGHTS, seen=seen), NOW)[1])
+    assert "taken already" in refused(GOOD, CommandRules(RIGHTS, True, 7, seen))
 
 
 def test_shipped_rights_never_move_a_cell() -> None:
@@ -199,7 +201,7 @@ def test_shipped_rights_never_move_a_cell() -> None:
     from harness.workspace import ROOT
 
     rights = load_farm(ROOT / "config").link.rights
-    guard = Guard(rights, remote=True, revision=7)
+    guard = CommandRules(rights, remote=True, revision=7)
     for command in GUARDED:
         assert "may only STOP and PAUSE" in refused(replace(GOOD, command=command), guard)
 

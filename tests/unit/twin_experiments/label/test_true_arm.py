@@ -9,16 +9,18 @@ import numpy as np
 import pytest
 from fanuc_emulator.plant.config import load_plant, plant_text
 from scara_config import load_robot
-from twin_experiments.label.plant import Geometry, RecordedPlant, ZeroOffset, parse_plant
+from twin_experiments.label.plant import RecordedPlant, ScrewGeometry, ZeroOffset, parse_plant
 from twin_experiments.label.true_arm import true_arm, zero_offsets
 from twin_experiments.record import RecordError
 
 CONFIG = Path(__file__).resolve().parents[4] / "config"
 HOME = ((0.0, -1.0, 0.0, 0.64), (-1.0, 0.0, 0.0, 0.0), (0.0, 0.0, -1.0, 0.16), (0.0, 0.0, 0.0, 1.0))
-SHORT = Geometry({"joint_2": (0.0, 0.0, 1.0, 0.0, -0.34, 0.0)}, HOME)
+SHORT = ScrewGeometry({"joint_2": (0.0, 0.0, 1.0, 0.0, -0.34, 0.0)}, HOME)
 
 
-def plant(geometry: Geometry | None, axes: dict[str, ZeroOffset] | None = None) -> RecordedPlant:
+def plant(
+    geometry: ScrewGeometry | None, axes: dict[str, ZeroOffset] | None = None
+) -> RecordedPlant:
     """Return a plant with this geometry."""
     return RecordedPlant("made", "as it was made", 0.0, geometry, axes or {})
 
@@ -68,13 +70,18 @@ def test_a_plant_without_a_geometry_is_made_as_the_robot_is_told() -> None:
     ("geometry", "error"),
     [
         (
-            Geometry({"elbow": (0.0, 0.0, 1.0, 0.0, -0.34, 0.0)}, HOME),
+            ScrewGeometry({"elbow": (0.0, 0.0, 1.0, 0.0, -0.34, 0.0)}, HOME),
             r"real/plant: geometry.screw_axes.elbow: is no joint of robot.yaml \(joint_1, joint_2",
         ),
-        (Geometry({"joint_2": (0.0, 0.0, 2.0, 0.0, 0.0, 0.0)}, HOME), "real/plant: geometry: "),
+        (
+            ScrewGeometry({"joint_2": (0.0, 0.0, 2.0, 0.0, 0.0, 0.0)}, HOME),
+            "real/plant: geometry: ",
+        ),
     ],
 )
-def test_a_geometry_that_does_not_fit_the_robot_is_refused(geometry: Geometry, error: str) -> None:
+def test_a_geometry_that_does_not_fit_the_robot_is_refused(
+    geometry: ScrewGeometry, error: str
+) -> None:
     """A position against the wrong arm is no position."""
     with pytest.raises(RecordError, match=error):
         true_arm(plant(geometry), load_robot(CONFIG))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from twin_experiments.metrics.errors import Move, Trace
-from twin_experiments.metrics.needles import Cause, Needle, find_needles
+from twin_experiments.metrics.needles import Needle, NeedleCause, find_needles
 from twin_experiments.metrics.pauses import Pause
 from twin_experiments.metrics.series import Aligned, Motion
 
@@ -53,7 +53,7 @@ def test_a_bump_is_a_needle_with_its_place_height_and_timing() -> None:
     assert (found.start, found.at, found.end) == pytest.approx((1.98, 2.0, 2.02), abs=2e-3)
     assert found.height_mm == pytest.approx(3.2) and found.speed == pytest.approx(SPEED)
     assert found.timing_ms == pytest.approx(6.4)
-    assert found.cause == Cause.NONE
+    assert found.cause == NeedleCause.NONE
 
 
 @pytest.mark.parametrize(("height_mm", "lasts"), [(0.2, LASTS), (3.0, 0.1)])
@@ -63,25 +63,29 @@ def test_what_is_low_or_wide_is_no_needle(height_mm: float, lasts: float) -> Non
 
 
 @pytest.mark.parametrize(
-    ("before", "cause"), [(0.0, Cause.LATE), (0.09, Cause.LATE), (0.12, Cause.NONE)]
+    ("before", "cause"),
+    [(0.0, NeedleCause.LATE), (0.09, NeedleCause.LATE), (0.12, NeedleCause.NONE)],
 )
-def test_a_late_sample_shows_for_a_tenth_of_a_second(before: float, cause: Cause) -> None:
+def test_a_late_sample_shows_for_a_tenth_of_a_second(before: float, cause: NeedleCause) -> None:
     """Not longer: else most needles had one."""
     found = needle(late=AT - before)
     assert found is not None and found.cause == cause
 
 
 @pytest.mark.parametrize(
-    ("end", "cause"), [(AT, Cause.PAUSE), (AT - 0.19, Cause.PAUSE), (AT - 0.22, Cause.NONE)]
+    ("end", "cause"),
+    [(AT, NeedleCause.PAUSE), (AT - 0.19, NeedleCause.PAUSE), (AT - 0.22, NeedleCause.NONE)],
 )
-def test_a_pause_shows_until_both_are_together_again(end: float, cause: Cause) -> None:
+def test_a_pause_shows_until_both_are_together_again(end: float, cause: NeedleCause) -> None:
     """The machine stood still, and both sides need 0.2 s."""
     found = needle(pauses=(Pause(end - 0.05, 0.05),))
     assert found is not None and found.cause == cause
 
 
-@pytest.mark.parametrize(("begun", "cause"), [(0.09, Cause.BEGINNING), (0.11, Cause.NONE)])
-def test_a_follower_joins_a_move_in_a_tenth_of_a_second(begun: float, cause: Cause) -> None:
+@pytest.mark.parametrize(
+    ("begun", "cause"), [(0.09, NeedleCause.BEGINNING), (0.11, NeedleCause.NONE)]
+)
+def test_a_follower_joins_a_move_in_a_tenth_of_a_second(begun: float, cause: NeedleCause) -> None:
     """From the move's beginning on."""
     found = needle(moves=(Move(AT - begun, 3.5, 1500.0, HEIGHT_MM, None),))
     assert found is not None and found.cause == cause
@@ -94,4 +98,4 @@ def test_the_surest_cause_is_told() -> None:
         pauses=(Pause(AT - 0.1, 0.05),),
         late=AT - 0.05,
     )
-    assert found is not None and found.cause == Cause.PAUSE
+    assert found is not None and found.cause == NeedleCause.PAUSE

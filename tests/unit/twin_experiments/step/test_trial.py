@@ -11,12 +11,12 @@ from matplotlib.image import imread
 from scara_config import load_robot
 from twin_experiments.io.step.figures import write_trial
 from twin_experiments.io.step.offline import OfflineBench
-from twin_experiments.step.response import Response, StepError
+from twin_experiments.step.response import StepError, StepFigures
 from twin_experiments.step.trial import plan_trial, reasons, summary
 
 CONFIG = Path(__file__).parents[4] / "config"
 ROBOT = load_robot(CONFIG)
-GOOD = Response(0.05, 1.9, 0.1, 0.0, 10.0, False)
+GOOD = StepFigures(0.05, 1.9, 0.1, 0.0, 10.0, False)
 
 
 @pytest.mark.parametrize(

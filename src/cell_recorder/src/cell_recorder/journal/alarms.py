@@ -22,7 +22,7 @@ class _Raised:
     away_since: float | None = None
 
 
-class AlarmBook:
+class ActiveAlarms:
     """Knows what is active. Times are Unix time [s]; not thread-safe.
 
     An alarm is a status of one name, from one node. It is told when it is raised, when it becomes

@@ -9,7 +9,7 @@ from cell_recorder.journal.entries import Audit
 WHO = "what_if"
 
 
-class Told(Protocol):
+class WrittenOutcome(Protocol):
     """Fields of scara_msgs/MotionOutcome that are written down."""
 
     what: str
@@ -21,7 +21,7 @@ class Told(Protocol):
     drift: str
 
 
-def outcome_entry(said: Told) -> Audit:
+def outcome_entry(said: WrittenOutcome) -> Audit:
     """Return an entry; one without success tells that predictions drift away."""
     text = (
         f"{said.end}: {said.time_measured:.2f} s, predicted {said.time_predicted:.2f} s; "

@@ -34,7 +34,7 @@ _DIGITS = re.compile(r"\d+(?:[.,]\d+)*")
 
 
 @dataclass(frozen=True)
-class Line:
+class StoryLine:
     """One thing that happened, or the same one several times.
 
     Args:
@@ -79,7 +79,7 @@ def is_told(entry: AnyEntry) -> bool:
     return not isinstance(entry, Audit) or not entry.success
 
 
-def tell(entries: Iterable[AnyEntry], stops_only: bool = False) -> list[Line]:
+def tell(entries: Iterable[AnyEntry], stops_only: bool = False) -> list[StoryLine]:
     """Return the story of some entries, the same things one after the other as one line.
 
     Args:
@@ -96,9 +96,9 @@ def tell(entries: Iterable[AnyEntry], stops_only: bool = False) -> list[Line]:
     return list(grouped(lines))
 
 
-def grouped(lines: Iterable[Line]) -> Iterator[Line]:
+def grouped(lines: Iterable[StoryLine]) -> Iterator[StoryLine]:
     """Make one line of those that follow each other and differ in numbers only."""
-    held: Line | None = None
+    held: StoryLine | None = None
     for line in lines:
         if held is not None and _alike(held) == _alike(line):
             held = replace(line, first=held.first, begun=held.begun, times=held.times + 1)
@@ -110,14 +110,14 @@ def grouped(lines: Iterable[Line]) -> Iterator[Line]:
         yield held
 
 
-def _alike(line: Line) -> tuple[str, str, str]:
+def _alike(line: StoryLine) -> tuple[str, str, str]:
     """Return what lines of one group have in common."""
     return line.what, _DIGITS.sub("#", line.words), line.who
 
 
-def _line(entry: AnyEntry, later: Iterable[AnyEntry]) -> Line:
+def _line(entry: AnyEntry, later: Iterable[AnyEntry]) -> StoryLine:
     """Tell one entry."""
-    line = Line(entry.number, entry.number, entry.time, entry.time, entry.kind, "")
+    line = StoryLine(entry.number, entry.number, entry.time, entry.time, entry.kind, "")
     if isinstance(entry, Decision):
         stop = is_stop(entry)
         return replace(

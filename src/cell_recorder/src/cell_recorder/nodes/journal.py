@@ -37,7 +37,7 @@ from cell_recorder.config import JournalSettings, load_journal
 from cell_recorder.io.journal.day_files import DayFiles
 from cell_recorder.io.journal.reader import JOURNAL
 from cell_recorder.io.journal.writer import JournalWriter
-from cell_recorder.journal.alarms import AlarmBook
+from cell_recorder.journal.alarms import ActiveAlarms
 from cell_recorder.journal.cycles import REAL, TWIN, Cycles
 from cell_recorder.journal.entries import Audit, Decision, Entry, Start
 from cell_recorder.journal.health import diagnose, lost_at_close
@@ -53,13 +53,13 @@ NUMBER_PERIOD_S = 0.1  # our choice: listeners to the number hear of new entries
 QUEUE = 1000  # our choice: messages that rospy may hold per topic
 
 
-class Journal:
+class JournalKeeper:
     """Makes entries of what the cell says; the writer has a thread of its own."""
 
     def __init__(self, settings: JournalSettings, folder: Path, start: Start) -> None:
         """Advertise and subscribe; write to ``folder``, ``start`` first."""
         self._lock = threading.Lock()
-        self._alarms = AlarmBook(settings.alarm_hold_s, settings.silent_s)
+        self._alarms = ActiveAlarms(settings.alarm_hold_s, settings.silent_s)
         self._cycles = Cycles(settings.cycle_rest_s)
         self._repeats = Repeats(settings.repeat_entries, settings.repeat_s)
         self._woken = threading.Event()
@@ -215,7 +215,7 @@ def main() -> None:
         settings = load_journal(folder)
         start = Start(robot=load_robot(folder).name, plant=chosen_plant(), pid=os.getpid())
     runs = runs_folder(rospy.get_param("~directory", "")).resolve()
-    journal = Journal(settings, runs / JOURNAL / cell_of(rospy.get_namespace()), start)
+    journal = JournalKeeper(settings, runs / JOURNAL / cell_of(rospy.get_namespace()), start)
     rospy.on_shutdown(journal.close)
     rospy.loginfo("journal is ready")
     keep_for_good()

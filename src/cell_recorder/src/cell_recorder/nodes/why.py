@@ -23,7 +23,7 @@ from scara_ros.names import cell_of
 from cell_recorder.io.journal.reader import JOURNAL, journals, read, read_between
 from cell_recorder.journal.entries import KINDS, AnyEntry, encode
 from cell_recorder.journal.since import ALLOWED, Since, SinceError, parse_since
-from cell_recorder.journal.story import Line, duration, is_stop, is_told, local_time, tell
+from cell_recorder.journal.story import StoryLine, duration, is_stop, is_told, local_time, tell
 
 NOW = 4e9  # later than any entry [s], Unix time
 STYLES = {"error": "red", "warning": "yellow", "gap": "yellow", "torn": "yellow"}
@@ -135,7 +135,7 @@ def wanted(folder: Path, since: Since) -> list[AnyEntry]:
         raise NoJournalError(f"{error.filename}: {error.strerror}") from error
 
 
-def print_line(console: Console, line: Line) -> None:
+def print_line(console: Console, line: StoryLine) -> None:
     """Print one thing that happened."""
     times = f"{line.times} x " if line.times > 1 else ""
     numbers = f"#{line.first}" if line.times == 1 else f"#{line.first} to #{line.last}"

@@ -53,7 +53,7 @@ class _ReadWriteMultipleRegisters(ReadWriteMultipleRegistersRequest):
         return await super().datastore_update(context, device_id)
 
 
-class Requests:
+class RequestParser:
     """Turns bytes into requests of a robot.
 
     Args:

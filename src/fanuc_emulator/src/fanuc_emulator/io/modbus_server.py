@@ -20,7 +20,7 @@ from pymodbus.pdu import ExceptionResponse, ModbusPDU
 from scara_config.modbus_map import ModbusMap
 
 from fanuc_emulator.io.datastore import Datastore
-from fanuc_emulator.io.modbus_requests import Requests
+from fanuc_emulator.io.modbus_requests import RequestParser
 from fanuc_emulator.io.servo_loop import ServoLoop
 from fanuc_emulator.plant.answers import AnswerTimes
 from fanuc_emulator.program import ProgramState
@@ -74,7 +74,7 @@ class RobotServer:
         self._answers = answers
         self._tell = tell
         self._datastore = Datastore(layout, image, loop, tell)
-        self._requests = Requests(
+        self._requests = RequestParser(
             layout.device_id, bool(layout.coils), bool(layout.discrete_inputs)
         )
         self._asyncio: asyncio.AbstractEventLoop | None = None

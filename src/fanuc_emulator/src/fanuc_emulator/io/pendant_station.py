@@ -22,7 +22,7 @@ STATES = ("aborted", "paused", "running")
 SWITCHES = ("panel_imstp", "panel_hold", "sfspd", "enbl")
 
 
-class Reading(msgspec.Struct, frozen=True):
+class DisplayReading(msgspec.Struct, frozen=True):
     """What the display shows.
 
     Attributes:
@@ -55,7 +55,7 @@ class PendantStation:
         self._link: PendantLink | None = None
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._watch, name="pendant", daemon=True)
-        self.reading = Reading("looking for the robot")
+        self.reading = DisplayReading("looking for the robot")
 
     def __enter__(self) -> PendantStation:
         """Start looking."""
@@ -90,7 +90,7 @@ class PendantStation:
                 self._ended.wait(PERIOD_S)
             except PendantError as error:
                 self._close()
-                self.reading = Reading(str(error))
+                self.reading = DisplayReading(str(error))
                 self._ended.wait(RETRY_S)
 
     def _connected(self) -> PendantLink:
@@ -103,7 +103,7 @@ class PendantStation:
         if link is not None:
             link.__exit__(None, None, None)
 
-    def _read(self, link: PendantLink) -> Reading:
+    def _read(self, link: PendantLink) -> DisplayReading:
         positions, velocities = link.read("position"), link.read("velocity")
         rows = tuple(
             (
@@ -116,7 +116,7 @@ class PendantStation:
         )
         state = int(link.read("program_state")[0])
         name, line = link.read("program_name") or "no program", link.read("program_line")[0]
-        return Reading(
+        return DisplayReading(
             trouble="",
             rows=rows,
             program=f"{name}  line {line}  {STATES[state] if state < len(STATES) else state}",

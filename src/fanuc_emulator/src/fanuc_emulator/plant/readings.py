@@ -13,7 +13,7 @@ from fanuc_emulator.plant.config import Plant
 Values = tuple[float, ...]
 
 
-class Reading(NamedTuple):
+class RegisterReading(NamedTuple):
     """Positions, speeds [SI] and the clock [ms] as the registers show them."""
 
     positions: Values
@@ -46,9 +46,11 @@ class Readings:
         if random is None and (self._noisy or self._clock_error):
             raise ValueError("the plant has noise or clock errors: a generator has to draw them")
         self._random = random
-        self._held: Reading | None = None
+        self._held: RegisterReading | None = None
 
-    def read(self, tick: int, positions: Values, velocities: Values, clock_ms: int) -> Reading:
+    def read(
+        self, tick: int, positions: Values, velocities: Values, clock_ms: int
+    ) -> RegisterReading:
         """Return what is shown in this servo period.
 
         Args:
@@ -69,5 +71,5 @@ class Readings:
             )
         if self._clock_error and self._random is not None:
             clock_ms += int(self._random.integers(-self._clock_error, self._clock_error + 1))
-        self._held = Reading(positions, velocities, clock_ms)
+        self._held = RegisterReading(positions, velocities, clock_ms)
         return self._held

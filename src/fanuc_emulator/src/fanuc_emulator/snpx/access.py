@@ -21,7 +21,7 @@ from fanuc_emulator.registers import decode as decode_register
 from fanuc_emulator.registers import encode as encode_register
 from fanuc_emulator.snapshot import Snapshot
 from fanuc_emulator.snpx.assignments import AssignmentTable, power_up
-from fanuc_emulator.snpx.variables import FAMILIES, Cell, Field, Kind, parse
+from fanuc_emulator.snpx.variables import FAMILIES, Cell, Field, ValueKind, parse
 from fanuc_emulator.snpx.words import decode, encode, signed
 
 _TABLE: Table = "holding_registers"
@@ -157,13 +157,15 @@ class AssignedRegisters:
             raise NoRegisterError(address, "nothing is assigned to it")
         entry, variable = found
         word = address - entry.address
-        packed = FAMILIES[variable.family].fields[0].kind is Kind.SIGNAL and entry.multiply == 0.0
+        packed = (
+            FAMILIES[variable.family].fields[0].kind is ValueKind.SIGNAL and entry.multiply == 0.0
+        )
         place = variable.place(word * _SIGNALS_A_WORD if packed else word)
         if place is None:
             raise NoRegisterError(address, f"{entry.name} ends before it")
         cell, within = place
         end = variable.first + variable.words
-        short = cell.field.kind is Kind.NUMBER and end < cell.field.first + cell.field.words
+        short = cell.field.kind is ValueKind.NUMBER and end < cell.field.first + cell.field.words
         home = self._homes.get(cell)
         if home is not None and _same_form(home, cell.field, entry.multiply, short):
             return Stretch(home.offset + within, 1)
@@ -172,7 +174,7 @@ class AssignedRegisters:
     def _words(self, piece: Piece, snapshot: Snapshot) -> list[int]:
         """Return all words of one value."""
         kind, cell = piece.cell.field.kind, piece.cell
-        if kind is Kind.SIGNAL and piece.multiply == 0.0:
+        if kind is ValueKind.SIGNAL and piece.multiply == 0.0:
             last = min(cell.element + _SIGNALS_A_WORD, FAMILIES[cell.family].highest + 1)
             levels = [self._level(cell.family, n, snapshot) for n in range(cell.element, last)]
             return [sum(1 << bit for bit, level in enumerate(levels) if level)]
@@ -190,9 +192,9 @@ class AssignedRegisters:
             return self.table.value(cell.element, cell.family.partition(".")[2])
         if cell.family == "$FAST_CLOCK":
             return snapshot.clock_ms // _FAST_CLOCK_MS
-        if cell.field.kind is Kind.SIGNAL:
+        if cell.field.kind is ValueKind.SIGNAL:
             return float(self._level(cell.family, cell.element, snapshot))
-        return self._others.get(cell, "" if cell.field.kind is Kind.TEXT else 0)
+        return self._others.get(cell, "" if cell.field.kind is ValueKind.TEXT else 0)
 
     def _level(self, family: str, index: int, snapshot: Snapshot) -> bool:
         """Return the level of one signal; what is not wired is off."""
@@ -271,9 +273,9 @@ def _homes(registers: Iterable[Register]) -> Iterable[tuple[Cell, Register]]:
 
 def _same_form(home: Register, field: Field, multiply: float, short: bool) -> bool:
     """Return whether a value is assigned in the form in which the image holds it."""
-    if field.kind is Kind.SIGNAL:
+    if field.kind is ValueKind.SIGNAL:
         return False
-    if field.kind is not Kind.NUMBER:
+    if field.kind is not ValueKind.NUMBER:
         return True
     if home.type == "float32":
         return multiply == 0.0 and not short

@@ -26,7 +26,7 @@ class VariableError(ValueError):
     """A name is not that of a variable; the text says which there are."""
 
 
-class Kind(Enum):
+class ValueKind(Enum):
     """What the words of a field hold."""
 
     NUMBER = auto()
@@ -43,7 +43,7 @@ class Field(NamedTuple):
     """One value of an element: its first word, counted from 1, its kind and how many words."""
 
     first: int
-    kind: Kind
+    kind: ValueKind
     words: int
 
 
@@ -68,7 +68,7 @@ class Family:
         return self.fields[-1].first + self.fields[-1].words - 1
 
 
-def _fields(*runs: tuple[Kind, int, int]) -> tuple[Field, ...]:
+def _fields(*runs: tuple[ValueKind, int, int]) -> tuple[Field, ...]:
     """Lay fields out one after the other: kind, words of each, how many."""
     found: list[Field] = []
     first = 1
@@ -79,16 +79,19 @@ def _fields(*runs: tuple[Kind, int, int]) -> tuple[Field, ...]:
     return tuple(found)
 
 
-_NUMBER = _fields((Kind.NUMBER, 2, 1))
-_SIGNAL = _fields((Kind.SIGNAL, 1, 1))
+_NUMBER = _fields((ValueKind.NUMBER, 2, 1))
+_SIGNAL = _fields((ValueKind.SIGNAL, 1, 1))
 # X Y Z W P R E1 E2 E3, FLIP LEFT UP FRONT, three turns, VALIDC, J1..J9, VALIDJ, UF, UT, 3 reserved.
 _POSITION = _fields(
-    (Kind.NUMBER, 2, 9), (Kind.INTEGER, 1, 8), (Kind.NUMBER, 2, 9), (Kind.INTEGER, 1, 6)
+    (ValueKind.NUMBER, 2, 9),
+    (ValueKind.INTEGER, 1, 8),
+    (ValueKind.NUMBER, 2, 9),
+    (ValueKind.INTEGER, 1, 6),
 )
 # Name, line, state, caller.
-_PROGRAM = _fields((Kind.TEXT, 8, 1), (Kind.INTEGER, 1, 2), (Kind.TEXT, 8, 1))
+_PROGRAM = _fields((ValueKind.TEXT, 8, 1), (ValueKind.INTEGER, 1, 2), (ValueKind.TEXT, 8, 1))
 # Id, number, id and number of the cause, severity, y m d h m s; message, cause, severity as text.
-_ALARM = _fields((Kind.INTEGER, 1, 11), (Kind.TEXT, 40, 2), (Kind.TEXT, 9, 1))
+_ALARM = _fields((ValueKind.INTEGER, 1, 11), (ValueKind.TEXT, 40, 2), (ValueKind.TEXT, 9, 1))
 
 FAMILIES = {
     "R": Family("R[{}]", 1, 200, _NUMBER),
@@ -106,7 +109,9 @@ FAMILIES = {
     "$FAST_CLOCK": Family("$FAST_CLOCK", 1, 1, _NUMBER),
     "$SNPX_ASG.$ADDRESS": Family("$SNPX_ASG[{}].$ADDRESS", 1, SLOTS, _NUMBER),
     "$SNPX_ASG.$SIZE": Family("$SNPX_ASG[{}].$SIZE", 1, SLOTS, _NUMBER),
-    "$SNPX_ASG.$VAR_NAME": Family("$SNPX_ASG[{}].$VAR_NAME", 1, SLOTS, _fields((Kind.TEXT, 40, 1))),
+    "$SNPX_ASG.$VAR_NAME": Family(
+        "$SNPX_ASG[{}].$VAR_NAME", 1, SLOTS, _fields((ValueKind.TEXT, 40, 1))
+    ),
     "$SNPX_ASG.$MULTIPLY": Family("$SNPX_ASG[{}].$MULTIPLY", 1, SLOTS, _NUMBER),
 }
 _NAME = re.compile(

@@ -7,18 +7,18 @@ import struct
 from collections.abc import Sequence
 
 from fanuc_emulator.registers import RegisterError
-from fanuc_emulator.snpx.variables import Kind
+from fanuc_emulator.snpx.variables import ValueKind
 
 _INT32 = (-(2**31), 2**31 - 1)
 
 
-def encode(kind: Kind, words: int, multiply: float, value: float | str) -> list[int]:
+def encode(kind: ValueKind, words: int, multiply: float, value: float | str) -> list[int]:
     """Return the words of a value; a number beyond an int32 shows the largest."""
-    if kind is Kind.TEXT:
+    if kind is ValueKind.TEXT:
         packed = str(value).encode("ascii", "replace")[: 2 * words].ljust(2 * words, b"\0")
         return list(struct.unpack(f">{words}H", packed))
     number = float(value)
-    if kind is not Kind.NUMBER:
+    if kind is not ValueKind.NUMBER:
         return [round(number) & 0xFFFF]
     if multiply == 0.0:
         return list(struct.unpack("<2H", struct.pack("<f", number)))
@@ -26,16 +26,16 @@ def encode(kind: Kind, words: int, multiply: float, value: float | str) -> list[
     return list(struct.unpack("<2H", struct.pack("<i", count)))
 
 
-def decode(kind: Kind, multiply: float, words: Sequence[int]) -> float | str:
+def decode(kind: ValueKind, multiply: float, words: Sequence[int]) -> float | str:
     """Return the value of all words of a field.
 
     Raises:
         RegisterError: It is not a finite number.
     """
-    if kind is Kind.TEXT:
+    if kind is ValueKind.TEXT:
         text = struct.pack(f">{len(words)}H", *words).split(b"\0", 1)[0]
         return text.decode("ascii", "replace")
-    if kind is not Kind.NUMBER:
+    if kind is not ValueKind.NUMBER:
         return signed(words[0])
     packed = struct.pack("<2H", *words)
     if multiply != 0.0:

@@ -29,7 +29,7 @@ WEEK = re.compile(r"^(\d{4})-W(\d{2})\Z")
 WEEKS_AGO = re.compile(r"^\d{1,3}\Z")
 
 
-class Cycle(NamedTuple):
+class EndedCycle(NamedTuple):
     """A cycle that came to its end as meant; what is not known is None.
 
     Attributes:
@@ -50,7 +50,7 @@ class Cycle(NamedTuple):
     dropped: int
 
 
-class Stop(NamedTuple):
+class PairStop(NamedTuple):
     """What stopped a pair, and when [s since 1970]."""
 
     time: float
@@ -69,8 +69,8 @@ class Side(msgspec.Struct, frozen=True):
     name: str
     begin: float
     end: float
-    cycles: tuple[Cycle, ...]
-    stops: tuple[Stop, ...]
+    cycles: tuple[EndedCycle, ...]
+    stops: tuple[PairStop, ...]
 
 
 class Difference(msgspec.Struct, frozen=True):
@@ -160,7 +160,7 @@ def _difference(name: str, a: _Figure | None, b: _Figure | None) -> Difference:
 def _figures(side: Side, causes: Sequence[str]) -> Iterator[tuple[str, _Figure]]:
     """Yield the figures of a side with their names."""
     yield "cycles done [1/h]", _rate(side, [(cycle.time, 1) for cycle in side.cycles])
-    values: tuple[tuple[str, Callable[[Cycle], float | None]], ...] = (
+    values: tuple[tuple[str, Callable[[EndedCycle], float | None]], ...] = (
         ("cycle time [s]", lambda cycle: cycle.seconds),
         ("following error [mm]", lambda cycle: cycle.error_mm),
         ("lag of the robot [s]", lambda cycle: cycle.lag_s),

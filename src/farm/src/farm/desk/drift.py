@@ -45,7 +45,7 @@ class Bin(NamedTuple):
     value: float
 
 
-class Drift(msgspec.Struct, frozen=True):
+class FigureDrift(msgspec.Struct, frozen=True):
     """A figure of a cell against its own past.
 
     Attributes:
@@ -79,7 +79,7 @@ class _Change(NamedTuple):
         return (self.now - self.before) / self.before
 
 
-def find_drifts(bins: Iterable[Bin], recent: int = 2) -> list[Drift]:
+def find_drifts(bins: Iterable[Bin], recent: int = 2) -> list[FigureDrift]:
     """Return all figures that can be compared, those that changed most first.
 
     Args:
@@ -89,7 +89,7 @@ def find_drifts(bins: Iterable[Bin], recent: int = 2) -> list[Drift]:
     rows: dict[str, dict[str, list[tuple[int, float]]]] = {}
     for each in bins:
         rows.setdefault(each.figure, {}).setdefault(each.cell, []).append((each.place, each.value))
-    found: list[Drift] = []
+    found: list[FigureDrift] = []
     for figure, cells in rows.items():
         changes = [
             change
@@ -114,7 +114,7 @@ def _change(cell: str, values: Sequence[float], recent: int) -> _Change | None:
     return _Change(cell, before, now, max(noise, FLOOR * before), tuple(values))
 
 
-def _judged(figure: str, changes: Sequence[_Change]) -> list[Drift]:
+def _judged(figure: str, changes: Sequence[_Change]) -> list[FigureDrift]:
     """Judge one figure of all cells."""
     common = 0.0
     if len(changes) >= LEAST_CELLS:
@@ -125,6 +125,6 @@ def _judged(figure: str, changes: Sequence[_Change]) -> list[Drift]:
         score = own * change.before / change.noise
         away = abs(score) > LIMIT and abs(own) > LEAST_SHARE
         drifts.append(
-            Drift(change.cell, figure, change.before, change.now, score, away, change.values)
+            FigureDrift(change.cell, figure, change.before, change.now, score, away, change.values)
         )
     return drifts

@@ -14,7 +14,7 @@ from typing import NamedTuple
 NAME = re.compile(r"^(\d{12})-(\d{12})\.parquet\Z")
 
 
-class Span(NamedTuple):
+class EventSpan(NamedTuple):
     """The places of a file's events: from first to last, both included."""
 
     first: int
@@ -31,13 +31,13 @@ class Span(NamedTuple):
         return f"{self.first:012d}-{self.last:012d}.parquet"
 
 
-def span_of(name: str) -> Span | None:
+def span_of(name: str) -> EventSpan | None:
     """Return the places of a file by its name; None if it is no file of the history."""
     found = NAME.match(name)
-    return Span(int(found[1]), int(found[2])) if found else None
+    return EventSpan(int(found[1]), int(found[2])) if found else None
 
 
-def counting(names: Iterable[str]) -> tuple[list[Span], list[Span]]:
+def counting(names: Iterable[str]) -> tuple[list[EventSpan], list[EventSpan]]:
     """Return the files that count, in their order, and those whose events another one holds.
 
     Example:
@@ -47,15 +47,17 @@ def counting(names: Iterable[str]) -> tuple[list[Span], list[Span]]:
     spans = sorted(
         (span for name in names if (span := span_of(name))), key=lambda s: (s.first, -s.last)
     )
-    kept: list[Span] = []
-    held: list[Span] = []
+    kept: list[EventSpan] = []
+    held: list[EventSpan] = []
     for span in spans:
         inside = bool(kept) and span.last <= kept[-1].last
         (held if inside else kept).append(span)
     return kept, held
 
 
-def to_join(spans: Sequence[Span], sizes: Sequence[int], most: int, large: int) -> list[Span]:
+def to_join(
+    spans: Sequence[EventSpan], sizes: Sequence[int], most: int, large: int
+) -> list[EventSpan]:
     """Return the small files to make one of: the last ones in a row, or none.
 
     Args:
@@ -64,7 +66,7 @@ def to_join(spans: Sequence[Span], sizes: Sequence[int], most: int, large: int) 
         most: So many small files may be there.
         large: A file of this size or more is left as it is [bytes].
     """
-    row: list[Span] = []
+    row: list[EventSpan] = []
     for span, size in zip(reversed(spans), reversed(sizes)):
         if size >= large:
             break

@@ -17,7 +17,7 @@ REAL, TWIN, OPERATOR = "real", "twin", "operator"
 """Who led a cycle, as the journal writes it."""
 
 
-class Happened(NamedTuple):
+class CountedEvent(NamedTuple):
     """What the figures need of an event; those of a cell come in the order of their numbers.
 
     Attributes:
@@ -120,7 +120,7 @@ class _Sums:
 
 
 def key_figures(
-    events: Iterable[Happened],
+    events: Iterable[CountedEvent],
     begin: float,
     end: float,
     planned_s: Mapping[str, float],
@@ -136,7 +136,7 @@ def key_figures(
         planned_s: Planned run time of a program [s]; of those that are named.
         done: Outcome of a cycle that ended as meant.
     """
-    of_cells: dict[str, list[Happened]] = {}
+    of_cells: dict[str, list[CountedEvent]] = {}
     for event in events:
         of_cells.setdefault(event.cell, []).append(event)
     sums = {
@@ -148,7 +148,11 @@ def key_figures(
 
 
 def _summed(
-    events: Sequence[Happened], begin: float, end: float, planned_s: Mapping[str, float], done: str
+    events: Sequence[CountedEvent],
+    begin: float,
+    end: float,
+    planned_s: Mapping[str, float],
+    done: str,
 ) -> _Sums:
     """Count one cell's events."""
     sums, begin = _Sums(), max(begin, events[0].time)
@@ -189,7 +193,7 @@ def _summed(
 
 def _count_cycle(
     sums: _Sums,
-    event: Happened,
+    event: CountedEvent,
     window: tuple[float, float],
     planned_s: Mapping[str, float],
     done: str,

@@ -24,7 +24,7 @@ class Do(Enum):
 
 
 @dataclass(frozen=True)
-class Step:
+class RolloutStep:
     """The next step.
 
     Attributes:
@@ -56,7 +56,7 @@ def next_step(
     watch: Watch,
     wait_s: float,
     now: float,
-) -> tuple[Step, Watch]:
+) -> tuple[RolloutStep, Watch]:
     """Return what to do next.
 
     Args:
@@ -72,26 +72,28 @@ def next_step(
     """
     for cell in cells:
         if why := _trouble(wanted, cell, rows.get(cell)):
-            return Step(Do.END, (), why), watch
+            return RolloutStep(Do.END, (), why), watch
     first, rest = cells[0], tuple(cells[1:])
     shown = {cell: _shown(rows[cell]) for cell in cells}
     if shown[first].wanted != wanted:
-        return Step(Do.OFFER, (first,), f"{first} first"), watch
+        return RolloutStep(Do.OFFER, (first,), f"{first} first"), watch
     if not _runs(shown[first], wanted):
-        return Step(Do.WAIT, (), f"{first}: waits for its next start"), watch
+        return RolloutStep(Do.WAIT, (), f"{first}: waits for its next start"), watch
     begun = watch.since if watch.since is not None else now
     watch = Watch(begun)
     if rows[first].level is Level.BAD:
         why = f"{first} is not well with it: {rows[first].status}, {rows[first].text}"
-        return Step(Do.END, (), why), watch
+        return RolloutStep(Do.END, (), why), watch
     left = tuple(cell for cell in rest if shown[cell].wanted != wanted)
     if (left or not rest) and now - begun < wait_s:
-        return Step(Do.WAIT, (), f"{first}: runs with it, looked at for {wait_s:.0f} s"), watch
+        return RolloutStep(
+            Do.WAIT, (), f"{first}: runs with it, looked at for {wait_s:.0f} s"
+        ), watch
     if left:
-        return Step(Do.OFFER, left[:1], f"{first} is well with it: {left[0]}"), watch
+        return RolloutStep(Do.OFFER, left[:1], f"{first} is well with it: {left[0]}"), watch
     if waiting := [cell for cell in rest if not _runs(shown[cell], wanted)]:
-        return Step(Do.WAIT, (), f"wait for their next start: {', '.join(waiting)}"), watch
-    return Step(Do.DONE, (), f"{len(cells)} cells run with it"), watch
+        return RolloutStep(Do.WAIT, (), f"wait for their next start: {', '.join(waiting)}"), watch
+    return RolloutStep(Do.DONE, (), f"{len(cells)} cells run with it"), watch
 
 
 def _shown(row: Row) -> Configuration:

@@ -23,7 +23,7 @@ CALLER = re.compile(r"^[A-Za-z0-9_.-]{1,63}\Z")
 
 
 @dataclass(frozen=True)
-class Guard:
+class CommandRules:
     """What a command is judged by.
 
     Attributes:
@@ -39,7 +39,7 @@ class Guard:
     seen: Mapping[str, float] = field(default_factory=dict)
 
 
-def judge(command: Command, guard: Guard, now: float) -> tuple[str, Mapping[str, float]]:
+def judge(command: Command, guard: CommandRules, now: float) -> tuple[str, Mapping[str, float]]:
     """Judge a command.
 
     Args:
@@ -119,7 +119,7 @@ def _late(command: Command, now: float) -> str:
     return f"{command.command} {what}: {clocks}{long_way}. Set the clocks (NTP) and ask again"
 
 
-def _not_allowed(command: Command, guard: Guard) -> str:
+def _not_allowed(command: Command, guard: CommandRules) -> str:
     """Return why somebody may not move the cell now."""
     word = command.command
     if not guard.rights.allows(command.person, word):

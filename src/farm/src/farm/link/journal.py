@@ -21,7 +21,7 @@ class JournalReadError(Exception):
     """The journal cannot be read; the text says why."""
 
 
-class Bounds(NamedTuple):
+class JournalBounds(NamedTuple):
     """Oldest and newest number that a journal holds; 0 and 0: it is empty."""
 
     first: int
@@ -31,7 +31,7 @@ class Bounds(NamedTuple):
 class Journal(Protocol):
     """A cell's journal, wherever it is kept; safe to use from several threads."""
 
-    def bounds(self) -> Bounds:
+    def bounds(self) -> JournalBounds:
         """Return what it holds.
 
         Raises:
@@ -46,7 +46,7 @@ class Journal(Protocol):
         """
 
 
-class Line(msgspec.Struct, frozen=True):
+class JournalLine(msgspec.Struct, frozen=True):
     """What every line has."""
 
     number: int
@@ -54,7 +54,7 @@ class Line(msgspec.Struct, frozen=True):
     kind: str
 
 
-_LINE = msgspec.json.Decoder(Line)
+_LINE = msgspec.json.Decoder(JournalLine)
 _BODY = msgspec.json.Decoder(dict[str, Any])
 Describe = Callable[[str, dict[str, Any]], tuple[bool, str]]
 """Of an event's kind and line: whether it stopped the pair, and what to say of it."""

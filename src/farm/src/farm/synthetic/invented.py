@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from farm.link.event_text import describe
-from farm.link.journal import Bounds
+from farm.link.journal import JournalBounds
 from farm.link.shown import Pair
 from farm.wire import Event, Events, Joints
 from scara_msgs.msg import TwinControllerState
@@ -136,11 +136,11 @@ class InventedJournal:
     clock: Callable[[], float]
     until: int = 0
 
-    def bounds(self) -> Bounds:
+    def bounds(self) -> JournalBounds:
         """Return oldest and newest number."""
         last = max(0, int((self.clock() - self.cell.begin) * self.cell.events_hz))
         last = min(last, self.until) if self.until else last
-        return Bounds(min(1, last), last)
+        return JournalBounds(min(1, last), last)
 
     def read(self, since: int, limit: int) -> Events:
         """Return the events after a number."""

@@ -11,14 +11,14 @@ from scara_config.modbus_map import ModbusMap
 from scara_config.profile import PROGRAMS, known_robots, robot_folder
 from twin_controller.config import load_twin_controller
 
-from robot_doctor.examine import Profile
+from robot_doctor.examine import RobotProfile
 from robot_doctor.places import Places
 
 T = TypeVar("T")
 DECIMALS = 2
 
 
-def read_profile(folder: Path) -> Profile:
+def read_profile(folder: Path) -> RobotProfile:
     """Read the chosen robot's files in ``folder``.
 
     Raises:
@@ -39,7 +39,7 @@ def read_profile(folder: Path) -> Profile:
     for path in sorted(locate(PROGRAMS, folder).glob("*.yaml")):
         tree = _attempt(lambda path=path: load(path, dict[str, Any]))  # type: ignore[misc]
         programs[path.name] = {} if isinstance(tree, ConfigError) else tree
-    return Profile(
+    return RobotProfile(
         folder=own.name if known_robots(folder) else "",
         robot=robot,
         layout=_attempt(lambda: load(locate("modbus_map.yaml", folder), ModbusMap)),

@@ -21,7 +21,7 @@ from twin_controller.robot_sample import (
     WatchdogState,
 )
 
-from robot_doctor.delay_checks import Stretch, check_delays
+from robot_doctor.delay_checks import DelayStretch, check_delays
 from robot_doctor.finding import Finding, Group, wrong
 from robot_doctor.link_checks import Answer, Nudge, check_nudge
 
@@ -103,7 +103,7 @@ class Mover:
         self._newest: tuple[RobotSample, float] | None = None
         # Of the last set point ahead of its time; 0 before the first.
         self._number = 0
-        self._stretch: Stretch | None = None
+        self._stretch: DelayStretch | None = None
         self._came = threading.Event()
         self._alarm = ""
         self._link = ModbusLink(
@@ -243,7 +243,7 @@ class Mover:
         fastest = 1e-2 * min(SWING_PERCENT, override) * joint.velocity
         duration = max(SWING_S, PEAK * abs(way) / (KEEPS_UP * fastest))
         percent = min(100.0, 100.0 * SWING_PERCENT / override)
-        stretch = Stretch(joint, self._columns[index], self._config)
+        stretch = DelayStretch(joint, self._columns[index], self._config)
         self._stretch = stretch
         begun = time.monotonic()
         while (passed := time.monotonic() - begun) < duration + LISTEN_S:

@@ -25,7 +25,7 @@ from twin_controller.config import TwinControllerConfig, load_twin_controller
 from twin_controller.io.modbus.port import LinkLostError
 from twin_controller.io.rosbridge_access import read_access
 
-from robot_doctor.examine import EXAMPLE, Profile, examine, mend
+from robot_doctor.examine import EXAMPLE, RobotProfile, examine, mend
 from robot_doctor.finding import Finding, Group, Level, is_healthy, note, wrong
 from robot_doctor.io.new_profile import make_profile
 from robot_doctor.io.profile_files import read_profile
@@ -123,7 +123,7 @@ def other_files(folder: Path, found: list[Finding]) -> Iterator[Finding]:
             yield wrong(Group.FILES, fault, mend(fault, chosen_robot()))
 
 
-def show(console: Console, profile: Profile, findings: list[Finding]) -> None:
+def show(console: Console, profile: RobotProfile, findings: list[Finding]) -> None:
     """Print the findings by group, and what to do."""
     name = chosen_robot() if isinstance(profile.robot, ConfigError) else profile.robot.name
     for group in Group:
@@ -150,7 +150,7 @@ def show(console: Console, profile: Profile, findings: list[Finding]) -> None:
 
 
 def _links(
-    profile: Profile,
+    profile: RobotProfile,
     folder: Path,
     host: str | None,
     port: int | None,
@@ -186,7 +186,7 @@ def _twin(config: TwinControllerConfig, url: str) -> Iterator[Finding]:
 
 
 def _robot(
-    profile: Profile,
+    profile: RobotProfile,
     layout: ModbusMap,
     config: TwinControllerConfig,
     address: tuple[str, int],

@@ -33,7 +33,7 @@ class Seat:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class FreePlace:
     """There is a place; the client ``leaves`` has to go for it, nobody if None."""
 
     leaves: int | None = None
@@ -48,7 +48,7 @@ class NoPlace:
 
 def find_place(
     visitor: Visitor, seats: Iterable[Seat], roles: Mapping[str, Role], clients: int
-) -> Place | NoPlace:
+) -> FreePlace | NoPlace:
     """Return whether there is a place for ``visitor``.
 
     A role with places of its own is never kept out: of its own clients the one that has been silent
@@ -61,16 +61,16 @@ def find_place(
     if own:
         taken = [seat for seat in seats if seat.visitor.role == visitor.role]
         if len(taken) < own:
-            return Place()
-        return Place(min(taken, key=lambda seat: seat.heard).owner)
+            return FreePlace()
+        return FreePlace(min(taken, key=lambda seat: seat.heard).owner)
     taken = [seat for seat in seats if not roles[seat.visitor.role].places]
     if len(taken) < clients:
-        return Place()
+        return FreePlace()
     if visitor.is_page:
         may_go = [seat for seat in taken if seat.visitor.is_page and not seat.is_busy]
     else:
         may_go = [seat for seat in taken if seat.visitor.is_page or not seat.is_busy]
     if may_go:
         # A client that does nothing goes before a busy page.
-        return Place(min(may_go, key=lambda seat: (seat.is_busy, seat.heard)).owner)
+        return FreePlace(min(may_go, key=lambda seat: (seat.is_busy, seat.heard)).owner)
     return NoPlace(f"{len(taken)} clients are connected: no more allowed")

@@ -19,7 +19,7 @@ from rosbridge_gateway.rosapi import answers
 from rosbridge_gateway.rosapi.errors import RequestError
 
 
-class Shared(Protocol):
+class CallsShared(Protocol):
     """What the calls of all clients share; the server."""
 
     config: GatewayConfig
@@ -62,7 +62,7 @@ class Calls:
     gone to its service. One that stops waits for nothing.
     """
 
-    def __init__(self, client: Caller, shared: Shared) -> None:
+    def __init__(self, client: Caller, shared: CallsShared) -> None:
         self._client = client
         self._shared = shared
         self._loop = asyncio.get_running_loop()

@@ -15,8 +15,7 @@ from websockets.exceptions import ConnectionClosed
 from rosbridge_gateway.admission.driving import Drivers
 from rosbridge_gateway.admission.places import Seat, Visitor
 from rosbridge_gateway.admission.stops import StopRules
-from rosbridge_gateway.io.calls import Calls
-from rosbridge_gateway.io.calls import Shared as CallsShared
+from rosbridge_gateway.io.calls import Calls, CallsShared
 from rosbridge_gateway.io.graph import Ask, GraphError, Message
 from rosbridge_gateway.io.line import Line
 from rosbridge_gateway.io.questions import Questions

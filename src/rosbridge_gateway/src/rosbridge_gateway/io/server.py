@@ -25,7 +25,7 @@ from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 
 from rosbridge_gateway.admission.driving import Drivers
-from rosbridge_gateway.admission.places import NoPlace, Place, Visitor, find_place
+from rosbridge_gateway.admission.places import FreePlace, NoPlace, Visitor, find_place
 from rosbridge_gateway.admission.stops import StopRules
 from rosbridge_gateway.config import GatewayConfig
 from rosbridge_gateway.io.client import Client
@@ -270,7 +270,7 @@ class GatewayServer:
             response.headers["Retry-After"] = str(math.ceil(error.retry_after))
         return response
 
-    def _find_place(self, visitor: Visitor) -> Place | NoPlace:
+    def _find_place(self, visitor: Visitor) -> FreePlace | NoPlace:
         seats = [client.seat for client in self._clients.values() if not client.is_gone]
         return find_place(visitor, seats, self.config.roles, self.config.limits.clients)
 

@@ -13,14 +13,14 @@ _CALLER = "/cell"
 
 
 @dataclass(frozen=True)
-class Address:
+class MasterAddress:
     """Host and port of a ROS_MASTER_URI."""
 
     host: str
     port: int
 
     @classmethod
-    def of(cls, uri: str) -> Address:
+    def of(cls, uri: str) -> MasterAddress:
         """Split a ROS_MASTER_URI.
 
         Raises:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 _LISTEN = "0A"
 
 
-class Listener(NamedTuple):
+class ListeningSocket(NamedTuple):
     """A listening socket: its address, TCP port and inode."""
 
     address: str
@@ -65,7 +65,7 @@ def _socket(link: Path) -> str:
     return found[1] if found else ""
 
 
-def listeners() -> Iterator[Listener]:
+def listeners() -> Iterator[ListeningSocket]:
     """Yield each listening TCP socket of this machine."""
     for table in ("/proc/net/tcp", "/proc/net/tcp6"):
         with contextlib.suppress(OSError):
@@ -73,7 +73,7 @@ def listeners() -> Iterator[Listener]:
                 fields = line.split()
                 if fields[3] == _LISTEN:
                     address, port = fields[1].rsplit(":", 1)
-                    yield Listener(_address(address), int(port, 16), fields[9])
+                    yield ListeningSocket(_address(address), int(port, 16), fields[9])
 
 
 def _address(digits: str) -> str:

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import rosgraph
 from scara_ros.names import NamespaceError, namespace_of, resolve
 
-from scara_bringup.io.master import Address, MasterProbe
+from scara_bringup.io.master import MasterAddress, MasterProbe
 from scara_bringup.io.ports import listening_ports, owner_of
 from scara_bringup.plan import NodePlan
 
@@ -29,7 +29,7 @@ def check_before_start(nodes: list[NodePlan], master: MasterProbe) -> bool:
         CannotStartError: A port is taken, a cell runs already in this namespace, or the master's
             machine is elsewhere.
     """
-    address = Address.of(master.uri)
+    address = MasterAddress.of(master.uri)
     answers = master.answers()
     if not answers and not address.is_local:
         raise CannotStartError(

@@ -28,7 +28,7 @@ from scara_bringup.config import Ports, load_bringup, load_doors
 from scara_bringup.io.configuration import begin_with_change, copy_with_ports, got_ready
 from scara_bringup.io.forked import WarmParent, WarmParentError
 from scara_bringup.io.master import MasterProbe
-from scara_bringup.io.named.turn import Turn
+from scara_bringup.io.named.turn import StartTurn
 from scara_bringup.io.output import link_latest, make_output, runs_of
 from scara_bringup.io.ports import listening_ports
 from scara_bringup.io.preflight import (
@@ -227,7 +227,7 @@ def run(wishes: Wishes) -> tuple[int, Path | None]:
 
     Everything that can be wrong is looked at before anything is started or written.
     """
-    turn: Turn | None = None
+    turn: StartTurn | None = None
     try:
         os.environ.update(node_address(os.environ, wishes.network))
         if wishes.name is not None:

@@ -15,7 +15,7 @@ from scara_ros.io.process.scheduling import may_go_first
 from scara_ros.pacing import Pace
 
 from scara_bringup.config import Bringup, Doors
-from scara_bringup.io.master import Address, MasterProbe
+from scara_bringup.io.master import MasterAddress, MasterProbe
 from scara_bringup.io.ports import listening_ports
 from scara_bringup.io.preflight import CannotStartError, namespace
 from scara_bringup.io.processes import Processes
@@ -29,14 +29,14 @@ from scara_bringup.supervisor import (
     Announce,
     Cell,
     Checked,
-    Ended,
     Event,
     Explain,
     Interrupted,
     Phase,
-    Signal,
-    Start,
-    Tick,
+    ProcessEnded,
+    SendSignal,
+    StartNode,
+    TimePassed,
     begin,
     step,
 )
@@ -138,7 +138,7 @@ class CellShell:
 
     def _events(self, cell: Cell) -> list[Event]:
         """Collect what has happened since the last call."""
-        events: list[Event] = [Ended(name, code) for name, code in self._processes.ended()]
+        events: list[Event] = [ProcessEnded(name, code) for name, code in self._processes.ended()]
         while self._signals:
             events.append(Interrupted(self._signals.pop(0)))
         now = time.monotonic()
@@ -151,7 +151,7 @@ class CellShell:
                 "cell: waiting for "
                 f"{'; '.join(f'{item.node}: {item.what}' for item in cell.lacking)}"
             )
-        return [*events, Tick()]
+        return [*events, TimePassed()]
 
     def _limit_logs(self) -> None:
         """Keep the nodes' output from filling the disk, and say so."""
@@ -168,9 +168,9 @@ class CellShell:
     def _perform(self, actions: list[Action], cell: Cell) -> None:
         """Carry out actions."""
         for action in actions:
-            if isinstance(action, Start):
+            if isinstance(action, StartNode):
                 self._processes.start(action.node, foreground=action.node.name == self._foreground)
-            elif isinstance(action, Signal):
+            elif isinstance(action, SendSignal):
                 self._leave_master()
                 self._processes.signal(action.names, action.number)
             elif isinstance(action, Announce):
@@ -241,7 +241,7 @@ class CellShell:
         Raises:
             CannotStartError: It does not, or a signal came first.
         """
-        port = str(Address.of(self._master.uri).port)
+        port = str(MasterAddress.of(self._master.uri).port)
         self._processes.start(replace(MASTER, arguments=("--core", "-p", port)))
         deadline = time.monotonic() + self._deadlines.master_timeout
         while not self._master.answers():

@@ -7,21 +7,21 @@ import subprocess
 
 from scara_bringup.io.executables import command_of
 from scara_bringup.io.named.load import load, measure_cores_left
-from scara_bringup.io.named.turn import Turn
+from scara_bringup.io.named.turn import StartTurn
 from scara_bringup.io.preflight import CannotStartError
 from scara_bringup.io.status.running import RunningCell, index, running_cells
 from scara_bringup.io.terminal import screen
 from scara_bringup.room import no_room
 
 
-def take_turn() -> Turn:
+def take_turn() -> StartTurn:
     """Wait until no other cell with a name is starting.
 
     Raises:
         CannotStartError: The runs folder cannot be written to.
     """
     try:
-        return Turn(
+        return StartTurn(
             index().parent,
             lambda: screen.say("cell: another cell is starting: waiting until it is ready"),
         )

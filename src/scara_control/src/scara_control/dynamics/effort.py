@@ -30,7 +30,7 @@ LEAST = 0.05
 _NOT_FELT = 1e-9
 
 
-class Model(Protocol):
+class DynamicModel(Protocol):
     """The arm with what hangs at its tool, in the twin's order of joints."""
 
     @property
@@ -59,7 +59,7 @@ class Load:
         permitted: Largest effort of each joint, shape ``(n,)``: [N m], prismatic [N].
     """
 
-    model: Model
+    model: DynamicModel
     permitted: tuple[float, ...]
 
     def shares(self, motion: JointMotion) -> tuple[float, ...]:
@@ -81,7 +81,7 @@ class Load:
         return max(max(self.shares(path.at(k * step))) for k in range(SAMPLES + 1))
 
 
-def load_of(model: Model, joints: Sequence[Joint], effort_percent: float) -> Load:
+def load_of(model: DynamicModel, joints: Sequence[Joint], effort_percent: float) -> Load:
     """Return an arm whose joints may be asked for ``effort_percent`` of their effort."""
     return Load(model, tuple(joint.effort * effort_percent / 100.0 for joint in joints))
 

@@ -27,7 +27,7 @@ DEPTH_TOLERANCE = 1e-3
 """A point in a zone that goes deeper by less [m] stands there."""
 
 
-class Way(msgspec.Struct, frozen=True):
+class WatchedMove(msgspec.Struct, frozen=True):
     """A joint move as the watched points see it.
 
     Attributes:
@@ -48,7 +48,7 @@ def judge_way(
     end: Joints,
     velocity: Joints,
     margin_mm: float = 0.0,
-) -> Way:
+) -> WatchedMove:
     r"""Judge the straight joint-space way from ``start`` to ``end``.
 
     All joints start and end together, so at full program speed the slowest one sets the pace and a
@@ -71,7 +71,7 @@ def judge_way(
     if not violation and margin_mm > 0.0:
         nearer = f"come nearer than {margin_mm:g} mm to"
         violation = _first_entered(points, paths, widened(tuple(zones), margin_mm), nearer)
-    return Way(end, violation, peak)
+    return WatchedMove(end, violation, peak)
 
 
 def heads_into(points: Sequence[WatchedPoint], zones: Sequence[KeepOut], *corners: Joints) -> str:

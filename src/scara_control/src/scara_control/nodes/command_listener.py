@@ -17,7 +17,7 @@ from scara_ros.nodes.service_client import ServiceClient
 from scara_ros.standstill import WAITING_S
 
 from scara_control.motion.commands import STOPPED_AGAIN
-from scara_control.nodes.wiring import Guard, subscribe
+from scara_control.nodes.wiring import CallbackGuard, subscribe
 from scara_msgs.msg import Audit, MotionCommand
 from scara_msgs.srv import Control
 
@@ -136,7 +136,7 @@ class CommandListener:
     says which thread goes first. So the stops are let go first: see :meth:`read_out`.
     """
 
-    def __init__(self, callback: Callable[[MotionCommand], None], guard: Guard) -> None:
+    def __init__(self, callback: Callable[[MotionCommand], None], guard: CallbackGuard) -> None:
         """Subscribe."""
         self._subscriber = subscribe("motion_command", MotionCommand, callback, guard, 20)
 

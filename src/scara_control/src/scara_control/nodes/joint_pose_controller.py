@@ -42,7 +42,7 @@ from scara_control.nodes.idle import Attention, IdleWait
 from scara_control.nodes.payload_listener import PayloadListener
 from scara_control.nodes.setpoint_messages import due_times, to_message, to_setpoints
 from scara_control.nodes.wiring import (
-    Guard,
+    CallbackGuard,
     JointStateReader,
     MotionClock,
     offer,
@@ -84,7 +84,7 @@ class JointPoseController:
         self._state = rospy.Publisher(
             "joint_pose_controller/state", MotionState, queue_size=10, tcp_nodelay=True
         )
-        guard = Guard()
+        guard = CallbackGuard()
         subscribe("twin/joint_states", JointState, self._reader, guard)
         subscribe("twin/controller_modes", String, self._on_modes, guard, queue_size=10)
         self._commands = CommandListener(self._on_command, guard)

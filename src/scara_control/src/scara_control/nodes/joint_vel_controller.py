@@ -32,7 +32,13 @@ from scara_control.motion.jogging.jog import TRIM, JogController
 from scara_control.nodes.command_listener import CommandListener, Lending, told_movers
 from scara_control.nodes.idle import QUIET_S, IdleWait
 from scara_control.nodes.setpoint_messages import to_message
-from scara_control.nodes.wiring import Guard, JointStateReader, MotionClock, start_node, subscribe
+from scara_control.nodes.wiring import (
+    CallbackGuard,
+    JointStateReader,
+    MotionClock,
+    start_node,
+    subscribe,
+)
 from scara_msgs.msg import MotionCommand, PayloadState, TwinControllerState
 
 _LOG_PERIOD = 1.0
@@ -75,7 +81,7 @@ class JointVelController:
         self._ahead = rospy.Publisher(
             "joint_vel_controller/ahead", JointTrajectory, queue_size=10, tcp_nodelay=True
         )
-        guard = Guard()
+        guard = CallbackGuard()
         self._announce = config.move.announce
         if config.jog.waits_for_robot:
             subscribe("twin_controller/state", TwinControllerState, self._on_mode, guard)

@@ -44,7 +44,7 @@ from scara_control.motion.trim import Requests, Trim, tool_error
 from scara_control.nodes.command_listener import CommandListener, Lending, told_movers
 from scara_control.nodes.idle import QUIET_S
 from scara_control.nodes.wiring import (
-    Guard,
+    CallbackGuard,
     JointStateReader,
     MotionClock,
     offer,
@@ -60,7 +60,7 @@ _NAME = "motion_server"
 
 
 @dataclass(frozen=True)
-class Goal:
+class RunningGoal:
     """One request under way."""
 
     asked: float
@@ -108,7 +108,7 @@ class MotionServer:
         self._command = rospy.Publisher(
             "motion_command", MotionCommand, queue_size=10, tcp_nodelay=True
         )
-        guard = Guard()
+        guard = CallbackGuard()
         subscribe("twin/joint_states", JointState, self._reader, guard)
         self._stops_heard = CommandListener(self._on_command, guard)
         offer("move_to", MoveTo, self._on_move_to)
@@ -182,7 +182,7 @@ class MotionServer:
         if not answer.success:
             raise MotionRefusedError(answer.message)
         with self._begun(asked) as number:
-            goal = Goal(
+            goal = RunningGoal(
                 asked.at,
                 number,
                 (request.x, request.y, request.z),
@@ -221,7 +221,7 @@ class MotionServer:
         if gap:
             self._stops_heard.read_out()
 
-    def _check(self, goal: Goal) -> None:
+    def _check(self, goal: RunningGoal) -> None:
         """Raise when the request was cancelled."""
         # Until its end: the twin begins to move when it was judged, and once more to trim.
         self._lending.say(goal.request, goes_on=True)
@@ -233,7 +233,7 @@ class MotionServer:
         if rospy.is_shutdown():
             raise MotionRefusedError(f"{_NAME} is shutting down")
 
-    def _drive(self, goal: Goal) -> None:
+    def _drive(self, goal: RunningGoal) -> None:
         """Have joint_pose_controller make the joint move."""
         self._check(goal)
         call = self._move.start(
@@ -272,7 +272,7 @@ class MotionServer:
             stop.header.stamp = rospy.Time.now()
             self._command.publish(stop)
 
-    def _trim(self, goal: Goal) -> float:
+    def _trim(self, goal: RunningGoal) -> float:
         """Drive out what the joint move has left; return the tool's error [m]."""
         trim, jogged, inside = self._config.trim, False, 0.0
         trimming = Trim(self._tool, goal.target, goal.point, self._config)
@@ -306,7 +306,7 @@ class MotionServer:
                 self._publish_jog((0.0,) * len(self._names), goal)
                 self._clock.sleep_until(self._clock.now() + trim.settled)
 
-    def _publish_jog(self, qdot: tuple[float, ...], goal: Goal) -> None:
+    def _publish_jog(self, qdot: tuple[float, ...], goal: RunningGoal) -> None:
         """Publish a jog that is as old as the request: a stop after that refuses it."""
         jog = JointJog(joint_names=self._names, velocities=qdot)
         jog.header.frame_id = TRIM

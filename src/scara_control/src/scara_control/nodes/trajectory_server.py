@@ -41,14 +41,14 @@ from scara_control.nodes.idle import QUIET_S, Attention, IdleWait
 from scara_control.nodes.payload_listener import PayloadListener
 from scara_control.nodes.setpoint_messages import to_message, to_motion, to_point
 from scara_control.nodes.wiring import (
-    Guard,
+    CallbackGuard,
     JointStateReader,
     MotionClock,
     start_node,
     subscribe,
     subscribe_attentively,
 )
-from scara_control.trajectory.execution import Ended, Feedback
+from scara_control.trajectory.execution import Ended, TrajectoryFeedback
 from scara_control.trajectory.goal import Code, Goal, GoalError
 from scara_control.trajectory.goal_queue import GoalQueue
 from scara_msgs.msg import MotionCommand, MotionState, PayloadState, TwinControllerState
@@ -74,7 +74,7 @@ class TrajectoryServer:
         self._follow = rospy.Publisher(
             "joint_pose_controller/follow", JointTrajectory, queue_size=10, tcp_nodelay=True
         )
-        guard = Guard()
+        guard = CallbackGuard()
         self._rest = IdleWait(self._is_idle)
         self._reader = JointStateReader(
             robot.twin_joints, config, self._clock, self._on_measurement, self._is_idle
@@ -269,7 +269,7 @@ def _finish(handle: Any, ended: Ended) -> None:
         handle.set_aborted(result, ended.text)
 
 
-def _feedback(found: Feedback) -> FollowJointTrajectoryFeedback:
+def _feedback(found: TrajectoryFeedback) -> FollowJointTrajectoryFeedback:
     """Build the message."""
     elapsed = rospy.Duration.from_sec(found.elapsed)
     desired, actual, error = (

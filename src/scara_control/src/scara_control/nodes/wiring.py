@@ -37,7 +37,7 @@ def start_node(name: str) -> tuple[Robot, MotionConfig]:
 
 
 @dataclass
-class Guard:
+class CallbackGuard:
     """Counts and logs what a callback raises unexpectedly; rospy would only log it."""
 
     failures: int = 0
@@ -63,7 +63,11 @@ class Guard:
 
 
 def subscribe(
-    name: str, kind: type[Any], callback: Callable[[Any], Any], guard: Guard, queue_size: int = 1
+    name: str,
+    kind: type[Any],
+    callback: Callable[[Any], Any],
+    guard: CallbackGuard,
+    queue_size: int = 1,
 ) -> rospy.Subscriber:
     """Subscribe without Nagle's delay.
 
@@ -76,7 +80,7 @@ def subscribe_attentively(
     name: str,
     kind: type[Any],
     callback: Callable[[Any], Any],
-    guard: Guard,
+    guard: CallbackGuard,
     attention: Attention,
 ) -> rospy.Subscriber:
     """Subscribe to what comes all the time, and look at all of it only when it is needed."""

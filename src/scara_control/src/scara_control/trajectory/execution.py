@@ -38,7 +38,7 @@ class Ended:
 
 
 @dataclass(frozen=True, slots=True)
-class Feedback:
+class TrajectoryFeedback:
     """The fields of control_msgs/FollowJointTrajectoryFeedback.
 
     They hold one instant and three motions of the named joints.
@@ -164,7 +164,7 @@ class Execution:
         times, motions = (d.time for d in ahead), (d.motion for d in ahead)
         return Setpoints.due(self.names, times, motions), None
 
-    def feedback(self, measured: JointMotion) -> Feedback:
+    def feedback(self, measured: JointMotion) -> TrajectoryFeedback:
         """Return where the joints shall be, where they are, and the difference.
 
         All are true at the instant of the measurement.
@@ -177,7 +177,7 @@ class Execution:
             (0.0,) * len(self.names),
         )
         elapsed = max(0.0, measured.time - self._begun)
-        return Feedback(self.names, desired, actual, error, elapsed)
+        return TrajectoryFeedback(self.names, desired, actual, error, elapsed)
 
     def _step(self, drive: Drive) -> Drive:
         """Return the drive one period later."""

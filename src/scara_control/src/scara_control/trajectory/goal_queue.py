@@ -17,7 +17,7 @@ from scara_control.motion.commands import Command
 from scara_control.motion.drive import Follower, believed
 from scara_control.motion.epoch import ENDING
 from scara_control.motion.states import State
-from scara_control.trajectory.execution import Ended, Execution, Feedback
+from scara_control.trajectory.execution import Ended, Execution, TrajectoryFeedback
 from scara_control.trajectory.goal import Code, Goal, GoalError
 from scara_msgs.msg import TwinControllerState as Mode
 
@@ -205,7 +205,7 @@ class GoalQueue:
         """Whether there is no goal, nor one that its client has not been told of."""
         return self._running is None and self._waiting is None and not self._refused
 
-    def feedback(self) -> tuple[Hashable, Feedback] | None:
+    def feedback(self) -> tuple[Hashable, TrajectoryFeedback] | None:
         """Return where the running goal is; None if there is none."""
         if self._running is None or self._measured is None:
             return None

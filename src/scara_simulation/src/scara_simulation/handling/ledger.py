@@ -46,7 +46,7 @@ class Happening(msgspec.Struct, frozen=True):
     message: str
 
 
-class Phase(Enum):
+class PartPhase(Enum):
     """What a part is doing."""
 
     RESTING = auto()
@@ -64,7 +64,7 @@ class Ledger:
 
     def __init__(self, drop: float) -> None:
         self._drop = drop
-        self._known: dict[str, tuple[Phase, float]] = {}
+        self._known: dict[str, tuple[PartPhase, float]] = {}
 
     def observe(self, views: Sequence[PartView]) -> list[Happening]:
         """Take in where parts are now and return what has happened.
@@ -73,28 +73,28 @@ class Ledger:
         """
         found: list[Happening] = []
         for view in views:
-            phase, height = self._known.get(view.name, (Phase.RESTING, view.position[2]))
+            phase, height = self._known.get(view.name, (PartPhase.RESTING, view.position[2]))
             self._known[view.name], happened = self._judge(view, phase, height)
             if happened is not None:
                 found.append(happened)
         return found
 
     def _judge(
-        self, view: PartView, phase: Phase, height: float
-    ) -> tuple[tuple[Phase, float], Happening | None]:
+        self, view: PartView, phase: PartPhase, height: float
+    ) -> tuple[tuple[PartPhase, float], Happening | None]:
         """Return the part's phase and the height it may fall from, and what has happened to it."""
         z = view.position[2]
         if view.held:
-            return (Phase.HELD, z), None
-        if phase is not Phase.FALLEN and z < height - self._drop:
+            return (PartPhase.HELD, z), None
+        if phase is not PartPhase.FALLEN and z < height - self._drop:
             text = f"{view.name} was dropped: it fell by more than {self._drop * 1e3:g} mm"
-            return (Phase.FALLEN, z), Happening(
+            return (PartPhase.FALLEN, z), Happening(
                 PartEvent.DROPPED, view.name, view.support, view.position, text
             )
         if view.resting and view.support:
-            placed = phase in (Phase.HELD, Phase.LET_GO) and view.upright >= UPRIGHT
+            placed = phase in (PartPhase.HELD, PartPhase.LET_GO) and view.upright >= UPRIGHT
             text = f"{view.name} was placed on {view.support}"
-            return (Phase.RESTING, z), Happening(
+            return (PartPhase.RESTING, z), Happening(
                 PartEvent.PLACED, view.name, view.support, view.position, text
             ) if placed else None
-        return (Phase.LET_GO if phase is Phase.HELD else phase, height), None
+        return (PartPhase.LET_GO if phase is PartPhase.HELD else phase, height), None

@@ -11,7 +11,7 @@ UPRIGHT = 0.9
 deg."""
 
 
-class Body(Enum):
+class ContactKind(Enum):
     """Kinds of things that touch."""
 
     ARM = auto()
@@ -29,7 +29,7 @@ class Touch(msgspec.Struct, frozen=True):
     ``vertical`` is the size of the normal's vertical part, ``force`` acts along the normal [N].
     """
 
-    kinds: tuple[Body, Body]
+    kinds: tuple[ContactKind, ContactKind]
     names: tuple[str, str]
     vertical: float
     force: float
@@ -43,9 +43,9 @@ def is_told(touch: Touch, touch_n: float) -> bool:
         touch_n: Weaker contacts are none [N].
     """
     kinds = set(touch.kinds)
-    if touch.force < touch_n or not kinds & {Body.ARM, Body.NOZZLE, Body.HELD}:
+    if touch.force < touch_n or not kinds & {ContactKind.ARM, ContactKind.NOZZLE, ContactKind.HELD}:
         return False
-    return not (Body.HELD in kinds and kinds & {Body.ARM, Body.NOZZLE})
+    return not (ContactKind.HELD in kinds and kinds & {ContactKind.ARM, ContactKind.NOZZLE})
 
 
 def is_collision(touch: Touch, touch_n: float, press_n: float) -> bool:
@@ -63,6 +63,6 @@ def is_collision(touch: Touch, touch_n: float, press_n: float) -> bool:
     if not is_told(touch, touch_n):
         return False
     kinds = set(touch.kinds)
-    if kinds in ({Body.NOZZLE, Body.PART}, {Body.HELD, Body.REST}):
+    if kinds in ({ContactKind.NOZZLE, ContactKind.PART}, {ContactKind.HELD, ContactKind.REST}):
         return touch.vertical < UPRIGHT or touch.force > press_n
     return True

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 
 from scara_simulation.config import SimulationConfig
 from scara_simulation.health import Status
-from scara_simulation.real_time import DeadlineReport, Deadlines, Pace
+from scara_simulation.real_time import DeadlineReport, PhysicsPace, WakeTimes
 from scara_simulation.simulation import Simulation, Snapshot
 
 _CHUNK = 100
@@ -86,8 +86,10 @@ class RealTimeRunner:
         self._clock_offset_ns = time.time_ns() - now_ns
         if self._follow:
             self.simulation.skip(now_ns + self._clock_offset_ns - self.simulation.stamp_ns)
-        self._deadlines = Deadlines(int(config.wake_period_ms * 1e6), now_ns)
-        self._pace = Pace(config.step_ns, self._factor, int(config.max_catch_up_ms * 1e6), now_ns)
+        self._deadlines = WakeTimes(int(config.wake_period_ms * 1e6), now_ns)
+        self._pace = PhysicsPace(
+            config.step_ns, self._factor, int(config.max_catch_up_ms * 1e6), now_ns
+        )
         self._window = (now_ns, self.simulation.steps, DeadlineReport(0, 0, 0.0, 0.0, 0.0), 0.0)
         self._reported = (now_ns, (False, 0, 0, 0))
 

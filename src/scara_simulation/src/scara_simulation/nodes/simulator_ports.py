@@ -12,7 +12,7 @@ from scara_control.motion.commands import Command, MotionRefusedError
 from scara_control.motion.epoch import Epoch
 from scara_control.nodes.command_listener import CommandListener, told_movers
 from scara_control.nodes.setpoint_messages import to_setpoints
-from scara_control.nodes.wiring import Guard
+from scara_control.nodes.wiring import CallbackGuard
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, String
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
@@ -150,7 +150,9 @@ class CommandPorts:
                 topic = f"twin/{name}_{kind}_controller/command"
                 self._listen(topic, Float64, partial(take, name))
         self._listen("twin/joint_setpoints", JointTrajectory, self._setpoints)
-        self._stops = CommandListener(partial(self._guarded, "motion_command", self._obey), Guard())
+        self._stops = CommandListener(
+            partial(self._guarded, "motion_command", self._obey), CallbackGuard()
+        )
         self._listen("joint_pose_controller/speed_limit_percent", Float64, self._limit_speed)
         rospy.Service("pause_physics", Empty, partial(self._empty, clockwork.pause))
         rospy.Service("unpause_physics", Empty, partial(self._empty, clockwork.unpause))

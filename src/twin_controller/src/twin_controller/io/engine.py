@@ -53,7 +53,7 @@ ALIVE = 0.1
 """An engine that has not looped for so long [s] hangs. Our choice: ten ticks."""
 
 
-class Listener(Protocol):
+class EngineListener(Protocol):
     """Who wants to know."""
 
     def stepped(self, events: list[AnyEvent], state: CoreState, decided: list[Decided]) -> None:
@@ -64,7 +64,7 @@ class Engine:
     """Owner of the core's state; a context manager."""
 
     def __init__(
-        self, setup: Setup, real: RealCommands, twin: TwinCommands, listener: Listener
+        self, setup: Setup, real: RealCommands, twin: TwinCommands, listener: EngineListener
     ) -> None:
         """Wire the engine.
 

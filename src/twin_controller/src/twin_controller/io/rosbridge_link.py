@@ -14,7 +14,7 @@ from typing_extensions import Self
 from twin_controller.io.rosbridge_access import Access, shown
 from twin_controller.io.rosbridge_calls import OnAnswer, PendingCalls
 from twin_controller.io.rosbridge_settings import LinkCounters, LinkSettings
-from twin_controller.io.rosbridge_socket import LinkLostError, RosbridgeSocket
+from twin_controller.io.rosbridge_socket import RosbridgeSocket, TwinLinkLostError
 from twin_controller.twin.rosbridge import (
     Packet,
     ServerPacket,
@@ -160,7 +160,7 @@ class RosbridgeLink:
             return False
         try:
             line.send(encode(packet))
-        except LinkLostError as error:
+        except TwinLinkLostError as error:
             self._drop(line, str(error))
             return False
         self.counters.sent += 1
@@ -180,7 +180,7 @@ class RosbridgeLink:
         while not self._stop.is_set():
             try:
                 line = RosbridgeSocket(self._url, self._access, self._settings)
-            except LinkLostError as error:
+            except TwinLinkLostError as error:
                 if str(error) != told:
                     told = str(error)
                     self._guard(self._on_change, False, f"{self._shown}: {told}")
@@ -212,7 +212,7 @@ class RosbridgeLink:
                     self._guard(*answer)
                 for wish in self._wishes.due(time.monotonic()):
                     self._send(wish)
-        except LinkLostError as error:
+        except TwinLinkLostError as error:
             reason = str(error)
         with self._lock:
             self._line = None

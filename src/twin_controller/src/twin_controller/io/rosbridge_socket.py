@@ -22,7 +22,7 @@ _PING_PART = 0.4
 _WAKE_PART = 0.2
 
 
-class LinkLostError(RuntimeError):
+class TwinLinkLostError(RuntimeError):
     """The connection cannot be made, or has ended; the text says why."""
 
 
@@ -52,7 +52,7 @@ class RosbridgeSocket:
                 redirect_limit=0,
             )
         except (OSError, WebSocketException, ValueError) as error:
-            raise LinkLostError(_text(error)) from error
+            raise TwinLinkLostError(_text(error)) from error
         self._line.settimeout(min(settings.send_timeout, _WAKE_PART * settings.silent_timeout))
         self._heard = self._asked = time.monotonic()
 
@@ -66,7 +66,7 @@ class RosbridgeSocket:
         try:
             self._line.send(data, ABNF.OPCODE_TEXT)
         except (OSError, WebSocketException) as error:
-            raise LinkLostError(f"sending failed: {_text(error)}") from error
+            raise TwinLinkLostError(f"sending failed: {_text(error)}") from error
 
     def receive(self) -> tuple[bytes, float] | None:
         """Return the next packet and when it came (monotonic, [s]); None: nothing for a moment.
@@ -82,9 +82,9 @@ class RosbridgeSocket:
             self._look_for_life()
             return None
         except (OSError, WebSocketException) as error:
-            raise LinkLostError(_text(error)) from error
+            raise TwinLinkLostError(_text(error)) from error
         if opcode == ABNF.OPCODE_CLOSE:
-            raise LinkLostError(
+            raise TwinLinkLostError(
                 f"closed by the server: {frame.data[2:].decode('utf-8', 'replace')}".rstrip(": ")
             )
         return (
@@ -95,13 +95,13 @@ class RosbridgeSocket:
         """Ask a quiet peer for a sign of life, give a silent one up."""
         now = time.monotonic()
         if now - self._heard > self._settings.silent_timeout:
-            raise LinkLostError(f"silent for {self._settings.silent_timeout:g} s")
+            raise TwinLinkLostError(f"silent for {self._settings.silent_timeout:g} s")
         if now - max(self._heard, self._asked) > _PING_PART * self._settings.silent_timeout:
             self._asked = now
             try:
                 self._line.ping()
             except (OSError, WebSocketException) as error:
-                raise LinkLostError(f"sending failed: {_text(error)}") from error
+                raise TwinLinkLostError(f"sending failed: {_text(error)}") from error
 
     def abort(self) -> None:
         """Break the connection off; a waiting ``receive`` notices at once."""

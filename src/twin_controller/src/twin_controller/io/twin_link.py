@@ -34,7 +34,7 @@ from twin_controller.twin.packets import (
     MOTION_COMMAND,
     MOTION_STATE,
     SPEED_LIMIT,
-    ServiceCall,
+    TwinServiceCall,
     answer,
     clock_probe,
     command_packet,
@@ -206,7 +206,7 @@ class TwinLink:
         """Switch the suction; ``done`` is told what came of it."""
         self._call(gripper_call(on), done, GRIP_TIMEOUT_S)
 
-    def _call(self, call: ServiceCall, done: Done, timeout: float) -> None:
+    def _call(self, call: TwinServiceCall, done: Done, timeout: float) -> None:
         def answered(result: bool, values: Any, received: float, sent: float) -> None:
             done(*answer(result, values))
 

@@ -17,7 +17,7 @@ from twin_controller.core.orders.order import GiveUp, Order, Patience
 SEQUENCES = 32768
 
 
-class Numbered(msgspec.Struct, frozen=True):
+class NumberedCommand(msgspec.Struct, frozen=True):
     """A command that the robot confirms by its number.
 
     Attributes:
@@ -45,7 +45,7 @@ class CommandQueue:
         self._word, self._patience = word, patience
         self._echo: int | None = None  # the robot's number; unknown until the first sample
         self._waiting: deque[tuple[str, int]] = deque()
-        self._pending: Order[Numbered] | None = None
+        self._pending: Order[NumberedCommand] | None = None
 
     def put(self, name: str, level: bool, pulsed: bool) -> None:
         """Queue the command that sets or pulses a signal; the end of a pulse is no command."""
@@ -65,7 +65,7 @@ class CommandQueue:
         if self._pending is not None and is_shown(self._pending.wanted, echo):
             self._pending = None
 
-    def next(self, now: float) -> Numbered | None:
+    def next(self, now: float) -> NumberedCommand | None:
         """Return the command to be written now, if there is one.
 
         Nothing is written before the robot's number is known.
@@ -78,7 +78,9 @@ class CommandQueue:
             return None
         if self._pending is None and self._waiting:
             name, code = self._waiting.popleft()
-            self._pending = Order(Numbered(name, code, following(self._echo)), self._patience)
+            self._pending = Order(
+                NumberedCommand(name, code, following(self._echo)), self._patience
+            )
         late = due([self._pending], now)
         if late.failures:
             lost, self._pending = late.failures[0], None
@@ -106,7 +108,7 @@ class CommandQueue:
         return lost
 
 
-def is_shown(command: Numbered, echo: int) -> bool:
+def is_shown(command: NumberedCommand, echo: int) -> bool:
     """Return whether the robot shows the number of this command."""
     return command.sequence == echo
 

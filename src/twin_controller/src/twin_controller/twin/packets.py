@@ -245,14 +245,14 @@ def is_for_twin(do: Command) -> bool:
     return do in _COMMANDS
 
 
-class ServiceCall(NamedTuple):
+class TwinServiceCall(NamedTuple):
     """A call of one of the twin's services."""
 
     service: str
     arguments: dict[str, Any]
 
 
-def move_call(action: MoveTwin, names: Sequence[str], same_clock: bool = True) -> ServiceCall:
+def move_call(action: MoveTwin, names: Sequence[str], same_clock: bool = True) -> TwinServiceCall:
     """Return the call that moves the twin: to a point by ``move_to``, or to joint positions.
 
     Args:
@@ -265,18 +265,18 @@ def move_call(action: MoveTwin, names: Sequence[str], same_clock: bool = True) -
         x, y, z = action.target
         point = {"x": x, "y": y, "z": z}
         speed = {"speed_percent": action.speed_percent, "elbow": action.elbow}
-        return ServiceCall("move_to", point | speed | asked)
+        return TwinServiceCall("move_to", point | speed | asked)
     arguments = {
         "joint_names": list(names),
         "joint_positions": list(action.target),
         "speed_percent": action.speed_percent,
     }
-    return ServiceCall("joint_pose_controller/move", arguments | asked)
+    return TwinServiceCall("joint_pose_controller/move", arguments | asked)
 
 
-def gripper_call(on: bool) -> ServiceCall:
+def gripper_call(on: bool) -> TwinServiceCall:
     """Return the call that switches the twin's suction."""
-    return ServiceCall("gripper", {"data": on})
+    return TwinServiceCall("gripper", {"data": on})
 
 
 def answer(result: bool, values: object) -> tuple[bool, str]:

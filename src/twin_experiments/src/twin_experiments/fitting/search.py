@@ -38,7 +38,7 @@ class Errors(msgspec.Struct, frozen=True):
     max_mm: float
 
 
-class Fit(msgspec.Struct, frozen=True):
+class FitResult(msgspec.Struct, frozen=True):
     """What came out of a search.
 
     Attributes:
@@ -70,7 +70,7 @@ def fit_twin(
     simulate: Simulate,
     evaluations: int,
     progress: Callable[[float], None] = lambda error: None,
-) -> Fit:
+) -> FitResult:
     """Minimise the distance of the tools on the first ``training`` instants.
 
     A weak prior keeps numbers that the recording says nothing about where they are.
@@ -111,7 +111,7 @@ def fit_twin(
         )
     best = apply_vector(start, choice, budget.best)
     first, last = simulate(start), simulate(best)
-    return Fit(
+    return FitResult(
         best,
         tuple(float(value) for value in budget.best),
         budget.used,

@@ -9,11 +9,11 @@ import subprocess
 from collections.abc import Sequence
 
 
-class PendantError(RuntimeError):
+class PendantCallError(RuntimeError):
     """The pendant refused, or did not answer in time; the text is what it said."""
 
 
-class Pendant:
+class PendantCalls:
     """Calls ``rosrun fanuc_emulator pendant``."""
 
     def __init__(self, options: Sequence[str], deadline: float) -> None:
@@ -37,14 +37,16 @@ class Pendant:
                 stdin=subprocess.DEVNULL,
             )
         except subprocess.TimeoutExpired as error:
-            raise PendantError(
+            raise PendantCallError(
                 f"pendant {' '.join(words)}: no answer within {self._deadline:g} s"
             ) from error
         except OSError as error:
-            raise PendantError(f"pendant {' '.join(words)}: cannot be started: {error}") from error
+            raise PendantCallError(
+                f"pendant {' '.join(words)}: cannot be started: {error}"
+            ) from error
         if done.returncode:
             said = (done.stderr.strip() or done.stdout.strip()).splitlines()
-            raise PendantError(
+            raise PendantCallError(
                 f"pendant {' '.join(words)}: {said[-1] if said else f'exit code {done.returncode}'}"
             )
         return done.stdout.strip()

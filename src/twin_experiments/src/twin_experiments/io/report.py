@@ -20,7 +20,7 @@ from scara_control.kinematics.screws import ScrewModel, tool_positions
 from twin_experiments import predictions
 from twin_experiments.analysis import Result, analyse
 from twin_experiments.config import load_experiments, metrics_settings
-from twin_experiments.configuration import Configuration, choose
+from twin_experiments.configuration import AnalysisSettings, choose
 from twin_experiments.document import (
     HEADINGS,
     SHORT_HEADINGS,
@@ -87,7 +87,7 @@ class Report:
     """A written report."""
 
     results: tuple[Result, ...]
-    configuration: Configuration
+    configuration: AnalysisSettings
     folder: Path
     made_with: MadeWith
     foretold: tuple[str, ...] = ()
@@ -101,7 +101,7 @@ class Report:
 
 def analyse_bag(
     bag: Path, config_directory: Path | None = None
-) -> tuple[Run, Configuration, tuple[Result, ...]]:
+) -> tuple[Run, AnalysisSettings, tuple[Result, ...]]:
     """Read and analyse a bag.
 
     Args:
@@ -147,7 +147,7 @@ def write_report(bag: Path, folder: Path, config_directory: Path | None = None) 
     return report
 
 
-def _made_with(run: Run, chosen: Configuration, results: Sequence[Result]) -> MadeWith:
+def _made_with(run: Run, chosen: AnalysisSettings, results: Sequence[Result]) -> MadeWith:
     """Return the label of a run's figures."""
     begun = datetime.fromtimestamp(run.origin, timezone.utc)
     return MadeWith(

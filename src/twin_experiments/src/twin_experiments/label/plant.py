@@ -16,7 +16,7 @@ class PlantError(ValueError):
     """The text of ``real/plant`` is not understood; the error names the topic."""
 
 
-class Geometry(msgspec.Struct, frozen=True):
+class ScrewGeometry(msgspec.Struct, frozen=True):
     """The arm as it was made: screw axes ``(omega, v)`` by joint, and the tool's home pose."""
 
     screw_axes: dict[str, tuple[float, float, float, float, float, float]]
@@ -44,7 +44,7 @@ class RecordedPlant(msgspec.Struct, frozen=True):
     name: str
     description: str
     payload_kg: float
-    geometry: Geometry | None = None
+    geometry: ScrewGeometry | None = None
     axes: dict[str, ZeroOffset] = {}
 
     @property

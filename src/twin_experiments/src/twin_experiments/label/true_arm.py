@@ -10,7 +10,7 @@ from scara_config import Joint, Robot
 from scara_control.errors import ScrewModelError
 from scara_control.kinematics.screws import ScrewModel, tool_positions
 
-from twin_experiments.label.plant import PLANT, Geometry, RecordedPlant, ZeroOffset
+from twin_experiments.label.plant import PLANT, RecordedPlant, ScrewGeometry, ZeroOffset
 from twin_experiments.metrics.series import Array
 from twin_experiments.metrics.true_positions import TrueArm
 from twin_experiments.record import RecordError
@@ -32,7 +32,7 @@ def true_arm(plant: RecordedPlant | None, robot: Robot) -> TrueArm | None:
     return TrueArm(partial(tool_positions, chain), zero_offsets(plant, robot.arm_joints))
 
 
-def _chain(geometry: Geometry, robot: Robot) -> ScrewModel:
+def _chain(geometry: ScrewGeometry, robot: Robot) -> ScrewModel:
     names = [joint.name for joint in robot.joints]
     for name in geometry.screw_axes:
         if name not in names:

@@ -25,7 +25,7 @@ LATE_BEFORE_S = 0.1  # our choice: so long after a late sample it still shows
 BEGINNING_S = 0.1  # our choice: the follower joins a move within it
 
 
-class Cause(StrEnum):
+class NeedleCause(StrEnum):
     """What was going on at a needle."""
 
     PAUSE = "the machine or the recorder had paused"
@@ -52,7 +52,7 @@ class Needle:
     end: float
     height_mm: float
     speed: float
-    cause: Cause
+    cause: NeedleCause
 
     @property
     def timing_ms(self) -> float | None:
@@ -112,12 +112,12 @@ def _speeds(seen: Trace, part: slice) -> Array:
     return np.asarray(np.maximum(*speeds), dtype=np.float64)
 
 
-def _cause(at: float, moves: Sequence[Move], pauses: Sequence[Pause], late: Array) -> Cause:
+def _cause(at: float, moves: Sequence[Move], pauses: Sequence[Pause], late: Array) -> NeedleCause:
     """Return the first cause that fits, the surest one first."""
     if any(pause.start <= at <= pause.end + AFTERMATH_S for pause in pauses):
-        return Cause.PAUSE
+        return NeedleCause.PAUSE
     if ((late >= at - LATE_BEFORE_S) & (late <= at + LATE_S)).any():
-        return Cause.LATE
+        return NeedleCause.LATE
     if any(move.start <= at <= move.start + BEGINNING_S for move in moves):
-        return Cause.BEGINNING
-    return Cause.NONE
+        return NeedleCause.BEGINNING
+    return NeedleCause.NONE

@@ -76,7 +76,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Gap:
+class SampleGap:
     """A hole in the samples of one side: where it starts [s] and how long it is [s]."""
 
     side: str
@@ -101,7 +101,7 @@ class Aligned:
     segments: tuple[tuple[int, int], ...]
     real: Motion
     twin: Motion
-    gaps: tuple[Gap, ...]
+    gaps: tuple[SampleGap, ...]
     span: float
 
     @property
@@ -144,11 +144,11 @@ def interpolate(motion: Motion, instants: Array) -> tuple[Array, Array]:
     return positions, velocities
 
 
-def find_gaps(motion: Motion, longest: float) -> tuple[Gap, ...]:
+def find_gaps(motion: Motion, longest: float) -> tuple[SampleGap, ...]:
     """Return the holes between samples that are longer than ``longest`` [s]."""
     widths = np.diff(motion.stamps)
     return tuple(
-        Gap(motion.side, float(motion.stamps[i]), float(widths[i]))
+        SampleGap(motion.side, float(motion.stamps[i]), float(widths[i]))
         for i in np.flatnonzero(widths > longest)
     )
 

@@ -28,7 +28,7 @@ from scara_simulation.config import load_gains, load_simulation
 from scara_simulation.io.world import World
 from twin_controller.config import load_twin_controller
 
-from twin_experiments.fitting.search import Fit, fit_twin
+from twin_experiments.fitting.search import FitResult, fit_twin
 from twin_experiments.fitting.twin_model import Choice, FloatArray, TwinModel, names_of, yaml_values
 from twin_experiments.io.fitting.offline_twin import SNAPSHOT_STEPS, OfflineTwin
 from twin_experiments.io.fitting.recording import Recording, read_recording
@@ -129,7 +129,7 @@ def search(
     held_out: float,
     most: int,
     console: Console,
-) -> Fit:
+) -> FitResult:
     """Run the search under a progress bar."""
     names = [joint.name for joint in robot.twin_joints]
     arm, columns = (
@@ -168,7 +168,9 @@ def search(
     return found
 
 
-def show(console: Console, robot: Robot, choice: Choice, start: TwinModel, found: Fit) -> None:
+def show(
+    console: Console, robot: Robot, choice: Choice, start: TwinModel, found: FitResult
+) -> None:
     """Print what was found and what it brings."""
     names = names_of(choice, [joint.name for joint in robot.twin_joints], start)
     table = Table(title=f"tool error, {found.evaluations} simulations")
@@ -189,7 +191,7 @@ def show(console: Console, robot: Robot, choice: Choice, start: TwinModel, found
         console.print(f"  {name:<22}{text}", highlight=False)
 
 
-def fitted(robot: Robot, choice: Choice, found: Fit) -> dict[str, Any]:
+def fitted(robot: Robot, choice: Choice, found: FitResult) -> dict[str, Any]:
     """Return what a program reads of a fit: friction of the joints that moved, errors, delay."""
     joints = {k: robot.twin_joints[k] for k in choice.columns}
     units = {"m": "N", "rad": "N m"}

@@ -44,7 +44,7 @@ from twin_experiments.config import (
     TwinPalletises,
     load_experiments,
 )
-from twin_experiments.io.pendant import Pendant, PendantError
+from twin_experiments.io.pendant import PendantCallError, PendantCalls
 from twin_experiments.nodes.cell import Cell, RunError
 from twin_experiments.nodes.live.palletiser import Palletiser
 from twin_experiments.nodes.live.terminal import print_report
@@ -62,7 +62,7 @@ app = CommandLine(
     {
         ConfigError: WRONG,
         RunError: NOT_RUN,
-        PendantError: NOT_RUN,
+        PendantCallError: NOT_RUN,
         BagError: NOT_RUN,
         RecordError: NOT_RUN,
         OSError: NOT_RUN,
@@ -81,7 +81,7 @@ class Runner:
         cell: Cell,
         robot: Robot,
         config: ExperimentsFile,
-        pendant: Pendant,
+        pendant: PendantCalls,
         progress: Progress,
         work: Palletise | None,
     ) -> None:
@@ -212,7 +212,7 @@ def run_experiment(
         cell,
         robot,
         config,
-        Pendant(words, config.deadlines_s.service),
+        PendantCalls(words, config.deadlines_s.service),
         chosen,
         repeat,
         bag,
@@ -231,7 +231,7 @@ def _record(
     cell: Cell,
     robot: Robot,
     config: ExperimentsFile,
-    pendant: Pendant,
+    pendant: PendantCalls,
     chosen: dict[str, Experiment],
     repeat: int,
     bag: Path,

@@ -68,7 +68,7 @@ class Step(msgspec.Struct, frozen=True):
         return self.set_points - self.values
 
 
-class Response(msgspec.Struct, frozen=True):
+class StepFigures(msgspec.Struct, frozen=True):
     """What a step response is judged by; lengths and angles in SI, None for what did not happen.
 
     Attributes:
@@ -128,7 +128,7 @@ def step_of(samples: Sequence[LoopSample], target: float, before: float) -> Step
     )
 
 
-def measure(step: Step, effort_limit: float) -> Response:
+def measure(step: Step, effort_limit: float) -> StepFigures:
     """Compute what a step response is judged by.
 
     Args:
@@ -151,7 +151,7 @@ def measure(step: Step, effort_limit: float) -> Response:
     tail = step.errors[step.times > step.times[-1] - TAIL_S]
     peak = float(np.abs(step.efforts[after]).max())
     rise = [_first_time(times, share, level) for level in RISE]
-    return Response(
+    return StepFigures(
         rise_time=None if rise[0] is None or rise[1] is None else rise[1] - rise[0],
         overshoot_percent=100.0 * max(0.0, float(share.max()) - 1.0),
         settling_time=settled,

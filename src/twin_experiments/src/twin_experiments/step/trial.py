@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 from scara_config import Joint
 
-from twin_experiments.step.response import Kind, Response, Step, StepError, measure
+from twin_experiments.step.response import Kind, Step, StepError, StepFigures, measure
 
 # Our choice: near the display's size of a small move, far from the effort limit of every joint.
 SIZES = {"deg": 5.0, "mm": 20.0}
@@ -108,7 +108,7 @@ def _no_room(joint: Joint, position: float, what: str) -> str:
     )
 
 
-def reasons(trial: Trial, response: Response) -> list[str]:
+def reasons(trial: Trial, response: StepFigures) -> list[str]:
     """Return what is wrong with a response, nothing if all limits are kept."""
     found = []
     limit, error = STEADY_ERROR[trial.kind], abs(response.steady_state_error) / trial.joint.scale
@@ -154,7 +154,7 @@ def summary(trial: Trial, steps: Sequence[Step], where: Mapping[str, Any]) -> di
     }
 
 
-def _row(trial: Trial, step: Step, response: Response) -> dict[str, Any]:
+def _row(trial: Trial, step: Step, response: StepFigures) -> dict[str, Any]:
     """Return one step as a JSON object."""
     scale = trial.joint.scale
     return {

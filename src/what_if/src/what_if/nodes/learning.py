@@ -28,7 +28,7 @@ choice: a second."""
 
 
 @dataclass(frozen=True)
-class Asked:
+class JudgedQuestion:
     """A question and its answer."""
 
     at: float
@@ -58,7 +58,7 @@ class Learning:
         self._names = [joint.name for joint in cell.robot.twin_joints]
         self._most = {joint.name: joint.effort for joint in cell.robot.twin_joints}
         self._lock = threading.Lock()
-        self._asked: deque[Asked] = deque(maxlen=KEPT)
+        self._asked: deque[JudgedQuestion] = deque(maxlen=KEPT)
         self._recent: deque[tuple[float, tuple[float, ...]]] = deque(maxlen=RECENT)
         self._watch: Watch | None = None
         self._drift, self._ended = Drift(config), 0
@@ -94,7 +94,7 @@ class Learning:
         """Take in a question that was just answered; perhaps its motion is let through."""
         self._attention.rouse()
         with self._lock:
-            self._asked.append(Asked(rospy.get_time(), world, motion, verdict))
+            self._asked.append(JudgedQuestion(rospy.get_time(), world, motion, verdict))
 
     def _told(self, said: Audit) -> None:
         """A gate has let a motion through, or not."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scara_config import Joint
-from scara_control.dynamics.effort import Model
+from scara_control.dynamics.effort import DynamicModel
 from scara_control.keep_out.points import WatchedPoint, all_positions
 
 from what_if.geometry.bodies import FloatArray
@@ -38,7 +38,7 @@ class Use:
 
 
 def use_of(
-    joints: Sequence[Joint], points: Sequence[WatchedPoint], model: Model, course: Course
+    joints: Sequence[Joint], points: Sequence[WatchedPoint], model: DynamicModel, course: Course
 ) -> Use:
     r"""Look at a course at all its times.
 
@@ -75,7 +75,7 @@ def use_of(
     )
 
 
-def _efforts(model: Model, course: Course) -> FloatArray:
+def _efforts(model: DynamicModel, course: Course) -> FloatArray:
     """Return the efforts at all times, shape (m, n)."""
     damping, friction = np.array(model.damping), np.array(model.friction)
     rigid = np.array(

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import msgspec
 from scara_config.payload import Payload
-from scara_control.dynamics.effort import Model
+from scara_control.dynamics.effort import DynamicModel
 
 from scara_description.urdf import Model as Description
 from what_if.geometry.bodies import FloatArray
@@ -32,7 +32,7 @@ class Heavier:
         resisting: Share of damping and dry friction.
     """
 
-    arm: Model
+    arm: DynamicModel
     mass: float
     resisting: float
 

@@ -10,7 +10,7 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from twin_controller.core.sides.clock import ClockEstimate, Patience, observe, unwrap_ms
+from twin_controller.core.sides.clock import ClockEstimate, ClockTolerance, observe, unwrap_ms
 
 DRIFT_PPM = 500.0
 WRAP = 1 << 31
@@ -137,7 +137,7 @@ def test_a_contradiction_is_part_of_the_uncertainty_while_it_lasts() -> None:
 def test_a_small_step_back_that_stays_is_a_jump_in_the_end() -> None:
     """No machine is late in the same way for half a second."""
     estimate, at = probe(ClockEstimate(), 0.0, 5.0, 0.001, 0.001), 0.0
-    for _ in range(Patience().lasting):
+    for _ in range(ClockTolerance().lasting):
         at += 0.01
         estimate = probe(estimate, at, 4.95, 0.001, 0.001)
     assert estimate.jumps == 1
@@ -195,7 +195,7 @@ def test_unwrapping_finds_any_step_below_half_the_range(previous: int, step: int
 
 def test_a_patient_estimate_waits_for_a_remote_that_is_held_up() -> None:
     """On a desk the stand-in shares the machine: it shows an old time, and catches up."""
-    patience = Patience(jump=0.7, lasting=300)
+    patience = ClockTolerance(jump=0.7, lasting=300)
     estimate, late = ClockEstimate(), 0.0
     for k in range(600):
         now = 50.0 + 0.01 * k

@@ -19,7 +19,7 @@ from rosbags.rosbag1 import Reader
 from rosbags.rosbag1.reader import Header, ReaderError, RecordType, read_bytes, read_uint32
 
 
-class Parts:
+class BagParts:
     """What the reader of one bag offers, over all parts.
 
     The recorder repeats the last message of each latched topic at the beginning of a part, so that

@@ -23,7 +23,7 @@ from rosbags.rosbag1.reader import ReaderError
 from rosbags.rosbag1.writer import WriterError
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from cell_recorder.io.reading.bag_parts import Parts
+from cell_recorder.io.reading.bag_parts import BagParts
 from cell_recorder.io.reading.bag_repair import is_indexed, repair
 from cell_recorder.io.runs_folder import parts_of
 
@@ -43,7 +43,7 @@ class Bag:
     Topics are asked for by their relative name, in any namespace of the cell.
     """
 
-    def __init__(self, path: Path, reader: Parts, repaired: list[str] | None) -> None:
+    def __init__(self, path: Path, reader: BagParts, repaired: list[str] | None) -> None:
         """Wrap what is open; use :func:`open_bag`."""
         self.path = path
         self.repaired = repaired is not None
@@ -221,7 +221,7 @@ def open_bag(path: Path | str) -> Iterator[Bag]:
         if not readers:
             raise BagError(f"{path}: the recording was not finished and no whole message is in it")
         opened.pop_all()
-        parts = Parts(readers)
+        parts = BagParts(readers)
         bag = Bag(path, parts, lost if repaired else None)
         try:
             yield bag

@@ -33,7 +33,7 @@ class Repaired:
 
 
 @dataclass(frozen=True)
-class _Record:
+class _BagRecord:
     """A record at a place: its header, and where its data begins and ends."""
 
     header: Header
@@ -147,7 +147,7 @@ def unpack(header: Header, data: bytes) -> bytes | None:
         return None
 
 
-def _is_whole(data: mmap.mmap | bytes, record: _Record) -> bool:
+def _is_whole(data: mmap.mmap | bytes, record: _BagRecord) -> bool:
     """Return whether a record ends where the data does, or another one begins.
 
     Where what follows is broken, its length is believed if no record begins within it.
@@ -157,7 +157,7 @@ def _is_whole(data: mmap.mmap | bytes, record: _Record) -> bool:
     return _record(data, record.end) is not None or (_next_record(data, record.begin) >= record.end)
 
 
-def _record(data: mmap.mmap | bytes, at: int) -> _Record | None:
+def _record(data: mmap.mmap | bytes, at: int) -> _BagRecord | None:
     """Return the record that begins at ``at``, None if there is none."""
     if at + _LENGTH.size > len(data):
         return None
@@ -173,7 +173,7 @@ def _record(data: mmap.mmap | bytes, at: int) -> _Record | None:
     if kind not in _KINDS:
         return None
     (length,) = _LENGTH.unpack_from(data, begin)
-    return _Record(header, kind, begin + _LENGTH.size, begin + _LENGTH.size + length)
+    return _BagRecord(header, kind, begin + _LENGTH.size, begin + _LENGTH.size + length)
 
 
 def _next_record(data: mmap.mmap | bytes, at: int) -> int:

@@ -71,7 +71,7 @@ def desk(
     """Start router and desk, and keep them until Ctrl-C; the page's address is the last line."""
     if context.invoked_subcommand is not None:
         return
-    from farm.desk.io.running import StartError, run
+    from farm.desk.io.running import DeskStartError, run
 
     config = configured(router_port, port)
     try:
@@ -79,7 +79,7 @@ def desk(
         run(config, _folder(folder), (person_name(person), desk_name()), page, outside)
     except ReachedError as error:
         fail(f"--listen {error}", WRONG)
-    except StartError as error:
+    except DeskStartError as error:
         fail(str(error), WRONG)
 
 

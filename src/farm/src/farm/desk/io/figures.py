@@ -8,10 +8,10 @@ from pathlib import Path
 
 import msgspec
 
-from farm.desk.drift import Bin, Drift, find_drifts
+from farm.desk.drift import Bin, FigureDrift, find_drifts
 from farm.desk.io.past.fits import read_fits
 from farm.desk.io.reading import ask
-from farm.desk.kpi import Happened, KeyFigures, key_figures
+from farm.desk.kpi import CountedEvent, KeyFigures, key_figures
 from farm.desk.questions import Wanted, causes
 from farm.fits import points
 
@@ -66,11 +66,11 @@ def figures_of(
         AskingError: The history cannot be read.
     """
     found = ask(folder, HAPPENED, [int((begin - BEFORE_S) * 1e6), int(end * 1e6)])
-    events = (Happened(*row) for row in found.rows)  # type: ignore[arg-type]
+    events = (CountedEvent(*row) for row in found.rows)  # type: ignore[arg-type]
     return key_figures(events, begin, end, planned_s, DONE)
 
 
-class Cause(msgspec.Struct, frozen=True):
+class StopCause(msgspec.Struct, frozen=True):
     """What stopped pairs, how often, in how many cells, and the last of them; times since 1970."""
 
     cause: str
@@ -82,7 +82,7 @@ class Cause(msgspec.Struct, frozen=True):
     last_text: str
 
 
-def stops_by_cause(folder: Path, begin: float) -> list[Cause]:
+def stops_by_cause(folder: Path, begin: float) -> list[StopCause]:
     """Return what stopped pairs since ``begin`` [s since 1970], the most frequent first.
 
     Raises:
@@ -90,7 +90,7 @@ def stops_by_cause(folder: Path, begin: float) -> list[Cause]:
     """
     rows = ask(folder, *causes(Wanted(begin, stops=True))).rows
     return [
-        Cause(
+        StopCause(
             str(cause), int(str(times)), int(str(cells)), _unix(first), _unix(last), *map(str, of)
         )
         for cause, times, cells, first, last, *of in rows
@@ -103,7 +103,7 @@ def _unix(moment: object) -> float:
     return moment.replace(tzinfo=timezone.utc).timestamp()
 
 
-def figures_over(folder: Path, begin: float, end: float, span_s: float) -> list[Drift]:
+def figures_over(folder: Path, begin: float, end: float, span_s: float) -> list[FigureDrift]:
     """Return how the figures of all cells have changed, those that changed most first.
 
     What was fitted to a cell's recordings of a day is among them. The span that is not over yet is

@@ -13,7 +13,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from farm.desk.files import Span, counting, to_join
+from farm.desk.files import EventSpan, counting, to_join
 from farm.keys import CellName
 from farm.wire import Event
 
@@ -131,7 +131,7 @@ class History:
         if not kept:
             return
         first = self._spans[-1].last + 1 if self._spans else 1
-        span = Span(first, first + len(kept) - 1)
+        span = EventSpan(first, first + len(kept) - 1)
         self._put(span, pa.Table.from_pydict(_columns(kept), schema=SCHEMA))
         self._spans.append(span)
 
@@ -145,14 +145,14 @@ class History:
         row = to_join(self._spans, sizes, self._small_files, self._large)
         if not row:
             return 0
-        whole = Span(row[0].first, row[-1].last)
+        whole = EventSpan(row[0].first, row[-1].last)
         self._put(whole, pa.concat_tables([self._read(span) for span in row]))
         for span in row:
             self._path(span).unlink()
         self._spans = [*self._spans[: -len(row)], whole]
         return len(row)
 
-    def _tidy(self) -> list[Span]:
+    def _tidy(self) -> list[EventSpan]:
         """Remove halves and files whose events another one holds; return those that count."""
         for half in self.folder.glob(f"*{HALF}"):
             half.unlink()
@@ -161,7 +161,7 @@ class History:
             self._path(span).unlink()
         return kept
 
-    def _put(self, span: Span, table: pa.Table) -> None:
+    def _put(self, span: EventSpan, table: pa.Table) -> None:
         """Write a file; it has its name when all of it is on the disk."""
         path = self._path(span)
         half = path.with_suffix(HALF)
@@ -180,7 +180,7 @@ class History:
             half.unlink(missing_ok=True)
             raise HistoryError(f"{self.folder}: {error.strerror}") from error
 
-    def _read(self, span: Span, columns: list[str] | None = None) -> pa.Table:
+    def _read(self, span: EventSpan, columns: list[str] | None = None) -> pa.Table:
         try:
             return pq.ParquetFile(self._path(span)).read(columns=columns)
         except (OSError, pa.ArrowInvalid) as error:
@@ -188,7 +188,7 @@ class History:
                 f"{self._path(span)}: cannot be read: {error}; move it away to go on without it"
             ) from error
 
-    def _path(self, span: Span) -> Path:
+    def _path(self, span: EventSpan) -> Path:
         return self.folder / span.name
 
 

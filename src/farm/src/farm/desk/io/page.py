@@ -28,11 +28,11 @@ from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response, StreamingResponse
 
-from farm.desk.drift import Drift
+from farm.desk.drift import FigureDrift
 from farm.desk.io.alarm_desk import MarksAsked
 from farm.desk.io.commands import Answered, cells_there, order
 from farm.desk.io.desk import Desk
-from farm.desk.io.figures import Cause, figures_of, figures_over, stops_by_cause
+from farm.desk.io.figures import StopCause, figures_of, figures_over, stops_by_cause
 from farm.desk.io.past.comparing import compare_cells, compare_weeks
 from farm.desk.io.reading import AskingError
 from farm.desk.kpi import KeyFigures
@@ -59,15 +59,15 @@ class PageError(RuntimeError):
     """The page cannot be served; the text says why and what to do."""
 
 
-class Figures(msgspec.Struct, frozen=True):
+class PageFigures(msgspec.Struct, frozen=True):
     """Figures and stops of the last day, and how figures changed, those that drift first."""
 
     kpi: list[KeyFigures]
-    causes: list[Cause]
-    drifts: list[Drift]
+    causes: list[StopCause]
+    drifts: list[FigureDrift]
 
 
-class Asked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class PageRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """What a page asks for."""
 
     command: str
@@ -129,7 +129,7 @@ class Page:
                     drifts = figures_over(folder, now - 30.0 * day, now, day)
                 except AskingError as error:
                     return PlainTextResponse(str(error), 503)
-                shown = Figures(kpi, stops, [_short(drift) for drift in drifts])
+                shown = PageFigures(kpi, stops, [_short(drift) for drift in drifts])
                 self._figures = msgspec.json.encode(shown)
                 self._counted = now
             return Response(self._figures, media_type="application/json")
@@ -157,14 +157,14 @@ class Page:
 
     async def _command(self, request: Request) -> Response:
         try:
-            asked = msgspec.json.decode(await request.body(), type=Asked)
+            asked = msgspec.json.decode(await request.body(), type=PageRequest)
         except msgspec.DecodeError as error:
             return PlainTextResponse(str(error), 400)
         if asked.command not in ALWAYS:
             return PlainTextResponse(f"{asked.command}: allowed are {', '.join(ALWAYS)}", 400)
         return StreamingResponse(self._answers(asked), media_type="application/x-ndjson")
 
-    def _answers(self, asked: Asked) -> Iterator[bytes]:
+    def _answers(self, asked: PageRequest) -> Iterator[bytes]:
         """Yield what each cell says, a line each; this runs in a thread of its own."""
         try:
             there = cells_there(self._desk.session, self._site, THERE_S)
@@ -292,7 +292,7 @@ def page_address(host: str, port: int, token: str, file: Path) -> str:
     return address(host, port, shown)
 
 
-def _short(drift: Drift) -> Drift:
+def _short(drift: FigureDrift) -> FigureDrift:
     """Return a row of figures with as many digits as a picture shows."""
     values = tuple(float(f"{value:.4g}") for value in drift.values)
     return msgspec.structs.replace(drift, values=values)

@@ -23,7 +23,7 @@ EVENTS = "events"
 """Folder of the history, in the desk's data."""
 
 
-class StartError(RuntimeError):
+class DeskStartError(RuntimeError):
     """The desk cannot be started; the text says why and what to do."""
 
 
@@ -58,7 +58,7 @@ def run(
                 else:
                     _wait()
     except (HistoryError, BusError, SecurityError, TokenError) as error:
-        raise StartError(str(error)) from error
+        raise DeskStartError(str(error)) from error
 
 
 def _door(
@@ -69,10 +69,10 @@ def _door(
         return contextlib.nullcontext()
     # Imported late: the library of certificates takes a tenth of a second.
     from farm.security.io.authority import Authority, authority_folder
-    from farm.security.io.door import Door
+    from farm.security.io.door import MemberDoor
 
     folder = authority_folder(keys_folder(os.environ))
-    made = Door(config, folder, reached)
+    made = MemberDoor(config, folder, reached)
     names = ", ".join(made.names or ()) or "nobody: ./cell farm invite NAME"
     print(f"farm: machines come in at {reached[0]}:{reached[1]}; invited: {names}", flush=True)
     for each in Authority(folder, config.site, datetime.now(timezone.utc)).ending():
@@ -94,7 +94,7 @@ def _serve(desk: Desk, config: FarmConfig, who: tuple[str, str]) -> None:
     try:
         serve(settings.host, settings.port, token, f"{config.site}: farm", told)
     except PageError as error:
-        raise StartError(str(error)) from error
+        raise DeskStartError(str(error)) from error
 
 
 def _wait() -> None:

@@ -18,7 +18,7 @@ import msgspec
 import zenoh
 
 from farm import keys
-from farm.link.commands import Guard, judge
+from farm.link.commands import CommandRules, judge
 from farm.link.io.changes import CellChanges
 from farm.link.io.newest import Newest
 from farm.link.io.recordings import RecordingError, RecordingFiles
@@ -234,7 +234,7 @@ class CellLink:
         changes = self._changes if command.command in CONFIGURING else None
         with self._lock:
             revision = changes.number if changes is not None else self._revision
-            guard = Guard(self._settings.rights, self._remote, revision, self._seen)
+            guard = CommandRules(self._settings.rights, self._remote, revision, self._seen)
             why, self._seen = judge(command, guard, self._clock())
         if why:
             return Answer(False, why)

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 
-from farm.link.journal import FILE, Bounds, Describe, JournalReadError, events_of, number_of
+from farm.link.journal import FILE, Describe, JournalBounds, JournalReadError, events_of, number_of
 from farm.wire import Events
 
 BLOCK = 1 << 16
@@ -28,7 +28,7 @@ class JournalFiles:
         self._lock = threading.Lock()
         self._firsts: dict[str, int] = {}
 
-    def bounds(self) -> Bounds:
+    def bounds(self) -> JournalBounds:
         """Return oldest and newest number.
 
         Raises:
@@ -38,7 +38,7 @@ class JournalFiles:
             files = self._files()
             numbers = (_last_number(file) for file in reversed(files))
             last = next((number for number in numbers if number), 0)
-            return Bounds(self._first(files[0]) if files and last else 0, last)
+            return JournalBounds(self._first(files[0]) if files and last else 0, last)
         except OSError as error:
             raise JournalReadError(f"{self._folder}: {error.strerror}") from error
 

@@ -54,7 +54,7 @@ class Entry(msgspec.Struct, frozen=True):
         return f"{self.name} {self.number}"
 
 
-class Register(msgspec.Struct, frozen=True):
+class MemberRegister(msgspec.Struct, frozen=True):
     """Everybody who was invited, and where the desk was reached last (HOST, PORT)."""
 
     invited: tuple[Entry, ...] = ()
@@ -233,12 +233,12 @@ class Authority:
         """
         return new_client(self._pair, shown, self._now)
 
-    def _write(self, register: Register) -> None:
+    def _write(self, register: MemberRegister) -> None:
         write_private(self._folder / REGISTER, msgspec.json.encode(register))
         self.register = register
 
 
-def read_register(folder: Path) -> Register:
+def read_register(folder: Path) -> MemberRegister:
     """Return who was invited, of an authority's folder.
 
     Raises:
@@ -246,16 +246,16 @@ def read_register(folder: Path) -> Register:
     """
     file = folder / REGISTER
     try:
-        return msgspec.json.decode(file.read_bytes(), type=Register)
+        return msgspec.json.decode(file.read_bytes(), type=MemberRegister)
     except FileNotFoundError:
-        return Register()
+        return MemberRegister()
     except (OSError, msgspec.DecodeError) as error:
         raise SecurityError(
             f"{file}: cannot be read, so nobody knows who was invited: {error}"
         ) from error
 
 
-def good_of(register: Register, now: datetime) -> list[Entry]:
+def good_of(register: MemberRegister, now: datetime) -> list[Entry]:
     """Return who may come in."""
     return [e for e in register.invited if e.revoked is None and e.until > now.timestamp()]
 

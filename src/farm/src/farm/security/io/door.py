@@ -25,7 +25,7 @@ AGAIN_S = 2.0
 """Our choice: so long after it could not be opened it is tried again."""
 
 
-class Door:
+class MemberDoor:
     """Lets in whoever is good in the authority's register at that moment; a context manager."""
 
     def __init__(self, config: FarmConfig, folder: Path, reached: tuple[str, int]) -> None:
@@ -50,7 +50,7 @@ class Door:
         self._thread = threading.Thread(target=self._watch, name="door", daemon=True)
         self._thread.start()
 
-    def __enter__(self) -> Door:
+    def __enter__(self) -> MemberDoor:
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -7,14 +7,14 @@ import os
 import time
 from pathlib import Path
 
-from scara_bringup.room import Load, cores_left
+from scara_bringup.room import ProcessorLoad, cores_left
 
 WINDOW_S = 1.0  # our choice: long enough for what runs ten times a second
 IDLE, IOWAIT = 3, 4
 GROUP = Path("/sys/fs/cgroup")
 
 
-def load() -> Load:
+def load() -> ProcessorLoad:
     """Return what the processors that this process may use have done so far."""
     mine = os.sched_getaffinity(0)
     tick = os.sysconf("SC_CLK_TCK")
@@ -30,7 +30,7 @@ def load() -> Load:
         quota = None if allowed == "max" else int(allowed) / int(period)
         stat = dict(line.split() for line in (GROUP / "cpu.stat").read_text().splitlines())
         granted = int(stat["usage_usec"]) * 1e-6
-    return Load(idle, granted, len(mine), quota)
+    return ProcessorLoad(idle, granted, len(mine), quota)
 
 
 def measure_cores_left() -> float:

@@ -11,7 +11,7 @@ from pathlib import Path
 LOCK = ".starting"
 
 
-class Turn:
+class StartTurn:
     """Held from the choice of ports until the cell is ready, or has ended; a context manager."""
 
     def __init__(self, folder: Path, on_wait: Callable[[], None]) -> None:
@@ -35,7 +35,7 @@ class Turn:
             with contextlib.suppress(OSError):
                 os.close(fd)
 
-    def __enter__(self) -> Turn:
+    def __enter__(self) -> StartTurn:
         """Return the turn, which has begun."""
         return self
 

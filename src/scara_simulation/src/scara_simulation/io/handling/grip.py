@@ -12,7 +12,7 @@ TORN = 0.002
 """A held part that has been pulled so far off its grip [m] is torn off. Our choice."""
 
 
-class Grip:
+class PartGrip:
     """Holds at most one part.
 
     Args:

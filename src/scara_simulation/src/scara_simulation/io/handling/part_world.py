@@ -19,7 +19,7 @@ from scara_config.payload import Payload
 from scara_msgs.msg import PartEvent
 from scara_simulation.handling.ledger import Happening, Ledger, PartView
 from scara_simulation.handling.suction import Change, Suction, advance, command, lose
-from scara_simulation.io.handling.grip import Grip
+from scara_simulation.io.handling.grip import PartGrip
 from scara_simulation.io.handling.part_bodies import Part, PartBodies, PartShown, shown
 from scara_simulation.io.handling.touch_watch import TouchWatch
 from scara_simulation.io.world import World
@@ -95,7 +95,7 @@ class PartWorld(World):
         self._grip_limit = gripper.reach_mm * MM, gripper.offset_mm * MM
         self._bodies = PartBodies(client, self._body, self._links, work)
         stiffness, mass = gripper.stiffness_n_mm / MM, work.parts.mass_kg
-        self._grip = Grip(
+        self._grip = PartGrip(
             client, self._body, tool, self._bodies, gripper.holding_force_n, stiffness, mass
         )
         rests = {*work.table.stands_mm, "pallet"}

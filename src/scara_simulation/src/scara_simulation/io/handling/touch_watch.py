@@ -9,7 +9,7 @@ from scara_config.palletise import Watch
 
 from scara_msgs.msg import PartEvent
 from scara_simulation.handling.ledger import Happening
-from scara_simulation.handling.touch import Body, Touch, is_collision, is_told
+from scara_simulation.handling.touch import ContactKind, Touch, is_collision, is_told
 from scara_simulation.io.handling.part_bodies import PartBodies
 
 AGAIN_S = 0.2
@@ -50,16 +50,16 @@ class TouchWatch:
             watch,
             dt,
         )
-        self._links = {-1: (Body.CELL, "base_link")}
+        self._links = {-1: (ContactKind.CELL, "base_link")}
         for name, index in links.items():
             kind = (
-                Body.NOZZLE
+                ContactKind.NOZZLE
                 if name == tool
-                else Body.ARM
+                else ContactKind.ARM
                 if index in arm
-                else Body.REST
+                else ContactKind.REST
                 if name in rests
-                else Body.CELL
+                else ContactKind.CELL
             )
             self._links[index] = (kind, name)
         self._touched: dict[tuple[str, str], int] = {}
@@ -108,11 +108,11 @@ class TouchWatch:
                 found.append(_collision(touch, contact[5]))
         return found
 
-    def _who(self, body: int, link: int, held: str) -> tuple[Body, str]:
+    def _who(self, body: int, link: int, held: str) -> tuple[ContactKind, str]:
         """Return what kind of thing touches, and its name."""
         part = self._bodies.by_body.get(body)
         if part is not None:
-            return (Body.HELD if part.name == held else Body.PART), part.name
+            return (ContactKind.HELD if part.name == held else ContactKind.PART), part.name
         return self._links[link]
 
     def _is_new(self, touch: Touch, step: int) -> bool:
@@ -125,7 +125,12 @@ class TouchWatch:
 
 def _collision(touch: Touch, where: tuple[float, float, float]) -> Happening:
     part = next(
-        (name for name, kind in zip(touch.names, touch.kinds) if kind in (Body.HELD, Body.PART)), ""
+        (
+            name
+            for name, kind in zip(touch.names, touch.kinds)
+            if kind in (ContactKind.HELD, ContactKind.PART)
+        ),
+        "",
     )
     other = next((name for name in touch.names if name != part), "")
     return Happening(

@@ -46,7 +46,7 @@ Key = tuple[str, float]
 """Program and its speed with the override [percent]."""
 
 
-class Path(msgspec.Struct, frozen=True):
+class RememberedPath(msgspec.Struct, frozen=True):
     """What the robot did from one rest to the next; the time counts from the first point [s]."""
 
     key: Key
@@ -84,13 +84,13 @@ def _time(point: JointMotion) -> float:
 class Match(msgspec.Struct, frozen=True):
     """A path that the motion has kept to so far, and how much later the motion is in it [s]."""
 
-    path: Path
+    path: RememberedPath
     shift: float = 0.0
     # Place and velocity are those of the path.
     fits: bool = False
 
 
-class Motion(msgspec.Struct, frozen=True):
+class RememberedMotion(msgspec.Struct, frozen=True):
     """The robot's motion since its last rest."""
 
     # As it began. None: it is not kept, for a part of it is missing or another program came.
@@ -102,9 +102,9 @@ class Motion(msgspec.Struct, frozen=True):
 class Remembered(msgspec.Struct, frozen=True):
     """Paths that were seen, the ones driven last at the end."""
 
-    paths: tuple[Path, ...] = ()
+    paths: tuple[RememberedPath, ...] = ()
     # None while the robot rests.
-    motion: Motion | None = None
+    motion: RememberedMotion | None = None
 
 
 def note_sample(setup: Setup, remembered: Remembered, sides: Sides) -> Remembered:
@@ -167,8 +167,8 @@ def _rests(setup: Setup, sample: JointMotion) -> bool:
 
 
 def _begun(
-    setup: Setup, paths: tuple[Path, ...], history: Sequence[JointMotion], key: Key | None
-) -> Motion:
+    setup: Setup, paths: tuple[RememberedPath, ...], history: Sequence[JointMotion], key: Key | None
+) -> RememberedMotion:
     """Begin with the robot's last rest: who leads is known only when the robot has moved a bit."""
     first = len(history) - 1
     while first > 0 and not _rests(setup, history[first]):
@@ -176,33 +176,37 @@ def _begun(
     samples = tuple(history[first:])
     whole = _rests(setup, samples[0]) and not _has_hole(samples)
     if key is None or not whole:
-        return Motion(None, samples)
+        return RememberedMotion(None, samples)
     begin = samples[0].q
     alike = [
         path for path in reversed(paths) if path.key == key and _same(setup, path.begin, begin)
     ]
-    motion = Motion(key, samples[:2], tuple(Match(path) for path in alike))
+    motion = RememberedMotion(key, samples[:2], tuple(Match(path) for path in alike))
     for sample in samples[2:]:
         motion = _gone_on(setup, motion, sample, key)
     return motion
 
 
-def _gone_on(setup: Setup, motion: Motion, sample: JointMotion, key: Key | None) -> Motion:
+def _gone_on(
+    setup: Setup, motion: RememberedMotion, sample: JointMotion, key: Key | None
+) -> RememberedMotion:
     """Let the motion go on by one sample; what it no longer keeps to is dropped."""
     # Its speed may change on the way: places and velocities tell whether that is as before.
     if motion.key is None or key is None or key[0] != motion.key[0]:
-        return Motion(None, (sample,))
+        return RememberedMotion(None, (sample,))
     found = [_matched(setup, motion, match, sample) for match in motion.matches]
     matches = tuple(match for match in found if match is not None)
     whole = len(motion.samples) < MOST_SAMPLES
     if not whole and not matches:
-        return Motion(None, (sample,))
+        return RememberedMotion(None, (sample,))
     # A path that is too long to be kept may still be one that is known.
     samples = (*motion.samples, sample) if whole else (motion.samples[0], sample)
-    return Motion(motion.key, samples, matches)
+    return RememberedMotion(motion.key, samples, matches)
 
 
-def _matched(setup: Setup, motion: Motion, match: Match, sample: JointMotion) -> Match | None:
+def _matched(
+    setup: Setup, motion: RememberedMotion, match: Match, sample: JointMotion
+) -> Match | None:
     """Return where in a path the motion is now, or None if it has left it."""
     at = _time_in(motion, match, sample)
     there = match.path.at(at)
@@ -233,13 +237,13 @@ def _fits(setup: Setup, there: JointMotion, sample: JointMotion) -> bool:
     return True
 
 
-def _time_in(motion: Motion, match: Match, sample: JointMotion) -> float:
+def _time_in(motion: RememberedMotion, match: Match, sample: JointMotion) -> float:
     return sample.time - motion.samples[0].time + match.shift
 
 
 def _kept(
-    setup: Setup, paths: tuple[Path, ...], motion: Motion, rest: JointMotion
-) -> tuple[Path, ...]:
+    setup: Setup, paths: tuple[RememberedPath, ...], motion: RememberedMotion, rest: JointMotion
+) -> tuple[RememberedPath, ...]:
     """Keep the path of a motion that came to rest, instead of what it repeated."""
     samples = (*motion.samples, rest)
     if motion.key is None or len(samples) < 4 or _has_hole(samples):
@@ -252,7 +256,7 @@ def _kept(
         or not _same(setup, path.begin, begin)
         or not _same(setup, path.end, end)
     ]
-    made = Path(motion.key, _points(samples))
+    made = RememberedPath(motion.key, _points(samples))
     return (*others, made)[-MOST_PATHS:]
 
 

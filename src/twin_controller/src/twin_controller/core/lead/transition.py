@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import msgspec
-from scara_control.keep_out.zones import Way
+from scara_control.keep_out.zones import WatchedMove
 
 from twin_controller.core.actions import AnyAction, Decided
 from twin_controller.core.authority.control import NOBODY, THIS_MACHINE, Control, Seat
@@ -249,7 +249,7 @@ def _forget_cause(setup: Setup, state: CoreState, trigger: Trigger, now: float) 
         orders = replace(orders, twin_stop=defy(orders.twin_stop))
     if trigger is Trigger.KEEP_OUT:
         # The target stays known: the same move is not judged, and stopped, a second time.
-        safety = replace(safety, way=Way(safety.way.target))
+        safety = replace(safety, way=WatchedMove(safety.way.target))
     if trigger in SAFETY_TRIGGERS:
         patience = safety_patience(setup.config.stop)
         stop = tell(orders.safety_stop, "standstill", patience, now)

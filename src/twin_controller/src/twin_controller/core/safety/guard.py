@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import msgspec
-from scara_control.keep_out.zones import Way, free_part, heads_into, widened
+from scara_control.keep_out.zones import WatchedMove, free_part, heads_into, widened
 
 from twin_controller.config import CellLimits
 from twin_controller.core.events import Joints
@@ -95,7 +95,7 @@ def judge_guard(
     return _too_fast(config.cell, guard, speed, name, real.last.time)
 
 
-def known_ahead(setup: Setup, sides: Sides, way: Way) -> Ways:
+def known_ahead(setup: Setup, sides: Sides, way: WatchedMove) -> Ways:
     """Return where a robot that follows the twin's plan is going; nothing if that is not known.
 
     The plan says how the motion goes on, so nothing has to be guessed from the robot's speed: one

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import msgspec
-from scara_control.keep_out.zones import Way, judge_way
+from scara_control.keep_out.zones import WatchedMove, judge_way
 
 from twin_controller.core.events import (
     AnyEvent,
@@ -47,7 +47,7 @@ class Safety(msgspec.Struct, frozen=True):
     """What is judged of the pair, whoever leads it."""
 
     # The twin's running move as the watched points see it: from its announcement to its end.
-    way: Way = Way()
+    way: WatchedMove = WatchedMove()
     # What the real robot's own motion means for zones and the Cartesian limit.
     guard: Guard = Guard()
     # Where each of the named sensors saw the nearest person last. A sensor is never forgotten.
@@ -108,13 +108,13 @@ def _obeys(setup: Setup, sides: Sides) -> bool:
     return bool(sides.real.history) and answers(setup, sides.real, sides.real.last)
 
 
-def _judge_move(setup: Setup, way: Way, twin: TwinSide) -> Way:
+def _judge_move(setup: Setup, way: WatchedMove, twin: TwinSide) -> WatchedMove:
     """Judge the whole way of a move that the twin announces, once, before its first motion."""
     motion = twin.motion
     if motion is None or motion.state not in ("announcing", "moving"):
-        return Way()
+        return WatchedMove()
     if not motion.target or not twin.history:
-        return Way()
+        return WatchedMove()
     # The way is judged from where the move began: from here on only its rest would be.
     if motion.target == way.target:
         return way

@@ -23,7 +23,7 @@ DRIFT_SPAN = 30.0
 """Below this span [s] the first sample's uncertainty hides the drift, and 0 is shown."""
 
 
-class Patience(msgspec.Struct, frozen=True):
+class ClockTolerance(msgspec.Struct, frozen=True):
     """How late a remote's readings may be before its clock counts as set anew."""
 
     # A conflict larger than this [s] is a jump of a clock. A smaller one is a reading that came
@@ -33,7 +33,7 @@ class Patience(msgspec.Struct, frozen=True):
     lasting: int = 50
 
 
-STRICT = Patience()
+STRICT = ClockTolerance()
 
 
 class ClockEstimate(msgspec.Struct, frozen=True):
@@ -93,7 +93,7 @@ def observe(
     period: float = 0.0,
     latency: float = 0.0,
     jitter: float = 0.0,
-    patience: Patience = STRICT,
+    patience: ClockTolerance = STRICT,
 ) -> ClockEstimate:
     """Intersect the estimate with one more observation.
 

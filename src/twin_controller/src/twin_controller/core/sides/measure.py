@@ -23,7 +23,7 @@ from twin_controller.core.events import (
 )
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides import change, clock, echo
-from twin_controller.core.sides.clock import ClockEstimate, Patience
+from twin_controller.core.sides.clock import ClockEstimate, ClockTolerance
 from twin_controller.core.sides.own_gap import leave_out, note_stall, silence, stall_text
 from twin_controller.core.sides.side import (
     HISTORY,
@@ -163,7 +163,7 @@ def _real_sampled(setup: Setup, real: RealSide, event: RealMeasured) -> RealSide
         rhythm.period,
         config.sample_latency_ms * 1e-3,
         rhythm.spread,
-        Patience(config.clock_jump_ms * 1e-3, config.clock_conflicts),
+        ClockTolerance(config.clock_jump_ms * 1e-3, config.clock_conflicts),
     )
     if estimate.jumps != real.clock.jumps:
         cause = stall_text(real.stall, event.now)
@@ -199,7 +199,7 @@ def clock_probed(setup: Setup, twin: TwinSide, event: ClockProbe) -> TwinSide:
         event.sent,
         event.received,
         config.clock_drift_ppm,
-        patience=Patience(config.clock_jump_ms * 1e-3, config.clock_conflicts),
+        patience=ClockTolerance(config.clock_jump_ms * 1e-3, config.clock_conflicts),
     )
     if estimate.jumps != twin.clock.jumps:
         lost = twin_lost(twin, "its clock jumped")

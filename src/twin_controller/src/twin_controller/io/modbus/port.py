@@ -13,12 +13,12 @@ from pymodbus.exceptions import ModbusException
 from twin_controller.modbus.blocks import Block
 from twin_controller.robot.link import LinkLostError
 
-__all__ = ["LinkLostError", "ModbusPort", "RefusedError"]
+__all__ = ["LinkLostError", "ModbusPort", "WriteRefusedError"]
 
 _WRITE_COIL, _WRITE_REGISTERS = 5, 16  # function codes
 
 
-class RefusedError(RuntimeError):
+class WriteRefusedError(RuntimeError):
     """The robot answered a write with an exception; the connection is good."""
 
 
@@ -138,7 +138,7 @@ class ModbusPort:
     def _write(self, function: str, offset: int, value: list[int] | bool) -> Any:
         answer = self._request(function, offset, value)
         if answer.isError():
-            raise RefusedError(
+            raise WriteRefusedError(
                 f"the robot refused to write {offset + 1}: exception {answer.exception_code}"
             )
         return answer

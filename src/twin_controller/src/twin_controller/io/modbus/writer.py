@@ -15,7 +15,7 @@ from scara_config.modbus_map import ModbusMap
 
 from twin_controller.core.actions import StreamAhead, StreamReal
 from twin_controller.io.modbus.outbox import Command, Outbox
-from twin_controller.io.modbus.port import ModbusPort, RefusedError
+from twin_controller.io.modbus.port import ModbusPort, WriteRefusedError
 from twin_controller.io.modbus.settings import ModbusSettings
 from twin_controller.modbus.heartbeat import next_beat
 from twin_controller.modbus.ring import RingCodec
@@ -164,7 +164,7 @@ class Writer:
         """Write; tell and count what the robot or our own check refuses. The link stays."""
         try:
             write(*args, **options)
-        except (RefusedError, SetpointError, CommandLostError) as error:
+        except (WriteRefusedError, SetpointError, CommandLostError) as error:
             self._counters.refused += 1
             self._listener.rejected(str(error))
 

@@ -11,7 +11,7 @@ from scara_config import ConfigError
 from scara_ros.io.shell.program import FAILED, WRONG
 
 from farm.config import load_farm
-from farm.desk.drift import Drift
+from farm.desk.drift import FigureDrift
 from farm.desk.io.command_line import Folder, app, events_folder, fail, print_table
 from farm.desk.io.figures import figures_of, figures_over
 from farm.desk.io.reading import AskingError
@@ -85,7 +85,7 @@ def drift(
     typer.echo(f"{len(away)} of {len(drifts)} figures go away from their own past")
 
 
-def map_lines(drifts: list[Drift]) -> list[tuple[object, ...]]:
+def map_lines(drifts: list[FigureDrift]) -> list[tuple[object, ...]]:
     """Return the lines of a list of drifts."""
     return [
         (d.cell, d.figure, f"{d.before:.3f}", f"{d.now:.3f}", f"{d.score:+.1f}", _picture(d.values))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import msgspec
 
-from farm.desk.compare import Cycle, Difference, Side, Stop, compare, week
+from farm.desk.compare import Difference, EndedCycle, PairStop, Side, compare, week
 from farm.desk.io.figures import DONE
 from farm.desk.io.reading import AskingError, ask
 from farm.desk.questions import CAUSE
@@ -88,8 +88,8 @@ def _side(folder: Path, cell: CellName, begin: float, end: float, week_text: str
         name,
         begin,
         end,
-        tuple(Cycle(*row) for row in cycles),  # type: ignore[arg-type]
-        tuple(Stop(*row) for row in stops),  # type: ignore[arg-type]
+        tuple(EndedCycle(*row) for row in cycles),  # type: ignore[arg-type]
+        tuple(PairStop(*row) for row in stops),  # type: ignore[arg-type]
     )
 
 
