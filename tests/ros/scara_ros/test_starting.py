@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 import rospy
 from harness.ros import Ros
+from harness.running.thorough import thorough
 
 BUSY = """
 import os, signal, threading
@@ -46,7 +47,7 @@ print("ended in order")
 """
 
 
-@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+@pytest.mark.parametrize("name", ["SIGINT", *thorough("SIGTERM")])
 def test_signal_in_the_middle_of_publishing_ends_the_node(
     ros: Ros, tmp_path: Path, name: str
 ) -> None:
@@ -93,7 +94,7 @@ print("still asleep" if sleepers[0].is_alive() else "woken", flush=True)
 """
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGTERM, *thorough(signal.SIGINT)])
 def test_end_does_not_wait_for_rospys_pauses(
     ros: Ros, tmp_path: Path, number: signal.Signals
 ) -> None:
@@ -107,13 +108,38 @@ def test_end_does_not_wait_for_rospys_pauses(
     assert "woken" in node.output
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+DEAF = """
+import signal
+from scara_ros.nodes.ending import wait_for_end
+from scara_ros.nodes.starting import SIGNALS, become_node
+
+become_node("deaf")
+signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
+print("waits", flush=True)
+wait_for_end()
+"""
+"""Another thread gets the signal, and the main thread sleeps on: Python's handler never runs."""
+
+
+def test_signal_that_does_not_wake_the_main_thread_ends_the_node(ros: Ros, tmp_path: Path) -> None:
+    """So it was with one that came just before the main thread began to wait."""
+    script = tmp_path / "deaf.py"
+    script.write_text(DEAF, encoding="utf-8")
+    node = ros.stage.start(sys.executable, str(script))
+    ros.wait_until(lambda: "waits" in node.output, 20.0, "a main thread that waits")
+    node.signal(signal.SIGINT)
+    assert node.wait(10.0) == 0, node.tail()
+
+
 @pytest.mark.parametrize(
-    ("package", "name"),
+    ("package", "name", "number"),
     [
-        ("scara_control", "kinematics_server"),
-        ("cell_recorder", "recorder"),
-        ("rosbridge_gateway", "gateway"),
+        ("scara_control", "kinematics_server", signal.SIGINT),
+        ("cell_recorder", "recorder", signal.SIGTERM),
+        *thorough(
+            ("scara_control", "kinematics_server", signal.SIGTERM),
+            ("cell_recorder", "recorder", signal.SIGINT),
+        ),
     ],
 )
 def test_signal_ends_the_waiting_for_a_master(
@@ -142,8 +168,10 @@ def answers(ros: Ros, service: str) -> bool:
     ("package", "name", "ready"),
     [
         ("scara_control", "kinematics_server", "forward_kinematics"),
-        ("scara_control", "joint_pose_controller", "joint_pose_controller/move"),
-        ("what_if", "what_if", "what_if/judge"),
+        *thorough(
+            ("scara_control", "joint_pose_controller", "joint_pose_controller/move"),
+            ("what_if", "what_if", "what_if/judge"),
+        ),
     ],
 )
 def test_a_second_node_of_a_name_says_so_and_leaves_the_first_alone(

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import atexit
 import contextlib
-import queue
+import select
 import signal
+import socket
 import sys
 import threading
 from collections.abc import Iterator
@@ -22,6 +23,8 @@ from scara_ros.nodes.registration import keep_registered
 RETRY_S = 0.5
 ENDING_S = 5.0
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
+THE_END = 0
+"""Stands for the number of a signal."""
 SWITCH_S = 0.0005
 """A thread that computes lets the others run after so long [s]; our choice: a tenth of Python's.
 
@@ -42,19 +45,22 @@ def become_node(name: str) -> None:
     Raises:
         SystemExit: A signal came before there was a master, code 0; or see ``refuse_second_node``.
     """
-    # The one kind of queue that a signal handler may always put into.
-    received: queue.SimpleQueue[int] = queue.SimpleQueue()
+    received, writer = socket.socketpair()
+    writer.setblocking(False)
     harden_process()
     sys.setswitchinterval(SWITCH_S)
     send_directly()
+    # The signal's number is written as it comes. A handler runs in the main thread, and later: for
+    # ever later, if the signal came just before that thread began to wait for the end.
+    signal.set_wakeup_fd(writer.fileno())
     for number in SIGNALS:
-        signal.signal(number, lambda caught, _frame: received.put(caught))
+        signal.signal(number, lambda *_: None)
     _wait_for_master(name, received)
     refuse_second_node(name)
     rospy.init_node(name, disable_signals=True)
     ending = threading.Thread(target=_end_with, args=(received,), name="ending", daemon=True)
     ending.start()
-    atexit.register(_finish, received, ending)
+    atexit.register(_finish, received, writer, ending)
     keep_registered()
 
 
@@ -101,7 +107,7 @@ def until_shutdown() -> Iterator[None]:
             raise
 
 
-def _wait_for_master(name: str, received: queue.SimpleQueue[int]) -> None:
+def _wait_for_master(name: str, received: socket.socket) -> None:
     """Say once that the master is missing, and wait."""
     told = False
     while not master_answers(name):
@@ -112,11 +118,8 @@ def _wait_for_master(name: str, received: queue.SimpleQueue[int]) -> None:
                 flush=True,
             )
             told = True
-        try:
-            received.get(timeout=RETRY_S)
-        except queue.Empty:
-            continue
-        sys.exit(0)
+        if select.select([received], [], [], RETRY_S)[0] and received.recv(1)[0] in SIGNALS:
+            sys.exit(0)
 
 
 def master_answers(caller: str) -> bool:
@@ -128,13 +131,19 @@ def master_answers(caller: str) -> bool:
     return True
 
 
-def _end_with(received: queue.SimpleQueue[int]) -> None:
+def _end_with(received: socket.socket) -> None:
     """Shut the node down when a signal, or the end of the program, has come."""
-    number = received.get()
+    number = received.recv(1)[0]
+    while number not in (*SIGNALS, THE_END):  # others may be handled in the program
+        number = received.recv(1)[0]
     rospy.signal_shutdown(f"signal {number}" if number else "the program has ended")
 
 
-def _finish(received: queue.SimpleQueue[int], ending: threading.Thread) -> None:
-    """Let the shutdown come to its end before the interpreter goes."""
-    received.put(0)
+def _finish(_received: socket.socket, writer: socket.socket, ending: threading.Thread) -> None:
+    """Let the shutdown come to its end before the interpreter goes.
+
+    The socket that is read is held until then: behind a signal nobody reads it any more.
+    """
+    signal.set_wakeup_fd(-1)
+    writer.send(bytes([THE_END]))
     ending.join(ENDING_S)
