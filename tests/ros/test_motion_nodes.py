@@ -8,6 +8,7 @@ import threading
 from itertools import pairwise
 
 import pytest
+from harness.running.thorough import thorough
 from harness.yaml_files import copy_configuration
 from scara_config import load_robot
 from scara_control.config import load_motion
@@ -141,7 +142,7 @@ def cell(running):
     assert not [process.name for process in running.processes if "Traceback" in process.output]
 
 
-@pytest.mark.parametrize("name", ["P2", "P3", "P1"])
+@pytest.mark.parametrize("name", ["P2", "P1", *thorough("P3")])
 def test_move_to_brings_the_tool_to_the_articles_points(cell, name):
     """The service drives until the position is reached and reports the error that is left.
 
@@ -273,7 +274,7 @@ def test_pause_freezes_a_move_and_resume_ends_it(cell):
 
     The move is slow, so that a machine that is late still pauses it on its way.
     """
-    answers = cell.background(cell.move, joint_positions=FAR, speed_percent=5.0)
+    answers = cell.background(cell.move, joint_positions=FAR, speed_percent=10.0)
     cell.state("moving")
     cell.command("PAUSE")
     cell.state("paused")
@@ -461,7 +462,7 @@ def changed_config(tmp_path):
     return change
 
 
-@pytest.mark.parametrize("name", POINTS)
+@pytest.mark.parametrize("name", ["P1", *thorough("P2", "P3")])
 def test_move_to_drives_the_rest_out_through_the_velocity_controller(cell, name):
     """Small velocities complete a joint move that ends a millimetre beside the point.
 
@@ -494,7 +495,9 @@ def test_move_to_drives_the_rest_out_through_the_velocity_controller(cell, name)
     assert node.stop() == 0
 
 
-@pytest.mark.parametrize("node", ["joint_pose_controller", "joint_vel_controller", "motion_server"])
+@pytest.mark.parametrize(
+    "node", ["joint_pose_controller", *thorough("joint_vel_controller", "motion_server")]
+)
 def test_a_wrong_configuration_ends_the_node_with_one_line(cell, changed_config, node):
     """File, key, value, allowed; exit code 2."""
     folder = changed_config("rate_hz: 100.0 ", "rate_hz: 0.0 ")

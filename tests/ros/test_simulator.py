@@ -100,10 +100,10 @@ def test_joint_states_come_every_10_ms_of_nominal_time(cell):
     from sensor_msgs.msg import JointState
 
     states = cell.collect("twin/joint_states", JointState)
-    cell.wait_until(lambda: len(states) >= 400, 20.0, "400 joint states")
-    stamps = [state.header.stamp.to_nsec() for state in states[:400]]
+    cell.wait_until(lambda: len(states) >= 200, 20.0, "200 joint states")
+    stamps = [state.header.stamp.to_nsec() for state in states[:200]]
     steps = [later - earlier for earlier, later in itertools.pairwise(stamps)]
-    assert steps.count(10_000_000) >= 395
+    assert steps.count(10_000_000) >= 195
     assert all(step > 0 and step % 1_000_000 == 0 for step in steps)
     assert abs(rospy.get_time() - states[-1].header.stamp.to_sec()) < 0.5
     assert states[0].name == ["joint_1", "joint_2", "joint_3", "table_joint"]

@@ -1,4 +1,7 @@
-"""Command ``step_response``: on a running simulator, without one, and where it must not."""
+"""Command ``step_response`` on a running simulator, and where it must not.
+
+Without one: tests/unit/twin_experiments/io/test_exit_codes.py.
+"""
 
 from __future__ import annotations
 
@@ -8,12 +11,12 @@ import json
 import pytest
 
 
-@pytest.fixture
-def simulator(ros):
-    """Start a simulator."""
-    node = ros.run("scara_simulation", "simulator")
-    ros.wait_for_service("reset_simulation")
-    return node
+@pytest.fixture(scope="module")
+def ros(ros_module):
+    """Start a simulator for all tests."""
+    ros_module.run("scara_simulation", "simulator")
+    ros_module.wait_for_service("reset_simulation")
+    return ros_module
 
 
 def run(ros, *args, code=0, timeout=60.0):
@@ -23,7 +26,7 @@ def run(ros, *args, code=0, timeout=60.0):
     return command.output
 
 
-def test_steps_on_the_running_simulator_are_judged_and_drawn(ros, simulator):
+def test_steps_on_the_running_simulator_are_judged_and_drawn(ros):
     """Both directions at the physics rate, through command and state topics.
 
     The joint ends where it began.
@@ -46,7 +49,7 @@ def test_steps_on_the_running_simulator_are_judged_and_drawn(ros, simulator):
     assert state.position[1] == pytest.approx(0.0, abs=1e-4)
 
 
-def test_state_comes_for_each_physics_step_while_somebody_listens(ros, simulator):
+def test_state_comes_for_each_physics_step_while_somebody_listens(ros):
     """Every millisecond of nominal time; only a stall of the machine may be skipped."""
     from control_msgs.msg import JointControllerState
 
@@ -58,7 +61,7 @@ def test_state_comes_for_each_physics_step_while_somebody_listens(ros, simulator
     assert min(steps) > 0
 
 
-def test_command_refuses_to_move_the_real_robot_along(ros, simulator):
+def test_command_refuses_to_move_the_real_robot_along(ros):
     """With a twin controller on the same master the robot would follow."""
     import rospy
 
@@ -73,19 +76,3 @@ def test_command_refuses_to_move_the_real_robot_along(ros, simulator):
         )
     finally:
         publisher.unregister()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "code", "text"),
-    [
-        (["joint_3", "--size", "3", "--seconds", "0.6"], 0, "in process, offline"),
-        (["joint_9"], 2, "unknown joint 'joint_9': robot.yaml has joint_1"),
-        (["joint_4"], 2, "joint_4 is not moved by the twin"),
-        (["joint_3", "--size", "300"], 2, "joint_3: no room for a step of 300 mm at -160.00 mm"),
-    ],
-)
-def test_without_a_simulator_it_runs_in_process_and_says_so(ros, arguments, code, text):
-    """The same physics; wrong arguments are named with what is allowed."""
-    output = run(ros, *arguments, "--output", ros.folder / "steps", code=code)
-    assert text in output
-    assert "Traceback" not in output

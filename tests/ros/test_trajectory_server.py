@@ -101,12 +101,12 @@ def test_a_trajectory_is_followed_with_feedback_and_succeeds(client) -> None:
 
     seen = []
     middle = [0.5 * (a + b) for a, b in zip(HOME, AWAY)]
-    status, result = client.send((1.0, middle), (2.0, AWAY), feedback=seen.append)
+    status, result = client.send((0.6, middle), (1.2, AWAY), feedback=seen.append)
     assert (status, result.error_code) == (GoalStatus.SUCCEEDED, 0), result
     assert client.q() == pytest.approx(AWAY, abs=2e-3)
     assert len(seen) > 10 and list(seen[0].joint_names) == NAMES
     assert max(abs(value) for message in seen for value in message.error.positions) < 0.05
-    status, result = client.send((2.0, HOME))
+    status, result = client.send((1.2, HOME))
     assert status == GoalStatus.SUCCEEDED, result
 
 
@@ -136,7 +136,7 @@ def test_cancel_ends_a_goal_on_its_way(client) -> None:
     assert client.client.get_state() == GoalStatus.PREEMPTED
     assert 0.0 < client.q()[0] < AWAY[0] - 0.05
     client.idle()
-    assert client.send((2.0, HOME))[0] == GoalStatus.SUCCEEDED
+    assert client.send((1.2, HOME))[0] == GoalStatus.SUCCEEDED
 
 
 def test_a_stop_aborts_and_an_emergency_stop_rejects_until_reset(client) -> None:
@@ -153,7 +153,7 @@ def test_a_stop_aborts_and_an_emergency_stop_rejects_until_reset(client) -> None
     assert "the red button" in client.client.get_result().error_string
 
     def refused() -> str:
-        status, result = client.send((2.0, HOME))
+        status, result = client.send((1.2, HOME))
         assert status == GoalStatus.REJECTED
         return str(result.error_string)
 
@@ -163,7 +163,7 @@ def test_a_stop_aborts_and_an_emergency_stop_rejects_until_reset(client) -> None
     client.idle()
     # The server may hear of the reset a little later than this test, and rejects until then.
     client.ros.wait_until(
-        lambda: client.send((2.0, HOME))[0] == GoalStatus.SUCCEEDED,
+        lambda: client.send((1.2, HOME))[0] == GoalStatus.SUCCEEDED,
         10.0,
         "a goal that is accepted again",
     )

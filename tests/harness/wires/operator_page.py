@@ -15,7 +15,7 @@ from harness.ros import Ros
 
 TOKEN = "token-of-the-tests"
 VARIABLE = "OPERATOR_PANEL_TOKEN"
-CLOSE_S = 0.5
+CLOSE_S = 0.1
 """A page that is closed waits for nobody; the library's client would wait 10 s for an answer that
 stands behind frames that the test does not read."""
 

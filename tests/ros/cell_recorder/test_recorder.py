@@ -17,6 +17,7 @@ import rospy
 from cell_recorder.io.reading.bag_reader import open_bag
 from diagnostic_msgs.msg import DiagnosticArray
 from harness.ros import Ros
+from harness.running.thorough import thorough
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
@@ -34,10 +35,17 @@ recorder:
 """
 
 
+@pytest.fixture(scope="module")
+def running(ros_module: Ros) -> tuple[Any, Any, Any]:
+    """Start the node with a configuration of the tests; give the process and both services."""
+    return start_node(ros_module)
+
+
 @pytest.fixture
-def recorder(ros: Ros) -> Iterator[tuple[Any, Any, Any]]:
-    """Start the node with a configuration of the test; give the process and both services."""
-    yield start_node(ros)
+def recorder(running: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
+    """Give a recorder that does not record; bags have names that no other test gives."""
+    running[2]()
+    return running
 
 
 def start_node(
@@ -88,40 +96,42 @@ def numbers(path: str | Path, topic: str) -> list[float]:
         return [message.position[0] for _, message, _ in bag.read_messages(topics=[topic])]
 
 
-def test_stop_answers_the_count_of_a_complete_bag(ros: Ros, recorder: tuple[Any, Any, Any]) -> None:
+def test_stop_answers_the_count_of_a_complete_bag(
+    ros_module: Ros, recorder: tuple[Any, Any, Any]
+) -> None:
     """What was published between both answers is complete; standard tools read the file."""
     _, start, stop = recorder
-    publisher = ros.publisher("twin/joint_states", JointState, subscribers=0)
-    started = start(path="run.bag")
-    assert (started.success, started.path) == (True, str(ros.folder / "run.bag"))
+    publisher = ros_module.publisher("twin/joint_states", JointState, subscribers=0)
+    started = start(path="stop.bag")
+    assert (started.success, started.path) == (True, str(ros_module.folder / "stop.bag"))
     assert publisher.get_num_connections() == 1, "start answers when published topics are connected"
     with joint_states(publisher) as sent:
-        ros.wait_until(lambda: len(sent) >= 200, 10.0, "200 messages")
+        ros_module.wait_until(lambda: len(sent) >= 200, 10.0, "200 messages")
     time.sleep(0.2)  # the last message is on its way
     stopped = stop()
     assert stopped.success and stopped.path == started.path
-    assert numbers(stopped.path, ros.name("twin/joint_states")) == [
+    assert numbers(stopped.path, ros_module.name("twin/joint_states")) == [
         float(i) for i in range(len(sent))
     ]
     with rosbag.Bag(stopped.path) as bag:
         assert bag.get_message_count() == stopped.messages
         stamps = [stamp for _, _, stamp in bag.read_messages()]
     assert stamps == sorted(stamps)
-    assert "messages" in ros.shell("rosbag", "info", stopped.path)
+    assert "messages" in ros_module.shell("rosbag", "info", stopped.path)
 
 
 def test_topics_that_appear_later_and_latched_ones_are_recorded(
-    ros: Ros, recorder: tuple[Any, Any, Any]
+    ros_module: Ros, recorder: tuple[Any, Any, Any]
 ) -> None:
     """The configuration in force is in each bag, whenever the recording starts."""
     _, start, stop = recorder
-    ros.publisher("twin_controller/configuration", String, subscribers=0, latch=True).publish(
-        "configured"
-    )
+    ros_module.publisher(
+        "twin_controller/configuration", String, subscribers=0, latch=True
+    ).publish("configured")
     paths = []
     for name in ("first.bag", "second.bag"):
         assert start(path=name).success
-        late = ros.publisher("experiment/marker", String, subscribers=1)
+        late = ros_module.publisher("experiment/marker", String, subscribers=1)
         late.publish("start it")
         time.sleep(0.2)  # the message is on its way
         paths.append(stop().path)
@@ -134,8 +144,8 @@ def test_topics_that_appear_later_and_latched_ones_are_recorded(
                 if message._type == "std_msgs/String"
             }
         assert said == {
-            ros.name("twin_controller/configuration"): "configured",
-            ros.name("experiment/marker"): "start it",
+            ros_module.name("twin_controller/configuration"): "configured",
+            ros_module.name("experiment/marker"): "start it",
         }
 
 
@@ -161,7 +171,7 @@ def test_a_killed_recorder_loses_at_most_a_fifth_of_a_second(
     assert path.read_bytes() == before, "the original is left alone"
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, *thorough(signal.SIGTERM)])
 def test_a_recorder_that_is_asked_to_end_closes_its_bag(ros: Ros, number: signal.Signals) -> None:
     """Ctrl-C during a recording leaves a complete bag and no error."""
     node, start, _ = start_node(ros)
@@ -198,28 +208,30 @@ def test_a_full_disk_is_an_error_on_diagnostics_and_no_crash(ros: Ros) -> None:
     assert start(path="other.bag").success
 
 
-def test_wrong_calls_are_refused_with_a_reason(ros: Ros, recorder: tuple[Any, Any, Any]) -> None:
+def test_wrong_calls_are_refused_with_a_reason(
+    ros_module: Ros, recorder: tuple[Any, Any, Any]
+) -> None:
     """Nothing is overwritten and nothing stops twice."""
     _, start, stop = recorder
     assert stop().message == "not recording"
-    assert start(path="run.bag").success
+    assert start(path="wrong.bag").success
     assert start(path="other.bag").message == "already recording"
     assert stop().success
-    again = start(path="run.bag")
+    again = start(path="wrong.bag")
     assert not again.success and "File exists" in again.message
 
 
-@pytest.mark.parametrize("wrong", ["/tmp/stolen.bag", "../stolen.bag", "a/../../stolen.bag"])
 def test_nothing_is_written_outside_the_runs_folder(
-    ros: Ros, recorder: tuple[Any, Any, Any], wrong: str
+    ros_module: Ros, recorder: tuple[Any, Any, Any]
 ) -> None:
     """Whoever may call the service may not fill any place of the disk."""
     _, start, stop = recorder
-    refused = start(path=wrong)
-    assert not refused.success
-    assert f"recordings go into {ros.folder} only" in refused.message
-    assert stop().message == "not recording"
-    assert start(path=str(ros.folder / "inside" / "run.bag")).success
+    for wrong in ("/tmp/stolen.bag", "../stolen.bag", "a/../../stolen.bag"):
+        refused = start(path=wrong)
+        assert not refused.success
+        assert f"recordings go into {ros_module.folder} only" in refused.message
+        assert stop().message == "not recording"
+    assert start(path=str(ros_module.folder / "inside" / "nothing.bag")).success
 
 
 def test_an_old_recording_makes_room_and_that_is_said(ros: Ros) -> None:

@@ -10,6 +10,7 @@ from harness.page.theatre import Theatre, open_theatre
 from harness.processes import wait_until
 from harness.ros import Ros
 from harness.wires.operator_page import Panel, heard
+from harness.yaml_files import changed_yaml, copy_configuration
 from websockets.sync.client import ClientConnection
 
 
@@ -24,7 +25,10 @@ def stand_in(ros_module: Ros) -> Iterator[StandIn]:
 @pytest.fixture(scope="module")
 def panel(ros_module: Ros, stand_in: StandIn) -> Panel:
     """Give a panel that hears the twin controller."""
-    made = Panel(ros_module)
+    folder = copy_configuration(ros_module.folder / "config")
+    # A page gives its first sign of life within a fifth of it.
+    changed_yaml(folder / "twin_controller.yaml", folder, ["control", "keep_ms"], 1000.0)
+    made = Panel(ros_module, f"_config_dir:={folder}")
     with made.live() as live:
         wait_until(
             lambda: heard(live, "frame")["text"]["mode"] == "Ready", 20.0, "a state on the page"

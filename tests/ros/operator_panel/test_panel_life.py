@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 from harness.processes import Process, free_port, wait_until
 from harness.ros import Ros
+from harness.running.thorough import thorough
 from harness.wires.operator_page import Panel, heard
 from harness.yaml_files import changed_yaml, copy_configuration, shipped
 
@@ -75,7 +76,7 @@ def test_token_is_made_in_ros_home_and_stays_out_of_the_log(ros: Ros, tmp_path: 
     ("path", "value", "text"),
     [
         (["jog", "dead_man_ms"], 1.0, r"operator_panel\.yaml: jog\.dead_man_ms = 1"),
-        (["port"], "eighty", r"port = 'eighty'"),
+        *thorough((["port"], "eighty", r"port = 'eighty'")),
     ],
 )
 def test_wrong_configuration_ends_the_node_with_one_line(

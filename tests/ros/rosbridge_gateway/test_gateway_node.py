@@ -9,6 +9,7 @@ import pytest
 import websocket
 from harness.opponents.running_gateway import RosbridgeClient, RunningGateway
 from harness.ros import Ros
+from harness.running.thorough import thorough
 from harness.yaml_files import shipped
 
 
@@ -29,7 +30,7 @@ def test_taken_port_ends_the_second_gateway(gateway: RunningGateway) -> None:
     ("old", "new", "text"),
     [
         ("nesting: 32", "nesting: 1000", "limits.nesting = 1000"),
-        ("clients: 32", "client: 32", "`client`"),
+        *thorough(("clients: 32", "client: 32", "`client`")),
     ],
 )
 def test_wrong_configuration_ends_the_node(ros: Ros, old: str, new: str, text: str) -> None:
@@ -45,7 +46,7 @@ def test_wrong_configuration_ends_the_node(ros: Ros, old: str, new: str, text: s
     )
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGTERM, *thorough(signal.SIGINT)])
 def test_signal_ends_the_gateway_with_close_frames(ros: Ros, number: signal.Signals) -> None:
     """Clients hear a goodbye; exit code 0, no error."""
     gateway = RunningGateway(ros)
@@ -58,7 +59,7 @@ def test_signal_ends_the_gateway_with_close_frames(ros: Ros, number: signal.Sign
     assert "Traceback" not in gateway.node.output
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, *thorough(signal.SIGTERM)])
 def test_missing_roscore_is_said_once_and_waited_for(ros: Ros, number: signal.Signals) -> None:
     """Any start order works; a signal ends the waiting."""
     uri = f"http://127.0.0.1:{ros.free_port()}"

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from harness.processes import Process, wait_until
 from harness.ros import Ros
+from harness.running.thorough import thorough
 from harness.workspace import ROOT
 from scara_config import load_robot
 from scara_control.kinematics.screws import ScrewModel, forward_kinematics
@@ -116,7 +117,7 @@ def looked_up(
     return pose
 
 
-@pytest.mark.parametrize("name", ["fanuc_sr6ia", "articulated_six"])
+@pytest.mark.parametrize("name", ["fanuc_sr6ia", *thorough("articulated_six")])
 def test_tools_of_both_robots_are_where_forward_kinematics_says(
     cell: Cell, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -259,7 +260,7 @@ def test_no_message_asks_the_master_anything(cell: Cell) -> None:
     ("q", "why"),
     [
         ({"joint_9": 0.5}, "the description has no moving joint 'joint_9': there are joint_1"),
-        ({"joint_1": float("nan")}, "joint_1 = nan: must be finite"),
+        *thorough(({"joint_1": float("nan")}, "joint_1 = nan: must be finite")),
     ],
 )
 def test_state_that_does_not_fit_is_told_and_the_next_is_shown(
@@ -284,8 +285,10 @@ def test_state_that_does_not_fit_is_told_and_the_next_is_shown(
     ("text", "words", "why"),
     [
         (None, (), "robot.urdf: cannot be read: No such file or directory"),
-        ("<robot", (), "robot.urdf: the robot description is no XML"),
-        ('<robot name="r"/>', (), "robot.urdf: the robot description must have one root"),
+        *thorough(
+            ("<robot", (), "robot.urdf: the robot description is no XML"),
+            ('<robot name="r"/>', (), "robot.urdf: the robot description must have one root"),
+        ),
         ('<robot name="r"><link name="a"/></robot>', ("_rate:=0",), "~rate = 0: must be a number"),
     ],
 )

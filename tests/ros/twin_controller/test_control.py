@@ -12,6 +12,7 @@ from harness.yaml_files import changed_yaml, copy_configuration
 from scara_ros.nodes.service_client import ServiceClient
 
 FITTER, FOREMAN = "token-of-fitter-0123", "token-of-foreman-45678"
+KEEP_MS = 1500.0
 STRANGERS = (
     {},
     {"person": "foreman", "token": FOREMAN},
@@ -28,7 +29,7 @@ def configuration(folder: Path) -> Path:
         for name in ("fitter", "foreman")
     }
     changed_yaml(folder / "persons.yaml", folder, ["persons"], persons)
-    return changed_yaml(folder / "twin_controller.yaml", folder, ["control", "keep_ms"], 2000.0)
+    return changed_yaml(folder / "twin_controller.yaml", folder, ["control", "keep_ms"], KEEP_MS)
 
 
 def controller(ros: Ros, folder: Path, **env: str) -> Process:
@@ -112,7 +113,7 @@ def test_page_in_control_keeps_it_until_it_is_closed(ros: Ros) -> None:
     from scara_msgs.srv import Control, TwinCommand
 
     folder = copy_configuration(ros.folder / "config")
-    changed_yaml(folder / "twin_controller.yaml", folder, ["control", "keep_ms"], 2000.0)
+    changed_yaml(folder / "twin_controller.yaml", folder, ["control", "keep_ms"], KEEP_MS)
     states = ros.collect("twin_controller/state", TwinControllerState)
     controller(ros, folder, **{VARIABLE: TOKEN})
     command = ros.service("twin_controller/command", TwinCommand)
@@ -131,7 +132,9 @@ def test_page_in_control_keeps_it_until_it_is_closed(ros: Ros) -> None:
         ros.wait_until(lambda: states[-1].holder == "operator 1", 20.0, "the page in control")
         held = states[-1].held_since
         ros.wait_until(
-            lambda: states[-1].header.stamp - held > rospy_duration(3.0), 20.0, "signs of life"
+            lambda: states[-1].header.stamp - held > rospy_duration(1.3e-3 * KEEP_MS),
+            20.0,
+            "signs of life",
         )
         assert states[-1].holder == "operator 1"
         assert abs((states[-1].held_since - held).to_sec()) < 0.5, "the same hold all the time"

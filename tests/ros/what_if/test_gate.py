@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from harness.ros import Ros
+from harness.running.thorough import thorough
 from harness.second_world.gated_nodes import FREE, HOME, GatedNodes, refused_targets
 from PIL import Image
 from what_if.io.moment_picture import WIDTH
@@ -21,7 +22,7 @@ def cell(ros_module: Ros, tmp_path_factory: pytest.TempPathFactory) -> Iterator[
     yield GatedNodes(ros_module, tmp_path_factory.mktemp("config"))
 
 
-@pytest.mark.parametrize("count", [20, pytest.param(1000, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("count", [10, *thorough(1000)])
 def test_refused_commands_send_no_set_point_and_say_why(cell: GatedNodes, count: int) -> None:
     """Half by the service, half as goals. Then one that is free does move."""
     cell.told.clear()

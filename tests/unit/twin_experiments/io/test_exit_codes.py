@@ -1,4 +1,4 @@
-"""What the commands run_experiment and report end with, and what they say then."""
+"""What run_experiment, report and step_response end with, and what they say then."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from twin_experiments.nodes import report, run_experiment
+from twin_experiments.nodes import report, run_experiment, step_response
 
 MakeBag = Callable[..., Path]
 CONFIG = Path(__file__).resolve().parents[4] / "config"
@@ -73,3 +73,29 @@ def test_wrong_arguments_end_with_exit_code_two(
     """A wrong name, speed or folder is told before anything moves."""
     assert end_of(run_experiment.main, *words) == 2
     assert text in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "text"),
+    [
+        (("joint_3", "--size", "3", "--seconds", "0.6"), 0, "in process, offline"),
+        (("joint_9",), 2, "unknown joint 'joint_9': robot.yaml has joint_1"),
+        (("joint_4",), 2, "joint_4 is not moved by the twin"),
+        (("joint_3", "--size", "300"), 2, "joint_3: no room for a step of 300 mm at -160.00 mm"),
+    ],
+)
+def test_without_a_simulator_a_step_is_made_in_process(
+    end_of: Callable[..., object],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    words: tuple[str, ...],
+    code: int,
+    text: str,
+) -> None:
+    """The same physics; wrong arguments are named with what is allowed."""
+    monkeypatch.setattr("rosgraph.is_master_online", lambda: False)
+    assert end_of(step_response.main, *words, "--output", tmp_path) == code
+    said = capsys.readouterr()
+    assert text in said.out + said.err
+    assert bool(list(tmp_path.glob("step_joint_3*.png"))) is (code == 0)
