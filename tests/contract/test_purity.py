@@ -112,15 +112,8 @@ EXEMPT = {
         "is_dir",
         "read_bytes",
     },
-    "config/src/scara_config/writer.py": {
-        "io",
-        "os",
-        "tempfile",
-        "open",
-        "read_text",
-        "unlink",
-        "exists",
-    },
+    "config/src/scara_config/files/whole_file.py": {"os", "tempfile", "unlink"},
+    "config/src/scara_config/writer.py": {"io", "os", "read_text", "exists"},
 }
 # config.py of a package lists a folder of programs or names a file; the loader opens it.
 FOLDERS_ARE_LISTED_IN = re.compile(r"(^|/|_)config\.py$")

@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from scara_config.faults import Fault, find_faults, line_of
-from scara_config.parsing.yaml_text import YamlTextError, parse
+from scara_config.files.yaml_text import YamlTextError, parse
 
 T = TypeVar("T")
 

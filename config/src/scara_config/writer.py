@@ -8,7 +8,6 @@ from __future__ import annotations
 import errno
 import io
 import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from typing import Any
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
+from scara_config.files.whole_file import write_whole
 from scara_config.loader import ConfigError
 
 Key = tuple[str, ...]
@@ -70,23 +70,14 @@ def replace_file(path: Path | str, text: str) -> None:
         ConfigError: The folder or the file cannot be written; the old file is untouched then.
     """
     path = Path(path).resolve()
-    name = ""
     try:
         if path.exists() and not os.access(
             path, os.W_OK
         ):  # a folder that can be written would let it be replaced
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
         mode = path.stat().st_mode & 0o777 if path.exists() else 0o644
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        os.chmod(name, mode)
-        os.replace(name, path)
+        write_whole(path, text.encode(), mode)
     except OSError as error:
-        if name:
-            Path(name).unlink(missing_ok=True)
         raise ConfigError(f"{path}: cannot be written: {error.strerror}") from error
 
 

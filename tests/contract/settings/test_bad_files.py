@@ -21,7 +21,7 @@ from harness.yaml_files import copy_configuration
 from ruamel.yaml import YAML
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from scara_config import ConfigError, load_robot, locate
-from scara_config.parsing.yaml_text import PLAIN
+from scara_config.files.yaml_text import PLAIN
 from scara_config.readers import OPTIONAL, READERS, READERS_WITH_ROBOT, reader
 
 CONFIG = ROOT / "config"

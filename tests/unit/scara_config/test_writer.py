@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from harness.yaml_files import shipped
 from scara_config import ConfigError
+from scara_config.files.whole_file import OWNER_ONLY, whole_file, write_whole
 from scara_config.writer import changed_text, replace_file, write_values
 
 TEXT = """\
@@ -96,3 +97,15 @@ def test_a_symbolic_link_stays_one(file: Path) -> None:
     write_values(link, {("joint_2", "position", "d"): 4.0})
     assert link.is_symlink()
     assert "d: 4.0" in file.read_text()
+
+
+def test_a_file_that_could_not_be_ended_is_as_it_was(tmp_path: Path) -> None:
+    """Nothing of the half stays behind."""
+    file = tmp_path / "kept"
+    write_whole(file, b"old", OWNER_ONLY)
+    with pytest.raises(ZeroDivisionError), whole_file(file, half=".part") as stream:
+        stream.write(b"new")
+        assert [path.suffix for path in tmp_path.glob("*.part")] == [".part"]
+        raise ZeroDivisionError
+    assert file.read_bytes() == b"old" and list(tmp_path.iterdir()) == [file]
+    assert file.stat().st_mode & 0o777 == OWNER_ONLY

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from scara_config import ConfigError, Robot, convert
-from scara_config.parsing.yaml_text import YamlTextError, parse
+from scara_config.files.yaml_text import YamlTextError, parse
 
 from twin_experiments.config import ExperimentsFile
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from cell_recorder.io.reading.bag_reader import Bag
 from scara_config import ConfigError, convert
+from scara_config.files.yaml_text import YamlTextError, parse
 from scara_config.palletise import FILE, Palletise, find_palletise
-from scara_config.parsing.yaml_text import YamlTextError, parse
 from scara_ros.part_markers import part_name
 
 from twin_experiments.palletising import SIDES, Handled

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
+from scara_config.files.whole_file import whole_file
 
 from farm.desk.files import EventSpan, counting, to_join
 from farm.keys import CellName
@@ -163,21 +164,15 @@ class History:
 
     def _put(self, span: EventSpan, table: pa.Table) -> None:
         """Write a file; it has its name when all of it is on the disk."""
-        path = self._path(span)
-        half = path.with_suffix(HALF)
         try:
-            with half.open("wb") as stream:
+            with whole_file(self._path(span), half=HALF) as stream:
                 pq.write_table(table, stream, compression="zstd")
-                stream.flush()
-                os.fsync(stream.fileno())
-            half.rename(path)
             folder = os.open(self.folder, os.O_RDONLY)
             try:
                 os.fsync(folder)
             finally:
                 os.close(folder)
         except OSError as error:
-            half.unlink(missing_ok=True)
             raise HistoryError(f"{self.folder}: {error.strerror}") from error
 
     def _read(self, span: EventSpan, columns: list[str] | None = None) -> pa.Table:

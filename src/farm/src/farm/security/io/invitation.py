@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
 import msgspec
+from scara_config.files.whole_file import OWNER_ONLY, write_whole
 from scara_config.quantities import Port
 from scara_ros.io.token_file import token_folder
 
@@ -77,17 +75,6 @@ def write_private(file: Path, content: bytes) -> None:
     """
     try:
         file.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-        # mkstemp's files are their owner's alone.
-        number, name = tempfile.mkstemp(dir=file.parent)
-        try:
-            with os.fdopen(number, "wb") as stream:
-                stream.write(content)
-                stream.flush()
-                os.fsync(stream.fileno())
-            os.replace(name, file)
-        except OSError:
-            with contextlib.suppress(OSError):
-                os.unlink(name)
-            raise
+        write_whole(file, content, OWNER_ONLY)
     except OSError as error:
         raise SecurityError(f"{file}: {error.strerror}") from error

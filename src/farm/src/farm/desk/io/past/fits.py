@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import msgspec
+from scara_config.files.whole_file import write_whole
 
 from farm.desk.io.reading import AskingError
 from farm.fits import DayFit, noon_of
@@ -27,9 +28,7 @@ def keep_fits(data: Path, day: str, fits: Sequence[DayFit]) -> Path:
     """
     file = data / FITS / f"{day}.jsonl"
     file.parent.mkdir(parents=True, exist_ok=True)
-    half = file.with_suffix(".part")
-    half.write_bytes(b"".join(msgspec.json.encode(fit) + b"\n" for fit in fits))
-    half.replace(file)
+    write_whole(file, b"".join(msgspec.json.encode(fit) + b"\n" for fit in fits))
     return file
 
 

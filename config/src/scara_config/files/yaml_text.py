@@ -45,7 +45,7 @@ def parse(text: str) -> Any:
     Example:
         >>> parse("a: 1\nb: !!int word\n")
         Traceback (most recent call last):
-        scara_config.parsing.yaml_text.YamlTextError: 'word' is no int (line 2, column 4, near `b`)
+        scara_config.files.yaml_text.YamlTextError: 'word' is no int (line 2, column 4, near `b`)
     """
     yaml = YAML(typ="safe", pure=True)
     yaml.Constructor = _PlainConstructor

@@ -1,1 +1,0 @@
-"""What stands between a file of the configuration and its values."""
