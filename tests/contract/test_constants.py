@@ -11,8 +11,8 @@ import pytest
 from farm.config import Name as FarmName
 from harness.sources import Module, modules
 from operator_panel.config import Origin
+from scara_config.quantities import PersonName, VariableName
 from scara_control.motion.states import State
-from scara_ros.io.persons import Name, Variable
 from twin_controller.core.lead.modes import Mode
 
 from scara_msgs.msg import MotionState, PartEvent, TwinControllerState
@@ -125,8 +125,8 @@ def test_no_expression_ends_before_a_line_end() -> None:
 @pytest.mark.parametrize(
     ("kind", "name"),
     [
-        (Name, "ann"),
-        (Variable, "SCARA_TOKEN"),
+        (PersonName, "ann"),
+        (VariableName, "SCARA_TOKEN"),
         (FarmName, "machine-1"),
         (Origin, "http://localhost:80"),
     ],

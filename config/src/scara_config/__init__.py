@@ -1,6 +1,13 @@
 """Every number of the cell as YAML, and the one loader that checks it."""
 
-from scara_config.loader import ConfigError, config_directory, convert, load, package_folder
+from scara_config.loader import (
+    ConfigError,
+    Section,
+    config_directory,
+    convert,
+    load,
+    package_folder,
+)
 from scara_config.profile import description_path, files_in_force, locate
 from scara_config.robot import (
     Geometry,
@@ -20,6 +27,7 @@ __all__ = [
     "PrismaticJoint",
     "RevoluteJoint",
     "Robot",
+    "Section",
     "config_directory",
     "convert",
     "description_path",

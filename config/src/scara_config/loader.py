@@ -23,6 +23,10 @@ LARGEST = 1_000_000
 """Bytes of a file [our]: the largest that is shipped has 20,000."""
 
 
+class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Base of all sections of a file: unknown keys are errors."""
+
+
 class ConfigError(ValueError):
     """A configuration file is missing or wrong.
 

@@ -12,27 +12,20 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from scara_config.loader import ConfigError, load
+from scara_config.loader import ConfigError, Section, load
 from scara_config.profile import locate
-from scara_config.quantities import SpeedPercent
+from scara_config.quantities import CoordinateMm, ExtentMm, Force, PalletCount, SpeedPercent
 
-Length = Annotated[float, Meta(ge=-10_000.0, le=10_000.0)]
-Positive = Annotated[float, Meta(gt=0.0, le=10_000.0)]
-Count = Annotated[int, Meta(ge=1, le=20)]
-Point = tuple[Length, Length]
+Point = tuple[CoordinateMm, CoordinateMm]
 MM = 1e-3
 FILE = "palletise.yaml"
 
 
-class _Strict(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Base of all sections."""
-
-
-class Parts(_Strict, frozen=True):
+class Parts(Section, frozen=True):
     """One kind of part: a disc."""
 
-    diameter_mm: Positive
-    height_mm: Positive
+    diameter_mm: ExtentMm
+    height_mm: ExtentMm
     mass_kg: Annotated[float, Meta(gt=0.0, le=6.0)]
     friction: Annotated[float, Meta(gt=0.0, le=2.0)]
 
@@ -47,15 +40,15 @@ class Parts(_Strict, frozen=True):
         return self.height_mm * MM
 
 
-class Table(_Strict, frozen=True):
+class Table(Section, frozen=True):
     """The rotary table with its stands."""
 
     axis_mm: Point
-    top_mm: Length
-    radius_mm: Positive
+    top_mm: CoordinateMm
+    radius_mm: ExtentMm
     stands_mm: Annotated[dict[str, Point], Meta(min_length=1)]
-    stand_top_mm: Length
-    stand_radius_mm: Positive
+    stand_top_mm: CoordinateMm
+    stand_radius_mm: ExtentMm
     places_mm: Annotated[list[Point], Meta(min_length=1)]
     station_deg: Annotated[float, Meta(ge=-180.0, le=180.0)]
 
@@ -74,15 +67,15 @@ class Table(_Strict, frozen=True):
         return math.pi - (math.pi - angle) % (2.0 * math.pi)
 
 
-class Pallet(_Strict, frozen=True):
+class Pallet(Section, frozen=True):
     """The pallet and its pattern."""
 
     middle_mm: Point
-    top_mm: Length
-    size_mm: tuple[Positive, Positive]
-    rows: Count
-    columns: Count
-    pitch_mm: Positive
+    top_mm: CoordinateMm
+    size_mm: tuple[ExtentMm, ExtentMm]
+    rows: PalletCount
+    columns: PalletCount
+    pitch_mm: ExtentMm
 
     def places(self) -> list[tuple[float, float]]:
         """Return the middle of each place, row by row: x, y [m]."""
@@ -95,34 +88,34 @@ class Pallet(_Strict, frozen=True):
         ]
 
 
-class Gripper(_Strict, frozen=True):
+class Gripper(Section, frozen=True):
     """The suction gripper at the tool's origin."""
 
-    reach_mm: Positive
-    offset_mm: Positive
-    holding_force_n: Positive
-    stiffness_n_mm: Positive
+    reach_mm: ExtentMm
+    offset_mm: ExtentMm
+    holding_force_n: Force
+    stiffness_n_mm: Force
     vacuum_ms: Annotated[float, Meta(ge=0.0, le=5_000.0)]
     release_ms: Annotated[float, Meta(ge=0.0, le=5_000.0)]
     answer_ms: Annotated[float, Meta(ge=10.0, le=10_000.0)]
 
 
-class Watch(_Strict, frozen=True):
+class Watch(Section, frozen=True):
     """What counts as dropped, and as a collision."""
 
-    drop_mm: Positive
-    press_n: Positive
-    touch_n: Positive
+    drop_mm: ExtentMm
+    press_n: Force
+    touch_n: Force
 
 
-class Task(_Strict, frozen=True):
+class Task(Section, frozen=True):
     """How the parts are carried, and how well."""
 
-    gap_mm: Positive
-    clearance_mm: Positive
-    travel_mm: Length
-    near_mm: Positive
-    tolerance_mm: Positive
+    gap_mm: ExtentMm
+    clearance_mm: ExtentMm
+    travel_mm: CoordinateMm
+    near_mm: ExtentMm
+    tolerance_mm: ExtentMm
     speed_percent: SpeedPercent
     lower_percent: SpeedPercent
     approach_percent: SpeedPercent
@@ -140,13 +133,13 @@ class Start(msgspec.Struct, frozen=True):
     z: float
 
 
-class Palletise(_Strict, frozen=True):
+class Palletise(Section, frozen=True):
     """The file palletise.yaml."""
 
     parts: Parts
     table: Table
     pallet: Pallet
-    floor_mm: Length
+    floor_mm: CoordinateMm
     gripper: Gripper
     watch: Watch
     task: Task

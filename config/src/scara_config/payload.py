@@ -11,9 +11,9 @@ from msgspec import Meta
 
 from scara_config.loader import ConfigError, load
 from scara_config.profile import locate
+from scara_config.quantities import LeverM
 
 Mass = Annotated[float, Meta(ge=0.0, le=1000.0)]
-Length = Annotated[float, Meta(ge=-1.0, le=1.0)]
 Moment = Annotated[float, Meta(ge=0.0, le=1000.0)]
 Number = Annotated[int, Meta(ge=1, le=10)]
 _ROUNDING = 1e-9
@@ -38,7 +38,7 @@ class Payload(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     number: Number
     name: Annotated[str, Meta(min_length=1, max_length=40)]
     mass_kg: Mass
-    centre_m: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
+    centre_m: tuple[LeverM, LeverM, LeverM] = (0.0, 0.0, 0.0)
     inertia_kg_m2: tuple[Moment, Moment, Moment] = (0.0, 0.0, 0.0)
 
 

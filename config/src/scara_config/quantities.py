@@ -31,6 +31,12 @@ TolerancePercent = Annotated[float, Meta(ge=0.0, le=10_000.0)]
 StepPercent = Annotated[float, Meta(ge=0.1, le=10.0)]
 """Difference of two speeds that counts as none, or that one is changed by at once."""
 
+WholePercent = Annotated[float, Meta(ge=0.0, le=100.0)]
+"""Part of a whole; nothing and all of it are allowed."""
+
+DriftPercent = Annotated[float, Meta(gt=0.0, le=1000.0)]
+"""By how much what is measured may differ from what was predicted."""
+
 # Positions and distances, in a joint's border unit (deg or mm) unless the name says another one.
 StillTolerance = Annotated[float, Meta(ge=0.001, le=0.5)]
 """Motion that counts as none. Coarser, a side that moves would pass for one that stands; finer than
@@ -72,11 +78,26 @@ BodyMm = Annotated[float, Meta(ge=0.1, le=50.0)]
 CoordinateMm = Annotated[float, Meta(ge=-10_000.0, le=10_000.0)]
 """A place in the cell."""
 
+ExtentMm = Annotated[float, Meta(gt=0.0, le=10_000.0)]
+"""Size of a thing in the cell, or how far apart two may be."""
+
+PlacementMm = Annotated[float, Meta(ge=0.0, le=100.0)]
+"""How far something may lie from where it should; 0: it never does."""
+
+BodyCoordinate = Annotated[float, Meta(ge=-1e5, le=1e5)]
+"""Place or angle of a body of the robot [mm] or [deg]."""
+
+BodySize = Annotated[float, Meta(gt=0.0, le=1e5)]
+"""Edge, radius or length [mm], or mass [kg], of a body of the robot."""
+
 CoordinateM = Annotated[float, Meta(ge=-10.0, le=10.0)]
 """A place in the cell, or a part of a direction [m]."""
 
 AngleDeg = Annotated[float, Meta(ge=-3600.0, le=3600.0)]
 """Position of a joint that turns: ten turns."""
+
+LeverM = Annotated[float, Meta(ge=-1.0, le=1.0)]
+"""From the tool's origin to the centre of what hangs at it [m]."""
 
 # Motion, in a joint's border unit (deg or mm) a second.
 JointSpeed = Annotated[float, Meta(ge=5.0, le=10_000.0)]
@@ -93,6 +114,9 @@ JointEffort = Annotated[float, Meta(ge=1.0, le=5000.0)]
 
 JointInertia = Annotated[float, Meta(ge=1e-5, le=100.0)]
 """Largest inertia that a joint sees [kg m^2] or [kg]: from a small wrist to a heavy shoulder."""
+
+Force = Annotated[float, Meta(gt=0.0, le=10_000.0)]
+"""Force [N], or stiffness [N/mm], of a gripper or a touch."""
 
 StandstillSpeed = Annotated[float, Meta(ge=0.1, le=100.0)]
 """Slower than this counts as standing; above what a drive at rest shows."""
@@ -148,6 +172,15 @@ MemoryMs = Annotated[float, Meta(ge=100.0, le=3000.0)]
 ShownMs = Annotated[float, Meta(ge=300.0, le=3000.0)]
 """How long a side may take to show what it was told before that is an alarm."""
 
+RestMs = Annotated[float, Meta(ge=0.0, le=5000.0)]
+"""How long the robot rests at a point of its way; 0: it passes."""
+
+LagMs = Annotated[float, Meta(ge=0.0, le=1000.0)]
+"""How late a stand-in's drive, clock or register is; 0: it is ideal."""
+
+BusSilenceMs = Annotated[float, Meta(ge=100.0, le=60_000.0)]
+"""As SilenceMs, on the bus between machines, which carries no motion."""
+
 GateMs = Annotated[float, Meta(ge=20.0, le=30_000.0)]
 """How long a motion or a program waits for its judgement."""
 
@@ -169,6 +202,12 @@ GraceSeconds = Annotated[float, Meta(ge=0.05, le=120.0)]
 
 IdleSeconds = Annotated[float, Meta(ge=5.0, le=3600.0)]
 """How long a person who does nothing keeps what others want; longer than a look at the robot."""
+
+HoldSeconds = Annotated[float, Meta(ge=0.0, le=3600.0)]
+"""How long something must be over before a journal says so; 0: at once."""
+
+DwellSeconds = Annotated[float, Meta(ge=0.0, le=600.0)]
+"""How long an experiment stays at a point, or rests."""
 
 WaitSeconds = Annotated[float, Meta(ge=0.5, le=2000.0)]
 """How long an answer of another program is waited for; a person notices."""
@@ -203,3 +242,34 @@ ThingsHeld = Annotated[int, Meta(ge=1, le=10_000)]
 
 RateHz = Annotated[float, Meta(ge=1.0, le=1000.0)]
 """How often a loop runs in a second."""
+
+PhysicsRateHz = Annotated[int, Meta(ge=1, le=10_000)]
+"""How often a simulator says something in a second: a whole part of its steps."""
+
+PageRateHz = Annotated[float, Meta(ge=1.0, le=50.0)]
+"""How often a page is drawn in a second; nobody sees more."""
+
+BusRateHz = Annotated[float, Meta(ge=0.1, le=100.0)]
+"""How often a cell tells the farm something in a second."""
+
+AboveZero = Annotated[float, Meta(gt=0.0, le=1e9)]
+"""Any amount but nothing, of a stand-in's mechanics."""
+
+PalletCount = Annotated[int, Meta(ge=1, le=20)]
+"""Rows or columns of a pallet."""
+
+# Names.
+HostName = Annotated[str, Meta(min_length=1, max_length=255)]
+"""Name or IP address of a machine."""
+
+PersonName = Annotated[str, Meta(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,31}\Z")]
+"""As it stands in messages and journals."""
+
+VariableName = Annotated[str, Meta(pattern=r"^[A-Za-z_][A-Za-z0-9_]*\Z")]
+"""Of the environment."""
+
+ShortText = Annotated[str, Meta(min_length=1, max_length=200)]
+"""A file or a role, in a few words."""
+
+RightsWord = Annotated[str, Meta(min_length=1, max_length=63)]
+"""A role, a person or a command in a farm's rights."""

@@ -15,6 +15,7 @@ from scara_config.quantities import (
     AngleDeg,
     CoordinateM,
     CoordinateMm,
+    HostName,
     JointAcceleration,
     JointEffort,
     JointInertia,
@@ -166,7 +167,6 @@ class WatchedPointEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True)
 
 Means = Literal["hold", "cstopi", "imstp"]
 """The inputs by which a client stops a robot, in the order in which they are used."""
-Address = Annotated[str, Meta(min_length=1, max_length=255)]
 ALLOCATED: dict[str, tuple[Means, ...]] = {
     "full": ("hold", "cstopi", "imstp"),
     "simple": ("hold", "cstopi"),
@@ -188,7 +188,7 @@ class Stopping(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     """
 
     uop: Literal["full", "simple", "none"]
-    tried: dict[Means, Address]
+    tried: dict[Means, HostName]
 
     @property
     def cuts_drives(self) -> bool:

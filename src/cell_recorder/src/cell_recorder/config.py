@@ -8,9 +8,9 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 from scara_config import load, locate
+from scara_config.quantities import HoldSeconds
 
 Megabytes = Annotated[float, Meta(ge=0.001, le=1e6)]
-Seconds = Annotated[float, Meta(ge=0.0, le=3600.0)]
 
 
 class JournalSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -21,9 +21,9 @@ class JournalSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     day_limit_mb: Megabytes
     fsync_ms: Annotated[float, Meta(ge=0.0, le=60_000.0)]
     queue_entries: Annotated[int, Meta(ge=10, le=1_000_000)]
-    alarm_hold_s: Seconds
+    alarm_hold_s: HoldSeconds
     silent_s: Annotated[float, Meta(ge=1.5, le=3600.0)]
-    cycle_rest_s: Seconds
+    cycle_rest_s: HoldSeconds
     repeat_entries: Annotated[int, Meta(ge=1, le=10_000)]
     repeat_s: Annotated[float, Meta(ge=1.0, le=3600.0)]
 

@@ -9,14 +9,12 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import Meta
 from scara_config import ConfigError, load, locate
-from scara_config.quantities import Port
+from scara_config.quantities import BusRateHz, BusSilenceMs, Port
 
 from farm.keys import NAME
 from farm.link.rights import Rights
 
 Name = Annotated[str, Meta(pattern=NAME)]
-Rate = Annotated[float, Meta(ge=0.1, le=100.0)]
-Milliseconds = Annotated[float, Meta(ge=100.0, le=60_000.0)]
 LONGEST_EXPIRY_MS = 2000.0
 """Nothing that moves or stops a robot waits for longer on its way."""
 PORT = 7448
@@ -122,10 +120,10 @@ class Outside(msgspec.Struct, frozen=True):
 class LinkConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """What the link in the cell sends, and what it lets the farm do."""
 
-    state_rate_hz: Rate
-    joints_rate_hz: Rate
-    health_rate_hz: Rate
-    silent_ms: Milliseconds
+    state_rate_hz: BusRateHz
+    joints_rate_hz: BusRateHz
+    health_rate_hz: BusRateHz
+    silent_ms: BusSilenceMs
     answer_ms: Annotated[float, Meta(ge=100.0, lt=LONGEST_EXPIRY_MS)]
     events_limit: Annotated[int, Meta(ge=1, le=10_000)]
     remote_at_start: bool
@@ -137,7 +135,7 @@ class DeskConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     host: str
     port: Port
-    silent_ms: Milliseconds
+    silent_ms: BusSilenceMs
     flush_ms: Annotated[float, Meta(ge=50.0, le=10_000.0)]
     small_files: Annotated[int, Meta(ge=2, le=10_000)]
     small_file_mb: Annotated[float, Meta(gt=0.0, le=1000.0)]

@@ -13,6 +13,7 @@ from scara_config.quantities import (
     CoarseTolerance,
     DivergenceMm,
     IdleSeconds,
+    PageRateHz,
     PatienceMs,
     Port,
     SharePercent,
@@ -20,7 +21,6 @@ from scara_config.quantities import (
     WaitSeconds,
 )
 
-Rate = Annotated[float, Meta(ge=1.0, le=50.0)]
 MOST_MM_S = 250.0  # the reduced speed of ISO 10218-1, as a bound for jogs: our choice
 
 
@@ -59,10 +59,10 @@ class PanelConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     host: str
     port: Port
     api_origins: list[Origin]
-    update_rate_hz: Rate
+    update_rate_hz: PageRateHz
     silent_ms: Annotated[float, Meta(ge=100.0, le=60000.0)]
     chart_window_s: Annotated[float, Meta(ge=2.0, le=120.0)]
-    chart_rate_hz: Rate
+    chart_rate_hz: PageRateHz
     let_go_s: IdleSeconds
     call_timeout_s: WaitSeconds
     program_timeout_s: WaitSeconds

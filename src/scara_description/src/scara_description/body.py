@@ -17,12 +17,11 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 from scara_config import ConfigError, Joint, Robot, load, locate
+from scara_config.quantities import BodyCoordinate, BodySize
 
 from scara_description.inertia import FloatArray, with_inertia
 
-Finite = Annotated[float, Meta(ge=-1e5, le=1e5)]
-Positive = Annotated[float, Meta(gt=0.0, le=1e5)]
-Triple = tuple[Finite, Finite, Finite]
+Triple = tuple[BodyCoordinate, BodyCoordinate, BodyCoordinate]
 ZERO: Triple = (0.0, 0.0, 0.0)
 COLOURS = {
     "black": "0.09 0.09 0.10 1",
@@ -44,8 +43,8 @@ class SolidShape(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """
 
     colour: str
-    box_mm: tuple[Positive, Positive, Positive] | None = None
-    cylinder_mm: tuple[Positive, Positive] | None = None
+    box_mm: tuple[BodySize, BodySize, BodySize] | None = None
+    cylinder_mm: tuple[BodySize, BodySize] | None = None
     at_mm: Triple = ZERO
     rpy_deg: Triple = ZERO
 
@@ -57,7 +56,7 @@ class Link(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """
 
     name: str
-    mass_kg: Positive
+    mass_kg: BodySize
     shapes: Annotated[list[SolidShape], Meta(min_length=1)]
     parent: str = ""
     joint: str = ""

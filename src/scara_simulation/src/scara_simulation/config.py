@@ -10,6 +10,7 @@ import msgspec
 from msgspec import Meta
 from scara_config import ConfigError, Joint, Robot, load, locate
 from scara_config.quantities import (
+    PhysicsRateHz,
     QuietMs,
     ReactionMs,
     SettleMs,
@@ -18,8 +19,6 @@ from scara_config.quantities import (
     TolerancePercent,
 )
 from scara_control.pid import PidGains
-
-Rate = Annotated[int, Meta(ge=1, le=10_000)]
 
 
 class JointDynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -42,8 +41,8 @@ class SimulationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     wake_period_ms: Annotated[float, Meta(ge=0.1, le=20.0)]
     max_catch_up_ms: QuietMs
     clock_step_limit_ms: SpreadMs
-    joint_states_rate_hz: Rate
-    controller_state_rate_hz: Rate
+    joint_states_rate_hz: PhysicsRateHz
+    controller_state_rate_hz: PhysicsRateHz
     diagnostics_rate_hz: Annotated[int, Meta(ge=1, le=100)]
     extrapolation_limit_ms: ReactionMs
     setpoint_lead_limit_ms: SettleMs

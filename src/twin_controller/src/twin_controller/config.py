@@ -7,15 +7,11 @@ from typing import Annotated, Literal
 
 import msgspec
 from msgspec import Meta
-from scara_config import ConfigError, Robot, load, locate
+from scara_config import ConfigError, Robot, Section, load, locate
 from scara_config import quantities as allowed
 
 NodeWord = Annotated[str, Meta(pattern=r"^[A-Za-z]\w*\Z")]
 SensorName = Annotated[str, Meta(pattern=r"^/?[A-Za-z]\w*(/[A-Za-z]\w*)*\Z")]
-
-
-class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Base of all sections: unknown keys are errors."""
 
 
 class Real(Section, frozen=True):

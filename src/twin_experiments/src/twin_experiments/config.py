@@ -9,18 +9,13 @@ import msgspec
 import numpy as np
 from cell_recorder.recording import RecorderSettings
 from msgspec import Meta
-from scara_config import ConfigError, Robot, load, locate
-from scara_config.quantities import SharePercent, SpeedPercent
+from scara_config import ConfigError, Robot, Section, load, locate
+from scara_config.quantities import DwellSeconds, SharePercent, SpeedPercent
 
 from twin_experiments.metrics.errors import MetricsSettings
 
-Seconds = Annotated[float, Meta(ge=0.0, le=600.0)]
 Deadline = Annotated[float, Meta(gt=0.0, le=3600.0)]
 Visits = Annotated[list[str], Meta(min_length=2)]
-
-
-class Section(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Base of all sections: unknown keys are errors."""
 
 
 class RealLeads(Section, frozen=True, kw_only=True, tag_field="leader", tag="real"):
@@ -36,7 +31,7 @@ class TwinLeads(Section, frozen=True, kw_only=True, tag_field="leader", tag="twi
     """The twin is sent to one position after the other."""
 
     speed_percent: SpeedPercent
-    dwell_s: Seconds
+    dwell_s: DwellSeconds
     visits: Visits
     leader: ClassVar[Literal["real", "twin"]] = "twin"
 
@@ -80,8 +75,8 @@ class MetricsSection(Section, frozen=True, kw_only=True):
     rate_hz: Annotated[float, Meta(ge=100.0, le=10_000.0)]
     longest_gap_s: Annotated[float, Meta(ge=0.02, le=1.0)]
     moving_speed_percent: SharePercent
-    rest_s: Seconds
-    rest_margin_s: Seconds
+    rest_s: DwellSeconds
+    rest_margin_s: DwellSeconds
     set_position_radius_mm: Annotated[float, Meta(gt=0.0, le=1000.0)]
     max_lag_s: Annotated[float, Meta(gt=0.0, le=2.0)]
     shortest_move_mm: Annotated[float, Meta(ge=0.0, le=1000.0)]
@@ -117,7 +112,7 @@ class ExperimentsFile(Section, frozen=True, kw_only=True):
 
     recorder: RecorderSettings
     experiments: Annotated[dict[str, RealLeads | TwinLeads], Meta(min_length=1)]
-    palletising: dict[str, Palletising] = {}
+    palletising: dict[str, Palletising] = msgspec.field(default_factory=dict)
     metrics: MetricsSection
     limits: Limits
     paper: PaperFigures

@@ -11,26 +11,24 @@ from scara_config import load, locate
 from scara_config.quantities import (
     BodyMm,
     ClearanceMm,
+    DriftPercent,
     MeasuredDelayMs,
+    PlacementMm,
+    RestMs,
     SpeedPercent,
+    WholePercent,
 )
 from scara_ros.gate.settings import GateSettings
-
-Length = Annotated[float, Meta(ge=0.0, le=100.0)]
-Milliseconds = Annotated[float, Meta(ge=0.0, le=5000.0)]
-
-
-Share = Annotated[float, Meta(ge=0.0, le=100.0)]
 
 
 class ProgramConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """How the robot runs a program."""
 
     acceleration_percent: SpeedPercent
-    fine_ms: Milliseconds
-    cnt_ms: Milliseconds
-    acceleration_spread_percent: Share
-    fine_spread_ms: Milliseconds
+    fine_ms: RestMs
+    cnt_ms: RestMs
+    acceleration_spread_percent: WholePercent
+    fine_spread_ms: RestMs
     fitted: bool
 
 
@@ -44,26 +42,23 @@ class LagConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class UncertaintyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """How well the cell is known: standard deviations."""
 
-    table_mm: Length
+    table_mm: PlacementMm
     table_turn_deg: Annotated[float, Meta(ge=0.0, le=10.0)]
-    pallet_mm: Length
-    part_mm: Length
+    pallet_mm: PlacementMm
+    part_mm: PlacementMm
     person_mm: Annotated[float, Meta(ge=0.0, le=1000.0)]
-    mass_percent: Share
-    friction_percent: Share
-    payload_percent: Share
-
-
-Percent = Annotated[float, Meta(gt=0.0, le=1000.0)]
+    mass_percent: WholePercent
+    friction_percent: WholePercent
+    payload_percent: WholePercent
 
 
 class LearningConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """From when on predictions and what happens are too far apart."""
 
     motions: Annotated[int, Meta(ge=1, le=1000)]
-    time_percent: Percent
-    way_percent: Percent
-    effort_percent: Percent
+    time_percent: DriftPercent
+    way_percent: DriftPercent
+    effort_percent: DriftPercent
 
 
 class WhatIfConfig(GateSettings, frozen=True, forbid_unknown_fields=True):

@@ -14,16 +14,13 @@ import msgspec
 from msgspec import Meta
 from scara_config import ConfigError, Joint, Robot, load
 from scara_config.profile import plant_path
-from scara_config.quantities import AccelerationPercent
+from scara_config.quantities import AboveZero, AccelerationPercent, LagMs, WholePercent
 
 from fanuc_emulator.drives.axis import Axis, AxisParameters, Friction
 from fanuc_emulator.uop import Outputs
 
-Positive = Annotated[float, Meta(gt=0.0, le=1e9)]
-Percent = Annotated[float, Meta(ge=0.0, le=100.0)]
-Milliseconds = Annotated[float, Meta(ge=0.0, le=1000.0)]
 Period = Annotated[int, Meta(ge=1, le=40)]
-Range = tuple[Milliseconds, Milliseconds]
+Range = tuple[LagMs, LagMs]
 Row = tuple[float, float, float, float]
 ALARM = "alarm"
 """Beside the outputs of :class:`Outputs`: the register of the active alarm."""
@@ -69,9 +66,9 @@ class StreamFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """
 
     look_ahead: bool
-    lag_ms: Milliseconds
-    lag_step_ms: Milliseconds
-    lag_largest_ms: Milliseconds
+    lag_ms: LagMs
+    lag_step_ms: LagMs
+    lag_largest_ms: LagMs
     rest_s: Annotated[float, Meta(ge=0.0, le=3600.0)]
 
 
@@ -83,11 +80,11 @@ class FrictionFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     where static friction has fallen to a third of what it is above coulomb's.
     """
 
-    static_percent: Percent
-    coulomb_percent: Percent
-    viscous_percent: Percent
-    stribeck_percent: Positive
-    load_percent: Percent
+    static_percent: WholePercent
+    coulomb_percent: WholePercent
+    viscous_percent: WholePercent
+    stribeck_percent: AboveZero
+    load_percent: WholePercent
 
 
 class AxisFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -105,8 +102,8 @@ class AxisFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     damping: Annotated[float, Meta(gt=0.0, le=5.0)]
     velocity_feedforward: Annotated[float, Meta(ge=0.0, le=1.0)]
     encoder_counts_per_turn: Annotated[int, Meta(ge=1, le=2**26)]
-    travel_per_turn_deg: Positive | None = None
-    travel_per_turn_mm: Positive | None = None
+    travel_per_turn_deg: AboveZero | None = None
+    travel_per_turn_mm: AboveZero | None = None
     payload_inertia_percent: Annotated[float, Meta(ge=0.0, le=1000.0)] = 0.0
     friction: FrictionFile | None = None
     zero_offset_deg: Annotated[float, Meta(ge=-1.0, le=1.0)] = 0.0
@@ -142,9 +139,9 @@ class Plant(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     answers: AnswerFile
     measuring: MeasuringFile
     stream: StreamFile
-    shown_after_ms: dict[str, Milliseconds]
-    fine_tolerance_deg: Positive
-    fine_tolerance_mm: Positive
+    shown_after_ms: dict[str, LagMs]
+    fine_tolerance_deg: AboveZero
+    fine_tolerance_mm: AboveZero
     payload_kg: Annotated[float, Meta(ge=0.0, le=1000.0)]
     geometry: GeometryFile | None
     axes: dict[str, AxisFile]

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated
 
 import msgspec
-from msgspec import Meta
+from scara_config.quantities import RightsWord
 
 ALWAYS = ("STOP", "PAUSE")
 """Neither role nor switch nor revision is asked for."""
@@ -15,15 +14,14 @@ GUARDED = ("RESUME", "RESET", "HOME", "ALIGN", "ESTOP", "ACKNOWLEDGE", "SPEED")
 CONFIGURING = ("EXAMINE", "CONFIGURE", "TAKE_BACK")
 """About the configuration of the cell's next start; based on the number of its changes."""
 ASKABLE = GUARDED + CONFIGURING
-Word = Annotated[str, Meta(min_length=1, max_length=63)]
 
 
 class Rights(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Section ``rights`` of farm.yaml."""
 
-    default_role: Word
-    roles: dict[Word, list[Word]]
-    persons: dict[Word, Word]
+    default_role: RightsWord
+    roles: dict[RightsWord, list[RightsWord]]
+    persons: dict[RightsWord, RightsWord]
 
     def faults(self) -> Iterator[tuple[str, str, str]]:
         """Yield (key, value, what is allowed) of everything that fits nothing."""

@@ -13,13 +13,11 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 from scara_config import ConfigError, load, locate
+from scara_config.quantities import PersonName, ShortText, VariableName
 
 from scara_ros.io.page_token import page_token, ros_home
 from scara_ros.io.token_file import TokenError
 
-Name = Annotated[str, Meta(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,31}\Z")]
-Variable = Annotated[str, Meta(pattern=r"^[A-Za-z_][A-Za-z0-9_]*\Z")]
-Word = Annotated[str, Meta(min_length=1, max_length=200)]
 LONGEST = 40
 """Of a name that somebody gives, so much is repeated."""
 
@@ -30,16 +28,16 @@ class Person(Struct, frozen=True, forbid_unknown_fields=True):
     ``local``: programs of the cell's machine without a token are this person's own.
     """
 
-    token_environment: Variable
-    token_file: Word | None
-    gateway_role: Word
+    token_environment: VariableName
+    token_file: ShortText | None
+    gateway_role: ShortText
     local: bool = False
 
 
 class PersonsFile(Struct, frozen=True, forbid_unknown_fields=True):
     """persons.yaml."""
 
-    persons: Annotated[dict[Name, Person], Meta(min_length=1)]
+    persons: Annotated[dict[PersonName, Person], Meta(min_length=1)]
 
 
 def load_persons(directory: Path | str | None = None) -> dict[str, Person]:

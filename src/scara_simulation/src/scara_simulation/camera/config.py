@@ -11,11 +11,11 @@ import numpy as np
 from msgspec import Meta
 from scara_config import ConfigError, load, locate
 from scara_config.loader import convert
+from scara_config.quantities import CoordinateM
 
 from scara_simulation.camera.optics import Optics, Pose
 
 Pixels = Annotated[int, Meta(ge=16, le=4096)]
-Metres = Annotated[float, Meta(ge=-10.0, le=10.0)]
 Colour = Annotated[int, Meta(ge=0, le=255)]
 PARAMETERS = (
     "width_px",
@@ -34,13 +34,13 @@ class CameraConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     height_px: Pixels
     frame_rate_hz: Annotated[float, Meta(ge=0.1, le=60.0)]
     field_of_view_deg: Annotated[float, Meta(ge=5.0, le=120.0)]
-    position_m: tuple[Metres, Metres, Metres]
-    look_at_m: tuple[Metres, Metres, Metres]
-    up: tuple[Metres, Metres, Metres]
+    position_m: tuple[CoordinateM, CoordinateM, CoordinateM]
+    look_at_m: tuple[CoordinateM, CoordinateM, CoordinateM]
+    up: tuple[CoordinateM, CoordinateM, CoordinateM]
     near_m: Annotated[float, Meta(gt=0.0, le=10.0)]
     far_m: Annotated[float, Meta(gt=0.0, le=1000.0)]
     shadows: bool
-    light: tuple[Metres, Metres, Metres]
+    light: tuple[CoordinateM, CoordinateM, CoordinateM]
     background: tuple[Colour, Colour, Colour]
     round_edges: Annotated[int, Meta(ge=8, le=256)]
     niceness: Annotated[int, Meta(ge=0, le=19)]
