@@ -16,7 +16,7 @@ PREFIX = "twin_controller.core."
 LAYERS: tuple[tuple[str, ...], ...] = (
     ("", "events"),
     ("actions",),
-    ("authority",),
+    ("control",),
     ("safety.fastest",),
     ("setup",),
     ("orders.order", "orders.book"),

@@ -11,7 +11,7 @@ from scara_control.kinematics.screws import Point
 from scara_ros.diagnosis import Level
 
 from twin_controller.core.actions import Decided
-from twin_controller.core.authority.control import NOBODY, Control, others_text
+from twin_controller.core.control import NOBODY, Control, others_text
 from twin_controller.core.follow.ahead import reaches_ahead
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.orders.gripper import gripper_text

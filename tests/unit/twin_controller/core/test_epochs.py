@@ -7,7 +7,7 @@ import math
 import pytest
 from harness.pair import HOME, Pair, shifted
 from twin_controller.core.actions import Command, MoveTwin, Send
-from twin_controller.core.authority.control import ENDING
+from twin_controller.core.control import ENDING
 from twin_controller.core.lead.modes import Mode
 
 OTHER = shifted(HOME, 10.0, 5.0, 0.0)

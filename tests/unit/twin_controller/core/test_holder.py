@@ -9,7 +9,7 @@ import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
 from twin_controller.core.actions import Decided, Reply, StreamReal
-from twin_controller.core.authority.control import Control, Seat
+from twin_controller.core.control import Control, Seat
 from twin_controller.core.events import AnyEvent, Operator, Tick
 from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.lead.modes import Mode

@@ -29,7 +29,7 @@ from scara_msgs.srv import (
     TwinCommandResponse,
 )
 from twin_controller.core.actions import Reply
-from twin_controller.core.authority.control import ENDING, Seat
+from twin_controller.core.control import ENDING, Seat
 from twin_controller.core.events import ControlAsked, Operator
 from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.lead.commands.judging import judge_move

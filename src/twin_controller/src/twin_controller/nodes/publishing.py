@@ -20,7 +20,7 @@ from typing_extensions import Self
 from scara_msgs.msg import Audit, LinkState, RobotData, TwinControllerState
 from scara_msgs.msg import Decision as DecisionMessage
 from twin_controller.core.actions import Decided
-from twin_controller.core.authority.control import Control
+from twin_controller.core.control import Control
 from twin_controller.core.events import RealMeasured, Tick
 from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.setup import Setup

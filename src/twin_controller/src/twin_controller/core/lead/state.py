@@ -6,7 +6,7 @@ import msgspec
 from scara_ros.standstill import said
 
 from twin_controller.core.actions import Decided
-from twin_controller.core.authority.control import Control
+from twin_controller.core.control import Control
 from twin_controller.core.lead.modes import Mode, Trigger
 
 

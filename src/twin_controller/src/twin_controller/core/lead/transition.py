@@ -6,7 +6,7 @@ import msgspec
 from scara_control.keep_out.zones import WatchedMove
 
 from twin_controller.core.actions import AnyAction, Decided
-from twin_controller.core.authority.control import NOBODY, THIS_MACHINE, Control, Seat
+from twin_controller.core.control import NOBODY, THIS_MACHINE, Control, Seat
 from twin_controller.core.events import Operator
 from twin_controller.core.lead import triggers
 from twin_controller.core.lead.effects import carry_out

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
-from twin_controller.core.authority.control import unasked
+from twin_controller.core.control import unasked
 from twin_controller.core.events import (
     AnyEvent,
     Operator,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import msgspec
 
+from twin_controller.core import control as rules
 from twin_controller.core.actions import AnyAction, Reply
-from twin_controller.core.authority import control as rules
-from twin_controller.core.authority.control import Control, Outcome, Seat
+from twin_controller.core.control import Control, Outcome, Seat
 from twin_controller.core.events import AnyEvent, ControlAsked, Operator, Tick
 from twin_controller.core.lead.operator import operate
 from twin_controller.core.lead.state import cancelled, end_epoch, record_notice

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from twin_controller.core.authority.control import (
+from twin_controller.core.control import (
     NOBODY,
     Control,
     Outcome,

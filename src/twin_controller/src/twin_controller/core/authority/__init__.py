@@ -1,1 +1,0 @@
-"""Who may move the pair: one holder of control, whom others ask for it."""
