@@ -15,8 +15,7 @@ from pymodbus.client import AsyncModbusTcpClient, ModbusTcpClient
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 from twin_controller.config import load_twin_controller
 from twin_controller.io.modbus.link import ModbusLink
-from twin_controller.io.modbus.port import ModbusPort
-from twin_controller.io.modbus.settings import ModbusSettings
+from twin_controller.io.modbus.port import ModbusPort, ModbusSettings
 from twin_controller.registers import RegisterCodec
 
 from bench.record import Beside, Goal, Record, Rounds, interleaved, median, of_rounds

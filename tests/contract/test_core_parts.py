@@ -19,7 +19,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("control",),
     ("safety.fastest",),
     ("setup",),
-    ("orders.order", "orders.book"),
+    ("orders.order",),
     ("sides",),
     ("safety",),
     ("orders", "follow"),

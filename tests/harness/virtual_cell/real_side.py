@@ -16,7 +16,6 @@ from twin_controller.core.events import RealMeasured
 from twin_controller.modbus.blocks import Block
 from twin_controller.modbus.ring import RingCodec
 from twin_controller.registers import RegisterCodec
-from twin_controller.robot.allocation import told_outputs
 from twin_controller.robot.intake import measured
 from twin_controller.robot.signals import (
     UI_SIGNALS,
@@ -28,7 +27,7 @@ from twin_controller.robot.signals import (
     TakeBack,
     steps,
 )
-from twin_controller.robot_sample import ControlType, RobotSample
+from twin_controller.robot_sample import ControlType, RobotSample, told_outputs
 
 from harness.virtual_cell.files import CellFiles
 from harness.virtual_cell.schedule import Schedule, SideClock, Wire

@@ -14,7 +14,8 @@ from harness.yaml_files import REMOVED, changed_yaml
 from msgspec.structs import replace
 from scara_config import ConfigError, load_robot
 from twin_controller.config import load_twin_controller
-from twin_controller.links import links_text, recorded_choices
+from twin_controller.reporting.snapshots import recorded_choices
+from twin_controller.view import links_text
 
 SHIPPED = ROOT / "config"
 ROBOT = load_robot(SHIPPED)

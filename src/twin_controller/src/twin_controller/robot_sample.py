@@ -7,6 +7,11 @@ from enum import IntEnum
 import msgspec
 from scara_control.joint_motion import JointMotion
 
+_WARNS = ("", "NONE", "WARN")
+"""Severities that stop nothing."""
+_DRIVES_OFF = ("SERVO", "SYSTEM")
+"""Severities that switch the drives off."""
+
 
 class SampleError(ValueError):
     """An answer of the robot is not to be believed; the text says which value and why."""
@@ -99,3 +104,25 @@ class AlarmStatus(msgspec.Struct, frozen=True):
     def text(self) -> str:
         """One line for the operator, empty when there is no alarm."""
         return f"{self.message} ({self.cause}, {self.severity})" if self.facility else ""
+
+
+def told_outputs(program: ProgramStatus, alarm: AlarmStatus) -> frozenset[str]:
+    """Return the outputs that are on, as the blocks of program and alarm tell them.
+
+    SYSRDY is on unless an alarm has switched the drives off: no register tells it.
+
+    Args:
+        program: The running or last program.
+        alarm: The active alarm.
+
+    Source:
+        Our choice, by the severities of the maker's manual: docs/sources.md.
+    """
+    severity = alarm.severity if alarm.facility else ""
+    told = {
+        "sysrdy": severity not in _DRIVES_OFF,
+        "progrun": program.state is ProgramState.RUNNING,
+        "paused": program.state is ProgramState.PAUSED,
+        "fault": severity not in _WARNS,
+    }
+    return frozenset(name for name, on in told.items() if on)

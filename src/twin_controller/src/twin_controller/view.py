@@ -10,6 +10,7 @@ from scara_control.joint_motion import JointMotion
 from scara_control.kinematics.screws import Point
 from scara_ros.diagnosis import Level
 
+from twin_controller.config import TwinControllerConfig
 from twin_controller.core.actions import Decided
 from twin_controller.core.control import NOBODY, Control, others_text
 from twin_controller.core.follow.ahead import reaches_ahead
@@ -345,4 +346,12 @@ def _link_view(name: str, side: Side, now: float) -> LinkView:
         clock_uncertainty=side.clock.uncertainty,
         clock_drift_ppm=side.clock.drift_ppm,
         samples=side.clock.samples,
+    )
+
+
+def links_text(config: TwinControllerConfig) -> str:
+    """Say which link limits are in force, for the log."""
+    return (
+        f"link limits: {config.links}; robot: answer {config.real.timeout_ms:g} ms,"
+        f" data {config.real.stale_ms:g} ms; twin: data {config.twin.stale_ms:g} ms"
     )

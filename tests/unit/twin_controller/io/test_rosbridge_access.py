@@ -24,7 +24,7 @@ from scara_ros.io.token_file import (
 from twin_controller.config import Twin, load_twin_controller
 from twin_controller.io.rosbridge_access import Access, read_access, shown
 from twin_controller.io.rosbridge_link import RosbridgeLink
-from twin_controller.io.rosbridge_settings import LinkSettings
+from twin_controller.io.rosbridge_socket import LinkSettings
 
 DEADLINE = 10.0
 TOKEN = "drive-7f3a"

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from twin_controller.io.rosbridge_access import Access
 from twin_controller.io.rosbridge_link import RosbridgeLink
-from twin_controller.io.rosbridge_settings import LinkSettings
+from twin_controller.io.rosbridge_socket import LinkSettings
 from typing_extensions import Self
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.server import ServerConnection, serve

@@ -11,7 +11,7 @@ from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
 from twin_controller.core.actions import RobotSetpoint, StreamAhead
 from twin_controller.io.modbus.outbox import Command, Outbox
-from twin_controller.io.modbus.settings import ModbusSettings
+from twin_controller.io.modbus.port import ModbusSettings
 from twin_controller.io.modbus.writer import Writer
 from twin_controller.registers import RegisterCodec
 from twin_controller.robot.link import RobotCounters

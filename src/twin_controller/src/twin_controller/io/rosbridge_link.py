@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import logging
 import threading
 import time
@@ -13,8 +14,7 @@ from typing_extensions import Self
 
 from twin_controller.io.rosbridge_access import Access, shown
 from twin_controller.io.rosbridge_calls import OnAnswer, PendingCalls
-from twin_controller.io.rosbridge_settings import LinkCounters, LinkSettings
-from twin_controller.io.rosbridge_socket import RosbridgeSocket, TwinLinkLostError
+from twin_controller.io.rosbridge_socket import LinkSettings, RosbridgeSocket, TwinLinkLostError
 from twin_controller.twin.rosbridge import (
     Packet,
     ServerPacket,
@@ -32,6 +32,18 @@ OnChange = Callable[[bool, str], None]
 OnStatus = Callable[[str, str], None]
 
 _LOG = logging.getLogger("rosout.rosbridge_link")
+
+
+@dataclasses.dataclass(slots=True)
+class LinkCounters:
+    """What went over the link since its start."""
+
+    sent: int = 0
+    received: int = 0
+    rejected: int = 0
+    refused: int = 0
+    connects: int = 0
+    callback_errors: int = 0
 
 
 class RosbridgeLink:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import socket
 import time
 
@@ -15,11 +16,29 @@ from websocket import (
 )
 
 from twin_controller.io.rosbridge_access import Access, is_secure, tls_context
-from twin_controller.io.rosbridge_settings import LinkSettings
 
 _CLOSE_TIMEOUT = 0.2
 _PING_PART = 0.4
 _WAKE_PART = 0.2
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class LinkSettings:
+    """Times of a link [s].
+
+    Attributes:
+        silent_timeout: A peer that sends nothing for this long, not even a pong, counts as dead.
+        send_timeout: The longest that sending may block.
+        connect_timeout: Of connecting, at each step of the handshake.
+        retry_first: Pause before the first new attempt; doubled at each failure.
+        retry_last: Longest pause.
+    """
+
+    silent_timeout: float = 0.25
+    send_timeout: float = 0.05
+    connect_timeout: float = 1.0
+    retry_first: float = 0.1
+    retry_last: float = 2.0
 
 
 class TwinLinkLostError(RuntimeError):

@@ -19,12 +19,11 @@ from twin_controller.core.orders.twin_stop import STOPPING_TWIN
 from twin_controller.core.setup import Setup
 from twin_controller.io.rosbridge_access import Access
 from twin_controller.io.rosbridge_link import RosbridgeLink
-from twin_controller.io.rosbridge_settings import LinkSettings
+from twin_controller.io.rosbridge_socket import LinkSettings
 from twin_controller.plausible import Plausibility, Verdict
 from twin_controller.twin.commands import Packet, heard, lost_text, patience, told
 from twin_controller.twin.fields import PacketError
 from twin_controller.twin.held_joints import HeldJoints
-from twin_controller.twin.intake import take
 from twin_controller.twin.packets import (
     FOLLOW,
     GRIPPER,
@@ -41,6 +40,7 @@ from twin_controller.twin.packets import (
     end_packet,
     follow_packet,
     gripper_call,
+    judge_measured,
     move_call,
     twin_gripper,
     twin_measured,
@@ -246,7 +246,7 @@ class TwinLink:
 
         Readings that have really jumped (a reset of the simulation) begin anew.
         """
-        self._plausible, verdict = take(self._plausible, event, self._setup.joints)
+        self._plausible, verdict = judge_measured(self._plausible, event, self._setup.joints)
         if verdict is Verdict.JUMPED:
             self._link.drop(f"the readings of the twin jumped: {self._plausible.reason}")
         if verdict in (Verdict.REFUSED, Verdict.JUMPED):

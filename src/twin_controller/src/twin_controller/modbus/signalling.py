@@ -11,8 +11,7 @@ from collections import deque
 import msgspec
 from scara_config.modbus_map import CommandWord, ModbusMap
 
-from twin_controller.core.orders.book import due
-from twin_controller.core.orders.order import GiveUp, Order, Patience
+from twin_controller.core.orders.order import GiveUp, Order, Patience, due
 
 SEQUENCES = 32768
 

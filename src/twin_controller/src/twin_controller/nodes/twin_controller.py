@@ -54,20 +54,20 @@ from twin_controller.core.safety.sightings import (
 )
 from twin_controller.core.setup import Setup
 from twin_controller.io.engine import Engine
+from twin_controller.io.modbus.port import ModbusSettings
 from twin_controller.io.modbus.robot_link import ModbusRobotLink
-from twin_controller.io.modbus.settings import ModbusSettings
 from twin_controller.io.real_link import RealLink
 from twin_controller.io.rosbridge_access import Access, read_access
 from twin_controller.io.twin_link import TwinLink
-from twin_controller.links import links_text, recorded_choices
 from twin_controller.nodes.command_services import CommandServices
 from twin_controller.nodes.move_gate import MoveGate
 from twin_controller.nodes.publishing import Publishing
 from twin_controller.nodes.shadow_service import ShadowService
+from twin_controller.reporting.snapshots import recorded_choices
 from twin_controller.robot.link import RobotListener
 from twin_controller.twin.commands import Packet
 from twin_controller.twin.packets import SENDER
-from twin_controller.view import decision_text, statuses
+from twin_controller.view import decision_text, links_text, statuses
 
 replace = msgspec.structs.replace
 WATCH_PERIOD_S = 0.05

@@ -7,10 +7,12 @@ and the recording holds them anyway.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import msgspec
 
+from twin_controller.config import TwinControllerConfig
 from twin_controller.core.events import AnyEvent
 from twin_controller.core.state import CoreState
 
@@ -108,3 +110,16 @@ def _shown(value: object) -> str:
     """Return a value for people, of bounded length."""
     text = repr(value)
     return text if len(text) <= 200 else f"{text[:197]}..."
+
+
+def recorded_choices(text: str, config: TwinControllerConfig) -> str:
+    """Return the text of twin_controller.yaml with the choices in force, as it is recorded.
+
+    The robot's address decides whether it may be led, so a replay needs it.
+    """
+    text = re.sub(r"^  host:\s*\S+", f"  host: {config.real.host}", text, count=1, flags=re.M)
+    line = f"links: {config.links}"
+    said, count = re.subn(r"^links:\s*\w+", line, text, count=1, flags=re.MULTILINE)
+    if count or config.links == "strict":
+        return said
+    return f"{text.rstrip()}\n{line}\n"

@@ -10,8 +10,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from twin_controller.config import Twin
-from twin_controller.core.orders.book import due
-from twin_controller.core.orders.order import GiveUp, Order, Patience, send
+from twin_controller.core.orders.order import GiveUp, Order, Patience, due, send
 
 Packet = Mapping[str, Any]
 """A scara_msgs/MotionCommand as rosbridge carries it; ``id`` is its number."""

@@ -9,11 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+from scara_config.robot import Joint
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.joint_track import SetpointError, check_times
 
 from twin_controller.core.actions import Command, FollowTwin, MoveTwin, Send
 from twin_controller.core.events import ClockProbe, TwinGripper, TwinMeasured, TwinMotion, TwinPlan
+from twin_controller.plausible import TWIN_ACCELERATION, Plausibility, Reading, Verdict, judge
 from twin_controller.twin.fields import (
     PacketError,
     number,
@@ -47,6 +49,10 @@ MOTION_STATES = (
     "stopping",
     "estopped",
 )
+RANGE_MARGIN = 0.02
+"""How far outside its range, as a part of it, a joint of the twin may be read.
+
+Physics gives way at a limit."""
 _COMMANDS = {
     Command.STOP_TWIN: 1,
     Command.PAUSE_TWIN: 2,
@@ -71,6 +77,22 @@ def twin_measured(message: Mapping[str, Any], names: Sequence[str], now: float) 
     order = order_of(message, "name", names)
     q, qdot = row(message, "position", order), row(message, "velocity", order)
     return TwinMeasured(now, JointMotion.measured(q, qdot, stamp_of(message)))
+
+
+def judge_measured(
+    state: Plausibility, event: TwinMeasured, joints: Sequence[Joint]
+) -> tuple[Plausibility, Verdict]:
+    """Judge one joint state; ``reason`` of the new state says why it was refused.
+
+    Raises:
+        PacketError: A joint is far outside its range.
+    """
+    for joint, q in zip(joints, event.motion.q):
+        margin = RANGE_MARGIN * (joint.upper - joint.lower)
+        if not joint.lower - margin <= q <= joint.upper + margin:
+            limits = f"[{joint.lower:.6g}, {joint.upper:.6g}]"
+            raise PacketError(f"position of {joint.name} = {q:g} is outside {limits}")
+    return judge(state, Reading(event.motion, event.now), joints, TWIN_ACCELERATION)
 
 
 def coming_setpoints(message: Mapping[str, Any], names: Sequence[str]) -> Setpoints:

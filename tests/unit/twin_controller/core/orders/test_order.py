@@ -4,8 +4,7 @@ import math
 
 import msgspec
 import pytest
-from twin_controller.core.orders.book import due
-from twin_controller.core.orders.order import GiveUp, Order, Patience, overdue, send
+from twin_controller.core.orders.order import GiveUp, Order, Patience, due, overdue, send
 
 PATIENCE = Patience(0.25, 3, GiveUp.SAY_SO)
 

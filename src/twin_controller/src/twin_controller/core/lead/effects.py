@@ -8,9 +8,8 @@ from twin_controller.core.actions import AnyAction, Command, MoveTwin, Send
 from twin_controller.core.events import Operator
 from twin_controller.core.follow.memory import RealFollows, TwinFollows
 from twin_controller.core.lead.triggers import onsets
-from twin_controller.core.orders.estop import tell_estop
 from twin_controller.core.orders.state import OWN_COMMAND, told_twin
-from twin_controller.core.orders.stop import GIVES_HOLD, STOPPING, TAKES_HOLD, tell_stop
+from twin_controller.core.orders.stop import GIVES_HOLD, STOPPING, TAKES_HOLD, tell_estop, tell_stop
 from twin_controller.core.orders.stream import ask_for_stream, begin_stream
 from twin_controller.core.orders.twin_stop import MOVING_TWIN, STOPPING_TWIN, tell_twin_stop
 from twin_controller.core.setup import Setup

@@ -14,10 +14,9 @@ from twin_controller.core.lead.modes import Mode, Trigger
 from twin_controller.core.lead.standing import real_stands
 from twin_controller.core.lead.state import Lead, record_notice
 from twin_controller.core.lead.table import FOLLOWS_TWIN, LEADING
-from twin_controller.core.orders.book import due
-from twin_controller.core.orders.estop import estop_missed
+from twin_controller.core.orders.order import due
 from twin_controller.core.orders.state import OWN_COMMAND, is_old, pauses
-from twin_controller.core.orders.stop import StopOrder
+from twin_controller.core.orders.stop import StopOrder, estop_missed
 from twin_controller.core.orders.stream import StreamOrder, longest_wait
 from twin_controller.core.orders.twin_stop import moves_on, speeds_since
 from twin_controller.core.setup import Setup

@@ -13,8 +13,7 @@ import msgspec
 from twin_controller.config import Gripper as GripperConfig
 from twin_controller.core.actions import Grip
 from twin_controller.core.events import AnyEvent, GripAnswered, SideName
-from twin_controller.core.orders.book import due
-from twin_controller.core.orders.order import GiveUp, Order, Patience, tell
+from twin_controller.core.orders.order import GiveUp, Order, Patience, due, tell
 from twin_controller.core.sides.side import Gripper, Sides
 
 replace = msgspec.structs.replace

@@ -8,7 +8,8 @@ function for each kind of order.
 from __future__ import annotations
 
 import math
-from typing import Generic, TypeVar
+from collections.abc import Iterable
+from typing import Generic, NamedTuple, TypeVar
 
 import msgspec
 from scara_config.text_enum import StrEnum
@@ -90,3 +91,27 @@ def fresh(order: Order[Wanted] | None, now: float) -> bool:
 def overdue(order: Order[Wanted], now: float) -> bool:
     """Return whether the side should show the order by ``now`` [s] and does not."""
     return not order.shown and not fresh(order, now)
+
+
+class Due(NamedTuple, Generic[Wanted]):
+    """What is to be done about some orders now.
+
+    Attributes:
+        sends: Those to send, as they are after that.
+        failures: Those to give up; ``patience.give_up`` says what that means.
+    """
+
+    sends: list[Order[Wanted]]
+    failures: list[Order[Wanted]]
+
+
+def due(orders: Iterable[Order[Wanted] | None], now: float) -> Due[Wanted]:
+    """Sort out which orders are due; None stands for an order that nobody has given.
+
+    Args:
+        orders: Any orders, of one side or of both.
+        now: Time [s].
+    """
+    late = [order for order in orders if order is not None and overdue(order, now)]
+    sends = [send(order, now) for order in late if not order.spent]
+    return Due(sends, [order for order in late if order.spent])

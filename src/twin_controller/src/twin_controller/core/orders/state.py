@@ -6,11 +6,10 @@ import msgspec
 
 from twin_controller.config import Change, Stop
 from twin_controller.core.events import AnyEvent, RealMeasured, TwinMeasured, TwinMotion
-from twin_controller.core.orders.estop import EStopOrder
 from twin_controller.core.orders.gripper import Grips
 from twin_controller.core.orders.order import Order
 from twin_controller.core.orders.speed import Speeds
-from twin_controller.core.orders.stop import StopOrder, hear_stop
+from twin_controller.core.orders.stop import EStopOrder, StopOrder, hear_stop
 from twin_controller.core.orders.stream import StreamOrder, hear_stream
 from twin_controller.core.orders.twin_stop import TwinStop, strike_off
 from twin_controller.core.setup import Setup

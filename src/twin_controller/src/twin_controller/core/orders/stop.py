@@ -8,17 +8,18 @@ and CSTOPI have, the next means follows: its drives are switched off.
 
 HOLD is given back once the robot has stopped, never before: a paused program does not go on by it,
 and a HOLD of ours that stayed away would keep the person at the robot from starting anything.
+
+An emergency stop stays latched: a side that was not reached, or is let go, is told again.
 """
 
 from __future__ import annotations
 
 import msgspec
 
-from twin_controller.config import Stop
+from twin_controller.config import EStop, Stop
 from twin_controller.core.actions import Command, Send
-from twin_controller.core.events import RealMeasured
-from twin_controller.core.orders.book import due
-from twin_controller.core.orders.order import GiveUp, Order, Patience, tell
+from twin_controller.core.events import RealMeasured, TwinMotion
+from twin_controller.core.orders.order import GiveUp, Order, Patience, due, tell
 
 replace = msgspec.structs.replace
 
@@ -27,6 +28,10 @@ TAKES_HOLD = (Command.STOP_REAL, Command.HOLD_REAL, Command.ESTOP_REAL)
 """After one of these the robot's HOLD is away."""
 GIVES_HOLD = (Command.GIVE_HOLD_BACK, Command.RELEASE_REAL, Command.RESET_REAL)
 """After one of these it is there again."""
+EStopOrder = Order[tuple[Command, ...]]
+"""To both sides; it is never given up."""
+
+LATCHED = (Command.ESTOP_REAL, Command.ESTOP_TWIN)
 
 
 class StopOrder(msgspec.Struct, frozen=True):
@@ -135,3 +140,26 @@ def stop_again(stop: StopOrder | None, now: float) -> tuple[StopOrder | None, li
             stop, again = replace(stop, since=now), replace(again, wanted=Command.STOP_REAL)
         return replace(stop, order=again, reached=True), [Send(again.wanted, why)]
     return stop, []
+
+
+def tell_estop(order: EStopOrder | None, config: EStop, now: float) -> EStopOrder:
+    """Return the order after one of the two sides was told."""
+    return tell(order, LATCHED, Patience(config.retry_ms * 1e-3), now)
+
+
+def estop_missed(
+    order: EStopOrder | None, off: bool, motion: TwinMotion, old: bool, now: float
+) -> bool:
+    """Return whether a side should have obeyed by now and does not.
+
+    Args:
+        order: The emergency stop; None: it is not latched.
+        off: The real robot shows it: its drives are off, or it stands where nothing cuts them.
+        motion: The twin's report.
+        old: The twin's report is from before our last command to it.
+        now: Time [s].
+    """
+    if order is None:
+        return False
+    shown = off and (motion.state == "estopped" or old)
+    return bool(due([replace(order, shown=shown)], now).sends)

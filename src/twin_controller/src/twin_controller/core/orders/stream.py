@@ -11,8 +11,7 @@ import msgspec
 from twin_controller.config import Stream
 from twin_controller.core.actions import Command, Send
 from twin_controller.core.events import RealMeasured
-from twin_controller.core.orders.book import due
-from twin_controller.core.orders.order import GiveUp, Order, Patience, send
+from twin_controller.core.orders.order import GiveUp, Order, Patience, due, send
 from twin_controller.core.setup import Setup
 
 replace = msgspec.structs.replace

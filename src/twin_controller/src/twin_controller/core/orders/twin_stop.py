@@ -12,8 +12,7 @@ import msgspec
 from twin_controller.config import Change, Stop
 from twin_controller.core.actions import Command
 from twin_controller.core.events import Joints
-from twin_controller.core.orders.book import due
-from twin_controller.core.orders.order import GiveUp, Order, Patience, tell
+from twin_controller.core.orders.order import GiveUp, Order, Patience, due, tell
 from twin_controller.core.sides.change import stands_still
 from twin_controller.core.sides.side import TwinSide
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TypeVar
 
 import msgspec
+import numpy as np
 from scara_control.joint_motion import JointMotion
 
 from twin_controller.core.events import (
@@ -33,7 +34,6 @@ from twin_controller.core.sides.side import (
     Sides,
     TwinSide,
 )
-from twin_controller.estimation.noise import noise_at_rest
 from twin_controller.estimation.rhythm import heard
 
 replace = msgspec.structs.replace
@@ -44,6 +44,11 @@ FUTURE_S = 0.1
 
 NOISE_EVERY_S, NOISE_GAIN = 0.5, 0.5
 """How often the noise of a side is looked for [s], and how much of what is found counts."""
+
+DRIFTS = 4.0
+"""Halves of a stretch whose means differ by so many standard deviations are no rest."""
+SPREADS = 1.5
+"""Nor is a stretch that strays so much more than its readings differ from one to the next."""
 
 CLOCK_JUMPED = "its clock jumped"
 
@@ -274,3 +279,27 @@ def remember(setup: Setup, side: S, setpoints: Sequence[tuple[float, Joints]]) -
         return side
     told = [(t, setup.to_border(q)) for t, q in setpoints]
     return replace(side, tube=echo.remember(side.tube, told, MEMORY_S))
+
+
+def noise_at_rest(rows: Sequence[Sequence[float]]) -> float | None:
+    """Return the noise of the noisiest joint.
+
+    White noise makes readings differ as much from one to the next as over a whole stretch; motion
+    does not.
+
+    Args:
+        rows: Positions of one stretch, in the unit of the answer, shape ``(n, joints)``.
+
+    Returns:
+        Its standard deviation; None if a joint moves.
+    """
+    q = np.array(rows)
+    half = len(q) // 2
+    step = np.sqrt(np.mean(np.diff(q, axis=0) ** 2, axis=0) / 2.0)
+    drift = np.abs(q[:half].mean(axis=0) - q[half:].mean(axis=0))
+    spread = q.std(axis=0)
+    moves = (drift > DRIFTS * step * (2.0 / half) ** 0.5) | (spread > SPREADS * step)
+    # A joint that repeats its reading stands, whatever rounding does to the means.
+    if np.any(moves & (spread > 1e-9)):
+        return None
+    return float(spread.max())

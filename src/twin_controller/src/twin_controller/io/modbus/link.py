@@ -9,8 +9,8 @@ from scara_config.modbus_map import ModbusMap
 
 from twin_controller.core.actions import RobotSetpoint, StreamAhead, StreamReal
 from twin_controller.io.checked_link import CheckedLink, OnChange, OnReject, OnSample, OnStatus
+from twin_controller.io.modbus.port import ModbusSettings
 from twin_controller.io.modbus.robot_link import ModbusRobotLink
-from twin_controller.io.modbus.settings import ModbusSettings
 from twin_controller.robot.link import NotWritableError, RobotListener
 
 __all__ = ["ModbusLink", "ModbusSettings", "NotWritableError"]

@@ -18,21 +18,19 @@ from scara_config.modbus_map import ModbusMap
 
 from twin_controller.core.actions import StreamAhead, StreamReal
 from twin_controller.io.modbus.outbox import Command, Outbox
-from twin_controller.io.modbus.port import ModbusPort
-from twin_controller.io.modbus.settings import ModbusSettings
+from twin_controller.io.modbus.port import ModbusPort, ModbusSettings
 from twin_controller.io.modbus.writer import Writer
 from twin_controller.modbus.heartbeat import Echo, heard, reconnected, stranger_text
 from twin_controller.modbus.poll_times import PollTimes
 from twin_controller.modbus.signalling import may_write_signal, signal_names
 from twin_controller.registers import RegisterCodec
-from twin_controller.robot.allocation import told_outputs
 from twin_controller.robot.link import (
     LinkLostError,
     NotWritableError,
     RobotCounters,
     RobotListener,
 )
-from twin_controller.robot_sample import RobotSample, SampleError
+from twin_controller.robot_sample import RobotSample, SampleError, told_outputs
 
 _STATUS_SIGNALS = frozenset(("fault", "progrun", "paused"))
 

@@ -15,8 +15,7 @@ from scara_config.modbus_map import ModbusMap
 
 from twin_controller.core.actions import StreamAhead, StreamReal
 from twin_controller.io.modbus.outbox import Command, Outbox
-from twin_controller.io.modbus.port import ModbusPort, WriteRefusedError
-from twin_controller.io.modbus.settings import ModbusSettings
+from twin_controller.io.modbus.port import ModbusPort, ModbusSettings, WriteRefusedError
 from twin_controller.modbus.heartbeat import next_beat
 from twin_controller.modbus.ring import RingCodec
 from twin_controller.modbus.signalling import CommandLostError, CommandQueue, patience, signal_names

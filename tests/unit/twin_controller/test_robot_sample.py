@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from twin_controller.robot.allocation import told_outputs
-from twin_controller.robot_sample import AlarmStatus, ProgramState, ProgramStatus
+from twin_controller.robot_sample import AlarmStatus, ProgramState, ProgramStatus, told_outputs
 
 NO_ALARM = AlarmStatus(0, 0, "", "", "")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from twin_controller.estimation.noise import noise_at_rest
+from twin_controller.core.sides.measure import noise_at_rest
 
 READINGS, DT = 48, 0.0097
 
