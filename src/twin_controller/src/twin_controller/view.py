@@ -109,7 +109,7 @@ def state_view(
     real_side, twin_side = pair or _newest(sides)
     real, twin = _rounded(setup, real_side), _rounded(setup, twin_side)
     real_tool, twin_tool = tools(setup, pair) if pair else (NOWHERE, NOWHERE)
-    decimals = setup.config.change.decimals
+    decimals, late = setup.config.change.decimals, state.safety.delay.late
     return StateView(
         mode=lead.mode.value,
         leader=lead.leader,
@@ -130,7 +130,8 @@ def state_view(
         twin_tool=twin_tool,
         deviation_mm=1e3 * math.dist(real_tool, twin_tool),
         path_deviation_mm=state.safety.divergence.distance_mm,
-        lag=_lag(state),
+        # How late the follower is on its way; NaN while nobody leads.
+        lag={"real": -late, "twin": late, "operator": late}.get(lead.leader, math.nan),
         follower_lag=state.follow.response.longest,
         setpoints_ahead=reaches_ahead(setup, sides.real),
         diverged=state.safety.divergence.alarm,
@@ -150,12 +151,6 @@ def _newest(sides: Sides) -> tuple[JointMotion | None, JointMotion | None]:
     """Return the newest sample of each side that has one: nobody knows both at one instant."""
     real, twin = (side.last if side.history else None for side in (sides.real, sides.twin))
     return real, twin
-
-
-def _lag(state: CoreState) -> float:
-    """Return how late the follower is on its way [s]; NaN while nobody leads."""
-    late = state.safety.delay.late
-    return {"real": -late, "twin": late, "operator": late}.get(state.lead.leader, math.nan)
 
 
 def _control_fields(setup: Setup, control: Control, now: float) -> dict[str, Any]:

@@ -122,15 +122,10 @@ class Engine:
 
     def put(self, event: AnyEvent) -> None:
         """Hand one input over; returns at once, from any thread."""
-        self._inputs.put(event, wakes=not self._can_wait(event))
-
-    def _can_wait(self, event: AnyEvent) -> bool:
-        """Return whether an input does not need a wake of its own.
-
-        A reading of a twin that leads nobody waits for the robot's next one, a tick at most: only
-        how far both are apart is judged by it. A twin that begins to move says so by its plan.
-        """
-        return isinstance(event, TwinMeasured) and self.state.lead.mode in _TWIN_LEADS_NOBODY
+        # A reading of a twin that leads nobody waits for the robot's next one, a tick at most: only
+        # how far both are apart is judged by it. A twin that begins to move says so by its plan.
+        waits = isinstance(event, TwinMeasured) and self.state.lead.mode in _TWIN_LEADS_NOBODY
+        self._inputs.put(event, wakes=not waits)
 
     def operate(self, command: str, timeout: float = 2.0, **arguments: Any) -> Reply:
         """Hand one command of the operator over and wait for the answer; see :meth:`ask`."""

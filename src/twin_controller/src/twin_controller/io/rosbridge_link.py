@@ -17,7 +17,6 @@ from twin_controller.io.rosbridge_calls import OnAnswer, PendingCalls
 from twin_controller.io.rosbridge_socket import LinkSettings, RosbridgeSocket, TwinLinkLostError
 from twin_controller.twin.rosbridge import (
     Packet,
-    ServerPacket,
     Wishes,
     advertisement,
     decode,
@@ -242,7 +241,12 @@ class RosbridgeLink:
             self.counters.received += 1
             self._guard(self._on_message, packet.topic, packet.msg, received)
         elif packet.op == "service_response":
-            self._answered(packet, received)
+            answer = self._calls.answered(packet.id, packet.result, packet.values, received)
+            if answer is None:
+                self.counters.rejected += 1
+            else:
+                self.counters.received += 1
+                self._guard(*answer)
         elif packet.op == "status":
             self.counters.refused += packet.level == "error"
             if packet.level == "error":
@@ -251,14 +255,6 @@ class RosbridgeLink:
                 self._guard(self._on_status, packet.level, str(packet.msg))
         else:
             self.counters.rejected += 1
-
-    def _answered(self, packet: ServerPacket, received: float) -> None:
-        answer = self._calls.answered(packet.id, packet.result, packet.values, received)
-        if answer is None:
-            self.counters.rejected += 1
-            return
-        self.counters.received += 1
-        self._guard(*answer)
 
     def _guard(self, callback: Callable[..., None], *args: Any) -> None:
         """Call the owner; an error of its is counted and logged, the link lives on."""

@@ -130,7 +130,9 @@ class PollTimes:
 
     def _aim(self, received: float) -> None:
         """Place the next poll behind a tick, or before one if it is time to scan."""
-        tick, newest = self._tick_ms * 1e-3, self._shown(self._clock_ms or 0)
+        tick = self._tick_ms * 1e-3
+        # When the first question that finds the newest stamp in the registers was to be sent.
+        newest = self._clock.to_local((self._clock_ms or 0) * 1e-3) + BEHIND_S
         if tick > EACH_TICK * self._period:
             self._nominal = newest + tick
         # After a scan, or an answer that was long on its way, a newer reading is there already.
@@ -146,7 +148,3 @@ class PollTimes:
             # The reading before the tick has to be a new one: the same one says nothing.
             aim = newest + max(ticks, 2) * tick - BEHIND_S - self._clock.best_trip
         self.due, self.aimed = aim - self._lead, True
-
-    def _shown(self, clock_ms: int) -> float:
-        """Return when to send the first question that finds a stamp in the registers."""
-        return self._clock.to_local(clock_ms * 1e-3) + BEHIND_S

@@ -41,7 +41,7 @@ class RingCodec:
         Raises:
             SetpointError: A joint is outside its range.
         """
-        points = {self._place(point.number): point for point in ahead.points}
+        points = {(point.number - 1) % self._places: point for point in ahead.points}
         run: list[int] = []
         words: list[int] = []
         for place, point in sorted(points.items()):
@@ -64,14 +64,8 @@ class RingCodec:
         """
         times = [EMPTY] * self._places
         for place, point in enumerate(self._points):
-            if point is not None and self._counts(point.number, ahead.newest):
+            # Only the last ones up to the newest count.
+            if point is not None and (ahead.newest - point.number) % RING_NUMBERS < self._places:
                 times[place] = point.clock_ms % CLOCK_WRAP_MS
         speed = max(1, math.floor(ahead.speed_percent))
         return self._codec.encode_ring(heartbeat, speed, ahead.newest, times)
-
-    def _counts(self, number: int, newest: int) -> bool:
-        """Return whether a number is one of the last ones up to ``newest``."""
-        return (newest - number) % RING_NUMBERS < self._places
-
-    def _place(self, number: int) -> int:
-        return (number - 1) % self._places

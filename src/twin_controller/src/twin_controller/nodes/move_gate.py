@@ -71,7 +71,9 @@ class MoveGate:
         refused = refusals(self._setup, before, time.monotonic())["MOVE"]
         if refused or judge_move(self._setup, before.sides.twin, event).refusal:
             return PASSED
-        return self._gate.ask(_words(event), **self._request(event))
+        target = ", ".join(f"{value:.4g}" for value in event.target)
+        words = f"{event.command} ({target})" if target else event.command
+        return self._gate.ask(words, **self._request(event))
 
     def _request(self, event: Operator) -> dict[str, Any]:
         speed = event.speed_percent
@@ -89,9 +91,3 @@ class MoveGate:
         """Show and keep what a gate has said, ours too."""
         self._shown(f"{said.what}: {'' if said.success else 'refused: '}{said.outcome}")
         self._audit(said.who, f"judged: {said.what}", said.success, said.outcome)
-
-
-def _words(event: Operator) -> str:
-    """Return a move in words."""
-    target = ", ".join(f"{value:.4g}" for value in event.target)
-    return f"{event.command} ({target})" if target else event.command

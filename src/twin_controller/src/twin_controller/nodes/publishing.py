@@ -20,7 +20,6 @@ from typing_extensions import Self
 from scara_msgs.msg import Audit, LinkState, RobotData, TwinControllerState
 from scara_msgs.msg import Decision as DecisionMessage
 from twin_controller.core.actions import Decided
-from twin_controller.core.control import Control
 from twin_controller.core.events import RealMeasured, Tick
 from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.setup import Setup
@@ -132,7 +131,11 @@ class Publishing:
             return
         for event in batch.events:
             if isinstance(event, RealMeasured) and batch.state.sides.real.history:
-                self._publish_joints(event, batch.state, batch.now, batch.stamp)
+                age = batch.now - batch.state.sides.real.last.time
+                true_at = rospy.Time.from_sec(batch.stamp.to_sec() - age)
+                message = JointState(header=_header(true_at), name=list(self._setup.names))
+                message.position, message.velocity = list(event.motion.q), list(event.motion.qdot)
+                self._joints.publish(message)
 
     def publish_state(
         self, state: CoreState, now: float, stamp: rospy.Time, widest: SidesAtOnce | None = None
@@ -142,6 +145,7 @@ class Publishing:
         Or when the tools get further apart than before, as they were then: see :class:`Peak`.
         """
         sides, lead, orders = state.sides, state.lead, state.orders
+        control = lead.control
         shown = (
             lead.mode,
             lead.why,
@@ -154,7 +158,11 @@ class Publishing:
             sides.real.gripper,
             sides.twin.gripper,
             orders.grips.trouble,
-            _hands(lead.control),
+            # Not its signs of life.
+            control.holder,
+            control.since,
+            control.moves,
+            control.asker,
             self._judge,
         )
         if not self._state_pace.is_due(now, shown):
@@ -162,7 +170,10 @@ class Publishing:
         fields = msgspec.structs.asdict(state_view(self._setup, state, now, widest))
         fields["links"] = [self._link(link) for link in fields["links"]]
         fields |= {name: Point(*fields[name]) for name in ("real_tool", "twin_tool")}
-        fields["held_since"] = _held_since(fields["holder"], now - fields["held_since"], stamp)
+        held = now - fields["held_since"]
+        fields["held_since"] = rospy.Time()  # of nobody
+        if fields["holder"]:
+            fields["held_since"] = rospy.Time.from_sec(max(0.0, stamp.to_sec() - held))
         if self._refused_pace.is_due(now, (lead.mode, lead.paused, lead.why, lead.must_align)):
             self._refused = refusals(self._setup, state, now)
         fields |= {"command": list(self._refused), "refused": list(self._refused.values())}
@@ -177,14 +188,6 @@ class Publishing:
             reconnects=max(0, counters.get("connects", 0) - 1),
             **fields,
         )
-
-    def _publish_joints(
-        self, event: RealMeasured, state: CoreState, now: float, stamp: rospy.Time
-    ) -> None:
-        true_at = rospy.Time.from_sec(stamp.to_sec() - (now - state.sides.real.last.time))
-        message = JointState(header=_header(true_at), name=list(self._setup.names))
-        message.position, message.velocity = list(event.motion.q), list(event.motion.qdot)
-        self._joints.publish(message)
 
     def audit(self, who: str, what: str, success: bool, outcome: str) -> None:
         """Publish who commanded what, and what came of it."""
@@ -239,16 +242,6 @@ class Publishing:
 
 def _header(stamp: rospy.Time) -> rospy.Header:
     return rospy.Header(stamp=stamp)
-
-
-def _hands(control: Control) -> tuple[object, ...]:
-    """Return what is shown of control at once; signs of life are not."""
-    return control.holder, control.since, control.moves, control.asker
-
-
-def _held_since(holder: str, held: float, stamp: rospy.Time) -> rospy.Time:
-    """Return the ROS time since when control is held; 0 while nobody holds it."""
-    return rospy.Time.from_sec(max(0.0, stamp.to_sec() - held)) if holder else rospy.Time()
 
 
 def _decision(decision: Decided, stamp: rospy.Time) -> DecisionMessage:

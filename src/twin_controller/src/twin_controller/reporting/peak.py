@@ -44,7 +44,10 @@ class Peak:
             self._looked = math.inf
             return None
         apart_mm, widest = max(
-            ((self._apart_mm(pair), pair) for pair in self._since(state.sides, newest)),
+            (
+                (1e3 * math.dist(*tools(self._setup, pair)), pair)
+                for pair in self._since(state.sides, newest)
+            ),
             key=lambda one: one[0],
         )
         self._looked = newest[0].time
@@ -52,9 +55,6 @@ class Peak:
             return None
         self._told_mm = apart_mm
         return widest
-
-    def _apart_mm(self, pair: SidesAtOnce) -> float:
-        return 1e3 * math.dist(*tools(self._setup, pair))
 
     def _since(self, sides: Sides, newest: SidesAtOnce) -> Iterator[SidesAtOnce]:
         """Yield the newest pair, and those on the grid back to the last call's."""

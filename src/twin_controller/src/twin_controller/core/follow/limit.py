@@ -112,19 +112,15 @@ def slow_setpoint(
     """
     if sent is None or dt <= 0.0:
         return q, ""
-    worst, step = _fastest(q, sent, dt, bounds)
+    # The joint that moves fastest for its largest speed, and at which part of it.
+    steps = tuple(
+        abs(new - old) / (velocity * dt) for new, old, velocity in zip(q, sent, bounds.velocity)
+    )
+    worst = max(range(len(steps)), key=steps.__getitem__)
+    step = steps[worst]
     if step <= speed_fraction:
         return q, ""
     part = speed_fraction / step
     slowed = tuple(old + part * (new - old) for new, old in zip(q, sent))
     share = f"{bounds.names[worst]} at {100.0 * step:.0f} % of its largest speed"
     return slowed, f"{share}, allowed {100.0 * speed_fraction:.0f} %"
-
-
-def _fastest(q: Joints, before: Joints, dt: float, bounds: Bounds) -> tuple[int, float]:
-    """Return which joint moves fastest for its largest speed, and at which part of it."""
-    steps = tuple(
-        abs(new - old) / (velocity * dt) for new, old, velocity in zip(q, before, bounds.velocity)
-    )
-    worst = max(range(len(steps)), key=steps.__getitem__)
-    return worst, steps[worst]

@@ -95,12 +95,15 @@ def _slots(setup: Setup, follows: RealFollows, sides: Sides, now: float) -> list
     spacing = setpoint_spacing(setup, sides.real)
     if follows.last is not None:
         last = follows.last.t
+    # Decided until the next answer, and further ahead while a plan tells where the twin goes.
+    longer = PLANNED if planned(sides.twin, now) else UNPLANNED
+    ahead = setup.config.real.poll_period_ms * 1e-3 + longer * (spacing or 0.0)
     return next_slots(
         now,
         sides.real.last.time,
         sides.real.rhythm,
         spacing,
-        _decided_ahead(setup, sides.twin, spacing or 0.0, now),
+        ahead,
         0.5 * sides.real.clock.best_trip,
         last,
     )
@@ -115,15 +118,6 @@ def setpoint_spacing(setup: Setup, real: RealSide) -> float | None:
     if wanted is None:
         return None
     return max(1, round(1e-3 * wanted / period)) * period
-
-
-def _decided_ahead(setup: Setup, twin: TwinSide, spacing: float, now: float) -> float:
-    """Return how far ahead set points are decided [s].
-
-    They reach until the next answer, and further while a plan tells where the twin goes.
-    """
-    longer = PLANNED if planned(twin, now) else UNPLANNED
-    return setup.config.real.poll_period_ms * 1e-3 + longer * spacing
 
 
 def aimed(
@@ -176,7 +170,12 @@ def judged(
         return passes
     last, dt = None, 0.0
     if before is not None:
-        last, dt = before.q, min(slot.taken_at - before.t, _longest_step(setup, real))
+        longest = setup.config.stream.ahead_period_ms * 1e-3
+        if not real.takes_ahead:
+            spacing = setpoint_spacing(setup, real)
+            longest = spacing or setup.config.real.poll_period_ms * 1e-3
+        # Where set points were left out, the robot has stood: it catches up bit by bit.
+        last, dt = before.q, min(slot.taken_at - before.t, longest)
     told = min(limit.told_percent, cap) * 1e-2
     q, slowed = slow_setpoint(passes, last, dt, told, bounds_of(setup))
     return RobotSetpoint(q, t=slot.taken_at, asked=passes), slowed
@@ -247,16 +246,6 @@ def _judged(
         seen = -1e9
     age_limit = setup.config.limit.source_age_ms * 1e-3
     return judge_setpoint(q, before, dt, slack, now - seen, age_limit, bounds_of(setup))
-
-
-def _longest_step(setup: Setup, real: RealSide) -> float:
-    """Return the longest time that one step of a set point may make use of [s].
-
-    Where set points were left out, the robot has stood for the rest: it catches up bit by bit.
-    """
-    if real.takes_ahead:
-        return setup.config.stream.ahead_period_ms * 1e-3
-    return setpoint_spacing(setup, real) or setup.config.real.poll_period_ms * 1e-3
 
 
 def program_speed(setup: Setup, real: RealSide, cap: float) -> float:

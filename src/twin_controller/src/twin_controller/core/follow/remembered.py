@@ -17,7 +17,7 @@ import msgspec
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.joint_track import JointTrack
 
-from twin_controller.core.events import Joints, RealMeasured
+from twin_controller.core.events import Joints
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.side import Sides
 
@@ -117,7 +117,8 @@ def note_sample(setup: Setup, remembered: Remembered, sides: Sides) -> Remembere
         if motion is not None:
             paths = _kept(setup, paths, motion, sample)
         return Remembered(paths)
-    key = _key_of(flags)
+    # Only programs of the robot repeat themselves; a jog does not.
+    key = (flags.program, flags.speed_percent) if flags.own_program else None
     if motion is None or sample.time - motion.samples[-1].time > AHEAD_S:
         motion = _begun(setup, remembered.paths, sides.real.history, key)
     elif sample.time > motion.samples[-1].time:
@@ -155,11 +156,6 @@ def way_on(
         points.append(JointMotion(q, there.qdot, _limited(setup, there), after))
         after += SPACING_S
     return _limited(setup, here), tuple(points)
-
-
-def _key_of(flags: RealMeasured) -> Key | None:
-    """Only programs of the robot repeat themselves; a jog does not."""
-    return (flags.program, flags.speed_percent) if flags.own_program else None
 
 
 def _rests(setup: Setup, sample: JointMotion) -> bool:

@@ -58,7 +58,14 @@ def follow_twin(
         # It takes no set points until that has ended; the gap is closed from where it is then.
         return follows, None
     if blend is None:
-        blend = _begin(setup, sides, follows.slowly)
+        # What is between both at the same instant is closed.
+        twin = sides.twin.last
+        leader = sample.extrapolated(twin.time)
+        offset = tuple(a - b for a, b in zip(twin.q, leader))
+        if follows.slowly:
+            blend = begin_blend(offset, sample.time, setup.align_speeds())
+        else:
+            blend = close_gap(setup, offset, sample.time)
         follows = replace(follows, blend=blend)
     qddot, points = way_on(setup, remembered, sample)
     if qddot is None:
@@ -77,16 +84,6 @@ def _with_gap(point: JointMotion, blend: Blend, t: float) -> JointMotion:
         qddot=tuple(a + b for a, b in zip(point.qddot, curve)),
         time=point.time,
     )
-
-
-def _begin(setup: Setup, sides: Sides, slowly: bool) -> Blend:
-    """Plan how the gap between the twin and the real robot at the same instant is closed."""
-    sample, twin = sides.real.last, sides.twin.last
-    leader = sample.extrapolated(twin.time)
-    offset = tuple(a - b for a, b in zip(twin.q, leader))
-    if slowly:
-        return begin_blend(offset, sample.time, setup.align_speeds())
-    return close_gap(setup, offset, sample.time)
 
 
 def close_gap(setup: Setup, offset: Joints, start: float) -> Blend:

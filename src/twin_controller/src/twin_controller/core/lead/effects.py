@@ -59,7 +59,10 @@ def carry_out(
         return send_twin(state, command, reason, now)
     match command:
         case Command.BEGIN_ALIGN | Command.BEGIN_FOLLOW_TWIN:
-            return _begin_following(setup, state, command is Command.BEGIN_ALIGN, now), []
+            # Once the twin listens again after a stop.
+            quiet = state.follow.twin_stopped_at + setup.config.twin.stop_quiet_ms * 1e-3
+            begun = TwinFollows(max(now, quiet), command is Command.BEGIN_ALIGN)
+            return replace(state, follow=replace(state.follow, twin=begun)), []
         case Command.BEGIN_STREAM:
             return _begin_stream(setup, state, now), []
         case Command.BASELINE:
@@ -67,7 +70,10 @@ def carry_out(
             return replace(state, sides=sides), []
         case Command.START_STREAM:
             # It is asked for in stage 8, behind the first set point of this lead.
-            return _ask_for_stream(state), []
+            orders = state.orders
+            if orders.stream is not None:
+                orders = replace(orders, stream=ask_for_stream(orders.stream))
+            return replace(state, orders=orders), []
         case Command.RESET_REAL:
             state = replace(state, lead=replace(state.lead, reset_since=now))
         case Command.MOVE_TWIN if asked is not None:
@@ -117,13 +123,6 @@ def send_twin(state: CoreState, command: Command, reason: str, now: float) -> Re
     return state, [Send(command, reason, OWN_COMMAND | orders.told.id)]
 
 
-def _begin_following(setup: Setup, state: CoreState, slowly: bool, now: float) -> CoreState:
-    """Let the twin follow, once it listens again after a stop."""
-    quiet = state.follow.twin_stopped_at + setup.config.twin.stop_quiet_ms * 1e-3
-    follows = TwinFollows(max(now, quiet), slowly)
-    return replace(state, follow=replace(state.follow, twin=follows))
-
-
 def _begin_stream(setup: Setup, state: CoreState, now: float) -> CoreState:
     """Let the real robot follow."""
     # What slowed the last set point down counts until the next one is judged.
@@ -136,14 +135,6 @@ def _begin_stream(setup: Setup, state: CoreState, now: float) -> CoreState:
         follow=replace(state.follow, real=follows),
         orders=replace(state.orders, stream=stream),
     )
-
-
-def _ask_for_stream(state: CoreState) -> CoreState:
-    orders = state.orders
-    if orders.stream is None:
-        return state
-    stream = ask_for_stream(orders.stream)
-    return replace(state, orders=replace(orders, stream=stream))
 
 
 def _move_twin(setup: Setup, asked: Operator) -> MoveTwin:

@@ -115,14 +115,11 @@ def reject(setup: Setup, state: CoreState, reason: str, now: float) -> Result:
     state, actions = transition(setup, state, Trigger.REJECTED, now)
     why = f"{state.lead.why} ({reason})"
     state = replace(state, lead=replace(state.lead, why=why))
-    return state, [_because(action, reason) for action in actions]
-
-
-def _because(action: AnyAction, reason: str) -> AnyAction:
-    """Add a reason to a decision; other actions have none."""
-    if isinstance(action, Decided):
-        return replace(action, why=f"{action.why} ({reason})")
-    return action
+    # Decisions say it too; other actions have no reason.
+    return state, [
+        replace(action, why=f"{action.why} ({reason})") if isinstance(action, Decided) else action
+        for action in actions
+    ]
 
 
 def detail(setup: Setup, state: CoreState, trigger: Trigger) -> str:
@@ -196,7 +193,8 @@ def _enter(setup: Setup, state: CoreState, row: Row, trigger: Trigger, now: floa
         paused=paused,
         paused_by=trigger if paused is not None else None,
         paused_seen=(False, False),
-        must_align=_must_align(lead.must_align, mode, trigger),
+        # Before the twin may lead again.
+        must_align=trigger is Trigger.RESET_DONE or (lead.must_align and mode is not Mode.ALIGNING),
         needs_acknowledge=mode is Mode.PAUSED and trigger is Trigger.DIVERGED,
         reset_since=None,
         twin_named=False,
@@ -255,11 +253,6 @@ def _forget_cause(setup: Setup, state: CoreState, trigger: Trigger, now: float) 
         stop = tell(orders.safety_stop, "standstill", patience, now)
         orders = replace(orders, safety_stop=stop)
     return replace(state, lead=lead, safety=safety, orders=orders)
-
-
-def _must_align(must: bool, mode: Mode, trigger: Trigger) -> bool:
-    """Return whether the pair has to align before the twin may lead again."""
-    return trigger is Trigger.RESET_DONE or (must and mode is not Mode.ALIGNING)
 
 
 def _end_following(state: CoreState, mode: Mode, active: Mode) -> CoreState:

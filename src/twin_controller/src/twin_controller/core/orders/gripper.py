@@ -69,31 +69,20 @@ def watch_grippers(
         What was told by now; orders and notices in the order in which they were made.
     """
     now = event.now
-    grips, own = _own_switches(grips, before, sides)
+    # Orders that are shown now are struck off; a switch that nobody ordered is the side's own.
+    real, own_real = _switched(grips.real, before.real.gripper, sides.real.gripper)
+    twin, own_twin = _switched(grips.twin, before.twin.gripper, sides.twin.gripper)
+    grips = replace(grips, real=real, twin=twin)
     made: list[Notice | Grip] = []
-    if own.real is not None:
-        grips, made = _pass_on(config, grips, sides, "twin", own.real, "", now)
-    elif own.twin is not None:
-        grips, made = _pass_on(config, grips, sides, "real", own.twin, refusal, now)
+    if own_real is not None:
+        grips, made = _pass_on(config, grips, sides, "twin", own_real, "", now)
+    elif own_twin is not None:
+        grips, made = _pass_on(config, grips, sides, "real", own_twin, refusal, now)
     elif isinstance(event, GripAnswered) and not event.success:
         grips, made = _trouble(grips, "GRIPPER_REFUSED", f"{NAMES[event.side]}: {event.message}")
     grips, repeated = _see_to_orders(grips, now)
     grips, judged = _judge(config, grips, sides, now)
     return grips, [*made, *repeated, *judged]
-
-
-class _Own(msgspec.Struct, frozen=True):
-    """The new level of a side that was switched on its own; None: it was not."""
-
-    real: bool | None
-    twin: bool | None
-
-
-def _own_switches(grips: Grips, before: Sides, sides: Sides) -> tuple[Grips, _Own]:
-    """Strike off the orders that are shown now; a switch that nobody ordered is the side's own."""
-    real, own_real = _switched(grips.real, before.real.gripper, sides.real.gripper)
-    twin, own_twin = _switched(grips.twin, before.twin.gripper, sides.twin.gripper)
-    return replace(grips, real=real, twin=twin), _Own(own_real, own_twin)
 
 
 def _switched(

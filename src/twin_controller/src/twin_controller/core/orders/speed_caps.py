@@ -14,7 +14,7 @@ from twin_controller.core.orders.speed import Speeds, cap_step, shows_override, 
 from twin_controller.core.safety.fastest import speed_cap
 from twin_controller.core.safety.watch import Safety
 from twin_controller.core.setup import Setup
-from twin_controller.core.sides.side import Sides, TwinSide
+from twin_controller.core.sides.side import Sides
 
 replace = msgspec.structs.replace
 
@@ -88,7 +88,12 @@ def _judged(
             limited, reason = True, held.reason
     else:
         claimed = 0.0 if motion is None else motion.speed_requested_percent
-        requested = max(claimed, _measured_percent(setup, sides.twin, leader.name))
+        # What is measured of a twin that leads is believed over what it claims.
+        measured = 0.0
+        if leader.name in ("twin", "operator") and sides.twin.history:
+            qdot = sides.twin.last.qdot
+            measured = 100.0 * max(abs(v) / limit for v, limit in zip(qdot, setup.velocity))
+        requested = max(claimed, measured)
         applied = min(requested, cap.percent)
         limited = requested > applied + 0.01
     if leader.slowed and not limited:
@@ -96,16 +101,6 @@ def _judged(
     if not limited:
         reason = ""
     return replace(speeds, requested=requested, applied=applied, limited=limited, reason=reason)
-
-
-def _measured_percent(setup: Setup, twin: TwinSide, leader: str) -> float:
-    """Return the speed of a twin that leads [percent of the joints' largest].
-
-    What is measured is believed over what the twin claims.
-    """
-    if leader not in ("twin", "operator") or not twin.history:
-        return 0.0
-    return 100.0 * max(abs(v) / limit for v, limit in zip(twin.last.qdot, setup.velocity))
 
 
 def _cap_twin(

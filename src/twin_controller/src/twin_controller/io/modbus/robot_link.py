@@ -244,24 +244,16 @@ class ModbusRobotLink:
         self._counters.round_trip = received - sent
         self._counters.longest_round_trip = max(self._counters.longest_round_trip, received - sent)
         sample, clock_ms = self._decode(words, signals), None
-        if sample is not None:
-            self._hear_echo(sample.heartbeat_echo)
+        if sample is not None and self._settings.heartbeat:
+            # An echo that is none of ours tells of somebody else who writes.
+            shown = sample.heartbeat_echo
+            self._echo, stranger = heard(self._echo, shown, self._writer.beat)
+            if stranger:
+                raise StrangerError(stranger_text(self._layout, shown))
         if sample is not None and self._listener.sampled(sample, sent, received):
             clock_ms = sample.clock_ms
             self._follow_up(sample, received)
         self._counters.late += self._times.polled(clock_ms, sent, received)
-
-    def _hear_echo(self, shown: int) -> None:
-        """Compare the echo of the heartbeat with what was written.
-
-        Raises:
-            StrangerError: It is none of ours.
-        """
-        if not self._settings.heartbeat:
-            return
-        self._echo, stranger = heard(self._echo, shown, self._writer.beat)
-        if stranger:
-            raise StrangerError(stranger_text(self._layout, shown))
 
     def _decode(self, words: list[int], signals: list[bool]) -> RobotSample | None:
         """Return the sample of both answers; None, and a word to the listener, if it is wrong."""

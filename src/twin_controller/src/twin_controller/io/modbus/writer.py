@@ -125,18 +125,15 @@ class Writer:
             while not (self._ended.is_set() or self._outbox.closed):
                 self._write_all()
             if not self._ended.is_set():
-                self._write_last()
+                # What was left when the outbox was closed, and the ends of its pulses.
+                self._write_all()
+                self._ended.wait(self._outbox.pulses_left())
+                for name in self._outbox.due_releases():
+                    self._attempt(self._port.write_coil, self._layout.coils[name].offset, False)
         except BaseException as error:
             self._broken = error
         finally:
             self._ended.set()
-
-    def _write_last(self) -> None:
-        """Write what was left when the outbox was closed, and end its pulses."""
-        self._write_all()
-        self._ended.wait(self._outbox.pulses_left())
-        for name in self._outbox.due_releases():
-            self._attempt(self._port.write_coil, self._layout.coils[name].offset, False)
 
     def _write_all(self) -> None:
         """Write what is there, or what comes until a heartbeat or a numbered command is due."""

@@ -45,7 +45,10 @@ def judge_move(setup: Setup, twin: TwinSide, event: Operator) -> Judged:
     """
     if event.command not in MOVES:
         return Judged(refusal=f"command = {event.command!r}: allowed are {', '.join(MOVES)}")
-    invalid = invalid_target(setup, event) or _missing_point(event)
+    invalid = invalid_target(setup, event)
+    # A message's fields are 0 unless somebody fills them, and (0, 0, 0) is in the robot's own base.
+    if not invalid and event.command == "MOVE" and not any(event.target):
+        invalid = "x, y and z are 0, which is in the robot's base: MOVE needs the point to move to"
     if invalid:
         return Judged(refusal=invalid)
     if not twin.history:
@@ -58,16 +61,6 @@ def judge_move(setup: Setup, twin: TwinSide, event: Operator) -> Judged:
     margin = setup.config.cell.keep_out_clearance_mm
     way = judge_way(setup.points, setup.keep_out, start, target, setup.velocity, margin)
     return Judged(target, elbow, way.violation)
-
-
-def _missing_point(event: Operator) -> str:
-    """Return why a point counts as left out: a message's fields are 0 unless somebody fills them.
-
-    The point (0, 0, 0) is in the robot's own base.
-    """
-    if event.command != "MOVE" or any(event.target):
-        return ""
-    return "x, y and z are 0, which is in the robot's base: MOVE needs the point to move to"
 
 
 def invalid_target(setup: Setup, event: Operator) -> str:
