@@ -23,7 +23,8 @@ from twin_controller.core.actions import (
     MoveTwin,
     OverrideReal,
     Reply,
-    Send,
+    SendReal,
+    SendTwin,
     StreamAhead,
     StreamReal,
 )
@@ -277,10 +278,10 @@ class Pair(RealSide, TwinSide):
 
     def _obey(self, action: AnyAction) -> None:
         match action:
-            case Send(command=do) if do.name.endswith("_TWIN"):
+            case SendTwin():
                 self.perform_twin(action, self.now)
-            case Send(command=do) if self.real_up:
-                self.command_real(do)
+            case SendReal() if self.real_up:
+                self.command_real(action.command)
             case FollowTwin() if self.twin_up:
                 self.take_follow(action, self.now)
             case StreamReal() if self.real_up:

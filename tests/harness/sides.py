@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Callable
 
 from scara_config import load_robot
-from twin_controller.core.actions import Command, FollowTwin, Send
+from twin_controller.core.actions import Command, FollowTwin, SendTwin
 
 from harness.workspace import ROOT
 
@@ -324,7 +324,7 @@ class TwinSide:
                 time, pace = self._ahead(time, pace)
         return found
 
-    def perform_twin(self, action: Send, now: float) -> None:
+    def perform_twin(self, action: SendTwin, now: float) -> None:
         """Obey an action of the twin controller."""
         if not self.twin_up:
             return

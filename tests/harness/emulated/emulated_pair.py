@@ -14,7 +14,7 @@ from fanuc_emulator.program import Program, ProgramState
 from fanuc_emulator.snapshot import ControlType
 from scara_config.programs.lines import MoveStep
 from scara_control.joint_motion import JointMotion
-from twin_controller.core.actions import AnyAction, Command, OverrideReal, Send, StreamReal
+from twin_controller.core.actions import AnyAction, Command, OverrideReal, SendReal, StreamReal
 from twin_controller.core.events import RealMeasured
 from twin_controller.core.setup import Setup
 from twin_controller.robot.signals import UI_SIGNALS, Number, Pulse, Signal, TakeBack, steps
@@ -111,7 +111,7 @@ class EmulatedPair(Pair):
                 self._write(
                     max(0.0, action.send_at - self.now) + WRITE_S, lambda: self._set_point(action)
                 )
-            case Send(command=do) if not do.name.endswith("_TWIN"):
+            case SendReal(command=do):
                 self._write(WRITE_S, lambda: self._perform(do))
             case _:
                 super()._obey(action)

@@ -28,7 +28,8 @@ from twin_controller.core.actions import (
     MoveTwin,
     OverrideReal,
     Reply,
-    Send,
+    SendReal,
+    SendTwin,
     StreamAhead,
     StreamReal,
 )
@@ -254,10 +255,10 @@ class VirtualCell:
                 self.real.stream(action)
             case StreamAhead():
                 self.real.stream_ahead(action)
-            case Send(command=command) if command.name.endswith("_TWIN"):
+            case SendTwin():
                 self._to_twin.send(partial(self.twin.perform, action))
-            case Send(command=command):
-                self.real.perform(command)
+            case SendReal():
+                self.real.perform(action.command)
             case CapTwin():
                 self._to_twin.send(partial(self.twin.cap, action.speed_percent))
             case OverrideReal():

@@ -22,7 +22,7 @@ from scara_simulation.commands import CommandError, CommandGate
 from scara_simulation.io.world import World
 from scara_simulation.simulation import Snapshot
 from twin_controller.core.actions import Command as CoreCommand
-from twin_controller.core.actions import FollowTwin, MoveTwin, Send
+from twin_controller.core.actions import FollowTwin, MoveTwin, SendTwin
 from twin_controller.core.events import AnyEvent, ClockProbe, TwinMeasured, TwinMotion
 from twin_controller.twin.fields import PacketError
 from twin_controller.twin.held_joints import HeldJoints
@@ -126,7 +126,7 @@ class TwinSide:
             self._publish(passed)
         self._settle()
 
-    def perform(self, action: Send) -> None:
+    def perform(self, action: SendTwin) -> None:
         """Obey the end of following or one motion command."""
         if action.command is CoreCommand.RELEASE_TWIN:
             self._pose.end_follow()

@@ -12,15 +12,15 @@ from harness.pair import HOME, SETUP
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_control.joint_motion import JointMotion, Setpoints
-from twin_controller.core.actions import Command, FollowTwin, Send
+from twin_controller.core.actions import Command, FollowTwin, SendTwin
 from twin_controller.core.events import ClockProbe, TwinMeasured, TwinMotion, TwinPlan
+from twin_controller.core.lead.effects import TO_TWIN
 from twin_controller.twin.fields import PacketError
 from twin_controller.twin.packets import (
     clock_probe,
     command_packet,
     end_packet,
     follow_packet,
-    is_for_twin,
     twin_measured,
     twin_motion,
     twin_plan,
@@ -270,7 +270,7 @@ def test_a_packet_without_points_ends_the_following() -> None:
 )
 def test_a_command_to_the_twin_carries_its_id_and_reason(do: Command, command: int) -> None:
     """Numbers of scara_msgs/MotionCommand."""
-    packet = command_packet(Send(do, "because", 12), 7.25)
+    packet = command_packet(SendTwin(do, "because", 12), 7.25)
     assert (packet["command"], packet["id"], packet["reason"]) == (command, 12, "because")
     assert packet["header"] == {
         "stamp": {"secs": 7, "nsecs": 250_000_000},
@@ -287,23 +287,10 @@ def test_the_command_numbers_are_those_of_the_message() -> None:
         name: int(number) for name, number in re.findall(r"^uint8 (\w+)=(\d+)", text, re.MULTILINE)
     }
     sent = {
-        do.name.removesuffix("_TWIN"): command_packet(Send(do, "", 1), 0.0)["command"]
-        for do in Command
-        if is_for_twin(do)
+        do.name.removesuffix("_TWIN"): command_packet(SendTwin(do, "", 1), 0.0)["command"]
+        for do in TO_TWIN
     }
     assert sent == numbers
-
-
-def test_only_motion_commands_are_for_the_twin() -> None:
-    """Actions on the real robot and inner ones are not."""
-    assert {do for do in Command if is_for_twin(do)} == {
-        Command.STOP_TWIN,
-        Command.PAUSE_TWIN,
-        Command.RESUME_TWIN,
-        Command.ESTOP_TWIN,
-        Command.RESET_TWIN,
-        Command.YIELD_TWIN,
-    }
 
 
 JSON = st.recursive(

@@ -13,7 +13,7 @@ import pytest
 from harness.opponents.lying_twin import true_message
 from harness.pair import SETUP
 from harness.processes import wait_until
-from twin_controller.core.actions import Command, Send
+from twin_controller.core.actions import Command, SendTwin
 from twin_controller.core.events import AnyEvent, TwinMeasured
 from twin_controller.io.twin_link import TwinLink
 from websockets.exceptions import ConnectionClosed
@@ -112,7 +112,7 @@ def test_command_is_sent_until_the_twin_reports_it(twin: Twin) -> None:
     ) as link:
         wait_until(lambda: ups, 5.0, "a link")
         twin.listens = False
-        link.perform(Send(Command.STOP_TWIN, "both are stopped", 7), BOOT, True)
+        link.perform(SendTwin(Command.STOP_TWIN, "both are stopped", 7), BOOT, True)
         wait_until(lambda: len(twin.sent) >= 3, 5.0, "repetitions")
         twin.listens = True
         wait_until(lambda: twin.heard, 5.0, "a command that is heard")
@@ -131,10 +131,10 @@ def test_newer_command_replaces_one_that_was_not_heard(twin: Twin) -> None:
     ) as link:
         wait_until(lambda: ups, 5.0, "a link")
         twin.listens = False
-        link.perform(Send(Command.PAUSE_TWIN, "", 8), BOOT, True)
+        link.perform(SendTwin(Command.PAUSE_TWIN, "", 8), BOOT, True)
         wait_until(lambda: twin.sent, 5.0, "the first one")
         twin.listens = True
-        link.perform(Send(Command.RESUME_TWIN, "", 9), BOOT, True)
+        link.perform(SendTwin(Command.RESUME_TWIN, "", 9), BOOT, True)
         wait_until(lambda: 9 in twin.heard, 5.0, "the second one")
         twin.wait_for_reports(20)
     assert twin.sent[twin.sent.index(9) :] == [9] * twin.sent.count(9)
@@ -180,15 +180,15 @@ def test_a_stop_goes_past_a_line_that_is_lost_under_the_same_number(twin: Twin) 
         beside=beside.append,
     ) as link:
         wait_until(lambda: ups, 5.0, "a link")
-        link.perform(Send(Command.STOP_TWIN, "", 7), BOOT, True)
+        link.perform(SendTwin(Command.STOP_TWIN, "", 7), BOOT, True)
         assert beside == []
-        link.perform(Send(Command.STOP_TWIN, "the line is silent", 8), BOOT, False)
+        link.perform(SendTwin(Command.STOP_TWIN, "the line is silent", 8), BOOT, False)
         wait_until(lambda: 8 in twin.sent, 5.0, "it is tried on the line all the same")
         twin.close()
         wait_until(lambda: ups[-1] is False, 5.0, "a lost link")
         stops = (Command.STOP_TWIN, Command.PAUSE_TWIN, Command.ESTOP_TWIN)
         others = (Command.RESUME_TWIN, Command.RESET_TWIN, Command.YIELD_TWIN, Command.RELEASE_TWIN)
         for number, command in enumerate((*stops, *others), 9):
-            link.perform(Send(command, "", number), BOOT, False)
+            link.perform(SendTwin(command, "", number), BOOT, False)
     assert [packet["id"] for packet in beside] == [8, 9, 10, 11]
     assert beside[0]["reason"] == "the line is silent"

@@ -40,11 +40,20 @@ class Action(msgspec.Struct, frozen=True, tag_field="kind"):
     """Base of all actions."""
 
 
-class Send(Action, frozen=True, tag="send"):
-    """Send one command of the state table. The twin reports ``id`` back; 0 to the real robot."""
+class Send(Action, frozen=True):
+    """Send one command of the state table; its type says to which side."""
 
     command: Command
     reason: str
+
+
+class SendReal(Send, frozen=True, tag="send_real"):
+    """Send it to the real robot."""
+
+
+class SendTwin(Send, frozen=True, tag="send_twin"):
+    """Send it to the twin, which reports ``id`` back; 0: it is not asked to."""
+
     id: int = 0
 
 
@@ -146,7 +155,8 @@ class Decided(Action, frozen=True, tag="decided"):
 
 
 AnyAction = (
-    Send
+    SendReal
+    | SendTwin
     | FollowTwin
     | StreamReal
     | StreamAhead

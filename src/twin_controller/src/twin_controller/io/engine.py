@@ -22,7 +22,8 @@ from twin_controller.core.actions import (
     MoveTwin,
     OverrideReal,
     Reply,
-    Send,
+    SendReal,
+    SendTwin,
     StreamAhead,
     StreamReal,
 )
@@ -213,11 +214,11 @@ class Engine:
                 self._real.stream(action)
             case StreamAhead():
                 self._real.stream_ahead(action)
-            case Send(command=command) if command.name.endswith("_TWIN"):
+            case SendTwin():
                 stamp = self.state.sides.twin.clock.to_remote(time.monotonic())
                 self._twin.perform(action, stamp, self.state.sides.twin.usable)
-            case Send(command=command):
-                self._real.perform(command)
+            case SendReal():
+                self._real.perform(action.command)
             case CapTwin():
                 self._twin.cap(action.speed_percent)
             case OverrideReal():

@@ -9,7 +9,7 @@ from twin_controller.core.actions import (
     Command,
     FollowTwin,
     MoveTwin,
-    Send,
+    SendTwin,
     StreamAhead,
     StreamReal,
 )
@@ -40,7 +40,7 @@ class TwinCommands(Protocol):
     def follow(self, action: FollowTwin) -> None:
         """Send one set point."""
 
-    def perform(self, action: Send, stamp: float, reached: bool) -> None:
+    def perform(self, action: SendTwin, stamp: float, reached: bool) -> None:
         """Send one motion command.
 
         Args:

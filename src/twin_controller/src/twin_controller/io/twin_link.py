@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 
 from typing_extensions import Self
 
-from twin_controller.core.actions import Command, FollowTwin, MoveTwin, Send
+from twin_controller.core.actions import Command, FollowTwin, MoveTwin, SendTwin
 from twin_controller.core.events import AnyEvent, TwinMeasured, TwinMotion
 from twin_controller.core.orders.order import Order
 from twin_controller.core.orders.twin_stop import STOPPING_TWIN
@@ -156,7 +156,7 @@ class TwinLink:
         """Send one set point."""
         self._link.publish(FOLLOW, follow_packet(action, self._setup.names))
 
-    def perform(self, action: Send, stamp: float, reached: bool) -> None:
+    def perform(self, action: SendTwin, stamp: float, reached: bool) -> None:
         """Send the end of following, or one motion command until the twin reports it.
 
         A twin whose line is lost may still move by a trajectory of its own: a stop goes past the

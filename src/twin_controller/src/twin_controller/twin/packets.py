@@ -13,7 +13,7 @@ from scara_config.robot import Joint
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.joint_track import SetpointError, check_times
 
-from twin_controller.core.actions import Command, FollowTwin, MoveTwin, Send
+from twin_controller.core.actions import Command, FollowTwin, MoveTwin, SendTwin
 from twin_controller.core.events import ClockProbe, TwinGripper, TwinMeasured, TwinMotion, TwinPlan
 from twin_controller.plausible import TWIN_ACCELERATION, Plausibility, Reading, Verdict, judge
 from twin_controller.twin.fields import (
@@ -245,7 +245,7 @@ def end_packet(stamp: float) -> dict[str, Any]:
     }
 
 
-def command_packet(action: Send, stamp: float, asked: float = 0.0) -> dict[str, Any]:
+def command_packet(action: SendTwin, stamp: float, asked: float = 0.0) -> dict[str, Any]:
     """Build the scara_msgs/MotionCommand of an action.
 
     Args:
@@ -260,11 +260,6 @@ def command_packet(action: Send, stamp: float, asked: float = 0.0) -> dict[str, 
         "reason": action.reason,
         "asked": asked,
     }
-
-
-def is_for_twin(do: Command) -> bool:
-    """Return whether an action is a motion command to the twin."""
-    return do in _COMMANDS
 
 
 class TwinServiceCall(NamedTuple):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
-from twin_controller.core.actions import AnyAction, Command, MoveTwin, Send
+from twin_controller.core.actions import AnyAction, Command, MoveTwin, SendReal, SendTwin
 from twin_controller.core.events import Operator
 from twin_controller.core.follow.memory import RealFollows, TwinFollows
 from twin_controller.core.lead.triggers import onsets
@@ -74,12 +74,14 @@ def carry_out(
             if orders.stream is not None:
                 orders = replace(orders, stream=ask_for_stream(orders.stream))
             return replace(state, orders=orders), []
+        case Command.RELEASE_TWIN:
+            return state, [SendTwin(command, reason)]
         case Command.RESET_REAL:
             state = replace(state, lead=replace(state.lead, reset_since=now))
         case Command.MOVE_TWIN if asked is not None:
             state = replace(state, lead=replace(state.lead, move_pending=True, move_failed=""))
             return state, [_move_twin(setup, asked)]
-    return state, [Send(command, reason)]
+    return state, [SendReal(command, reason)]
 
 
 def _note_order(
@@ -120,7 +122,7 @@ def send_twin(state: CoreState, command: Command, reason: str, now: float) -> Re
         # Set points are lost on it for a while.
         follow = replace(follow, twin_stopped_at=now)
     state = replace(state, sides=sides, orders=orders, follow=follow)
-    return state, [Send(command, reason, OWN_COMMAND | orders.told.id)]
+    return state, [SendTwin(command, reason, OWN_COMMAND | orders.told.id)]
 
 
 def _begin_stream(setup: Setup, state: CoreState, now: float) -> CoreState:

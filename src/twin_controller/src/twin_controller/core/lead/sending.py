@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 from scara_control.motion.commands import STOPPED_AGAIN
 
-from twin_controller.core.actions import AnyAction, Command, Send
+from twin_controller.core.actions import AnyAction, Command, SendReal
 from twin_controller.core.events import AnyEvent, TwinMeasured, TwinMotion
 from twin_controller.core.follow.ahead import stream_ahead
 from twin_controller.core.follow.blend import finished
@@ -88,7 +88,7 @@ def _noted(setup: Setup, state: CoreState) -> Remembered:
 
 def order_real(setup: Setup, state: CoreState, streamed: bool, now: float) -> Result:
     """Ask the real robot for its stream program, and tell it again to stop, where that is due."""
-    orders, flags, asked = state.orders, state.sides.real.flags, list[Send]()
+    orders, flags, asked = state.orders, state.sides.real.flags, list[SendReal]()
     stream, stop = orders.stream, orders.stop
     # A stream begins behind the stop of the one before: HOLD is back then.
     may = stop is None or stop.given_back is not None
@@ -126,7 +126,9 @@ def _give_hold_back(setup: Setup, state: CoreState, now: float) -> Result:
     if stop is not None:
         stop = replace(stop, given_back=now)
     orders = replace(orders, stop=stop, hold_away=False)
-    return replace(state, orders=orders), [Send(Command.GIVE_HOLD_BACK, "the real robot stands")]
+    return replace(state, orders=orders), [
+        SendReal(Command.GIVE_HOLD_BACK, "the real robot stands")
+    ]
 
 
 def _resume_twin(state: CoreState, now: float) -> Result:

@@ -17,7 +17,7 @@ from __future__ import annotations
 import msgspec
 
 from twin_controller.config import EStop, Stop
-from twin_controller.core.actions import Command, Send
+from twin_controller.core.actions import Command, SendReal
 from twin_controller.core.events import RealMeasured, TwinMotion
 from twin_controller.core.orders.order import GiveUp, Order, Patience, due, tell
 
@@ -130,7 +130,7 @@ def disobeyed(stop: StopOrder | None, config: Stop, now: float) -> bool:
     )
 
 
-def stop_again(stop: StopOrder | None, now: float) -> tuple[StopOrder | None, list[Send]]:
+def stop_again(stop: StopOrder | None, now: float) -> tuple[StopOrder | None, list[SendReal]]:
     """Send a stop again that the real robot should show by now."""
     if stop is None or stop.given_back is not None:
         return stop, []
@@ -138,7 +138,7 @@ def stop_again(stop: StopOrder | None, now: float) -> tuple[StopOrder | None, li
         why = "the real robot does not show it yet"
         if again.wanted is Command.END_AT_REST:
             stop, again = replace(stop, since=now), replace(again, wanted=Command.STOP_REAL)
-        return replace(stop, order=again, reached=True), [Send(again.wanted, why)]
+        return replace(stop, order=again, reached=True), [SendReal(again.wanted, why)]
     return stop, []
 
 

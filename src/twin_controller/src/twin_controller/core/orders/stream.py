@@ -9,7 +9,7 @@ from __future__ import annotations
 import msgspec
 
 from twin_controller.config import Stream
-from twin_controller.core.actions import Command, Send
+from twin_controller.core.actions import Command, SendReal
 from twin_controller.core.events import RealMeasured
 from twin_controller.core.orders.order import GiveUp, Order, Patience, due, send
 from twin_controller.core.setup import Setup
@@ -61,7 +61,7 @@ def hear_stream(order: StreamOrder, event: RealMeasured) -> StreamOrder:
 
 def start_stream(
     order: StreamOrder, flags: RealMeasured, now: float
-) -> tuple[StreamOrder, list[Send]]:
+) -> tuple[StreamOrder, list[SendReal]]:
     """Ask for the program behind a fresh set point; again when the robot does not report it.
 
     Nobody's hold but ours is ours to undo, and a program of the robot's own is never let go on.
@@ -78,7 +78,7 @@ def start_stream(
     command = Command.CONTINUE_STREAM if there else Command.START_STREAM
     reason = "the real robot follows" if order.at_once else "the robot did not start it yet"
     start = send(replace(order.start, wanted=command), now)
-    return StreamOrder(start, loaded=there), [Send(command, reason)]
+    return StreamOrder(start, loaded=there), [SendReal(command, reason)]
 
 
 def longest_wait(config: Stream) -> float:
