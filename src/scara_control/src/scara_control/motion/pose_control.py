@@ -22,7 +22,7 @@ from scara_control.motion.drive import Drive, PathDriver, believed
 from scara_control.motion.feedback import Feedback
 from scara_control.motion.following.stream import Stream
 from scara_control.motion.requests import MoveLedger, Outcome, PoseReport, check_move
-from scara_control.motion.states import State
+from scara_control.motion.states import AFTER, HOLDING, Phase, State
 from scara_control.motion.time_scaling import SpeedCap
 
 _LATCHED = "emergency stop is latched: RESET first"
@@ -44,8 +44,9 @@ class PoseController:
         self._stream = Stream(self._joints, config.follow)
         self._ledger = MoveLedger(self._joints, config.move)
         self._commanded = self.names
-        self._stopping = self._paused = self._estopped = False
-        self._parked = False
+        self._phase = Phase.GOING
+        # Latched until RESET, whatever moves meanwhile.
+        self._estopped = False
         self._requested, self._cap = config.move.default_speed_percent, SpeedCap()
         self._peak = 0.0
         self._message = ""
@@ -107,7 +108,7 @@ class PoseController:
         if command is Command.STOP or command is Command.ESTOP:
             if self._driver.is_spent(now):
                 # The joints have had no set points for a while and stand: a ramp would move them.
-                self._driver.drive, self._stopping = None, False
+                self._driver.drive, self._phase = None, Phase.GOING
             self._estopped = self._estopped or command is Command.ESTOP
             self._stream.bar(now)
             self._stop(f"aborted by {command.text(reason)}")
@@ -116,12 +117,10 @@ class PoseController:
                 self._stop(f"aborted by {command.text(reason)}")
         elif command is Command.RESET:
             self._estopped, self._message = False, ""
-        elif command is Command.RESUME:
-            self._paused = False
-        elif self._stream.session is not None:
+        elif command is Command.PAUSE and self._stream.session is not None:
             self._message = "PAUSE: following a stream, which decides; pause its source"
-        elif self._driver.drive is not None and not self._stopping:
-            self._paused = True
+        elif command is Command.RESUME or self._driver.drive is not None:
+            self._phase = AFTER.get((self._phase, command), self._phase)
 
     def limit_speed(self, percent: float, now: float) -> None:
         """Cap the program speed of this and all coming moves.
@@ -189,7 +188,8 @@ class PoseController:
 
     def report(self, now: float) -> PoseReport:
         """Return what the controller does."""
-        drive, moving = self._driver.drive, self._driver.drive is not None and not self._stopping
+        drive = self._driver.drive
+        moving = drive is not None and self._phase is not Phase.STOPPING
         if drive is not None:
             setpoint = drive.motion.q
         elif self._stream.session is not None:
@@ -226,7 +226,7 @@ class PoseController:
             raise MotionRefusedError(
                 "following a stream: it ends by STOP, or when no packet comes any more"
             )
-        if self._paused:
+        if self._phase in HOLDING:
             raise MotionRefusedError("paused: RESUME or STOP first")
         start, go_at = self._start(now)
         hold = self._planner.stop(start).end
@@ -246,9 +246,9 @@ class PoseController:
             return State.FOLLOWING
         if self._driver.drive is None:
             return State.IDLE
-        if self._stopping:
+        if self._phase is Phase.STOPPING:
             return State.STOPPING
-        if self._paused:
+        if self._phase in HOLDING:
             return State.PAUSED if self._driver.drive.frozen else State.PAUSING
         return State.ANNOUNCING if self._driver.drive.announcing else State.MOVING
 
@@ -259,13 +259,14 @@ class PoseController:
                 abs(v) <= slow
                 for v, slow in zip(self._stream.session.motion(now).qdot, self._feedback.standstill)
             )
-        return self._driver.drive is None or (self._paused and self._driver.drive.frozen)
+        drive = self._driver.drive
+        return drive is None or (self._phase in HOLDING and drive.frozen)
 
     def _restart(self, now: float) -> None:
         """Forget all motion: the clock went back, as when the simulation is reset."""
         self._end_move("aborted: the clock went back")
         self._driver.drive = self._stream.session = self._setpoint = self._feedback.measured = None
-        self._stopping = self._paused = False
+        self._phase = Phase.GOING
         self._driver.time = now
 
     def _begin(self, names: tuple[str, ...], now: float, is_move: bool) -> None:
@@ -273,7 +274,7 @@ class PoseController:
         self._ledger.begin(now, is_move)
         self._ownership.begin(names)
         self._commanded, self._message = names, ""
-        self._stopping = self._paused = self._parked = False
+        self._phase = Phase.GOING
 
     def _start(self, now: float) -> tuple[JointMotion, float]:
         """Return the state from which a move begins, and when it may move.
@@ -299,13 +300,15 @@ class PoseController:
             return _LATCHED
         if self._driver.drive is None:
             return ""
-        return "still stopping" if self._stopping else "a move is running: STOP it first"
+        if self._phase is Phase.STOPPING:
+            return "still stopping"
+        return "a move is running: STOP it first"
 
     def _wanted_scale(self, at: float) -> float:
         """Return how fast the path shall be driven at a time [s]."""
-        if self._stopping:
+        if self._phase is Phase.STOPPING:
             return 1.0
-        return 0.0 if self._paused else min(1.0, self._cap.at(at) / self._requested)
+        return 0.0 if self._phase in HOLDING else min(1.0, self._cap.at(at) / self._requested)
 
     def _watch(self, now: float) -> None:
         """Stop when the stream or the measurements fail to come.
@@ -330,13 +333,13 @@ class PoseController:
             motion = self._driver.drive.motion
         self._end_move(text)
         self._message = text
-        already = self._stopping and self._stream.session is None
-        self._stream.session, self._paused = None, False
+        already = self._phase is Phase.STOPPING and self._stream.session is None
+        self._stream.session = None
         if motion is None or not self._commanded:
-            self._driver.drive, self._stopping = None, False
+            self._driver.drive, self._phase = None, Phase.GOING
         elif not already:
             self._driver.start(self._planner.stop(motion), self._driver.time, 1.0)
-            self._stopping = True
+            self._phase = Phase.STOPPING
 
     def _end_move(self, why: str) -> None:
         """End the running move, if there is one, before it has arrived."""
@@ -350,12 +353,11 @@ class PoseController:
         ahead = [drive]
         if drive.done:
             self._finish(drive)
-        elif self._paused and drive.frozen:
-            if self._parked:
+        elif self._phase in HOLDING and drive.frozen:
+            if self._phase is Phase.PARKED:
                 return None
-            self._parked = True
+            self._phase = Phase.PARKED
         else:
-            self._parked = False
             ahead = self._driver.ahead(drive, self._wanted_scale)
         times, motions = (d.time for d in ahead), (d.motion for d in ahead)
         packet = Setpoints.due(self.names, times, motions)
@@ -365,4 +367,4 @@ class PoseController:
         """Note that the set points have arrived."""
         self._ledger.settle(drive.path.end, self._driver.time)
         self._setpoint, self._driver.drive = drive.path.end, None
-        self._stopping = self._paused = False
+        self._phase = Phase.GOING
