@@ -34,7 +34,7 @@ STAMPS_AND_GAPS = [
     *ROWS,
     *thorough(*(row for row in product((True, False), EACH_TIME_S + OTHERS_S) if row not in ROWS)),
 ]
-WAITED_FOR = ("kinematics_server", "motion_server", "joint_pose_controller")
+WAITED_FOR = ("motion_server", "joint_pose_controller")
 WATCHED_S = 0.4
 REST_RAD = 1e-4
 FAR = [1.0, 0.5, -0.1, 0.5]

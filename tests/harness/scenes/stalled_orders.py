@@ -17,7 +17,7 @@ from harness.faults.fault_cell import ROBOT, FaultCell
 from harness.processes import wait_until
 
 NAMES = [joint.name for joint in ROBOT.twin_joints]
-NODES = ("kinematics_server", "motion_server", "joint_vel_controller", "trajectory_server")
+NODES = ("motion_server", "joint_vel_controller", "trajectory_server")
 ROUTES = {
     "gateway": ("MOVE_JOINTS by web", "MOVE by web", "move_to by web", "jog by web"),
     "trajectory_server": ("goal",),

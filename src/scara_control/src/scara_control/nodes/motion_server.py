@@ -5,8 +5,7 @@ Drives the twin's tool to a point, through both joint controllers, until it is t
 Parameters: ``~config_dir`` (robot.yaml, motion.yaml; default: the package scara_config).
 Services: ``move_to`` (scara_msgs/MoveTo). Joints that do not move the tool hold. A newer request
 replaces a running one once its point has proved reachable; STOP and ESTOP cancel.
-Calls: ``inverse_kinematics``, ``joint_pose_controller/move``, ``twin_controller/control`` (for
-whom it moves the twin).
+Calls: ``joint_pose_controller/move``, ``twin_controller/control`` (for whom it moves the twin).
 Subscribes: ``twin/joint_states``, ``motion_command``.
 Publishes: ``joint_vel_controller/command`` (JointJog), ``motion_command`` (a STOP that was
 overtaken by our own move).
@@ -34,6 +33,7 @@ from control_msgs.msg import JointJog
 from scara_control.config import MotionConfig
 from scara_control.errors import ScaraControlError
 from scara_control.joint_motion import JointMotion
+from scara_control.kinematics.arm_kinematics import parse_elbow
 from scara_control.kinematics.tool import tool_kinematics
 from scara_control.motion.commands import Command, MotionRefusedError
 from scara_control.motion.epoch import Asked, Epoch
@@ -52,7 +52,7 @@ from scara_control.nodes.wiring import (
     subscribe,
 )
 from scara_msgs.msg import MotionCommand
-from scara_msgs.srv import InverseKinematics, MoveJoints, MoveTo, MoveToResponse
+from scara_msgs.srv import MoveJoints, MoveTo, MoveToResponse
 
 _POLL = 0.02
 _REPEAT_STOP = 0.05
@@ -95,10 +95,13 @@ class MotionServer:
         # When somebody let a paused motion go on: from then on its jogs are as new as that.
         self._resumed = 0.0
         self._stops = 0
+        # A numeric solution loads a library, and the first caller would wait for it.
+        home = [robot.home[joint.name] * joint.scale for joint in joints]
+        try:
+            self._tool.inverse(*self._tool.position(home), None, home)
+        except ScaraControlError as error:
+            rospy.logwarn("the home pose has no inverse kinematics: %s", error)
         within = config.trim.service_timeout
-        self._kinematics = ServiceClient(
-            "inverse_kinematics", InverseKinematics, within, wait=within, keep=True
-        )
         self._move = ServiceClient(
             "joint_pose_controller/move", MoveJoints, within, wait=within, lasting=True
         )
@@ -176,20 +179,10 @@ class MotionServer:
         check_speed(request.speed_percent, self._config.move)
         self._reader.wait_for_first(self._config.trim.service_timeout)
         seed = self._feedback.fresh(self._clock.now()).q
-        answer = self._kinematics(
-            x=request.x, y=request.y, z=request.z, elbow=request.elbow, seed=seed
-        )
-        if not answer.success:
-            raise MotionRefusedError(answer.message)
+        point, elbow = (request.x, request.y, request.z), parse_elbow(request.elbow)
+        target = self._tool.inverse(*point, elbow, seed).chosen.q
         with self._begun(asked) as number:
-            goal = RunningGoal(
-                asked.at,
-                number,
-                (request.x, request.y, request.z),
-                tuple(answer.joint_positions),
-                request.speed_percent,
-                request,
-            )
+            goal = RunningGoal(asked.at, number, point, target, request.speed_percent, request)
             self._drive(goal)
             error = self._trim(goal)
         return f"reached, {error * 1e3:.3f} mm from the point"
