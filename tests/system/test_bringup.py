@@ -84,7 +84,7 @@ def test_signal_ends_the_cell_in_order_and_leaves_no_process(
 def test_signal_while_starting_leaves_no_process(cell: LiveCell) -> None:
     """Impatience does no harm."""
     bringup = cell.start()
-    wait_until(lambda: "starting" in bringup.output, 10.0)
+    wait_until(lambda: "starting" in bringup.output, 30.0)
     os.kill(bringup.pid, signal.SIGINT)
     assert bringup.wait(25.0) != 0
     wait_until(lambda: not cell.stage.left_over(), 3.0, "the end of all processes")

@@ -1,8 +1,9 @@
 """Which test runs when, where several processes share one machine.
 
-``./cell test`` runs four parts: whole cells one at a time; then single nodes and what looks at the
-clock, two at a time; then pages in a browser one at a time; and beside all of them what only
-computes, in the processor time that those leave (decisions 0022 and 0037). The tests of one group
+``./cell test`` runs five parts: whole cells one at a time; then what starts and ends cells of its
+own and judges no times, two at a time; then single nodes and what looks at the clock, two at a
+time; then pages in a browser one at a time; and beside all of them what only computes, in the
+processor time that those leave (decisions 0022 and 0037). The tests of one group
 go to one worker of pytest-xdist, one after the other; those of a shared cell are one group.
 """
 
@@ -16,10 +17,18 @@ from harness.workspace import ROOT
 
 LIVE = ("tests/system/", "tests/ros/", "tests/clients/")
 """Tests that run in real time, with processes."""
-PARTS = ("cells", "nodes", "pages", "pure")
+PARTS = ("cells", "starts", "nodes", "pages", "pure")
 """What ``./cell test`` runs, and how: see above."""
 CELLS = ("tests/system/",)
 """Whole cells: each wants one of two cores for itself."""
+STARTS = (
+    "tests/system/operation/test_refused.py",
+    "tests/system/test_bringup.py",
+    "tests/system/test_named_cell.py",
+    "tests/system/test_rostest.py",
+    "tests/system/test_tutorial.py",
+)
+"""Cells that each test starts and ends: it waits for what they say, and judges no times."""
 BUILDS = ("tests/system/test_catkin_make.py",)
 """A build of the workspace only computes."""
 BROWSES = re.compile(
@@ -125,6 +134,8 @@ def part_of(file: str) -> str:
     """
     if file in BUILDS:
         return "pure"
+    if file in STARTS:
+        return "starts"
     if file.startswith(CELLS):
         return "cells"
     if drives_browser(file):

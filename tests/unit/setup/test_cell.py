@@ -135,7 +135,7 @@ def parts(tmp_path: Path) -> str:
 
 
 @pytest.mark.parametrize("nodes", ["", "beside"])
-def test_the_whole_is_tested_in_four_parts(parts: str, nodes: str) -> None:
+def test_the_whole_is_tested_in_five_parts(parts: str, nodes: str) -> None:
     """What only computes takes what the others leave, and all that it is asked for reaches each."""
     done = run("bash", "-c", parts, "cell", "-k", "x", env=asked(CELL_TEST_NODES=nodes))
     assert done.returncode == 0, done.stderr
@@ -146,6 +146,7 @@ def test_the_whole_is_tested_in_four_parts(parts: str, nodes: str) -> None:
     own = os.nice(0)
     assert found == [
         ("cells", str(own), "-n 0", usual),
+        ("starts", str(own), "-n 2", usual),
         ("nodes", str(min(19, own + 5) if nodes else own), "-n 2", usual),
         ("pages", str(own), "-n 0", usual),
         ("pure", "19", "-n 2", usual),
@@ -168,17 +169,18 @@ def test_single_nodes_run_beside_cells_on_request_and_never_beside_a_browser(
     )
     assert run("bash", "-c", parts, env=asked(CELL_TEST_NODES=nodes)).returncode == 0
     ended = [part for part in (tmp_path / "build" / "ended").read_text().split() if part != "pure"]
-    assert ended == (["nodes", "cells", "pages"] if beside else ["cells", "nodes", "pages"])
+    after = ["starts", "pages"] if beside else ["starts", "nodes", "pages"]
+    assert ended == (["nodes", "cells", *after] if beside else ["cells", *after])
 
 
 @pytest.mark.parametrize("code", [1, 2])
-@pytest.mark.parametrize("part", ["cells", "nodes", "pages", "pure"])
+@pytest.mark.parametrize("part", ["cells", "starts", "nodes", "pages", "pure"])
 def test_a_part_that_fails_fails_the_whole(parts: str, part: str, code: int) -> None:
     """The others are run and shown all the same; 2 is a test file that cannot be read, too."""
     done = run("bash", "-c", parts, env=asked(FAILS=f"{part} {code}"))
     assert done.returncode == code and f"a part failed ({code})" in done.stderr
     shown = re.findall(r"^(\w+) \d+:", done.stdout, re.M)
-    assert shown == ["cells", "nodes", "pages", "pure"]
+    assert shown == ["cells", "starts", "nodes", "pages", "pure"]
 
 
 def test_an_interrupted_run_ends_what_runs_beside_it(parts: str, tmp_path: Path) -> None:

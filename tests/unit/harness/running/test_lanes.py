@@ -130,6 +130,7 @@ def test_one_worker_plays_the_tests_of_a_shared_cell_one_after_the_other() -> No
     ("file", "part"),
     [
         ("tests/system/test_demo.py", "cells"),
+        ("tests/system/test_bringup.py", "starts"),
         ("tests/ros/operator_panel/test_stop.py", "pages"),
         ("tests/ros/operator_panel/test_for_hands.py", "pages"),
         ("tests/ros/farm/test_wall.py", "pages"),
