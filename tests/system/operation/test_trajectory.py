@@ -46,8 +46,8 @@ def decisions(cell: LiveCell) -> list[str]:
     return lines
 
 
-def test_recording_holds_goal_and_result_of_an_action(live_cell: LiveCell, tmp_path: Path) -> None:
-    """And becomes one packed file for Foxglove that holds each message as it was recorded.
+def test_recording_holds_goal_and_result_of_an_action(live_cell: LiveCell) -> None:
+    """Of the action's own types, and of this goal.
 
     The recorder, as any subscriber, hears what a new client says once it is connected to it.
     """
@@ -66,16 +66,8 @@ def test_recording_holds_goal_and_result_of_an_action(live_cell: LiveCell, tmp_p
             assert RECORDED.items() <= kinds.items(), kinds
             (goal,) = (read.message for read in bag.read_messages("/joint_trajectory_action/goal"))
             (end,) = (read.message for read in bag.read_messages("/joint_trajectory_action/result"))
-            count = bag.get_message_count()
         assert goal.goal.trajectory.joint_names == ["joint_1", "joint_2"]
         assert end.status.goal_id.id == goal.goal_id.id and end.status.status == SUCCEEDED
-        target = tmp_path / f"{Path(answer['path']).stem}.mcap"
-        words = ("--profile", "ros1", "--compression", "zstd")
-        said = live_cell.tool(
-            *("rosrun", "twin_experiments", "convert_bag", answer["path"], str(target)), *words
-        )
-        assert said.startswith(f"{count} messages of {len(kinds)} topics")
-        assert target.stat().st_size < Path(answer["path"]).stat().st_size
         assert send(live_cell, 1.0, *HOME)["state"] == SUCCEEDED
         idle(live_cell)
 
