@@ -12,7 +12,6 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from scara_config import load_robot
-from twin_experiments.walk import walked
 from typing_extensions import Self
 
 from harness.ros import Ros
@@ -84,9 +83,10 @@ class Person:
 def place(walk: Walk, stamp: float) -> Place:
     """Return where somebody is on a straight walk at ``stamp``."""
     begun, begin, end, speed = walk
-    return walked(
-        begin, end, speed, min(max(0.0, stamp - begun), math.dist(begin, end) / speed)
-    )  # and stays there
+    way = math.dist(begin, end)
+    share = min(max(0.0, stamp - begun) * speed / way, 1.0) if way else 1.0  # and stays there
+    x, y, z = (a + share * (b - a) for a, b in zip(begin, end))
+    return x, y, z
 
 
 def _serve(line: Connection, walk: Walk | None, topic: str, frame: str) -> None:

@@ -2,32 +2,29 @@
 
 from __future__ import annotations
 
-from harness.opponents.person import Person
+import sys
+
 from harness.processes import Process
 from harness.ros import Ros
-from harness.yaml_files import changed_yaml, copy_configuration
+from harness.workspace import ROOT
 
 DEADLINE_S = 60.0
+SENSOR = b"walking_person"
 SIGHTING = "{header: {stamp: now, frame_id: FRAME}, point: {x: 0.4}}"
 
 
 def controller(ros: Ros) -> Process:
-    """Start a twin controller that has neither side, and hears the sensor /person alone."""
-    folder = ros.folder / "config"
-    copy_configuration(folder)
-    file = folder / "twin_controller.yaml"
-    changed_yaml(file, folder, ["separation", "sensors"], ["/person"])
+    """Start a twin controller that has neither side; it hears the walking person alone."""
     return ros.run(
         "twin_controller",
         "twin_controller",
-        f"_config_dir:={folder}",
         f"_modbus_port:={ros.free_port()}",
         f"_gateway_url:=ws://127.0.0.1:{ros.free_port()}",
     )
 
 
 def test_senders_that_nobody_named_are_said_once_and_dropped(ros: Ros) -> None:
-    """The test and a `rostopic pub`, both many times, then the sensor."""
+    """The test and a `rostopic pub`, both many times, then the sensor of examples/."""
     from geometry_msgs.msg import PointStamped
     from rosgraph_msgs.msg import Log
 
@@ -52,10 +49,10 @@ def test_senders_that_nobody_named_are_said_once_and_dropped(ros: Ros) -> None:
     words = ("people/nearest", "geometry_msgs/PointStamped", sighting)
     stranger = ros.stage.start("rostopic", "pub", "-r", "10", *words)
     ros.wait_until(lambda: len(dropped()) >= 2, DEADLINE_S, "the test and another")
-    with Person(ros):
-        ros.wait_until(lambda: any(b"person" in row.data for row in inputs), DEADLINE_S, "person")
+    ros.stage.start(sys.executable, str(ROOT / "examples" / "walking_person.py"))
+    ros.wait_until(lambda: any(SENSOR in row.data for row in inputs), DEADLINE_S, "the sensor")
     stranger.stop()
     names = [text.split(" is dropped")[0] for text in dropped()]
     assert len(names) == len(set(names)) == 2
     seen = b"".join(row.data for row in inputs)
-    assert b"/person" in seen and b"rostopic" not in seen
+    assert b"rostopic" not in seen

@@ -24,12 +24,8 @@ MASTER_POLL_S = 0.5
 STOPPED = TwinControllerState.STOPPED
 
 
-def enter_ros(
-    name: str, deadline: float, tell: Callable[[str], None], anonymous: bool = True
-) -> None:
-    """Become a node as soon as there is a master.
-
-    ``anonymous``: of a name of its own, however many there are.
+def enter_ros(name: str, deadline: float, tell: Callable[[str], None]) -> None:
+    """Become a node of a name of its own as soon as there is a master.
 
     Raises:
         RunError: There is none after ``deadline`` [s].
@@ -45,7 +41,7 @@ def enter_ros(
             )
         time.sleep(MASTER_POLL_S)
     harden_process()
-    rospy.init_node(name, anonymous=anonymous, disable_signals=True)
+    rospy.init_node(name, anonymous=True, disable_signals=True)
 
 
 class LiveTwin:
