@@ -108,8 +108,7 @@ def overgrown(folder: Path) -> Iterator[str]:
         name = package_name(folder)
         started = f"from {name}.nodes.{script.name} import main" in text
         module = folder / "src" / name / "nodes" / f"{script.name}.py"
-        moved = f'run_moved("{name}", "{script.name}", now_in=' in text
-        if not (moved or (started and module.is_file())):
+        if not (started and module.is_file()):
             yield f"{folder.name}/nodes/{script.name}: calls no main of its module"
         if len(text.splitlines()) > LONGEST_SCRIPT:
             yield f"{folder.name}/nodes/{script.name}: {len(text.splitlines())} lines"

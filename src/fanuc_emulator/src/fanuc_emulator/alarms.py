@@ -70,17 +70,6 @@ START_REFUSED = AlarmCode(24, 11, Severity.WARN, "Start refused")
 RESET_REFUSED = AlarmCode(24, 12, Severity.WARN, "Reset refused")
 POWER_OFF = {"imstp": IMSTP, "panel_imstp": PANEL_ESTOP}
 """By the input that switches the drives off; no reset clears one while its input is off."""
-ALL_CODES = (
-    PANEL_ESTOP,
-    IMSTP,
-    HEARTBEAT_LOST,
-    HEARTBEAT_SILENT,
-    NO_VACUUM,
-    POSITION_LIMIT,
-    POSITION_INVALID,
-    START_REFUSED,
-    RESET_REFUSED,
-)
 
 
 class AlarmList:

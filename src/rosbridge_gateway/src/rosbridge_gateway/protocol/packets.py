@@ -15,7 +15,6 @@ from rosbridge_gateway.protocol.envelope import read_envelope
 
 PacketId = str | int | None | UnsetType
 Level = Literal["info", "warning", "error", "none"]
-Count = Annotated[int, Meta(ge=0)]
 FragmentSize = Annotated[int, Meta(ge=1)]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from scara_control.kinematics.screws import ScrewModel, forward_kinematics, joint_vector
-from scara_control.kinematics.twists import FloatArray, adjoint, exp6, inverse_transform, skew
+from scara_control.kinematics.twists import FloatArray, adjoint, exp6, skew
 
 
 def space_jacobian(arm: ScrewModel, q: ArrayLike) -> FloatArray:
@@ -35,22 +35,6 @@ def space_jacobian(arm: ScrewModel, q: ArrayLike) -> FloatArray:
     for index, (axis, position) in enumerate(zip(arm.screw_axes.T, joint_vector(arm, q))):
         jacobian[:, index] = adjoint(before) @ axis
         before = before @ exp6(axis * position)
-    return jacobian
-
-
-def body_jacobian(arm: ScrewModel, q: ArrayLike) -> FloatArray:
-    """Compute the Jacobian of the twist in the tool frame, shape ``(6, n)``.
-
-    Args:
-        arm: Screw axes and home pose.
-        q: Joint positions, base to tool, shape ``(n,)``: [rad], prismatic [m].
-
-    Raises:
-        JointVectorError: ``q`` is not of shape ``(n,)`` or not finite.
-    """
-    jacobian: FloatArray = adjoint(inverse_transform(forward_kinematics(arm, q))) @ space_jacobian(
-        arm, q
-    )
     return jacobian
 
 

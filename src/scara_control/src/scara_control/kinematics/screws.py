@@ -1,4 +1,4 @@
-"""Forward kinematics of any open chain from its screw axes: product of exponentials in both frames.
+"""Forward kinematics of any open chain from its screw axes: product of exponentials.
 
 Nothing here knows a SCARA: joints are columns of ``screw_axes``, turning or sliding, as many as
 there are.
@@ -18,13 +18,7 @@ from numpy.typing import ArrayLike
 from scara_config import Joint, Robot
 
 from scara_control.errors import JointVectorError, ScrewModelError
-from scara_control.kinematics.twists import (
-    FloatArray,
-    adjoint,
-    exp6,
-    inverse_transform,
-    twist_matrix,
-)
+from scara_control.kinematics.twists import FloatArray, exp6, twist_matrix
 
 Point = tuple[float, float, float]
 
@@ -93,15 +87,6 @@ class ScrewModel:
         x, y, z = self.home_pose[:3, 3].tolist()
         return x, y, z
 
-    @property
-    def body_screw_axes(self) -> FloatArray:
-        """The same screws in the tool frame {b} at home, shape ``(6, n)``.
-
-        The adjoint of the inverse home pose takes them there.
-        """
-        axes: FloatArray = adjoint(inverse_transform(self.home_pose)) @ self.screw_axes
-        return axes
-
 
 def _check_screws(axes: FloatArray) -> None:
     """Raise ScrewModelError unless each column is a unit screw."""
@@ -165,30 +150,6 @@ def forward_kinematics(arm: ScrewModel, q: ArrayLike) -> FloatArray:
     for axis, position in zip(arm.screw_axes.T, joint_vector(arm, q)):
         pose = pose @ exp6(axis * position)
     return pose @ arm.home_pose
-
-
-def forward_kinematics_body(arm: ScrewModel, q: ArrayLike) -> FloatArray:
-    r"""Compute the same pose from the screws of the tool frame.
-
-    .. math:: T_{sb}(q) = M e^{[B_1] q_1} \cdots e^{[B_n] q_n}
-
-    Args:
-        arm: Screw axes and home pose.
-        q: Joint positions, base to tool, shape ``(n,)``: [rad], prismatic [m].
-
-    Returns:
-        Homogeneous transform ``T_sb``, shape ``(4, 4)``, translation in [m].
-
-    Raises:
-        JointVectorError: ``q`` is not of shape ``(n,)`` or not finite.
-
-    Source:
-        Lynch & Park, Modern Robotics (2017), sec. 4.1.3.
-    """
-    pose = arm.home_pose
-    for axis, position in zip(arm.body_screw_axes.T, joint_vector(arm, q)):
-        pose = pose @ exp6(axis * position)
-    return pose
 
 
 def forward_kinematics_batch(arm: ScrewModel, q: ArrayLike) -> FloatArray:

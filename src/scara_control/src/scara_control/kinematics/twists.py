@@ -71,15 +71,6 @@ def adjoint(transform: FloatArray) -> FloatArray:
     return matrix
 
 
-def inverse_transform(transform: FloatArray) -> FloatArray:
-    """Return the inverse of a homogeneous transform, using that its rotation is orthogonal."""
-    rotation = transform[:3, :3]
-    inverse = np.eye(4)
-    inverse[:3, :3] = rotation.T
-    inverse[:3, 3] = -rotation.T @ transform[:3, 3]
-    return inverse
-
-
 def quaternion(rotation: FloatArray) -> tuple[float, float, float, float]:
     """Return the unit quaternion ``(x, y, z, w)`` of a rotation matrix.
 

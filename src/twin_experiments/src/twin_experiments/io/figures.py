@@ -49,7 +49,6 @@ BANDS: dict[str, Any] = {
     "needle": {"color": NEEDLE_VIOLET, "linewidth": 0, "alpha": 0.35},
 }
 MOST_POINTS = 6000
-MM = 1e3
 
 
 def draw(
