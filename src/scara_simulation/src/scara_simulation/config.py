@@ -32,7 +32,7 @@ class JointDynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class SimulationConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The world, its clockwork and what it accepts; keys as in simulation.yaml."""
+    """The world, its pace and what it accepts; keys as in simulation.yaml."""
 
     physics_rate_hz: Annotated[int, Meta(ge=200, le=10_000)]
     gravity_m_s2: Annotated[float, Meta(ge=0.0, le=100.0)]

@@ -1,4 +1,4 @@
-"""The clockwork under a clock of its own: stalls, pauses, steps of the system clock, errors."""
+"""The runner under a clock of its own: stalls, pauses, steps of the system clock, errors."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Still:
 
 
 class Cell:
-    """A clockwork, what it published, and a way to run it for a while."""
+    """A runner, what it published, and a way to run it for a while."""
 
     def __init__(self, clock, factor=1.0, follow=True):
         model = JointModel("slide", -5.0, 5.0, 10.0, 50.0, 1e4, 0.01)
@@ -86,7 +86,7 @@ class Cell:
         return self
 
     def stall(self, milliseconds):
-        """Let time pass without the clockwork noticing."""
+        """Let time pass without the runner noticing."""
         self.clock.now += milliseconds * MS
 
 

@@ -62,9 +62,9 @@ class PartsPorts:
         self._changed = Pace(RESTING_PERIOD_NS)
         self._counted = (0, 0)
 
-    def serve(self, clockwork: RealTimeRunner) -> None:
+    def serve(self, runner: RealTimeRunner) -> None:
         """Offer the service ``gripper``."""
-        self._clockwork = clockwork
+        self._runner = runner
         rospy.Service("gripper", SetBool, self._command)
         rospy.Service("twin/put_parts_back", Trigger, self._put_back)
 
@@ -147,22 +147,22 @@ class PartsPorts:
         self._diagnostics.publish(found, stamp=stamp)
 
     def _put_back(self, _: TriggerRequest) -> TriggerResponse:
-        with self._clockwork.lock:
+        with self._runner.lock:
             obstacle = self._world.put_parts_back()
         return TriggerResponse(not obstacle, obstacle or "all parts are back on their stands")
 
     def _command(self, request: SetBoolRequest) -> SetBoolResponse:
         """Switch the suction; wait until a part hangs, or is let go, or it takes too long."""
-        with self._clockwork.lock:
+        with self._runner.lock:
             self._world.grip(request.data)
-            if self._clockwork.paused:
+            if self._runner.paused:
                 return SetBoolResponse(
                     False, "the simulation is paused: the suction is switched, nothing moves"
                 )
         until = time.monotonic() + self._work.gripper.answer_ms * 1e-3
         while time.monotonic() < until:
             time.sleep(_WAIT_S)
-            with self._clockwork.lock:
+            with self._runner.lock:
                 suction = self._world.suction
             if bool(suction.held) == request.data:
                 return SetBoolResponse(

@@ -58,9 +58,9 @@ class PayloadPorts:
         self._diagnostics, self._pace = Diagnostics("simulator"), Pace(DIAGNOSTICS_PERIOD_NS)
         self._lock = threading.Lock()
 
-    def serve(self, clockwork: RealTimeRunner) -> None:
+    def serve(self, runner: RealTimeRunner) -> None:
         """Offer the services."""
-        self._clockwork, self._control = clockwork, clockwork.simulation.control
+        self._runner, self._control = runner, runner.simulation.control
         self._control.permit(self._shares)
         rospy.Service("twin/payload/set", SetPayload, partial(self._change, self._tell))
         rospy.Service("twin/payload/mount", SetPayload, partial(self._change, self._mount))
@@ -100,7 +100,7 @@ class PayloadPorts:
         """Judge a request, and act, all joints at rest."""
         with self._lock:
             try:
-                with self._clockwork.lock:
+                with self._runner.lock:
                     values = self._asked(request) if request.change else None
                     moving = self._control.moving(self._world.read()[1])
                     table, payload = self._desk.judge(request.number, values, moving)
@@ -115,13 +115,13 @@ class PayloadPorts:
         return SetPayloadResponse(True, text)
 
     def _tell(self, payload: Payload) -> str:
-        """Let the controller reckon with a payload. The clockwork's lock is held."""
+        """Let the controller reckon with a payload. The runner's lock is held."""
         self._told.tell(payload)
         self._desk.told = payload
         return f"the controller was told {described(payload)}"
 
     def _mount(self, payload: Payload) -> str:
-        """Hang a payload at the simulated tool. The clockwork's lock is held."""
+        """Hang a payload at the simulated tool. The runner's lock is held."""
         held = self._held()
         if held:
             raise PayloadError(f"{held} is held: let it go before the tool is changed")
@@ -130,9 +130,9 @@ class PayloadPorts:
         return f"mounted {described(payload)}; all parts are back where they began"
 
     def _permit(self) -> None:
-        """Find what accelerations are left; without the clockwork's lock, as it takes long."""
+        """Find what accelerations are left; without the runner's lock, as it takes long."""
         shares = self._told.unplanned_shares(self._effort_percent)
-        with self._clockwork.lock:
+        with self._runner.lock:
             self._shares = shares
             self._control.permit(shares)
 

@@ -96,7 +96,7 @@ def main() -> None:
                 payload.publish(snapshots[-1].stamp_ns)
             simulation.watched = states.watched()
 
-        clockwork = RealTimeRunner(
+        runner = RealTimeRunner(
             simulation,
             config,
             factor=factor,
@@ -105,15 +105,15 @@ def main() -> None:
             report=DiagnosticsPort(factor, config).report,
         )
         desk = CommandDesk(simulation.control, CommandGate(robot, config), config)
-        commands = CommandPorts(names, clockwork, desk, states)
-        TuningPorts(names, clockwork, tuning, gains_path(directory))
-        payload.serve(clockwork)
+        commands = CommandPorts(names, runner, desk, states)
+        TuningPorts(names, runner, tuning, gains_path(directory))
+        payload.serve(runner)
         if parts is not None:
-            parts.serve(clockwork)
-        _run(clockwork)
+            parts.serve(runner)
+        _run(runner)
 
 
-def _run(clockwork: RealTimeRunner) -> None:
+def _run(runner: RealTimeRunner) -> None:
     """Run until a signal comes; say why the simulation died."""
     if step_efforts is None:
         rospy.logwarn("the joint loops run in Python, more slowly: ./cell build builds them in C")
@@ -122,7 +122,7 @@ def _run(clockwork: RealTimeRunner) -> None:
     go_first()
     try:
         with until_shutdown():
-            clockwork.run(rospy.is_shutdown)
+            runner.run(rospy.is_shutdown)
     except Exception as error:
         rospy.logfatal("the simulation has died: %s: %s", type(error).__name__, error)
         raise

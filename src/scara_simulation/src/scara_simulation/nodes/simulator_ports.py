@@ -134,13 +134,13 @@ class CommandPorts:
     def __init__(
         self,
         joints: Sequence[str],
-        clockwork: RealTimeRunner,
+        runner: RealTimeRunner,
         desk: CommandDesk,
         states: StatePorts,
     ) -> None:
         """Subscribe and serve."""
-        self._clockwork, self._desk, self._states = clockwork, desk, states
-        self._control = clockwork.simulation.control
+        self._runner, self._desk, self._states = runner, desk, states
+        self._control = runner.simulation.control
         self._epoch = Epoch(time.monotonic())
         self._movers = told_movers()
         self._modes = ""
@@ -154,14 +154,14 @@ class CommandPorts:
             partial(self._guarded, "motion_command", self._obey), CallbackGuard()
         )
         self._listen("joint_pose_controller/speed_limit_percent", Float64, self._limit_speed)
-        rospy.Service("pause_physics", Empty, partial(self._empty, clockwork.pause))
-        rospy.Service("unpause_physics", Empty, partial(self._empty, clockwork.unpause))
-        rospy.Service("reset_simulation", Empty, partial(self._empty, clockwork.reset))
+        rospy.Service("pause_physics", Empty, partial(self._empty, runner.pause))
+        rospy.Service("unpause_physics", Empty, partial(self._empty, runner.unpause))
+        rospy.Service("reset_simulation", Empty, partial(self._empty, runner.reset))
         rospy.Service("step", Step, self._step)
 
     def ran(self) -> None:
         """Note that this node runs."""
-        with self._clockwork.lock:
+        with self._runner.lock:
             self._epoch.ran(time.monotonic())
 
     def _listen(self, topic: str, kind: type, take: Callable[[object], None]) -> None:
@@ -176,19 +176,19 @@ class CommandPorts:
             if topic.endswith(DIRECT):
                 self._hear_stops_first()
                 self._movers.asked(topic, message)
-            with self._clockwork.lock:
+            with self._runner.lock:
                 take(message)
                 self._tell_modes()
         except CommandError as error:
-            self._clockwork.refuse(f"{topic}: {error}")
+            self._runner.refuse(f"{topic}: {error}")
             rospy.logwarn_throttle_identical(5.0, f"refused: {topic}: {error}")
         except Exception as error:
-            self._clockwork.fail(error)
+            self._runner.fail(error)
             raise
 
     def _hear_stops_first(self) -> None:
         """Let a stop that waits be heard before us, if this node may have stood still."""
-        with self._clockwork.lock:
+        with self._runner.lock:
             gap = self._epoch.ran(time.monotonic())
         if gap:
             self._stops.read_out()
@@ -207,13 +207,13 @@ class CommandPorts:
     def _velocity(self, name: str, message: Float64) -> None:
         if message.data != 0.0:
             self._begin(name)
-        self._desk.velocity(name, message.data, self._clockwork.simulation.now)
+        self._desk.velocity(name, message.data, self._runner.simulation.now)
 
     def _limit_speed(self, message: Float64) -> None:
         self._desk.limit_speed(message.data)
 
     def _setpoints(self, message: JointTrajectory) -> None:
-        simulation = self._clockwork.simulation
+        simulation = self._runner.simulation
         due = message.header.stamp.to_nsec()
         times = tuple(
             simulation.axis_time(due + point.time_from_start.to_nsec()) for point in message.points
@@ -224,12 +224,12 @@ class CommandPorts:
         if message.command in list(Command):
             command, now = Command(message.command), time.monotonic()
             if self._epoch.hear(command, message.reason, message.asked, now):
-                self._desk.obey(command, self._clockwork.simulation.now)
+                self._desk.obey(command, self._runner.simulation.now)
                 self._movers.stopped(message)
 
     def _empty(self, act: Callable[[], None], _: EmptyRequest) -> EmptyResponse:
         act()
-        with self._clockwork.lock:
+        with self._runner.lock:
             self._tell_modes()
         return EmptyResponse()
 
@@ -239,12 +239,12 @@ class CommandPorts:
                 success=False, message=f"steps = {request.steps} is outside [0, {MAX_STEPS}]"
             )
         count = max(1, request.steps)
-        if not self._clockwork.step(count):
+        if not self._runner.step(count):
             return StepResponse(
                 success=False, message="the simulation is running: call pause_physics first"
             )
         return StepResponse(
-            success=True, message=f"{count} steps of {self._clockwork.simulation.dt * 1e3:g} ms"
+            success=True, message=f"{count} steps of {self._runner.simulation.dt * 1e3:g} ms"
         )
 
     def _tell_modes(self) -> None:

@@ -55,12 +55,12 @@ class TuningPorts:
     """
 
     def __init__(
-        self, joints: Sequence[str], clockwork: RealTimeRunner, tuning: Tuning, file: Path
+        self, joints: Sequence[str], runner: RealTimeRunner, tuning: Tuning, file: Path
     ) -> None:
         """Advertise and serve."""
-        self._joints, self._clockwork, self._tuning, self._file = (
+        self._joints, self._runner, self._tuning, self._file = (
             list(joints),
-            clockwork,
+            runner,
             tuning,
             file,
         )
@@ -105,8 +105,8 @@ class TuningPorts:
 
     def _perform(self, change: Change, what: str) -> str:
         """Let a change be in force, save it, tell everybody; return what was said."""
-        with self._clockwork.lock:
-            self._clockwork.simulation.control.set_gains(change.joint, change.after)
+        with self._runner.lock:
+            self._runner.simulation.control.set_gains(change.joint, change.after)
         self._tell(change.joint)
         try:
             write_values(
