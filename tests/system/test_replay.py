@@ -88,7 +88,7 @@ def _shadow_then(cell: LiveCell, time: float) -> dict[str, Any]:
 
 def _assert_same_pair(again: dict[str, Any], document: dict[str, Any]) -> None:
     """Both documents say the same of the pair; ROS time is known to the time of a publication."""
-    for part in ("authority", "desired", "real", "twin", "names", "decision"):
+    for part in ("authority", "desired", "real", "twin", "units", "decision"):
         mine, recorded = again[part], document[part]
         if part in ("real", "twin"):
             assert mine["stamp"] == pytest.approx(recorded["stamp"], abs=0.05)

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import json
 
-SIDE = {"position": [1.0, 2.0], "velocity": [0.0, None], "stamp": 99.9, "standing_still": True}
+SIDE = {
+    "position": {"joint_1": 1.0, "joint_3": 2.0},
+    "velocity": {"joint_1": 0.0, "joint_3": None},
+    "stamp": 99.9,
+    "standing_still": True,
+}
 
 
 def shadow_document(stamp: float) -> str:
@@ -14,14 +19,18 @@ def shadow_document(stamp: float) -> str:
         "revision": 7,
         "decision": 3,
         "configuration": "abc",
-        "names": ["joint_1", "joint_3"],
-        "units": ["deg", "mm"],
+        "units": {"joint_1": "deg", "joint_3": "mm"},
         "authority": {"mode": "IDLE", "leader": "", "why": "at rest", "alarm": ""},
-        "desired": {"of": "both", "source": "agreed", "position": [1.0, 2.0], "target": []},
+        "desired": {
+            "of": "both",
+            "source": "agreed",
+            "position": {"joint_1": 1.0, "joint_3": 2.0},
+            "target": {},
+        },
         "real": SIDE,
-        "twin": {"position": [], "velocity": [], "stamp": None, "standing_still": False},
+        "twin": {"position": {}, "velocity": {}, "stamp": None, "standing_still": False},
         "deviation": {
-            "position": [0.0, 0.1],
+            "position": {"joint_1": 0.0, "joint_3": 0.1},
             "tool_mm": None,
             "path_mm": 0.0,
             "lag": None,
@@ -29,6 +38,6 @@ def shadow_document(stamp: float) -> str:
             "diverged": False,
         },
         "speed": {"requested": 50.0, "applied": 50.0, "limited": False, "reason": ""},
-        "links": [{"name": "real", "connected": True}, {"name": "twin", "connected": False}],
+        "links": {"real": {"connected": True}, "twin": {"connected": False}},
     }
     return json.dumps(tree)

@@ -13,11 +13,11 @@ from harness.page.pair import shadow_document
 from jsonschema import Draft202012Validator
 from operator_panel.door import Answer
 from operator_panel.io.twin_api import MOST_PAIRS, TwinApi
-from operator_panel.view.pair import Pair, json_schema, named, openapi
+from operator_panel.view.twin_schema import json_schema, openapi
 from scara_ros.io.page_guard import PageGuard
 from scara_ros.page_door import PageDoor
+from scara_ros.shadow import Shadow
 from starlette.testclient import TestClient
-from twin_controller.reporting.shadow import Shadow
 
 DASHBOARD = "http://dashboard:3000"
 NOW = 100.0
@@ -68,16 +68,16 @@ def test_values_stand_under_their_joints_names(client: TestClient) -> None:
     pair = client.get("/api/twin").json()
     assert pair["real"]["position"] == {"joint_1": 1.0, "joint_3": 2.0}
     assert pair["real"]["velocity"] == {"joint_1": 0.0, "joint_3": None}
-    assert pair["twin"]["position"] == {} and "names" not in pair
+    assert pair["twin"]["position"] == {}
     assert pair["units"] == {"joint_1": "deg", "joint_3": "mm"}
     assert pair["links"] == {"real": {"connected": True}, "twin": {"connected": False}}
 
 
-def test_the_stand_ins_document_has_the_fields_of_the_real_one() -> None:
-    """What is named here is all that the twin controller says."""
-    ours = set(Pair.__struct_fields__) | {"names"}
-    assert ours == set(Shadow.__struct_fields__) == set(json.loads(shadow_document(0.0)))
-    assert named(shadow_document(5.0)).stamp == 5.0
+def test_the_document_is_passed_on_as_it_is(client: TestClient) -> None:
+    """The stand-in's has the fields of the twin controller's own."""
+    document = shadow_document(NOW)
+    assert client.get("/api/twin").text == document
+    assert msgspec.json.decode(document, type=Shadow).stamp == NOW
 
 
 def test_head_answers_as_get_without_a_body(client: TestClient) -> None:
@@ -184,8 +184,8 @@ def test_schema_and_openapi_describe_the_shadow_document(client: TestClient) -> 
     """Each reference leads somewhere; required are the fields that are always there."""
     schema = client.get("/api/twin/schema.json").json()
     assert schema == json_schema()
-    document_keys = set(msgspec.to_builtins(named(shadow_document(1.0))))
-    assert set(schema["$defs"]["Pair"]["required"]) == document_keys
+    document_keys = set(json.loads(shadow_document(1.0)))
+    assert set(schema["$defs"]["Shadow"]["required"]) == document_keys
     described = client.get("/api/twin/openapi.json").json()
     assert described == openapi() and described["openapi"].startswith("3.1")
     for root in (schema, described):

@@ -7,7 +7,8 @@ import json
 import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
-from twin_controller.reporting.shadow import Shadow, ShadowError, ShadowMemory, shadow_of
+from scara_ros.shadow import Shadow
+from twin_controller.reporting.shadow import ShadowError, ShadowMemory, shadow_of
 
 AWAY = shifted(HOME, 20.0, -30.0, 40.0, 10.0)
 OFFSET = 1.7e9
@@ -31,11 +32,11 @@ def test_an_idle_pair_is_where_it_agreed_to_be(pair: Pair) -> None:
     found = shadow(pair)
     home = [q / scale for q, scale in zip(HOME, SETUP.scale)]
     assert (found.authority.mode, found.authority.leader) == ("IDLE", "")
-    assert (found.desired.of, found.desired.source, found.desired.target) == ("both", "agreed", [])
+    assert (found.desired.of, found.desired.source, found.desired.target) == ("both", "agreed", {})
     for position in (found.desired.position, found.real.position, found.twin.position):
-        assert position == pytest.approx(home, abs=0.01)
-    assert found.deviation.position == pytest.approx([0.0] * 4, abs=0.02)
-    assert found.units == ["deg", "deg", "mm", "deg"]
+        assert position == pytest.approx(dict(zip(found.units, home)), abs=0.01)
+    assert found.deviation.position == pytest.approx(dict.fromkeys(found.units, 0.0), abs=0.02)
+    assert list(found.units.values()) == ["deg", "deg", "mm", "deg"]
 
 
 def test_stamps_are_ros_time_at_which_a_side_was_so(pair: Pair) -> None:
@@ -76,15 +77,16 @@ def test_while_the_twin_leads_the_real_robot_is_wanted_ahead_of_it(pair: Pair) -
     )
     assert pair.state.follow.real is not None and pair.state.follow.real.last is not None
     wanted = [q / scale for q, scale in zip(pair.state.follow.real.last.q, SETUP.scale)]
-    assert found.desired.position == pytest.approx(wanted, abs=1e-4)
+    assert found.desired.position == pytest.approx(dict(zip(found.units, wanted)), abs=1e-4)
 
 
 def test_a_document_is_json_even_while_nothing_is_known() -> None:
-    """Unknown sides have empty lists and null stamps; infinities become null."""
+    """Unknown sides have no values and null stamps; infinities become null."""
     found = shadow_of(SETUP, Pair().state, 5.0, OFFSET)
     document = json.loads(msgspec.json.encode(found))
-    assert document["real"]["position"] == [] and document["real"]["stamp"] is None
-    assert document["links"][0]["age"] is None and not document["links"][0]["connected"]
+    assert document["real"]["position"] == {} and document["real"]["stamp"] is None
+    assert document["links"]["real"]["age"] is None and not document["links"]["real"]["connected"]
+    assert msgspec.json.decode(msgspec.json.encode(found), type=Shadow).real == found.real
     assert document["authority"]["mode"] == "OFFLINE"
 
 

@@ -54,9 +54,10 @@ from operator_panel.io.desk import Desk
 from operator_panel.io.live import Live
 from operator_panel.io.page.shell import Shell
 from operator_panel.io.retold.recordings import Recordings
-from operator_panel.io.twin_api import ROOT, TwinApi
+from operator_panel.io.twin_api import TwinApi
 from operator_panel.nodes.cell_link import NODE, CellLink
 from operator_panel.view.frame import FrameMaker
+from operator_panel.view.twin_schema import ROOT
 from scara_description.urdf import Model, UrdfError, parse_urdf
 
 TOKEN_VARIABLE, TOKEN_FILE = "OPERATOR_PANEL_TOKEN", "operator_token"

@@ -1,7 +1,6 @@
 """The pair at a time as one document: what is wanted, both sides, their deviation, who decides.
 
-Positions and speeds are in each joint's border unit (deg, mm). ``stamp`` is ROS time at which a
-value was true [s].
+Its fields are told in :mod:`scara_ros.shadow`.
 """
 
 from __future__ import annotations
@@ -11,102 +10,19 @@ from collections import deque
 from itertools import islice
 
 import msgspec
+from scara_ros.shadow import Authority, Desired, Deviation, Reported, Shadow, Speed, Values
 
 from twin_controller.core.events import Joints
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.side import Side
 from twin_controller.core.state import CoreState
-from twin_controller.view import LinkView, state_view
+from twin_controller.view import state_view
 
 DIGITS = 4
 
 
 class ShadowError(LookupError):
     """Nothing is remembered for that time; the text says from when to when something is."""
-
-
-class Desired(msgspec.Struct, frozen=True):
-    """What is wanted.
-
-    Attributes:
-        of: Who is told: ``real``, ``twin``, or ``both`` when the positions are the agreed ones.
-        source: Who says so: ``real``, ``twin``, ``operator``, or ``agreed``.
-        position: Newest set point; empty while nothing is agreed.
-        target: Where the twin's running move ends; empty if there is none.
-    """
-
-    of: str
-    source: str
-    position: list[float]
-    target: list[float]
-
-
-class Reported(msgspec.Struct, frozen=True):
-    """What one side last said of itself; empty lists and no stamp while it is unknown."""
-
-    position: list[float]
-    velocity: list[float]
-    stamp: float | None
-    standing_still: bool
-
-
-class Deviation(msgspec.Struct, frozen=True):
-    """How far the sides are apart at the same instant; NaN is null in JSON.
-
-    Attributes:
-        position: Real - twin by joint.
-        tool_mm: Distance of the tools, nothing removed [mm]; NaN: not known.
-        path_mm: Of the real tool from the twin's path, lag removed [mm].
-        lag: So late the follower is on its way [s]; NaN: nobody follows.
-        follower_lag: So late the real robot does its set points [s].
-        diverged: The pair came apart.
-    """
-
-    position: list[float]
-    tool_mm: float
-    path_mm: float
-    lag: float
-    follower_lag: float
-    diverged: bool
-
-
-class Authority(msgspec.Struct, frozen=True):
-    """Who decides, and why."""
-
-    mode: str
-    leader: str
-    why: str
-    alarm: str
-
-
-class Speed(msgspec.Struct, frozen=True):
-    """Program speed [percent]."""
-
-    requested: float
-    applied: float
-    limited: bool
-    reason: str
-
-
-class Shadow(msgspec.Struct, frozen=True):
-    """The pair at ``stamp`` [s].
-
-    ``revision`` counts documents since the controller started, ``decision`` its decisions.
-    """
-
-    stamp: float
-    revision: int
-    decision: int
-    configuration: str
-    names: list[str]
-    units: list[str]
-    authority: Authority
-    desired: Desired
-    real: Reported
-    twin: Reported
-    deviation: Deviation
-    speed: Speed
-    links: list[LinkView]
 
 
 def shadow_of(
@@ -133,14 +49,13 @@ def shadow_of(
         revision=revision,
         decision=state.lead.seq,
         configuration=configuration,
-        names=view.name,
-        units=view.unit,
+        units=dict(zip(view.name, view.unit)),
         authority=Authority(view.mode, view.leader, view.why, view.alarm),
         desired=_desired(setup, state),
         real=_reported(setup, state.sides.real, stamp - now, view.real_standing_still),
         twin=_reported(setup, state.sides.twin, stamp - now, view.twin_standing_still),
         deviation=Deviation(
-            view.deviation,
+            dict(zip(view.name, view.deviation)),
             view.deviation_mm,
             view.path_deviation_mm,
             view.lag,
@@ -153,40 +68,40 @@ def shadow_of(
             view.speed_limited,
             view.speed_reason,
         ),
-        links=view.links,
+        links={link.pop("name"): link for link in map(msgspec.structs.asdict, view.links)},
     )
 
 
 def _desired(setup: Setup, state: CoreState) -> Desired:
     """Return the newest set point of whoever follows, or the agreed position."""
     real, twin, follow = state.sides.real, state.sides.twin, state.follow
-    target: list[float] = []
+    target: Values = {}
     if twin.motion is not None and twin.motion.target:
-        target = _rounded(setup.to_border(twin.motion.target))
+        target = _named(setup, setup.to_border(twin.motion.target))
     if follow.real is not None and follow.real.last is not None:
         source = "operator" if state.lead.leader == "operator" else "twin"
-        return Desired("real", source, _rounded(setup.to_border(follow.real.last.q)), target)
+        return Desired("real", source, _named(setup, setup.to_border(follow.real.last.q)), target)
     if follow.twin is not None and twin.tube.commands:
-        return Desired("twin", "real", _rounded(twin.tube.commands[-1][1]), target)
+        return Desired("twin", "real", _named(setup, twin.tube.commands[-1][1]), target)
     agreed = real.change.baseline or twin.change.baseline
-    return Desired("both", "agreed", _rounded(agreed), target)
+    return Desired("both", "agreed", _named(setup, agreed), target)
 
 
 def _reported(setup: Setup, side: Side, offset: float, still: bool) -> Reported:
     """Return the newest sample; ``offset`` is ROS time minus the controller's [s]."""
     if not side.history:
-        return Reported([], [], None, still)
+        return Reported({}, {}, None, still)
     last = side.last
     return Reported(
-        _rounded(setup.to_border(last.q)),
-        _rounded(setup.to_border(last.qdot)),
+        _named(setup, setup.to_border(last.q)),
+        _named(setup, setup.to_border(last.qdot)),
         last.time + offset,
         still,
     )
 
 
-def _rounded(values: Joints) -> list[float]:
-    return [round(value, DIGITS) for value in values]
+def _named(setup: Setup, values: Joints) -> Values:
+    return {name: round(value, DIGITS) for name, value in zip(setup.names, values)}
 
 
 class ShadowMemory:

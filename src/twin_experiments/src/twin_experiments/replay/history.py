@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from scara_ros.shadow import Shadow
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState
-from twin_controller.reporting.shadow import Shadow, shadow_of
+from twin_controller.reporting.shadow import shadow_of
 from twin_controller.reporting.snapshots import decode_events
 
 from twin_experiments.record import RecordError
