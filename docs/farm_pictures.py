@@ -70,9 +70,9 @@ def main() -> None:
         try:
             desk = stage.start(sys.executable, "-m", "farm", *where, *router)
             wait_until(lambda: "?token=" in desk.output, READY_S, "the page's address")
-            practice = (sys.executable, "-m", "farm.synthetic", *router)
-            stage.start(*practice, "--cells", str(CELLS))
-            other = stage.start(*practice, "--cells", "1", "--first", str(CELLS))
+            practice = (sys.executable, "-m", "bench.synthetic", *router)
+            stage.start(*practice, "--cells", str(CELLS), cwd=ROOT)
+            other = stage.start(*practice, "--cells", "1", "--first", str(CELLS), cwd=ROOT)
             wait_until(lambda: "all have joined" in other.output, READY_S, "the last cell")
             with chromium(folder) as browser:
                 page = browser.new_page(viewport={"width": 1280, "height": 800})

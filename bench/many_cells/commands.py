@@ -13,7 +13,6 @@ from farm.config import load_farm
 from farm.io.bus import open_client, open_router
 from farm.keys import COMMAND, CellName
 from farm.link.io.cell_link import CellLink, LinkSettings
-from farm.synthetic.invented import Invented, InventedJournal
 from farm.wire import Answer, CellState, Command, Level, decode, encode
 from harness.processes import Stage, free_port, wait_until
 from harness.wires.browser import chromium
@@ -23,6 +22,7 @@ from rich.console import Console
 
 from bench.many_cells.stage import JOIN_S
 from bench.second_world.figure import Figure
+from bench.synthetic.invented import Invented, InventedJournal
 
 CELLS, STOPS, WRONG = 20, 1000, 1000
 TOKEN = "token-of-a-measured-page"
@@ -59,7 +59,7 @@ def measure_page(share: float, folder: Path, console: Console) -> list[Figure]:
         words = ("--folder", str(folder / "stops" / "farm"), "--port", str(port))
         desk = stage.start(sys.executable, "-m", "farm", *words, "--router-port", router)
         cells = ("--cells", str(CELLS), "--router-port", router)
-        stage.start(sys.executable, "-m", "farm.synthetic", *cells)
+        stage.start(sys.executable, "-m", "bench.synthetic", *cells)
         wait_until(lambda: "?token=" in desk.output, JOIN_S, "the page's address")
         with chromium(folder) as browser:
             page = browser.new_page(viewport={"width": 1600, "height": 900})

@@ -14,12 +14,12 @@ from farm.desk.io.history import History, Kept
 from farm.desk.io.reading import ask
 from farm.desk.questions import Wanted, query
 from farm.keys import CellName
-from farm.synthetic.invented import Invented
 from farm.wire import Event
 from msgspec.structs import replace
 from rich.console import Console
 
 from bench.second_world.figure import Figure
+from bench.synthetic.invented import Invented
 
 T = TypeVar("T")
 CELLS, DAYS, DAY_S = 100, 30, 86400.0

@@ -29,7 +29,7 @@ def measure(share: float, folder: Path, console: Console) -> list[Figure]:
         words = ("--folder", str(folder / "pages" / "farm"), "--port", str(port))
         desk = stage.start(sys.executable, "-m", "farm", *words, "--router-port", router)
         cells = ("--cells", str(CELLS), "--rate", "1", "--router-port", router)
-        stage.start(sys.executable, "-m", "farm.synthetic", *cells)
+        stage.start(sys.executable, "-m", "bench.synthetic", *cells)
         wait_until(lambda: "?token=" in desk.output, JOIN_S, "the page's address")
         address = f"http://127.0.0.1:{port}/?token={TOKEN}"
 

@@ -1,4 +1,4 @@
-"""Invented cells that send their states by paho, as farm.synthetic does by zenoh.
+"""Invented cells that send their states by paho, as bench.synthetic does by zenoh.
 
 Usage: python -m bench.many_cells.paho_cells PORT CELLS RATE_HZ SECONDS FIRST
 """
@@ -11,8 +11,9 @@ import time
 import paho.mqtt.client as mqtt
 from farm.keys import STATE, checked
 from farm.link.shown import Shown, show
-from farm.synthetic.invented import Invented
 from farm.wire import encode
+
+from bench.synthetic.invented import Invented
 
 QOS = 0
 """As the farm's states: a newer one replaces what is lost."""

@@ -18,11 +18,11 @@ from farm.io.bus import wait_for_desk
 from farm.keys import CellName
 from farm.link.io.cell_link import CellLink, LinkSettings
 from farm.link.shown import Shown, show
-from farm.synthetic.invented import Invented, InventedJournal
 from farm.wire import Answer
 from msgspec.structs import replace
 
 from bench.many_cells.cost import memory_mb
+from bench.synthetic.invented import Invented, InventedJournal
 
 RATE_HZ = 20.0
 """Four times the rate of a cell's states, so that a worst one is met sooner."""

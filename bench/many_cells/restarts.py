@@ -40,7 +40,7 @@ def measure(share: float, folder: Path, console: Console) -> list[Figure]:
             words = ("--cells", str(CELLS // PROCESSES), "--first", str(part * CELLS // PROCESSES))
             words += ("--rate", "1", "--events-rate", str(EVENTS_HZ), "--begin", str(begin))
             words += ("--events-until", str(events), "--router-port", str(stage.port))
-            return stage.start("farm.synthetic", *words)
+            return stage.start("bench.synthetic", *words)
 
         processes = [links(part) for part in range(PROCESSES)]
         stage.wait(lambda told: told["alive"] == CELLS, JOIN_S, "all cells")

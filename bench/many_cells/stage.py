@@ -65,7 +65,7 @@ class Farm:
         words = {"cells": count, "rate": rate_hz, "first": first, "seconds": seconds}
         words |= {"router-port": self.port, "events-rate": 0.02}
         return self.start(
-            "farm.synthetic", *(text for k, v in words.items() for text in (f"--{k}", str(v)))
+            "bench.synthetic", *(text for k, v in words.items() for text in (f"--{k}", str(v)))
         )
 
     def put_by_cells(self) -> int:

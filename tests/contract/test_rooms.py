@@ -11,8 +11,8 @@ from harness.sources import PACKAGES, Module, imported_names, modules, package_n
 OUR = set(ROOMS)
 DOOR = ("scara_ros.page_", "scara_ros.io.page_", "scara_ros.io.token_file", "scara_ros.io.shell")
 """What the farm's desk may use of scara_ros: no ROS is in it."""
-LINK_OF_THE_FARM = tuple(f"src/farm/src/farm/{part}/" for part in ("link", "nodes", "synthetic"))
-"""Where messages and nodes are used; invented cells pass for links."""
+LINK_OF_THE_FARM = tuple(f"src/farm/src/farm/{part}/" for part in ("link", "nodes"))
+"""Where messages and nodes are used."""
 LINKS = ("config", "registers", "robot_sample", "estimation", "io")
 """What robot_doctor may use of twin_controller: what talks to the two sides, and its settings."""
 

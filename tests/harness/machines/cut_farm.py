@@ -10,7 +10,7 @@ from pathlib import Path
 
 from harness.machines.namespaces import Line, Machines
 from harness.processes import Process, Stage, wait_until
-from harness.workspace import workspace_environment
+from harness.workspace import ROOT, workspace_environment
 
 SLOW = Line(delay_ms=20.0, loss_percent=1.0)
 CELLS, EVENTS_HZ = 2, 2.0
@@ -84,7 +84,7 @@ class _Scene:
         for number in (1, 2):
             made = ("--cells", str(CELLS), "--first", str(number * CELLS))
             rates = ("--events-rate", str(EVENTS_HZ), "--events-until", str(self._events))
-            words = ("-m", "farm.synthetic", *made, *rates, "--begin", str(time.time()))
+            words = ("-m", "bench.synthetic", *made, *rates, "--begin", str(time.time()))
             self._start(number, sys.executable, *words)
         wait_until(lambda: self._lost() == 0, DEADLINE_S, "all cells", period=0.2)
         self._say(f"{2 * CELLS} cells on two machines; the line of one is cut for {seconds:g} s")
@@ -126,7 +126,8 @@ class _Scene:
 
     def _start(self, number: int, *words: str) -> Process:
         env = {"FARM_KEYS": str(self._folder / f"keys_{number}"), "CELL_ROOT": str(self._folder)}
-        return self._stage.start(*self._machines.words(number, words), name="machine", env=env)
+        command = self._machines.words(number, words)
+        return self._stage.start(*command, name="machine", env=env, cwd=ROOT)
 
     @staticmethod
     def _done(process: Process) -> None:

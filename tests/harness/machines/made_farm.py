@@ -7,9 +7,9 @@ from farm.desk.roster import Roster
 from farm.desk.wall import Wall, wall_of
 from farm.keys import CellName
 from farm.link.shown import Pair, Shown, show
-from farm.synthetic.invented import Invented
 from farm.wire import Event
 
+from bench.synthetic.invented import Invented
 from scara_msgs.msg import TwinControllerState as Mode
 
 SITE, MACHINE = "hall", "practice"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from harness.processes import Process, Stage, free_port, wait_until
-from harness.workspace import workspace_environment
+from harness.workspace import ROOT, workspace_environment
 
 TOKEN = "token-of-the-farms-page"
 DEADLINE_S = 30.0
@@ -35,8 +35,9 @@ class Farm:
         return f"{self.address}/?token={TOKEN}"
 
     def start(self, *words: str) -> Process:
-        """Start a program."""
-        return self.stage.start(sys.executable, "-m", *words, "--router-port", self._router)
+        """Start a program of the farm, or of the bench."""
+        words = (sys.executable, "-m", *words, "--router-port", self._router)
+        return self.stage.start(*words, cwd=ROOT)
 
     def desk(self) -> Process:
         """Start the desk, and wait until its page can be opened."""

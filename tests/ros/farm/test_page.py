@@ -41,8 +41,8 @@ def test_desk_stops_one_and_all_and_marks_alarms(farm: Farm) -> None:
     """As a person does it: look, press, read each cell's answer."""
     worn(farm.folder)
     desk = farm.desk()
-    farm.start("farm.synthetic", "--cells", "3", "--events-rate", "1")
-    other = farm.start("farm.synthetic", "--cells", "1", "--first", "9")
+    farm.start("bench.synthetic", "--cells", "3", "--events-rate", "1")
+    other = farm.start("bench.synthetic", "--cells", "1", "--first", "9")
     with kept_chromium() as browser:
         page = browser.new_page(viewport={"width": 1600, "height": 900})
         page.goto(farm.opened)

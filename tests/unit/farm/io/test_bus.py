@@ -14,13 +14,13 @@ from farm.desk.io.reading import AskingError, ask
 from farm.desk.roster import LOST, clock_warning
 from farm.io.bus import BusError, open_client, open_router, wait_for_desk
 from farm.link.io.newest import Newest
-from farm.synthetic.invented import Invented
-from farm.synthetic.io.running import Practice
 from farm.wire import Answer, CellState, Command, Event, Joints, Level, decode, encode
 from harness.processes import wait_until
 from msgspec.structs import replace
 from unit.farm.io.conftest import CELL, Farm, Journal
 
+from bench.synthetic.invented import Invented
+from bench.synthetic.running import Practice
 from farm import keys
 
 DEADLINE_S = 10.0

@@ -12,8 +12,9 @@ from farm.desk.io.lines import comparing
 from farm.desk.io.past.comparing import compare_cells
 from farm.desk.io.reading import AskingError
 from farm.keys import CellName
-from farm.synthetic.invented import Invented
 from typer.testing import CliRunner
+
+from bench.synthetic.invented import Invented
 
 HOUR = 3600.0
 EVENTS = 14 * 24

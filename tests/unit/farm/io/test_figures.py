@@ -11,7 +11,8 @@ from farm.desk.io.history import History, Kept
 from farm.desk.io.reading import ask
 from farm.desk.questions import Wanted, causes
 from farm.keys import CellName
-from farm.synthetic.invented import CYCLE_S, Invented
+
+from bench.synthetic.invented import CYCLE_S, Invented
 
 CELLS, EVENTS, BEGIN = 20, 600, 1_700_000_000.0
 

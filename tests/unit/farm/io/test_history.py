@@ -15,12 +15,13 @@ from farm.desk.files import counting
 from farm.desk.io.history import History, Kept
 from farm.desk.io.reading import ask
 from farm.keys import CellName
-from farm.synthetic.invented import Invented
-from farm.synthetic.io.running import Practice
 from farm.wire import Event
 from harness.processes import free_port, wait_until
 from harness.yaml_files import copy_configuration
 from msgspec.structs import replace
+
+from bench.synthetic.invented import Invented
+from bench.synthetic.running import Practice
 
 A, B = CellName("s", "m", "a"), CellName("s", "m", "b")
 READY = "the desk is ready"

@@ -14,17 +14,17 @@ from typing import Annotated
 
 import msgspec
 import typer
-from scara_config import ConfigError
-
-from farm import keys
 from farm.config import FarmConfig, load_farm
 from farm.io.bus import BusError, wait_for_desk
 from farm.link.io.cell_link import CellLink, LinkSettings
 from farm.link.shown import Shown, show
 from farm.security.io.invitation import SecurityError, keys_folder
 from farm.security.io.membership import as_member
-from farm.synthetic.invented import Invented, InventedJournal
 from farm.wire import Answer, Command
+from scara_config import ConfigError
+
+from bench.synthetic.invented import Invented, InventedJournal
+from farm import keys
 from scara_msgs.msg import TwinControllerState
 
 MODES = {"STOP": TwinControllerState.STOPPED, "PAUSE": TwinControllerState.PAUSED}
@@ -198,4 +198,4 @@ def practise(
 
 def main() -> None:
     """Run the command line."""
-    app(prog_name="python -m farm.synthetic")
+    app(prog_name="python -m bench.synthetic")

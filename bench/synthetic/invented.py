@@ -14,6 +14,7 @@ from farm.link.event_text import describe
 from farm.link.journal import JournalBounds
 from farm.link.shown import Pair
 from farm.wire import Event, Events, Joints
+
 from scara_msgs.msg import TwinControllerState
 
 PROGRAMS = ("TWO_POINT", "PALLET", "MILK")

@@ -1,1 +1,0 @@
-"""Invented cells on the bus."""
