@@ -64,7 +64,7 @@ TIMED = (
 """Unit tests with sockets, threads or processes: they wait for answers, and for time to pass."""
 SLOW = (
     "operator_panel/view/test_remedies.py",
-    "scara_simulation/compiled/test_compiled.py",
+    "scara_simulation/joints/test_compiled.py",
     "twin_controller/core/safety/test_braking.py",
     "twin_controller/core/safety/test_speed_limit.py",
     "twin_controller/core/test_arbitration.py",

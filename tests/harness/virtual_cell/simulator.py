@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from scara_simulation.io.world import World
-from scara_simulation.joint_control import JointControl
-from scara_simulation.joint_model import joint_models
+from scara_simulation.joints.control import JointControl
+from scara_simulation.joints.model import joint_models
 from scara_simulation.simulation import Simulation, Timing
 
 from harness.virtual_cell.files import CellFiles

@@ -13,7 +13,7 @@ from scara_control.motion.commands import Command
 
 from scara_simulation.commands import CommandError, CommandGate
 from scara_simulation.config import SimulationConfig
-from scara_simulation.joint_control import JointControl
+from scara_simulation.joints.control import JointControl
 
 
 class CommandDesk:

@@ -11,8 +11,8 @@ from typing import Protocol
 
 import msgspec
 
-from scara_simulation.joint_control import JointControl
-from scara_simulation.joint_loop import LoopState
+from scara_simulation.joints.control import JointControl
+from scara_simulation.joints.loop import LoopState
 
 
 class World(Protocol):

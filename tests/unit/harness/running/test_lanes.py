@@ -30,7 +30,7 @@ ONLY_COMPUTES = {
     "tests/unit/harness/running/test_nightly.py": "a test run, whose end it waits for",
     "tests/unit/scara_control/test_cleared_memory.py": "a process, whose end it waits for",
     "tests/unit/scara_control/test_engine.py": "two processes, whose end it waits for",
-    "tests/unit/scara_simulation/compiled/test_compiled.py": "a compiler, whose end it waits for",
+    "tests/unit/scara_simulation/joints/test_compiled.py": "a compiler, whose end it waits for",
     "tests/unit/scara_simulation/simulator/test_real_time_runner.py": "a thread",
     "tests/unit/scara_simulation/simulator/test_world.py": "two processes, whose end it waits for",
     "tests/unit/twin_experiments/label/test_workspace.py": "git, whose end it waits for",

@@ -15,8 +15,8 @@ from scara_config.palletise import load_palletise
 from scara_control.kinematics.scara import Elbow, Scara, solve_elbow
 from scara_simulation.config import load_gains, load_simulation
 from scara_simulation.io.handling.part_world import PartWorld
-from scara_simulation.joint_control import JointControl
-from scara_simulation.joint_model import joint_models
+from scara_simulation.joints.control import JointControl
+from scara_simulation.joints.model import joint_models
 from scara_simulation.simulation import Simulation, Timing
 
 ROOT = Path(__file__).parents[4]

@@ -27,8 +27,8 @@ from scara_simulation.health import SaturationWatch
 from scara_simulation.io.handling.part_world import PartWorld
 from scara_simulation.io.told_dynamics import ToldDynamics
 from scara_simulation.io.world import World
-from scara_simulation.joint_control import JointControl
-from scara_simulation.joint_model import joint_models
+from scara_simulation.joints.control import JointControl
+from scara_simulation.joints.model import joint_models
 from scara_simulation.simulation import Simulation, Timing
 from scara_simulation.tuning.gains import Tuning
 from scara_simulation.tuning.stability import sample_plant

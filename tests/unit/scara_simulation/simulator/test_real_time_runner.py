@@ -11,8 +11,8 @@ from scara_control.pid import PidGains
 from scara_simulation.config import LoopGains, load_simulation
 from scara_simulation.io import real_time_runner as runner_module
 from scara_simulation.io.real_time_runner import RealTimeRunner
-from scara_simulation.joint_control import JointControl
-from scara_simulation.joint_model import JointModel
+from scara_simulation.joints.control import JointControl
+from scara_simulation.joints.model import JointModel
 from scara_simulation.simulation import Simulation, Timing
 
 MS = 1_000_000

@@ -6,8 +6,8 @@ import pytest
 from scara_control.joint_track import JointTrack
 from scara_control.pid import PidGains
 from scara_simulation.config import LoopGains
-from scara_simulation.joint_control import JointControl
-from scara_simulation.joint_model import JointModel
+from scara_simulation.joints.control import JointControl
+from scara_simulation.joints.model import JointModel
 from scara_simulation.simulation import Simulation, Timing
 
 MS = 1_000_000

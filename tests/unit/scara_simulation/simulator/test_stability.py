@@ -16,8 +16,8 @@ from scara_config import load_robot
 from scara_control.pid import PidGains, compute_command
 from scara_simulation.config import LoopGains, load_gains, load_simulation
 from scara_simulation.io.world import World
-from scara_simulation.joint_control import JointControl
-from scara_simulation.joint_model import joint_models
+from scara_simulation.joints.control import JointControl
+from scara_simulation.joints.model import joint_models
 from scara_simulation.tuning.stability import (
     KINDS,
     TOLERANCE,

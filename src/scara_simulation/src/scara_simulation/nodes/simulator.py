@@ -38,7 +38,6 @@ from scara_ros.nodes.starting import until_shutdown
 
 from scara_simulation.command_desk import CommandDesk
 from scara_simulation.commands import CommandGate
-from scara_simulation.compiled.cells import step_efforts
 from scara_simulation.config import (
     LoopGains,
     SimulationConfig,
@@ -51,8 +50,9 @@ from scara_simulation.io.handling.part_world import PartWorld
 from scara_simulation.io.real_time_runner import RealTimeRunner
 from scara_simulation.io.told_dynamics import ToldDynamics
 from scara_simulation.io.world import World
-from scara_simulation.joint_control import JointControl
-from scara_simulation.joint_model import joint_models
+from scara_simulation.joints.cells import step_efforts
+from scara_simulation.joints.control import JointControl
+from scara_simulation.joints.model import joint_models
 from scara_simulation.nodes.parts_ports import PartsPorts
 from scara_simulation.nodes.payload_ports import PayloadPorts
 from scara_simulation.nodes.simulator_diagnostics import DiagnosticsPort

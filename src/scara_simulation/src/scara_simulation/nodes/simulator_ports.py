@@ -24,7 +24,7 @@ from scara_msgs.srv import Step, StepRequest, StepResponse
 from scara_simulation.command_desk import CommandDesk
 from scara_simulation.commands import CommandError
 from scara_simulation.io.real_time_runner import RealTimeRunner
-from scara_simulation.joint_loop import LoopState
+from scara_simulation.joints.loop import LoopState
 from scara_simulation.simulation import Snapshot
 
 MAX_STEPS = 60_000

@@ -17,8 +17,8 @@ from scara_simulation.config import load_gains, load_simulation
 from scara_simulation.handling.payload_desk import part_payload
 from scara_simulation.io.handling.part_world import PartWorld
 from scara_simulation.io.told_dynamics import ToldDynamics
-from scara_simulation.joint_control import JointControl
-from scara_simulation.joint_model import joint_models
+from scara_simulation.joints.control import JointControl
+from scara_simulation.joints.model import joint_models
 from scara_simulation.simulation import Simulation, Timing
 from scipy.spatial.transform import Rotation
 from typing_extensions import Self

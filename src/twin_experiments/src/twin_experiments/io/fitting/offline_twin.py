@@ -15,8 +15,8 @@ from scara_control.joint_motion import JointMotion
 from scara_control.joint_track import JointTrack
 from scara_simulation.config import SimulationConfig
 from scara_simulation.io.world import World
-from scara_simulation.joint_control import JointControl
-from scara_simulation.joint_model import joint_models
+from scara_simulation.joints.control import JointControl
+from scara_simulation.joints.model import joint_models
 
 from twin_experiments.fitting.twin_model import FloatArray, TwinModel
 

@@ -10,8 +10,8 @@ from pathlib import Path
 from scara_config import Robot
 from scara_simulation.config import SimulationConfig, load_gains, load_simulation
 from scara_simulation.io.world import World
-from scara_simulation.joint_control import JointControl
-from scara_simulation.joint_model import joint_models
+from scara_simulation.joints.control import JointControl
+from scara_simulation.joints.model import joint_models
 from scara_simulation.simulation import Simulation, Timing
 
 from twin_experiments.step.response import LoopSample, Step, step_of

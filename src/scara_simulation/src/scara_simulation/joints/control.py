@@ -23,10 +23,10 @@ from collections.abc import Callable, Sequence
 from scara_control.joint_track import JointTrack
 
 from scara_simulation.catch_up import JUMP
-from scara_simulation.compiled.cells import step_efforts
 from scara_simulation.config import LoopGains
-from scara_simulation.joint_loop import JointLoop
-from scara_simulation.joint_model import JointModel
+from scara_simulation.joints.cells import step_efforts
+from scara_simulation.joints.loop import JointLoop
+from scara_simulation.joints.model import JointModel
 
 InverseDynamics = Callable[[list[float], list[float], list[float]], Sequence[float]]
 """Efforts of all joints for positions, velocities and accelerations, without damping and

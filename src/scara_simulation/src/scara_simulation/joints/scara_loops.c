@@ -41,7 +41,7 @@ typedef struct {
 static PyTypeObject CellsType;
 static PyObject *reference_name, *piece_name;
 
-/* ---- the mathematics: one function of joint_loop.py, joint_model.py or pid.py each ---- */
+/* ---- the mathematics: one function of loop.py, model.py or pid.py each ---------- */
 
 static double friction_effort(const Cells *s, double velocity, double error)
 {

@@ -17,9 +17,9 @@ from harness.virtual_cell.simulator import build_simulation, open_world
 from scara_control.joint_motion import JointMotion
 from scara_control.joint_track import JointTrack
 from scara_control.motion.plan import plan_move
-from scara_simulation.compiled.cells import step_efforts
-from scara_simulation.joint_control import JointControl
-from scara_simulation.joint_loop import JointLoop
+from scara_simulation.joints.cells import step_efforts
+from scara_simulation.joints.control import JointControl
+from scara_simulation.joints.loop import JointLoop
 from scara_simulation.simulation import Simulation
 
 ROBOTS = ("fanuc_sr6ia", "fanuc_sr3ia", "articulated_six")
@@ -29,7 +29,7 @@ WITHOUT_C = """
 import sys
 sys.modules["_scara_loops"] = None
 sys.path[:0] = sys.argv[2:]
-from scara_simulation.compiled import cells
+from scara_simulation.joints import cells
 assert cells.step_efforts is None and cells.Cells is cells.PlainCells
 from test_compiled import motion_hash
 print(motion_hash("fanuc_sr6ia", 2000, sys.argv[1] == "c"))

@@ -7,8 +7,8 @@ import pytest
 from scara_control.joint_track import JointTrack
 from scara_control.pid import PidGains
 from scara_simulation.config import LoopGains
-from scara_simulation.joint_loop import JointLoop
-from scara_simulation.joint_model import JointModel
+from scara_simulation.joints.loop import JointLoop
+from scara_simulation.joints.model import JointModel
 
 DT = 1e-3
 INERTIA = 2.0

@@ -13,7 +13,7 @@ from scara_control.joint_motion import AxisMotion
 from scara_control.motion.plan import Path
 
 from scara_simulation.config import LoopGains
-from scara_simulation.joint_model import JointModel
+from scara_simulation.joints.model import JointModel
 from scara_simulation.track_queue import Piece, TrackQueue
 
 try:

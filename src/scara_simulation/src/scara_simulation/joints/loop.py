@@ -17,9 +17,9 @@ from scara_control.joint_track import JointTrack
 from scara_control.pid import PidGains, compute_command, integral_for_effort, saturate
 
 from scara_simulation.catch_up import catch_up, has_jumped
-from scara_simulation.compiled.cells import Cells, Mode
 from scara_simulation.config import LoopGains
-from scara_simulation.joint_model import JointModel
+from scara_simulation.joints.cells import Cells, Mode
+from scara_simulation.joints.model import JointModel
 from scara_simulation.track_queue import TrackQueue
 
 _BRAKING_LAG = 0.05
