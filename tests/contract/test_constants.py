@@ -12,7 +12,7 @@ from farm.config import Name as FarmName
 from harness.sources import Module, modules
 from operator_panel.config import Origin
 from scara_config.quantities import PersonName, VariableName
-from scara_control.motion.states import State
+from scara_control.motion.commands import State
 from twin_controller.core.lead.modes import Mode
 
 from scara_msgs.msg import MotionState, PartEvent, TwinControllerState

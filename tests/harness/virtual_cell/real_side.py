@@ -8,7 +8,7 @@ from functools import partial
 import msgspec
 import numpy as np
 from fanuc_emulator.controller import Controller
-from fanuc_emulator.plant.answers import AnswerTimes
+from fanuc_emulator.plant.delays import AnswerTimes
 from fanuc_emulator.program import ProgramState
 from fanuc_emulator.register_image import RegisterImage
 from twin_controller.core.actions import Command, StreamAhead, StreamReal

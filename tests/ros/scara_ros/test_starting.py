@@ -66,7 +66,7 @@ ENDLESS = """
 import threading
 import rospy
 from rospy.impl.registration import RegManager, get_registration_listeners
-from scara_ros.nodes.ending import wait_for_end
+from scara_ros.nodes.registration import wait_for_end
 from scara_ros.nodes.starting import become_node
 
 become_node("patient")
@@ -110,7 +110,7 @@ def test_end_does_not_wait_for_rospys_pauses(
 
 DEAF = """
 import signal
-from scara_ros.nodes.ending import wait_for_end
+from scara_ros.nodes.registration import wait_for_end
 from scara_ros.nodes.starting import SIGNALS, become_node
 
 become_node("deaf")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import pytest
-from cell_recorder.journal.outcomes import outcome_entry
+from cell_recorder.journal.entries import outcome_entry
 
 
 @dataclass

@@ -14,12 +14,11 @@ from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
 
 import pytest
 from harness.processes import free_port, wait_until
-from scara_bringup.io.executables import command_of
 from scara_bringup.io.master import MasterAddress, MasterProbe
 from scara_bringup.io.output import link_latest, make_output, runs_of
 from scara_bringup.io.ports import listening_ports, owner_of
 from scara_bringup.io.preflight import CannotStartError, check_before_start
-from scara_bringup.io.processes import Processes
+from scara_bringup.io.processes import Processes, command_of
 from scara_bringup.plan import NodePlan
 
 

@@ -11,7 +11,7 @@ import msgspec
 import pytest
 from harness.processes import wait_until
 from scara_bringup.io.status import running
-from scara_bringup.io.status.usage import usage_of
+from scara_bringup.io.status.running import usage_of
 from scara_bringup.io.terminal.browser import find_opener, open_page
 from scara_bringup.io.terminal.screen import page_addresses, show_cell
 from scara_bringup.plan import cell_plan

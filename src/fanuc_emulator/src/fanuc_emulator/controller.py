@@ -21,8 +21,8 @@ from fanuc_emulator.drives.group import MotionGroup
 from fanuc_emulator.gripping.cell_parts import CellParts
 from fanuc_emulator.jobs import Jobs
 from fanuc_emulator.plant.config import axes_of, zero_offset
+from fanuc_emulator.plant.delays import LateSignals
 from fanuc_emulator.plant.interpreter import interpreter_of
-from fanuc_emulator.plant.late_signals import LateSignals
 from fanuc_emulator.plant.readings import Readings
 from fanuc_emulator.program import Executor, Program, ProgramState, StreamStep
 from fanuc_emulator.snapshot import ControlType, Snapshot

@@ -7,9 +7,8 @@ from collections.abc import Iterable, Sequence
 from scara_config import Robot
 from scara_config.modbus_map import RING_NUMBERS, TABLES, ModbusMap, Register, Table
 
-from fanuc_emulator.address_errors import NoRegisterError
 from fanuc_emulator.controller import Controller
-from fanuc_emulator.registers import RegisterError, Value, decode, encode
+from fanuc_emulator.registers import NoRegisterError, RegisterError, Value, decode, encode
 from fanuc_emulator.snapshot import Snapshot
 
 # Registers of one number, and what of a snapshot they show.

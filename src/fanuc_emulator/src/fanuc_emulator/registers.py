@@ -82,3 +82,15 @@ def _swap(register: Register, words: Sequence[int]) -> list[int]:
     if register.type == "int16":
         return list(words)
     return [word for i in range(0, len(words), 2) for word in (words[i + 1], words[i])]
+
+
+class NoRegisterError(LookupError):
+    """There is no such register, or it may not be written; the text says why.
+
+    Args:
+        address: Counted from 1; None: the text names what was addressed.
+        why: What is there instead.
+    """
+
+    def __init__(self, address: int | None, why: str) -> None:
+        super().__init__(why if address is None else f"register {address}: {why}")

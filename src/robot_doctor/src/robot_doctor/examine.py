@@ -10,8 +10,7 @@ from scara_config import ConfigError, Robot
 from scara_config.modbus_map import ModbusMap
 
 from robot_doctor.chain import DescribedArmError, read_description
-from robot_doctor.finding import Finding, Group, fine, wrong
-from robot_doctor.places import Places, write_urdf
+from robot_doctor.finding import Finding, Group, Places, fine, write_urdf, wrong
 from robot_doctor.register_checks import check_registers
 from robot_doctor.robot_checks import check_programs, check_robot, check_set_positions
 from robot_doctor.simulation_checks import check_description, check_gains

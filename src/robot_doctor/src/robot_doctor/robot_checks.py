@@ -12,8 +12,7 @@ from scara_control.errors import ScaraControlError
 from scara_control.kinematics.screws import ScrewModel, forward_kinematics
 from scara_control.kinematics.tool import ScaraTool, ToolKinematics, tool_kinematics
 
-from robot_doctor.finding import Finding, Group, fine, note, or_fine, wrong
-from robot_doctor.places import Places
+from robot_doctor.finding import Finding, Group, Places, fine, note, or_fine, wrong
 
 SMALL_RANGE = {"deg": 13.0, "mm": 3.0}
 """A joint that is this slow, with limits this small, was given in rad or m: 2 pi is 6.28."""

@@ -9,8 +9,7 @@ import numpy as np
 from scara_config import Joint, Robot
 
 from robot_doctor.chain import DescribedArm, DescribedJoint
-from robot_doctor.finding import Finding, Group, fine, or_fine, wrong
-from robot_doctor.places import Places, write_urdf
+from robot_doctor.finding import Finding, Group, Places, fine, or_fine, write_urdf, wrong
 
 RELATIVE = 1e-6
 PLACE_TOLERANCE = 1e-6

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 
 import msgspec
 import pytest
-from fanuc_emulator.address_errors import NoRegisterError
 from fanuc_emulator.register_image import RegisterImage
-from fanuc_emulator.registers import RegisterError, Value
+from fanuc_emulator.registers import NoRegisterError, RegisterError, Value
 from fanuc_emulator.snpx.access import AssignedRegisters
 from fanuc_emulator.snpx.assignments import Assignment, AssignmentError, AssignmentTable, power_up
 from fanuc_emulator.snpx.variables import ValueKind, VariableError, parse

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from fanuc_emulator.alarms import Alarm
 from fanuc_emulator.config import EmulatorConfig
-from fanuc_emulator.plant.answers import AnswerTimes
 from fanuc_emulator.plant.config import AnswerFile, Plant
-from fanuc_emulator.plant.late_signals import LateSignals
+from fanuc_emulator.plant.delays import AnswerTimes, LateSignals
 from fanuc_emulator.plant.readings import Readings
 from fanuc_emulator.uop import Outputs
 from scara_config import Robot

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from rosbridge_gateway.admission.guesses import Guesses
+from rosbridge_gateway.admission.tokens import Guesses
 from rosbridge_gateway.config import GuessLimits
 
 LIMITS = GuessLimits(first_delay=0.5, longest_delay=4.0, forgotten_after=100.0, addresses=3)

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 from harness.opponents.graph_and_clients import DEADLINE, Cell
-from rosbridge_gateway.protocol.persons import with_person, without_token
+from rosbridge_gateway.protocol.roles import with_person, without_token
 
 COMMAND = "twin_controller/command"
 PROOF = {"person": "fitter", "token": "fitters-own"}

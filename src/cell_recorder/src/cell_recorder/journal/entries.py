@@ -6,7 +6,7 @@ writer; whoever makes an entry leaves them out.
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 import msgspec
 
@@ -224,3 +224,28 @@ def _kept(text: str) -> str:
     if len(text) > LONGEST_TEXT:
         text = f"{text[:LONGEST_TEXT]}..."
     return text if text.isascii() else text.encode("utf-8", "replace").decode("utf-8")
+
+
+class WrittenOutcome(Protocol):
+    """Fields of scara_msgs/MotionOutcome that are written down."""
+
+    what: str
+    end: str
+    time_predicted: float
+    time_measured: float
+    way_predicted: float
+    way_measured: float
+    drift: str
+
+
+def outcome_entry(said: WrittenOutcome) -> Audit:
+    """Return an entry; one without success tells that predictions drift away."""
+    text = (
+        f"{said.end}: {said.time_measured:.2f} s, predicted {said.time_predicted:.2f} s; "
+        f"{said.way_measured:.3f} m of the tool, predicted {said.way_predicted:.3f} m"
+    )
+    if said.drift:
+        text += f"; drift: {said.drift}"
+    return Audit(
+        who="what_if", what=f"predicted: {said.what}", success=not said.drift, outcome=text
+    )

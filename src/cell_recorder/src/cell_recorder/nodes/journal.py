@@ -25,9 +25,9 @@ from scara_ros.io.process.memory import keep_for_good
 from scara_ros.io.shell.program import runs_folder
 from scara_ros.names import cell_of
 from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
-from scara_ros.nodes.ending import wait_for_end
 from scara_ros.nodes.node_shell import starting
 from scara_ros.nodes.own_cell import is_own
+from scara_ros.nodes.registration import wait_for_end
 from scara_ros.nodes.starting import until_shutdown
 from scara_ros.pacing import Pace
 from scara_ros.robot_program import STREAM
@@ -39,9 +39,8 @@ from cell_recorder.io.journal.reader import JOURNAL
 from cell_recorder.io.journal.writer import JournalWriter
 from cell_recorder.journal.alarms import ActiveAlarms
 from cell_recorder.journal.cycles import REAL, TWIN, Cycles
-from cell_recorder.journal.entries import Audit, Decision, Entry, Start
+from cell_recorder.journal.entries import Audit, Decision, Entry, Start, outcome_entry
 from cell_recorder.journal.health import diagnose, lost_at_close
-from cell_recorder.journal.outcomes import outcome_entry
 from cell_recorder.journal.repeats import Repeats
 from scara_msgs.msg import Audit as AuditMessage
 from scara_msgs.msg import Decision as DecisionMessage

@@ -22,9 +22,9 @@ from scara_ros.io.process.memory import keep_for_good
 from scara_ros.io.shell.program import runs_folder
 from scara_ros.names import SHARED_TOPICS, folder_of
 from scara_ros.nodes.diagnostics import PERIOD_S, Diagnostics
-from scara_ros.nodes.ending import wait_for_end
 from scara_ros.nodes.node_shell import starting
 from scara_ros.nodes.own_cell import is_own
+from scara_ros.nodes.registration import wait_for_end
 from scara_ros.pacing import Pace
 
 from cell_recorder.io.bag_writer import BagWriter, BagWriterError

@@ -12,11 +12,10 @@ from functools import partial
 from pymodbus.constants import ExcCodes
 from scara_config.modbus_map import Bit, ModbusMap
 
-from fanuc_emulator.address_errors import NoRegisterError
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.io.servo_loop import ServoLoop
 from fanuc_emulator.register_image import RegisterImage
-from fanuc_emulator.registers import RegisterError
+from fanuc_emulator.registers import NoRegisterError, RegisterError
 from fanuc_emulator.snpx.access import AssignedRegisters
 from fanuc_emulator.snpx.assignments import assigns
 from fanuc_emulator.snpx.variables import FAMILIES

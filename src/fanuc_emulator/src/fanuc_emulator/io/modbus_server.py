@@ -22,7 +22,7 @@ from scara_config.modbus_map import ModbusMap
 from fanuc_emulator.io.datastore import Datastore
 from fanuc_emulator.io.modbus_requests import RequestParser
 from fanuc_emulator.io.servo_loop import ServoLoop
-from fanuc_emulator.plant.answers import AnswerTimes
+from fanuc_emulator.plant.delays import AnswerTimes
 from fanuc_emulator.program import ProgramState
 from fanuc_emulator.register_image import RegisterImage
 

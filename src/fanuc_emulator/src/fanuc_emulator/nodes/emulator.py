@@ -44,8 +44,8 @@ from fanuc_emulator.gripping.cell_parts import CellParts
 from fanuc_emulator.io.modbus_server import PortError, RobotServer
 from fanuc_emulator.io.servo_loop import ServoLoop
 from fanuc_emulator.nodes.parts_truth import PartsTruth
-from fanuc_emulator.plant.answers import AnswerTimes
 from fanuc_emulator.plant.config import plant_text
+from fanuc_emulator.plant.delays import AnswerTimes
 from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.snapshot import Snapshot
 

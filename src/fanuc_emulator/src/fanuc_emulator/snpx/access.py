@@ -14,9 +14,8 @@ from functools import lru_cache
 import msgspec
 from scara_config.modbus_map import INPUTS, OUTPUTS, WORDS, ModbusMap, Register, Table
 
-from fanuc_emulator.address_errors import NoRegisterError
 from fanuc_emulator.register_image import RegisterImage
-from fanuc_emulator.registers import RegisterError, Value
+from fanuc_emulator.registers import NoRegisterError, RegisterError, Value
 from fanuc_emulator.registers import decode as decode_register
 from fanuc_emulator.registers import encode as encode_register
 from fanuc_emulator.snapshot import Snapshot

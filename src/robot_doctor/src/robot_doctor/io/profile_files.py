@@ -12,7 +12,7 @@ from scara_config.profile import PROGRAMS, known_robots, robot_folder
 from twin_controller.config import load_twin_controller
 
 from robot_doctor.examine import RobotProfile
-from robot_doctor.places import Places
+from robot_doctor.finding import Places
 
 T = TypeVar("T")
 DECIMALS = 2

@@ -1,11 +1,13 @@
-"""Which packets stop a robot: they overtake what the same client has sent before."""
+"""Which packets stop a robot, overtaking what their client has sent; and who moves one."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
-from rosbridge_gateway.config import Stops
+from rosbridge_gateway.config import Driving, Stops
 from rosbridge_gateway.protocol import names, packets
+from rosbridge_gateway.protocol.names import any_of, patterns_in
 from rosbridge_gateway.protocol.packets import Packet
 
 _FIELD = "command"
@@ -45,3 +47,20 @@ class StopRules:
             return command in known.get(names.resolve(written, self._namespace), ())
         except names.NameNotLegalError:
             return False
+
+
+class Drivers:
+    """The roles and topics of gateway.yaml that move the robot, in one namespace."""
+
+    def __init__(self, driving: Driving, namespace: str) -> None:
+        self._roles = frozenset(driving.roles)
+        self._topics = any_of(patterns_in(driving.topics, namespace))
+
+    def drives(self, role: str, advertised: Iterable[str]) -> bool:
+        """Tell whether a client moves the robot.
+
+        Args:
+            role: Role of the client.
+            advertised: Absolute names of the topics that it publishes.
+        """
+        return role in self._roles or any(self._topics.match(name) for name in advertised)

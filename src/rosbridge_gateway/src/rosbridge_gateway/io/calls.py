@@ -14,7 +14,7 @@ from rosbridge_gateway.config import GatewayConfig
 from rosbridge_gateway.io.graph import Graph, GraphError, ServiceCall
 from rosbridge_gateway.protocol.conversion import ConversionError
 from rosbridge_gateway.protocol.packets import CallService
-from rosbridge_gateway.protocol.persons import with_person
+from rosbridge_gateway.protocol.roles import with_person
 from rosbridge_gateway.rosapi import answers
 from rosbridge_gateway.rosapi.errors import RequestError
 

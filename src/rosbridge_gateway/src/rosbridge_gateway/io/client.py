@@ -12,9 +12,8 @@ from typing import Any, Protocol
 from msgspec import UNSET
 from websockets.exceptions import ConnectionClosed
 
-from rosbridge_gateway.admission.driving import Drivers
 from rosbridge_gateway.admission.places import Seat, Visitor
-from rosbridge_gateway.admission.stops import StopRules
+from rosbridge_gateway.admission.stops import Drivers, StopRules
 from rosbridge_gateway.io.calls import Calls, CallsShared
 from rosbridge_gateway.io.graph import Ask, GraphError, Message
 from rosbridge_gateway.io.line import Line

@@ -11,10 +11,9 @@ from urllib.parse import parse_qs, urlsplit
 
 from websockets.datastructures import Headers
 
-from rosbridge_gateway.admission.guesses import Guesses
 from rosbridge_gateway.admission.origin import is_allowed, is_file, own_origins
 from rosbridge_gateway.admission.places import Visitor
-from rosbridge_gateway.admission.tokens import Tokens
+from rosbridge_gateway.admission.tokens import Guesses, Tokens
 from rosbridge_gateway.config import GatewayConfig, origin_patterns
 
 _SHOWN = 100  # our choice: longest part of an origin that is repeated

@@ -24,9 +24,8 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 
-from rosbridge_gateway.admission.driving import Drivers
 from rosbridge_gateway.admission.places import FreePlace, NoPlace, Visitor, find_place
-from rosbridge_gateway.admission.stops import StopRules
+from rosbridge_gateway.admission.stops import Drivers, StopRules
 from rosbridge_gateway.config import GatewayConfig
 from rosbridge_gateway.io.client import Client
 from rosbridge_gateway.io.door import Door, NotAdmittedError, bind, tls_context

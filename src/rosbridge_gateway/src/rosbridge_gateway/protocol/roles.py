@@ -1,9 +1,10 @@
-"""Who may do what: patterns of topic and service names per role, and names that are taken."""
+"""Who may do what, by patterns of names per role; names that are taken; which person asks."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 from rosbridge_gateway.config import Reserved, Role
 from rosbridge_gateway.protocol.names import any_of, patterns_in
@@ -23,6 +24,8 @@ _RIGHTS = {
 
 
 _WILD = re.compile(r"[*?\[]")
+HIDDEN = "***"
+TOKEN = "token"
 _TELL = 3  # our choice: so many nodes are named in a reason
 
 
@@ -101,3 +104,27 @@ def taken(name: str, what: str, nodes: Iterable[str]) -> str | None:
         return None
     more = f" and {len(names) - _TELL} more" if len(names) > _TELL else ""
     return f"{name} is {what} by {', '.join(names[:_TELL])}{more} already"
+
+
+def with_person(args: Any, person: str, token: str, owner: int) -> Any:
+    """Return the arguments of a call with the client's person in them.
+
+    A client that names a person itself proves it itself; so does one that gives its arguments as a
+    list, where no field has a name.
+
+    Args:
+        args: As the client gave them.
+        person: Whose token it came with; empty for nobody's.
+        token: That token, the proof.
+        owner: The client's number: two clients of one person are not the same.
+    """
+    if not person or not isinstance(args, dict | None) or (args or {}).get("person"):
+        return args
+    return {**(args or {}), "person": person, TOKEN: token, "session": f"gateway {owner}"}
+
+
+def without_token(details: Any) -> Any:
+    """Return the arguments of a call as the audit may show them."""
+    if isinstance(details, dict) and details.get(TOKEN):
+        return {**details, TOKEN: HIDDEN}
+    return details

@@ -18,8 +18,7 @@ from rosbridge_gateway.protocol.packets import (
     ServiceResponse,
     Status,
 )
-from rosbridge_gateway.protocol.persons import without_token
-from rosbridge_gateway.protocol.roles import Roles
+from rosbridge_gateway.protocol.roles import Roles, without_token
 from rosbridge_gateway.wire.fragments import Assembly
 from rosbridge_gateway.wire.outgoing import COMPRESSIONS, Form
 

@@ -15,10 +15,12 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import TracebackType
 
-from scara_bringup.io.executables import command_of
 from scara_bringup.io.forked import ForkedChild, WarmParent, runs_here
 from scara_bringup.io.log_file import cut_off
 from scara_bringup.plan import NodePlan
+
+SYSTEM = "/usr"
+"""Prefix of Debian's own packages."""
 
 
 class Processes:
@@ -140,3 +142,21 @@ class Processes:
         for child in self._children.values():
             with contextlib.suppress(subprocess.TimeoutExpired):
                 child.wait(max(0.0, deadline - time.monotonic()))
+
+
+def command_of(package: str, executable: str, env: Mapping[str, str]) -> list[str]:
+    """Return the words that start a node.
+
+    They name its file in one of catkin's prefixes, else rosrun, which also says why it finds none.
+
+    Args:
+        package: Name of the package.
+        executable: Name of the node's script or program.
+        env: Environment of the node; its CMAKE_PREFIX_PATH names the workspaces, the chosen one
+            first.
+    """
+    for prefix in (*env.get("CMAKE_PREFIX_PATH", "").split(os.pathsep), SYSTEM):
+        file = Path(prefix) / "lib" / package / executable
+        if prefix and file.is_file() and os.access(file, os.X_OK):
+            return [str(file)]
+    return ["rosrun", package, executable]

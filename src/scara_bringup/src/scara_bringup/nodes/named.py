@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 import subprocess
 
-from scara_bringup.io.executables import command_of
 from scara_bringup.io.named.load import load, measure_cores_left
 from scara_bringup.io.named.turn import StartTurn
 from scara_bringup.io.preflight import CannotStartError
+from scara_bringup.io.processes import command_of
 from scara_bringup.io.status.running import RunningCell, index, running_cells
 from scara_bringup.io.terminal import screen
 from scara_bringup.room import no_room

@@ -14,8 +14,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from scara_bringup.io.status.running import RunningCell, running_cells
-from scara_bringup.io.status.usage import usage_of
+from scara_bringup.io.status.running import RunningCell, running_cells, usage_of
 from scara_bringup.status import NodeState, Said, in_words, node_state
 
 LOOK_S = 1.5  # our choice: nodes speak once a second (REP-107), and processor time is counted in it

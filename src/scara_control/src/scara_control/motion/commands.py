@@ -1,11 +1,14 @@
-"""STOP PAUSE RESUME ESTOP RESET YIELD, each obeyed once, and who has command of a joint."""
+"""STOP PAUSE RESUME ESTOP RESET YIELD, each obeyed once; who has command of a joint; states."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from enum import IntEnum
+from enum import Enum, IntEnum
+
+from scara_config.text_enum import StrEnum
 
 from scara_control.errors import ScaraControlError
+from scara_msgs.msg import MotionState
 
 STOPPED_AGAIN = "the pair is stopped: ALIGN, then it may lead"
 """Why the twin controller stops a motion that begins in STOPPED: who asked for it is named."""
@@ -105,3 +108,35 @@ def parse_modes(text: str) -> dict[str, str]:
     """
     pairs = (word.partition(":") for word in text.split())
     return {name: mode for name, colon, mode in pairs if colon}
+
+
+class State(StrEnum):
+    """What joint_pose_controller does."""
+
+    IDLE = MotionState.IDLE
+    ANNOUNCING = MotionState.ANNOUNCING
+    MOVING = MotionState.MOVING
+    FOLLOWING = MotionState.FOLLOWING
+    PAUSING = MotionState.PAUSING
+    PAUSED = MotionState.PAUSED
+    STOPPING = MotionState.STOPPING
+    ESTOPPED = MotionState.ESTOPPED
+
+
+class Phase(Enum):
+    """What is done about the path under way."""
+
+    GOING = "it is followed; so is none"
+    HELD = "it slows down, and waits on its way"
+    PARKED = "it waits, and its set points at rest are sent"
+    STOPPING = "a ramp has taken its place"
+
+
+HOLDING = (Phase.HELD, Phase.PARKED)
+"""Between PAUSE and RESUME."""
+AFTER = {
+    (Phase.GOING, Command.PAUSE): Phase.HELD,
+    (Phase.HELD, Command.RESUME): Phase.GOING,
+    (Phase.PARKED, Command.RESUME): Phase.GOING,
+}
+"""What PAUSE and RESUME make of a phase; of any other nothing: a ramp goes on to its end."""

@@ -17,12 +17,20 @@ from scara_control.config import MotionConfig
 from scara_control.dynamics.effort import Load
 from scara_control.dynamics.planner import Planner
 from scara_control.joint_motion import JointMotion, Setpoints, Vector
-from scara_control.motion.commands import Command, MotionRefusedError, Ownership, taken_text
+from scara_control.motion.commands import (
+    AFTER,
+    HOLDING,
+    Command,
+    MotionRefusedError,
+    Ownership,
+    Phase,
+    State,
+    taken_text,
+)
 from scara_control.motion.drive import Drive, PathDriver, believed
 from scara_control.motion.feedback import Feedback
 from scara_control.motion.following.stream import Stream
 from scara_control.motion.requests import MoveLedger, Outcome, PoseReport, check_move
-from scara_control.motion.states import AFTER, HOLDING, Phase, State
 from scara_control.motion.time_scaling import SpeedCap
 
 _LATCHED = "emergency stop is latched: RESET first"

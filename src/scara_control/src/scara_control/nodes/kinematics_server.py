@@ -17,8 +17,8 @@ from typing import Any
 import rospy
 from geometry_msgs.msg import Quaternion, Twist, Vector3
 from scara_config import load_robot
-from scara_ros.nodes.ending import wait_for_end
 from scara_ros.nodes.node_shell import starting
+from scara_ros.nodes.registration import wait_for_end
 
 from scara_control.errors import ScaraControlError
 from scara_control.kinematics.arm_kinematics import ArmKinematics, parse_elbow

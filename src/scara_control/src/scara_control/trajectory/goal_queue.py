@@ -13,10 +13,9 @@ from scara_config import Joint
 from scara_control.config import MotionConfig
 from scara_control.dynamics.effort import Load
 from scara_control.joint_motion import JointMotion, Setpoints
-from scara_control.motion.commands import Command
+from scara_control.motion.commands import Command, State
 from scara_control.motion.drive import Follower, believed
 from scara_control.motion.epoch import ENDING
-from scara_control.motion.states import State
 from scara_control.trajectory.execution import Ended, Execution, TrajectoryFeedback
 from scara_control.trajectory.goal import Code, Goal, GoalError
 from scara_msgs.msg import TwinControllerState as Mode

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -33,7 +33,6 @@ from scara_ros.nodes.own_cell import own_frame
 from scara_ros.nodes.registration import keep_parameters
 from scara_ros.nodes.starting import until_shutdown
 from scara_ros.pacing import Pace
-from scara_ros.parameters import as_parameter
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
@@ -217,3 +216,21 @@ def _fill(transform: TransformStamped, pose: FramePose, stamp: rospy.Time) -> No
     place, turn = transform.transform.translation, transform.transform.rotation
     place.x, place.y, place.z = pose.xyz
     turn.x, turn.y, turn.z, turn.w = pose.rotation
+
+
+def as_parameter(tree: Any) -> Any:
+    """Return a tree of YAML as a parameter; keys without a value are left out.
+
+    Integers beyond 32 bits become floats, keys become texts.
+
+    Example:
+        >>> as_parameter({"joints": ({"name": "joint_1", "alias": None},), 7: 2**40})
+        {'joints': [{'name': 'joint_1'}], '7': 1099511627776.0}
+    """
+    if isinstance(tree, Mapping):
+        return {str(key): as_parameter(value) for key, value in tree.items() if value is not None}
+    if isinstance(tree, (list, tuple)):
+        return [as_parameter(value) for value in tree if value is not None]
+    if isinstance(tree, int) and not isinstance(tree, bool) and abs(tree) >= 2**31:
+        return float(tree)
+    return tree

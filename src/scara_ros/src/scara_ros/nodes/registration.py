@@ -14,13 +14,18 @@ from typing import Any
 
 import rosgraph
 import rospy
+import rospy.core
 from rospy.impl.paramserver import get_param_server_cache
-from rospy.impl.registration import get_service_manager, get_topic_manager
+from rospy.impl.registration import (
+    RegManager,
+    get_registration_listeners,
+    get_service_manager,
+    get_topic_manager,
+)
 
 from scara_ros.io.full_disk import limit_log_file
 from scara_ros.io.hardening import harden_process
 from scara_ros.io.master import UNREACHABLE, MasterClient, MasterError
-from scara_ros.nodes.ending import end_promptly
 
 PERIOD = 0.5  # our choice: with the time-out, all is registered again within 2 s
 WATCHED_S = 5.0
@@ -139,3 +144,27 @@ def _offers(topics: Any, services: Any) -> set[tuple[str, str, str]]:
         ("Service", services.get_services),
     ]
     return {(kind, name, what) for kind, listed in lists for name, what in listed()}
+
+
+def end_promptly() -> None:
+    """Wake the thread that connects topics when the node ends; call after ``rospy.init_node``."""
+    for listener in get_registration_listeners().listeners:
+        if isinstance(listener, RegManager):
+            _wake_at_end(listener.cond)
+
+
+def wait_for_end() -> None:
+    """Wait until the node ends, as ``rospy.spin`` does, and return at once then."""
+    ended = threading.Event()
+    rospy.core.add_shutdown_hook(lambda reason: ended.set())
+    ended.wait()
+
+
+def _wake_at_end(condition: threading.Condition) -> None:
+    """Wake who waits, once ``rospy.is_shutdown`` is true: before that it would wait again."""
+
+    def wake(reason: str) -> None:
+        with condition:
+            condition.notify_all()
+
+    rospy.core.add_shutdown_hook(wake)

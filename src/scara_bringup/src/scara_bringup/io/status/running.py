@@ -1,4 +1,7 @@
-"""Which cells run: each writes a file into its folder, and a link to it where all are found."""
+"""Which cells run, and what a process uses.
+
+Each cell writes a file into its folder, and a link to it where all are found.
+"""
 
 from __future__ import annotations
 
@@ -12,8 +15,12 @@ import msgspec
 from scara_ros.io.shell.program import runs_folder
 from scara_ros.names import cell_of
 
+from scara_bringup.status import Usage
+
 FILE = "cell.json"
 INDEX = ".running"
+TICKS = os.sysconf("SC_CLK_TCK")
+PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
 
 
 class RunningNode(msgspec.Struct, frozen=True):
@@ -106,3 +113,14 @@ def is_bring_up(pid: int) -> bool:
         words = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
         return any(word.rsplit(b"/", 1)[-1] == b"cell" for word in words)
     return False
+
+
+def usage_of(pid: int) -> Usage | None:
+    """Return what a process has used up to now; None if it is not there or has ended."""
+    with contextlib.suppress(OSError, ValueError, IndexError):
+        # The name of a program stands in brackets and may hold spaces.
+        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+        if fields[0] != "Z":
+            processor = (int(fields[11]) + int(fields[12])) / TICKS
+            return Usage(processor, int(fields[21]) * PAGE_BYTES / 1e6)
+    return None

@@ -1,4 +1,4 @@
-"""Signals that are shown later than they are true, each by a time of its own."""
+"""What the robot does late: its answers, and the signals that it shows."""
 
 from __future__ import annotations
 
@@ -6,10 +6,29 @@ from collections import deque
 from collections.abc import Mapping
 
 import msgspec
+import numpy as np
 
 from fanuc_emulator.alarms import Alarm
-from fanuc_emulator.plant.config import ALARM
+from fanuc_emulator.plant.config import ALARM, AnswerFile
 from fanuc_emulator.uop import Outputs
+
+
+class AnswerTimes:
+    """Draws one answer after the other.
+
+    Args:
+        file: Shortest and longest answers, while a program runs and while none does.
+        random: Draws them.
+    """
+
+    def __init__(self, file: AnswerFile, random: np.random.Generator) -> None:
+        self._file, self._random = file, random
+        self.at_once = not any((*file.idle_ms, *file.running_ms))
+
+    def next(self, running: bool) -> float:
+        """Return how long the next answer takes [s]; ``running``: a program runs."""
+        file = self._file
+        return 1e-3 * self._random.uniform(*(file.running_ms if running else file.idle_ms))
 
 
 class LateSignals:
