@@ -11,14 +11,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from cell_recorder.io.reading.bag_reader import open_bag
+from cell_recorder.reading.bag_reader_io import open_bag
 from harness.faults.rows import Row
 from harness.processes import free_port
 from rich.console import Console
-from scara_bringup.io.configuration import copy_with_ports
+from scara_bringup.processes.configuration_io import copy_with_ports
 from scara_config import load_robot
-from twin_experiments.io.run_reader import read_run
-from twin_experiments.record import cut
+from twin_experiments.report.record import cut
+from twin_experiments.report.run_reader_io import read_run
 
 from bench import page
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from twin_experiments.io.workspace import PROCESSORS, UNKNOWN, commit_of, processor_of
+from twin_experiments.workspace_io import PROCESSORS, UNKNOWN, commit_of, processor_of
 
 from bench.demo_tables import demo_table, virtual_table
 from bench.goal_table import goal_table

@@ -8,9 +8,9 @@ import time
 from pathlib import Path
 
 import msgspec
-from cell_recorder.io.bag_writer import BagWriter
-from cell_recorder.io.runs_folder import parts_of
-from cell_recorder.recording import RecorderFile
+from cell_recorder.recording.bag_writer_io import BagWriter
+from cell_recorder.recording.recording import RecorderFile
+from cell_recorder.recording.runs_folder_io import parts_of
 from harness.faults.rows import Row
 from harness.processes import wait_until
 from rich.console import Console

@@ -14,7 +14,7 @@ from typing import Any
 from harness.faults.rows import Row
 from harness.processes import free_port
 from rich.console import Console
-from scara_bringup.io.configuration import copy_with_ports
+from scara_bringup.processes.configuration_io import copy_with_ports
 from scara_config.writer import write_values
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -30,11 +30,11 @@ from harness.wires.browser import chromium  # noqa: E402
 from harness.wires.operator_page import TOKEN, Panel  # noqa: E402
 from harness.yaml_files import copy_configuration  # noqa: E402
 from playwright.sync_api import Page, expect  # noqa: E402
-from what_if.io.cell_files import find_program, resting_cell  # noqa: E402
-from what_if.io.moment_picture import picture_of  # noqa: E402
+from what_if.cell_files_io import find_program, resting_cell  # noqa: E402
 from what_if.judging import judge  # noqa: E402
 from what_if.motions import ProgramRun  # noqa: E402
 from what_if.showing.moment import worst_moment  # noqa: E402
+from what_if.showing.moment_picture_io import picture_of  # noqa: E402
 from what_if.text import caption_of  # noqa: E402
 
 SIZE, PATIENCE_MS = {"width": 900, "height": 1200}, 120_000

@@ -13,7 +13,7 @@ from typing import Any
 from harness.live_cell import LiveCell
 from harness.wires.proxy import websocket_units
 from harness.wires.relay import Relay
-from scara_bringup.io.configuration import copy_with_ports
+from scara_bringup.processes.configuration_io import copy_with_ports
 from scara_config import config_directory
 from scara_config.writer import write_values
 

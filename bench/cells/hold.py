@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from cell_recorder.io.reading.bag_reader import Bag, open_bag
+from cell_recorder.reading.bag_reader_io import Bag, open_bag
 from numpy.typing import NDArray
 from scara_config import Robot
 from scara_control.kinematics.screws import ScrewModel, tool_positions

@@ -12,9 +12,9 @@ from random import Random
 from types import TracebackType
 
 import numpy as np
-from cell_recorder.io.reading.bag_reader import open_bag
+from cell_recorder.reading.bag_reader_io import open_bag
 from scara_config import Robot
-from twin_experiments.io.run_reader import read_run
+from twin_experiments.report.run_reader_io import read_run
 from typing_extensions import Self
 
 SHORTEST_S, LONGEST_S, LENGTHS = 0.005, 0.1, 30

@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from cell_recorder.io.reading.bag_reader import open_bag
+from cell_recorder.reading.bag_reader_io import open_bag
 from harness.live_cell import LiveCell
 from harness.processes import free_port
 

@@ -9,10 +9,10 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
+from farm.bus_io import open_client, open_router
 from farm.config import load_farm
-from farm.io.bus import open_client, open_router
 from farm.keys import COMMAND, CellName
-from farm.link.io.cell_link import CellLink, LinkSettings
+from farm.link.cell_link_io import CellLink, LinkSettings
 from farm.wire import Answer, CellState, Command, Level, decode, encode
 from harness.processes import Stage, free_port, wait_until
 from harness.wires.browser import chromium

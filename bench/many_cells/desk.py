@@ -15,12 +15,12 @@ from pathlib import Path
 from typing import Any
 
 import zenoh
+from farm.bus_io import open_router
 from farm.config import FarmConfig, load_farm
-from farm.desk.io.commands import cells_there, order
-from farm.desk.io.desk import Desk
-from farm.desk.io.history import History
+from farm.desk.commands_io import cells_there, order
+from farm.desk.desk_io import Desk
+from farm.desk.history_io import History
 from farm.desk.roster import LOST, SILENT
-from farm.io.bus import open_router
 from farm.keys import ALIVE, every
 from msgspec.structs import replace
 

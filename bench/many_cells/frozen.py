@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from harness.live_cell import LiveCell
 from rich.console import Console
-from scara_bringup.io.configuration import copy_with_ports
+from scara_bringup.processes.configuration_io import copy_with_ports
 from scara_config import config_directory
 from scara_config.writer import write_values
 

@@ -9,7 +9,7 @@ import sys
 import time
 from pathlib import Path
 
-from farm.lab.io.running import processors
+from farm.lab.running_io import processors
 from harness.processes import Process, Stage, wait_until
 from harness.workspace import ROOT, workspace_environment
 from rich.console import Console

@@ -9,10 +9,10 @@ from pathlib import Path
 from random import Random
 from typing import TypeVar
 
-from farm.desk.io.figures import figures_over
-from farm.desk.io.history import History, Kept
-from farm.desk.io.reading import ask
+from farm.desk.figures_io import figures_over
+from farm.desk.history_io import History, Kept
 from farm.desk.questions import Wanted, query
+from farm.desk.reading_io import ask
 from farm.keys import CellName
 from farm.wire import Event
 from msgspec.structs import replace

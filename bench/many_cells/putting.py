@@ -13,10 +13,10 @@ import sys
 import threading
 import time
 
+from farm.bus_io import wait_for_desk
 from farm.config import load_farm
-from farm.io.bus import wait_for_desk
 from farm.keys import CellName
-from farm.link.io.cell_link import CellLink, LinkSettings
+from farm.link.cell_link_io import CellLink, LinkSettings
 from farm.link.shown import Shown, show
 from farm.wire import Answer
 from msgspec.structs import replace

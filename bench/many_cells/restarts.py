@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 from random import Random
 
-from farm.desk.io.reading import ask
+from farm.desk.reading_io import ask
 from rich.console import Console
 
 from bench.many_cells.stage import JOIN_S, PROCESSES, end, farm

@@ -10,11 +10,11 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from cell_recorder.io.bag_writer import BagWriter
-from cell_recorder.io.reading.bag_reader import open_bag
-from cell_recorder.recording import RecorderFile, RecorderSettings
+from cell_recorder.reading.bag_reader_io import open_bag
+from cell_recorder.recording.bag_writer_io import BagWriter
+from cell_recorder.recording.recording import RecorderFile, RecorderSettings
 from scara_config import config_directory, load
-from twin_experiments.io.report import analyse_bag
+from twin_experiments.report.report_io import analyse_bag
 
 from bench.cells.long_bag import DURATION_S, long_bag
 from bench.peers.process import Peer

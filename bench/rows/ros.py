@@ -18,7 +18,7 @@ import websockets
 from harness.processes import free_port, wait_until
 from harness.ros import Ros
 from scara_bringup.config import Ports
-from scara_bringup.io.configuration import copy_with_ports
+from scara_bringup.processes.configuration_io import copy_with_ports
 from scara_config import config_directory
 from scara_config.writer import write_values
 

@@ -14,8 +14,8 @@ from scara_control.joint_motion import JointMotion
 from scara_control.joint_track import JointTrack
 from scara_control.motion.plan import plan_move
 from scara_simulation.config import load_simulation
-from scara_simulation.io.world import World
 from scara_simulation.simulation import Simulation
+from scara_simulation.world_io import World
 
 from bench.peers.process import Peer
 from bench.record import Beside, Goal, Record, Rounds, interleaved, median, of_rounds

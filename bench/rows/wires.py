@@ -14,8 +14,8 @@ import pymodbus
 from pymodbus.client import AsyncModbusTcpClient, ModbusTcpClient
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 from twin_controller.config import load_twin_controller
-from twin_controller.io.modbus.link import ModbusLink
-from twin_controller.io.modbus.port import ModbusPort, ModbusSettings
+from twin_controller.modbus.link_io import ModbusLink
+from twin_controller.modbus.port_io import ModbusPort, ModbusSettings
 from twin_controller.registers import RegisterCodec
 
 from bench.record import Beside, Goal, Record, Rounds, interleaved, median, of_rounds

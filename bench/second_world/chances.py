@@ -8,7 +8,7 @@ from pathlib import Path
 from harness.second_world.campaign import SCARA, benches
 from harness.second_world.frequency import hits, near
 from rich.console import Console
-from what_if.io.many_worlds import chances
+from what_if.uncertainty.many_worlds_io import chances
 
 from bench.second_world.figure import Figure
 

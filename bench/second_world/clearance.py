@@ -8,7 +8,7 @@ from pathlib import Path
 from harness.second_world.oracle import compare
 from rich.console import Console
 from scara_config.profile import CHOICE
-from what_if.io.cell_files import read_cell
+from what_if.cell_files_io import read_cell
 
 from bench.second_world.figure import Figure
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import msgspec
 from harness.second_world.cycles import measured, run
 from rich.console import Console
+from what_if.cell_files_io import find_program, resting_cell
 from what_if.config import ProgramConfig
-from what_if.io.cell_files import find_program, resting_cell
 from what_if.judging import judge
 from what_if.motions import ProgramRun
 from what_if.timing.learning import learned, rests_of

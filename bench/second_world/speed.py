@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from what_if.io.cell_files import find_program, resting_cell
-from what_if.io.second_world import SecondWorld
+from what_if.cell_files_io import find_program, resting_cell
 from what_if.judging import judge
 from what_if.motions import JointTarget, Motion, ProgramRun
+from what_if.second_world_io import SecondWorld
 from what_if.world import World
 
 from bench.second_world.figure import Figure

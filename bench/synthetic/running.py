@@ -14,12 +14,12 @@ from typing import Annotated
 
 import msgspec
 import typer
+from farm.bus_io import BusError, wait_for_desk
 from farm.config import FarmConfig, load_farm
-from farm.io.bus import BusError, wait_for_desk
-from farm.link.io.cell_link import CellLink, LinkSettings
+from farm.link.cell_link_io import CellLink, LinkSettings
 from farm.link.shown import Shown, show
-from farm.security.io.invitation import SecurityError, keys_folder
-from farm.security.io.membership import as_member
+from farm.security.invitation_io import SecurityError, keys_folder
+from farm.security.membership_io import as_member
 from farm.wire import Answer, Command
 from scara_config import ConfigError
 

@@ -12,11 +12,11 @@ from scara_config.palletise import find_palletise
 from scara_config.payload import load_payloads
 from scara_simulation.config import load_gains, load_simulation
 from scara_simulation.handling.payload_desk import PayloadDesk, part_payload
-from scara_simulation.io.told_dynamics import ToldDynamics
-from scara_simulation.io.world import World
+from scara_simulation.handling.told_dynamics_io import ToldDynamics
 from scara_simulation.simulation import Simulation
+from scara_simulation.world_io import World
 
-from scara_simulation.nodes import simulator
+from scara_simulation import simulator_node as simulator
 
 PLAIN_J3_CLAMP = 20.0
 """[N] Bound of joint_3's integral for plain PID, as in bench/variations.py.

@@ -10,8 +10,8 @@ from scara_control.joint_motion import JointMotion
 from scara_control.joint_track import JointTrack
 from scara_control.kinematics.scara import Elbow, Scara, solve
 from scara_control.motion.plan import Path, plan_move
-from scara_simulation.io.world import World
 from scara_simulation.simulation import Simulation
+from scara_simulation.world_io import World
 
 from bench.world.scara_batch import tool_positions_batch
 

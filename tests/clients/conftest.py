@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from harness.clients.page import MODBUS, ROSBRIDGE, TRIED, UPSTREAM, write
 from harness.workspace import ROOT
-from twin_experiments.io.workspace import PROCESSORS, commit_of, processor_of
+from twin_experiments.workspace_io import PROCESSORS, commit_of, processor_of
 
 Record = dict[tuple[str, str], dict[str, str | None]]
 

@@ -19,7 +19,7 @@ from scara_msgs.msg import MotionState, PartEvent, TwinControllerState
 
 OWN_WORDS = {
     "src/twin_controller/src/twin_controller/core/lead/modes.py",
-    "src/scara_ros/src/scara_ros/page_words.py",
+    "src/scara_ros/src/scara_ros/page/page_words.py",
 }
 """The core knows no message; its modes are compared with the constants below. The words of pages
 are used by a desk without messages; farm/test_same_look.py compares them."""

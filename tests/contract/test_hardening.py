@@ -10,8 +10,8 @@ BECOMES = {"become_node", "init_node", "starting"}
 HARDENS = {"become_node", "starting", "keep_registered", "harden_process"}
 ELSEWHERE = {
     # The bring-up's main hardens the process before it makes the watch or shows the status.
-    "src/scara_bringup/src/scara_bringup/nodes/controller_watch.py": "scara_bringup.nodes.cell",
-    "src/scara_bringup/src/scara_bringup/nodes/status.py": "scara_bringup.nodes.cell",
+    "src/scara_bringup/src/scara_bringup/processes/controller_watch_node.py": "scara_bringup.cell_node",
+    "src/scara_bringup/src/scara_bringup/status/status_node.py": "scara_bringup.cell_node",
 }
 
 

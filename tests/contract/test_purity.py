@@ -207,7 +207,7 @@ def test_pure_modules_import_no_ros_no_machine_and_no_clock() -> None:
         "def f():\n    import time",
         "import os.path",
         "from scara_control.io import x",
-        "from scara_control.nodes.kinematics_server import main",
+        "from scara_control.kinematics.kinematics_server_node import main",
         "from . import loader",
         "import numpy as np\nx = np.random.normal()",
         "from datetime import datetime\nx = datetime.now()",

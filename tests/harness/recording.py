@@ -5,10 +5,10 @@ Inputs with states, and decisions.
 
 from __future__ import annotations
 
+from twin_analysis.replay.decisions import RecordedDecision, RecordedInput, as_recorded
 from twin_controller.core.actions import AnyAction, Decided
 from twin_controller.core.events import AnyEvent
 from twin_controller.reporting.snapshots import encode_events, encode_state
-from twin_experiments.replay.decisions import RecordedDecision, RecordedInput, as_recorded
 
 from harness.pair import Pair
 

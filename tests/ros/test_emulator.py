@@ -14,24 +14,24 @@ from itertools import pairwise
 from typing import Any
 
 import pytest
-from fanuc_emulator.nodes.pendant import app as pendant
+from fanuc_emulator.pendant.pendant_node import app as pendant
 from harness.processes import Process, free_port, wait_until
 from harness.ros import Ros
 from harness.running.thorough import thorough
 from harness.yaml_files import copy_configuration
 from pymodbus.client import ModbusTcpClient
 from robot_doctor.finding import Level
-from robot_doctor.io.robot_probe import Mover
+from robot_doctor.robot_probe_io import Mover
 from ruamel.yaml import YAML
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
 from sensor_msgs.msg import JointState
 from twin_controller.config import load_twin_controller
-from twin_controller.io.modbus.link import ModbusLink, ModbusSettings
+from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
 from twin_controller.robot_sample import RobotSample
 from typer.testing import CliRunner
 
-from fanuc_emulator.nodes import emulator
+from fanuc_emulator import emulator_node as emulator
 
 NAMES = ["joint_1", "joint_2", "joint_3", "joint_4", "table_joint"]
 

@@ -1,6 +1,6 @@
 """run_experiment on a cell that the test plays: who is missing, Ctrl-C, a whole run.
 
-What else it ends with: tests/unit/twin_experiments/io/test_exit_codes.py.
+What else it ends with: tests/unit/twin_experiments/test_exit_codes.py.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from scara_config import load_robot
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from twin_experiments.config import load_experiments
-from twin_experiments.io.report import write_report
-from twin_experiments.nodes.cell import Cell, RunError
+from twin_experiments.report.report_io import write_report
+from twin_experiments.run.cell_node import Cell, RunError
 
 from scara_msgs.msg import RobotData, TwinControllerState
 from scara_msgs.srv import MoveTo, MoveToResponse, TwinCommand, TwinCommandResponse
@@ -177,7 +177,7 @@ def test_a_run_is_recorded_marked_and_reported(
     assert {p.name for p in output.glob("*.png")} == {
         f"twin_leads_{kind}.png" for kind in ("paths", "joints", "errors", "deviations", "worst")
     }
-    monkeypatch.setattr("twin_experiments.io.report.draw", lambda *_: {})
+    monkeypatch.setattr("twin_experiments.report.report_io.draw", lambda *_: {})
     write_report(output / "run.bag", ros.folder / "again", ros.folder / "config")
     repeated = json.loads((ros.folder / "again" / "report.json").read_text())
     # Only when it was written is another.
@@ -228,7 +228,7 @@ def test_a_stop_heard_while_services_are_looked_for_is_judged_with_a_whole_cell(
         cell._receive(TwinControllerState(mode=mode, why="told so"), "twin_controller/state")
         return True
 
-    monkeypatch.setattr("twin_experiments.nodes.cell.is_offered", offered)
+    monkeypatch.setattr("twin_experiments.run.cell_node.is_offered", offered)
     with pytest.raises(RunError, match=f"in {mode}: told so.*first give {way_out}"):
         cell.wait_ready(lambda text: None)
 

@@ -1,6 +1,6 @@
 """Command ``step_response`` on a running simulator, and where it must not.
 
-Without one: tests/unit/twin_experiments/io/test_exit_codes.py.
+Without one: tests/unit/twin_experiments/test_exit_codes.py.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def ros(ros_module):
 
 def run(ros, *args, code=0, timeout=60.0):
     """Run the command to its end and return what it printed."""
-    command = ros.run("twin_experiments", "step_response", *args)
+    command = ros.run("twin_analysis", "step_response", *args)
     assert command.wait(timeout) == code, command.output
     return command.output
 

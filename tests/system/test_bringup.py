@@ -15,7 +15,7 @@ from harness.live_cell import NODES, LiveCell
 from harness.processes import Process, free_port, wait_until
 from harness.running.thorough import thorough
 from harness.yaml_files import changed_yaml, copy_configuration, shipped
-from scara_bringup.io.status.running import index
+from scara_bringup.status.running_io import index
 
 pytestmark = pytest.mark.system
 

@@ -11,7 +11,7 @@ import pytest
 from harness.live_cell import NODES, LiveCell
 from harness.processes import wait_until
 from harness.workspace import ROOT
-from scara_ros.nodes.running import help_of
+from scara_ros.starting.running_node import help_of
 
 pytestmark = pytest.mark.system
 

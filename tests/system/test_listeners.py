@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from harness.live_cell import NODES, LiveCell
-from scara_bringup.io.ports import listeners, sockets
+from scara_bringup.processes.ports_io import listeners, sockets
 
 pytestmark = pytest.mark.system
 

@@ -14,11 +14,11 @@ from typing import Any
 
 import msgspec
 import pytest
-from cell_recorder.io.reading.bag_reader import open_bag
+from cell_recorder.reading.bag_reader_io import open_bag
 from harness.live_cell import LiveCell
 from harness.wires.service_line import ServiceLine
-from twin_experiments.io.decision_reader import read_inputs, read_setups
-from twin_experiments.replay.history import shadow_at
+from twin_analysis.replay.decision_reader_io import read_inputs, read_setups
+from twin_analysis.replay.history import shadow_at
 
 ANSWER_S = 10.0
 COMPARED = 12
@@ -38,7 +38,7 @@ def test_a_recorded_run_replays_without_a_difference(live_cell: LiveCell) -> Non
         assert not live_cell.call("/twin_controller/command", "{command: RESUME}")["success"]
         documents = _documents(live_cell, begun)
 
-    said = live_cell.tool("rosrun", "twin_experiments", "replay_decisions", str(bag), timeout=120.0)
+    said = live_cell.tool("rosrun", "twin_analysis", "replay_decisions", str(bag), timeout=120.0)
     assert ": 0 differences" in said, said
     assert "0 decisions and" not in said, said
 
@@ -48,7 +48,7 @@ def test_a_recorded_run_replays_without_a_difference(live_cell: LiveCell) -> Non
         again = json.loads(msgspec.json.encode(shadow_at(setup_at, inputs, document["stamp"])))
         _assert_same_pair(again, document)
     shown = live_cell.tool(
-        "rosrun", "twin_experiments", "shadow", str(bag), "--time", repr(documents[-1]["stamp"])
+        "rosrun", "twin_analysis", "shadow", str(bag), "--time", repr(documents[-1]["stamp"])
     )
     _assert_same_pair(json.loads(shown), documents[-1])
 

@@ -19,7 +19,7 @@ from scara_config.robot import Robot, load_robot
 READERS: dict[str, str] = {
     "bringup.yaml": "scara_bringup.config:load_bringup",
     "camera.yaml": "scara_simulation.camera.config:load_camera",
-    "comparison.yaml": "twin_experiments.comparison.config:load_comparison",
+    "comparison.yaml": "twin_analysis.compare.config:load_comparison",
     "farm/farm.yaml": "farm.config:load_farm",
     "gateway.yaml": "rosbridge_gateway.config:load_gateway_config",
     "farm/journal.yaml": "cell_recorder.config:load_journal",
@@ -29,7 +29,7 @@ READERS: dict[str, str] = {
     "palletise.yaml": "scara_config.palletise:load_palletise",
     "payloads.yaml": "scara_config.payload:load_payloads",
     "pendant_page.yaml": "fanuc_emulator.config:load_pendant_page",
-    "persons.yaml": "scara_ros.io.persons:load_persons",
+    "persons.yaml": "scara_ros.page.persons_io:load_persons",
     "robot.yaml": "scara_config.robot:load_robot",
     "what_if.yaml": "what_if.config:load_what_if",
 }

@@ -15,8 +15,8 @@ from typing import Any
 import pytest
 from fanuc_emulator.config import load_emulator, load_programs
 from fanuc_emulator.controller import Controller
-from fanuc_emulator.io.modbus_server import RobotServer
-from fanuc_emulator.io.servo_loop import ServoLoop
+from fanuc_emulator.drives.servo_loop_io import ServoLoop
+from fanuc_emulator.modbus.modbus_server_io import RobotServer
 from fanuc_emulator.register_image import RegisterImage
 from harness.clients.environments import ALL, OWN, Environment, installed, results
 from harness.processes import free_port

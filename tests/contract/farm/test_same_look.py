@@ -11,7 +11,7 @@ from farm.desk.wall import wall_of
 from farm.keys import CellName
 from farm.link.shown import Pair, Shown, show
 from harness.workspace import ROOT
-from scara_ros.page_words import MODES
+from scara_ros.page.page_words import MODES
 from unit.operator_panel.view.test_frame import STATE, frame_of
 
 from scara_msgs.msg import TwinControllerState

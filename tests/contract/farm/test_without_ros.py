@@ -15,7 +15,7 @@ SOURCES = [
     ROOT / "config" / "src",
     *(ROOT / "src" / name / "src" for name in ("farm", "scara_ros")),
 ]
-START = ("farm.__main__", "farm.desk.io.page", "farm.desk.io.running", "farm.desk.io.reading")
+START = ("farm.__main__", "farm.desk.page_io", "farm.desk.running_io", "farm.desk.reading_io")
 MESSAGES = ("scara_msgs", "std_msgs", "sensor_msgs", "std_srvs", "diagnostic_msgs")
 FORBIDDEN = {*ROS, *MESSAGES} - {"rospkg"}
 """rospkg is asked only where no folder of settings is given; see the test below."""
@@ -50,12 +50,12 @@ def test_the_desk_imports_no_ros() -> None:
     """Nothing that it imports does either."""
     found = list(reached(START))
     assert [f"{n} imports {i}" for n, i in found if i.split(".")[0] in FORBIDDEN] == []
-    assert {"farm.desk.io.desk", "farm.io.bus", "scara_ros.page_door"} <= {n for n, _ in found}
+    assert {"farm.desk.desk_io", "farm.bus_io", "scara_ros.page.page_door"} <= {n for n, _ in found}
 
 
 def test_the_walk_sees_ros_where_it_is() -> None:
     """The test above can fail: the link's node imports rospy."""
-    assert "rospy" in {imported for _, imported in reached(("farm.nodes.link",))}
+    assert "rospy" in {imported for _, imported in reached(("farm.link.link_node",))}
 
 
 def test_the_desk_starts_where_ros_is_blocked(tmp_path: object) -> None:
@@ -69,7 +69,7 @@ class Blocked:
 sys.meta_path.insert(0, Blocked())
 for name in {START!r}:
     __import__(name)
-from farm.desk.io.command_line import app
+from farm.desk.command_line_io import app
 app(["events", "--folder", {str(tmp_path)!r}], standalone_mode=False)
 """
     environment = {

@@ -16,7 +16,7 @@ from fanuc_emulator.config import load_emulator, load_programs
 from harness.workspace import ROOT
 from robot_doctor.examine import examine
 from robot_doctor.finding import Level
-from robot_doctor.io.profile_files import read_profile
+from robot_doctor.profile_files_io import read_profile
 from scara_config import Robot, load, load_robot, locate
 from scara_config.modbus_map import load_modbus_map
 from scara_config.profile import CHOICE, known_robots
@@ -24,8 +24,8 @@ from scara_config.programs.lines import MoveStep
 from scara_control.kinematics.tool import tool_kinematics
 from scara_description.body import load_body, urdf_of
 from scara_simulation.config import load_gains, load_simulation
-from scara_simulation.io.world import World
 from scara_simulation.tuning.stability import KINDS, Plant, spectral_radius
+from scara_simulation.world_io import World
 from twin_experiments.config import RealLeads, load_experiments
 
 from scara_description.gazebo import CameraView, controllers_of, with_gazebo

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from itertools import pairwise
 from random import Random
 
-from fanuc_emulator.io.pendant_link import PendantLink
+from fanuc_emulator.pendant.pendant_link_io import PendantLink
 from scara_config.modbus_map import load_modbus_map
 
 from harness.faults.fault_cell import FaultCell

@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 from random import Random
 
-from cell_recorder.io.reading.bag_reader import open_bag
+from cell_recorder.reading.bag_reader_io import open_bag
 
 from harness.faults.fault_cell import FaultCell
 from harness.faults.link_faults import losses

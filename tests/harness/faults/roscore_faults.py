@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import websocket
-from scara_ros.io.master import MasterClient
+from scara_ros.starting.master_io import MasterClient
 
 from harness.faults.fault_cell import PACKAGES
 from harness.faults.rows import Row

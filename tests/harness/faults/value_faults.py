@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 
 from scara_config.robot import Joint
 from twin_controller.core.events import AnyEvent, TwinMeasured
-from twin_controller.io.modbus.link import ModbusLink, ModbusSettings
-from twin_controller.io.twin_link import TwinLink
+from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
 from twin_controller.plausible import REAL_ACCELERATION, TWIN_ACCELERATION
 from twin_controller.robot_sample import ControlType, RobotSample, WatchdogState
+from twin_controller.twin.twin_link_io import TwinLink
 
 from harness.faults.rows import Row
 from harness.opponents.lying_robot import LAYOUT, ROBOT, LyingRobot, truth

@@ -7,9 +7,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-import farm.desk.io.lines.machines  # noqa: F401  it adds its words
-from farm.desk.io.command_line import app as farm_words
-from farm.lab.io.command_line import app as lab_words
+import farm.desk.lines.machines_io  # noqa: F401  it adds its words
+from farm.desk.command_line_io import app as farm_words
+from farm.lab.command_line_io import app as lab_words
 from typer.testing import CliRunner
 
 from harness.processes import Process, Stage

@@ -11,8 +11,8 @@ from typing import Any
 import roslib.message
 import websocket
 from rosbridge_gateway.config import GatewayConfig, load_gateway_config
-from rosbridge_gateway.io.graph import Ask, GraphError
-from rosbridge_gateway.io.server import GatewayServer
+from rosbridge_gateway.connection.server_io import GatewayServer
+from rosbridge_gateway.graph.graph_io import Ask, GraphError
 from rosbridge_gateway.protocol.audit import Entry
 from rosbridge_gateway.protocol.packets import encode_publish
 from rosbridge_gateway.rosapi.answers import SystemState

@@ -15,7 +15,7 @@ from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from rosbridge_gateway.config import load_gateway_config
-from rosbridge_gateway.io.server import GatewayServer
+from rosbridge_gateway.connection.server_io import GatewayServer
 
 from harness.workspace import ROOT
 

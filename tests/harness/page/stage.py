@@ -29,16 +29,16 @@ enter_workspace()
 import msgspec  # noqa: E402
 from nicegui import app, background_tasks, ui  # noqa: E402
 from operator_panel.config import load_panel, load_surroundings  # noqa: E402
+from operator_panel.control.desk_io import Desk, Session  # noqa: E402
 from operator_panel.control.jog import DeadMan  # noqa: E402
 from operator_panel.control.tool_jog import ToolArm  # noqa: E402
 from operator_panel.door import Answer, Gains, Picture, Seat  # noqa: E402
-from operator_panel.io.api import offer_camera, offer_events, offer_past  # noqa: E402
-from operator_panel.io.desk import Desk, Session  # noqa: E402
-from operator_panel.io.live import Live  # noqa: E402
-from operator_panel.io.page.shell import Shell  # noqa: E402
-from operator_panel.io.retold.recordings import Recordings  # noqa: E402
+from operator_panel.page.api_io import offer_camera, offer_events, offer_past  # noqa: E402
+from operator_panel.page.shell_io import Shell  # noqa: E402
+from operator_panel.retelling.recordings_io import Recordings  # noqa: E402
 from operator_panel.view.frame import FrameMaker  # noqa: E402
 from operator_panel.view.judged import JUDGE  # noqa: E402
+from operator_panel.view.live_io import Live  # noqa: E402
 from operator_panel.view.robot.registers import (  # noqa: E402
     Entry,
     entries,
@@ -50,8 +50,8 @@ from scara_config import load_robot  # noqa: E402
 from scara_config.modbus_map import load_modbus_map  # noqa: E402
 from scara_config.profile import CHOICE  # noqa: E402
 from scara_ros.diagnosis import Level  # noqa: E402
-from scara_ros.io.page_guard import PageGuard  # noqa: E402
-from scara_ros.page_door import PageDoor  # noqa: E402
+from scara_ros.page.page_door import PageDoor  # noqa: E402
+from scara_ros.page.page_guard_io import PageGuard  # noqa: E402
 from starlette.responses import PlainTextResponse  # noqa: E402
 
 from harness.page.judged import MADE, judged_hit, judged_home  # noqa: E402

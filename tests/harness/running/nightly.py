@@ -21,7 +21,7 @@ from typing import Annotated
 import msgspec
 import typer
 from ruamel.yaml import YAML
-from twin_experiments.io.workspace import PROCESSORS, commit_of, processor_of
+from twin_experiments.workspace_io import PROCESSORS, commit_of, processor_of
 
 from harness.mutants import summary
 from harness.running.changed import changed_files

@@ -99,7 +99,7 @@ class Schedule:
         for _ in range(self.rng.choice((0, 1, 1, 2)) if name in STALLED else 0):
             begin = self.now + self.rng.uniform(0.1, 1.0)
             stalls.append((begin, begin + self.rng.uniform(0.0, 1.0)))
-        # At work, at rest, and at rest without a word: nodes/idle.py.
+        # At work, at rest, and at rest without a word: motion/idle_node.py.
         period = self.rng.choice((0.01, 0.05, 0.1)) if name != "twin_controller" else 0.01
         return Node(name, period, stalls, self.rng, Epoch(self.now))
 

@@ -215,7 +215,7 @@ class Orders:
 
     def _called(self, service: str, fields: dict[str, Any]) -> Callable[[], None]:
         """Call as one of our own clients does: it says when."""
-        from scara_ros.nodes.service_client import ServiceClient
+        from scara_ros.services.service_client_node import ServiceClient
 
         client = ServiceClient(self._cell.ros.name(service), self._kinds[service], DEADLINE_S)
         return lambda: client.start(**fields) and None

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from scara_config.profile import CHOICE
-from what_if.io.cell_files import resting_cell
+from what_if.cell_files_io import resting_cell
 from what_if.judging import judge
 from what_if.verdict import Outcome
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from what_if.io.cell_files import resting_cell
+from what_if.cell_files_io import resting_cell
 from what_if.judging import judge
 from what_if.motions import JointTarget
 from what_if.verdict import Outcome

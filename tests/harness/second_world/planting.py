@@ -16,7 +16,7 @@ import numpy as np
 from scara_config import KeepOut
 from scara_config.programs.files import ProgramSteps
 from scara_config.programs.lines import GripperStep, MoveStep, WaitStep
-from what_if.io.cell_files import find_program
+from what_if.cell_files_io import find_program
 from what_if.motions import ProgramRun
 from what_if.world import Obstacle, World
 

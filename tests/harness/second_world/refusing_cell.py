@@ -14,7 +14,7 @@ import numpy as np
 import websocket
 from scara_config.modbus_map import load_modbus_map
 from typing_extensions import Self
-from what_if.io.cell_files import resting_cell
+from what_if.cell_files_io import resting_cell
 from what_if.judging import LIMITING, judge
 from what_if.motions import JointTarget, ToolTarget
 from what_if.verdict import Cause, Outcome, Verdict

@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any
 
 import websocket
-from fanuc_emulator.io.pendant_link import PendantLink
+from fanuc_emulator.pendant.pendant_link_io import PendantLink
 from scara_config.modbus_map import load_modbus_map
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import ClientConnection

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import websocket
-from fanuc_emulator.io.pendant_link import PendantError
+from fanuc_emulator.pendant.pendant_link_io import PendantError
 from websockets.exceptions import WebSocketException
 
 from harness.faults.rows import Row

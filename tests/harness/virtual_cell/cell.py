@@ -19,7 +19,7 @@ from functools import partial
 from types import TracebackType
 
 import numpy as np
-from scara_simulation.io.world import World
+from scara_simulation.world_io import World
 from twin_controller.core.actions import (
     AnyAction,
     CapTwin,
@@ -47,7 +47,7 @@ from twin_controller.core.lead.standing import unseen
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import initial_state
 from twin_controller.core.step import step
-from twin_experiments.standstill import Activity, observe, still_for
+from twin_experiments.run.standstill import Activity, observe, still_for
 from typing_extensions import Self
 
 from harness.virtual_cell.files import CellFiles, load_files

@@ -8,11 +8,11 @@ from functools import partial
 import msgspec
 import numpy as np
 from scara_control.kinematics.screws import ScrewModel, tool_positions
-from twin_experiments.analysis import Result, analyse
 from twin_experiments.config import RealLeads, metrics_settings
 from twin_experiments.metrics.errors import Comparison
 from twin_experiments.metrics.series import Motion
-from twin_experiments.record import Run, Side, Span
+from twin_experiments.report.analysis import Result, analyse
+from twin_experiments.report.record import Run, Side, Span
 
 from harness.virtual_cell.cell import VirtualCell
 

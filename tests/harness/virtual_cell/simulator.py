@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from scara_simulation.io.world import World
 from scara_simulation.joints.control import JointControl
 from scara_simulation.joints.model import joint_models
 from scara_simulation.simulation import Simulation, Timing
+from scara_simulation.world_io import World
 
 from harness.virtual_cell.files import CellFiles
 

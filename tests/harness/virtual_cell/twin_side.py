@@ -19,8 +19,8 @@ from scara_control.trajectory.goal import Goal
 from scara_control.trajectory.goal_queue import GoalQueue
 from scara_simulation.command_desk import CommandDesk
 from scara_simulation.commands import CommandError, CommandGate
-from scara_simulation.io.world import World
 from scara_simulation.simulation import Snapshot
+from scara_simulation.world_io import World
 from twin_controller.core.actions import Command as CoreCommand
 from twin_controller.core.actions import FollowTwin, MoveTwin, SendTwin
 from twin_controller.core.events import AnyEvent, ClockProbe, TwinMeasured, TwinMotion

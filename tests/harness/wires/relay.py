@@ -11,7 +11,7 @@ import threading
 from multiprocessing.connection import Connection
 from typing import Any
 
-from scara_ros.io.process.scheduling import go_first
+from scara_ros.process.scheduling_io import go_first
 from typing_extensions import Self
 
 from harness.wires.damage import Fault

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 import rosbag
 import rospy
-from cell_recorder.io.reading.bag_reader import open_bag
+from cell_recorder.reading.bag_reader_io import open_bag
 from diagnostic_msgs.msg import DiagnosticArray
 from harness.ros import Ros
 from harness.running.thorough import thorough

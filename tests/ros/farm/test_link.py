@@ -12,13 +12,13 @@ from typing import Any
 
 import pytest
 import rospy
+from farm.bus_io import open_router
 from farm.config import FarmConfig, load_farm
-from farm.desk.io.commands import Answered, cells_there, order
-from farm.desk.io.desk import Desk
-from farm.desk.io.history import History
-from farm.desk.io.reading import ask
+from farm.desk.commands_io import Answered, cells_there, order
+from farm.desk.desk_io import Desk
+from farm.desk.history_io import History
+from farm.desk.reading_io import ask
 from farm.desk.roster import LOST, SILENT
-from farm.io.bus import open_router
 from harness.ros import Ros
 from harness.yaml_files import copy_configuration
 from msgspec.structs import replace

@@ -15,7 +15,7 @@ from harness.running.thorough import thorough
 from harness.wires.browser import kept_chromium
 from playwright.sync_api import Browser, Page, Route, expect
 from ros.farm.conftest import Farm
-from scara_ros.page_words import MODES
+from scara_ros.page.page_words import MODES
 
 SIZES = [(390, 844), (820, 1180), (1280, 800), (1920, 1080)]
 CELLS = 20

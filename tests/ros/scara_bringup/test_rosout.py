@@ -5,7 +5,7 @@ from __future__ import annotations
 import rospy
 from harness.ros import Ros
 from rosgraph_msgs.msg import Log
-from scara_bringup.io.ports import listeners, sockets
+from scara_bringup.processes.ports_io import listeners, sockets
 
 
 def test_what_a_node_logs_is_handed_on_and_written_down(ros: Ros) -> None:

@@ -20,7 +20,7 @@ from harness.workspace import ROOT
 from scara_config import load_robot
 from scara_control.kinematics.screws import ScrewModel, forward_kinematics
 from scara_description.ghost import ghost_of
-from scara_ros.io.master import UNREACHABLE, MasterClient
+from scara_ros.starting.master_io import UNREACHABLE, MasterClient
 from scipy.spatial.transform import Rotation
 
 NODE = "robot_state_publisher"

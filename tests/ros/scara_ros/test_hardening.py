@@ -15,8 +15,8 @@ from std_srvs.srv import Trigger
 
 CHATTY = """
 import rospy
-from scara_ros.nodes.diagnostics import Diagnostics
-from scara_ros.nodes.starting import become_node, until_shutdown
+from scara_ros.diagnostics_node import Diagnostics
+from scara_ros.starting.starting_node import become_node, until_shutdown
 from std_srvs.srv import Trigger, TriggerResponse
 
 def change_mode(_):

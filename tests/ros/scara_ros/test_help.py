@@ -11,7 +11,7 @@ import pytest
 from harness.processes import ROSRUN, free_port
 from harness.sources import PACKAGES, package_name
 from harness.workspace import ROOT, workspace_environment
-from scara_ros.nodes.running import help_of
+from scara_ros.starting.running_node import help_of
 
 BUILT = ROOT / "devel" / "lib"
 USAGE = "usage: rosrun {} {} [_PARAMETER:=VALUE ...]"

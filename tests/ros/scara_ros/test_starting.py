@@ -14,7 +14,7 @@ from harness.running.thorough import thorough
 BUSY = """
 import os, signal, threading
 import rospy
-from scara_ros.nodes.starting import become_node, until_shutdown
+from scara_ros.starting.starting_node import become_node, until_shutdown
 from std_msgs.msg import String
 
 become_node("busy")
@@ -66,8 +66,8 @@ ENDLESS = """
 import threading
 import rospy
 from rospy.impl.registration import RegManager, get_registration_listeners
-from scara_ros.nodes.registration import wait_for_end
-from scara_ros.nodes.starting import become_node
+from scara_ros.starting.registration_node import wait_for_end
+from scara_ros.starting.starting_node import become_node
 
 become_node("patient")
 (manager,) = [
@@ -110,8 +110,8 @@ def test_end_does_not_wait_for_rospys_pauses(
 
 DEAF = """
 import signal
-from scara_ros.nodes.registration import wait_for_end
-from scara_ros.nodes.starting import SIGNALS, become_node
+from scara_ros.starting.registration_node import wait_for_end
+from scara_ros.starting.starting_node import SIGNALS, become_node
 
 become_node("deaf")
 signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)

@@ -9,7 +9,7 @@ from harness.processes import Process
 from harness.ros import Ros
 from harness.wires.operator_page import TOKEN, VARIABLE, Panel, heard
 from harness.yaml_files import changed_yaml, copy_configuration
-from scara_ros.nodes.service_client import ServiceClient
+from scara_ros.services.service_client_node import ServiceClient
 
 FITTER, FOREMAN = "token-of-fitter-0123", "token-of-foreman-45678"
 KEEP_MS = 1500.0

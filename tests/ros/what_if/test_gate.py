@@ -13,7 +13,7 @@ from harness.ros import Ros
 from harness.running.thorough import thorough
 from harness.second_world.gated_nodes import FREE, HOME, GatedNodes, refused_targets
 from PIL import Image
-from what_if.io.moment_picture import WIDTH
+from what_if.showing.moment_picture_io import WIDTH
 
 
 @pytest.fixture(scope="module")

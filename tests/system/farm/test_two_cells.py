@@ -19,7 +19,7 @@ from harness.wires.browser import chromium
 from harness.workspace import workspace_environment
 from harness.yaml_files import copy_configuration
 from playwright.sync_api import Page
-from scara_ros.page_words import mode_title
+from scara_ros.page.page_words import mode_title
 
 from scara_msgs.msg import TwinControllerState
 

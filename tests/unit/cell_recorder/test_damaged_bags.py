@@ -10,7 +10,7 @@ from random import Random
 import genpy
 import pytest
 import rosbag
-from cell_recorder.io.reading.bag_reader import BagError, open_bag
+from cell_recorder.reading.bag_reader_io import BagError, open_bag
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, String
 

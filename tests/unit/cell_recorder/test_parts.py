@@ -9,10 +9,10 @@ from pathlib import Path
 import msgspec
 import pytest
 import rosbag
-from cell_recorder.io.bag_writer import BagWriter, BagWriterError
-from cell_recorder.io.reading.bag_reader import BagError, open_bag
-from cell_recorder.io.runs_folder import mark_of, parts_of
-from cell_recorder.recording import RecorderSettings
+from cell_recorder.reading.bag_reader_io import BagError, open_bag
+from cell_recorder.recording.bag_writer_io import BagWriter, BagWriterError
+from cell_recorder.recording.recording import RecorderSettings
+from cell_recorder.recording.runs_folder_io import mark_of, parts_of
 from rosbags.highlevel import AnyReader
 
 FLOAT64 = {

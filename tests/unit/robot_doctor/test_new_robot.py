@@ -10,8 +10,8 @@ import pytest
 from harness.workspace import ROOT
 from robot_doctor.examine import examine
 from robot_doctor.finding import Level, is_healthy
-from robot_doctor.io.new_profile import make_profile
-from robot_doctor.io.profile_files import read_profile
+from robot_doctor.new_profile_io import make_profile
+from robot_doctor.profile_files_io import read_profile
 from scara_config import ConfigError, load_robot
 from scara_config.profile import CHOICE
 from scara_config.readers import check_files

@@ -15,8 +15,8 @@ from harness.workspace import ROOT
 from harness.yaml_files import REMOVED, changed_yaml, copy_configuration
 from robot_doctor.examine import examine
 from robot_doctor.finding import Finding, Group, Level
-from robot_doctor.io.profile_files import read_profile
 from robot_doctor.link_checks import Answer, Nudge, check_answers, check_nudge
+from robot_doctor.profile_files_io import read_profile
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
 from twin_controller.config import load_twin_controller

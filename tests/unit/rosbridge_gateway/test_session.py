@@ -11,12 +11,12 @@ import pytest
 from harness.opponents.graph_and_clients import TAKES
 from msgspec import UNSET
 from rosbridge_gateway.config import Limits, Reserved, Role
-from rosbridge_gateway.io.png import pack, unpack
 from rosbridge_gateway.protocol import packets
 from rosbridge_gateway.protocol.packets import ServiceResponse, Status
 from rosbridge_gateway.protocol.roles import Roles
 from rosbridge_gateway.protocol.session import Request, Session, Wishes
 from rosbridge_gateway.wire.outgoing import Form
+from rosbridge_gateway.wire.png_io import pack, unpack
 
 LIMITS = Limits(
     nesting=10,

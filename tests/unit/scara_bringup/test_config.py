@@ -9,7 +9,7 @@ import pytest
 from harness.workspace import ROOT
 from harness.yaml_files import shipped
 from scara_bringup.config import Ports, load_bringup, load_doors
-from scara_bringup.io.configuration import copy_with_ports
+from scara_bringup.processes.configuration_io import copy_with_ports
 from scara_config import ConfigError, files_in_force, load
 
 CONFIG = ROOT / "config"

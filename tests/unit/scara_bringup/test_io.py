@@ -14,12 +14,12 @@ from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
 
 import pytest
 from harness.processes import free_port, wait_until
-from scara_bringup.io.master import MasterAddress, MasterProbe
-from scara_bringup.io.output import link_latest, make_output, runs_of
-from scara_bringup.io.ports import listening_ports, owner_of
-from scara_bringup.io.preflight import CannotStartError, check_before_start
-from scara_bringup.io.processes import Processes, command_of
 from scara_bringup.plan import NodePlan
+from scara_bringup.processes.master_io import MasterAddress, MasterProbe
+from scara_bringup.processes.output_io import link_latest, make_output, runs_of
+from scara_bringup.processes.ports_io import listening_ports, owner_of
+from scara_bringup.processes.preflight_io import CannotStartError, check_before_start
+from scara_bringup.processes.processes_io import Processes, command_of
 
 
 def plain(name: str, *arguments: str) -> NodePlan:
@@ -103,7 +103,7 @@ def test_leaving_the_context_kills_what_ignores_every_signal(tmp_path: Path) -> 
 def test_children_die_with_a_bring_up_that_is_killed(tmp_path: Path) -> None:
     """Not even SIGKILL of the bring-up leaves a node behind."""
     script = (
-        "import os, time\nfrom pathlib import Path\nfrom scara_bringup.io.processes import "
+        "import os, time\nfrom pathlib import Path\nfrom scara_bringup.processes.processes_io import "
         "Processes\n"
         "from scara_bringup.plan import NodePlan\n"
         f"p = Processes(Path({str(tmp_path)!r}), os.environ)\n"

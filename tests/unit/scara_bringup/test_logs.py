@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 from harness.processes import wait_until
-from scara_bringup.io.log_file import LogFile, cut_off
-from scara_bringup.io.processes import Processes
 from scara_bringup.plan import NodePlan
+from scara_bringup.processes.log_file_io import LogFile, cut_off
+from scara_bringup.processes.processes_io import Processes
 
 
 def test_collected_log_keeps_one_older_file(tmp_path: Path) -> None:

@@ -11,14 +11,14 @@ from pathlib import Path
 
 import pytest
 from harness.processes import free_port, wait_until
-from scara_bringup.io.master import MasterProbe
-from scara_bringup.io.ports import listeners
-from scara_bringup.io.preflight import CannotStartError, node_address
-from scara_bringup.io.processes import Processes
 from scara_bringup.plan import NodePlan
+from scara_bringup.processes.master_io import MasterProbe
+from scara_bringup.processes.ports_io import listeners
+from scara_bringup.processes.preflight_io import CannotStartError, node_address
+from scara_bringup.processes.processes_io import Processes
 
 LOOPBACK = {"ROS_IP": "127.0.0.1", "ROS_HOSTNAME": "127.0.0.1"}
-RUN = "from scara_bringup.nodes.master import main; main()"
+RUN = "from scara_bringup.processes.master_node import main; main()"
 
 
 @pytest.fixture

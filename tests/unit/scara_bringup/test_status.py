@@ -10,12 +10,12 @@ from pathlib import Path
 import msgspec
 import pytest
 from harness.processes import wait_until
-from scara_bringup.io.status import running
-from scara_bringup.io.status.running import usage_of
-from scara_bringup.io.terminal.browser import find_opener, open_page
-from scara_bringup.io.terminal.screen import page_addresses, show_cell
 from scara_bringup.plan import cell_plan
-from scara_bringup.status import Said, Usage, in_words, node_state
+from scara_bringup.status import running_io as running
+from scara_bringup.status.running_io import usage_of
+from scara_bringup.status.status import Said, Usage, in_words, node_state
+from scara_bringup.terminal.browser_io import find_opener, open_page
+from scara_bringup.terminal.screen_io import page_addresses, show_cell
 from unit.scara_bringup.test_plan import DOORS
 
 OK, WARN, ERROR = Said(0, "a", "fine"), Said(1, "b", "late"), Said(2, "c", "gone")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from scara_description.nodes.write_inertia import main
+from scara_description.write_inertia_node import main
 
 TEXT = """<robot name="r"><link name="part">
   <collision><geometry><box size="1 2 3"/></geometry></collision>

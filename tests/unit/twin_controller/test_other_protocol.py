@@ -8,8 +8,8 @@ from harness.pair import ROBOT
 from scara_control.joint_motion import JointMotion
 from twin_controller.core.actions import Command, RobotSetpoint, StreamReal
 from twin_controller.core.events import AnyEvent, RealAlarm, RealMeasured
-from twin_controller.io.real_link import RealLink
 from twin_controller.robot.link import LinkLostError, RobotCounters, RobotListener
+from twin_controller.robot.real_link_io import RealLink
 from twin_controller.robot.signals import (
     UI_SIGNALS,
     DropSetpoints,

@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 import rosbag
-from cell_recorder.io.bag_writer import BagWriter
-from cell_recorder.io.reading.bag_reader import BagError, open_bag
-from cell_recorder.recording import RecorderSettings
-from twin_experiments.io.run_reader import read_pauses
+from cell_recorder.reading.bag_reader_io import BagError, open_bag
+from cell_recorder.recording.bag_writer_io import BagWriter
+from cell_recorder.recording.recording import RecorderSettings
+from twin_experiments.report.run_reader_io import read_pauses
 
 FLOAT64 = {
     "type": "std_msgs/Float64",

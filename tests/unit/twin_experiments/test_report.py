@@ -13,14 +13,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cell_recorder.io.reading.bag_reader import BagError
-from operator_panel.io.run_folders import list_runs
+from cell_recorder.reading.bag_reader_io import BagError
+from operator_panel.retelling.run_folders_io import list_runs
 from rich.console import Console
 from scara_config import ConfigError
-from twin_experiments.document import report_document
-from twin_experiments.io.report import Report, analyse_bag, write_report
-from twin_experiments.nodes.live.terminal import print_report
-from twin_experiments.record import RecordError
+from twin_experiments.report.document import report_document
+from twin_experiments.report.record import RecordError
+from twin_experiments.report.report_io import Report, analyse_bag, write_report
+from twin_experiments.run.terminal_node import print_report
 
 CONFIG = Path(__file__).resolve().parents[3] / "config"
 MakeBag = Callable[..., Path]
@@ -53,7 +53,7 @@ def page_of(written: Report) -> str:
 @pytest.fixture
 def without_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Draw nothing, which takes most of the time: for tests of what a report says."""
-    monkeypatch.setattr("twin_experiments.io.report.draw", lambda *_: {})
+    monkeypatch.setattr("twin_experiments.report.report_io.draw", lambda *_: {})
 
 
 @pytest.fixture(scope="module")

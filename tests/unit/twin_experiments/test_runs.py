@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from twin_experiments.nodes.run_experiment import link_latest, new_run_folder
+from twin_experiments.run.run_experiment_node import link_latest, new_run_folder
 
 
 def test_two_runs_in_one_second_get_two_folders(tmp_path: Path) -> None:

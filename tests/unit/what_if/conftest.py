@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 from harness.yaml_files import CONFIG
-from what_if.io.cell_files import resting_cell
+from what_if.cell_files_io import resting_cell
 from what_if.world import World
 
 

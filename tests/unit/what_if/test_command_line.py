@@ -9,8 +9,8 @@ import pytest
 from harness.yaml_files import CONFIG
 from typer.testing import CliRunner
 from what_if.errors import WhatIfError
+from what_if.judge_node import app
 from what_if.motions import point_of
-from what_if.nodes.judge import app
 from what_if.verdict import Outcome, Verdict
 
 

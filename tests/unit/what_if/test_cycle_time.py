@@ -10,11 +10,11 @@ from harness.second_world.cycles import measured, run
 from harness.yaml_files import CONFIG
 from scara_config.programs.files import ProgramSteps
 from scara_config.programs.lines import MoveStep
+from what_if.cell_files_io import find_program
 from what_if.errors import WhatIfError
-from what_if.io.cell_files import find_program
 from what_if.judging import judge
+from what_if.live_world_node import commanded
 from what_if.motions import ProgramRun
-from what_if.nodes.live_world import commanded
 from what_if.timing.learning import learned, rests_of
 from what_if.world import World
 

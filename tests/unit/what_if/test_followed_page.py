@@ -9,7 +9,7 @@ import pytest
 from harness.second_world.followed_page import Typed, commands, programs
 from harness.yaml_files import CONFIG
 from typer.testing import CliRunner
-from what_if.nodes.judge import app
+from what_if.judge_node import app
 
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 

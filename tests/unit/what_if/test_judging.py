@@ -15,8 +15,8 @@ from scara_config.programs.lines import GripperStep, MoveStep, WaitStep
 from scara_control.dynamics.planner import Planner
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.keep_out.zones import judge_way
+from what_if.cell_files_io import find_program, resting_cell
 from what_if.errors import WhatIfError
-from what_if.io.cell_files import find_program, resting_cell
 from what_if.judging import judge
 from what_if.motions import JointTarget, Motion, ProgramRun, Recorded, ToolTarget
 from what_if.verdict import Cause, Outcome

@@ -12,13 +12,13 @@ from harness.second_world.followed_page import programs
 from harness.yaml_files import CONFIG
 from PIL import Image
 from scara_control.joint_motion import JointMotion, Setpoints
+from what_if.cell_files_io import find_program
 from what_if.geometry.bodies import Kind
 from what_if.geometry.distances import Distances
-from what_if.io.cell_files import find_program
-from what_if.io.moment_picture import HEIGHT, MARKED, WIDTH, picture_of
 from what_if.judging import judge
 from what_if.motions import JointTarget, Motion, ProgramRun, ToolTarget
 from what_if.showing.moment import Moment, worst_moment
+from what_if.showing.moment_picture_io import HEIGHT, MARKED, WIDTH, picture_of
 from what_if.world import Obstacle, World
 
 FREE = JointTarget((0.4, -0.3, -0.1, 0.2), 50.0)

@@ -10,12 +10,12 @@ import pytest
 from harness.yaml_files import CONFIG
 from scara_config.programs.files import ProgramSteps
 from scara_config.programs.lines import GripperStep, MoveStep, WaitStep
+from what_if.cell_files_io import find_program
 from what_if.errors import WhatIfError
-from what_if.io.cell_files import find_program
-from what_if.io.second_world import SecondWorld
 from what_if.judging import judge
 from what_if.motions import JointTarget, ProgramRun, ToolTarget
 from what_if.physics import physics_lines
+from what_if.second_world_io import SecondWorld
 from what_if.verdict import Outcome
 from what_if.world import Part, World
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from harness.yaml_files import CONFIG
+from what_if.cell_files_io import find_program
 from what_if.errors import WhatIfError
-from what_if.io.cell_files import find_program
 from what_if.judging import judge
 from what_if.motions import JointTarget, Motion, ProgramRun, ToolTarget
 from what_if.showing.samples import MOST, samples_of

@@ -3,13 +3,13 @@
 import signal
 
 # They add their words to the application.
-import farm.desk.io.lines.alarms
-import farm.desk.io.lines.comparing
-import farm.desk.io.lines.key_figures
-import farm.desk.io.lines.machines
-import farm.desk.io.lines.recordings
-import farm.desk.io.lines.rollout  # noqa: F401
-from farm.desk.io.command_line import app
+import farm.desk.lines.alarms_io
+import farm.desk.lines.comparing_io
+import farm.desk.lines.key_figures_io
+import farm.desk.lines.machines_io
+import farm.desk.lines.recordings_io
+import farm.desk.lines.rollout_io  # noqa: F401
+from farm.desk.command_line_io import app
 
 
 def main() -> None:

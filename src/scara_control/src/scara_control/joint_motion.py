@@ -1,7 +1,7 @@
 """Joint motion, in one type for an instant and one for what a wire brings.
 
 The third type, :class:`~scara_control.joint_track.JointTrack`, gives the motion between the points.
-Converters stand only at wires: ``nodes/setpoint_messages.py`` has those of ROS.
+Converters stand only at wires: ``motion/setpoint_messages_node.py`` has those of ROS.
 """
 
 from __future__ import annotations

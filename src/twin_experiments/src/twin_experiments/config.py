@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal
 
 import msgspec
 import numpy as np
-from cell_recorder.recording import RecorderSettings
+from cell_recorder.recording.recording import RecorderSettings
 from msgspec import Meta
 from scara_config import ConfigError, Robot, Section, load, locate
 from scara_config.quantities import DwellSeconds, SharePercent, SpeedPercent

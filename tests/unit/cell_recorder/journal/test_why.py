@@ -12,7 +12,7 @@ from cell_recorder.io.journal import DayFiles
 from cell_recorder.journal.entries import KINDS, Alarm, Audit, Cycle, Decision, Gap, Start, Torn
 from cell_recorder.journal.since import Since, SinceError, parse_since
 from cell_recorder.journal.story import StoryLine, duration, tell
-from cell_recorder.nodes.why import app
+from cell_recorder.journal.why_node import app
 from typer.testing import CliRunner
 
 from scara_msgs.msg import TwinControllerState

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from cell_recorder.config import JournalSettings, load_journal
 from cell_recorder.io.journal import DayFiles, JournalWriter, read
-from cell_recorder.io.journal import writer as writer_module
+from cell_recorder.journal import writer_io as writer_module
 from cell_recorder.journal.entries import AnyEntry, Audit, Gap
 from cell_recorder.journal.health import JournalStatus, diagnose, lost_at_close
 from harness.processes import wait_until

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 import pytest
 from fanuc_emulator.config import EmulatorConfig, load_programs
 from fanuc_emulator.controller import Controller
-from fanuc_emulator.io.modbus_server import RobotServer
-from fanuc_emulator.io.servo_loop import ServoLoop
+from fanuc_emulator.drives.servo_loop_io import ServoLoop
+from fanuc_emulator.modbus.modbus_server_io import RobotServer
 from fanuc_emulator.register_image import RegisterImage
 from harness.processes import free_port
 from harness.workspace import ROOT

@@ -10,7 +10,7 @@ from harness.workspace import ROOT
 from pymodbus.client import ModbusTcpClient
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
-from twin_controller.io.modbus.link import ModbusLink, ModbusSettings
+from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
 from twin_controller.robot_sample import RobotSample
 
 if TYPE_CHECKING:

@@ -11,21 +11,21 @@ from collections.abc import Iterator
 import pytest
 from fanuc_emulator.config import load_emulator, load_programs
 from fanuc_emulator.controller import Controller
-from fanuc_emulator.io.modbus_server import RobotServer
-from fanuc_emulator.io.pendant_link import PendantError, PendantLink
-from fanuc_emulator.io.servo_loop import ServoLoop
+from fanuc_emulator.drives.servo_loop_io import ServoLoop
+from fanuc_emulator.modbus.modbus_server_io import RobotServer
+from fanuc_emulator.pendant.pendant_link_io import PendantError, PendantLink
 from fanuc_emulator.register_image import RegisterImage
 from harness.processes import free_port, wait_until
 from harness.workspace import ROOT
 from pymodbus.client import ModbusTcpClient
 from robot_doctor.finding import Level
-from robot_doctor.io.robot_probe import ask
 from robot_doctor.link_checks import check_answers
+from robot_doctor.robot_probe_io import ask
 from scara_config import Robot, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 from scara_config.profile import CHOICE
 from twin_controller.config import load_twin_controller
-from twin_controller.io.modbus.link import ModbusLink, ModbusSettings
+from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
 from twin_controller.robot_sample import ControlType, RobotSample
 
 CONFIG = ROOT / "config"

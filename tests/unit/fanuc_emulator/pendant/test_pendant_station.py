@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from typing import Any, ClassVar
 
 import pytest
-from fanuc_emulator.io import pendant_station
-from fanuc_emulator.io.pendant_link import PendantError
-from fanuc_emulator.io.pendant_station import PendantStation, expire_heartbeat
+from fanuc_emulator.pendant import pendant_station_io as pendant_station
+from fanuc_emulator.pendant.pendant_link_io import PendantError
+from fanuc_emulator.pendant.pendant_station_io import PendantStation, expire_heartbeat
 from harness.processes import wait_until
 from harness.workspace import ROOT
 from scara_config import load_robot

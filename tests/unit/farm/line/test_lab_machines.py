@@ -14,16 +14,16 @@ import msgspec
 import pytest
 from distributed import Client, Security
 from farm.config import Credentials
-from farm.lab.io import cluster
+from farm.lab import cluster_io as cluster
 from farm.security.access import Role
+from farm.security.authority_io import Authority
 from farm.security.certificates import DAYS
-from farm.security.io.authority import Authority
-from farm.security.io.invitation import Invitation, write_private
-from farm.security.io.lab_authority import LabAuthority
-from farm.security.io.membership import CERTIFICATE, join, member_folder
+from farm.security.invitation_io import Invitation, write_private
+from farm.security.lab_authority_io import LabAuthority
+from farm.security.membership_io import CERTIFICATE, join, member_folder
 from harness.machines.lab_project import DEADLINE_S, STEADY, WORDS, Lab
 from harness.processes import Process, free_port, wait_until
-from scara_bringup.io.ports import listeners, sockets
+from scara_bringup.processes.ports_io import listeners, sockets
 
 HOST = "127.0.0.1"
 NOW = datetime.now(timezone.utc)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from farm.link.io.changes import CellChanges
+from farm.link.changes_io import CellChanges
 from farm.wire import Answer, Command, Configuration
 from harness.yaml_files import CONFIG
 from scara_config.profile import copy_in_force

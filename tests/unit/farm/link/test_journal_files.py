@@ -6,8 +6,8 @@ import json
 from pathlib import Path
 
 import pytest
-from farm.link.io import journal_files
-from farm.link.io.journal_files import JournalFiles
+from farm.link import journal_files_io as journal_files
+from farm.link.journal_files_io import JournalFiles
 
 
 def line(number: int) -> str:

@@ -20,6 +20,7 @@ from farm.config import (
     reached,
 )
 from farm.security.access import Invited, Role, access_control
+from farm.security.authority_io import Authority
 from farm.security.certificates import (
     DAYS,
     CertificateError,
@@ -28,10 +29,9 @@ from farm.security.certificates import (
     new_authority,
     new_client,
 )
-from farm.security.io.authority import Authority
-from farm.security.io.invitation import Invitation, SecurityError, write_private
-from farm.security.io.lab_authority import LabAuthority, has_lab
-from farm.security.io.membership import as_member, join, joined, leave
+from farm.security.invitation_io import Invitation, SecurityError, write_private
+from farm.security.lab_authority_io import LabAuthority, has_lab
+from farm.security.membership_io import as_member, join, joined, leave
 from harness.workspace import ROOT
 
 NOW = datetime(2026, 3, 1, tzinfo=timezone.utc)
@@ -249,7 +249,7 @@ def test_renewing_that_was_interrupted_is_done_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fails_at: int
 ) -> None:
     """Wherever it ended, the second time makes all of it whole."""
-    from farm.security.io import authority as module
+    from farm.security import authority_io as module
 
     folder = tmp_path / "authority"
     Authority(folder, "hall", NOW).invite("pc_2", Role.MACHINE, WHERE)

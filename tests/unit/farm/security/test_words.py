@@ -6,11 +6,11 @@ import stat
 from datetime import datetime, timezone
 from pathlib import Path
 
-import farm.desk.io.lines.machines  # noqa: F401  it adds its words
+import farm.desk.lines.machines_io  # noqa: F401  it adds its words
 import pytest
-from farm.desk.io.command_line import app
-from farm.security.io.invitation import read_invitation
-from farm.security.io.lab_authority import LabAuthority
+from farm.desk.command_line_io import app
+from farm.security.invitation_io import read_invitation
+from farm.security.lab_authority_io import LabAuthority
 from harness.workspace import ROOT
 from typer.testing import CliRunner
 

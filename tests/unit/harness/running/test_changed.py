@@ -23,7 +23,7 @@ from harness.workspace import ROOT
     [
         ("config/motion.yaml", "scara_config"),
         ("src/what_if/src/what_if/judging.py", "what_if"),
-        ("tests/unit/farm/io/test_bus.py", "farm"),
+        ("tests/unit/farm/test_bus.py", "farm"),
         ("tests/ros/test_emulator.py", ""),
         ("cell", ""),
     ],

@@ -28,12 +28,12 @@ WAITS = re.compile(r"^(?:import|from) (?:asyncio|socket|threading|subprocess)\b"
 """What a test imports that waits for somebody else."""
 ONLY_COMPUTES = {
     "tests/unit/harness/running/test_nightly.py": "a test run, whose end it waits for",
-    "tests/unit/scara_control/test_cleared_memory.py": "a process, whose end it waits for",
-    "tests/unit/scara_control/test_engine.py": "two processes, whose end it waits for",
+    "tests/unit/scara_control/dynamics/test_cleared_memory.py": "a process, whose end it waits for",
+    "tests/unit/scara_control/dynamics/test_engine.py": "two processes, whose end it waits for",
     "tests/unit/scara_simulation/joints/test_compiled.py": "a compiler, whose end it waits for",
     "tests/unit/scara_simulation/simulator/test_real_time_runner.py": "a thread",
     "tests/unit/scara_simulation/simulator/test_world.py": "two processes, whose end it waits for",
-    "tests/unit/twin_experiments/io/test_mcap.py": "rosbags' converter, whose end it waits for",
+    "tests/unit/twin_experiments/test_mcap.py": "rosbags' converter, whose end it waits for",
     "tests/unit/twin_experiments/label/test_workspace.py": "git, whose end it waits for",
 }
 
@@ -96,7 +96,7 @@ def test_what_is_shared_is_made_once_and_ended_once() -> None:
 
 
 PAGE, FARM_PAGE = "tests/ros/operator_panel/test_stop.py::test_a", "tests/ros/farm/test_wall.py::b"
-PURE = "tests/unit/operator_panel/io/test_live.py::test_c"
+PURE = "tests/unit/operator_panel/view/test_live.py::test_c"
 
 
 @pytest.mark.parametrize(("following", "kept"), [(FARM_PAGE, True), (PURE, False), (None, False)])
@@ -137,10 +137,10 @@ def test_one_worker_plays_the_tests_of_a_shared_cell_one_after_the_other() -> No
         ("tests/ros/farm/test_wall.py", "pages"),
         ("tests/system/page/test_operator_page.py", "cells"),
         ("tests/system/test_catkin_make.py", "pure"),
-        ("tests/unit/twin_experiments/io/test_page_in_browser.py", "pages"),
+        ("tests/unit/twin_experiments/report/test_page_in_browser.py", "pages"),
         ("tests/ros/operator_panel/test_doors.py", "nodes"),
         ("tests/ros/test_emulator.py", "nodes"),
-        ("tests/unit/scara_ros/test_page_door.py", "nodes"),
+        ("tests/unit/scara_ros/page/test_page_door.py", "nodes"),
         ("tests/unit/scara_ros_of_another/test_a.py", "pure"),
         ("tests/virtual_time/test_stops.py", "pure"),
         ("tests/contract/test_docs.py", "pure"),

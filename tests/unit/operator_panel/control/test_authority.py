@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from operator_panel.control.authority import AT_REST, Role, lets_go, refusal
 from operator_panel.view.snapshot import CellState
-from scara_ros.page_words import MODES
+from scara_ros.page.page_words import MODES
 
 STATE = CellState("IDLE", holder="fitter 1", not_in_control="fitter 1 holds control: ask for it")
 FREE = CellState("IDLE", not_in_control="nobody holds control: take control first")

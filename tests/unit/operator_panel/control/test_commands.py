@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from operator_panel.control.authority import command_refusal
-from scara_ros.page_words import MODES
+from scara_ros.page.page_words import MODES
 from twin_controller.core.lead.modes import Mode
 
 REFUSED = {"PAUSE": "nothing moves", "HOME": ""}

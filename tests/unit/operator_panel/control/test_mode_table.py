@@ -8,7 +8,7 @@ import pytest
 from harness.workspace import ROOT
 from operator_panel.control.mode_table import ROWS, RUN, next_step
 from operator_panel.view.snapshot import CellState
-from scara_ros.page_words import MODES
+from scara_ros.page.page_words import MODES
 
 PAGE = (ROOT / "docs" / "operator.md").read_text(encoding="utf-8")
 

@@ -8,12 +8,12 @@ from pathlib import Path
 import msgspec
 import pytest
 import rosbag
-from cell_recorder.io.reading.bag_reader import BagError, open_bag
+from cell_recorder.reading.bag_reader_io import BagError, open_bag
 from harness.page import recorded
 from harness.page.recorded import LENGTH_S, START, STOPS_S
 from harness.workspace import ROOT
 from operator_panel.config import load_surroundings
-from operator_panel.io.retold.bag_teller import lines_of
+from operator_panel.retelling.bag_teller_io import lines_of
 from operator_panel.retelling.lines import LENGTH, Happened, Told, packed, unpacked
 from operator_panel.retelling.recorded_past import EVENTS_SHOWN, RecordedLook, RecordedPast
 from operator_panel.retelling.retelling import FINEST_S, MOST, Retelling

@@ -7,8 +7,7 @@ import math
 import pytest
 from operator_panel.view import words
 from operator_panel.view.snapshot import CellState, Link
-
-from scara_ros import page_words
+from scara_ros.page import page_words
 
 
 @pytest.mark.parametrize(

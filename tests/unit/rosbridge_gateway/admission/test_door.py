@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from harness.opponents.graph_and_clients import SHIPPED
 from msgspec.structs import replace
+from rosbridge_gateway.admission.door_io import Door, NotAdmittedError
 from rosbridge_gateway.admission.places import Visitor
-from rosbridge_gateway.io.door import Door, NotAdmittedError
 from websockets.datastructures import Headers
 
 PROGRAM, PAGE = Headers(), Headers({"Origin": "http://localhost:8080"})

@@ -12,7 +12,7 @@ import websocket
 from harness.opponents.graph_and_clients import DEADLINE, Cell, Client, MakeCell
 from harness.processes import wait_until
 from PIL import Image, PngImagePlugin
-from rosbridge_gateway.io.png import pack
+from rosbridge_gateway.wire.png_io import pack
 
 PAGE = "http://localhost:8080"
 RUBBISH = b'{"op":"publish","topic":"t","msg":{"data":[' + b"[]," * 5000 + b"1]}}"

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from harness.opponents.graph_and_clients import DEADLINE, Cell, MakeCell
 from harness.processes import wait_until
-from rosbridge_gateway.io.graph import GraphError
+from rosbridge_gateway.graph.graph_io import GraphError
 from rosbridge_gateway.rosapi import answers
 
 

@@ -19,8 +19,8 @@ from harness.opponents.graph_and_clients import (
 )
 from harness.opponents.secured_gateway import write_certificate
 from harness.processes import free_port, wait_until
-from rosbridge_gateway.io.door import GatewayError
-from rosbridge_gateway.io.server import GatewayServer
+from rosbridge_gateway.admission.door_io import GatewayError
+from rosbridge_gateway.connection.server_io import GatewayServer
 
 
 @pytest.mark.parametrize(

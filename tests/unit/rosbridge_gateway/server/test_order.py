@@ -16,7 +16,7 @@ import websocket
 from harness.opponents.graph_and_clients import DEADLINE, Call, Cell, MakeCell
 from harness.processes import free_port, wait_until
 from harness.workspace import ROOT
-from rosbridge_gateway.io.line import Poll
+from rosbridge_gateway.connection.line_io import Poll
 
 PATIENT = {"begin_timeout": 5.0}
 STOP = {"op": "call_service", "service": "twin_controller/command", "args": {"command": "STOP"}}
@@ -183,7 +183,7 @@ def test_packet_that_the_look_of_a_standstill_missed_is_as_old_as_the_standstill
         clock["now"] += took
         return ready
 
-    monkeypatch.setattr("rosbridge_gateway.io.line.time.monotonic", lambda: clock["now"])
+    monkeypatch.setattr("rosbridge_gateway.connection.line_io.time.monotonic", lambda: clock["now"])
     monkeypatch.setattr("selectors.DefaultSelector.select", look)
     poll = Poll()
     try:

@@ -6,7 +6,7 @@ import pytest
 import websocket
 from harness.opponents.graph_and_clients import DEADLINE, TWIN_CONTROLLER, Cell, MakeCell
 from harness.processes import wait_until
-from rosbridge_gateway.io.server import Statistics
+from rosbridge_gateway.connection.server_io import Statistics
 
 AS_TWIN_CONTROLLER = [f"Authorization: Bearer {TWIN_CONTROLLER}"]
 

@@ -9,8 +9,8 @@ from harness.opponents.graph_and_clients import DEADLINE, TWIN_CONTROLLER, Cell,
 from harness.pair import SETUP
 from harness.processes import wait_until
 from harness.wires.proxy import Proxy
-from twin_controller.io.rosbridge_access import Access
-from twin_controller.io.twin_link import TwinLink
+from twin_controller.twin.rosbridge_access_io import Access
+from twin_controller.twin.twin_link_io import TwinLink
 
 WANTED = {
     "subscribe": {"twin/joint_states", "twin/joint_setpoints", "twin/gripper"}

@@ -10,8 +10,8 @@ from typing import Any
 import cbor2
 import pytest
 from PIL import Image
-from rosbridge_gateway.io.png import PngError, pack, unpack
 from rosbridge_gateway.wire.outgoing import Form, Outgoing
+from rosbridge_gateway.wire.png_io import PngError, pack, unpack
 
 
 class Encoders:

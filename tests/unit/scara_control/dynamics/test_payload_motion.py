@@ -16,10 +16,10 @@ from scara_config import Robot, load_robot
 from scara_config.payload import Payload, load_payloads
 from scara_config.profile import CHOICE
 from scara_control.config import load_motion
+from scara_control.dynamics.arm_model_io import ArmModel
 from scara_control.dynamics.effort import Load, load_of, unplanned_shares
 from scara_control.dynamics.payload_links import with_payloads, without_shapes
 from scara_control.dynamics.planner import Planner
-from scara_control.io.arm_model import ArmModel
 from scara_control.joint_motion import JointMotion
 from scara_control.motion.plan import Path as JointPath
 from scara_control.motion.plan import plan_move

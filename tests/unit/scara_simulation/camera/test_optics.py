@@ -16,10 +16,10 @@ from harness.yaml_files import changed_yaml, shipped
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_config import ConfigError
+from scara_simulation.camera.camera_world_io import CameraWorld, Part
 from scara_simulation.camera.config import CameraConfig, load_camera
 from scara_simulation.camera.optics import Optics, Pose
 from scara_simulation.camera.round_shapes import cylinder_mesh, with_round_shapes
-from scara_simulation.io.camera_world import CameraWorld, Part
 
 CONFIG = load_camera(ROOT / "config")
 NUMBER = st.floats(-2.0, 2.0)

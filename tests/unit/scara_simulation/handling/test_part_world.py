@@ -14,7 +14,7 @@ from scara_config import load_robot
 from scara_config.palletise import load_palletise
 from scara_control.kinematics.scara import Elbow, Scara, solve_elbow
 from scara_simulation.config import load_gains, load_simulation
-from scara_simulation.io.handling.part_world import PartWorld
+from scara_simulation.handling.part_world_io import PartWorld
 from scara_simulation.joints.control import JointControl
 from scara_simulation.joints.model import joint_models
 from scara_simulation.simulation import Simulation, Timing

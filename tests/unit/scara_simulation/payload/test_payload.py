@@ -14,24 +14,24 @@ from scara_config.palletise import load_palletise
 from scara_config.payload import Payload, PayloadError, load_payloads
 from scara_config.profile import CHOICE
 from scara_control.config import load_motion
+from scara_control.dynamics.arm_model_io import ArmModel
 from scara_control.dynamics.effort import load_of
 from scara_control.dynamics.planner import Planner
-from scara_control.io.arm_model import ArmModel
 from scara_control.joint_motion import JointMotion
 from scara_control.joint_track import JointTrack
 from scara_control.motion.plan import Path as JointPath
 from scara_control.motion.plan import plan_move
 from scara_simulation.config import load_gains, load_simulation
+from scara_simulation.handling.part_world_io import PartWorld
 from scara_simulation.handling.payload_desk import PayloadDesk, described, part_payload
+from scara_simulation.handling.told_dynamics_io import ToldDynamics
 from scara_simulation.health import SaturationWatch
-from scara_simulation.io.handling.part_world import PartWorld
-from scara_simulation.io.told_dynamics import ToldDynamics
-from scara_simulation.io.world import World
 from scara_simulation.joints.control import JointControl
 from scara_simulation.joints.model import joint_models
 from scara_simulation.simulation import Simulation, Timing
 from scara_simulation.tuning.gains import Tuning
 from scara_simulation.tuning.stability import sample_plant
+from scara_simulation.world_io import World
 
 CONFIG = Path(__file__).parents[4] / "config"
 ROBOT = load_robot(CONFIG)

@@ -9,11 +9,12 @@ import pytest
 from scara_config import load_robot
 from scara_control.pid import PidGains
 from scara_simulation.config import LoopGains, load_simulation
-from scara_simulation.io import real_time_runner as runner_module
-from scara_simulation.io.real_time_runner import RealTimeRunner
 from scara_simulation.joints.control import JointControl
 from scara_simulation.joints.model import JointModel
+from scara_simulation.real_time_runner_io import RealTimeRunner
 from scara_simulation.simulation import Simulation, Timing
+
+from scara_simulation import real_time_runner_io as runner_module
 
 MS = 1_000_000
 CONFIG_FOLDER = Path(__file__).parents[4] / "config"

@@ -15,7 +15,6 @@ from hypothesis import strategies as st
 from scara_config import load_robot
 from scara_control.pid import PidGains, compute_command
 from scara_simulation.config import LoopGains, load_gains, load_simulation
-from scara_simulation.io.world import World
 from scara_simulation.joints.control import JointControl
 from scara_simulation.joints.model import joint_models
 from scara_simulation.tuning.stability import (
@@ -27,6 +26,7 @@ from scara_simulation.tuning.stability import (
     stable_range,
     worst_radius,
 )
+from scara_simulation.world_io import World
 
 DT = 1e-3
 ROOT = Path(__file__).parents[4]

@@ -15,10 +15,10 @@ import pytest
 from scara_config import ConfigError, load_robot
 from scara_control.joint_track import JointTrack
 from scara_simulation.config import load_gains, load_simulation
-from scara_simulation.io.world import World
 from scara_simulation.joints.control import JointControl
 from scara_simulation.joints.model import joint_models
 from scara_simulation.simulation import Simulation, SimulationError, Timing
+from scara_simulation.world_io import World
 
 ROOT = Path(__file__).parents[4]
 ROBOT = load_robot(ROOT / "config")

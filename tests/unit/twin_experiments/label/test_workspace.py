@@ -7,7 +7,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from twin_experiments.io.workspace import commit_of, processor_of, this_workspace
+from twin_experiments.workspace_io import commit_of, processor_of, this_workspace
 
 
 def git(folder: Path, *words: str) -> str:

@@ -8,7 +8,7 @@ import pytest
 from harness.second_world.oracle import compare
 from harness.yaml_files import CONFIG
 from scara_config.profile import CHOICE
-from what_if.io.cell_files import read_cell
+from what_if.cell_files_io import read_cell
 
 AGREE = 0.5e-3
 """The goal: so far [m] may the two be apart."""

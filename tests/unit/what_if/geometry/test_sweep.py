@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from harness.yaml_files import CONFIG
 from scara_config.profile import CHOICE
+from what_if.cell_files_io import read_cell
 from what_if.geometry.bodies import Body, FloatArray, Kind, upright
 from what_if.geometry.pairs import watched_pairs
 from what_if.geometry.scene import Press, Scene
 from what_if.geometry.sweep import sweep
 from what_if.geometry.tree import Tree
 from what_if.geometry.way import Way, straight
-from what_if.io.cell_files import read_cell
 from what_if.world import Cell, World
 
 NEARER = 1e-3

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from harness.yaml_files import CONFIG
+from what_if.cell_files_io import find_program
 from what_if.config import LearningConfig
 from what_if.geometry.bodies import FloatArray
-from what_if.io.cell_files import find_program
 from what_if.judging import judge
 from what_if.learning.course import PERIOD_S, course_of, predict, tool_points
 from what_if.learning.drift import Drift

@@ -8,13 +8,13 @@ from statistics import NormalDist
 
 import pytest
 from harness.yaml_files import CONFIG
+from what_if.cell_files_io import find_program
 from what_if.errors import WhatIfError
-from what_if.io import many_worlds
-from what_if.io.cell_files import find_program
-from what_if.io.many_worlds import chances
 from what_if.judging import judge
 from what_if.motions import JointTarget, ProgramRun
+from what_if.uncertainty import many_worlds_io as many_worlds
 from what_if.uncertainty.chances import Chances, chances_lines, chances_of, interval, tried
+from what_if.uncertainty.many_worlds_io import chances
 from what_if.uncertainty.spreads import ASSUMED, Spread
 from what_if.verdict import Outcome
 from what_if.world import World

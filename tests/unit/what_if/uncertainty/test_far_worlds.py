@@ -9,11 +9,11 @@ import pytest
 from distributed import LocalCluster
 from harness.processes import free_port
 from harness.yaml_files import CONFIG
+from what_if.cell_files_io import find_program
 from what_if.errors import WhatIfError
-from what_if.io import far_worlds
-from what_if.io.cell_files import find_program
-from what_if.io.many_worlds import chances
 from what_if.motions import JointTarget, ProgramRun
+from what_if.uncertainty import far_worlds_io as far_worlds
+from what_if.uncertainty.many_worlds_io import chances
 from what_if.world import World
 
 TURN = JointTarget((0.4, -0.3, -0.1, 0.2))

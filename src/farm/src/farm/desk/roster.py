@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import msgspec
-from scara_ros.page_words import mode_title, mode_tone
+from scara_ros.page.page_words import mode_title, mode_tone
 
 from farm.keys import CellName
 from farm.wire import CLOCKS_AGREE_S, CellState, Configuration, Health, Level, clock_words

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import msgspec
-from scara_ros.page_words import mode_change, people
+from scara_ros.page.page_words import mode_change, people
 
 from farm.desk.alarms import AlarmRow, Status
 from farm.desk.roster import Alike, Row, alike, status_title, status_tone

@@ -13,9 +13,9 @@ import msgspec
 
 PROGRAMS = {
     "judge": ("what_if", "judge"),
-    "replay": ("twin_experiments", "replay_decisions"),
+    "replay": ("twin_analysis", "replay_decisions"),
     "report": ("twin_experiments", "report"),
-    "fit": ("twin_experiments", "fit_twin"),
+    "fit": ("twin_analysis", "fit_twin"),
 }
 """Kinds of jobs: package and program, as rosrun finds it."""
 OF_BAGS = ("replay", "report", "fit")

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import msgspec
+from scara_ros.page import page_words
 
 from operator_panel.view.snapshot import CellState
 from scara_msgs.msg import TwinControllerState as Mode
-from scara_ros import page_words
 
 RUN = "RUN"
 """In place of a command: the tab from which programs are run."""

@@ -10,12 +10,12 @@ import re
 from collections.abc import Iterable
 
 import msgspec
+from scara_ros.page import page_words
 
 from operator_panel.view.alarms import Alarm
 from operator_panel.view.progress import Command, Outcome
 from operator_panel.view.snapshot import DecisionLine
 from scara_msgs.msg import TwinControllerState as Mode
-from scara_ros import page_words
 
 KEPT = 500
 SHOWN = 200

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import msgspec
 import numpy as np
 from scara_config import Robot
+from scara_ros.page import page_words
 from scara_ros.robot_program import current_line
 
 from operator_panel.control.mode_table import next_step
@@ -17,7 +18,6 @@ from operator_panel.view.robot.program_lines import program_text
 from operator_panel.view.robot.status import status_texts
 from operator_panel.view.snapshot import CellState, Loop, Snapshot
 from scara_description.urdf import Model, Vector, link_pose
-from scara_ros import page_words
 
 NOTHING = words.UNKNOWN
 

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 
 import msgspec
 from scara_ros.gate.permit import Judgement
+from scara_ros.page import page_words
 
 from operator_panel.door import Answer
 from operator_panel.view import words
 from operator_panel.view.snapshot import Snapshot
 from scara_msgs.msg import MotionOutcome
-from scara_ros import page_words
 
 TONES = {"OK": "good", "LIMITED": "warn", "REFUSED": "bad"}
 REFUSED = "REFUSED"

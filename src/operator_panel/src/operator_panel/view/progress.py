@@ -10,11 +10,11 @@ from collections import deque
 
 import msgspec
 from scara_config.text_enum import StrEnum
+from scara_ros.page import page_words
 
 from operator_panel.door import Answer
 from operator_panel.view.snapshot import CellState, Snapshot
 from scara_msgs.msg import TwinControllerState as Mode
-from scara_ros import page_words
 
 KEPT = 50
 SHOWN = 2

@@ -1,0 +1,1 @@
+"""A run is recorded to a bag in its folder."""

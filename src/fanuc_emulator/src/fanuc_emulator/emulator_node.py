@@ -1,0 +1,239 @@
+"""Run the real robot's stand-in.
+
+Modbus TCP on ``~host``:``~port`` (default: emulator.yaml). ROS is used for one thing, and only once
+there is a roscore:
+
+Parameters (as ``_name:=value`` on the command line, so that they hold without roscore too):
+    ~config_dir: Folder with the YAML files; default: the package scara_config.
+    ~host, ~port: Address to listen on.
+    ~plant: How the robot behaves, a file of plants/; default: ``SCARA_PLANT``, else ``ideal``.
+    ~settings: How the robot was set up, where it differs from emulator.yaml, for example
+        ``uop: simple, cstopi_for_abort: false``; default: what ``SCARA_SETTINGS`` says.
+    ~links: ``desk`` for the patience of emulator.yaml with a client on the same machine;
+        default: strict.
+
+Topics:
+    real/ground_truth (sensor_msgs/JointState, out, 250 Hz while somebody listens): True joint
+        positions and speeds, stamped with the nominal time of their servo step. For the report;
+        nothing that controls the robot may read it.
+    real/plant (std_msgs/String, out, latched): The plant as JSON, with its name: for the report,
+        which says by it what its figures are of; nothing that controls the robot may read it.
+    real/parts, real/gripper, real/part_events: see :mod:`fanuc_emulator.gripping.parts_truth_node`.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scara_config import ConfigError, Robot, load_robot
+from scara_config.modbus_map import load_modbus_map
+from scara_config.palletise import find_palletise
+from scara_config.profile import chosen_plant
+from scara_ros.process.scheduling_io import go_first
+from scara_ros.shell.program_io import WRONG, ends_with, private_parameters
+
+from fanuc_emulator.config import load_emulator, load_programs, on_a_desk
+from fanuc_emulator.controller import Controller
+from fanuc_emulator.drives.servo_loop_io import ServoLoop
+from fanuc_emulator.gripping.cell_parts import CellParts
+from fanuc_emulator.gripping.parts_truth_node import PartsTruth
+from fanuc_emulator.modbus.modbus_server_io import PortError, RobotServer
+from fanuc_emulator.plant.config import plant_text
+from fanuc_emulator.plant.delays import AnswerTimes
+from fanuc_emulator.register_image import RegisterImage
+from fanuc_emulator.snapshot import Snapshot
+
+_GROUND_TRUTH_PERIOD = 0.004
+SEED = 1
+"""Of what a plant leaves to chance: the stand-in does the same each time."""
+
+
+class GroundTruth:
+    """Publish ``real/ground_truth`` from the moment a roscore is there.
+
+    Args:
+        robot: Joint names.
+        every: Publish each ``every``-th snapshot.
+        stop: Set when the node ends; rospy's own end sets it too.
+        parts: The truth about the parts, published beside it.
+        plant: The text of ``real/plant``.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        every: int,
+        stop: threading.Event,
+        parts: PartsTruth | None = None,
+        plant: str = "",
+    ) -> None:
+        self._parts, self._plant_text = parts, plant
+        self._plant: Any = None
+        self._names = [joint.name for joint in robot.joints]
+        self._every = every
+        self._stop = stop
+        self._publisher: Any = None
+        self._message: Any = None
+        self._time: Any = None
+        self._offset = 0.0
+
+    def observe(self, snapshot: Snapshot, due: float) -> None:
+        """Publish a snapshot that is true at the monotonic time ``due``, if somebody listens."""
+        if self._publisher is None or snapshot.tick % self._every:
+            return
+        seconds = due + self._offset
+        if self._parts is not None:
+            self._parts.publish(snapshot.outputs, seconds)
+        if not self._publisher.get_num_connections():
+            return
+        message = self._message(
+            name=self._names, position=snapshot.positions, velocity=snapshot.velocities
+        )
+        message.header.stamp = self._time(seconds)
+        self._publisher.publish(message)
+
+    def serve(self) -> None:
+        """Wait for a roscore and advertise.
+
+        Then keep the offset between monotonic and ROS time up to date.
+        """
+        import rosgraph
+
+        waiting = False
+        while not self._stop.is_set() and not rosgraph.is_master_online():
+            if not waiting:
+                print(
+                    "emulator: no roscore yet: running without real/ground_truth, looking "
+                    "again each second",
+                    flush=True,
+                )
+                waiting = True
+            self._stop.wait(1.0)
+        if self._stop.is_set():
+            return
+        import rospy
+        from scara_ros.process.memory_io import keep_for_good
+        from scara_ros.starting.hardening_io import harden_process
+        from scara_ros.starting.registration_node import keep_registered
+        from scara_ros.starting.starting_node import send_directly
+
+        send_directly()
+        harden_process()
+        rospy.init_node("emulator", disable_signals=True)
+        keep_registered()
+        rospy.on_shutdown(self._stop.set)
+        self._measure_offset(rospy.get_time)
+        self.advertise()
+        keep_for_good()
+        while not self._stop.wait(1.0):
+            self._measure_offset(rospy.get_time)
+
+    def advertise(self) -> None:
+        """Publish from now on; this process is a node."""
+        import rospy
+        from sensor_msgs.msg import JointState
+        from std_msgs.msg import String
+
+        self._message, self._time = JointState, rospy.Time.from_sec
+        if self._parts is not None:
+            self._parts.advertise()
+        self._plant = rospy.Publisher("real/plant", String, queue_size=1, latch=True)
+        self._plant.publish(String(self._plant_text))
+        self._publisher = rospy.Publisher(
+            "real/ground_truth", JointState, queue_size=100, tcp_nodelay=True
+        )
+
+    def _measure_offset(self, ros_time: Any) -> None:
+        """Take ROS time minus monotonic time from the least disturbed of five readings."""
+        readings = []
+        for _ in range(5):
+            before = time.monotonic()
+            now = ros_time()
+            after = time.monotonic()
+            readings.append((after - before, now - 0.5 * (before + after)))
+        self._offset = min(readings)[1]
+
+
+def main() -> None:
+    """Load the configuration, serve until SIGINT or SIGTERM.
+
+    Exit code 2 for a wrong file or a taken port.
+    """
+    private = private_parameters(sys.argv[1:])
+    names = ("config_dir", "host", "port", "links", "plant", "settings")
+    with ends_with("emulator", {ConfigError: WRONG, PortError: WRONG}):
+        sys.exit(run(*map(private.get, names)))
+
+
+def run(
+    config_dir: str | None,
+    host: str | None,
+    port: str | None,
+    links: str | None = None,
+    plant: str | None = None,
+    settings: str | None = None,
+) -> int:
+    """Run the stand-in until it is told to end and return the exit code.
+
+    Raises:
+        ConfigError: A file or parameter is wrong.
+        PortError: The address cannot be listened on.
+    """
+    directory = Path(config_dir) if config_dir else None
+    robot, layout = load_robot(directory), load_modbus_map(directory)
+    config = load_emulator(robot, directory, plant, settings)
+    programs = load_programs(robot, directory)
+    if port is not None and not (port.isdigit() and 1 <= int(port) <= 65535):
+        raise ConfigError(f"~port = {port}: allowed is 1..65535")
+    if links not in (None, "strict", "desk"):
+        raise ConfigError(f"~links = {links}: allowed is strict or desk")
+    config = on_a_desk(config) if links == "desk" else config
+    address = (host or config.host, int(port or config.port))
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    work = find_palletise(directory)
+    parts = CellParts(work, robot) if work else None
+    shown = PartsTruth(parts, work, robot.base_frame) if parts and work else None
+    named = plant or chosen_plant()
+    truth = GroundTruth(
+        robot,
+        max(1, round(_GROUND_TRUTH_PERIOD / config.dt)),
+        stop,
+        shown,
+        plant_text(named, config.plant),
+    )
+    chance = np.random.default_rng(SEED)
+    controller = Controller(config, robot, programs, time.time(), parts, chance, layout.ring_places)
+    answers = AnswerTimes(config.plant.answers, np.random.default_rng(SEED))
+    image = RegisterImage(layout, robot, config.plant.payload_kg)
+    go_first()
+    loop = ServoLoop(controller, config.dt, config.plant.clock.drift_ppm, truth.observe)
+    with (
+        loop,
+        RobotServer(*address, layout, image, loop, answers),
+    ):
+        started = {1: config.stream_program} | {
+            number: program.name for number, program in sorted(programs.items())
+        }
+        listed = ", ".join(f"RSR{number} {name}" for number, name in started.items())
+        print(
+            f"emulator is ready: Modbus TCP on {address[0]}:{address[1]}, "
+            f"device {layout.device_id}; "
+            f"{listed}; plant {named}: {config.plant.description}",
+            flush=True,
+        )
+        threading.Thread(target=truth.serve, name="ground_truth", daemon=True).start()
+        while not stop.wait(0.2) and not loop.ended.is_set():
+            pass
+    if "rospy" in sys.modules:
+        sys.modules["rospy"].signal_shutdown("the emulator ends")
+    if loop.failure is not None:
+        raise loop.failure
+    return 0

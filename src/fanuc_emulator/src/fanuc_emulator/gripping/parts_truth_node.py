@@ -1,0 +1,137 @@
+"""The truth about the real side's parts and gripper, as ROS messages.
+
+For the report and for eyes, never for control.
+"""
+
+from __future__ import annotations
+
+import queue
+from typing import Any
+
+from scara_config.palletise import Palletise
+
+from fanuc_emulator.gripping.cell_parts import CellParts
+from fanuc_emulator.uop import Outputs
+
+GRIPPER_EVERY = 13
+PARTS_EVERY = 25
+"""Of the ground truth at 250 Hz: about 20 and 10 Hz."""
+FREE = (0.45, 0.70, 0.95, 0.6)
+HELD = (1.00, 0.75, 0.40, 0.6)
+
+
+class PartsTruth:
+    """Publishes ``real/parts``, ``real/gripper`` and ``real/part_events``.
+
+    It does so from the servo loop's thread: at a rate while somebody listens, else only what has
+    changed. So the last message, which a late listener gets first, is still true.
+
+    Args:
+        parts: The parts; stepped by the same thread.
+        work: palletise.yaml.
+        base_frame: Frame of all positions; on ROS it gets the cell's prefix.
+    """
+
+    def __init__(self, parts: CellParts, work: Palletise, base_frame: str) -> None:
+        self._parts, self._work, self._frame = parts, work, base_frame
+        self._calls = 0
+        self._asked: queue.SimpleQueue[queue.SimpleQueue[str]] = queue.SimpleQueue()
+        self._told: tuple[object, ...] = ()
+        self._places: list[tuple[float, float, float]] = []
+
+    def advertise(self) -> None:
+        """Begin; a roscore is there."""
+        import rospy
+        from geometry_msgs.msg import Point
+        from scara_ros.starting.own_cell_node import own_frame
+        from std_srvs.srv import Trigger, TriggerResponse
+        from visualization_msgs.msg import Marker, MarkerArray
+
+        from scara_msgs.msg import GripperState, PartEvent
+
+        self._time, self._frame = rospy.Time.from_sec, own_frame(self._frame)
+        self._marker, self._array, self._point = Marker, MarkerArray, Point
+        self._answer = TriggerResponse
+        self._state, self._event = GripperState, PartEvent
+        self._gripper = rospy.Publisher(
+            "real/gripper", GripperState, queue_size=10, latch=True, tcp_nodelay=True
+        )
+        self._events = rospy.Publisher(
+            "real/part_events", PartEvent, queue_size=100, tcp_nodelay=True
+        )
+        rospy.Service("real/put_parts_back", Trigger, self._put_back)
+        self._markers = rospy.Publisher("real/parts", MarkerArray, queue_size=1, latch=True)
+
+    def publish(self, outputs: Outputs, seconds: float) -> None:
+        """Publish what has happened, and the state when it is due or has changed.
+
+        Args:
+            outputs: The robot's.
+            seconds: ROS time at which they are true [s].
+        """
+        parts = self._parts
+        while not self._asked.empty():
+            self._asked.get().put(parts.put_back())
+        while parts.events:
+            happened = parts.events.pop(0)
+            event = self._event(
+                kind=happened.kind,
+                part=happened.part,
+                other=happened.other,
+                message=happened.message,
+            )
+            event.header.stamp, event.header.frame_id, event.position = (
+                self._time(seconds),
+                self._frame,
+                self._point(*happened.position),
+            )
+            self._events.publish(event)
+        held = parts.held.name if parts.held else ""
+        told = (outputs.gripper, held, parts.collisions, parts.drops)
+        changed, self._told = told != self._told, told
+        self._calls += 1
+        if changed or (self._calls % GRIPPER_EVERY == 0 and self._gripper.get_num_connections()):
+            self._publish_state(outputs.gripper, held, seconds)
+        if changed or self._calls % PARTS_EVERY == 0:
+            places = [parts.place(part) for part in parts.parts]
+            if changed or places != self._places or self._markers.get_num_connections():
+                self._publish_parts(places, seconds)
+            self._places = places
+
+    def _put_back(self, _: Any) -> Any:
+        """Leave the wish to the servo loop's thread and wait for its answer."""
+        answer: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._asked.put(answer)
+        obstacle = answer.get(timeout=1.0)
+        return self._answer(not obstacle, obstacle or "all parts are back on their stands")
+
+    def _publish_state(self, suction: bool, held: str, seconds: float) -> None:
+        parts = self._parts
+        state = self._state(
+            commanded=suction,
+            holding=bool(held),
+            part=held,
+            collisions=parts.collisions,
+            drops=parts.drops,
+            message=parts.message,
+        )
+        state.header.stamp = self._time(seconds)
+        self._gripper.publish(state)
+
+    def _publish_parts(self, places: list[tuple[float, float, float]], seconds: float) -> None:
+        """Publish one cylinder for each part, like the twin's."""
+        array, stamp = self._array(), self._time(seconds)
+        for part, place in zip(self._parts.parts, places):
+            kind, action = self._marker.CYLINDER, self._marker.ADD
+            marker = self._marker(ns=part.name, type=kind, action=action)
+            marker.header.stamp, marker.header.frame_id = stamp, self._frame
+            where = marker.pose.position
+            where.x, where.y, where.z = place
+            where.z += 0.5 * self._work.parts.height
+            marker.pose.orientation.w = 1.0
+            marker.scale.x = marker.scale.y = 2.0 * self._work.parts.radius
+            marker.scale.z = self._work.parts.height
+            colour = marker.color
+            colour.r, colour.g, colour.b, colour.a = HELD if part is self._parts.held else FREE
+            array.markers.append(marker)
+        self._markers.publish(array)

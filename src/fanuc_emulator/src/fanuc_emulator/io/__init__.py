@@ -1,1 +1,0 @@
-"""What touches the world: the Modbus server and the servo loop's thread."""

@@ -1,0 +1,1 @@
+"""The robot's Modbus server."""

@@ -1,0 +1,1 @@
+"""The robot's pendant: in the terminal and as a page."""

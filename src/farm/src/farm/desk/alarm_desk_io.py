@@ -1,0 +1,154 @@
+"""The desk's alarms: read again from history and marks at the start, marked by people later."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+import msgspec
+
+from farm.desk.alarms import AlarmBook, AlarmRow, Mark, MarkError
+from farm.desk.history_io import Kept
+from farm.keys import CellName
+from farm.wire import Answer, Event
+
+MARKS = "alarm_marks.jsonl"
+"""File of the marks, in the desk's data: one JSON object a line, appended to only."""
+KINDS = ("alarm", "start")
+"""Events of a journal that say something of alarms."""
+ACKNOWLEDGE, SHELVE = "acknowledge", "shelve"
+
+
+class MarkAsked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What a person asks to do to an alarm.
+
+    Attributes:
+        word: acknowledge or shelve.
+        id: Of the alarm.
+        seconds: Of shelving: for how long; 0: take it off the shelf.
+        why: Of shelving.
+    """
+
+    word: str
+    id: str
+    seconds: float = 0.0
+    why: str = ""
+
+
+class MarksAsked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The same for equal alarms of several cells; ``ids`` are those that the person sees."""
+
+    word: str
+    ids: list[str]
+    seconds: float = 0.0
+    why: str = ""
+
+
+class AlarmDesk:
+    """Holds all alarms; safe to use from several threads."""
+
+    def __init__(self, file: Path, history: Iterable[Kept]) -> None:
+        """Read what was.
+
+        Args:
+            file: Of the marks; made with the first one.
+            history: The events of the history that say something of alarms, in their order.
+
+        Raises:
+            OSError: The file cannot be read.
+        """
+        self._file, self._lock = file, threading.Lock()
+        self._book = AlarmBook()
+        for kept in history:
+            self._book.told(str(kept.cell), kept.event)
+        for line in file.read_bytes().splitlines() if file.exists() else ():
+            try:
+                self._book.read(msgspec.json.decode(line, type=Mark))
+            except msgspec.DecodeError:  # torn by a crash: the alarm asks for somebody again
+                continue
+
+    def told(self, cell: CellName, event: Event) -> None:
+        """Take in an event."""
+        with self._lock:
+            self._book.told(str(cell), event)
+
+    def there(self, lost: Mapping[str, float], now: float) -> None:
+        """Take in which cells are lost, and since when; all others are there."""
+        with self._lock:
+            for cell, since in lost.items():
+                self._book.lost(cell, since)
+            for cell in {known.cell for known in self._book.known.values()} - set(lost):
+                self._book.found(cell, now)
+
+    def rows(self) -> list[AlarmRow]:
+        """Return what asks for somebody, the most urgent first."""
+        with self._lock:
+            return self._book.rows(time.time())
+
+    def mark(self, asked: MarkAsked, person: str) -> Answer:
+        """Acknowledge or shelve; it is on the disk before it counts.
+
+        Args:
+            asked: What to do.
+            person: Who asks, as PERSON@DESK.
+        """
+        now = time.time()
+        with self._lock:
+            try:
+                if asked.word == ACKNOWLEDGE:
+                    mark = self._book.acknowledge(asked.id, person, now)
+                elif asked.word == SHELVE:
+                    mark = self._book.shelve(asked.id, person, now, asked.seconds, asked.why)
+                else:
+                    return Answer(False, f"{asked.word}: allowed are {ACKNOWLEDGE} and {SHELVE}")
+                self._write(mark)
+            except MarkError as error:
+                return Answer(False, str(error))
+            except OSError as error:
+                return Answer(False, f"{self._file}: {error.strerror}: nothing was changed")
+            self._book.read(mark)
+        return Answer(True, f"{asked.id}: {_said(mark)}")
+
+    def mark_all(self, asked: MarksAsked, person: str) -> Answer:
+        """Acknowledge or shelve several; refusals do not hold up the others.
+
+        Args:
+            asked: What to do.
+            person: Who asks, as PERSON@DESK.
+        """
+        answers = [
+            self.mark(MarkAsked(asked.word, name, asked.seconds, asked.why), person)
+            for name in asked.ids
+        ]
+        refused = [answer.text for answer in answers if not answer.accepted]
+        if refused or not answers:
+            return Answer(False, "; ".join(refused) or f"{asked.word}: no alarm was named")
+        equal = f", and {len(answers) - 1} more" if len(answers) > 1 else ""
+        return Answer(True, answers[0].text + equal)
+
+    def _write(self, mark: Mark) -> None:
+        with self._file.open("ab") as stream:
+            # A line that a crash has torn stays a line of its own.
+            begun = b"" if not stream.tell() or _ends(self._file) else b"\n"
+            stream.write(begun + msgspec.json.encode(mark) + b"\n")
+            stream.flush()
+            os.fsync(stream.fileno())
+
+
+def _ends(file: Path) -> bool:
+    """Return whether the last line of a file is whole."""
+    with file.open("rb") as stream:
+        stream.seek(-1, os.SEEK_END)
+        return stream.read() == b"\n"
+
+
+def _said(mark: Mark) -> str:
+    if mark.acknowledges:
+        return f"acknowledged by {mark.person}"
+    if not mark.until:
+        return f"taken off the shelf by {mark.person}"
+    until = time.strftime("%Y-%m-%d %H:%M", time.localtime(mark.until))
+    return f"shelved by {mark.person} until {until}"

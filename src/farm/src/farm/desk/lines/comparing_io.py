@@ -1,0 +1,65 @@
+"""``./cell farm compare``: two cells, or two weeks of one, as text; it needs no running desk."""
+
+from __future__ import annotations
+
+import time
+from datetime import datetime
+from typing import Annotated
+
+import typer
+from scara_ros.shell.program_io import FAILED, WRONG
+
+from farm.desk.command_line_io import Folder, app, events_folder, fail, print_table
+from farm.desk.compare import Difference
+from farm.desk.past.comparing_io import Comparison, compare_cells, compare_weeks
+from farm.desk.questions import QuestionError, since
+from farm.desk.reading_io import AskingError
+
+Cell = Annotated[str, typer.Argument(help="CELL, or MACHINE/CELL.")]
+
+
+@app.command()
+def compare(
+    cell: Cell,
+    other: Annotated[str, typer.Argument(help="The same of the other cell.")] = "",
+    since_text: Annotated[
+        str, typer.Option("--since", help="today, yesterday, 30m, 12h, 7d, or a date and time.")
+    ] = "7d",
+    weeks: Annotated[
+        tuple[str, str] | None,
+        typer.Option(help="Two weeks of the one cell: 2026-W47, or how many weeks ago."),
+    ] = None,
+    folder: Folder = None,
+) -> None:
+    """Compare two cells, or two weeks of one; what differs by more than its scatter is marked."""
+    if bool(other) == (weeks is not None):
+        fail("compare: name a second cell, or --weeks A B of the one", WRONG)
+    history, now = events_folder(folder), datetime.now().astimezone()
+    try:
+        if weeks is not None:
+            found = compare_weeks(history, cell, weeks, now)
+        else:
+            begin = since(since_text, now)
+            found = compare_cells(history, (cell, other), begin, time.time())
+    except QuestionError as error:
+        fail(str(error), WRONG)
+    except AskingError as error:
+        fail(str(error), FAILED)
+    show(found)
+
+
+def show(found: Comparison) -> None:
+    """Print a comparison."""
+    names = ("figure", found.a, found.b, "scatter", "")
+    print_table(names, [_line(each) for each in found.figures])
+    differ = sum(each.differs for each in found.figures)
+    typer.echo(
+        f"{differ} of {len(found.figures)} figures differ by more than their scatter; how they are "
+        "compared: docs/farm/figures.md"
+    )
+
+
+def _line(each: Difference) -> tuple[object, ...]:
+    values = (each.a, each.b, each.scatter)
+    shown = ("" if value is None else f"{value:.4g}" for value in values)
+    return (each.figure, *shown, "differs" if each.differs else "")

@@ -1,0 +1,332 @@
+"""The desk's page: the wall of cells, alarms, events; STOP and PAUSE with the answers.
+
+NiceGUI serves the page and its frame; the browser asks ``/farm/wall`` once a second, and sends a
+command to ``/farm/command``, which answers with one line for each cell as it comes. So a STOP needs
+no web socket, and ten pages cost ten times a text that was made once.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import gzip
+import html
+import signal
+import socket
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from datetime import datetime
+from pathlib import Path
+
+import msgspec
+from scara_ros.page.page_door import PageDoor
+from scara_ros.page.page_guard_io import PageGuard
+from scara_ros.page.page_library_io import app, background_tasks, ui
+from scara_ros.page.page_token_io import address
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import PlainTextResponse, Response, StreamingResponse
+
+from farm.desk.alarm_desk_io import MarksAsked
+from farm.desk.commands_io import Answered, cells_there, order
+from farm.desk.desk_io import Desk
+from farm.desk.drift import FigureDrift
+from farm.desk.figures_io import StopCause, figures_of, figures_over, stops_by_cause
+from farm.desk.kpi import KeyFigures
+from farm.desk.past.comparing_io import compare_cells, compare_weeks
+from farm.desk.questions import QuestionError, since
+from farm.desk.reading_io import AskingError
+from farm.desk.wall import wall_of
+from farm.keys import ChoiceError, choose
+from farm.link.rights import ALWAYS
+
+PAGE = "farm_desk"
+KEPT_S = 0.4
+"""Our choice: a wall so old is given to the next page too; pages ask once a second."""
+PACKED = 1
+"""Our choice: the level at which packing takes the least time."""
+FIGURES_S = 25.0
+"""Our choice: pages ask for the figures twice a minute; counting a large farm is work."""
+LAST_WEEKS = ("1", "0")
+"""The week before this one, and this one."""
+KNOCK_S = 0.02
+THERE_S = 0.5
+"""Our choice: the router answers who is there within milliseconds."""
+
+
+class PageError(RuntimeError):
+    """The page cannot be served; the text says why and what to do."""
+
+
+class PageFigures(msgspec.Struct, frozen=True):
+    """Figures and stops of the last day, and how figures changed, those that drift first."""
+
+    kpi: list[KeyFigures]
+    causes: list[StopCause]
+    drifts: list[FigureDrift]
+
+
+class PageRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What a page asks for."""
+
+    command: str
+    cell: str
+
+
+class Page:
+    """Serves one desk's page."""
+
+    def __init__(self, desk: Desk, site: str, web: Path, who: tuple[str, str], expiry_s: float):
+        """Offer all routes; :func:`serve` begins.
+
+        Args:
+            desk: What is shown.
+            site: Its site.
+            web: Folder of farm.js and farm.css.
+            who: Person and desk in whose name commands are sent.
+            expiry_s: Of commands.
+        """
+        self._desk, self._site, self._who, self._expiry_s = desk, site, who, expiry_s
+        self._made, self._wall, self._packed = 0.0, b"", b""
+        self._counted, self._figures, self._counting = 0.0, b"", threading.Lock()
+        self._version = str(max(int(file.stat().st_mtime) for file in web.iterdir()))
+        app.add_static_files("/farm/web", str(web), max_cache_age=0)
+        app.add_api_route("/farm/wall", self._show, methods=["GET"], include_in_schema=False)
+        app.add_api_route("/farm/command", self._command, methods=["POST"], include_in_schema=False)
+        app.add_api_route("/farm/figures", self._count, methods=["GET"], include_in_schema=False)
+        app.add_api_route("/farm/compare", self._compare, methods=["GET"], include_in_schema=False)
+        app.add_api_route("/farm/alarm", self._mark, methods=["POST"], include_in_schema=False)
+        ui.page("/", title=f"{site}: farm", response_timeout=10.0)(self._build)
+
+    def wall(self, now: float) -> bytes:
+        """Return what a page shows, as JSON; the same for all pages that ask at one time."""
+        if now - self._made > KEPT_S:
+            desk = self._desk
+            recent = [(str(cell), event) for cell, event in reversed(tuple(desk.recent))]
+            made = wall_of(time.time(), desk.rows(), desk.alarm_rows(), recent, desk.trouble)
+            self._wall, self._made = msgspec.json.encode(made), now
+            self._packed = gzip.compress(self._wall, PACKED)
+        return self._wall
+
+    def _show(self, request: Request) -> Response:
+        """Give the wall; it is packed once for all pages, not by NiceGUI for each."""
+        wall, kind = self.wall(time.monotonic()), "application/json"
+        if "gzip" not in request.headers.get("accept-encoding", ""):
+            return Response(wall, media_type=kind)
+        return Response(self._packed, headers={"content-encoding": "gzip"}, media_type=kind)
+
+    def _count(self) -> Response:
+        """Count the figures, at most once in a while for all pages; this runs in a thread."""
+        with self._counting:
+            now = time.time()
+            if now - self._counted > FIGURES_S:
+                folder, day = self._desk.events_folder, 86400.0
+                planned = self._desk.planned_run_time_s
+                try:
+                    kpi = figures_of(folder, now - day, now, planned)
+                    stops = stops_by_cause(folder, now - day)
+                    drifts = figures_over(folder, now - 30.0 * day, now, day)
+                except AskingError as error:
+                    return PlainTextResponse(str(error), 503)
+                shown = PageFigures(kpi, stops, [_short(drift) for drift in drifts])
+                self._figures = msgspec.json.encode(shown)
+                self._counted = now
+            return Response(self._figures, media_type="application/json")
+
+    def _compare(self, a: str, b: str = "", begin: str = "7d") -> Response:
+        """Compare two cells since ``begin``, or a cell's last two weeks; this runs in a thread."""
+        folder, now = self._desk.events_folder, datetime.now().astimezone()
+        try:
+            if b:
+                found = compare_cells(folder, (a, b), since(begin, now), now.timestamp())
+            else:
+                found = compare_weeks(folder, a, LAST_WEEKS, now)
+        except (AskingError, QuestionError) as error:
+            return PlainTextResponse(str(error), 409)
+        return Response(msgspec.json.encode(found), media_type="application/json")
+
+    async def _mark(self, request: Request) -> Response:
+        """Acknowledge or shelve equal alarms in the name of who started the desk."""
+        try:
+            asked = msgspec.json.decode(await request.body(), type=MarksAsked)
+        except msgspec.DecodeError as error:
+            return PlainTextResponse(str(error), 400)
+        answer = await run_in_threadpool(self._desk.alarms.mark_all, asked, "@".join(self._who))
+        return PlainTextResponse(answer.text, 200 if answer.accepted else 409)
+
+    async def _command(self, request: Request) -> Response:
+        try:
+            asked = msgspec.json.decode(await request.body(), type=PageRequest)
+        except msgspec.DecodeError as error:
+            return PlainTextResponse(str(error), 400)
+        if asked.command not in ALWAYS:
+            return PlainTextResponse(f"{asked.command}: allowed are {', '.join(ALWAYS)}", 400)
+        return StreamingResponse(self._answers(asked), media_type="application/x-ndjson")
+
+    def _answers(self, asked: PageRequest) -> Iterator[bytes]:
+        """Yield what each cell says, a line each; this runs in a thread of its own."""
+        try:
+            there = cells_there(self._desk.session, self._site, THERE_S)
+            chosen = choose(asked.cell, there)
+        except ChoiceError as error:
+            yield _line(asked.cell, False, str(error), 0.0)
+            return
+        person, desk = self._who
+        answers = order(self._desk.session, chosen, asked.command, person, desk, self._expiry_s)
+        for answered in answers:
+            yield _answer_line(answered)
+
+    def _build(self) -> None:
+        """Build one page."""
+        ui.add_head_html(f'<link rel="stylesheet" href="/farm/web/farm.css?{self._version}">')
+        ui.add_body_html(f'<script type="module" src="/farm/web/farm.js?{self._version}"></script>')
+        with ui.element("header").classes("bar"):
+            with ui.element("div").classes("bar-title"):
+                _text("h1", f"Farm {self._site}")
+                _text("span", "connecting", "summary").props('id=summary role="status"')
+            _text("span", "", "clock").props('id=clock aria-label="clock of the desk"')
+            with ui.element("button").classes("button to-alarms").props("type=button id=to-alarms"):
+                _text("span", "Alarms")
+            with ui.element("div").classes("bar-all"):
+                for command in reversed(ALWAYS):
+                    named = f'data-command={command} data-cell=all aria-label="{command} all"'
+                    pressed = ui.element("button").classes(f"button {command.lower()} all")
+                    with pressed.props(f"type=button {named}"):
+                        _text("span", f"{command} ALL")
+            with ui.element("div").classes("bar-worst"):
+                ui.element("ol").classes("chips").props('id=worst aria-label="The worst cells"')
+                more = ui.element("button").classes("button more").props("type=button id=more")
+                with more:
+                    _text("span", "")
+            _text("div", "", "banner hidden").props('id=banner role="alert"')
+        with ui.element("div").classes("grid"):
+            with ui.element("section").classes("wall-place").props('aria-label="Cells"'):
+                ui.element("div").classes("wall").props("id=wall")
+            with ui.element("aside").classes("side"):
+                self._build_side()
+            with ui.element("div").classes("below"):
+                self._build_below()
+
+    def _build_side(self) -> None:
+        """Build alarms, answers and events; each scrolls in a place of its own."""
+        with _card("Alarms", "", "alarm-count").classes("alarms-card"):
+            ui.element("ol").classes("alarms").props("id=alarms")
+        with _card("Answers", f"Commands are sent as {'@'.join(self._who)}."):
+            ui.element("ol").classes("answers").props('id=answers aria-live="polite"')
+        with _card("Events"):
+            ui.element("ol").classes("events").props("id=events")
+
+    def _build_below(self) -> None:
+        """Build figures of longer times."""
+        about = "empty: not known. Renewed twice a minute."
+        with _card("Key figures of 24 hours", about, "figures-trouble"):
+            ui.element("div").classes("figures-scroll").props("id=kpi")
+        with _card("What stopped them, 24 hours"):
+            ui.element("ol").classes("renewed").props("id=causes")
+        with _card("Away from their own past, 30 days"):
+            ui.element("ol").classes("renewed").props("id=drifts")
+            ui.element("div").classes("drift-picture").props("id=drift-picture")
+        with _card("Configuration", "changes that were rolled out: ./cell farm rollout"):
+            ui.element("ol").classes("renewed").props("id=configurations")
+        with _card("Compare", "two cells, or two weeks of one"):
+            ui.element("div").classes("compare-form").props("id=compare-form")
+            ui.element("div").classes("figures-scroll").props("id=compared role=status")
+
+
+def serve(host: str, port: int, token: str, title: str, told: str) -> None:
+    """Serve the page until SIGINT or SIGTERM.
+
+    Args:
+        host: Where to listen.
+        port: The port.
+        token: Who brings it in the address is let in.
+        title: Of the page.
+        told: The address, printed when it can be opened.
+
+    Raises:
+        PageError: Something else listens there.
+    """
+    try:
+        with socket.create_server((host, port)):
+            pass
+    except OSError as error:
+        raise PageError(
+            f"{host}:{port} cannot be listened on: {error.strerror}: give another port, "
+            "./cell farm --port, or desk.port in farm.yaml"
+        ) from error
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: None)  # uvicorn ends by them, then raises them again
+    app.on_startup(lambda: background_tasks.create(_tell(host, port, told), name="tell"))
+    app.add_middleware(PageGuard, door=PageDoor(PAGE, host, port, token))
+    ui.run(
+        host=host,
+        port=port,
+        title=title,
+        dark=None,
+        show=False,
+        reload=False,
+        tailwind=False,
+        show_welcome_message=False,
+        reconnect_timeout=5.0,
+        timeout_graceful_shutdown=1,
+    )
+
+
+async def _tell(host: str, port: int, told: str) -> None:
+    """Print the address once the server answers there; it listens after its start-up handlers."""
+    while True:
+        try:
+            _, writer = await asyncio.open_connection(host, port)
+        except OSError:
+            await asyncio.sleep(KNOCK_S)
+        else:
+            writer.close()
+            print(f"farm: {told}", flush=True)
+            return
+
+
+def page_address(host: str, port: int, token: str, file: Path) -> str:
+    """Return what to open; a log, which others may read, gets the token's place instead."""
+    shown = token if sys.stdout.isatty() else f"TOKEN, which is in {file} unless it was given"
+    return address(host, port, shown)
+
+
+def _short(drift: FigureDrift) -> FigureDrift:
+    """Return a row of figures with as many digits as a picture shows."""
+    values = tuple(float(f"{value:.4g}") for value in drift.values)
+    return msgspec.structs.replace(drift, values=values)
+
+
+def _text(tag: str, text: str, classes: str = "") -> ui.element:
+    """Add an element with plain text."""
+    return ui.html(html.escape(text), sanitize=False, tag=tag).classes(classes)
+
+
+def _card(title: str, about: str = "", changes: str = "") -> ui.element:
+    """Begin a card.
+
+    Args:
+        title: Its heading.
+        about: Stands beside it.
+        changes: Id of a text beside it that the page changes; empty: there is no such text.
+    """
+    card = ui.element("section").classes("card").props(f'aria-label="{title}"')
+    with card, ui.element("div").classes("card-head"):
+        _text("h2", title)
+        if about:
+            _text("span", about, "muted")
+        if changes:
+            _text("span", "", "muted").props(f"id={changes}")
+    return card
+
+
+def _answer_line(answered: Answered) -> bytes:
+    answer = answered.answer
+    good = answer is not None and answer.accepted
+    return _line(str(answered.cell), good, answered.text, answered.seconds)
+
+
+def _line(cell: str, good: bool, text: str, seconds: float) -> bytes:
+    line = {"cell": cell, "good": good, "text": text, "seconds": seconds}
+    return msgspec.json.encode(line) + b"\n"

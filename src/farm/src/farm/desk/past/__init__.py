@@ -1,0 +1,1 @@
+"""What the desk makes of weeks and months: comparisons, and what was fitted."""

@@ -1,0 +1,84 @@
+"""Ask the history with SQL; nothing can be changed by it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import duckdb
+
+from farm.desk.files import counting
+from farm.desk.history_io import SCHEMA
+from farm.desk.questions import COLUMNS
+
+TRIES = 3
+"""Our choice: the writer may join small files between two looks; a third time it will not."""
+TYPES = {"int32": "INTEGER", "int64": "BIGINT", "string": "VARCHAR", "bool": "BOOLEAN"}
+
+
+class AskingError(RuntimeError):
+    """The question cannot be answered; the text says why."""
+
+
+class Found(NamedTuple):
+    """The names of the columns, and the rows."""
+
+    names: list[str]
+    rows: list[tuple[object, ...]]
+
+
+def ask(folder: Path, sql: str, values: Sequence[object] = ()) -> Found:
+    """Answer a question; ``events`` is the table, empty where there is no history yet.
+
+    Args:
+        folder: Of the history.
+        sql: One statement that only reads.
+        values: For its question marks.
+
+    Raises:
+        AskingError: It is not one SELECT, or DuckDB refuses it.
+    """
+    for attempt in range(TRIES):
+        names = [path.name for path in folder.iterdir()] if folder.is_dir() else []
+        files = [str(folder / span.name) for span in counting(names)[0]]
+        try:
+            return _asked(folder, files, sql, values)
+        except duckdb.IOException as error:
+            if attempt == TRIES - 1:
+                raise AskingError(_first_line(error)) from error
+        except duckdb.Error as error:
+            raise AskingError(_first_line(error)) from error
+    raise AssertionError("unreachable")
+
+
+def _asked(folder: Path, files: list[str], sql: str, values: Sequence[object]) -> Found:
+    with duckdb.connect(":memory:", config={"threads": 1}) as database:
+        # Only the history's folder can be read, and nothing of this can be undone.
+        database.execute("SET allowed_directories = [?]", [str(folder)])
+        database.execute("SET enable_external_access = false")
+        database.execute(f"CREATE VIEW events AS {_source(files)}")
+        database.execute("SET lock_configuration = true")
+        statements = database.extract_statements(sql)
+        reading = (duckdb.StatementType.SELECT, duckdb.StatementType.EXPLAIN)
+        if len(statements) != 1 or statements[0].type not in reading:
+            raise AskingError("allowed is one SELECT: the history is only read here")
+        database.execute(statements[0], list(values))
+        names = [column[0] for column in database.description or ()]
+        return Found(names, database.fetchall())
+
+
+def _source(files: list[str]) -> str:
+    """Return the SQL of the table."""
+    if files:
+        listed = ", ".join("'" + file.replace("'", "''") + "'" for file in files)
+        return f"SELECT {', '.join(COLUMNS)} FROM read_parquet([{listed}])"
+    columns = (
+        f"CAST(NULL AS {TYPES.get(str(field.type), 'TIMESTAMP')}) AS {field.name}"
+        for field in SCHEMA
+    )
+    return f"SELECT {', '.join(columns)} WHERE false"
+
+
+def _first_line(error: duckdb.Error) -> str:
+    return str(error).strip().splitlines()[0]

@@ -1,1 +1,0 @@
-"""What link and desk both do with the bus."""

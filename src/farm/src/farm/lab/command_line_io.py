@@ -1,0 +1,267 @@
+"""Command line of ``./cell lab``: many jobs over bags, programs and points, all processors.
+
+Exit code: 0 all jobs ended with 0, or an experiment repeated itself; 1 not; 2 a wrong word.
+"""
+
+from __future__ import annotations
+
+from datetime import date, datetime, timedelta
+from glob import glob
+from itertools import count
+from pathlib import Path
+from random import Random
+from typing import Annotated, NoReturn
+
+import typer
+
+from farm.lab.address import PORT, AddressError, listened, scheduler_address
+from farm.lab.places_io import RESULTS, Place, Where, run_plan, where
+from farm.lab.plan import OF_BAGS, PROGRAMS, Plan, PlanError, jobs_of, summary
+from farm.lab.running_io import LabError, Result, processors, read_plan, result_of, root
+
+FAILED, WRONG, INTERRUPTED = 1, 2, 130
+Workers = Annotated[
+    int | None, typer.Option(help="Jobs at a time. Default: one for each processor.", min=1)
+]
+On = Annotated[
+    Place,
+    typer.Option(
+        "--on", help="farm: by dask, so that workers of other shells and machines join in."
+    ),
+]
+Far = Annotated[
+    str,
+    typer.Option(
+        "--scheduler",
+        help="HOST:PORT of a scheduler that runs here, or tls://HOST:PORT of one of your lab; "
+        "implies --on farm.",
+    ),
+]
+
+app = typer.Typer(
+    add_completion=False,
+    rich_markup_mode=None,
+    no_args_is_help=True,
+    help="Run many jobs over bags, programs and points, on all processors; the same again.",
+)
+
+
+def _fail(text: str, code: int) -> NoReturn:
+    typer.echo(f"lab: {text}", err=True)
+    raise typer.Exit(code)
+
+
+def _add(kind: str) -> None:
+    """Add the word of a kind of jobs."""
+    what = "bags, or folders with bags" if kind in OF_BAGS else "programs, or points x,y,z in m"
+
+    def start(
+        targets: Annotated[list[str], typer.Argument(help="Of the jobs; * is allowed for bags.")],
+        variations: Annotated[int, typer.Option(help="Of each point.", min=1)] = 1,
+        spread_mm: Annotated[float, typer.Option(help="Of a point's coordinates.", min=0.0)] = 5.0,
+        speed: Annotated[str, typer.Option(help="LOW-HIGH percent, of a point.")] = "",
+        seed: Annotated[int, typer.Option(help="Of what is chosen at random.")] = 0,
+        folder: Annotated[
+            Path | None, typer.Option(help="Of the results. Default: runs/lab/<time>.")
+        ] = None,
+        workers: Workers = None,
+        on: On = Place.HERE,
+        scheduler: Far = "",
+    ) -> None:
+        at = _where(on, workers, scheduler)
+        _start(kind, targets, (variations, spread_mm, speed, seed), folder, at)
+
+    package, program = PROGRAMS[kind]
+    app.command(kind, help=f"Run {program} of {package} over {what}.")(start)
+
+
+for _kind in PROGRAMS:
+    _add(_kind)
+
+
+def _start(
+    kind: str,
+    targets: list[str],
+    varied: tuple[int, float, str, int],
+    folder: Path | None,
+    at: Where,
+) -> NoReturn:
+    """Run an experiment; one that was interrupted goes on with the same words and folder."""
+    if kind in OF_BAGS:
+        targets = [bag for target in targets for bag in _bags(target)]
+    words = ("--resting", "--json") if kind == "judge" else ()
+    variations, spread_mm, speed, seed = varied
+    try:
+        plan = Plan(kind, tuple(targets), words, variations, spread_mm, _speeds(speed), seed)
+        jobs_of(plan, Random)
+    except (PlanError, ValueError) as error:
+        _fail(str(error), WRONG)
+    place = folder or root() / "runs" / "lab" / datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
+    results = _run(place, plan, at)
+    raise typer.Exit(FAILED if any(result.code for result in results) else 0)
+
+
+@app.command()
+def again(
+    folder: Annotated[Path, typer.Argument(help="Of an experiment that was run.")],
+    workers: Workers = None,
+    on: On = Place.HERE,
+    scheduler: Far = "",
+) -> None:
+    """Run an experiment once more, and say which results are not the same, sign for sign."""
+    at = _where(on, workers, scheduler)
+    try:
+        plan = read_plan(folder)
+        old = {job.name: result_of(folder, job) for job in jobs_of(plan, Random)}
+    except (LabError, PlanError) as error:
+        _fail(str(error), WRONG)
+    place = next(p for k in count(1) if not (p := folder / f"again_{k}").exists())
+    other = [new for new in _run(place, plan, at) if not _same(old[new.job], new)]
+    for result in other:
+        typer.echo(f"{result.job} {' '.join(result.words)}: not the same")
+    typer.echo(f"{len(old) - len(other)} of {len(old)} results are the same")
+    raise typer.Exit(FAILED if other else 0)
+
+
+@app.command()
+def nightly(
+    day: Annotated[str, typer.Option(help="As 2026-11-22. Default: yesterday.")] = "",
+    most: Annotated[int, typer.Option(help="Recordings of each cell.", min=1)] = 2,
+    data: Annotated[Path | None, typer.Option(help="The desk's data. Default: runs/farm.")] = None,
+    fetch: Annotated[
+        bool, typer.Option(help="First fetch the day's recordings from the cells.")
+    ] = True,
+    router_port: Annotated[
+        int | None, typer.Option(help="Of the desk. Default: farm.yaml.", min=1, max=65535)
+    ] = None,
+    workers: Workers = None,
+    on: On = Place.HERE,
+    scheduler: Far = "",
+) -> None:
+    """Fit each cell's recordings of a day, for ./cell farm drift; meant for each night."""
+    at = _where(on, workers, scheduler)
+    try:
+        which = date.fromisoformat(day) if day else date.today() - timedelta(days=1)
+    except ValueError:
+        _fail(f"--day {day}: allowed is a date, for example 2026-11-22", WRONG)
+    # Imported late: the bus is for this word alone.
+    from farm.lab.nightly_io import fetch_day, fit_day
+
+    place = (data or root() / "runs" / "farm").resolve()
+    results = root() / "runs" / "lab" / f"nightly_{which}_{datetime.now():%Y-%m-%d_%H-%M-%S}"
+    try:
+        if fetch:
+            fetch_day(router_port, place, which, most, _say)
+        file, fits = fit_day(place, results, which, most, at, _say)
+    except LabError as error:
+        _fail(str(error), FAILED)
+    except KeyboardInterrupt:
+        _fail("interrupted: nothing was kept of this night: begin it again", INTERRUPTED)
+    count_of = sum(fit.recordings for fit in fits)
+    typer.echo(f"{len(fits)} cells, {count_of} recordings fitted; {file}")
+
+
+@app.command("scheduler")
+def keep_scheduler(
+    port: Annotated[int, typer.Option(help="Where it listens.", min=1, max=65535)] = PORT,
+    listen: Annotated[
+        str,
+        typer.Option(
+            help="HOST at which invited machines reach it (./cell farm invite NAME --lab); without "
+            "it only this machine.",
+        ),
+    ] = "",
+) -> None:
+    """Keep a scheduler of dask for several labs and workers, until Ctrl-C."""
+    try:
+        host = listened(listen) if listen else ""
+    except AddressError as error:
+        _fail(str(error), WRONG)
+    from farm.lab.cluster_io import serve
+
+    try:
+        serve(port, host)
+    except LabError as error:
+        _fail(str(error), FAILED)
+
+
+@app.command()
+def worker(
+    address: Annotated[
+        str, typer.Argument(help="Of the scheduler: HOST:PORT here, or tls://HOST:PORT.")
+    ],
+    workers: Workers = None,
+) -> None:
+    """Run jobs of labs for a scheduler on this machine's processors, until Ctrl-C."""
+    try:
+        asked = scheduler_address(address)
+    except AddressError as error:
+        _fail(str(error), WRONG)
+    from farm.lab.cluster_io import work
+
+    try:
+        work(asked, workers or processors())
+    except LabError as error:
+        _fail(str(error), FAILED)
+
+
+def _where(place: Place, workers: int | None, scheduler: str) -> Where:
+    """Return where jobs run, or end with a text."""
+    try:
+        return where(place, workers, scheduler)
+    except AddressError as error:
+        _fail(str(error), WRONG)
+
+
+def _say(text: str) -> None:
+    typer.echo(f"lab: {text}", err=True)
+
+
+def _same(old: Result | None, new: Result) -> bool:
+    return old is not None and (old.code, old.said) == (new.code, new.said)
+
+
+def _run(folder: Path, plan: Plan, at: Where) -> list[Result]:
+    try:
+        results = run_plan(folder, plan, at)
+    except LabError as error:
+        _fail(str(error), FAILED)
+    except KeyboardInterrupt:
+        _fail(f"interrupted: go on with the same words and --folder {folder}", INTERRUPTED)
+    for result in results:
+        if result.code:
+            why = (result.complained.strip() or result.said.strip()).splitlines()[-1:]
+            typer.echo(f"{result.job} {' '.join(result.words)}: {result.code}: {''.join(why)}")
+    typer.echo(f"{summary([result.code for result in results])}; {folder / RESULTS}")
+    return results
+
+
+def _bags(target: str) -> list[str]:
+    """Return the recordings that a word means; * stands for anything, also within quotes."""
+    found: list[str] = []
+    for path in map(Path, sorted(glob(target)) or [target]):
+        found += map(str, sorted(path.rglob("*.bag")) if path.is_dir() else [path])
+    return [str(Path(path).resolve()) for path in dict.fromkeys(found)]
+
+
+def _speeds(text: str) -> tuple[float, float] | None:
+    """Return a range of speeds.
+
+    Raises:
+        ValueError: It is none.
+    """
+    if not text:
+        return None
+    low, _, high = text.partition("-")
+    try:
+        found = float(low), float(high or low)
+    except ValueError:
+        raise ValueError(f"--speed {text}: allowed is LOW-HIGH, for example 20-80") from None
+    if not 0.0 < found[0] <= found[1] <= 100.0:
+        raise ValueError(f"--speed {text}: allowed are 0 to 100 percent, the lower one first")
+    return found
+
+
+def main() -> None:
+    """Run the command line."""
+    app(prog_name="./cell lab")

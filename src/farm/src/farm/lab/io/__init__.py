@@ -1,1 +1,0 @@
-"""Processes and files of the lab."""

@@ -1,1 +1,0 @@
-"""The link on the bus, and the journal in its files."""

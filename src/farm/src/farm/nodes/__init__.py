@@ -1,1 +1,0 @@
-"""The link as a ROS node."""

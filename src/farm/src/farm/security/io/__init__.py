@@ -1,1 +1,0 @@
-"""The files of the site's authority, and of a machine that has joined."""

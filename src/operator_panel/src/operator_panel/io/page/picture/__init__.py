@@ -1,1 +1,0 @@
-"""The picture of the cell: robots, what stands around them, views, time line."""

@@ -1,1 +1,0 @@
-"""A motion before it is made: judged in the second world, and played as a ghost."""

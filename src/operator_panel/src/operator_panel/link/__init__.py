@@ -1,0 +1,1 @@
+"""What the page hears from the cell and asks it: topics, services, registers, camera, pendant."""

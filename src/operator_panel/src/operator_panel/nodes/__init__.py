@@ -1,1 +1,0 @@
-"""The node and its ROS side."""

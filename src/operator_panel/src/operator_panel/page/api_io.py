@@ -1,0 +1,80 @@
+"""Read-only routes beside the page, for everybody who may see it: the camera, the past, events."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Awaitable, Callable
+
+import msgspec
+from nicegui import app
+from starlette.responses import Response
+
+from operator_panel.door import Picture
+from operator_panel.retelling.recordings_io import Recordings
+from operator_panel.retelling.run_folders_io import RunError
+from operator_panel.view.past import Past
+
+CAMERA, EVENTS, PAST = "/camera.jpg", "/events.csv", "/past.json"
+FRESH = {"Cache-Control": "no-store"}
+
+
+def offer_camera(picture: Callable[[str], Awaitable[Picture | None]]) -> None:
+    """Offer the camera's next picture.
+
+    ``?after=STAMP`` waits for a picture with another stamp; the answer's head has the stamp.
+    """
+
+    async def answer(after: str = "") -> Response:
+        found = await picture(after)
+        if found is None:
+            return _refusal(503, "no picture comes: is the camera running, and the twin?")
+        return Response(
+            found.jpeg, media_type="image/jpeg", headers={**FRESH, "X-Stamp": found.stamp}
+        )
+
+    app.add_api_route(CAMERA, answer, methods=["GET"], include_in_schema=False)
+
+
+def offer_past(past: Past, recordings: Recordings, window_s: float) -> None:
+    """Offer what the page showed, or would have shown of a recording.
+
+    ``?at=`` system time [s], with ``window_s`` of charts; ``&run=`` the name of a recording.
+    """
+
+    async def answer(at: str = "", run: str = "") -> Response:
+        try:
+            time = float(at)
+        except ValueError:
+            time = math.nan
+        if not math.isfinite(time):
+            return _refusal(400, f"at = {at!r} is no number of seconds since 1970")
+        try:
+            found = await recordings.look(run, time) if run else past.look(time, window_s)
+        except RunError as error:
+            return _refusal(404, str(error))
+        if found is None and run:
+            return _refusal(202, "the recording is being opened")
+        if found is None:
+            return _refusal(404, "nothing is remembered yet")
+        return Response(msgspec.json.encode(found), media_type="application/json", headers=FRESH)
+
+    app.add_api_route(PAST, answer, methods=["GET"], include_in_schema=False)
+
+
+def offer_events(csv: Callable[[], str]) -> None:
+    """Offer the kept events as a file for a spreadsheet."""
+
+    async def answer() -> Response:
+        name = {"Content-Disposition": 'attachment; filename="events.csv"'}
+        return Response(csv(), media_type="text/csv; charset=utf-8", headers={**FRESH, **name})
+
+    app.add_api_route(EVENTS, answer, methods=["GET"], include_in_schema=False)
+
+
+def _refusal(status: int, why: str) -> Response:
+    return Response(
+        msgspec.json.encode({"error": why}),
+        status_code=status,
+        media_type="application/json",
+        headers=FRESH,
+    )

@@ -1,0 +1,187 @@
+"""Live charts of one joint: positions and deviation, and its PID loop.
+
+The browser keeps the points and draws them.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nicegui import ui
+
+from operator_panel.page.view_io import PageView, plain
+from operator_panel.view.frame import PAIR
+
+KINDS = {
+    "real": "Real",
+    "twin": "Twin",
+    "apart": "Apart",
+    "setpoint": "Set point",
+    "measured": "Measured",
+    "error": "Error",
+    "effort": "Effort",
+}
+"""Quantities of a joint: their names in an address, and for people."""
+PAIR_KINDS = {
+    "apart": ("Tools apart", "mm"),
+    "speed": ("Speed", "%"),
+    "requested": ("Speed asked for", "%"),
+    "lag": ("Lag of the follower", "ms"),
+}
+"""Quantities of the pair, in the order of its points: names and units."""
+MOST = 6  # our choice: more lines than that nobody tells apart
+
+
+def build_charts(view: PageView) -> dict[str, Any]:
+    """Build both charts; return what the browser needs to feed them."""
+    joints = {joint.name: joint for joint in view.robot.twin_joints}
+    with ui.element("section").classes("charts-card"):
+        with ui.element("div").classes("charts-head"):
+            title = ui.element("h2").classes("card-title").props("data-chart-title")
+            with title:
+                plain(f"Last {view.config.chart_window_s:g} s")
+            with (
+                ui.element("button")
+                .classes("button plain-button")
+                .props("type=button data-pause aria-pressed=false")
+            ):
+                plain("Freeze")
+            with ui.element("div").classes("segmented chart-choice").props('role="tablist"'):
+                for kind, text in (("motion", "Motion"), ("loop", "Loop")):
+                    with ui.element("button").props(f"type=button role=tab data-chart={kind}"):
+                        plain(text)
+            with ui.element("div").classes("segmented").props('role="tablist"'):
+                for name in joints:
+                    button = ui.element("button").props(
+                        f'type=button role=tab data-select="{name}"'
+                    )
+                    with button:
+                        plain(joint_title(name))
+            with (
+                ui.element("button")
+                .classes("button plain-button")
+                .props("type=button data-plot-choose aria-expanded=false")
+            ):
+                plain("Choose")
+        with ui.element("div").classes("charts"):
+            motion = ui.echart(_motion_options()).classes("chart")
+            loop = ui.echart(_loop_options()).classes("chart")
+            ui.element("ul").classes("plot-legend").props("data-plot-legend")
+            own = ui.echart({"animation": False, "series": []}).classes("chart chart-own")
+        _build_choice(list(joints))
+    return {
+        "motion": motion.id,
+        "loop": loop.id,
+        "own": own.id,
+        "most": MOST,
+        "quantities": _quantities(view),
+        "window": view.config.chart_window_s,
+        "units": {name: joint.unit for name, joint in joints.items()},
+        "efforts": {name: "N m" if joint.unit == "deg" else "N" for name, joint in joints.items()},
+    }
+
+
+def _build_choice(joints: list[str]) -> None:
+    """Build a button for each quantity; it lies over the charts while somebody chooses."""
+    with ui.element("div").classes("plot-choice").props("data-plot-choice hidden"):
+        with ui.element("div").classes("row-line"):
+            plain(f"Up to {MOST} in one chart; the address keeps them", "field-title")
+            for name, text in (("clear", "Clear"), ("close", "Done")):
+                button = ui.element("button").classes("button plain-button")
+                with button.props(f"type=button data-plot-{name}"):
+                    plain(text)
+        for name in joints:
+            _row(joint_title(name), {f"{name}.{kind}": text for kind, text in KINDS.items()})
+        _row("Pair", {f"{PAIR}.{kind}": text for kind, (text, _) in PAIR_KINDS.items()})
+
+
+def _row(title: str, quantities: dict[str, str]) -> None:
+    group = ui.element("div").classes("plot-row").props(f'role=group aria-label="{title}"')
+    with group:
+        plain(title, "field-title")
+        for key, text in quantities.items():
+            button = ui.element("button").classes("plot-pick")
+            button.props(f'type=button data-plot="{key}" aria-pressed=false')
+            with button.props(f'aria-label="{title}: {text}"'):
+                plain(text)
+
+
+def _quantities(view: PageView) -> dict[str, dict[str, str]]:
+    """Return name and unit of each quantity, by its key."""
+    found = {}
+    for joint in view.robot.twin_joints:
+        for kind, text in KINDS.items():
+            unit = joint.unit
+            if kind == "effort":
+                unit = "N m" if joint.unit == "deg" else "N"
+            title = f"{joint_title(joint.name)} {text.lower()}"
+            found[f"{joint.name}.{kind}"] = {"title": title, "unit": unit}
+    for kind, (text, unit) in PAIR_KINDS.items():
+        found[f"{PAIR}.{kind}"] = {"title": text, "unit": unit}
+    return found
+
+
+def joint_title(name: str) -> str:
+    """Return a joint's name for people."""
+    return name.removesuffix("_joint").replace("_", " ").capitalize()
+
+
+def _motion_options() -> dict[str, Any]:
+    return _options(
+        [("Real", "real", 0), ("Twin", "twin", 0), ("Deviation", "deviation", 1)],
+        right=14,
+        y_axes=[{"gridIndex": 0, "scale": True}, {"gridIndex": 1, "scale": True, "splitNumber": 2}],
+    )
+
+
+def _loop_options() -> dict[str, Any]:
+    return _options(
+        [
+            ("Set point", "setpoint", 0),
+            ("Measured", "twin", 0),
+            ("Error", "deviation", 1),
+            ("Effort", "effort", 2),
+        ],
+        right=36,
+        y_axes=[
+            {"gridIndex": 0, "scale": True},
+            {"gridIndex": 1, "scale": True, "splitNumber": 2},
+            {"gridIndex": 1, "scale": True, "splitNumber": 2, "position": "right"},
+        ],
+    )
+
+
+def _options(
+    series: list[tuple[str, str, int]], right: int, y_axes: list[dict[str, Any]]
+) -> dict[str, Any]:
+    """Return a chart of two grids, one above the other; the browser sets the theme's colours."""
+    sides = {"left": 44, "right": right}
+    axis = {"type": "value", "axisLabel": {"hideOverlap": True}, "splitLine": {"show": False}}
+    return {
+        "animation": False,
+        "tooltip": {"trigger": "axis", "confine": True, "transitionDuration": 0},
+        "axisPointer": {"link": [{"xAxisIndex": "all"}]},
+        "dataZoom": [
+            {"type": "inside", "xAxisIndex": [0, 1], "filterMode": "none", "disabled": True}
+        ],
+        "legend": {"top": 0, "right": 4, "itemWidth": 14, "itemHeight": 2, "icon": "rect"},
+        "grid": [
+            {**sides, "top": 26, "height": "42%"},
+            {**sides, "bottom": 20, "height": "22%"},
+        ],
+        "xAxis": [{**axis, "gridIndex": 0, "axisLabel": {"show": False}}, {**axis, "gridIndex": 1}],
+        "yAxis": [{"type": "value", **one} for one in y_axes],
+        "series": [
+            {
+                "name": name,
+                "type": "line",
+                "showSymbol": False,
+                "data": [],
+                "xAxisIndex": 0 if place == 0 else 1,
+                "yAxisIndex": place,
+                "lineStyle": {"width": 1.6, "type": "dashed" if role == "setpoint" else "solid"},
+                "id": role,
+            }
+            for name, role, place in series
+        ],
+    }

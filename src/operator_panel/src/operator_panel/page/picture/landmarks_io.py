@@ -1,0 +1,120 @@
+"""What stands around the robot in the picture: keep-out zones and reach; and views of it all."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from nicegui import ui
+from scara_config import Robot
+
+from operator_panel.page.view_io import plain
+from scara_description.urdf import Vector
+
+Panes = dict[str, tuple[str, float]]
+"""For each object that can be seen through its id: colour and opacity.
+
+The browser needs them: it makes all else solid, and an object can be there before its material is.
+"""
+
+
+@dataclass(frozen=True)
+class Glass:
+    """A material that can be seen through.
+
+    Attributes:
+        colour: As ``#rrggbb``.
+        opacity: 0 is nothing, 1 is solid.
+    """
+
+    colour: str
+    opacity: float
+
+    def cover(
+        self, made: Any, panes: Panes, side: Literal["front", "back", "both"] = "front"
+    ) -> None:
+        """Give an object of the scene this material, and note it in ``panes``."""
+        made.material(self.colour, self.opacity, side=side)
+        panes[made.id] = (self.colour, self.opacity)
+
+
+ZONE = Glass("#c81e1e", 0.12)
+REACH = Glass("#6b7886", 0.55)
+LINE_M = 0.004
+LOWEST_M = -0.4  # a zone that goes on below the floor is shown down to here
+SEGMENTS = 96
+VIEWED_MM = 650.0  # reach of the robot that the views are drawn for: the article's
+VIEWS: dict[str, tuple[Vector, Vector]] = {
+    "Whole": ((1.42, -1.30, 0.72), (0.26, -0.08, -0.04)),
+    "Top": ((0.26, -0.001, 2.0), (0.26, 0.0, 0.0)),
+    "Front": ((2.1, 0.0, 0.25), (0.26, 0.0, 0.05)),
+    "Side": ((0.26, -1.9, 0.25), (0.26, 0.0, 0.05)),
+}
+"""Name of a view: where the eye is and what it looks at [m]. None is called as a command is."""
+
+
+def build_landmarks(scene: ui.scene, robot: Robot, glass: Panes) -> None:
+    """Add zones and reach to a scene; what can be seen through is noted in ``glass``."""
+    with scene:
+        for zone in robot.keep_out:
+            lower = [max(value * 1e-3, LOWEST_M) for value in zone.lower_mm]
+            upper = [value * 1e-3 for value in zone.upper_mm]
+            size = [high - low for low, high in zip(lower, upper)]
+            middle = [0.5 * (low + high) for low, high in zip(lower, upper)]
+            box = scene.box(size[0], size[1], size[2])
+            ZONE.cover(box.move(*middle), glass)
+            box.with_name(f"zone {zone.name}")
+        # The reach goes round as far as the first joint turns; all the way where that is unknown.
+        first, start, length = robot.arm_joints[0], 0.0, 2.0 * math.pi
+        if tuple(first.screw_axis or ()) == (0, 0, 1, 0, 0, 0):
+            start, length = first.lower, min(first.upper - first.lower, length)
+        for radius in reach_radii(robot):
+            ring = scene.ring(
+                radius - LINE_M,
+                radius,
+                theta_segments=SEGMENTS,
+                theta_start=start,
+                theta_length=length,
+            )
+            REACH.cover(ring, glass, side="both")
+            ring.with_name("reach")
+
+
+def reach_radii(robot: Robot) -> list[float]:
+    """Return how far the tool can be from the base axis [m]: at most, and at least if known."""
+    radii = [robot.reach_mm * 1e-3]
+    if robot.geometry is not None:
+        first, second = robot.geometry.l1_mm * 1e-3, robot.geometry.l2_mm * 1e-3
+        bend = min(abs(robot.arm_joints[1].lower), abs(robot.arm_joints[1].upper))
+        radii.append(math.sqrt(first**2 + second**2 + 2.0 * first * second * math.cos(bend)))
+    return radii
+
+
+def views_of(robot: Robot) -> dict[str, tuple[Vector, Vector]]:
+    """Return the views, nearer or farther as the robot is smaller or larger than the article's."""
+    share = robot.reach_mm / VIEWED_MM
+    return {
+        name: (_scaled(eye, share), _scaled(target, share)) for name, (eye, target) in VIEWS.items()
+    }
+
+
+def _scaled(place: Vector, share: float) -> Vector:
+    x, y, z = (share * value for value in place)
+    return x, y, z
+
+
+def build_views(scene: ui.scene, robot: Robot) -> None:
+    """Build a button for each view, on the picture."""
+    with ui.element("div").classes("views"):
+        for name, (eye, target) in views_of(robot).items():
+
+            def look(eye: Vector = eye, target: Vector = target) -> None:
+                scene.move_camera(
+                    *eye, look_at_x=target[0], look_at_y=target[1], look_at_z=target[2], duration=0
+                )
+
+            with ui.element("button").props(f"type=button data-view={name}").on("click", look):
+                plain(name)
+        with ui.element("button").props("type=button data-follow aria-pressed=false"):
+            plain("Follow")

@@ -1,0 +1,189 @@
+"""Recordings: start, stop, the list of runs, a report in the page."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable
+from pathlib import Path
+
+from nicegui import run, ui
+
+from operator_panel.control.fields import error_text, parse_run_name
+from operator_panel.door import Answer
+from operator_panel.page.records.dialogs_io import ask_delete, ask_name
+from operator_panel.page.view_io import PageView, plain
+from operator_panel.retelling.run_folders_io import (
+    RunError,
+    bag_of,
+    delete_run,
+    list_runs,
+    rename_run,
+)
+from operator_panel.runs import Run
+from operator_panel.view.snapshot import Snapshot
+
+REFRESH_S = 3.0
+
+
+def build_recordings(view: PageView, folder: Path) -> None:
+    """Build the form and the list."""
+    _Recordings(view, folder)
+
+
+class _Recordings:
+    def __init__(self, view: PageView, folder: Path) -> None:
+        self._view, self._folder = view, folder
+        self._listed: tuple[object, ...] = ()
+        with ui.element("div").classes("row-line"):
+
+            def check(text: str) -> str | None:
+                return error_text(lambda: parse_run_name(text))
+
+            self._name = ui.input("Name", validation=check).props(
+                'dense outlined stack-label placeholder="date and time" no-error-icon'
+            )
+            self._name.classes("field grow").mark("run-name").set_enabled(view.is_operator)
+            view.button("Start", "SPEED", "primary", self._start).mark("record-start")
+            view.button("Stop", "SPEED", "", self._stop).mark("record-stop")
+        self._status = ui.label("").classes("preview").mark("record-status")
+        self._list = ui.element("div").classes("rows scroll")
+        with ui.dialog().props("maximized") as self._dialog, ui.element("div").classes("report"):
+            with ui.element("div").classes("report-head"):
+                self._title = ui.label("").classes("card-title")
+                with ui.element("div").classes("row-line"):
+                    self._whole = ui.element("a").classes("button plain-button")
+                    with self._whole:
+                        plain("Open in a new tab")
+                    ui.button("Close", on_click=self._dialog.close, color=None).props(
+                        "unelevated no-caps dense"
+                    ).classes("button")
+            # A report runs scripts for its charts; without an origin they reach nothing of ours.
+            self._frame = (
+                ui.element("iframe")
+                .classes("report-frame")
+                .props('sandbox="allow-scripts allow-modals allow-downloads" title="Report"')
+            )
+        view.after.append(self._refresh)
+        ui.timer(REFRESH_S, self._look)
+        ui.timer(0.1, self._look, once=True)
+
+    async def _start(self) -> None:
+        if not self._name.validate():
+            return
+        name = parse_run_name(self._name.value)
+        path = str(self._folder / name / "run.bag") if name else ""
+        await self._do("Recording", self._view.door.record(path))
+
+    async def _stop(self) -> None:
+        await self._do("Recording", self._view.door.stop_recording())
+
+    async def _do(self, what: str, call: Awaitable[Answer]) -> None:
+        refused = self._view.desk.refusal(self._view.session.page)
+        if refused:
+            call.close()  # type: ignore[attr-defined]
+            self._view.tell(Answer(False, refused), what)
+            return
+        self._view.tell(await call, what)
+        await self._look()
+
+    def _refresh(self, snapshot: Snapshot, _: bool) -> None:
+        found = [d for name, d in snapshot.diagnoses.items() if name.endswith("recorder")]
+        self._status.set_text(
+            f"Recorder: {found[0].message}" if found else "Recorder: not heard of yet"
+        )
+
+    async def _look(self) -> None:
+        found = await run.io_bound(list_runs, self._folder)
+        shown = (found, self._view.door.reporting())
+        if found is None or shown == self._listed:
+            return
+        self._listed = shown
+        self._list.clear()
+        with self._list:
+            if not found:
+                plain("No runs yet.", "hint")
+            for one in found:
+                self._line(one)
+
+    def _line(self, one: Run) -> None:
+        with ui.element("div").classes("run"):
+            ui.label(one.name).classes("row-name")
+            facts = (one.when, one.length, one.size, one.verdict)
+            ui.label(", ".join(each for each in facts if each)).classes("row-text")
+            if one.missing:
+                ui.label(one.missing).props('data-is="bad"')
+            with ui.element("div").classes("row-line"):
+                # Opens the recording on the time line: see web/past.js.
+                look_back = ui.element("button").classes("button plain-button")
+                look_back.props(f'type=button data-look-at="{one.name}"')
+                with look_back.props("disabled" if one.busy or not one.bags else ""):
+                    plain("Look back")
+                if one.has_report:
+                    self._button("Report", lambda: self._open(one), True)
+                elif self._view.door.reporting() == one.name:
+                    self._button("Being made", lambda: None, False)
+                else:
+                    self._button("Make report", lambda: self._make(one), self._may(one))
+                for bag in one.bags if not one.busy else ():
+                    self._download(one, bag)
+                self._button("Rename", lambda: self._rename(one), self._may(one))
+                self._button("Delete", lambda: self._delete(one), self._may(one))
+
+    def _may(self, one: Run) -> bool:
+        return self._view.is_operator and bool(one.bags) and not one.busy
+
+    def _button(self, text: str, press: object, enabled: bool) -> None:
+        button = ui.button(text, on_click=press, color=None)  # type: ignore[arg-type]
+        button.props("unelevated no-caps dense").classes("button").set_enabled(enabled)
+
+    def _download(self, one: Run, bag: str) -> None:
+        number = f" {one.bags.index(bag) + 1}" if len(one.bags) > 1 else ""
+        with (
+            ui.element("a")
+            .classes("button plain-button")
+            .props(f'href="/runs/{one.name}/{bag}" download="{one.name}_{bag}"')
+        ):
+            plain(f"Download{number}")
+
+    async def _make(self, one: Run) -> None:
+        """Make a report; this takes as long as it takes, and the list shows it."""
+        title = f"Report of {one.name}"
+        number = self._view.desk.begin(self._view.session.page, title, title)
+        try:
+            bag = await run.io_bound(bag_of, self._folder, one.name)
+        except RunError as error:
+            self._view.desk.ended(number, Answer(False, str(error)))
+            return
+        if bag is None:  # the server ends
+            return
+        self._view.desk.ended(number, await self._view.door.report(bag))
+        await self._look()
+
+    async def _rename(self, one: Run) -> None:
+        name = await ask_name(one.name)
+        if name and name != one.name:
+            await self._change("Rename", f"{one.name} is {name} now", rename_run, one.name, name)
+
+    async def _delete(self, one: Run) -> None:
+        if await ask_delete(one):
+            await self._change("Delete", f"{one.name} is deleted", delete_run, one.name)
+
+    async def _change(self, what: str, done: str, change: object, *names: str) -> None:
+        """Change the folder, if this page is in control; say what became of it."""
+        refused = self._view.desk.refusal(self._view.session.page)
+        if refused:
+            self._view.tell(Answer(False, refused), f"{what} {names[0]}")
+            return
+        try:
+            await run.io_bound(change, self._folder, *names)  # type: ignore[arg-type]
+        except RunError as error:
+            self._view.tell(Answer(False, str(error)), f"{what} {names[0]}")
+        else:
+            self._view.tell(Answer(True, done), f"{what} {names[0]}")
+        await self._look()
+
+    def _open(self, one: Run) -> None:
+        self._title.set_text(f"Report of {one.name}")
+        address = f"/runs/{one.name}/report.html"
+        self._frame.props(f'src="{address}"')
+        self._whole.props(f'href="{address}" target="_blank" rel="noopener"')
+        self._dialog.open()

@@ -1,0 +1,190 @@
+"""A tool position that is asked about while it is typed, shown as a ghost, and sent by a button."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Awaitable, Callable
+from functools import partial
+from typing import Any
+
+from nicegui import ui
+
+from operator_panel.control.fields import error_text, parse_number
+from operator_panel.door import Answer
+from operator_panel.page.preview.asking_io import needs_judge, play
+from operator_panel.page.preview.motion_line_io import build_gate_line
+from operator_panel.page.view_io import PageView, live, plain
+from operator_panel.view import words
+
+AXES = ("x", "y", "z")
+ELBOWS = {"": "Nearest", "righty": "Righty", "lefty": "Lefty"}
+PREVIEW_DELAY_S = 0.25
+WIDEST_MM = 5000.0
+ASK = "Type or choose a position of the tool in base_link."
+
+
+def build_target(view: PageView) -> None:
+    """Build the form."""
+    _TargetForm(view)
+
+
+class _TargetForm:
+    """Fields, preview and button of one page."""
+
+    def __init__(self, view: PageView) -> None:
+        self._view = view
+        self._asked = 0
+        with ui.element("div").classes("target"):
+            self._fields = {
+                axis: self._number(axis.upper(), "mm", "", -WIDEST_MM, WIDEST_MM) for axis in AXES
+            }
+        with ui.element("div").classes("target"):
+            self._speed = self._number("Speed", "%", "50", 1.0, 100.0)
+            self._elbow = (
+                ui.select(ELBOWS, value="", label="Elbow")
+                .props("dense outlined options-dense")
+                .classes("field")
+            )
+            self._elbow.on_value_change(self._typed)
+            self._elbow.set_enabled(view.is_operator)
+            self._elbow.set_visibility(
+                view.robot.geometry is not None
+            )  # only a SCARA has branches by name
+            view.button("Move", "MOVE", "primary tall", self._move)
+        with ui.element("div").classes("target-picks"):
+            for name, position in view.around.positions.items():
+                pick = ui.button(name, on_click=lambda p=position: self._pick(p), color=None)
+                pick.props("unelevated no-caps dense").classes("button").mark(
+                    f"pick-{name.lower()}"
+                )
+                pick.set_enabled(view.is_operator)
+            clear = ui.button("Clear", on_click=self._clear, color=None).props(
+                "unelevated no-caps dense"
+            )
+            clear.classes("button").mark("target-clear")
+        with ui.element("div").classes("row-line"):
+            plain("Preview", "field-title")
+            for text, ask in (("Move", self._try_move), ("Home", self._try_home)):
+                button = ui.button(text, on_click=ask, color=None)
+                button.props(f'unelevated no-caps dense aria-label="Preview {text}"')
+                button.classes("button").mark(f"preview-{text.lower()}")
+                needs_judge(view, button)
+            build_gate_line()
+        self._text = ui.label(ASK).classes("preview").mark("preview")
+        self._gripper()
+
+    def _gripper(self) -> None:
+        """Build the gripper's switches; the twin controller passes them on to the real robot."""
+        with ui.element("div").classes("row-line gripper"):
+            plain("Gripper", "field-title")
+            for text, close in (("Grip", True), ("Let go", False)):
+                self._view.button(text, "MOVE", "", partial(self._grip, close))
+            live("gripper", "row-text")
+
+    async def _grip(self, close: bool) -> None:
+        page = self._view.session.page
+        number = self._view.desk.begin(page, "GRIPPER", "Grip" if close else "Let go")
+        refused = await self._view.desk.take(page)
+        answer = Answer(False, refused) if refused else await self._view.door.grip(close)
+        self._view.desk.ended(number, answer)
+
+    def _number(self, label: str, unit: str, value: str, lower: float, upper: float) -> Any:
+        def check(text: str) -> str | None:
+            return (
+                error_text(lambda: parse_number(text, label, unit, lower, upper)) if text else None
+            )
+
+        field = ui.input(label, value=value, validation=check, on_change=self._typed)
+        field.props(
+            f'dense outlined stack-label suffix="{unit}" inputmode=decimal no-error-icon'
+        ).classes("field")
+        field.mark(f"target-{label.lower()}").set_enabled(self._view.is_operator)
+        return field
+
+    def _pick(self, position: tuple[float, float, float]) -> None:
+        for axis, value in zip(AXES, position):
+            self._fields[axis].set_value(f"{value * 1e3:g}")
+
+    def _clear(self) -> None:
+        for field in self._fields.values():
+            field.set_value("")
+
+    def _typed(self) -> None:
+        """Close a preview of what was typed before; ask a little later, once nothing more comes."""
+        self._asked += 1
+        number = self._asked
+        ui.run_javascript("window.panel?.typed()")
+
+        async def ask() -> None:
+            if number == self._asked:
+                await self._preview(number)
+
+        ui.timer(PREVIEW_DELAY_S, ask, once=True)
+
+    def _point(self) -> dict[str, float] | None:
+        """Return x, y, z [m]; None while a field is wrong or empty."""
+        texts = [(axis, field.value) for axis, field in self._fields.items()]
+        if any(
+            error_text(lambda a=axis, t=text: parse_number(t, a, "mm", -WIDEST_MM, WIDEST_MM))
+            for axis, text in texts
+        ):
+            return None
+        return {axis: parse_number(text, axis, "mm") * 1e-3 for axis, text in texts}
+
+    async def _preview(self, number: int) -> None:
+        point = self._point()
+        if point is None:
+            self._show(ASK, "", None)
+            return
+        wrong = error_text(lambda: parse_number(self._speed.value, "Speed", "%", 1.0, 100.0))
+        percent = 0.0 if wrong else parse_number(self._speed.value, "Speed", "%")
+        answer = await self._view.door.judge(**point, elbow=self._elbow.value or "", speed=percent)
+        if number != self._asked:
+            return
+        if answer.success:
+            self._show(*self._reachable(answer))
+        else:
+            self._show(f"Not reachable: {answer.message}", "bad", None)
+
+    def _reachable(self, answer: Answer) -> tuple[str, str, dict[str, float]]:
+        """Return where the move leads, and why none may begin now."""
+        values = answer.values
+        there = dict(zip(values["name"], map(float, values["target"])))
+        joints = self._view.robot.arm_joints
+        pose = {joint.name: there[joint.name] for joint in joints}
+        shown = [f"{words.number(pose[j.name] / j.scale)} {j.unit}" for j in joints]
+        elbow, later = values["elbow"], values["refused_now"]
+        text = f"Reachable{f', {elbow}' if elbow else ''}: {', '.join(shown)}"
+        if later:
+            text += f". Not now: {later}"
+        return text, "good", pose
+
+    def _show(self, text: str, tone: str, pose: dict[str, float] | None) -> None:
+        self._text.set_text(text)
+        self._text.classes(replace=f"preview {tone}")
+        ui.run_javascript(f"window.panel?.preview({json.dumps(pose)})")
+
+    async def _try_move(self) -> None:
+        await self._go(self._play_move)
+
+    async def _try_home(self) -> None:
+        view = self._view
+        home, percent = list(view.robot.home_positions), view.around.home_percent
+        await play(view, "Home", "MOVE_JOINTS", joint_positions=home, speed_percent=percent)
+
+    async def _play_move(self, **fields: Any) -> None:
+        place = ", ".join(f"{axis} {words.number(1e3 * fields[axis], 0)}" for axis in AXES)
+        await play(self._view, f"Move to {place} mm", "MOVE", **fields)
+
+    async def _move(self) -> None:
+        await self._go(partial(self._view.send, "MOVE", ""))
+
+    async def _go(self, then: Callable[..., Awaitable[Any]]) -> None:
+        """Hand what the fields say to ``then``, unless one of them is wrong."""
+        point = self._point()
+        speed = error_text(lambda: parse_number(self._speed.value, "Speed", "%", 1.0, 100.0))
+        if point is None or speed:
+            self._view.tell(Answer(False, speed or "x, y and z are needed"), "Move")
+            return
+        percent = parse_number(self._speed.value, "Speed", "%")
+        await then(**point, speed_percent=percent, elbow=self._elbow.value or "")

@@ -1,0 +1,121 @@
+"""One open page on the server's side: its session, its buttons, its notices."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from nicegui import ui
+from scara_config import Robot
+
+from operator_panel.config import PanelConfig, Surroundings
+from operator_panel.control.authority import Role, command_refusal
+from operator_panel.control.desk_io import Desk, Session
+from operator_panel.door import Answer, CellDoor
+from operator_panel.view.snapshot import Snapshot
+
+
+class PageView:
+    """What the parts of a page share.
+
+    Attributes:
+        robot: Its joints.
+        config: operator_panel.yaml.
+        around: What is shown of other rooms' files.
+        door: The cell.
+        desk: Who may command.
+        session: This page.
+        after: Called with (snapshot, silent) when something about buttons changed.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        config: PanelConfig,
+        around: Surroundings,
+        door: CellDoor,
+        desk: Desk,
+        session: Session,
+    ) -> None:
+        """Remember everything."""
+        self.robot, self.config, self.around = robot, config, around
+        self.door, self.desk, self.session = door, desk, session
+        self.after: list[Callable[[Snapshot, bool], None]] = []
+        self._guarded: list[tuple[Any, str, str]] = []
+        self._shown: tuple[object, ...] = ()
+
+    @property
+    def is_operator(self) -> bool:
+        """Whether the page may command at all."""
+        return self.session.role is Role.OPERATOR
+
+    @property
+    def name(self) -> str:
+        """The person at this page, as the twin controller names the holder of control."""
+        return self.session.seat.name
+
+    def guard(self, element: Any, command: str) -> Any:
+        """Enable ``element`` only while ``command`` makes sense and this page may send it."""
+        self._guarded.append((element, command, element.props.get("title", "")))
+        element.set_enabled(False)
+        return element
+
+    def button(
+        self, text: str, command: str, style: str = "", on_click: Callable[[], Any] | None = None
+    ) -> ui.button:
+        """Make a guarded button; without ``on_click`` it sends the command."""
+
+        async def send() -> None:
+            await self.send(command)
+
+        made = ui.button(text, on_click=on_click or send, color=None).props(
+            "unelevated no-caps dense"
+        )
+        made.classes(f"button {style}").mark(command.lower())
+        self.guard(made, command)
+        return made
+
+    async def send(self, command: str, title: str = "", **fields: Any) -> Answer:
+        """Send a command; its place on the page shows what becomes of it, under ``title``."""
+        return await self.desk.command(self.session.page, command, title, **fields)
+
+    def tell(self, answer: Answer, what: str) -> None:
+        """Show an answer at the place of the commands."""
+        self.desk.note(self.session.page, what, answer)
+
+    def refresh(self, snapshot: Snapshot, silent: bool) -> None:
+        """Bring the buttons up to date; cheap while nothing has changed."""
+        refused = snapshot.refused()
+        state = snapshot.state
+        hands = state and (state.holder, state.not_in_control)
+        shown = (refused, silent, hands, self.name)
+        if shown != self._shown:
+            self._shown = shown
+            for element, command, title in self._guarded:
+                barred = self.desk.refusal(self.session.page, command) or command_refusal(
+                    command, refused, silent
+                )
+                element.set_enabled(not barred)
+                # Shown under the pointer, and read by a screen reader as the description.
+                element.props["title"] = barred or title
+        for part in self.after:
+            part(snapshot, silent)
+
+
+def live(key: str, style: str = "", tag: str = "span") -> ui.element:
+    """Make a place whose text comes with each frame."""
+    return ui.element(tag).props(f'data-live="{key}"').classes(f"live {style}")
+
+
+def plain(text: str, style: str = "", tag: str = "span") -> ui.element:
+    """Make a place with a fixed text."""
+    return ui.html(text, sanitize=False, tag=tag).classes(style)
+
+
+def card(title: str, style: str = "") -> ui.element:
+    """Make a card with a small heading; use it as a context."""
+    made = ui.element("section").classes(f"card {style}")
+    with made:
+        if title:
+            plain(title, "card-title", "h2")
+    return made

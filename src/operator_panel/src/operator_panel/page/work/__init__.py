@@ -1,0 +1,1 @@
+"""What people work with beside jogging: programs, the robot itself, the day's work."""

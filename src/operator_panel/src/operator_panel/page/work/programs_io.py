@@ -1,0 +1,123 @@
+"""Programs of the real robot, started on its pendant; what it runs now."""
+
+from __future__ import annotations
+
+from nicegui import ui
+
+from operator_panel.config import Program
+from operator_panel.control.fields import error_text, parse_number
+from operator_panel.door import Answer
+from operator_panel.page.preview.asking_io import ask, needs_judge, play
+from operator_panel.page.preview.motion_line_io import build_gate_line
+from operator_panel.page.view_io import PageView, live, plain
+from operator_panel.view.robot.program_lines import listing
+
+KEYS = {"run": ("RUN", "Program"), "override": ("OVERRIDE", "Override of the robot")}
+"""Key of the pendant: the command that the page follows, and its title."""
+
+
+def build_programs(view: PageView) -> None:
+    """Build the list and the override."""
+    with ui.element("div").classes("facts"):
+        for title, key in (
+            ("Program", "robot.program"),
+            ("Speed", "robot.speed"),
+            ("Robot", "robot.ready"),
+        ):
+            with ui.element("div").classes("fact"):
+                plain(title, "fact-title")
+                live(key, "num")
+    with ui.element("div").classes("rows"):
+        for program in view.around.programs:
+            with ui.element("div").classes("row-line"):
+                plain(program.name, "row-name")
+                ui.label(program.comment).classes("row-text")
+                _preview(view, program.name)
+                _press(view, "Run", "RUN", f"run-{program.name.lower()}", "run", program.name)
+            _lines(program)
+    with ui.element("div").classes("row-line"):
+        plain("Override", "field-title")
+
+        def check(text: str) -> str | None:
+            return error_text(lambda: parse_number(text, "Override", "%", 1.0, 100.0))
+
+        field = ui.input(value="100", validation=check).props(
+            'dense outlined suffix="%" inputmode=decimal no-error-icon'
+        )
+        field.classes("field").mark("override")
+        view.guard(field, "SPEED")
+
+        async def send() -> None:
+            if field.validate():
+                await _say(view, "override", f"{parse_number(field.value, 'Override', '%'):.0f}")
+
+        view.button("Set", "SPEED", "", send).mark("override-set")
+        plain("10 % after a cold start", "row-text")
+    with ui.element("div").classes("hint"):
+        build_gate_line()
+        plain("Keys of the robot's own pendant. The twin follows.")
+
+
+def _lines(program: Program) -> None:
+    """Build a program's listing; the browser marks the line that it is in."""
+    with ui.element("details").classes("listing"):
+        with ui.element("summary"):
+            ui.label(f"Lines of {program.name}")
+        with ui.element("ol").props(f'data-program="{program.name}"'):
+            for line in listing(program.lines):
+                with ui.element("li").props(f"data-line={line.number} value={line.number}"):
+                    ui.label(line.text).style(f"padding-left: {line.depth}rem")
+
+
+def _preview(view: PageView, name: str) -> None:
+    """Build a button that shows what a program would do."""
+
+    async def ask() -> None:
+        await play(view, f"Program {name}", "PROGRAM", program=name)
+
+    button = ui.button("Preview", on_click=ask, color=None)
+    button.props(f'unelevated no-caps dense aria-label="Preview {name}"').classes("button")
+    needs_judge(view, button)
+
+
+def _press(view: PageView, text: str, command: str, mark: str, *keys: str) -> None:
+    """Build a button that starts a program once it is confirmed: both robots move by it.
+
+    Meanwhile the second world judges it. One that the gate would refuse has no button to confirm.
+    """
+    name = keys[-1]
+
+    async def press() -> None:
+        dialog.close()
+        await _say(view, *keys)
+
+    async def question() -> None:
+        verdict.set_text("Judging ...")
+        verdict.classes(replace="verdict")
+        confirm.set_visibility(True)
+        dialog.open()
+        found = await ask(view, f"Program {name}", "PROGRAM", program=name)
+        verdict.set_text(found.sentence)
+        verdict.classes(replace=f"verdict {found.tone}")
+        confirm.set_visibility(not (found.is_refused and view.door.snapshot().gate == "refuse"))
+
+    with ui.dialog() as dialog, ui.element("div").classes("card confirm"):
+        plain(f"Run {name} on the robot?", "confirm-title", "h2")
+        plain("The real robot moves, and the twin follows. Is nobody near it?", "", "p")
+        verdict = ui.label("").classes("verdict").props('aria-live="polite"')
+        with ui.element("div").classes("row-line"):
+            cancel = ui.button("Cancel", on_click=dialog.close, color=None)
+            cancel.props("unelevated no-caps dense autofocus").classes("button")
+            confirm = view.button(f"Run {name}", command, "primary", press)
+            confirm.mark(f"{mark}-confirmed")
+    view.button(text, command, "", question).mark(mark)
+
+
+async def _say(view: PageView, *keys: str) -> None:
+    """Press a key of the pendant, if this page is in control."""
+    kind, title = KEYS.get(keys[0], (keys[0], keys[0].capitalize()))
+    page = view.session.page
+    number = view.desk.begin(page, kind, f"{title} {' '.join(keys[1:])}".strip())
+    refused = await view.desk.take(page)
+    answer = Answer(False, refused) if refused else await view.door.pendant(*keys)
+    view.desk.ended(number, answer)

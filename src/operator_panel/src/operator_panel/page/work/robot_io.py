@@ -1,0 +1,75 @@
+"""The real robot itself: operating mode, drives, stop; put the parts back."""
+
+from __future__ import annotations
+
+from nicegui import ui
+
+from operator_panel.door import Answer
+from operator_panel.page.view_io import PageView, live, plain
+from operator_panel.page.work.registers_io import build_registers
+
+FACTS = (
+    ("Operating mode", "status.mode"),
+    ("Drives", "status.drives"),
+    ("Emergency stop", "status.stop"),
+    ("Motion", "status.motion"),
+    ("Error", "status.error"),
+    ("Program", "robot.program"),
+)
+TODAY = (
+    ("Ran to the end", "today.cycles"),
+    ("Now", "today.running"),
+    ("Last program", "today.last"),
+    ("Mean of the last 20", "today.mean"),
+    ("Parts placed", "today.parts"),
+    ("Tools furthest apart", "today.deviation"),
+)
+
+
+def build_robot(view: PageView) -> None:
+    """Build what the robot says of itself, and the button for the parts."""
+    facts(FACTS)
+    with ui.element("div").classes("row-line"):
+        plain("Parts", "field-title")
+        if view.around.has_parts:
+            _parts_back(view)
+            plain("of both cells, where they stood at the start", "row-text")
+        else:
+            plain("this robot has none", "row-text")
+    with ui.element("div").classes("hint"):
+        plain("Who may move the robot is chosen at the robot: its pendant decides.")
+    build_registers(view)
+
+
+def facts(places: tuple[tuple[str, str], ...]) -> None:
+    """Build a list of names and what is true now."""
+    with ui.element("dl").classes("fact-list"):
+        for title, key in places:
+            plain(title, "fact-title", "dt")
+            live(key, "fact-value", "dd")
+
+
+def _parts_back(view: PageView) -> None:
+    async def press() -> None:
+        dialog.close()
+        page = view.session.page
+        number = view.desk.begin(page, "PARTS", "Put parts back")
+        refused = await view.desk.take(page)
+        answer = Answer(False, refused) if refused else await view.door.put_parts_back()
+        view.desk.ended(number, answer)
+
+    with ui.dialog() as dialog, ui.element("div").classes("card confirm"):
+        plain("Put all parts back?", "confirm-title", "h2")
+        plain("They stand where they stood at the start. Nothing moves.", "", "p")
+        with ui.element("div").classes("row-line"):
+            cancel = ui.button("Cancel", on_click=dialog.close, color=None)
+            cancel.props("unelevated no-caps dense autofocus").classes("button")
+            view.button("Put back", "MOVE", "primary", press).mark("parts-back-confirmed")
+    view.button("Put back", "MOVE", "", dialog.open).mark("parts-back")
+
+
+def build_today(_: PageView) -> None:
+    """Build the list; its values come with each frame."""
+    facts(TODAY)
+    with ui.element("div").classes("hint"):
+        plain("Counted since midnight, or since the page's server was started.")

@@ -1,0 +1,229 @@
+"""Check a robot profile: rosrun robot_doctor doctor --robot NAME; make one: doctor new NAME.
+
+The article's methodology as checks, in four groups: the robot, its simulation, its registers, the
+links. Without ``--move`` nothing is written to the robot. Exit code 0 nothing is wrong, 1 something
+is, 2 there is no such profile. ``doctor new NAME --from ROBOT`` copies the files of a robot that is
+there, renames it in them and writes its URDF.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from scara_config import ConfigError, config_directory, load
+from scara_config.modbus_map import ModbusMap, problems
+from scara_config.profile import chosen_robot, locate
+from scara_config.readers import check_files
+from scara_ros.shell.command_line_io import CommandLine, ConfigDir, RobotName, choose_robot
+from scara_ros.shell.program_io import WRONG
+from twin_controller.config import TwinControllerConfig, load_twin_controller
+from twin_controller.modbus.port_io import LinkLostError
+from twin_controller.twin.rosbridge_access_io import read_access
+
+from robot_doctor.examine import EXAMPLE, RobotProfile, examine, mend
+from robot_doctor.finding import Finding, Group, Level, is_healthy, note, wrong
+from robot_doctor.link_checks import check_answers
+from robot_doctor.new_profile_io import make_profile
+from robot_doctor.profile_files_io import read_profile
+from robot_doctor.robot_probe_io import Mover, ask
+from robot_doctor.twin_probe_io import ask_twin
+
+SECONDS = 2.0
+COLOURS = {Level.FINE: "green", Level.NOTE: "yellow", Level.WRONG: "bold red"}
+app = CommandLine(
+    "doctor",
+    {ConfigError: WRONG},
+    help="Check a robot profile: robot, simulation, registers, links.",
+    rich_markup_mode=None,
+)
+
+
+@app.callback(invoke_without_command=True)
+def doctor(
+    context: typer.Context,
+    robot: RobotName = None,
+    host: Annotated[
+        str | None, typer.Option(help="The robot; default: twin_controller.yaml.")
+    ] = None,
+    port: Annotated[
+        int | None,
+        typer.Option(help="Its Modbus port; default: twin_controller.yaml.", min=1, max=65535),
+    ] = None,
+    twin_url: Annotated[
+        str | None, typer.Option(help="The twin's web socket; default: twin_controller.yaml.")
+    ] = None,
+    move: Annotated[
+        bool, typer.Option("--move", help="Send each joint a hair away and back, and swing it.")
+    ] = False,
+    offline: Annotated[bool, typer.Option("--offline", help="Look at the files only.")] = False,
+    config_dir: ConfigDir = None,
+) -> None:
+    """Check a robot profile: robot, simulation, registers, links."""
+    if context.invoked_subcommand:
+        return
+    console = Console(highlight=False, soft_wrap=True)
+    choose_robot(robot)
+    try:
+        folder = Path(config_dir or config_directory())
+        profile = read_profile(folder)
+    except ConfigError as error:
+        hint = f"        -> a new robot: {new_command(chosen_robot())}"
+        raise ConfigError(f"{error}\n{hint}") from error
+    findings = list(examine(profile))
+    findings += other_files(folder, findings)
+    if not offline:
+        findings += _links(profile, folder, host, port, twin_url, move)
+    show(console, profile, findings)
+    console.print(f"next: {next_command(is_healthy(findings), offline)}", markup=False)
+    raise typer.Exit(0 if is_healthy(findings) else 1)
+
+
+@app.command()
+def new(
+    name: Annotated[str, typer.Argument(help="Of the new robot: its folder in config/robots.")],
+    source: Annotated[
+        str, typer.Option("--from", help="The robot whose files it begins with.")
+    ] = EXAMPLE,
+    config_dir: ConfigDir = None,
+) -> None:
+    """Make the files of a new robot from those of one that is there."""
+    console = Console(highlight=False, soft_wrap=True)
+    folder = make_profile(Path(config_dir or config_directory()), name, source)
+    for file in sorted(folder.rglob("*.yaml")):
+        console.print(f"made {file}", markup=False)
+    console.print(
+        f"It is {source} under another name. Begin with {folder / 'robot.yaml'}: "
+        "docs/methodology.md says how.\n"
+        f"next: rosrun robot_doctor doctor --robot {name} --offline",
+        markup=False,
+    )
+
+
+def new_command(name: str) -> str:
+    """Return what makes the files of a robot."""
+    return f"rosrun robot_doctor doctor new {name} --from {EXAMPLE}"
+
+
+def next_command(healthy: bool, offline: bool) -> str:
+    """Return what to type next."""
+    again = f"rosrun robot_doctor doctor --robot {chosen_robot()}{' --offline' * offline}"
+    return f"./cell demo --robot {chosen_robot()}" if healthy else f"correct this, then {again}"
+
+
+def other_files(folder: Path, found: list[Finding]) -> Iterator[Finding]:
+    """Yield the faults of all other files that a cell of this robot reads."""
+    told = "\n".join(finding.what for finding in found)
+    for fault in check_files(folder):
+        if fault.partition(" (line ")[0] not in told:
+            yield wrong(Group.FILES, fault, mend(fault, chosen_robot()))
+
+
+def show(console: Console, profile: RobotProfile, findings: list[Finding]) -> None:
+    """Print the findings by group, and what to do."""
+    name = chosen_robot() if isinstance(profile.robot, ConfigError) else profile.robot.name
+    for group in Group:
+        found = [finding for finding in findings if finding.group is group]
+        if found:
+            console.print(f"{group.value}", style="bold", markup=False)
+        for finding in found:
+            console.print(
+                f"  {finding.level.value:5} {finding.what}",
+                style=COLOURS[finding.level],
+                markup=False,
+            )
+            if finding.advice:
+                console.print(f"        -> {finding.advice}", markup=False)
+    counts = {level: sum(finding.level is level for finding in findings) for level in Level}
+    verdict = (
+        f"{counts[Level.FINE]} fine, {counts[Level.NOTE]} to look at, {counts[Level.WRONG]} wrong"
+    )
+    console.print(
+        f"{name}: {verdict}",
+        style=COLOURS[Level.WRONG if counts[Level.WRONG] else Level.FINE],
+        markup=False,
+    )
+
+
+def _links(
+    profile: RobotProfile,
+    folder: Path,
+    host: str | None,
+    port: int | None,
+    twin_url: str | None,
+    move: bool,
+) -> Iterator[Finding]:
+    """Yield what the robot and the twin answer.
+
+    Files that are not usable leave nothing to ask with.
+    """
+    try:
+        if isinstance(profile.robot, ConfigError):
+            return
+        config = load_twin_controller(profile.robot, folder)
+        layout = load(locate("modbus_map.yaml", folder), ModbusMap)
+    except ConfigError as error:
+        yield wrong(Group.LINKS, str(error), "correct the file; the links are checked then")
+        return
+    address = (host or config.real.host, port or config.real.port)
+    if next(problems(layout), None) is None:
+        yield from _robot(profile, layout, config, address, move)
+    yield from _twin(config, twin_url or config.twin.url)
+
+
+def _twin(config: TwinControllerConfig, url: str) -> Iterator[Finding]:
+    """Yield what the twin answers, if there is what its gateway asks for."""
+    try:
+        access = read_access(config.twin, url, os.environ)
+    except ConfigError as error:
+        yield wrong(Group.LINKS, str(error), "the twin's link is checked then")
+        return
+    yield from ask_twin(url, access)
+
+
+def _robot(
+    profile: RobotProfile,
+    layout: ModbusMap,
+    config: TwinControllerConfig,
+    address: tuple[str, int],
+    move: bool,
+) -> Iterator[Finding]:
+    """Yield what the robot answers, and where it goes."""
+    if isinstance(profile.robot, ConfigError):
+        return
+    real = config.real
+    try:
+        answers = ask(
+            profile.robot,
+            layout,
+            *address,
+            real.poll_period_ms * 1e-3,
+            SECONDS,
+            real.timeout_ms * 1e-3,
+        )
+    except (LinkLostError, ConfigError) as error:
+        advice = (
+            "start it (the stand-in: `rosrun fanuc_emulator emulator`), check address, port, "
+            "device_id and registers"
+        )
+        yield wrong(Group.LINKS, str(error), advice)
+        return
+    found = list(check_answers(profile.robot, layout, answers, config))
+    yield from found
+    if move and is_healthy(found):
+        with Mover(profile.robot, layout, config, *address) as mover:
+            yield from mover.nudge_all()
+    elif not move:
+        yield note(
+            Group.LINKS,
+            "nothing was moved",
+            "--move sends each joint a hair away and back, swings it by 10 degrees or 20 mm, and "
+            "says how late it is; keep clear of the robot",
+        )
+
+
+main = app.run

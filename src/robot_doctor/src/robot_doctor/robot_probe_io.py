@@ -1,0 +1,287 @@
+"""Ask the robot over Modbus: reading only, and moving a hair when asked to."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator, Sequence
+
+from scara_config import Joint, Robot
+from scara_config.modbus_map import ModbusMap, number_after
+from twin_controller.config import TwinControllerConfig
+from twin_controller.estimation.delay import Fit
+from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
+from twin_controller.modbus.port_io import ModbusPort
+from twin_controller.registers import RegisterCodec
+from twin_controller.robot_sample import (
+    AlarmStatus,
+    ControlType,
+    ProgramStatus,
+    RobotSample,
+    WatchdogState,
+)
+
+from robot_doctor.delay_checks import DelayStretch, check_delays
+from robot_doctor.finding import Finding, Group, wrong
+from robot_doctor.link_checks import Answer, Nudge, check_nudge
+
+HAIR = {"deg": 0.5, "mm": 1.0}
+SWING, SWING_S, LISTEN_S = {"deg": 10.0, "mm": 20.0}, 0.8, 0.5
+SWING_PERCENT, KEEPS_UP = 20.0, 0.8
+PEAK = 1.875
+"""Largest speed of a swing over its mean speed."""
+RAMP_S = 0.5
+SETTLE_S = 3.0
+CLOSE = 0.1
+PERIOD_S = 0.01
+FIRST_S = 3.0
+AHEAD_S = 0.04
+"""So far ahead of their time set points are sent to a robot that takes them so; our choice."""
+SPEED_PERCENT = 10.0
+
+
+def ask(
+    robot: Robot,
+    layout: ModbusMap,
+    host: str,
+    port: int,
+    period: float,
+    seconds: float,
+    timeout: float,
+) -> list[Answer]:
+    """Poll the robot for a while, as the twin controller does; nothing is written.
+
+    Args:
+        robot: The profile.
+        layout: Its map.
+        host: The robot's address.
+        port: Of its Modbus server.
+        period: Between two requests [s].
+        seconds: How long.
+        timeout: For one answer [s].
+
+    Raises:
+        LinkLostError: Nobody there, or an answer is missing or refused.
+    """
+    codec, answers = RegisterCodec(layout, robot), []
+    link = ModbusPort(host, port, layout.device_id, timeout)
+    link.open()
+    try:
+        end = time.monotonic() + seconds
+        while (sent := time.monotonic()) < end:
+            words = link.read_words(codec.state)
+            received = time.monotonic()
+            signals = link.read_signals(codec.outputs) if codec.outputs else []
+            answers.append(Answer(sent, received, tuple(words), tuple(signals)))
+            time.sleep(max(0.0, sent + period - time.monotonic()))
+    finally:
+        link.close()
+    return answers
+
+
+class Mover:
+    """Streams small set points to the robot; a context manager that ends the stream.
+
+    Args:
+        robot: The profile.
+        layout: Its map.
+        config: Address and times of the link.
+        host: The robot's address.
+        port: Of its Modbus server.
+    """
+
+    def __init__(
+        self, robot: Robot, layout: ModbusMap, config: TwinControllerConfig, host: str, port: int
+    ) -> None:
+        settings = ModbusSettings(
+            host, port, poll_period=config.real.poll_period_ms * 1e-3, timeout=0.2
+        )
+        self._joints = robot.twin_joints
+        self._columns = [k for k, joint in enumerate(robot.joints) if joint.twin]
+        self._config = config
+        # The newest answer, and when it came [s].
+        self._newest: tuple[RobotSample, float] | None = None
+        # Of the last set point ahead of its time; 0 before the first.
+        self._number = 0
+        self._stretch: DelayStretch | None = None
+        self._came = threading.Event()
+        self._alarm = ""
+        self._link = ModbusLink(
+            settings, layout, robot, self._take, lambda up, why: None, self._told
+        )
+
+    def __enter__(self) -> Mover:
+        """Connect."""
+        self._link.__enter__()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Let the robot decelerate and end the stream, then disconnect."""
+        self._link.pulse("cstopi")
+        self._link.take_back_setpoints()
+        time.sleep(0.3)
+        self._link.close()
+
+    def nudge_all(self) -> Iterator[Finding]:
+        """Send each joint of the twin a hair away and back, then swing it to see how late it is.
+
+        End at the first that cannot be moved.
+        """
+        reason = self._start()
+        if reason:
+            yield wrong(
+                Group.LINKS,
+                f"the robot cannot be moved: {reason}",
+                "end what commands it, reset it, and ask again",
+            )
+            return
+        for index, joint in enumerate(self._joints):
+            nudge = self._nudge(index, joint)
+            if self._sample.control_type is not ControlType.STREAM:
+                what = (
+                    f"{joint.name}: the robot ended the stream "
+                    f"{self._alarm or '(it tells no alarm)'}"
+                )
+                yield wrong(
+                    Group.LINKS,
+                    what,
+                    "a heartbeat that came late on a busy machine? Reset the robot and ask again",
+                )
+                return
+            yield check_nudge(nudge, self._joints)
+        yield from check_delays(
+            [(joint, self._measure(k, joint)) for k, joint in enumerate(self._joints)],
+            self._config,
+        )
+
+    def _take(self, sample: RobotSample, sent: float, received: float) -> None:
+        self._newest = sample, received
+        if self._stretch is not None:
+            self._stretch.take(sample, sent, received)
+        self._came.set()
+
+    def _told(self, program: ProgramStatus, alarm: AlarmStatus) -> None:
+        self._alarm = (
+            f"with {alarm.facility}-{alarm.number:03d} {alarm.message}" if alarm.facility else ""
+        )
+
+    @property
+    def _heard(self) -> tuple[RobotSample, float]:
+        assert self._newest is not None
+        return self._newest
+
+    @property
+    def _sample(self) -> RobotSample:
+        return self._heard[0]
+
+    def _positions(self) -> tuple[float, ...]:
+        return tuple(self._sample.motion.q[k] for k in self._columns)
+
+    def _start(self) -> str:
+        """Start the stream program; return why that is not possible, or an empty text."""
+        if not self._came.wait(FIRST_S):
+            return "it sends no sample that is believed"
+        sample = self._sample
+        if (
+            sample.watchdog_state is WatchdogState.ARMED
+            and sample.control_type is not ControlType.NONE
+        ):
+            return "somebody streams to it"
+        if "fault" in sample.outputs:
+            return "FAULT is on"
+        if sample.control_type is not ControlType.NONE:
+            return "it runs a program"
+        if "cmdenbl" not in sample.outputs:
+            return "it does not allow a remote start (CMDENBL is off)"
+        start = self._positions()
+        self._link.pulse("rsr1")
+        end = time.monotonic() + FIRST_S
+        while self._sample.control_type is not ControlType.STREAM and time.monotonic() < end:
+            self._tell(start, SPEED_PERCENT)
+            time.sleep(PERIOD_S)
+        return (
+            ""
+            if self._sample.control_type is ControlType.STREAM
+            else "its stream program does not start"
+        )
+
+    def _tell(self, positions: Sequence[float], speed_percent: float) -> int | None:
+        """Send one set point [rad or m].
+
+        Returns:
+            When it counts, on the robot's clock without its wrap [ms]; None: as soon as it comes.
+        """
+        sample, received = self._heard
+        if not sample.ring_places:
+            self._link.write_now(positions, speed_percent)
+            return None
+        if not self._number:
+            self._number = sample.ring_read
+        self._number = number_after(self._number)
+        clock_ms = sample.clock_ms + round(1e3 * (time.monotonic() - received + AHEAD_S))
+        self._link.write_at(positions, speed_percent, self._number, clock_ms)
+        return clock_ms
+
+    def _nudge(self, index: int, joint: Joint) -> Nudge:
+        """Send one joint away from its nearer limit and back."""
+        start = self._positions()
+        asked = HAIR[joint.unit] * joint.scale * self._inwards(start, index, joint)
+        away = tuple(q + asked * (k == index) for k, q in enumerate(start))
+        speed = self._go(start, away, index)
+        there = self._positions()
+        self._go(away, start, index)
+        return Nudge(
+            joint.name, asked, {j.name: b - a for j, a, b in zip(self._joints, start, there)}, speed
+        )
+
+    def _measure(self, index: int, joint: Joint) -> Fit | None:
+        """Swing one joint smoothly away and back; return how late it was on its way there."""
+        start = self._positions()
+        way = SWING[joint.unit] * joint.scale * self._inwards(start, index, joint)
+        # A robot runs its program at its override; a swing at its limit would be late for that.
+        override = max(float(self._sample.override), 1.0)
+        fastest = 1e-2 * min(SWING_PERCENT, override) * joint.velocity
+        duration = max(SWING_S, PEAK * abs(way) / (KEEPS_UP * fastest))
+        percent = min(100.0, 100.0 * SWING_PERCENT / override)
+        stretch = DelayStretch(joint, self._columns[index], self._config)
+        self._stretch = stretch
+        begun = time.monotonic()
+        while (passed := time.monotonic() - begun) < duration + LISTEN_S:
+            share = min(passed / duration, 1.0)
+            q = list(start)
+            q[index] += way * share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+            sent = time.monotonic()
+            clock_ms = self._tell(q, percent)
+            if clock_ms is None:
+                stretch.tell(sent, q[index])
+            else:
+                stretch.tell_ahead(clock_ms, q[index])
+            time.sleep(PERIOD_S)
+        self._stretch = None
+        self._go(tuple(q), start, index)
+        return stretch.fit()
+
+    def _inwards(self, start: tuple[float, ...], index: int, joint: Joint) -> float:
+        """Return the sign of the way from the nearer limit."""
+        return 1.0 if start[index] < 0.5 * (joint.lower + joint.upper) else -1.0
+
+    def _go(self, begin: tuple[float, ...], end: tuple[float, ...], index: int) -> float:
+        """Stream from one pose to another, wait until the robot stands there or the time is over.
+
+        Return the largest speed.
+        """
+        speed, started = 0.0, time.monotonic()
+        while (passed := time.monotonic() - started) < SETTLE_S:
+            share = min(passed / RAMP_S, 1.0)
+            self._tell([a + share * (b - a) for a, b in zip(begin, end)], SPEED_PERCENT)
+            here = self._sample.motion.qdot[self._columns[index]]
+            speed = here if abs(here) > abs(speed) else speed
+            rest = abs(self._positions()[index] - end[index])
+            if (
+                share == 1.0
+                and rest < CLOSE * abs(end[index] - begin[index])
+                and passed > RAMP_S + 0.2
+            ):
+                break
+            time.sleep(PERIOD_S)
+        return speed

@@ -1,0 +1,1 @@
+"""One client's connection: its words, answers, pace and end."""

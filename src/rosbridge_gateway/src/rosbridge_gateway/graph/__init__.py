@@ -1,0 +1,1 @@
+"""The gateway's view of the ROS graph: topics, services, parameters, first messages."""

@@ -1,1 +1,0 @@
-"""What touches the machine: processes, listening ports, the ROS master, files."""

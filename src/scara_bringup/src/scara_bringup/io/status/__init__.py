@@ -1,1 +1,0 @@
-"""What can be seen of the cells that run: who they are, and what their processes use."""

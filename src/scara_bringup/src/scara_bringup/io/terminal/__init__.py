@@ -1,1 +1,0 @@
-"""What a person at the terminal sees: messages, addresses, a browser that opens."""

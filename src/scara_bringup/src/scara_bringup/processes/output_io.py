@@ -1,0 +1,55 @@
+"""The folder of one run: logs, bag and report."""
+
+from __future__ import annotations
+
+import os
+from datetime import datetime
+from pathlib import Path
+
+from scara_ros.names import folder_of
+from scara_ros.shell.program_io import runs_folder
+
+from scara_bringup.processes.preflight_io import namespace
+
+
+def runs_of(folder: Path, wanted: Path | None) -> Path:
+    """Return the folder that holds all recordings of a cell.
+
+    Args:
+        folder: Of this run, resolved.
+        wanted: What the caller has asked for.
+
+    Returns:
+        ``wanted``, else runs/ if ``folder`` lies in it, else ``folder`` itself: a person's own
+        folder around it is none of the recorder's business.
+    """
+    if wanted is not None:
+        return wanted.resolve()
+    usual = runs_folder().resolve()
+    return usual if folder.is_relative_to(usual) else folder
+
+
+def make_output(wanted: Path | None) -> Path:
+    """Create the folder of this run and return it.
+
+    Without a wish it is ``runs/<time>``, in a namespace ``runs/<time>_<namespace>``.
+
+    Raises:
+        OSError: It cannot be made, or is no folder.
+    """
+    name = folder_of(datetime.now().strftime("%Y-%m-%d_%H-%M-%S"), namespace())
+    folder = wanted or runs_folder() / name
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder.resolve()
+
+
+def link_latest(folder: Path) -> None:
+    """Let ``latest`` beside ``folder`` point to it, at once.
+
+    A real folder of that name is left alone.
+    """
+    link, fresh = folder.parent / "latest", folder.parent / f".latest_{os.getpid()}"
+    if link.is_dir() and not link.is_symlink():
+        return
+    fresh.symlink_to(folder.name)
+    fresh.replace(link)

@@ -1,1 +1,0 @@
-"""The physics engine as a model of the arm."""

@@ -1,0 +1,317 @@
+"""Node ``motion_server``.
+
+Drives the twin's tool to a point, through both joint controllers, until it is there.
+
+Parameters: ``~config_dir`` (robot.yaml, motion.yaml; default: the package scara_config).
+Services: ``move_to`` (scara_msgs/MoveTo). Joints that do not move the tool hold. A newer request
+replaces a running one once its point has proved reachable; STOP and ESTOP cancel.
+Calls: ``joint_pose_controller/move``, ``twin_controller/control`` (for whom it moves the twin).
+Subscribes: ``twin/joint_states``, ``motion_command``.
+Publishes: ``joint_vel_controller/command`` (JointJog), ``motion_command`` (a STOP that was
+overtaken by our own move).
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import rospy
+from scara_config import Robot
+from scara_ros.process.memory_io import keep_for_good
+from scara_ros.services.service_client_node import ServiceClient, StartedCall
+from scara_ros.services.service_connection_io import ServiceError
+from scara_ros.shell.ros_node import refusing
+from scara_ros.standstill import said
+from sensor_msgs.msg import JointState
+
+from control_msgs.msg import JointJog
+from scara_control.config import MotionConfig
+from scara_control.errors import ScaraControlError
+from scara_control.joint_motion import JointMotion
+from scara_control.kinematics.arm_kinematics import parse_elbow
+from scara_control.kinematics.tool import tool_kinematics
+from scara_control.motion.command_listener_node import CommandListener, Lending, told_movers
+from scara_control.motion.commands import Command, MotionRefusedError
+from scara_control.motion.epoch import Asked, Epoch
+from scara_control.motion.feedback import Feedback
+from scara_control.motion.idle_node import QUIET_S
+from scara_control.motion.jogging.jog import TRIM
+from scara_control.motion.requests import check_speed
+from scara_control.motion.trim import Requests, Trim, tool_error
+from scara_control.motion.wiring_node import (
+    CallbackGuard,
+    JointStateReader,
+    MotionClock,
+    offer,
+    start_node,
+    subscribe,
+)
+from scara_msgs.msg import MotionCommand
+from scara_msgs.srv import MoveJoints, MoveTo, MoveToResponse
+
+_POLL = 0.02
+_REPEAT_STOP = 0.05
+_NAME = "motion_server"
+
+
+@dataclass(frozen=True)
+class RunningGoal:
+    """One request under way."""
+
+    asked: float
+    number: int
+    point: tuple[float, float, float]
+    target: tuple[float, ...]
+    speed_percent: float
+    request: Any
+
+
+class MotionServer:
+    """Answers ``move_to``; each request runs in rospy's thread of its caller."""
+
+    def __init__(self, robot: Robot, config: MotionConfig) -> None:
+        """Open topics and service."""
+        self._config = config
+        self._tool = tool_kinematics(robot)
+        joints = self._tool.joints
+        self._names = [joint.name for joint in joints]
+        self._clock = MotionClock()
+        self._calls = 0  # requests that are answered now, refused ones too
+        self._reader = JointStateReader(
+            joints, config, self._clock, self._measure, lambda: self._calls == 0
+        )
+        self._feedback = Feedback(joints, config)
+        self._lock = threading.Condition()
+        self._requests = Requests()
+        self._epoch = Epoch(time.monotonic())
+        self._movers = told_movers()
+        self._lending = Lending()
+        self._paused = False
+        # When somebody let a paused motion go on: from then on its jogs are as new as that.
+        self._resumed = 0.0
+        self._stops = 0
+        # A numeric solution loads a library, and the first caller would wait for it.
+        home = [robot.home[joint.name] * joint.scale for joint in joints]
+        try:
+            self._tool.inverse(*self._tool.position(home), None, home)
+        except ScaraControlError as error:
+            rospy.logwarn("the home pose has no inverse kinematics: %s", error)
+        within = config.trim.service_timeout
+        self._move = ServiceClient(
+            "joint_pose_controller/move", MoveJoints, within, wait=within, lasting=True
+        )
+        self._jog = rospy.Publisher(
+            "joint_vel_controller/command", JointJog, queue_size=1, tcp_nodelay=True
+        )
+        self._command = rospy.Publisher(
+            "motion_command", MotionCommand, queue_size=10, tcp_nodelay=True
+        )
+        guard = CallbackGuard()
+        subscribe("twin/joint_states", JointState, self._reader, guard)
+        self._stops_heard = CommandListener(self._on_command, guard)
+        offer("move_to", MoveTo, self._on_move_to)
+
+    def _measure(self, measured: JointMotion) -> None:
+        self._feedback.measured = measured
+
+    def run(self) -> None:
+        """Notice when this node stood still; the requests run in threads of their own."""
+        while not rospy.is_shutdown():
+            with self._lock:
+                self._epoch.ran(time.monotonic())
+            time.sleep(QUIET_S)
+
+    def _on_command(self, message: MotionCommand) -> None:
+        with self._lock:
+            self._paused = message.command == Command.PAUSE
+            if message.command in list(Command) and message.header.frame_id != _NAME:
+                command, now = Command(message.command), time.monotonic()
+                obeyed = self._epoch.hear(command, message.reason, message.asked, now)
+                self._movers.stopped(message)
+                if command is Command.RESUME and obeyed:
+                    self._resumed = message.asked if said(message.asked, now) else now
+            if (
+                message.command in (Command.STOP, Command.ESTOP, Command.YIELD)
+                and message.header.frame_id != _NAME
+            ):
+                self._requests.cancel(
+                    f"cancelled by {Command(message.command).text(message.reason)}"
+                )
+
+    def _on_move_to(self, request: Any) -> MoveToResponse:
+        started = self._clock.now()
+        point = (request.x, request.y, request.z)
+        try:
+            with self._attentive():
+                message, success = self._move_to(request), True
+        except (ScaraControlError, ServiceError, rospy.ROSException) as refusal:
+            message, success = str(refusal), False
+            rospy.logwarn("move_to (%g, %g, %g): %s", *point, message)
+        measured = self._feedback.measured
+        q = measured.q if measured is not None else ()
+        error = tool_error(self._tool, q, point) if measured is not None else float("nan")
+        return MoveToResponse(success, message, error, q, self._clock.now() - started)
+
+    @contextmanager
+    def _attentive(self) -> Iterator[None]:
+        """Read all measured joints meanwhile."""
+        with self._lock:
+            self._calls += 1
+        self._reader.catch_up()
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._calls -= 1
+
+    def _move_to(self, request: Any) -> str:
+        """Do it all; return what to say at the end."""
+        self._hear_stops_first()
+        with self._lock:
+            asked = self._epoch.begin(request.asked, time.monotonic())
+            self._movers.asked("move_to", request)
+        self._lending.say(request)
+        check_speed(request.speed_percent, self._config.move)
+        self._reader.wait_for_first(self._config.trim.service_timeout)
+        seed = self._feedback.fresh(self._clock.now()).q
+        point, elbow = (request.x, request.y, request.z), parse_elbow(request.elbow)
+        target = self._tool.inverse(*point, elbow, seed).chosen.q
+        with self._begun(asked) as number:
+            goal = RunningGoal(asked.at, number, point, target, request.speed_percent, request)
+            self._drive(goal)
+            error = self._trim(goal)
+        return f"reached, {error * 1e3:.3f} mm from the point"
+
+    @contextmanager
+    def _begun(self, asked: Asked) -> Iterator[int]:
+        """Replace the running request, wait until it has let go, and let go in the end."""
+        self._hear_stops_first()
+        with self._lock:
+            self._epoch.check(asked)
+            number = self._requests.begin()
+            self._paused = False
+            if not self._lock.wait_for(
+                lambda: self._requests.oldest == number, self._config.trim.timeout
+            ):
+                self._requests.end(number)
+                raise MotionRefusedError("an older request does not end")
+        try:
+            yield number
+        finally:
+            with self._lock:
+                self._requests.end(number)
+                self._lock.notify_all()
+
+    def _hear_stops_first(self) -> None:
+        """Let a stop that waits be heard before us, if this node may have stood still."""
+        with self._lock:
+            gap = self._epoch.ran(time.monotonic())
+        if gap:
+            self._stops_heard.read_out()
+
+    def _check(self, goal: RunningGoal) -> None:
+        """Raise when the request was cancelled."""
+        # Until its end: the twin begins to move when it was judged, and once more to trim.
+        self._lending.say(goal.request, goes_on=True)
+        self._hear_stops_first()
+        with self._lock:
+            why = self._requests.why_cancelled(goal.number)
+        if why:
+            raise MotionRefusedError(why)
+        if rospy.is_shutdown():
+            raise MotionRefusedError(f"{_NAME} is shutting down")
+
+    def _drive(self, goal: RunningGoal) -> None:
+        """Have joint_pose_controller make the joint move."""
+        self._check(goal)
+        call = self._move.start(
+            joint_names=self._names,
+            joint_positions=goal.target,
+            speed_percent=goal.speed_percent,
+            asked=goal.asked,
+        )
+        while not call.ended.wait(_POLL):
+            try:
+                self._check(goal)
+            except MotionRefusedError as cancelled:
+                self._let_go(call, str(cancelled))
+                raise
+        answer = call.result()
+        self._check(goal)
+        if not answer.success:
+            raise MotionRefusedError(answer.message)
+
+    def _let_go(self, call: StartedCall, why: str) -> None:
+        """After a STOP make sure that our move has ended.
+
+        It may reach the controller after the STOP did.
+        """
+        if not why.startswith("cancelled by"):
+            return
+        deadline = self._clock.now() + self._config.trim.service_timeout
+        cancelled = time.monotonic()
+        while not call.ended.wait(_REPEAT_STOP) and self._clock.now() < deadline:
+            self._stops += 1
+            # What is asked for from now on is not meant.
+            stop = MotionCommand(
+                command=MotionCommand.STOP, id=self._stops, reason=why, asked=cancelled
+            )
+            stop.header.frame_id = _NAME
+            stop.header.stamp = rospy.Time.now()
+            self._command.publish(stop)
+
+    def _trim(self, goal: RunningGoal) -> float:
+        """Drive out what the joint move has left; return the tool's error [m]."""
+        trim, jogged, inside = self._config.trim, False, 0.0
+        trimming = Trim(self._tool, goal.target, goal.point, self._config)
+        now = self._clock.now()
+        deadline = now + trim.timeout
+        try:
+            while True:
+                measured = self._feedback.fresh(now)
+                step = trimming.step(measured.q, measured.qdot, self._config.period)
+                self._check(goal)
+                inside = inside + self._config.period if not any(step.qdot) else 0.0
+                if inside >= trim.settled:
+                    return step.error
+                if step.error > trim.range_mm * 1e-3 or now > deadline:
+                    why = f"begins below {trim.range_mm:g} mm"
+                    if now > deadline:
+                        why = "ended without reaching it"
+                    raise MotionRefusedError(
+                        f"the tool stays {step.error * 1e3:.3f} mm from the point, allowed "
+                        f"{trim.tolerance_mm:g}: trimming {why}"
+                    )
+                if self._paused:
+                    deadline += self._config.period
+                elif inside == 0.0 or jogged:
+                    self._publish_jog(step.qdot, goal)
+                    jogged = True
+                now += self._config.period
+                self._clock.sleep_until(now)
+        finally:
+            if jogged:
+                self._publish_jog((0.0,) * len(self._names), goal)
+                self._clock.sleep_until(self._clock.now() + trim.settled)
+
+    def _publish_jog(self, qdot: tuple[float, ...], goal: RunningGoal) -> None:
+        """Publish a jog that is as old as the request: a stop after that refuses it."""
+        jog = JointJog(joint_names=self._names, velocities=qdot)
+        jog.header.frame_id = TRIM
+        jog.header.stamp = self._clock.stamp(max(goal.asked, self._resumed))
+        self._jog.publish(jog)
+
+
+def main() -> None:
+    """Run the node until it is told to end."""
+    robot, config = start_node(_NAME)
+    with refusing(ScaraControlError):
+        server = MotionServer(robot, config)
+    keep_for_good()
+    rospy.loginfo("%s is ready", _NAME)
+    server.run()

@@ -1,1 +1,0 @@
-"""Executables of scara_description."""

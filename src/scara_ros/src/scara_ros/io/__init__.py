@@ -1,1 +1,0 @@
-"""What touches the network: questions to the master, connections to services."""

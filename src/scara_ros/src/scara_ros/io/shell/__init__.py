@@ -1,1 +1,0 @@
-"""The shells of commands and nodes."""

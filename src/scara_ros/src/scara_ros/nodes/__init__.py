@@ -1,1 +1,0 @@
-"""ROS wiring that all nodes share."""

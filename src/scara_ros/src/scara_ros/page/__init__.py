@@ -1,0 +1,1 @@
+"""Who may open a page: tokens, persons, doors; what all pages share."""

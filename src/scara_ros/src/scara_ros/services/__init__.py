@@ -1,0 +1,1 @@
+"""ROS services, called on a connection of our own."""

@@ -1,0 +1,1 @@
+"""One shell for commands and one for nodes: words, exit codes, errors in one line."""

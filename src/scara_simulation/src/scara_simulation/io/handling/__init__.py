@@ -1,1 +1,0 @@
-"""The parts as bodies of the physics engine."""

@@ -1,0 +1,1 @@
+"""Runs are looked at again: compared, replayed, fitted; steps are measured."""

@@ -1,0 +1,1 @@
+"""Two runs, or a run and what was expected, side by side."""

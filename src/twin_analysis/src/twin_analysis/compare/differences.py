@@ -1,0 +1,301 @@
+"""The figures of a comparison.
+
+They compare real with twin in one recording, and recording with recording.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from twin_experiments.metrics.errors import Comparison, MetricsSettings, compare
+from twin_experiments.metrics.lag import estimate_lag
+from twin_experiments.metrics.series import Aligned, Array, MetricsError, Motion, align
+from twin_experiments.metrics.tracks import (
+    Mechanism,
+    Track,
+    along_path,
+    distance_from_path,
+    moving,
+    onset,
+    resample,
+)
+from twin_experiments.report.record import pick
+
+from twin_analysis.compare.config import ComparisonFile
+from twin_analysis.compare.fidelity import Fidelity, measure_fidelity
+
+FOREIGN_SHARE = (
+    0.01  # our choice: of a foreign joint's range of motion, accepted between two snapshots
+)
+FINER = 16  # our choice: so much more finely the first recording's path is drawn
+# Our choice: part of the path within which the nearest place is looked for; later it may cross
+# itself
+PATH_WINDOW = 0.05
+SMALLEST = 1e-4  # [rad] or [m], our choice: accepted at least
+
+
+@dataclass(frozen=True)
+class JointError:
+    """Root mean square and largest deviation of one joint in its border unit."""
+
+    name: str
+    unit: str
+    rms: float
+    max: float
+
+
+@dataclass(frozen=True)
+class PairErrors:
+    """Real against twin in one recording.
+
+    Args:
+        track: What was compared.
+        comparison: Errors of the tool; None for a robot without kinematics here.
+        joints: Errors of the joints.
+        lag_s: By how much the follower is behind; None if it cannot be told.
+        fidelity: By trace alignment.
+        mean_distance_mm: Distance of the tools in matched snapshots [mm]; None without kinematics
+            or match.
+        begun: The leader's first motion [s].
+        over_time: Distance over time: instants after ``begun`` [s], distances in the unit of the
+            places.
+        along_path: Distance along the leader's path: length so far, distances, both in the unit of
+            the places.
+    """
+
+    track: Track
+    comparison: Comparison | None
+    joints: tuple[JointError, ...]
+    lag_s: float | None
+    fidelity: Fidelity
+    mean_distance_mm: float | None
+    begun: float
+    over_time: tuple[Array, Array]
+    along_path: tuple[Array, Array]
+
+
+@dataclass(frozen=True)
+class RunDifference:
+    """One side of a recording against the same side of the first one.
+
+    Lengths in the unit of the places.
+
+    Args:
+        label: Of the recording.
+        experiment: Which.
+        side: ``real`` or ``twin``.
+        time_rms: At the same time after the leader's first motion.
+        time_max: The largest.
+        path_rms: From the first recording's path, whatever the speed along it.
+        path_max: The largest.
+        length_percent: How much longer the path is.
+        fidelity: By trace alignment.
+    """
+
+    label: str
+    experiment: str
+    side: str
+    time_rms: float
+    time_max: float
+    path_rms: float
+    path_max: float
+    length_percent: float
+    fidelity: Fidelity
+
+
+class Comparer:
+    """Compares tracks of one mechanism."""
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        config: ComparisonFile,
+        settings: MetricsSettings,
+        percent: float,
+    ) -> None:
+        """Take what all comparisons need.
+
+        Args:
+            mechanism: The joints.
+            config: comparison.yaml.
+            settings: Of the tool's errors.
+            percent: Speed from which a joint moves, of its largest.
+        """
+        self._mechanism, self._config, self._settings, self._percent = (
+            mechanism,
+            config,
+            settings,
+            percent,
+        )
+
+    def pair(self, track: Track) -> PairErrors:
+        """Hold real against twin.
+
+        Raises:
+            MetricsError: The two cannot be brought onto one time axis.
+        """
+        aligned = align(
+            track.real, track.twin, self._settings.rate_hz, self._settings.longest_gap_s
+        )
+        speeds = self._speeds([track])
+        fidelity = self._fidelity(track.real, track.twin, speeds)
+        begun = onset(track.side(track.leader), speeds)
+        distance = self._distance(aligned.real.positions, aligned.twin.positions)
+        _, instants, length = along_path(
+            self._mechanism, track.side(track.leader), self._config.path_points
+        )
+        zero = float(aligned.instants[0]) if begun is None else begun
+        leader, follower = aligned.real.velocities, aligned.twin.velocities
+        if track.leader != "real":
+            leader, follower = follower, leader
+        return PairErrors(
+            track=track,
+            comparison=self._tool_errors(track, speeds),
+            joints=self._joint_errors(aligned),
+            lag_s=self._behind(leader, follower, aligned, speeds),
+            fidelity=fidelity,
+            mean_distance_mm=self._matched_distance(track, fidelity),
+            begun=zero,
+            over_time=(aligned.instants - zero, distance),
+            along_path=(
+                np.linspace(0.0, length, len(instants)),
+                np.interp(instants, aligned.instants, distance),
+            ),
+        )
+
+    def runs(self, first: Track, other: Track) -> tuple[RunDifference, RunDifference]:
+        """Hold a recording against the first one, side by side, from the leader's first motion on.
+
+        When that was is known from the whole motion: by cross-correlation, close to where each
+        leader begins to move.
+
+        Raises:
+            MetricsError: In one of them nothing moves, or they have no time in common.
+        """
+        speeds = self._speeds([first, other])
+        begun = []
+        for track in (first, other):
+            at = onset(track.side(track.leader), speeds)
+            if at is None:
+                raise MetricsError(f"{track.label} {track.experiment}: nothing moves")
+            begun.append(at)
+        leaders = (
+            first.side(first.leader).shifted(-begun[0]),
+            other.side(first.leader).shifted(-begun[1]),
+        )
+        aligned = align(*leaders, self._settings.rate_hz, self._settings.longest_gap_s)
+        late = (
+            self._behind(aligned.real.velocities, aligned.twin.velocities, aligned, speeds) or 0.0
+        )
+        real, twin = (
+            self._run(
+                first.side(side).shifted(-begun[0]),
+                other.side(side).shifted(-begun[1] - late),
+                other,
+                speeds,
+            )
+            for side in ("real", "twin")
+        )
+        return real, twin
+
+    def _run(self, first: Motion, other: Motion, track: Track, speeds: Array) -> RunDifference:
+        """Compare one side of two recordings whose times count from the leader's first motion."""
+        aligned = align(first, other, self._settings.rate_hz, self._settings.longest_gap_s)
+        in_time = self._distance(aligned.real.positions, aligned.twin.positions)
+        count = self._config.path_points
+        reference, _, reference_length = along_path(self._mechanism, first, FINER * count)
+        places, _, length = along_path(self._mechanism, other, count)
+        on_path = distance_from_path(places, reference, round(PATH_WINDOW * FINER * count))
+        return RunDifference(
+            label=track.label,
+            experiment=track.experiment,
+            side=first.side,
+            time_rms=float(np.sqrt(np.mean(in_time**2))),
+            time_max=float(in_time.max()),
+            path_rms=float(np.sqrt(np.mean(on_path**2))),
+            path_max=float(on_path.max()),
+            length_percent=100.0 * (length / reference_length - 1.0)
+            if reference_length > 0.0
+            else 0.0,
+            fidelity=self._fidelity(first, other, speeds),
+        )
+
+    def _speeds(self, tracks: Sequence[Track]) -> Array:
+        motions = tuple(motion for track in tracks for motion in (track.real, track.twin))
+        return self._mechanism.moving_speeds(motions, self._percent)
+
+    def _distance(self, one: Array, other: Array) -> Array:
+        return np.asarray(
+            np.linalg.norm(self._mechanism.places(one) - self._mechanism.places(other), axis=1)
+        )
+
+    def _tool_errors(self, track: Track, speeds: Array) -> Comparison | None:
+        """Return the errors of the tool; none without kinematics or motion."""
+        mechanism = self._mechanism
+        if mechanism.tool is None:
+            return None
+        columns = list(mechanism.arm)
+        settings = replace(self._settings, moving_speeds=speeds[columns])
+        leader: Literal["real", "twin"] = "twin" if track.leader == "twin" else "real"
+        try:
+            return compare(
+                pick(track.real, columns),
+                pick(track.twin, columns),
+                mechanism.tool,
+                settings,
+                leader,
+            )
+        except MetricsError:
+            return None
+
+    def _joint_errors(self, aligned: Aligned) -> tuple[JointError, ...]:
+        deviation = (aligned.real.positions - aligned.twin.positions) / self._mechanism.scales
+        rms, largest = np.sqrt(np.mean(deviation**2, axis=0)), np.abs(deviation).max(axis=0)
+        rows = zip(self._mechanism.names, self._mechanism.units, rms, largest)
+        return tuple(JointError(name, unit, float(r), float(m)) for name, unit, r, m in rows)
+
+    def _behind(
+        self, leader: Array, follower: Array, aligned: Aligned, speeds: Array
+    ) -> float | None:
+        """Estimate a lag from joint velocities, each in parts of the speed from which it moves."""
+        settings = self._settings
+        return estimate_lag(
+            leader / speeds,
+            follower / speeds,
+            aligned.segments,
+            settings.rate_hz,
+            settings.max_lag_s,
+        )
+
+    def _fidelity(self, one: Motion, other: Motion, speeds: Array) -> Fidelity:
+        """Align the snapshots of two motions over the time they have in common."""
+        start, end = max(one.stamps[0], other.stamps[0]), min(one.stamps[-1], other.stamps[-1])
+        rate = self._config.snapshots_hz
+        traces = [resample(motion, rate, float(start), float(end)) for motion in (one, other)]
+        positions = [positions for positions, _ in traces]
+        joints = self._mechanism.joints
+        if joints:
+            accepted = self._config.accepted_of(list(joints))
+        else:
+            # Joints without a profile: a share of their range of motion.
+            moved = np.ptp(np.concatenate(positions), axis=0)
+            accepted = np.maximum(FOREIGN_SHARE * moved, SMALLEST)
+        movings = (moving(traces[0][1], speeds), moving(traces[1][1], speeds))
+        band = round(self._config.longest_shift_s * rate)
+        return measure_fidelity(
+            positions[0], positions[1], accepted, movings, self._config.gap_penalty, band
+        )
+
+    def _matched_distance(self, track: Track, fidelity: Fidelity) -> float | None:
+        """Return the mean distance of the tools in matched snapshots [mm]."""
+        if self._mechanism.tool is None or not len(fidelity.pairs):
+            return None
+        start = float(max(track.real.stamps[0], track.twin.stamps[0]))
+        end = float(min(track.real.stamps[-1], track.twin.stamps[-1]))
+        real, twin = (
+            resample(m, self._config.snapshots_hz, start, end)[0] for m in (track.real, track.twin)
+        )
+        return float(self._distance(real[fidelity.pairs[:, 0]], twin[fidelity.pairs[:, 1]]).mean())

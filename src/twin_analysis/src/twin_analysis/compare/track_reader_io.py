@@ -1,0 +1,133 @@
+"""Turn bags into tracks of one mechanism.
+
+Each is an experiment between its markers, or the whole recording.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from cell_recorder.reading.bag_reader_io import open_bag
+from scara_config import Robot, load_robot
+from scara_control.kinematics.screws import ScrewModel, tool_positions
+from twin_experiments.config import ExperimentsFile, load_experiments
+from twin_experiments.metrics.tracks import Mechanism, Track, first_to_move
+from twin_experiments.report.configuration import choose
+from twin_experiments.report.record import WHOLE, RecordError, Span, cut, find_spans
+from twin_experiments.report.run_reader_io import MARKER, MEASURED, REAL, TWIN, read_configuration
+
+from twin_analysis.compare.joint_topics_io import JointTopic, read_joint_topic
+
+
+@dataclass(frozen=True)
+class Topics:
+    """Which topics hold the sides.
+
+    ``real`` None: the ground truth if it was recorded, else what was measured.
+    """
+
+    real: str | None = None
+    twin: str = TWIN
+
+
+@dataclass(frozen=True)
+class Opened:
+    """One bag read: both sides, experiments, profile and remarks."""
+
+    label: str
+    real: JointTopic
+    twin: JointTopic
+    spans: tuple[Span, ...]
+    robot: Robot
+    experiments: ExperimentsFile
+    repaired: bool
+
+
+def read_bag(path: Path, label: str, topics: Topics, config_directory: Path | None) -> Opened:
+    """Read what a comparison needs of one bag.
+
+    Raises:
+        BagError: It cannot be read, or lacks a topic.
+        RecordError: What is in it cannot be used.
+        ConfigError: A configuration file is wrong.
+    """
+    with open_bag(path) as bag:
+        here = load_robot(config_directory)
+        chosen = choose(read_configuration(bag), here, load_experiments(here, config_directory))
+        real = topics.real or (REAL if bag.count(REAL) else MEASURED)
+        # One experiment over everything if nothing was marked.
+        spans: tuple[Span, ...] = (Span(WHOLE, -math.inf, math.inf, True, marked=False),)
+        if bag.count(MARKER):
+            markers = [(at - bag.start, message.data) for at, message in bag.messages(MARKER)]
+            spans = find_spans(markers, bag.end - bag.start)
+        return Opened(
+            label=label,
+            real=read_joint_topic(bag, real, "real"),
+            twin=read_joint_topic(bag, topics.twin, "twin"),
+            spans=spans,
+            robot=chosen.robot,
+            experiments=chosen.experiments,
+            repaired=bag.repaired,
+        )
+
+
+def find_mechanism(opened: Sequence[Opened]) -> Mechanism:
+    """Return the joints that all sides of all bags have; with kinematics if the profile fits.
+
+    Raises:
+        RecordError: They have none in common; what each has is named.
+    """
+    robot = opened[0].robot
+    sides = [topic for bag in opened for topic in (bag.real, bag.twin)]
+    common = [name for name in sides[0].names if all(name in side.names for side in sides)]
+    if not common:
+        held = "; ".join(
+            f"{bag.label} {t.topic}: {', '.join(t.names)}"
+            for bag in opened
+            for t in (bag.real, bag.twin)
+        )
+        raise RecordError(f"no joint is in all of them: {held}")
+    profile = [joint for joint in robot.twin_joints if joint.name in common]
+    if not profile:
+        return Mechanism(tuple(common), None, (), None)
+    names = tuple(joint.name for joint in profile)
+    arm = [joint.name for joint in robot.arm_joints]
+    if not set(arm) <= set(names):
+        return Mechanism(names, tuple(profile), (), None)
+    columns = tuple(names.index(name) for name in arm)
+    return Mechanism(
+        names, tuple(profile), columns, partial(tool_positions, ScrewModel.from_robot(robot))
+    )
+
+
+def tracks_of(opened: Opened, mechanism: Mechanism, percent: float) -> list[Track]:
+    """Return the experiments of one bag.
+
+    Args:
+        opened: The bag.
+        mechanism: The joints.
+        percent: Speed from which a joint moves, of its largest.
+
+    Raises:
+        RecordError: A side has less than two samples, or a value is not finite.
+    """
+    real, twin = (
+        opened.real.motion("real", mechanism.names),
+        opened.twin.motion("twin", mechanism.names),
+    )
+    notes = (*opened.real.notes, *opened.twin.notes)
+    found: list[Track] = []
+    for span in opened.spans:
+        sides = (cut(real, span.start, span.end), cut(twin, span.start, span.end))
+        # Who led: by the experiment's definition, else who moved first.
+        experiment = opened.experiments.experiments.get(span.name)
+        if experiment is not None:
+            leader: str = experiment.leader
+        else:
+            leader = first_to_move(*sides, mechanism.moving_speeds(sides, percent))
+        found.append(Track(opened.label, span.label, leader, *sides, notes))
+    return found

@@ -1,0 +1,232 @@
+"""Compare bags and write table, figures and page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from twin_experiments.config import metrics_settings
+from twin_experiments.metrics.series import MetricsError
+from twin_experiments.metrics.tracks import Mechanism, Track
+from twin_experiments.report.page.render_io import anchor, figure, render, table
+
+from twin_analysis.compare.charts_io import compared_charts
+from twin_analysis.compare.config import ComparisonFile, load_comparison
+from twin_analysis.compare.differences import Comparer, PairErrors, RunDifference
+from twin_analysis.compare.document import (
+    PAIR_HEADINGS,
+    RUN_HEADINGS,
+    ExperimentComparison,
+    comparison_document,
+    comparison_sentences,
+    pair_rows,
+    run_rows,
+)
+from twin_analysis.compare.fidelity import FidelityError
+from twin_analysis.compare.figures_io import CAPTIONS, COLORS, draw_comparison
+from twin_analysis.compare.track_reader_io import (
+    Opened,
+    Topics,
+    find_mechanism,
+    read_bag,
+    tracks_of,
+)
+
+LEGEND = (
+    "max, rms: distance of both tools at the same instant while either side moves, nothing "
+    "compensated; lag > 0: the follower is behind; matched: share of the snapshots of both "
+    "sides that have a counterpart in the other, in order, with every joint within what "
+    "comparison.yaml accepts (trace alignment after Munoz et al., IEEE TSE 2024); of moving: "
+    "the same of those in motion; matched apart: mean distance of the tools in matched "
+    "snapshots; gaps: runs of snapshots without a match. Against the first recording: same "
+    "time counts from the leader's first motion, off the path is the distance from its path, "
+    "whatever the speed."
+)
+
+
+@dataclass(frozen=True)
+class WrittenComparison:
+    """A comparison and where it was written."""
+
+    mechanism: Mechanism
+    experiments: tuple[ExperimentComparison, ...]
+    labels: dict[str, str]
+    remarks: tuple[str, ...]
+    folder: Path
+
+
+def write_comparison(
+    bags: Sequence[Path], folder: Path, topics: Topics, config_directory: Path | None
+) -> WrittenComparison:
+    """Compare bags and write comparison.json, comparison.html and figures into ``folder``.
+
+    Raises:
+        BagError: A bag cannot be read, or lacks a topic.
+        RecordError: What is in it cannot be used.
+        ConfigError: A configuration file is wrong.
+    """
+    config = load_comparison(config_directory)
+    labels = _labels(bags)
+    opened = [read_bag(path, label, topics, config_directory) for label, path in labels.items()]
+    mechanism = find_mechanism(opened)
+    compared = compare_opened(opened, mechanism, config)
+    named = {label: str(path) for label, path in labels.items()}
+    written = WrittenComparison(mechanism, compared, named, remarks_of(opened), folder)
+    write_files(written)
+    return written
+
+
+def write_files(written: WrittenComparison) -> None:
+    """Write comparison.json, comparison.html and the figures."""
+    written.folder.mkdir(parents=True, exist_ok=True)
+    document = comparison_document(written.mechanism, written.labels, written.experiments)
+    (written.folder / "comparison.json").write_text(
+        json.dumps(document, indent=2) + "\n", encoding="utf-8"
+    )
+    (written.folder / "comparison.html").write_text(_page(written), encoding="utf-8")
+
+
+def compare_opened(
+    opened: Sequence[Opened], mechanism: Mechanism, config: ComparisonFile
+) -> tuple[ExperimentComparison, ...]:
+    """Compare real with twin in each recording, and each recording with the first one.
+
+    Raises:
+        RecordError: A side has less than two samples, or a value is not finite.
+    """
+    comparer, percent = comparer_of(opened[0], mechanism, config)
+    tracks = [track for bag in opened for track in tracks_of(bag, mechanism, percent)]
+    names = list(dict.fromkeys(track.experiment for track in tracks))
+    return tuple(
+        compare_tracks(name, [track for track in tracks if track.experiment == name], comparer)
+        for name in names
+    )
+
+
+def comparer_of(
+    first: Opened, mechanism: Mechanism, config: ComparisonFile
+) -> tuple[Comparer, float]:
+    """Return what compares, and the speed from which a joint moves [percent].
+
+    The thresholds are those of the first recording.
+    """
+    metrics = first.experiments.metrics
+    settings = metrics_settings(metrics, first.robot)
+    return Comparer(
+        mechanism, config, settings, metrics.moving_speed_percent
+    ), metrics.moving_speed_percent
+
+
+def compare_tracks(name: str, tracks: list[Track], comparer: Comparer) -> ExperimentComparison:
+    """Compare one experiment of all recordings that have it.
+
+    The others are held against the first one.
+    """
+    pairs: list[PairErrors] = []
+    runs: list[RunDifference] = []
+    reasons: list[str] = []
+    for number, track in enumerate(tracks):
+        try:
+            pairs.append(comparer.pair(track))
+            if number:
+                runs += comparer.runs(tracks[0], track)
+        except (MetricsError, FidelityError) as error:
+            reasons.append(f"{track.label}: {error}")
+    return ExperimentComparison(name, tuple(pairs), tuple(runs), tuple(reasons))
+
+
+def _labels(bags: Sequence[Path]) -> dict[str, Path]:
+    """Name each bag as briefly as possible.
+
+    It is called by its folder if all are called run.bag, else by its name; never two alike.
+    """
+    paths = [path.resolve() for path in bags]
+    stems = [path.parent.name if path.stem == "run" else path.stem for path in paths]
+    found: dict[str, Path] = {}
+    for stem, path in zip(stems, paths):
+        number = 1
+        label = stem
+        while label in found:
+            number += 1
+            label = f"{stem} ({number})"
+        found[label] = path
+    return found
+
+
+def remarks_of(opened: Sequence[Opened]) -> tuple[str, ...]:
+    """Return what a reader must know of the recordings."""
+    remarks = []
+    for bag in opened:
+        if bag.repaired:
+            remarks.append(f"{bag.label}: the recording was not finished, a repaired copy was read")
+        remarks += [f"{bag.label}: {note}" for note in (*bag.real.notes, *bag.twin.notes)]
+        remarks.append(f"{bag.label}: real is {bag.real.topic}, twin is {bag.twin.topic}")
+    return tuple(remarks)
+
+
+def _page(written: WrittenComparison) -> str:
+    """Return the HTML page, after drawing the figures."""
+    mechanism = written.mechanism
+    place = (
+        "the tool" if mechanism.tool is not None else "the joints, whose kinematics are not known"
+    )
+    return render(
+        {
+            "title": "Recordings held against each other",
+            "subtitle": f"{len(written.labels)} recordings; joints {', '.join(mechanism.names)}; "
+            f"distances are of {place}",
+            "sentences": [
+                ("", text)
+                for experiment in written.experiments
+                for text in comparison_sentences(experiment, mechanism.place_unit)
+            ],
+            "headings": ("experiment", *PAIR_HEADINGS),
+            "rows": [
+                (experiment.name, *row)
+                for experiment in written.experiments
+                for row in pair_rows(experiment)
+            ],
+            "legend": LEGEND,
+            "experiments": [_experiment(experiment, written) for experiment in written.experiments],
+            "tables": [
+                ("Recordings", table(("name", "file"), list(written.labels.items()))),
+                ("Remarks", table(("",), [(remark,) for remark in written.remarks])),
+            ],
+            "configuration_origin": "Profile and thresholds: "
+            "of the first recording if it holds them, else of this machine.",
+        }
+    )
+
+
+def _experiment(experiment: ExperimentComparison, written: WrittenComparison) -> dict[str, Any]:
+    """Return one experiment as the page takes it, after drawing its figures."""
+    drawn = draw_comparison(experiment, written.mechanism, written.folder)
+    charts = compared_charts(experiment, written.mechanism, COLORS)
+    joints = [
+        (
+            pair.track.label,
+            joint.name,
+            f"{joint.rms:.3f} {joint.unit}",
+            f"{joint.max:.3f} {joint.unit}",
+        )
+        for pair in experiment.pairs
+        for joint in pair.joints
+    ]
+    return {
+        "name": experiment.name,
+        "id": f"experiment_{anchor(experiment.name)}",
+        "verdict": "",
+        "reasons": experiment.reasons,
+        "notes": [],
+        "figures": [figure(CAPTIONS[kind], file, charts.get(kind)) for kind, file in drawn.items()],
+        "tables": [
+            (
+                "Against the first recording",
+                table(RUN_HEADINGS, run_rows(experiment, written.mechanism.place_unit)),
+            ),
+            ("Joints, real against twin", table(("recording", "joint", "rms", "max"), joints)),
+        ],
+    }

@@ -1,0 +1,1 @@
+"""The twin's servo model is fitted to a recording."""

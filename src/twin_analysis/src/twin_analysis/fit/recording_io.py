@@ -1,0 +1,140 @@
+"""What a fit reads from a bag: the stream the twin got, and where the robot was."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+
+import msgspec
+import numpy as np
+from cell_recorder.reading.bag_reader_io import Bag, BagError
+from ruamel.yaml import YAML
+from scara_control.joint_motion import JointMotion
+from scipy.interpolate import CubicHermiteSpline
+
+from twin_analysis.fit.offline_twin_io import Packet
+from twin_analysis.fit.twin_model import FloatArray
+
+replace = msgspec.structs.replace
+
+FOLLOW, TRUTH, MEASURED = "joint_pose_controller/follow", "real/ground_truth", "real/joint_states"
+GAP_S = 0.5
+
+
+class Recording(msgspec.Struct, frozen=True):
+    """One stretch in which the twin followed the robot; times count from its begin [s].
+
+    Attributes:
+        packets: The stream.
+        delay: Delay of the robot's registers that the stamps were made with [s], None if the bag
+            does not tell.
+        truth: True if the robot's positions are ground truth; else they are what the controller
+            measured and dated.
+        times: Instants (m,).
+        real: The robot's joints at these instants (m, n), the twin's order, SI.
+        moved: For each joint how far it moved, SI.
+    """
+
+    packets: tuple[Packet, ...]
+    delay: float | None
+    truth: bool
+    times: FloatArray
+    real: FloatArray
+    moved: tuple[float, ...]
+
+    @property
+    def duration(self) -> float:
+        """Length of the stretch [s]."""
+        return float(self.times[-1])
+
+
+def read_recording(bag: Bag, joints: Sequence[str], step: float) -> Recording:
+    """Read the longest uninterrupted stretch of following.
+
+    Args:
+        bag: The bag of a run in which the real robot led.
+        joints: The twin's joints.
+        step: Distance of the instants [s].
+
+    Raises:
+        BagError: There is no stream, or the robot's positions are missing.
+    """
+    bag.require([FOLLOW])
+    origin = bag.start
+    packets = [
+        packet
+        for packet in (_packet(at, message, joints, origin) for at, message in bag.messages(FOLLOW))
+        if packet
+    ]
+    stretch = _longest(packets)
+    if len(stretch) < 10:
+        raise BagError(
+            f"{bag.path}: the twin did not follow in this recording: run the experiment real_leads"
+        )
+    begin, end = stretch[0].arrived - 1e-4, stretch[-1].arrived
+    truth = bool(bag.count(TRUTH))
+    spline = _robot(bag, TRUTH if truth else MEASURED, joints, origin)
+    times = np.arange(0.0, end - begin, step)
+    inside = (times + begin >= spline.x[0]) & (times + begin <= spline.x[-1])
+    times = times[: int(np.argmin(inside))] if not inside.all() else times
+    real = spline(times + begin)
+    moved = tuple(float(value) for value in np.ptp(real, axis=0))
+    shifted = tuple(
+        Packet(p.arrived - begin, replace(p.motion, time=p.motion.time - begin)) for p in stretch
+    )
+    return Recording(shifted, _delay(bag), truth, times, real, moved)
+
+
+def _delay(bag: Bag) -> float | None:
+    """Return the delay in the recorded twin_controller.yaml [s]."""
+    for _, message in bag.messages("twin_controller/configuration"):
+        text = json.loads(message.data).get("twin_controller.yaml", "")
+        tree = YAML(typ="safe").load(text) or {}
+        value = tree.get("real", {}).get("sample_latency_ms")
+        return None if value is None else float(value) * 1e-3
+    return None
+
+
+def _packet(at: float, message: object, joints: Sequence[str], origin: float) -> Packet | None:
+    """Convert one message; None for the end of a stream."""
+    points = message.points  # type: ignore[attr-defined]
+    if not points:
+        return None
+    order = [list(message.joint_names).index(name) for name in joints]  # type: ignore[attr-defined]
+    stamp = message.header.stamp  # type: ignore[attr-defined]
+    true_at = (stamp.sec - int(origin)) + stamp.nanosec * 1e-9 - (origin - int(origin))
+    q, qdot, qddot = (
+        tuple(float(values[k]) for k in order)
+        for values in (points[0].positions, points[0].velocities, points[0].accelerations)
+    )
+    return Packet(at - origin, JointMotion(q, qdot, qddot, true_at))
+
+
+def _longest(packets: Sequence[Packet]) -> list[Packet]:
+    """Return the longest run of packets without a gap."""
+    best: list[Packet] = []
+    current: list[Packet] = []
+    for packet in packets:
+        if current and packet.arrived - current[-1].arrived > GAP_S:
+            current = []
+        current.append(packet)
+        best = current if len(current) > len(best) else best
+    return best
+
+
+def _robot(bag: Bag, topic: str, joints: Sequence[str], origin: float) -> CubicHermiteSpline:
+    """Return the robot's joints over time."""
+    bag.require([topic])
+    stamps: list[float] = []
+    positions: list[list[float]] = []
+    velocities: list[list[float]] = []
+    for _, message in bag.messages(topic):
+        order = [list(message.name).index(name) for name in joints]
+        stamp = message.header.stamp
+        at = (stamp.sec - int(origin)) + stamp.nanosec * 1e-9 - (origin - int(origin))
+        if stamps and at <= stamps[-1]:
+            continue
+        stamps.append(at)
+        positions.append([message.position[k] for k in order])
+        velocities.append([message.velocity[k] for k in order])
+    return CubicHermiteSpline(np.array(stamps), np.array(positions), np.array(velocities))

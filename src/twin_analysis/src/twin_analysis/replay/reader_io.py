@@ -1,0 +1,93 @@
+"""Read from a bag what a replay in front of a live twin needs.
+
+It tells how the real side moved, when a program ran, and what was marked.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from cell_recorder.reading.bag_reader_io import Bag, open_bag
+from twin_controller.core.events import RealMeasured
+from twin_controller.core.sides.clock import unwrap_ms
+from twin_controller.reporting.snapshots import decode_events
+from twin_experiments.metrics.series import Mask, Motion
+from twin_experiments.metrics.tracks import Mechanism
+from twin_experiments.report.record import RecordError, build_side
+from twin_experiments.report.run_reader_io import MEASURED
+
+from twin_analysis.compare.joint_topics_io import read_joint_topic
+from twin_analysis.replay.decision_reader_io import INPUTS
+
+FEWEST = 10
+
+
+@dataclass(frozen=True)
+class RecordedReal:
+    """The real side: motion by time since the bag's start [s], and its source.
+
+    It also says whether a program ran.
+    """
+
+    motion: Motion
+    running: Mask | None
+    source: str
+
+
+def read_real(path: Path, mechanism: Mechanism, topic: str | None) -> RecordedReal:
+    """Read the real side as the twin controller saw it.
+
+    From a topic of joint states if it is named, or nothing else is there.
+
+    Args:
+        path: The bag.
+        mechanism: Joints, all of the twin's.
+        topic: Joint states to be played instead.
+
+    Raises:
+        BagError: The bag cannot be read, or a topic is missing.
+        RecordError: The samples cannot be used.
+    """
+    with open_bag(path) as bag:
+        if topic is None and bag.count(INPUTS):
+            found = _read_samples(bag)
+            if found is not None:
+                return found
+        chosen = topic or MEASURED
+        return RecordedReal(
+            read_joint_topic(bag, chosen, "real").motion("real", mechanism.names), None, chosen
+        )
+
+
+def _read_samples(bag: Bag) -> RecordedReal | None:
+    """Return the readings of the robot among the inputs, by the robot's own clock.
+
+    None if there are hardly any.
+    """
+    clock: int | None = None
+    rows: list[tuple[float, int, RealMeasured]] = []
+    for at, message in bag.messages(INPUTS):
+        for event in decode_events(message.data.tobytes()):
+            if isinstance(event, RealMeasured):
+                unwrapped = unwrap_ms(clock, event.clock_ms)
+                if clock is not None and abs(unwrapped - clock) > 10_000:
+                    raise RecordError(
+                        f"{bag.path}: the robot's clock jumped at {at - bag.start:.2f} s: "
+                        "it was started anew"
+                    )
+                clock = unwrapped
+                rows.append((at - bag.start, unwrapped, event))
+    if len(rows) < FEWEST:
+        return None
+    times = np.array([1e-3 * (clock_ms - rows[0][1]) for _, clock_ms, _ in rows])
+    delays = np.array([at for at, _, _ in rows]) - times
+    stamps = times + delays.min()
+    rising = np.concatenate(([True], np.diff(np.maximum.accumulate(stamps)) > 0.0))
+    positions, velocities = (
+        np.array([getattr(event, name) for _, _, event in rows]) for name in ("q", "qdot")
+    )
+    running = np.array([event.own_program or event.streaming for _, _, event in rows])
+    side = build_side("real", stamps, positions, velocities)
+    return RecordedReal(side.motion, running[rising], INPUTS)

@@ -1,0 +1,1 @@
+"""Steps of single joints and their measures."""

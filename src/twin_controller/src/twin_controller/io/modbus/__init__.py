@@ -1,1 +1,0 @@
-"""The link to the real robot over Modbus TCP."""

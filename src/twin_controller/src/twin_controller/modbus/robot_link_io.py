@@ -1,0 +1,288 @@
+"""RobotLink over Modbus TCP: a thread polls, writes and reconnects, and never blocks its owner.
+
+Reads and writes have a connection each, so that neither waits for the other's answer: on a slow
+line that is half of the time. On each of them one request follows the other. One time-out or wrong
+answer ends both: an answer that comes late would be taken for the next one's.
+
+Where somebody else writes the heartbeat, the link counts as lost at once, but its connections stay
+until the stop that follows is written: the robot's watchdog would not stop it.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+
+from scara_config import Robot
+from scara_config.modbus_map import ModbusMap
+
+from twin_controller.core.actions import StreamAhead, StreamReal
+from twin_controller.modbus.heartbeat import Echo, heard, reconnected, stranger_text
+from twin_controller.modbus.outbox_io import Command, Outbox
+from twin_controller.modbus.poll_times import PollTimes
+from twin_controller.modbus.port_io import ModbusPort, ModbusSettings
+from twin_controller.modbus.signalling import may_write_signal, signal_names
+from twin_controller.modbus.writer_io import Writer
+from twin_controller.registers import RegisterCodec
+from twin_controller.robot.link import (
+    LinkLostError,
+    NotWritableError,
+    RobotCounters,
+    RobotListener,
+)
+from twin_controller.robot_sample import RobotSample, SampleError, told_outputs
+
+_STATUS_SIGNALS = frozenset(("fault", "progrun", "paused"))
+
+
+class StrangerError(RuntimeError):
+    """Somebody else writes the robot's heartbeat; the text says so."""
+
+
+class ModbusRobotLink:
+    """Poll the robot and write to it; all calls return at once, the listener hears from threads.
+
+    Args:
+        settings: Address and times.
+        layout: modbus_map.yaml.
+        robot: robot.yaml.
+        listener: Told of samples, changes and refusals.
+        reads_status: Read the program and alarm blocks too.
+    """
+
+    def __init__(
+        self,
+        settings: ModbusSettings,
+        layout: ModbusMap,
+        robot: Robot,
+        listener: RobotListener,
+        reads_status: bool = True,
+    ) -> None:
+        self._settings, self._layout, self._listener = settings, layout, listener
+        self._reads_status = reads_status
+        self._counters = RobotCounters()
+        self._codec = RegisterCodec(layout, robot)
+        self._port = ModbusPort(settings.host, settings.port, layout.device_id, settings.timeout)
+        self._outbox = Outbox()
+        self._writer = Writer(settings, layout, self._codec, self._outbox, self._counters, listener)
+        self._times = PollTimes(settings.poll_period, settings.drift_ppm)
+        self._echo = Echo()
+        self._disarm = True
+        self._signals: list[bool] | None = None
+        self._shows_all, self._told = robot.stopping.shows_all, frozenset[str]()
+        self._outputs: frozenset[str] | None = None
+        self._status_due = 0.0
+        self._retry = settings.retry_first
+        self._thread = threading.Thread(target=self._run, name="modbus_link", daemon=True)
+
+    @property
+    def name(self) -> str:
+        """Where the robot is."""
+        return self._port.name
+
+    @property
+    def counters(self) -> RobotCounters:
+        """What went over the link."""
+        return self._counters
+
+    def start(self) -> None:
+        """Begin to connect."""
+        self._thread.start()
+
+    def close(self, disarm: bool = True) -> None:
+        """End the link; ``disarm`` the robot's watchdog first, so that the end is no alarm."""
+        self._disarm = disarm
+        self._outbox.close()
+        self._thread.join(timeout=2.0)
+
+    def write_setpoint(self, setpoint: StreamReal) -> None:
+        """Write a set point of all joints at its time; forget those for then or later."""
+        self._outbox.put_setpoint(setpoint)
+
+    def write_ahead(self, ahead: StreamAhead) -> None:
+        """Write set points ahead of their time."""
+        self._outbox.put_ahead(ahead)
+
+    def drop_setpoints(self) -> None:
+        """Forget the set points that wait for their time: the robot is to stop."""
+        self._outbox.drop_setpoints()
+
+    def take_back_setpoints(self) -> None:
+        """Tell the robot that none of its set points counts any longer."""
+        self.write_integer("setpoint_valid", 0)
+        if self._layout.ring_places:
+            self.write_integer("ring_write", 0)
+
+    def write_integer(self, name: str, value: int) -> None:
+        """Write one integer register.
+
+        Raises:
+            NotWritableError: The map does not mark it ``write: true``, or it is no single integer.
+        """
+        register = self._layout.find(name)
+        if register is None or register.type not in ("int16", "int32") or register.count != 1:
+            raise NotWritableError(f"{name}: modbus_map.yaml has no integer register of this name")
+        self._command(Command(name, value, False))
+
+    def set_signal(self, name: str, level: bool) -> None:
+        """Set one UI signal.
+
+        Raises:
+            NotWritableError: The map does not mark it ``write: true``.
+        """
+        self._check_signal(name)
+        self._command(Command(name, level, False))
+
+    def pulse(self, name: str, behind: bool = False) -> None:
+        """Switch one UI signal on and, a pulse length later, off.
+
+        Args:
+            name: Of the signal.
+            behind: Not before a set point that waits.
+
+        Raises:
+            NotWritableError: The map does not mark it ``write: true``.
+        """
+        self._check_signal(name)
+        self._command(Command(name, True, True, behind))
+
+    def _check_signal(self, name: str) -> None:
+        if name not in signal_names(self._layout):
+            raise NotWritableError(f"{name}: modbus_map.yaml has no signal of this name")
+
+    def _command(self, command: Command) -> None:
+        """Leave a command if the map allows it."""
+        if command.name in signal_names(self._layout):
+            allowed = may_write_signal(self._layout, command.name)
+        else:
+            register = self._layout.holding_registers.get(command.name)
+            allowed = register is not None and register.write
+        if not allowed:
+            raise NotWritableError(f"{command.name}: modbus_map.yaml does not mark it write: true")
+        self._outbox.put(command)
+
+    def _run(self) -> None:
+        """Connect and serve until closed; an error of a callback ends the link for good."""
+        try:
+            while not self._outbox.closed:
+                try:
+                    self._serve_alone()
+                except LinkLostError as error:
+                    self._lost(str(error))
+            self._writer.end(farewell=self._disarm)
+        except BaseException as error:
+            self._listener.died(error)
+            raise
+        finally:
+            self._writer.end(farewell=False)
+            self._port.close()
+
+    def _lost(self, reason: str) -> None:
+        """Tell the listener, then wait before the next attempt."""
+        self._port.close()
+        self._listener.lost(reason)
+        self._writer.end(farewell=False)
+        pause, self._retry = self._retry, min(2.0 * self._retry, self._settings.retry_last)
+        self._outbox.pause(time.monotonic() + pause)
+
+    def _serve_alone(self) -> None:
+        """Serve until closed or lost, or until somebody else has written the heartbeat and ended.
+
+        Meanwhile what was left for the robot is still written, a stop above all, but no heartbeat:
+        where the other one ends too, the robot stops itself.
+        """
+        try:
+            self._serve()
+        except StrangerError as error:
+            self._outbox.drop_setpoints()
+            self._writer.beats = False
+            self._listener.lost(str(error))
+            quiet_since = time.monotonic()
+            while not self._outbox.closed and time.monotonic() < quiet_since + self._settings.alone:
+                self._writer.wait(time.monotonic() + self._settings.poll_period)
+                before = self._echo.shown
+                shown = self._codec.echo_of(self._port.read_words(self._codec.state))
+                self._echo, _ = heard(self._echo, shown, self._writer.beat)
+                if shown != before:
+                    quiet_since = time.monotonic()
+            if not self._outbox.closed:
+                self._port.close()
+                self._writer.end(farewell=False)
+
+    def _serve(self) -> None:
+        """Connect, poll when it is time while the writer writes, until closed or lost."""
+        self._port.open()
+        self._writer.open()
+        self._listener.opened()
+        self._echo = reconnected(self._echo)
+        self._status_due, self._signals = 0.0, None
+        self._times.begin(time.monotonic())
+        while not self._outbox.closed:
+            self._writer.wait(self._times.due)
+            if time.monotonic() >= self._times.due:
+                self._poll()
+
+    def _poll(self) -> None:
+        """Read signals and state, and hand the sample over.
+
+        The state comes last: nothing stands between its answer and who waits for it. Where answers
+        take so long that both do not fit into a cycle, the signals are read in every other one.
+        """
+        self._counters.polls += 1
+        self._counters.aimed += self._times.aimed
+        slow = 2.0 * self._counters.round_trip > self._settings.poll_period
+        if slow and self._signals is not None:
+            signals, self._signals = self._signals, None
+        else:
+            signals = self._port.read_signals(self._codec.outputs) if self._codec.outputs else []
+            self._signals = signals
+            if not self._shows_all:
+                self._read_status()
+        sent = time.monotonic()
+        words = self._port.read_words(self._codec.state)
+        received = time.monotonic()
+        self._counters.round_trip = received - sent
+        self._counters.longest_round_trip = max(self._counters.longest_round_trip, received - sent)
+        sample, clock_ms = self._decode(words, signals), None
+        if sample is not None and self._settings.heartbeat:
+            # An echo that is none of ours tells of somebody else who writes.
+            shown = sample.heartbeat_echo
+            self._echo, stranger = heard(self._echo, shown, self._writer.beat)
+            if stranger:
+                raise StrangerError(stranger_text(self._layout, shown))
+        if sample is not None and self._listener.sampled(sample, sent, received):
+            clock_ms = sample.clock_ms
+            self._follow_up(sample, received)
+        self._counters.late += self._times.polled(clock_ms, sent, received)
+
+    def _decode(self, words: list[int], signals: list[bool]) -> RobotSample | None:
+        """Return the sample of both answers; None, and a word to the listener, if it is wrong."""
+        try:
+            return self._codec.decode_sample(words, signals, self._told)
+        except SampleError as error:
+            self._counters.rejected += 1
+            self._listener.rejected(f"sample: {error}")
+            return None
+
+    def _follow_up(self, sample: RobotSample, received: float) -> None:
+        """Do what a believed sample asks for; read the status blocks if they may have changed."""
+        changed = self._outputs is None or (self._outputs ^ sample.outputs) & _STATUS_SIGNALS
+        self._outputs = sample.outputs
+        self._writer.echo = sample.command_echo
+        self._retry = self._settings.retry_first
+        if self._reads_status and self._shows_all and (changed or received >= self._status_due):
+            self._status_due = received + self._settings.status_period
+            self._read_status()
+
+    def _read_status(self) -> None:
+        """Read the program and alarm blocks."""
+        program = self._port.read_words(self._codec.program)
+        alarm = self._port.read_words(self._codec.alarm)
+        try:
+            found = self._codec.decode_program(program), self._codec.decode_alarm(alarm)
+        except SampleError as error:
+            self._counters.rejected += 1
+            self._listener.rejected(f"status: {error}")
+            return
+        self._told = frozenset() if self._shows_all else told_outputs(*found)
+        self._listener.told(*found)

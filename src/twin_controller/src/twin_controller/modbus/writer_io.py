@@ -1,0 +1,227 @@
+"""What is written to the real robot: set points, commands, ends of pulses, heartbeats.
+
+A heartbeat of its own is written only when no set point carried one.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from collections.abc import Callable
+from typing import ParamSpec
+
+from scara_config.modbus_map import ModbusMap
+
+from twin_controller.core.actions import StreamAhead, StreamReal
+from twin_controller.modbus.heartbeat import next_beat
+from twin_controller.modbus.outbox_io import Command, Outbox
+from twin_controller.modbus.port_io import ModbusPort, ModbusSettings, WriteRefusedError
+from twin_controller.modbus.ring import RingCodec
+from twin_controller.modbus.signalling import CommandLostError, CommandQueue, patience, signal_names
+from twin_controller.registers import RegisterCodec
+from twin_controller.robot.link import LinkLostError, RobotCounters, RobotListener
+from twin_controller.robot_sample import SetpointError
+
+BEAT = 1.5
+"""A heartbeat is due this many poll periods after the last write that was one.
+
+Set points come once in a period."""
+P = ParamSpec("P")
+
+
+class Writer:
+    """A connection for writes with a thread of its own, which ends with the connection.
+
+    Args:
+        settings: Address and times.
+        layout: modbus_map.yaml.
+        codec: Makes words of set points.
+        outbox: What is to be written.
+        counters: Where set points and refusals are counted.
+        listener: Told of a write that did not go through; without a living one there is no
+            heartbeat.
+
+    Attributes:
+        echo: Number of the command that the robot has taken last, of a map with numbered commands.
+        beat: The heartbeat that was written last, or is being written; 0 before the first.
+        beats: Heartbeats are written. Not while somebody else writes them.
+    """
+
+    def __init__(
+        self,
+        settings: ModbusSettings,
+        layout: ModbusMap,
+        codec: RegisterCodec,
+        outbox: Outbox,
+        counters: RobotCounters,
+        listener: RobotListener,
+    ) -> None:
+        self.echo: int | None = None
+        self.beat = 0
+        self.beats = settings.heartbeat
+        self._commands: CommandQueue | None = None
+        if layout.command_word is not None:
+            limits = patience(settings.command_retry, settings.command_attempts)
+            self._commands = CommandQueue(layout.command_word, limits)
+        self._settings, self._layout, self._codec = settings, layout, codec
+        self._outbox, self._counters, self._listener = outbox, counters, listener
+        self._port = ModbusPort(settings.host, settings.port, layout.device_id, settings.timeout)
+        self._ring = RingCodec(layout, codec)
+        self._due = 0.0
+        self._broken: BaseException | None = None
+        self._ended = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def open(self) -> None:
+        """Connect and begin to write; drop what was left while there was no connection, and say so.
+
+        Raises:
+            LinkLostError: Nobody accepts the connection in time.
+        """
+        self._port.open()
+        self._ring.empty()
+        self.echo = None
+        self.beats = self._settings.heartbeat
+        if dropped := self._outbox.discard() + (self._commands.discard() if self._commands else 0):
+            self._counters.dropped += dropped
+            self._listener.rejected(f"{dropped} writes dropped: there was no link")
+        self._broken, self._due = None, 0.0
+        self._ended.clear()
+        self._thread = threading.Thread(target=self._run, name="modbus_writer", daemon=True)
+        self._thread.start()
+
+    def wait(self, until: float) -> None:
+        """Wait until ``until`` (monotonic), or less if writing has ended.
+
+        Raises:
+            LinkLostError: A write was not answered.
+        """
+        self._ended.wait(max(0.0, until - time.monotonic()))
+        if self._broken is not None:
+            raise self._broken
+
+    def end(self, farewell: bool) -> None:
+        """Disconnect if connected.
+
+        With ``farewell`` what was left in the closed outbox is written first, the end of its pulses
+        too, and the robot's watchdog disarmed.
+        """
+        if self._thread is None:
+            return
+        if not farewell:
+            self._port.interrupt()
+            self._ended.set()
+        self._thread.join()
+        self._thread = None
+        if farewell and self.beats and self._broken is None:
+            with contextlib.suppress(LinkLostError):  # a robot that is gone needs no farewell
+                self._beat(0)
+        self._port.close()
+
+    def _run(self) -> None:
+        """Write until ended; an error is kept for whoever waits."""
+        try:
+            while not (self._ended.is_set() or self._outbox.closed):
+                self._write_all()
+            if not self._ended.is_set():
+                # What was left when the outbox was closed, and the ends of its pulses.
+                self._write_all()
+                self._ended.wait(self._outbox.pulses_left())
+                for name in self._outbox.due_releases():
+                    self._attempt(self._port.write_coil, self._layout.coils[name].offset, False)
+        except BaseException as error:
+            self._broken = error
+        finally:
+            self._ended.set()
+
+    def _write_all(self) -> None:
+        """Write what is there, or what comes until a heartbeat or a numbered command is due."""
+        if self._commands is not None and self.echo is not None:
+            self._commands.confirm(self.echo)
+        wake = self._commands.due() if self._commands is not None else None
+        until = self._due if wake is None else min(self._due, wake)
+        setpoint, ahead, commands = self._outbox.take(until)
+        if setpoint is not None:
+            self._attempt(self._write_setpoint, setpoint)
+        if ahead is not None:
+            self._attempt(self._write_ahead, ahead)
+        for command in commands:
+            self._attempt(self._write, command)
+        self._attempt(self._write_command)
+        for name in self._outbox.due_releases():
+            self._attempt(self._port.write_coil, self._layout.coils[name].offset, False)
+        if time.monotonic() >= self._due:
+            if self.beats and self._listener.alive():
+                self._beat(self._next_heartbeat())
+            self._beaten()
+
+    def _attempt(self, write: Callable[P, None], *args: P.args, **options: P.kwargs) -> None:
+        """Write; tell and count what the robot or our own check refuses. The link stays."""
+        try:
+            write(*args, **options)
+        except (WriteRefusedError, SetpointError, CommandLostError) as error:
+            self._counters.refused += 1
+            self._listener.rejected(str(error))
+
+    def _write_setpoint(self, action: StreamReal) -> None:
+        """Write PR[1] with the heartbeat in one request."""
+        heartbeat = self._next_heartbeat()
+        words = self._codec.encode_setpoint(action.setpoint.q, heartbeat, action.speed_percent)
+        self._port.write_words(self._codec.setpoint.offset, words)
+        self._counters.setpoints += 1
+        self._beaten()
+
+    def _write_ahead(self, ahead: StreamAhead) -> None:
+        """Write the set points that are new, then their times and the newest one's number.
+
+        In this order the robot never finds a number before its set point. A stop that comes between
+        two requests goes before what is left of them, and takes it back.
+        """
+        heartbeat = self._next_heartbeat()
+        for offset, words in self._ring.setpoints(ahead):
+            self._port.write_words(offset, words)
+            counts, commands = self._outbox.take_between()
+            for command in commands:
+                self._attempt(self._write, command)
+            if not counts:
+                return
+        self._port.write_words(*self._ring.times(ahead, heartbeat))
+        self._counters.setpoints += len(ahead.points)
+        self._beaten()
+
+    def _write(self, command: Command) -> None:
+        """Write one signal or integer register."""
+        if command.name == "ring_write":
+            self._ring.empty()
+        if self._commands is not None and command.name in signal_names(self._layout):
+            self._commands.put(command.name, bool(command.value), command.pulsed)
+        elif command.name in self._layout.coils:
+            coil = self._layout.coils[command.name]
+            self._port.write_coil(coil.offset, bool(command.value))
+            if command.pulsed:
+                self._outbox.end_pulse(command.name, time.monotonic() + coil.pulse_ms * 1e-3)
+        else:
+            register = self._layout.holding_registers[command.name]
+            self._port.write_words(
+                register.offset, self._codec.encode_int(command.name, command.value)
+            )
+
+    def _write_command(self) -> None:
+        """Write the numbered command that is due."""
+        command = self._commands.next(time.monotonic()) if self._commands else None
+        if command is not None:
+            self._port.write_words(*self._codec.encode_command(command.code, command.sequence))
+
+    def _next_heartbeat(self) -> int:
+        """Count; whoever reads the echo meanwhile knows of the value before it can be shown."""
+        if self.beats:
+            self.beat = next_beat(self.beat)
+        return self.beat
+
+    def _beat(self, value: int) -> None:
+        offset = self._layout.holding_registers["heartbeat"].offset
+        self._attempt(self._port.write_words, offset, [value])
+
+    def _beaten(self) -> None:
+        self._due = time.monotonic() + BEAT * self._settings.poll_period

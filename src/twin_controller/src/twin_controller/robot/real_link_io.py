@@ -1,0 +1,153 @@
+"""The real robot: the core's actions go out as signals, checked samples come in as its inputs."""
+
+from __future__ import annotations
+
+import dataclasses
+import logging
+import threading
+import time
+from collections.abc import Callable
+from types import TracebackType
+
+from scara_config import Robot
+from typing_extensions import Self
+
+from twin_controller.core.actions import Command, StreamAhead, StreamReal
+from twin_controller.core.events import AnyEvent, RealAlarm
+from twin_controller.robot.checked_link_io import CheckedLink
+from twin_controller.robot.intake import alarm_text, is_paused, is_stopping, measured, program_text
+from twin_controller.robot.link import Connect
+from twin_controller.robot.signals import (
+    UI_SIGNALS,
+    SignalTable,
+    gripper_steps,
+    override_steps,
+    steps,
+)
+from twin_controller.robot_sample import AlarmStatus, ControlType, ProgramStatus, RobotSample
+
+_LOG = logging.getLogger("rosout.real_link")
+REST = 1.0
+"""A stream that ends with the controller has so long to come to rest [s]. Our choice."""
+SLOW = 0.005
+"""A joint below this part of its largest speed stands: readings are noisy. Our choice."""
+OnData = Callable[[RobotSample, str, str, int], None]
+
+
+class RealLink:
+    """The link to the real robot, whatever its protocol; a context manager."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        has_gripper: bool,
+        connect: Connect,
+        put: Callable[[AnyEvent], None],
+        changed: Callable[[str, bool, str], None],
+        on_data: OnData,
+        alive: Callable[[], bool],
+        table: SignalTable = UI_SIGNALS,
+    ) -> None:
+        """Prepare the link.
+
+        Args:
+            robot: robot.yaml.
+            has_gripper: The robot has a suction gripper.
+            connect: Makes the link of the robot's protocol.
+            put: Takes checked inputs.
+            changed: Told side, connected and why not.
+            on_data: Gets each sample with program and alarm in words and the alarm's number.
+            alive: Whether somebody still decides; else the robot's watchdog gets no heartbeat.
+            table: What each command does on the robot's signals.
+        """
+        self._robot, self._has_gripper, self._table = robot, has_gripper, table
+        self._put, self._on_data = put, on_data
+        self._program = self._alarm = self._program_name = ""
+        self._alarm_number = 0
+        # As of the last sample: START must not run a program that is not paused.
+        self._paused = False
+        # Our stream program runs, as of the last sample; once the link ends nothing is streamed.
+        self._streams = self._ends = False
+        # A sample was read that showed the robot stopped.
+        self._rests = threading.Event()
+        self._link = CheckedLink(
+            robot,
+            connect,
+            self._sampled,
+            lambda up, why: changed("real", up, why),
+            self._told,
+            lambda reason: _LOG.warning("real robot: %s", reason),
+            alive,
+        )
+
+    def __enter__(self) -> Self:
+        """Connect, again and again."""
+        self._link.__enter__()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """End what was started: a stream of ours first, then the robot's watchdog and the line.
+
+        A program of the robot's own goes on. HOLD is given back to a robot that has stopped, for
+        nobody else would; one that was not seen to stop keeps it away.
+        """
+        self._ends = True
+        if self._streams:
+            self._rests.clear()
+            self.perform(Command.STOP_REAL)
+            if self._rests.wait(REST):
+                self.perform(Command.GIVE_HOLD_BACK)
+            else:
+                _LOG.warning("real robot: not seen to stand; its HOLD stays away")
+        self._link.close()
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """What went over the link, for diagnostics."""
+        found = dataclasses.asdict(self._link.counters)
+        return {key: value for key, value in found.items() if isinstance(value, int)}
+
+    def stream(self, action: StreamReal) -> None:
+        """Write one set point at its time."""
+        if not self._ends:
+            self._link.write_setpoint(action)
+
+    def stream_ahead(self, action: StreamAhead) -> None:
+        """Write set points ahead of their time."""
+        if not self._ends:
+            self._link.write_ahead(action)
+
+    def override(self, speed_percent: float) -> None:
+        """Set the override."""
+        self._link.send(override_steps(speed_percent))
+
+    def grip(self, on: bool) -> None:
+        """Switch the suction."""
+        self._link.send(gripper_steps(on))
+
+    def perform(self, command: Command) -> None:
+        """Carry out one command on the robot's signals."""
+        self._link.send(steps(self._table, command, self._paused))
+
+    def _sampled(self, sample: RobotSample, sent: float, received: float) -> None:
+        self._paused = is_paused(sample)
+        self._streams = sample.moved_by is ControlType.STREAM
+        slow = zip(sample.motion.qdot, self._robot.joints)
+        if "progrun" not in sample.outputs and all(abs(v) < SLOW * j.velocity for v, j in slow):
+            self._rests.set()
+        program = self._program_name
+        self._put(measured(sample, sent, received, self._robot, self._has_gripper, program))
+        self._on_data(sample, self._program, self._alarm, self._alarm_number)
+
+    def _told(self, program: ProgramStatus, alarm: AlarmStatus) -> None:
+        self._program, self._program_name = program_text(program), program.name
+        self._alarm_number = alarm.number if alarm.facility else 0
+        text = alarm_text(alarm)
+        if text != self._alarm:
+            self._alarm = text
+            self._put(RealAlarm(time.monotonic(), text, is_stopping(alarm)))

@@ -1,0 +1,1 @@
+"""What people and programs ask of the pair, and who is let in."""

@@ -1,1 +1,0 @@
-"""Recordings held against each other: real against twin, run against run, repeat against repeat."""

@@ -1,1 +1,0 @@
-"""Comparisons: bags in, figures and page out."""

@@ -1,1 +1,0 @@
-"""A recorded robot in front of a live twin."""

@@ -1,1 +1,0 @@
-"""Making steps on the simulator's own world in process, and drawing them."""

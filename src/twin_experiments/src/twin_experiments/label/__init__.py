@@ -1,1 +1,0 @@
-"""What a figure was made with, and what it says in one sentence."""

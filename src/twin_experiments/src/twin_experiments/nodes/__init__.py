@@ -1,1 +1,0 @@
-"""ROS nodes: parameters, wiring, spin."""

@@ -1,0 +1,322 @@
+"""From a recorded run to figures and a verdict for each experiment."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from itertools import groupby
+
+import numpy as np
+from scara_config import Robot
+from scara_config.palletise import Palletise
+
+from twin_experiments.config import ExperimentsFile, Judged, Limits, Unmarked
+from twin_experiments.metrics.errors import (
+    Comparison,
+    ErrorSummary,
+    MetricsSettings,
+    ToolFunction,
+    compare,
+    summarize,
+)
+from twin_experiments.metrics.needles import Needle, find_needles
+from twin_experiments.metrics.pauses import Pause, pauses_within, undisturbed
+from twin_experiments.metrics.series import Array, MetricsError, Motion, SampleGap
+from twin_experiments.metrics.tracks import first_to_move
+from twin_experiments.metrics.true_positions import TrueArm, TruePositioning, true_positioning
+from twin_experiments.palletising import SIDES, Handled, SideOutcome, outcome, shortcomings
+from twin_experiments.report.record import Age, RecordError, Run, Span, cut, pick
+
+
+@dataclass(frozen=True)
+class AgeSummary:
+    """How old a topic's content was when it was received [ms].
+
+    Negative: it was due in the future.
+    """
+
+    median_ms: float
+    p95_ms: float
+    max_ms: float
+
+
+@dataclass(frozen=True)
+class Excess:
+    """An error beyond its limit, both in percent of reach."""
+
+    what: str
+    percent: float
+    limit: float
+
+    @property
+    def text(self) -> str:
+        """Say it as a reason to fail."""
+        return f"{self.what} {self.percent:.3f} % of reach, limit {self.limit:g} %"
+
+
+@dataclass(frozen=True)
+class Result:
+    """One experiment: what was found and whether it passes. ``reasons`` is empty if it does.
+
+    Args:
+        span: Name and time.
+        leader: ``real`` or ``twin``.
+        visits: Set positions that should be held, in order.
+        held: Set positions that were held, in order, repetitions joined.
+        comparison: All errors; None if the data could not be compared.
+        motions: Both sides' joints during the experiment, all joints of the twin.
+        ages: Per topic.
+        reasons: Why it fails.
+        parts: What became of the parts, for each side; empty if it handles none.
+        speed_percent: The leader's fastest joint, in percent of that joint's largest speed; None if
+            the data could not be compared.
+        pauses: When the machine, or the recorder, stood still.
+        path_undisturbed: Path error without the pauses and what follows them; None if it is not
+            known.
+        true_positioning: Error at rest against the robot's true geometry; None if it is not known.
+        needles: Short peaks of the tools' distance.
+    """
+
+    span: Span
+    leader: str
+    visits: tuple[str, ...]
+    held: tuple[str, ...]
+    comparison: Comparison | None
+    motions: tuple[Motion, Motion] | None
+    ages: Mapping[str, AgeSummary]
+    reasons: tuple[str, ...]
+    parts: tuple[SideOutcome, ...] = ()
+    speed_percent: float | None = None
+    pauses: tuple[Pause, ...] = ()
+    path_undisturbed: ErrorSummary | None = None
+    true_positioning: TruePositioning | None = None
+    needles: tuple[Needle, ...] = ()
+
+    @property
+    def passed(self) -> bool:
+        """True if nothing speaks against it."""
+        return not self.reasons
+
+
+def analyse(
+    run: Run,
+    config: ExperimentsFile,
+    robot: Robot,
+    settings: MetricsSettings,
+    tool: ToolFunction,
+    work: Palletise | None = None,
+    arm: TrueArm | None = None,
+) -> tuple[Result, ...]:
+    """Analyse every experiment of a run.
+
+    Args:
+        run: What was recorded.
+        config: Experiments and limits.
+        robot: Joints and set positions.
+        settings: Thresholds of the errors, for the joints that move the tool.
+        tool: Forward kinematics of the joints that move the tool, in robot.yaml's order.
+        work: palletise.yaml, if the robot has one.
+        arm: The robot as it was made, if that is known.
+
+    Raises:
+        RecordError: An experiment of the run is not in ``config``.
+    """
+    unknown = sorted({span.name for span in run.spans if span.marked} - set(config.known))
+    if unknown:
+        raise RecordError(
+            f"unknown experiment {', '.join(unknown)}: experiments.yaml has "
+            f"{', '.join(config.known)}"
+        )
+    positions = {name: np.array(place) for name, place in robot.positions_m.items()}
+    columns = [run.joint_names.index(joint.name) for joint in robot.arm_joints]
+    largest = np.array([robot.joint(name).velocity for name in run.joint_names])
+
+    def analysed(span: Span) -> Result:
+        experiment = _experiment(run, span, config, settings, columns)
+        visited = {name: positions[name] for name in experiment.visits}
+        result = _analyse_span(run, span, experiment, config, visited, settings, columns, tool)
+        result = _with_pauses(_with_speed(result, largest), run.pauses, robot.reach_mm)
+        result = _with_needles(result, run)
+        if arm is not None and result.comparison is not None:
+            found = true_positioning(result.comparison, tool, arm, visited, settings)
+            result = replace(result, true_positioning=found)
+        carries = span.marked and span.name in config.palletising
+        return _with_parts(result, run, work) if carries else result
+
+    return tuple(analysed(span) for span in run.spans)
+
+
+def _experiment(
+    run: Run, span: Span, config: ExperimentsFile, settings: MetricsSettings, columns: list[int]
+) -> Judged:
+    """Return what was asked for; in a recording without marks whoever moved first leads."""
+    if span.marked:
+        return config.known[span.name]
+    sides = (pick(run.real.motion, columns), pick(run.twin.motion, columns))
+    first = first_to_move(*sides, settings.moving_speeds)
+    return Unmarked(leader="twin" if first == "twin" else "real")
+
+
+def _analyse_span(
+    run: Run,
+    span: Span,
+    experiment: Judged,
+    config: ExperimentsFile,
+    positions: dict[str, Array],
+    settings: MetricsSettings,
+    columns: list[int],
+    tool: ToolFunction,
+) -> Result:
+    """Analyse one experiment.
+
+    Data that cannot be compared are a reason to fail, not an end of the report.
+    """
+    ages = {
+        topic: found
+        for topic, age in run.ages.items()
+        if (found := summarize_age(age, span)) is not None
+    }
+    visits = tuple(experiment.visits)
+    try:
+        motions = (
+            cut(run.real.motion, span.start, span.end),
+            cut(run.twin.motion, span.start, span.end),
+        )
+        arm = [pick(motion, columns) for motion in motions]
+        comparison = compare(arm[0], arm[1], tool, settings, experiment.leader, positions)
+    except (MetricsError, RecordError) as error:
+        return Result(span, experiment.leader, visits, (), None, None, ages, (str(error),))
+    comparison = _complete_gaps(comparison, motions, span, settings.longest_gap_s)
+    held = held_positions(comparison)
+    reasons = judge(span, experiment, comparison, held, settings.reach_mm, config.limits)
+    return Result(span, experiment.leader, visits, held, comparison, motions, ages, reasons)
+
+
+def _with_speed(result: Result, largest: Array) -> Result:
+    """Add how fast the leader was; ``largest``: of each joint [rad/s or m/s]."""
+    if result.motions is None:
+        return result
+    real, twin = result.motions
+    leader = real if result.leader == "real" else twin
+    return replace(result, speed_percent=float(100.0 * (np.abs(leader.velocities) / largest).max()))
+
+
+def _with_pauses(result: Result, pauses: tuple[Pause, ...], reach_mm: float) -> Result:
+    """Add the pauses of the machine, and the path error without the moments that they disturbed."""
+    result = replace(result, pauses=pauses_within(pauses, result.span.start, result.span.end))
+    if result.comparison is None:
+        return result
+    seen = result.comparison.trace
+    counted = seen.moving & undisturbed(seen.aligned.instants, pauses)
+    if not counted.any():
+        return result
+    return replace(result, path_undisturbed=summarize(seen.deviation_mm[counted], reach_mm))
+
+
+def _with_needles(result: Result, run: Run) -> Result:
+    """Add the short peaks of the tools' distance, and what was going on then."""
+    if result.comparison is None:
+        return result
+    span = result.span
+    within = {
+        topic: (age.received >= span.start) & (age.received <= span.end)
+        for topic, age in run.ages.items()
+    }
+    ages = {
+        topic: (age.received[within[topic]], age.age[within[topic]])
+        for topic, age in run.ages.items()
+    }
+    comparison = result.comparison
+    needles = find_needles(comparison.trace, comparison.moves, result.pauses, ages)
+    return replace(result, needles=needles)
+
+
+def _with_parts(result: Result, run: Run, work: Palletise | None) -> Result:
+    """Add what became of the parts, and what speaks against it."""
+    if work is None:
+        return replace(result, reasons=(*result.reasons, "there is no palletise.yaml"))
+    span = result.span
+    parts = tuple(
+        outcome(side, run.handled.get(side, Handled()), work, span.start, span.end)
+        for side in SIDES
+    )
+    return replace(
+        result, parts=parts, reasons=(*result.reasons, *shortcomings(parts, work.task.tolerance_mm))
+    )
+
+
+def held_positions(comparison: Comparison) -> tuple[str, ...]:
+    """Return the set positions at which both stood still, in order, repetitions joined."""
+    names = [rest.set_position for rest in comparison.rests if rest.set_position is not None]
+    return tuple(name for name, _ in groupby(names))
+
+
+def judge(
+    span: Span,
+    experiment: Judged,
+    comparison: Comparison,
+    held: tuple[str, ...],
+    reach_mm: float,
+    limits: Limits,
+) -> tuple[str, ...]:
+    """Return every reason why an experiment fails; none: it passes."""
+    reasons = []
+    if not span.finished:
+        reasons.append("the recording ends before the experiment does")
+    reasons += [excess.text for excess in exceeded(comparison, reach_mm, limits)]
+    wanted = tuple(name for name, _ in groupby(experiment.visits))
+    if held[-len(wanted) :] != wanted:
+        reasons.append(
+            f"both stood still at {' '.join(held) or 'no set position'}, expected "
+            f"{' '.join(wanted)}"
+        )
+    excluded = 100.0 * comparison.trace.aligned.excluded_share
+    if excluded > limits.excluded_percent:
+        reasons.append(
+            f"{excluded:.1f} % of the time has no samples, limit {limits.excluded_percent:g} %"
+        )
+    return tuple(reasons)
+
+
+def exceeded(comparison: Comparison, reach_mm: float, limits: Limits) -> tuple[Excess, ...]:
+    """Return the errors that are beyond their limits."""
+    positioning = comparison.positioning_max_mm
+    found = [Excess("path error", comparison.path.max_percent, limits.path_error_percent)]
+    if positioning is not None:
+        percent = 100.0 * positioning / reach_mm
+        found.append(Excess("positioning error", percent, limits.positioning_error_percent))
+    return tuple(excess for excess in found if excess.percent > excess.limit)
+
+
+def summarize_age(age: Age, span: Span) -> AgeSummary | None:
+    """Summarize the ages during an experiment; None if nothing was received."""
+    inside: Array = 1e3 * age.age[(age.received >= span.start) & (age.received <= span.end)]
+    if not len(inside):
+        return None
+    return AgeSummary(
+        float(np.median(inside)), float(np.percentile(inside, 95.0)), float(inside.max())
+    )
+
+
+def _complete_gaps(
+    comparison: Comparison, motions: tuple[Motion, Motion], span: Span, longest: float
+) -> Comparison:
+    """Count what is missing at the ends of an experiment as holes too.
+
+    A side that falls silent is not excused.
+    """
+    gaps = list(comparison.trace.aligned.gaps)
+    for motion in motions:
+        for start, end in (
+            (span.start, float(motion.stamps[0])),
+            (float(motion.stamps[-1]), span.end),
+        ):
+            if end - start > longest:
+                gaps.append(SampleGap(motion.side, start, end - start))
+    start = max(motion.stamps[0] for motion in motions)
+    end = min(motion.stamps[-1] for motion in motions)
+    missing = (span.end - span.start) - float(end - start)
+    if missing <= longest:
+        return comparison
+    aligned = replace(comparison.trace.aligned, gaps=tuple(gaps), span=span.end - span.start)
+    return replace(comparison, trace=replace(comparison.trace, aligned=aligned))

@@ -1,0 +1,391 @@
+"""Write the report of a bag: report.json, report.html and the figures, from the bag alone."""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta, timezone
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from cell_recorder.reading.bag_reader_io import open_bag
+from scara_config import load_robot
+from scara_control.kinematics.screws import ScrewModel, tool_positions
+
+from twin_experiments.config import load_experiments, metrics_settings
+from twin_experiments.palletising import SUMMARY, error_rows
+from twin_experiments.palletising import summary_rows as summary_of_parts
+from twin_experiments.parts_reader_io import read_work
+from twin_experiments.report import predictions
+from twin_experiments.report.analysis import Result, analyse
+from twin_experiments.report.configuration import AnalysisSettings, choose
+from twin_experiments.report.document import (
+    HEADINGS,
+    SHORT_HEADINGS,
+    paper_rows,
+    report_document,
+    rounded_tree,
+    short_rows,
+    summary_rows,
+)
+from twin_experiments.report.figures_io import draw
+from twin_experiments.report.label.made_with import MadeWith
+from twin_experiments.report.label.notes import notes
+from twin_experiments.report.label.sentence import missing_sentence, sentence, verdict_sentence
+from twin_experiments.report.label.true_arm import true_arm
+from twin_experiments.report.page.chart_data_io import deviations_chart, errors_chart, joints_chart
+from twin_experiments.report.page.render_io import anchor, figure, render, table
+from twin_experiments.report.record import Event, Run
+from twin_experiments.report.repeats import HEADINGS as REPEAT_HEADINGS
+from twin_experiments.report.repeats import repeat_rows
+from twin_experiments.report.run_reader_io import read_configuration, read_run
+from twin_experiments.workspace_io import this_workspace
+
+LIBRARIES = (
+    "numpy",
+    "scipy",
+    "rosbags",
+    "matplotlib",
+    "pybullet",
+    "pymodbus",
+    "websocket-client",
+    "websockets",
+    "ruckig",
+)
+LEGEND = (
+    "Path error: distance of both tools at the same instant while either side moves, in mm and "
+    "percent of reach, nothing compensated; after lag: the same with the follower's lag "
+    "removed; of travelled: largest error of a move in percent of that move's length; lag > 0: "
+    "the follower is behind; positioning: after both stood still 0.5 s, the largest of real - "
+    "twin, real - set position, twin - set position. The article does not say what its percent "
+    "are of. "
+)
+LEGEND_TRUTH = "Both sides are the simulators' own truth, not what the twin controller read."
+LEGEND_MEASURED = (
+    "The real side is what the twin controller read from the robot: nobody recorded the truth."
+)
+CAPTIONS = {
+    "errors": "How far the tools are apart, over time; allowed are {allowed}",
+    "worst": "Where they were furthest apart, magnified",
+    "paths": "Paths of the real tool, coloured by the twin's distance (the article's Figure 15)",
+    "deviations": "How far each joint is apart, real - twin",
+    "joints": "Joints over time (the article's Figure 16)",
+}
+SHORT_LEGEND = (
+    "Apart while moving: the largest distance of both tools at one instant. Apart at rest: the "
+    "largest after 0.5 s, between both tools or from the set position."
+)
+
+
+@dataclass(frozen=True)
+class Report:
+    """A written report."""
+
+    results: tuple[Result, ...]
+    configuration: AnalysisSettings
+    folder: Path
+    made_with: MadeWith
+    foretold: tuple[str, ...] = ()
+    missing: str = ""
+
+    @property
+    def passed(self) -> bool:
+        """True if every experiment passes."""
+        return all(result.passed for result in self.results)
+
+
+def analyse_bag(
+    bag: Path, config_directory: Path | None = None
+) -> tuple[Run, AnalysisSettings, tuple[Result, ...]]:
+    """Read and analyse a bag.
+
+    Args:
+        bag: Recording of a run.
+        config_directory: Configuration for what the bag does not hold; default: the package
+            scara_config.
+
+    Raises:
+        BagError: The bag cannot be read, or a topic is missing.
+        RecordError: What is in the bag cannot be used.
+        ConfigError: A configuration file is wrong.
+    """
+    with open_bag(bag) as opened:
+        here = load_robot(config_directory)
+        chosen = choose(read_configuration(opened), here, load_experiments(here, config_directory))
+        robot, config = chosen.robot, chosen.experiments
+        run = read_run(opened, [joint.name for joint in robot.twin_joints])
+    work = read_work(run.configuration, config_directory)
+    tool = partial(tool_positions, ScrewModel.from_robot(robot))
+    settings, arm = metrics_settings(config.metrics, robot), true_arm(run.plant, robot)
+    return run, chosen, analyse(run, config, robot, settings, tool, work, arm)
+
+
+def write_report(bag: Path, folder: Path, config_directory: Path | None = None) -> Report:
+    """Analyse a bag and write its report into ``folder``, which is created if need be.
+
+    Raises:
+        BagError, RecordError, ConfigError: See :func:`analyse_bag`.
+    """
+    run, chosen, results = analyse_bag(bag, config_directory)
+    folder.mkdir(parents=True, exist_ok=True)
+    foretold = tuple(predictions.summary(run.predictions))
+    missing = missing_sentence(run.missing)
+    report = Report(results, chosen, folder, _made_with(run, chosen, results), foretold, missing)
+    document = report_document(results, chosen.robot.reach_mm, chosen.experiments.paper)
+    if run.predictions:
+        document["predictions"] = rounded_tree(predictions.as_document(run.predictions))
+    document["made_with"] = report.made_with.document()
+    if missing:
+        document["missing"] = missing
+    (folder / "report.html").write_text(_page(run, report, document), encoding="utf-8")
+    (folder / "report.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+    return report
+
+
+def _made_with(run: Run, chosen: AnalysisSettings, results: Sequence[Result]) -> MadeWith:
+    """Return the label of a run's figures."""
+    begun = datetime.fromtimestamp(run.origin, timezone.utc)
+    return MadeWith(
+        robot=chosen.robot.name,
+        plant=run.plant,
+        speed_percent={result.span.label: result.speed_percent for result in results},
+        configuration=run.configuration_digest,
+        recorded=(begun, begun + timedelta(seconds=run.duration)),
+        workspace=this_workspace(),
+    )
+
+
+def _page(run: Run, report: Report, document: dict[str, Any]) -> str:
+    """Return the HTML page, after drawing the figures."""
+    robot, config = report.configuration.robot, report.configuration.experiments
+    recorded = datetime.fromtimestamp(run.origin, timezone.utc).strftime("%Y-%m-%d %H:%M:%S UTC")
+    repaired = "; the recording was not finished, a repaired copy was read" if run.repaired else ""
+    return render(
+        {
+            "title": "How well real robot and twin move as one",
+            "subtitle": f"{robot.name}, reach {robot.reach_mm:g} mm, recorded {recorded}, "
+            f"{run.duration:.1f} s{repaired}",
+            "verdict": (
+                "pass" if report.passed else "FAIL",
+                verdict_sentence(report.results, robot.reach_mm, config.limits),
+            ),
+            "short": table(
+                SHORT_HEADINGS,
+                short_rows(report.results, robot.reach_mm, config.limits, config.paper),
+            ),
+            "short_legend": SHORT_LEGEND,
+            "missing": report.missing,
+            "sentences": [
+                (
+                    "pass" if result.passed else "FAIL",
+                    sentence(result, robot.reach_mm, config.limits),
+                )
+                for result in report.results
+            ],
+            "label": report.made_with.rows(),
+            "headings": HEADINGS,
+            "rows": [
+                *summary_rows(report.results, robot.reach_mm),
+                *paper_rows(config.limits, config.paper),
+            ],
+            "legend": LEGEND + (LEGEND_TRUTH if run.real_is_truth else LEGEND_MEASURED),
+            "experiments": [
+                _experiment(result, entry, report)
+                for result, entry in zip(report.results, document["experiments"])
+            ],
+            "tables": [
+                *_repeats(document),
+                *_foretold(run, report.foretold),
+                (
+                    "Decisions of the twin controller",
+                    table(("s", "mode", "why"), _events(run.decisions)),
+                ),
+                ("Warnings", table(("s", "node", "what"), _events(run.warnings))),
+                (
+                    "Recorded topics",
+                    table(
+                        ("topic", "messages"),
+                        [(name, str(count)) for name, count in run.topics.items()],
+                    ),
+                ),
+                ("Versions of the reporting machine", table(("what", "version"), _versions())),
+            ],
+            "configuration_origin": "Analysed with the configuration "
+            f"{report.configuration.origin}.",
+            "configuration": [
+                (name, _text(tree)) for name, tree in sorted(run.configuration.items())
+            ],
+        }
+    )
+
+
+def _experiment(result: Result, entry: dict[str, Any], report: Report) -> dict[str, Any]:
+    """Return one experiment as the page takes it, after drawing its figures."""
+    robot, config = report.configuration.robot, report.configuration.experiments
+    positions = {name: np.array(robot.positions_m[name]) for name in result.visits}
+    percent = config.limits.path_error_percent
+    limit_mm = percent * robot.reach_mm / 100.0
+    allowed = f"{limit_mm:.1f} mm, {percent:g} % of reach"
+    drawn = draw(result, robot, positions, percent, report.folder)
+    charts = {
+        "errors": errors_chart(result, robot.reach_mm, limit_mm),
+        "deviations": deviations_chart(result, robot.arm_joints),
+        "joints": joints_chart(result, robot.twin_joints),
+    }
+    return {
+        "name": result.span.label,
+        "id": f"experiment_{anchor(result.span.label)}",
+        "verdict": "pass" if result.passed else "FAIL",
+        "reasons": result.reasons,
+        "notes": notes(result, robot.reach_mm),
+        "figures": [
+            figure(caption.format(allowed=allowed), drawn[kind], charts.get(kind))
+            for kind, caption in CAPTIONS.items()
+            if kind in drawn
+        ],
+        "tables": [
+            (
+                "Needles",
+                table(("s", "mm", "tool m/s", "as time ms", "what was going on"), _needles(result)),
+            ),
+            ("Parts", table(SUMMARY, summary_of_parts(result.parts))),
+            (
+                "Placement error",
+                table(
+                    ("part", *(f"{found.side} mm" for found in result.parts)),
+                    error_rows(result.parts),
+                ),
+            ),
+            (
+                "Moves",
+                table(
+                    ("start s", "duration s", "path mm", "error max mm", "of travelled"),
+                    _moves(result),
+                ),
+            ),
+            (
+                "At rest",
+                table(
+                    ("s", "set position", "real - twin mm", "real - set mm", "twin - set mm"),
+                    _rests(result),
+                ),
+            ),
+            (
+                "Age of samples on receipt",
+                table(("topic", "median ms", "95 % ms", "max ms"), _ages(entry)),
+            ),
+            (
+                "Pauses of the machine",
+                table(("start s", "duration ms"), _pauses(result)),
+            ),
+            (
+                "Holes",
+                table(
+                    ("side", "start s", "duration s"),
+                    [tuple(map(_cell, gap.values())) for gap in entry.get("gaps", [])],
+                ),
+            ),
+        ],
+    }
+
+
+def _repeats(document: dict[str, Any]) -> list[tuple[str, Any]]:
+    """Return the table of repeated experiments, if there are any."""
+    summaries = document.get("repeats", [])
+    return [("Repeats", table(REPEAT_HEADINGS, repeat_rows(summaries)))] if summaries else []
+
+
+def _foretold(run: Run, words: Sequence[str]) -> list[tuple[str, Any]]:
+    """Return the table of motions that were judged before they began, if there are any."""
+    rows = predictions.motion_rows(run.predictions)
+    return [(predictions.TITLE, table(predictions.HEADINGS, rows, words))] if rows else []
+
+
+def _moves(result: Result) -> list[tuple[str, ...]]:
+    """Return one row for each move."""
+    moves = result.comparison.moves if result.comparison is not None else ()
+    start = result.span.start
+    return [
+        (
+            f"{move.start - start:.2f}",
+            f"{move.end - move.start:.2f}",
+            f"{move.length_mm:.1f}",
+            f"{move.error_max_mm:.2f}",
+            "-" if move.travelled_percent is None else f"{move.travelled_percent:.2f} %",
+        )
+        for move in moves
+    ]
+
+
+def _rests(result: Result) -> list[tuple[str, ...]]:
+    """Return one row for each rest."""
+    rests = result.comparison.rests if result.comparison is not None else ()
+    return [
+        (
+            f"{rest.start - result.span.start:.2f}",
+            rest.set_position or "-",
+            *map(_cell, (rest.deviation_mm, rest.real_error_mm, rest.twin_error_mm)),
+        )
+        for rest in rests
+    ]
+
+
+def _needles(result: Result) -> list[tuple[str, ...]]:
+    """Return one row for each needle."""
+    return [
+        (
+            f"{needle.at - result.span.start:.2f}",
+            f"{needle.height_mm:.2f}",
+            f"{needle.speed:.2f}",
+            "-" if needle.timing_ms is None else f"{needle.timing_ms:.1f}",
+            str(needle.cause),
+        )
+        for needle in result.needles
+    ]
+
+
+def _pauses(result: Result) -> list[tuple[str, ...]]:
+    """Return one row for each pause of the machine."""
+    return [
+        (f"{pause.start - result.span.start:.2f}", f"{1e3 * pause.duration:.0f}")
+        for pause in result.pauses
+    ]
+
+
+def _ages(entry: dict[str, Any]) -> list[tuple[str, ...]]:
+    """Return one row for each topic whose age is known."""
+    return [
+        (topic, *(f"{value:.2f}" for value in age.values()))
+        for topic, age in entry["sample_age_ms"].items()
+    ]
+
+
+def _events(events: Sequence[Event]) -> list[tuple[str, ...]]:
+    """Return one row for each event."""
+    return [(f"{event.at:.2f}", event.source, event.text) for event in events]
+
+
+def _cell(value: Any) -> str:
+    """Return a number or a name as text."""
+    if value is None:
+        return "-"
+    return f"{value:.3f}" if isinstance(value, float) else str(value)
+
+
+def _versions() -> list[tuple[str, str]]:
+    """Return interpreter and libraries of the machine that writes the report."""
+    return [
+        ("Python", platform.python_version()),
+        ("system", f"{platform.system()} {platform.machine()}"),
+        *((name, version(name)) for name in LIBRARIES),
+    ]
+
+
+def _text(tree: Any) -> str:
+    """Return a recorded configuration file as text."""
+    return tree if isinstance(tree, str) else json.dumps(tree, indent=2)

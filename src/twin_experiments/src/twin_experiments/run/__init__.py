@@ -1,0 +1,1 @@
+"""Experiments are run: on both robots, and recorded."""

@@ -1,1 +1,0 @@
-"""Reads the cell's files and bags."""

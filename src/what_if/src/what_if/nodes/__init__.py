@@ -1,1 +1,0 @@
-"""The node and the command line."""

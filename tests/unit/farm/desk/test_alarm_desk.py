@@ -1,0 +1,99 @@
+"""What people did to alarms is on the disk before it counts."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+
+import msgspec
+from farm.desk.alarm_desk_io import ACKNOWLEDGE, MARKS, SHELVE, AlarmDesk, MarkAsked, MarksAsked
+from farm.desk.alarms import AlarmRow, Status
+from farm.desk.history_io import History, Kept
+from farm.keys import ALARMS, MARK, CellName
+from farm.wire import Answer, Event, decode, encode
+from harness.processes import wait_until
+from unit.farm.conftest import CELL, Farm, Journal
+
+BODY = {"source": "fan", "level": "error", "active": True, "text": "stands"}
+RAISED = Event(1, 5.0, "alarm", False, "fan: stands", BODY)
+NAME = "m/a: fan"
+
+
+def test_a_desk_that_was_restarted_knows_who_has_looked(tmp_path: Path) -> None:
+    """Alarms from the history, marks from their file; a torn mark asks again."""
+    file = tmp_path / MARKS
+    with History(tmp_path / "events", 4, 16.0) as history:
+        history.write([Kept(CELL, 0, RAISED), Kept(CELL, 0, Event(2, 6.0, "audit"))])
+        first = AlarmDesk(file, history.of_kinds(("alarm", "start")))
+        assert [row.status for row in first.rows()] == [Status.RAISED]
+        assert first.mark(MarkAsked(ACKNOWLEDGE, NAME), "ann@desk").accepted
+        assert not first.mark(MarkAsked(ACKNOWLEDGE, NAME), "ben@desk").accepted
+        assert not first.mark(MarkAsked("forget", NAME), "ben@desk").accepted
+        with file.open("ab") as stream:
+            stream.write(b'{"id": "m/')
+        again = AlarmDesk(file, history.of_kinds(("alarm", "start")))
+        (row,) = again.rows()
+        assert (row.status, row.person) == (Status.ACKNOWLEDGED, "ann@desk")
+        answer = again.mark(MarkAsked(SHELVE, NAME, 60.0, "a spare part comes"), "ben@desk")
+        assert "shelved by ben@desk until" in answer.text
+        third = AlarmDesk(file, history.of_kinds(("alarm", "start")))
+        assert [row.status for row in third.rows()] == [Status.SHELVED]
+
+
+def test_a_full_disk_changes_nothing(tmp_path: Path) -> None:
+    """Who has looked is not kept, so nobody has."""
+    desk = AlarmDesk(tmp_path / "no_folder" / MARKS, [Kept(CELL, 0, RAISED)])
+    answer = desk.mark(MarkAsked(ACKNOWLEDGE, NAME), "ann@desk")
+    assert not answer.accepted and "nothing was changed" in answer.text
+    assert [row.status for row in desk.rows()] == [Status.RAISED]
+
+
+def test_equal_alarms_are_marked_together(tmp_path: Path) -> None:
+    """Those that are named and no others; a refusal does not hold up the rest."""
+    cells = [CellName("s", "m", name) for name in "abc"]
+    desk = AlarmDesk(tmp_path / MARKS, [Kept(cell, 0, RAISED) for cell in cells])
+    seen = ["m/a: fan", "m/b: fan"]
+    assert not desk.mark_all(MarksAsked(ACKNOWLEDGE, []), "ann@desk").accepted
+    answer = desk.mark_all(MarksAsked(ACKNOWLEDGE, seen), "ann@desk")
+    assert answer == Answer(True, "m/a: fan: acknowledged by ann@desk, and 1 more")
+    acknowledged = [row.id for row in desk.rows() if row.status is Status.ACKNOWLEDGED]
+    assert sorted(acknowledged) == seen
+    answer = desk.mark_all(MarksAsked(ACKNOWLEDGE, [*seen, "m/c: fan"]), "ben@desk")
+    assert not answer.accepted and "m/b: fan: is acknowledged, by ann@desk" in answer.text
+    assert {row.status for row in desk.rows()} == {Status.ACKNOWLEDGED}
+
+
+def test_alarms_are_asked_for_and_marked_over_the_bus(farm: Farm) -> None:
+    """By the words of ./cell farm; each in a person's name."""
+    session, client = farm.router(), farm.client()
+    farm.desk(session)
+    journal = Journal()
+    farm.link(client, journal)
+    journal.events.append(msgspec.structs.replace(RAISED, time=time.time()))
+
+    def alarms() -> list[AlarmRow]:
+        (reply,) = client.get(f"site/{ALARMS}", timeout=2.0)
+        return msgspec.json.decode(bytes(reply.ok.payload), type=list[AlarmRow])
+
+    wait_until(lambda: [row.id for row in alarms()] == [NAME], 10.0, "the alarm")
+    asked = encode(MarkAsked(ACKNOWLEDGE, NAME))
+    (reply,) = client.get(f"site/{MARK}?person=ann@desk_1", payload=asked, timeout=2.0)
+    assert decode(bytes(reply.ok.payload), Answer) == Answer(
+        True, f"{NAME}: acknowledged by ann@desk_1"
+    )
+    assert [(row.status, row.person) for row in alarms()] == [(Status.ACKNOWLEDGED, "ann@desk_1")]
+    (reply,) = client.get(f"site/{MARK}", payload=b"{", timeout=2.0)
+    assert not decode(bytes(reply.ok.payload), Answer).accepted
+    (line,) = (farm.folder.parent / MARKS).read_text(encoding="utf-8").splitlines()
+    assert json.loads(line)["person"] == "ann@desk_1"
+
+
+def test_a_lost_cell_is_an_alarm_until_somebody_has_looked(tmp_path: Path) -> None:
+    """The desk raises it itself; others are told to be there."""
+    desk = AlarmDesk(tmp_path / MARKS, [])
+    name = str(CellName("site", "m", "b"))
+    desk.there({name: 7.0}, 8.0)
+    assert [(r.cell, r.status) for r in desk.rows()] == [(name, Status.RAISED)]
+    desk.there({}, 9.0)
+    assert [r.status for r in desk.rows()] == [Status.CLEARED]

@@ -1,0 +1,147 @@
+"""Files that are whole or not there, and joined; a desk that is killed at any moment."""
+
+from __future__ import annotations
+
+import os
+import random
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from farm.config import load_farm
+from farm.desk.files import counting
+from farm.desk.history_io import History, Kept
+from farm.desk.reading_io import ask
+from farm.keys import CellName
+from farm.wire import Event
+from harness.processes import free_port, wait_until
+from harness.yaml_files import copy_configuration
+from msgspec.structs import replace
+
+from bench.synthetic.invented import Invented
+from bench.synthetic.running import Practice
+
+A, B = CellName("s", "m", "a"), CellName("s", "m", "b")
+READY = "the desk is ready"
+
+
+def kept(cell: CellName, *numbers: int) -> list[Kept]:
+    """Return events to keep."""
+    return [Kept(cell, 0, Event(n, n + 0.25, "audit", n % 2 == 0, f"é {n}")) for n in numbers]
+
+
+def numbers(folder: Path, cell: str = "a") -> list[object]:
+    """Return the numbers of a cell in the order in which they are kept."""
+    found = ask(folder, "SELECT number FROM events WHERE cell = ?", [cell])
+    return [row[0] for row in found.rows]
+
+
+def test_what_was_kept_is_found(tmp_path: Path) -> None:
+    """With its time to the microsecond, and by the next writer."""
+    with History(tmp_path, 4, 16.0) as history:
+        assert history.last() == {}
+        history.write(kept(A, 1, 2))
+        history.write(kept(B, 1))
+        history.write([])
+    found = ask(tmp_path, "SELECT epoch_us(time), stop, text FROM events ORDER BY cell, number")
+    assert found.rows == [(1250000, False, "é 1"), (2250000, True, "é 2"), (1250000, False, "é 1")]
+    with History(tmp_path, 4, 16.0) as history:
+        assert {name: last.number for name, last in history.last().items()} == {A: 2, B: 1}
+
+
+def test_small_files_become_one_and_large_ones_stay(tmp_path: Path) -> None:
+    """The number of files is bounded; the order stays."""
+    with History(tmp_path, 4, 16.0) as history:
+        for n in range(1, 24):
+            history.write(kept(A, n))
+            history.join()
+        assert len(list(tmp_path.glob("*.parquet"))) < 5
+    assert numbers(tmp_path) == list(range(1, 24))
+    with History(tmp_path, 2, 1e-4) as history:
+        history.write(kept(A, 24))
+        assert history.join() == 0  # each is larger than that
+
+
+@pytest.mark.parametrize("removed", range(5))
+def test_a_writer_killed_while_it_joined_leaves_each_event_once(
+    tmp_path: Path, removed: int
+) -> None:
+    """The large file is there, and so many of the small ones are gone already."""
+    with History(tmp_path, 100, 16.0) as history:
+        for n in range(1, 5):
+            history.write(kept(A, n))
+    small = {file.name: file.read_bytes() for file in sorted(tmp_path.glob("*.parquet"))}
+    with History(tmp_path, 4, 16.0) as history:
+        assert history.join() == 4
+    for name in list(small)[removed:]:
+        (tmp_path / name).write_bytes(small[name])
+    (tmp_path / "000000000005-000000000009.part").write_bytes(b"PAR1 half")
+    assert numbers(tmp_path) == [1, 2, 3, 4]
+    with History(tmp_path, 4, 16.0) as history:
+        history.write(kept(A, 5))
+    assert numbers(tmp_path) == [1, 2, 3, 4, 5]
+    assert len(list(tmp_path.glob("0*"))) == 2
+
+
+def test_desk_killed_at_any_moment_keeps_each_event_once(tmp_path: Path) -> None:
+    """With -9, again and again, while three cells tell and it joins its files."""
+    folder = tmp_path / "config"
+    folder.mkdir()
+    copy_configuration(folder)
+    text = (folder / "farm" / "farm.yaml").read_text()
+    for old, new in (("flush_ms: 500", "flush_ms: 50"), ("small_files: 64", "small_files: 3")):
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "farm" / "farm.yaml").write_text(text)
+    port, until = free_port(), 1500
+    shipped = load_farm(folder)
+    config = replace(shipped, router=replace(shipped.router, port=port))
+    words = ["--no-page", "--folder", str(tmp_path / "farm"), "--router-port", str(port)]
+    environment = {**os.environ, "SCARA_CONFIG_DIR": str(folder), "PYTHONUNBUFFERED": "1"}
+    events = tmp_path / "farm" / "events"
+
+    def start() -> subprocess.Popen[str]:
+        desk = subprocess.Popen(
+            [sys.executable, "-m", "farm", *words],
+            env=environment,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        assert desk.stdout is not None
+        assert any(READY in line for line in desk.stdout)
+        return desk
+
+    def count() -> int:
+        names = [path.name for path in events.iterdir()] if events.is_dir() else []
+        there, _ = counting(names)
+        return there[-1].last if there else 0
+
+    chance = random.Random(1)
+    # Some events are there before the first desk; the others come while desks are killed.
+    cells = [Invented(k, time.time() - 5.0, 200.0) for k in range(3)]
+    with Practice(config, "m", cells, until) as practice:
+        for life in range(4):
+            desk = start()
+            try:
+                if life == 0:
+                    assert practice.join()
+                before = count()
+                wait_until(
+                    lambda before=before: count() > min(before, 3 * until - 1), 20.0, "events"
+                )
+                time.sleep(chance.uniform(0.0, 0.3))
+            finally:
+                desk.kill()
+                desk.wait()
+                desk.stdout.close()  # type: ignore[union-attr]
+        desk = start()
+        try:
+            wait_until(lambda: count() >= 3 * until, 30.0, "all events")
+        finally:
+            desk.kill()
+            desk.wait()
+            desk.stdout.close()  # type: ignore[union-attr]
+    for cell in cells:
+        assert numbers(events, cell.name) == list(range(1, until + 1))

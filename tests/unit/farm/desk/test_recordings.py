@@ -1,0 +1,95 @@
+"""A recording comes to the desk whole, or not at all, and nothing else of the cell's disk does."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from farm.desk.commands_io import cells_there
+from farm.desk.fetching_io import HALF, NOTE, FetchError, fetch, recordings_of
+from farm.link.recordings_io import LONGEST_PIECE, RecordingError, RecordingFiles
+from farm.wire import PieceAsked, Recording
+from harness.processes import wait_until
+from unit.farm.conftest import CELL, Farm, Journal
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> Path:
+    """Return a runs folder with two recordings and other things."""
+    folder = tmp_path / "runs"
+    (folder / "a").mkdir(parents=True)
+    (folder / "a" / "run.bag").write_bytes(os.urandom(3 * LONGEST_PIECE + 17))
+    (folder / "small.bag").write_bytes(b"x")
+    (folder / "a" / "report.json").write_text("{}")
+    (tmp_path / "secret.bag").write_bytes(b"secret")
+    (folder / "latest").symlink_to("a")
+    (folder / "link.bag").symlink_to(tmp_path / "secret.bag")
+    os.utime(folder / "small.bag", ns=(1, 1))
+    return folder
+
+
+def asked(recording: Recording, offset: int = 0) -> PieceAsked:
+    """Return the question for a piece."""
+    return PieceAsked(recording.name, recording.size, recording.modified, offset)
+
+
+def test_recordings_are_listed_once_the_newest_first(runs: Path) -> None:
+    """Neither other files nor what a link leads to."""
+    assert [each.name for each in RecordingFiles(runs).listed()] == ["a/run.bag", "small.bag"]
+    assert RecordingFiles(runs / "nowhere").listed() == []
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["../secret.bag", "link.bag", "a/report.json", "a", "none.bag", "", "/etc/passwd", "a\0.bag"],
+)
+def test_nothing_but_recordings_is_given(runs: Path, name: str) -> None:
+    """Whatever name is asked for."""
+    with pytest.raises(RecordingError):
+        RecordingFiles(runs).piece(PieceAsked(name, 6, 0, 0))
+
+
+def test_a_recording_that_grows_is_not_mixed(runs: Path) -> None:
+    """Pieces of two states of a file are no recording."""
+    files = RecordingFiles(runs)
+    listed = files.listed()[0]
+    with (runs / listed.name).open("ab") as stream:
+        stream.write(b"more")
+    with pytest.raises(RecordingError, match="has changed since it was listed"):
+        files.piece(asked(listed))
+
+
+def test_a_recording_is_fetched_and_goes_on_where_it_was_interrupted(
+    farm: Farm, runs: Path
+) -> None:
+    """Over the bus; a part of another state of it is thrown away."""
+    session = farm.router()
+    farm.link(farm.client(), Journal(), runs=runs)
+    wait_until(lambda: bool(cells_there(session, "site", 1.0)), 10.0, "the cell")
+    recording = recordings_of(session, CELL)[0]
+    target = farm.folder / "run.bag"
+
+    class InterruptionError(Exception):
+        pass
+
+    def after_one(there: int) -> None:
+        if there:
+            raise InterruptionError
+
+    with pytest.raises(InterruptionError):
+        fetch(session, CELL, recording, target, after_one)
+    assert not target.exists()
+    came: list[int] = []
+    fetch(session, CELL, recording, target, came.append)
+    assert came[0] == LONGEST_PIECE and came[-1] == recording.size
+    assert target.read_bytes() == (runs / "a" / "run.bag").read_bytes()
+    other = farm.folder / "other.bag"
+    Path(f"{other}{HALF}").write_bytes(b"of another state")
+    Path(f"{other}{NOTE}").write_bytes(b"{}")
+    fetch(session, CELL, recording, other)
+    assert other.read_bytes() == target.read_bytes()
+    assert {path.name for path in farm.folder.iterdir()} == {"run.bag", "other.bag"}
+    (runs / "a" / "run.bag").unlink()
+    with pytest.raises(FetchError, match=r"run\.bag: cannot be read"):
+        fetch(session, CELL, recording, farm.folder / "third.bag")

@@ -1,0 +1,63 @@
+"""Reading the whole robot at once: the stand-in's own server, and robots that do not answer."""
+
+from __future__ import annotations
+
+import pytest
+from fanuc_emulator.config import load_emulator, load_programs
+from fanuc_emulator.controller import Controller
+from fanuc_emulator.drives.servo_loop_io import ServoLoop
+from fanuc_emulator.modbus.modbus_server_io import RobotServer
+from fanuc_emulator.register_image import RegisterImage
+from harness.opponents.modbus_robot import Robot
+from harness.processes import free_port
+from harness.workspace import ROOT
+from operator_panel.config import Door
+from operator_panel.link.register_reader_io import RegisterError, read_registers
+from scara_config import load_robot
+from scara_config.modbus_map import load_modbus_map
+
+CONFIG = ROOT / "config"
+LAYOUT = load_modbus_map(CONFIG)
+
+
+def test_every_register_of_the_stand_in_is_read_with_its_value() -> None:
+    """None is refused, long ones come in several requests; the robot stands at home."""
+    robot = load_robot(CONFIG)
+    config = load_emulator(robot, CONFIG)
+    controller = Controller(config, robot, load_programs(robot, CONFIG), boot_seconds=1.7e9)
+    port, loop = free_port(), ServoLoop(controller, config.dt, 0.0)
+    with loop, RobotServer("127.0.0.1", port, LAYOUT, RegisterImage(LAYOUT, robot), loop):
+        found = {
+            (one.table, one.name): one for one in read_registers(Door("127.0.0.1", port), LAYOUT)
+        }
+    position = found["holding_registers", "position"].value.split(", ")
+    assert float(position[2]) == pytest.approx(-160.0, abs=0.01)
+    assert found["coils", "imstp"].value == "on", "*IMSTP is on at rest"
+    assert found["discrete_inputs", "fault"].value == "off"
+    assert all(one.value and one.raw for one in found.values())
+
+
+def test_robot_that_is_not_there_is_named_with_what_to_look_at() -> None:
+    """The address stands in the text."""
+    port = free_port()
+    with pytest.raises(RegisterError, match=rf"no robot answers at 127.0.0.1:{port}: is it on"):
+        read_registers(Door("127.0.0.1", port), LAYOUT)
+
+
+@pytest.mark.parametrize(
+    ("fault", "error"),
+    [
+        ("exception", r"refuses position at 1001: exception 2"),
+        ("close", r"was lost while it was read"),
+        ("short", r"lost while it was read|gave only a part of position"),
+    ],
+)
+def test_robot_that_refuses_or_breaks_off_is_no_list_of_zeros(fault: str, error: str) -> None:
+    """What was not read is not shown."""
+    robot = Robot()
+    robot.fault = fault
+    try:
+        with pytest.raises(RegisterError, match=error):
+            read_registers(Door("127.0.0.1", robot.port), LAYOUT)
+    finally:
+        robot.close()

@@ -1,0 +1,83 @@
+"""What all programs share at their edges."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from scara_ros.shell.program_io import (
+    ends_with,
+    private_parameters,
+    require_library,
+    runs_folder,
+    without_remappings,
+)
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "said"),
+    [
+        (FileNotFoundError("no bag"), 3, "replay: no bag\n"),
+        (ValueError("speed = 0"), 2, "replay: speed = 0\n"),
+        (KeyboardInterrupt(), 130, "replay: interrupted\n"),
+    ],
+)
+def test_an_error_is_one_line_and_its_exit_code(
+    error: BaseException, code: int, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The kind of an error counts, its subclasses included."""
+    with (
+        pytest.raises(SystemExit) as ended,
+        ends_with("replay", {ValueError: 2, OSError: 3, KeyboardInterrupt: 130}),
+    ):
+        raise error
+    assert ended.value.code == code
+    assert capsys.readouterr().err == said
+
+
+def test_the_first_kind_that_fits_counts() -> None:
+    """So a special error may end a program in another way than its general one."""
+    with pytest.raises(SystemExit) as ended, ends_with("x", {UnicodeError: 1, ValueError: 2}):
+        raise UnicodeError("bytes")
+    assert ended.value.code == 1
+
+
+def test_an_error_that_nobody_expects_stays_what_it_is() -> None:
+    """A fault of the program shows its traceback."""
+    with pytest.raises(ZeroDivisionError), ends_with("x", {ValueError: 2}):
+        raise ZeroDivisionError
+
+
+def test_words_of_ros_are_parameters_or_nothing() -> None:
+    """A value may hold the mark; a word without it is the program's own."""
+    words = ["a.bag", "_config_dir:=/tmp/a:=b", "_", "twin/x:=y", "__name:=z"]
+    assert private_parameters(words) == {"config_dir": "/tmp/a:=b", "_name": "z"}
+    assert without_remappings(words) == ["a.bag", "_"]
+
+
+def test_runs_are_in_the_workspace(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Unless they are given; outside of a workspace in the working folder."""
+    monkeypatch.setenv("CELL_ROOT", "/cell")
+    assert runs_folder("") == Path("/cell/runs") and runs_folder("/other") == Path("/other")
+    monkeypatch.delenv("CELL_ROOT")
+    monkeypatch.chdir(tmp_path)
+    assert runs_folder() == tmp_path / "runs"
+
+
+def test_a_library_that_is_there_is_nothing_to_say(capsys: pytest.CaptureFixture[str]) -> None:
+    """And the program goes on."""
+    require_library("json", "run")
+    assert capsys.readouterr().err == ""
+
+
+def test_a_missing_library_ends_the_program_with_what_to_do(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One line, the program's name in front, and the exit code that the program promises."""
+    monkeypatch.setattr("sys.argv", ["/ws/devel/lib/what_if/judge", "ARTICLE"])
+    with pytest.raises(SystemExit) as ended:
+        require_library("no_such_library", "run", code=3)
+    assert ended.value.code == 3
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("judge: the library no_such_library is not installed")
+    assert line.endswith("To install it: ./cell setup run")

@@ -1,0 +1,205 @@
+"""Comparisons from bags: of this cell, of other people's robots, incomplete and damaged ones."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from cell_recorder.reading.bag_reader_io import BagError
+from harness.workspace import ROOT
+from twin_analysis.compare.track_reader_io import Topics
+from twin_analysis.compare.writer_io import WrittenComparison, write_comparison
+from twin_experiments.report.record import RecordError
+
+CONFIG = ROOT / "config"
+MakeBag = Callable[..., Path]
+TIMES = np.arange(0.0, 4.0, 0.01)
+
+
+def compare(
+    *bags: Path, topics: Topics | None = None, folder: Path | None = None
+) -> WrittenComparison:
+    """Compare bags into a folder beside the first."""
+    return write_comparison(bags, folder or bags[0].parent / "out", topics or Topics(), CONFIG)
+
+
+def swing(late: float = 0.0) -> tuple[Any, Any]:
+    """Return positions and velocities of two joints that swing once."""
+    u = np.clip(TIMES - 1.0 - late, 0.0, 2.0) / 2.0
+    rise = np.sin(np.pi * u) ** 2
+    slope = np.where((u > 0.0) & (u < 1.0), np.pi * np.sin(2.0 * np.pi * u) / 2.0, 0.0)
+    return np.stack((rise, -0.5 * rise), axis=1), np.stack((slope, -0.5 * slope), axis=1)
+
+
+Foreign = Callable[..., Path]
+
+
+@pytest.fixture
+def foreign(bag_maker: Any) -> Foreign:
+    """Return what writes a bag of a robot that is not ours.
+
+    Two topics of joint states and nothing else.
+    """
+    return partial(write_foreign, bag_maker)
+
+
+def write_foreign(
+    bag_maker: Any,
+    folder: Path,
+    names: tuple[str, str] = ("shoulder", "wrist"),
+    velocities: bool = True,
+    stamps: bool = True,
+) -> Path:
+    """Write a bag of a robot that is not ours."""
+    maker = bag_maker()
+    for topic, late in (("arm/joint_states", 0.0), ("sim/joint_states", 0.02)):
+        positions, speeds = swing(late)
+        maker.joint_states(topic, names, TIMES, positions, speeds)
+    if not velocities or not stamps:
+        zero = maker.store.types["builtin_interfaces/msg/Time"](0, 0)
+        for sample in maker.samples:
+            if not velocities:
+                sample.message.__dict__["velocity"] = np.zeros(0)
+            if not stamps:
+                sample.message.header.__dict__["stamp"] = zero
+    maker.text(0.0, "notes", "a robot")
+    return maker.write(folder / "foreign.bag")
+
+
+def test_a_run_is_compared_experiment_by_experiment(make_bag: MakeBag) -> None:
+    """Table and figures are written; lag and fidelity are those of the imitated follower."""
+    bag = make_bag(lag_s=0.004)
+    written = compare(bag)
+    document = json.loads((written.folder / "comparison.json").read_text())
+    assert [e["name"] for e in document["experiments"]] == ["real_leads", "twin_leads"]
+    for experiment in document["experiments"]:
+        (pair,) = experiment["real_twin"]
+        assert pair["lag_s"] == pytest.approx(0.004, abs=2e-4)
+        assert pair["fidelity"]["matched_percent"] > 98.0 and experiment["reasons"] == []
+        assert pair["leader"] == ("real" if experiment["name"] == "real_leads" else "twin")
+    pictures = sorted(file.name for file in written.folder.glob("*.png"))
+    assert pictures == sorted(
+        f"{name}_{kind}.png"
+        for name in ("real_leads", "twin_leads")
+        for kind in ("paths", "joints", "distance")
+    )
+    assert "Munoz" in (written.folder / "comparison.html").read_text()
+
+
+def test_recordings_are_held_against_the_first(make_bag: MakeBag) -> None:
+    """A repeat whose twin is 0.5 mm higher is off by that.
+
+    Bags of one name get different labels.
+    """
+    first, other = make_bag(), make_bag(offset=(0.0, 0.0, 0.0005, 0.0))
+    written = compare(first, other)
+    assert len(written.labels) == 2
+    runs = {
+        run.side: run
+        for experiment in written.experiments
+        if experiment.name == "real_leads"
+        for run in experiment.runs
+    }
+    assert runs["real"].path_max < 0.1
+    assert runs["twin"].time_rms == pytest.approx(0.5, abs=0.02)
+    assert 0.3 < runs["twin"].path_max <= 0.52, "where the way leads up, the lifted path is nearer"
+
+
+def test_bags_of_other_people_are_compared_by_their_joint_states(
+    foreign: Foreign, tmp_path: Path
+) -> None:
+    """Unknown joints, no markers, no configuration: joints in SI over the whole recording.
+
+    Who moved first led.
+    """
+    written = compare(foreign(tmp_path), topics=Topics("arm/joint_states", "sim/joint_states"))
+    (experiment,) = written.experiments
+    (pair,) = experiment.pairs
+    assert (experiment.name, pair.track.leader, written.mechanism.names) == (
+        "recording",
+        "real",
+        ("shoulder", "wrist"),
+    )
+    assert pair.lag_s == pytest.approx(0.02, abs=1e-3)
+    assert pair.comparison is None and {joint.unit for joint in pair.joints} == {"rad or m"}
+
+
+@pytest.mark.parametrize(
+    ("options", "remark"),
+    [
+        ({"velocities": False}, "no velocities, positions are differentiated"),
+        ({"stamps": False}, "no stamps, times of receipt"),
+    ],
+)
+def test_what_is_missing_in_joint_states_is_made_up_for_and_said(
+    foreign: Foreign, tmp_path: Path, options: dict[str, bool], remark: str
+) -> None:
+    """The lag is still found."""
+    written = compare(
+        foreign(tmp_path, **options), topics=Topics("arm/joint_states", "sim/joint_states")
+    )
+    assert any(remark in text for text in written.remarks)
+    assert written.experiments[0].pairs[0].lag_s == pytest.approx(0.02, abs=2e-3)
+
+
+def test_some_of_our_joints_are_compared_in_their_units(foreign: Foreign, tmp_path: Path) -> None:
+    """joint_1 and joint_2 alone do not place the tool, but have degrees."""
+    bag = foreign(tmp_path, names=("joint_1", "joint_2"))
+    written = compare(bag, topics=Topics("arm/joint_states", "sim/joint_states"))
+    assert written.mechanism.tool is None
+    assert [joint.unit for joint in written.experiments[0].pairs[0].joints] == ["deg", "deg"]
+
+
+@pytest.mark.parametrize(
+    ("topics", "text"),
+    [
+        (
+            Topics(),
+            r"no message of real/joint_states \(--real-topic\); .*/arm/joint_states, "
+            r"/sim/joint_states",
+        ),
+        (
+            Topics("arm/joint_states"),
+            r"no message of twin/joint_states \(--twin-topic\); .*/arm/joint_states",
+        ),
+        (
+            Topics("notes", "sim/joint_states"),
+            r"notes \(--real-topic\) is std_msgs/msg/String; .*/arm/joint_states",
+        ),
+    ],
+)
+def test_missing_and_wrong_topics_are_named_with_what_the_bag_has(
+    foreign: Foreign, tmp_path: Path, topics: Topics, text: str
+) -> None:
+    """A user sees which option to set and to what."""
+    with pytest.raises(BagError, match=text):
+        compare(foreign(tmp_path), topics=topics)
+
+
+def test_bags_without_a_common_joint_cannot_be_compared(
+    foreign: Foreign, tmp_path: Path, make_bag: MakeBag
+) -> None:
+    """What each has is named."""
+    (tmp_path / "b").mkdir()
+    one, other = foreign(tmp_path), foreign(tmp_path / "b", names=("left", "right"))
+    with pytest.raises(
+        RecordError, match=r"no joint is in all of them: .*shoulder, wrist.*left, right"
+    ):
+        compare(one, other, topics=Topics("arm/joint_states", "sim/joint_states"))
+
+
+def test_an_unfinished_bag_is_compared_from_a_repaired_copy(
+    make_bag: MakeBag, tmp_path: Path
+) -> None:
+    """A recording that broke off gives what it has, and the page says so."""
+    whole = make_bag().read_bytes()
+    cut = tmp_path / "cut.bag"
+    cut.write_bytes(whole[: int(len(whole) * 0.6)])
+    written = compare(cut)
+    assert any("a repaired copy was read" in remark for remark in written.remarks)
+    assert written.experiments[0].pairs[0].fidelity.matched_percent > 98.0

@@ -1,0 +1,195 @@
+"""Recordings against each other, held against closed forms."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from harness.workspace import ROOT
+from scara_config import load_robot
+from scara_control.kinematics.screws import ScrewModel, tool_positions
+from twin_analysis.compare.config import load_comparison
+from twin_analysis.compare.differences import Comparer
+from twin_experiments.config import load_experiments, metrics_settings
+from twin_experiments.metrics.series import Array, MetricsError, Motion
+from twin_experiments.metrics.tracks import (
+    Mechanism,
+    Track,
+    along_path,
+    distance_from_path,
+    first_to_move,
+    onset,
+)
+
+ROBOT, EXPERIMENTS, CONFIG = load_robot(), load_experiments(load_robot()), load_comparison()
+NAMES = tuple(joint.name for joint in ROBOT.twin_joints)
+MECHANISM = Mechanism(
+    NAMES,
+    tuple(ROBOT.twin_joints),
+    (0, 1, 2),
+    partial(tool_positions, ScrewModel.from_robot(ROBOT)),
+)
+FOREIGN = Mechanism(("a", "b", "c", "d"), None, (), None)
+SETTINGS = metrics_settings(EXPERIMENTS.metrics, ROBOT)
+
+
+def comparer(mechanism: Mechanism = MECHANISM) -> Comparer:
+    """Return a comparer with the shipped numbers."""
+    return Comparer(mechanism, CONFIG, SETTINGS, EXPERIMENTS.metrics.moving_speed_percent)
+
+
+def motion(
+    side: str,
+    late: float = 0.0,
+    offset: Array | float = 0.0,
+    speed: float = 1.0,
+    rate: float = 200.0,
+) -> Motion:
+    """Return a rest, a move of joints 1 and 2 and back, and a rest.
+
+    ``speed`` times as fast, ``late`` [s].
+    """
+    times = np.arange(0.0, 5.0 / min(speed, 1.0), 1.0 / rate)
+    positions, velocities = np.zeros((len(times), 4)), np.zeros((len(times), 4))
+    for begin, sign in ((1.0, 1.0), (2.5, -1.0)):
+        u = np.clip((times - late - begin / speed) * speed, 0.0, 1.0)
+        rise, slope = (
+            10.0 * u**3 - 15.0 * u**4 + 6.0 * u**5,
+            (30.0 * u**2 - 60.0 * u**3 + 30.0 * u**4) * speed,
+        )
+        for column, way in ((0, 1.0), (1, -0.8)):
+            positions[:, column] += sign * way * rise
+            velocities[:, column] += sign * way * slope
+    return Motion(side, times, positions + offset, velocities)
+
+
+def track(label: str = "a", late: float = 0.0, real_late: float = 0.0, **options: float) -> Track:
+    """Return a track whose twin is ``late`` [s] behind the real robot."""
+    real = motion("real", real_late, **options)
+    return Track(label, "x", "real", real, motion("twin", real_late + late, **options))
+
+
+def test_the_lag_of_the_follower_is_found() -> None:
+    """By joints and by the tool, in whole and broken samples."""
+    found = comparer().pair(track(late=0.0123))
+    assert found.lag_s == pytest.approx(0.0123, abs=2e-4)
+    assert found.comparison is not None and found.comparison.lag_s == pytest.approx(
+        0.0123, abs=2e-4
+    )
+    assert found.fidelity.matched_percent > 95.0
+
+
+def test_joint_errors_are_in_border_units() -> None:
+    """A constant offset of 0.005 rad is 0.286 deg, rms and largest; other joints have none."""
+    offset = np.array([0.0, 0.0, 0.002, 0.005])
+    twin = motion("twin", offset=offset)
+    found = comparer().pair(Track("a", "x", "real", motion("real"), twin))
+    errors = {joint.name: (joint.unit, joint.rms, joint.max) for joint in found.joints}
+    assert errors["table_joint"] == (
+        "deg",
+        pytest.approx(0.286, abs=1e-3),
+        pytest.approx(0.286, abs=1e-3),
+    )
+    assert errors["joint_3"] == ("mm", pytest.approx(2.0), pytest.approx(2.0))
+    assert errors["joint_1"][2] == pytest.approx(0.0, abs=1e-9)
+    assert found.mean_distance_mm == pytest.approx(2.0, abs=1e-6), (
+        "joint_3 lifts the tool, the table does not move it"
+    )
+
+
+def test_distance_over_time_and_along_the_path_are_of_the_same_motion() -> None:
+    """Both begin and end at rest with the same peaks.
+
+    The way of the leader is its path's length.
+    """
+    found = comparer().pair(track(late=0.02))
+    times, over_time = found.over_time
+    way, along = found.along_path
+    assert found.begun == pytest.approx(1.0, abs=0.1) and times[0] == pytest.approx(
+        -found.begun, abs=1e-6
+    )
+    assert along.max() == pytest.approx(over_time.max(), rel=0.02)
+    tool = MECHANISM.places(motion("real", rate=1000.0).positions)
+    assert way[-1] == pytest.approx(np.linalg.norm(np.diff(tool, axis=0), axis=1).sum(), rel=1e-3)
+
+
+@pytest.mark.parametrize("shift", [-0.4, 0.0, 0.7])
+def test_a_repeat_that_began_at_another_time_is_the_same(shift: float) -> None:
+    """Recordings are lined up by their motion, whatever the clock said."""
+    real, twin = comparer().runs(track(), track("b", real_late=shift))
+    for run in (real, twin):
+        assert run.time_max < 0.01 and run.path_max < 0.05, run
+        assert run.fidelity.matched_percent > 99.0 and abs(run.length_percent) < 0.01
+
+
+def test_a_slower_repeat_is_off_in_time_but_on_the_path() -> None:
+    """The path is compared whatever the speed along it."""
+    real, _ = comparer().runs(track(), track("b", speed=0.8))
+    assert real.time_max > 50.0
+    assert real.path_max < 0.05
+
+
+def test_a_higher_path_is_off_by_its_height() -> None:
+    """5 mm up at the tool."""
+    up = np.array([0.0, 0.0, 0.005, 0.0])
+    lifted = replace(track("b"), twin=motion("twin", offset=up))
+    real, twin = comparer().runs(track(), lifted)
+    assert real.path_max < 0.05
+    assert (twin.path_rms, twin.time_rms) == (
+        pytest.approx(5.0, abs=0.01),
+        pytest.approx(5.0, abs=0.01),
+    )
+
+
+def test_a_foreign_robot_is_compared_by_its_joints() -> None:
+    """No kinematics: distances are those of joint vectors, in SI, without errors of a tool."""
+    found = comparer(FOREIGN).pair(track(late=0.01))
+    assert found.comparison is None and found.mean_distance_mm is None
+    assert found.lag_s == pytest.approx(0.01, abs=2e-4)
+    assert {joint.unit for joint in found.joints} == {"rad or m"}
+    assert found.fidelity.matched_percent > 90.0
+
+
+def test_recordings_without_motion_cannot_be_lined_up() -> None:
+    """The text names recording and experiment."""
+    still = Motion("real", np.arange(0.0, 2.0, 0.01), np.zeros((200, 4)), np.zeros((200, 4)))
+    silent = Track("b", "x", "real", still, replace(still, side="twin"))
+    with pytest.raises(MetricsError, match="b x: nothing moves"):
+        comparer().runs(track(), silent)
+    assert comparer().pair(silent).comparison is None
+
+
+def test_who_moved_first_led() -> None:
+    """By the first moving sample; a tie goes to the real robot."""
+    speeds = np.full(4, 0.01)
+    assert first_to_move(motion("real", 0.1), motion("twin"), speeds) == "twin"
+    assert first_to_move(motion("real"), motion("twin"), speeds) == "real"
+    assert onset(motion("real"), np.full(4, 100.0)) is None
+
+
+def test_distance_from_a_polyline_is_that_of_its_nearest_point() -> None:
+    """A straight line 0.3 above another, and a place beyond its end."""
+    reference = np.stack((np.linspace(0.0, 10.0, 101), np.zeros(101)), axis=1)
+    places = np.stack((np.linspace(0.0, 11.0, 23), np.full(23, 0.3)), axis=1)
+    found = distance_from_path(places, reference, 100)
+    assert found[:20] == pytest.approx(0.3)
+    assert found[-1] == pytest.approx(np.hypot(1.0, 0.3))
+
+
+def test_places_along_a_path_are_at_equal_parts_of_its_length() -> None:
+    """Also where the motion rested in between."""
+    places, times, length = along_path(MECHANISM, motion("real"), 50)
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    straight = np.delete(steps, 24)
+    assert straight == pytest.approx(length / 49, rel=1e-3), (
+        "all but the one in which the way turns back"
+    )
+    assert (np.diff(times) > 0.0).all()
+
+
+def test_the_shipped_file_is_read() -> None:
+    """In border units, turned into SI."""
+    accepted = load_comparison(ROOT / "config").accepted_of(list(ROBOT.twin_joints))
+    assert accepted == pytest.approx([np.radians(0.5), np.radians(0.5), 0.005, np.radians(0.5)])

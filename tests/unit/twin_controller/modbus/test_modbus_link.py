@@ -1,0 +1,514 @@
+"""ModbusLink against a robot that can misbehave."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+import struct
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import msgspec
+import pytest
+from harness.opponents.modbus_robot import HEARTBEAT, Robot
+from harness.processes import free_port, wait_until
+from scara_config import Robot as Profile
+from scara_config import load_robot
+from scara_config.modbus_map import load_modbus_map
+from scara_config.robot import Stopping
+from twin_controller.modbus.link_io import ModbusLink, ModbusSettings, NotWritableError
+from twin_controller.modbus.poll_times import PollTimes
+from twin_controller.modbus.port_io import ModbusPort
+from twin_controller.robot_sample import AlarmStatus, ProgramStatus, RobotSample
+
+CONFIG = Path(__file__).resolve().parents[4] / "config"
+ROBOT, LAYOUT = load_robot(CONFIG), load_modbus_map(CONFIG)
+UP, DOWN = True, False
+
+
+class Owner:
+    """Collects what the link tells."""
+
+    def __init__(self) -> None:
+        self.samples: list[tuple[RobotSample, float, float]] = []
+        self.changes: list[tuple[bool, str]] = []
+        self.statuses: list[tuple[ProgramStatus, AlarmStatus]] = []
+        self.rejects: list[str] = []
+
+    def link(self, port: int, profile: Profile = ROBOT, **settings: float | bool) -> ModbusLink:
+        """Return a link that tells this owner."""
+        quick = {"retry_first": 0.02, "retry_last": 0.05, **settings}
+        return ModbusLink(
+            ModbusSettings("127.0.0.1", port, **quick),  # type: ignore[arg-type]
+            LAYOUT,
+            profile,
+            lambda *sample: self.samples.append(sample),
+            lambda *change: self.changes.append(change),
+            lambda *status: self.statuses.append(status),
+            self.rejects.append,
+        )
+
+    def wait_for(self, *changes: bool) -> None:
+        """Wait until the link was reported up and down in this order."""
+        wait_until(
+            lambda: tuple(up for up, _ in self.changes) == changes,
+            5.0,
+            f"{changes}, seen {self.changes}",
+        )
+
+
+@pytest.fixture
+def robot() -> Iterator[Robot]:
+    """Return a robot that listens."""
+    robot = Robot()
+    yield robot
+    robot.close()
+
+
+@pytest.fixture
+def owner() -> Owner:
+    """Return a fresh owner."""
+    return Owner()
+
+
+def test_samples_come_with_the_times_of_their_request_and_answer(
+    robot: Robot, owner: Owner
+) -> None:
+    """The owner can form round-trip mid-points: sent <= received, in order."""
+    with owner.link(robot.port) as link:
+        wait_until(lambda: len(owner.samples) >= 20)
+        assert link.connected
+    assert owner.changes[0] == (True, f"connected to 127.0.0.1:{robot.port}")
+    times = [(sent, received) for _, sent, received in owner.samples]
+    assert all(sent <= received for sent, received in times)
+    assert all(before[1] <= after[0] for before, after in itertools.pairwise(times))
+    assert owner.samples[0][0].motion.q[2] == pytest.approx(-0.160)
+    assert owner.samples[0][0].outputs == {"cmdenbl", "sysrdy"}
+
+
+def test_heartbeat_changes_each_cycle_and_the_end_disarms(robot: Robot, owner: Owner) -> None:
+    """The robot's watchdog sees a counter that never repeats, and 0 as a farewell."""
+    with owner.link(robot.port):
+        wait_until(lambda: len(robot.writes(1069)) >= 10)
+    beats = [values[0] for values in robot.writes(1069)]
+    assert beats[-1] == 0
+    assert beats[:-1] == list(range(1, len(beats)))
+
+
+def test_an_owner_that_hangs_gets_no_heartbeat(robot: Robot, owner: Owner) -> None:
+    """A thread that beats for a controller that hangs would keep the robot's watchdog quiet."""
+    alive = threading.Event()
+    alive.set()
+    settings = ModbusSettings("127.0.0.1", robot.port)
+    link = ModbusLink(
+        settings,
+        LAYOUT,
+        ROBOT,
+        lambda *sample: owner.samples.append(sample),
+        lambda *_: None,
+        alive=alive.is_set,
+    )
+    with link:
+        wait_until(lambda: len(robot.writes(1069)) >= 3)
+        alive.clear()
+        seen = len(owner.samples)
+        wait_until(lambda: len(owner.samples) > seen + 2)
+        beats = len(robot.writes(1069))
+        wait_until(lambda: len(owner.samples) > seen + 12)
+        assert len(robot.writes(1069)) == beats
+
+
+def test_close_without_disarm_leaves_the_watchdog_armed(robot: Robot, owner: Owner) -> None:
+    """The robot then stops by itself."""
+    with owner.link(robot.port) as link:
+        wait_until(lambda: robot.writes(1069))
+        link.close(disarm=False)
+    assert robot.writes(1069)[-1] != (0,)
+
+
+def test_what_was_left_before_the_end_is_written_before_the_farewell(
+    robot: Robot, owner: Owner
+) -> None:
+    """A stop that was asked for last reaches the robot, its pulse ends, then the watchdog rests."""
+    with owner.link(robot.port) as link:
+        owner.wait_for(UP)
+        link.pulse("cstopi")
+        link.write_integer("setpoint_valid", 0)
+        link.set_signal("hold", True)
+    written = [(at, values) for _, at, values in robot.written]
+    assert [each for each in written if each[0] != 1069][-4:] == [
+        (6003, (0xFF00,)),
+        (1068, (0,)),
+        (6001, (0xFF00,)),
+        (6003, (0,)),
+    ]
+    assert written[-1] == (1069, (0,))
+
+
+def test_a_set_point_goes_out_in_one_request_with_the_heartbeat(robot: Robot, owner: Owner) -> None:
+    """PR[1] in deg and mm, valid, R[1], R[2]; joint_4, which the twin lacks, stays where it is."""
+    robot.put_float(1006, 33.0)
+    with owner.link(robot.port) as link:
+        owner.wait_for(UP)
+        link.write_now((math.pi / 2, 0.0, -0.1, 0.5), 50.0)
+        (words,) = wait_until(lambda: robot.writes(1050))
+    axes = struct.unpack("<9f", struct.pack("<18H", *words[:18]))
+    assert axes == pytest.approx(
+        (90.0, 0.0, -100.0, 33.0, math.degrees(0.5), 0.0, 0.0, 0.0, 0.0), rel=1e-6
+    )
+    assert words[18] == 1 and words[19] > 0
+    assert words[20] == 50, "R[2] is the speed that is allowed: the robot is no faster"
+    beats = [values[0] for _, at, values in robot.written if at == 1069] + [words[19]]
+    assert len(set(beats)) == len(beats)
+
+
+def test_the_latest_set_point_wins(robot: Robot, owner: Owner) -> None:
+    """A slow wire never makes a queue of old set points."""
+    with owner.link(robot.port) as link:
+        owner.wait_for(UP)
+        for k in range(200):
+            link.write_now((0.001 * k, 0.0, 0.0, 0.0), 50.0)
+        wait_until(
+            lambda: (
+                robot.writes(1050) and robot.writes(1050)[-1][0:2] == _words(math.degrees(0.199))
+            )
+        )
+        assert len(robot.writes(1050)) < 200
+
+
+def _words(value: float) -> tuple[int, ...]:
+    """Return a float32 low word first."""
+    return struct.unpack("<2H", struct.pack("<f", value))
+
+
+@pytest.mark.parametrize(
+    ("positions", "speed", "text"),
+    [
+        ((0.0, 0.0, 0.0), 50.0, "3 positions for 4 joints of the twin"),
+        ((math.nan, 0.0, 0.0, 0.0), 50.0, "joint_1 = nan rad is outside"),
+        ((9.0, 0.0, 0.0, 0.0), 50.0, "joint_1 = 9.0 rad is outside"),
+        ((0.0, 0.0, 0.0, 0.0), 0.0, "speed_percent = 0.0 is outside"),
+    ],
+)
+def test_a_bad_set_point_never_reaches_the_wire(
+    robot: Robot, owner: Owner, positions: tuple[float, ...], speed: float, text: str
+) -> None:
+    """It is told and counted; the link goes on."""
+    with owner.link(robot.port) as link:
+        owner.wait_for(UP)
+        link.write_now(positions, speed)
+        wait_until(lambda: owner.rejects)
+        assert text in owner.rejects[0] and link.counters.refused == 1
+        seen = len(owner.samples)
+        wait_until(lambda: len(owner.samples) > seen + 2)
+    assert robot.writes(1050) == []
+
+
+def test_signals_pulses_and_integers_are_written_in_order(robot: Robot, owner: Owner) -> None:
+    """A pulse is on, then off; commands keep their order."""
+    with owner.link(robot.port) as link:
+        owner.wait_for(UP)
+        link.set_signal("hold", False)
+        link.pulse("fault_reset")
+        link.write_override(80)
+        link.write_integer("setpoint_valid", 0)
+        wait_until(lambda: (5, 6004, (0,)) in robot.written)
+    commands = [entry for entry in robot.written if entry[1] != 1069]
+    assert commands == [
+        (5, 6001, (0,)),
+        (5, 6004, (0xFF00,)),
+        (16, 1100, (80, 0)),
+        (16, 1068, (0,)),
+        (5, 6004, (0,)),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("call", "name"),
+    [
+        ("set_signal", "sfspd"),
+        ("pulse", "rsr2"),
+        ("set_signal", "nonsense"),
+        ("pulse", "override"),
+        ("integer", "position_valid"),
+        ("integer", "imstp"),
+        ("integer", "setpoint"),
+    ],
+)
+def test_what_the_map_does_not_mark_is_never_written(owner: Owner, call: str, name: str) -> None:
+    """Refused before the wire, with the name."""
+    link = owner.link(free_port())
+    with pytest.raises(NotWritableError, match=name):
+        if call == "integer":
+            link.write_integer(name, 1)
+        elif call == "pulse":
+            link.pulse(name)
+        else:
+            link.set_signal(name, True)
+
+
+@pytest.mark.parametrize(
+    ("fault", "text"),
+    [
+        ("silent", "did not answer in time"),
+        ("short", "answered 45 words instead of 46"),
+        ("exception", r"refused to read (1001|6001): exception 2"),
+        ("transaction", "did not answer in time"),
+        ("device", "did not answer in time"),
+        ("close", "closed|was lost"),
+    ],
+)
+def test_each_wrong_answer_ends_the_link_and_it_comes_back(
+    robot: Robot, owner: Owner, fault: str, text: str
+) -> None:
+    """One bad answer is enough; when the robot is well again the link is too, and says so once."""
+    with owner.link(robot.port) as link:
+        owner.wait_for(UP)
+        wait_until(lambda: owner.statuses)  # the status blocks are read right after the link is up
+        robot.fault = fault
+        owner.wait_for(UP, DOWN)
+        assert re.search(text, owner.changes[1][1]), owner.changes
+        assert link.counters.losses == 1
+        robot.fault = ""
+        owner.wait_for(UP, DOWN, UP)
+    assert len(owner.changes) == 3
+
+
+def test_a_silent_robot_is_found_within_a_tenth_of_a_second(robot: Robot, owner: Owner) -> None:
+    """A half-open connection: the last good sample is at most a poll period and a time-out old."""
+    with owner.link(robot.port) as link:
+        owner.wait_for(UP)
+        assert link.settings.poll_period + link.settings.timeout < 0.1
+        robot.fault = "silent"
+        owner.wait_for(UP, DOWN)
+
+
+def test_nobody_listening_is_told_once_and_start_order_does_not_matter(owner: Owner) -> None:
+    """The link waits for the robot; a back-off bounds the attempts."""
+    port = free_port()
+    with owner.link(port):
+        owner.wait_for(DOWN)
+        assert owner.changes[0][1] == f"no robot at 127.0.0.1:{port}"
+        robot = Robot(port)
+        owner.wait_for(DOWN, UP)
+        robot.close()
+
+
+def test_nothing_is_replayed_after_a_reconnect(robot: Robot, owner: Owner) -> None:
+    """Writes that wait while there is no link are dropped, counted and told."""
+    with owner.link(robot.port, retry_first=0.3, retry_last=0.3) as link:
+        owner.wait_for(UP)
+        robot.fault = "silent"
+        owner.wait_for(UP, DOWN)
+        link.write_now((0.1, 0.0, 0.0, 0.0), 50.0)
+        link.pulse("rsr1")
+        robot.fault = ""
+        owner.wait_for(UP, DOWN, UP)
+        assert link.counters.dropped == 2
+        assert owner.rejects == ["2 writes dropped: there was no link"]
+    assert robot.writes(1050) == [] and robot.writes(6008) == []
+
+
+def test_a_refused_write_is_told_and_the_link_stays(robot: Robot, owner: Owner) -> None:
+    """Exception 2 to a write is the robot's right."""
+    with owner.link(robot.port, heartbeat=False) as link:
+        owner.wait_for(UP)
+        robot.fault = "refuse_writes"
+        link.set_signal("hold", False)
+        wait_until(lambda: owner.rejects)
+        assert owner.rejects == ["the robot refused to write 6002: exception 2"]
+        assert link.connected and link.counters.refused == 1
+
+
+@pytest.mark.parametrize("fault", ["write_address", "write_count", "write_function"])
+def test_a_write_that_is_confirmed_wrongly_ends_the_link(
+    robot: Robot, owner: Owner, fault: str
+) -> None:
+    """What answers something else has not understood the write; the heartbeat at 1070 shows it."""
+    with owner.link(robot.port):
+        owner.wait_for(UP)
+        robot.fault = fault
+        owner.wait_for(UP, DOWN)
+        assert re.search(r"confirmed another write than registers at 1070", owner.changes[1][1]), (
+            owner.changes
+        )
+        robot.fault = ""
+        owner.wait_for(UP, DOWN, UP)
+
+
+@pytest.mark.parametrize("fault", ["write_address", "write_level", "write_function"])
+def test_a_signal_that_is_confirmed_wrongly_ends_the_link(
+    robot: Robot, owner: Owner, fault: str
+) -> None:
+    """A STOP that the robot has taken for something else must not count as given."""
+    with owner.link(robot.port, heartbeat=False) as link:
+        owner.wait_for(UP)
+        robot.fault = fault
+        link.set_signal("hold", False)
+        owner.wait_for(UP, DOWN)
+        assert re.search(r"confirmed another write than coil at 6002", owner.changes[1][1]), (
+            owner.changes
+        )
+
+
+def test_a_sample_that_is_not_believed_is_counted_and_kept_out(robot: Robot, owner: Owner) -> None:
+    """NaN in a position: no sample, a reason, the link stays."""
+    with owner.link(robot.port) as link:
+        owner.wait_for(UP)
+        robot.put_float(1000, math.nan)
+        wait_until(lambda: owner.rejects)
+        assert "joint_1 = nan deg" in owner.rejects[0]
+        assert link.connected and link.counters.rejected >= 1
+    assert all(math.isfinite(sample.motion.q[0]) for sample, _, _ in owner.samples)
+
+
+def test_status_is_read_at_first_and_when_its_signals_change(robot: Robot, owner: Owner) -> None:
+    """FAULT brings the alarm at once, not after a second."""
+    with owner.link(robot.port, status_period=1000.0):
+        wait_until(lambda: owner.statuses)
+        robot.words[1300], robot.words[1301], robot.words[1311] = 11, 37, 0x4142
+        robot.signals |= 1 << 5
+        wait_until(lambda: len(owner.statuses) == 2)
+    assert owner.statuses[0][1].text == ""
+    assert (owner.statuses[1][1].facility, owner.statuses[1][1].message) == (11, "AB")
+
+
+def test_a_robot_without_all_outputs_tells_by_its_program(robot: Robot, owner: Owner) -> None:
+    """The block of the program is read in each cycle then, and before the state."""
+    stopping = Stopping(uop="simple", tried={"hold": "127.0.0.1"})
+    profile = msgspec.structs.replace(ROBOT, stopping=stopping)
+    robot.signals = 0
+
+    def shown() -> frozenset[str]:
+        return owner.samples[-1][0].outputs if owner.samples else frozenset()
+
+    with owner.link(robot.port, profile=profile, status_period=1000.0):
+        for state, name in ((2, "progrun"), (1, "paused"), (2, "progrun")):
+            robot.words[1209] = state
+            wait_until(lambda name=name: shown() == {"sysrdy", name})
+
+
+def test_an_error_of_the_owner_ends_the_link_and_is_kept(
+    robot: Robot, owner: Owner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A bug in a callback is never swallowed."""
+    monkeypatch.setattr(threading, "excepthook", lambda arguments: None)
+
+    def fail(*_: object) -> None:
+        raise RuntimeError("a bug")
+
+    link = ModbusLink(
+        ModbusSettings("127.0.0.1", robot.port),
+        LAYOUT,
+        ROBOT,
+        fail,
+        lambda *change: owner.changes.append(change),
+    )
+    with link:
+        owner.wait_for(UP, DOWN)
+    assert isinstance(link.failure, RuntimeError)
+    assert "the link died" in owner.changes[1][1]
+
+
+def test_nothing_is_asked_between_the_state_and_the_sample(robot: Robot) -> None:
+    """Signals (function 2) come before the state (3): the follower does not wait for them."""
+    last: list[int] = []
+
+    def take(*_: object) -> None:
+        last.append(next(each for each in reversed(robot.asked) if each in (2, 3)))
+
+    with ModbusLink(ModbusSettings("127.0.0.1", robot.port), LAYOUT, ROBOT, take, lambda *_: None):
+        wait_until(lambda: len(last) >= 10)
+    assert set(last) == {3} and 2 in robot.asked
+
+
+def test_the_next_poll_is_placed_by_the_stamps_that_were_believed(
+    robot: Robot, owner: Owner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the times of their questions; a wrong stamp places none."""
+    seen: list[tuple[int | None, float, float]] = []
+    polled = PollTimes.polled
+
+    def take(times: PollTimes, clock_ms: int | None, sent: float, received: float) -> bool:
+        seen.append((clock_ms, sent, received))
+        return polled(times, clock_ms, sent, received)
+
+    monkeypatch.setattr(PollTimes, "polled", take)
+    with owner.link(robot.port):
+        wait_until(lambda: len(owner.samples) >= 10)
+        robot.put_float(1000, math.nan)
+        wait_until(lambda: len(owner.rejects) >= 3)
+    believed = [(sample.clock_ms, sent, received) for sample, sent, received in owner.samples]
+    assert [each for each in seen if each[0] is not None] == believed
+    assert sum(each[0] is None for each in seen) >= 2
+
+
+@pytest.mark.parametrize(("delay", "share"), [(0.0, 1.0), (0.03, 0.5)])
+def test_on_a_slow_line_the_signals_are_read_in_every_other_cycle(
+    robot: Robot, owner: Owner, delay: float, share: float
+) -> None:
+    """Two answers of 30 ms make no cycle of 40 ms; the follower waits for the state.
+
+    Heartbeats go on beside it.
+    """
+    robot.delay = delay
+    with owner.link(robot.port, poll_period=0.04, status_period=60.0, timeout=1.0):
+        wait_until(lambda: len(owner.samples) >= 16, 20.0, "16 samples")
+    states, signals = robot.asked.count(3) - 2, robot.asked.count(2)
+    assert signals == pytest.approx(share * states, rel=0.2)
+    beats = [beat for (beat,) in robot.writes(LAYOUT.holding_registers["heartbeat"].offset) if beat]
+    assert len(beats) > 4 and beats == list(range(1, len(beats) + 1)), "each one is another"
+
+
+def interrupt(other: ModbusPort, owner: Owner) -> None:
+    """Write the heartbeat, too, until the link is lost: one value may be overwritten unseen."""
+    values = itertools.count(20000)
+    wait_until(lambda: other.write_words(HEARTBEAT, [next(values)]) or len(owner.changes) > 1)
+    owner.wait_for(UP, DOWN)
+
+
+def test_a_heartbeat_of_somebody_else_ends_the_link_and_a_stop_still_gets_through(
+    robot: Robot, owner: Owner
+) -> None:
+    """The other master would keep the robot's watchdog quiet, so the stop must be written.
+
+    No heartbeat is, until the other one has ended.
+    """
+    robot.echoes = True
+    other = ModbusPort("127.0.0.1", robot.port, LAYOUT.device_id, 1.0)
+    other.open()
+    with owner.link(robot.port, alone=0.3, timeout=1.0) as link:
+        wait_until(lambda: len(robot.writes(HEARTBEAT)) >= 20)
+        assert [up for up, _ in owner.changes] == [True]
+        interrupt(other, owner)
+        assert re.match(r"somebody else writes R\[1\]: 200\d\d is no", owner.changes[-1][1])
+        link.pulse("cstopi")
+        wait_until(lambda: robot.writes(LAYOUT.coils["cstopi"].offset) == [(0xFF00,), (0,)])
+        beats = len(robot.writes(HEARTBEAT))
+        for value in range(21001, 21011):
+            other.write_words(HEARTBEAT, [value])
+            last = time.monotonic()
+            time.sleep(0.05)
+        assert len(robot.writes(HEARTBEAT)) == beats + 10, "only the other one writes it"
+        owner.wait_for(UP, DOWN, UP)
+        assert time.monotonic() > last + 0.25
+        wait_until(lambda: len(robot.writes(HEARTBEAT)) > beats + 20)
+    assert [up for up, _ in owner.changes] == [UP, DOWN, UP]
+    other.close()
+
+
+def test_the_end_of_a_link_does_not_disarm_the_robot_for_somebody_else(
+    robot: Robot, owner: Owner
+) -> None:
+    """The heartbeat is no longer ours then."""
+    robot.echoes = True
+    other = ModbusPort("127.0.0.1", robot.port, LAYOUT.device_id, 1.0)
+    other.open()
+    with owner.link(robot.port, timeout=1.0):
+        wait_until(lambda: len(robot.writes(HEARTBEAT)) >= 5)
+        interrupt(other, owner)
+    assert (0,) not in robot.writes(HEARTBEAT)
+    other.close()

@@ -1,0 +1,106 @@
+"""What is written goes in an order in which nothing holds a stop up."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from scara_config import load_robot
+from scara_config.modbus_map import load_modbus_map
+from twin_controller.core.actions import RobotSetpoint, StreamAhead
+from twin_controller.modbus.outbox_io import Command, Outbox
+from twin_controller.modbus.port_io import ModbusSettings
+from twin_controller.modbus.writer_io import Writer
+from twin_controller.registers import RegisterCodec
+from twin_controller.robot.link import RobotCounters
+
+CONFIG = Path(__file__).resolve().parents[4] / "config"
+LAYOUT, ROBOT = load_modbus_map(CONFIG), load_robot(CONFIG)
+STOP = Command("cstopi", True, True)
+START = Command("rsr1", True, True, behind=True)
+TIMES = LAYOUT.holding_registers["heartbeat"].offset
+
+
+class Port:
+    """Notes each write but heartbeats of their own; calls back in the middle of one."""
+
+    def __init__(self) -> None:
+        self.written: list[tuple[str, int]] = []
+        self.meanwhile: dict[int, Callable[[], None]] = {}
+
+    def write_words(self, offset: int, words: list[int]) -> None:
+        """Note registers."""
+        if len(words) == 1 and offset == TIMES:
+            return
+        self.written.append(("words", offset))
+        self.meanwhile.pop(len(self.written), lambda: None)()
+
+    def write_coil(self, offset: int, level: bool) -> None:
+        """Note a coil."""
+        self.written.append(("coil", offset))
+
+
+@pytest.fixture
+def line() -> tuple[Writer, Outbox, Port]:
+    """Return a writer on a line that answers at once."""
+    box, port = Outbox(), Port()
+    listener: Any = type("Listener", (), {"alive": lambda self: True, "rejected": print})()
+    settings = ModbusSettings("127.0.0.1", 1)
+    writer = Writer(settings, LAYOUT, RegisterCodec(LAYOUT, ROBOT), box, RobotCounters(), listener)
+    writer._port = port  # type: ignore[assignment]
+    return writer, box, port
+
+
+def nine() -> StreamAhead:
+    """Return nine set points over the ring's end: three requests, and the times."""
+    home = tuple(0.5 * (joint.lower + joint.upper) for joint in ROBOT.joints)
+    points = tuple(RobotSetpoint(home, number, 12 * number) for number in range(5, 14))
+    return StreamAhead(points, 13, 50.0)
+
+
+def test_set_points_come_before_their_times(line: tuple[Writer, Outbox, Port]) -> None:
+    """And the start of the stream program behind both."""
+    writer, box, port = line
+    box.put_ahead(nine())
+    box.put(START)
+    writer._write_all()
+    coil = LAYOUT.coils["rsr1"].offset
+    assert port.written == [
+        ("words", 1500),
+        ("words", 1572),
+        ("words", TIMES),
+        ("coil", coil),
+    ]
+
+
+@pytest.mark.parametrize("request_number", [1, 2])
+def test_a_stop_goes_before_what_is_left(
+    line: tuple[Writer, Outbox, Port], request_number: int
+) -> None:
+    """It waits for the request that is under way, for no other; the rest is not written."""
+    writer, box, port = line
+
+    def stop() -> None:
+        box.drop_setpoints()
+        box.put(STOP)
+
+    port.meanwhile[request_number] = stop
+    box.put_ahead(nine())
+    writer._write_all()
+    assert len(port.written) == request_number + 1
+    assert port.written[-1] == ("coil", LAYOUT.coils["cstopi"].offset)
+    box.put_ahead(nine())
+    writer._write_all()
+    assert port.written[-1] == ("words", TIMES), "what comes after it is written again"
+
+
+def test_another_command_takes_nothing_back(line: tuple[Writer, Outbox, Port]) -> None:
+    """An override goes between, and the set points behind it still count."""
+    writer, box, port = line
+    port.meanwhile[1] = lambda: box.put(Command("override", 50, False))
+    box.put_ahead(nine())
+    writer._write_all()
+    override = LAYOUT.holding_registers["override"].offset
+    assert port.written[1:] == [("words", override), ("words", 1572), ("words", TIMES)]

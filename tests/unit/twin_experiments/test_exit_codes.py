@@ -1,0 +1,102 @@
+"""What run_experiment, report and step_response end with, and what they say then."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from twin_analysis.step import step_response_node as step_response
+from twin_experiments.report import report_node as report
+from twin_experiments.run import run_experiment_node as run_experiment
+
+MakeBag = Callable[..., Path]
+CONFIG = Path(__file__).resolve().parents[3] / "config"
+MISSED = {"offset": (0.0, 0.0, 0.002, 0.0)}
+
+
+@pytest.fixture
+def end_of(monkeypatch: pytest.MonkeyPatch) -> Callable[..., object]:
+    """Return what runs a command in this process, without figures, and gives its exit code."""
+    monkeypatch.setattr("twin_experiments.report.report_io.draw", lambda *_: {})
+    monkeypatch.setattr(signal, "signal", lambda *_: None)  # the tests keep their own
+
+    def run(main: Callable[[], None], *words: object) -> object:
+        monkeypatch.setattr(sys, "argv", [main.__module__.rsplit(".", 1)[1], *map(str, words)])
+        with pytest.raises(SystemExit) as end:
+            main()
+        return end.value.code
+
+    return run
+
+
+@pytest.mark.parametrize(("options", "code"), [({}, 0), (MISSED, 1)])
+def test_a_missed_limit_ends_both_commands_with_exit_code_one(
+    make_bag: MakeBag,
+    end_of: Callable[..., object],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    options: dict[str, tuple[float, ...]],
+    code: int,
+) -> None:
+    """And the terminal says which."""
+    recorded = make_bag(experiments=("twin_leads",), **options)
+    said = "positioning error 0.308 % of reach, limit 0.2 %"
+    for name in ("_enter_ros", "Cell"):
+        monkeypatch.setattr(run_experiment, name, lambda *_: None)
+    monkeypatch.setattr(run_experiment, "_record", lambda *given: shutil.copy(recorded, given[6]))
+    words = ("--output", tmp_path / "out", f"_config_dir:={CONFIG}")
+    assert end_of(run_experiment.main, "twin_leads", *words) == code
+    assert (said in capsys.readouterr().out) is bool(code)
+    words = ("--output", tmp_path / "again", "--config-dir", CONFIG)
+    assert end_of(report.main, recorded, *words) == code
+    assert (said in capsys.readouterr().out) is bool(code)
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (("nobody_leads",), "unknown experiment 'nobody_leads'"),
+        (("--speed", "150"), "less than or equal to 100"),
+        (("_config_dir:=/nowhere",), "/nowhere"),
+    ],
+)
+def test_wrong_arguments_end_with_exit_code_two(
+    end_of: Callable[..., object],
+    capsys: pytest.CaptureFixture[str],
+    words: tuple[str, ...],
+    text: str,
+) -> None:
+    """A wrong name, speed or folder is told before anything moves."""
+    assert end_of(run_experiment.main, *words) == 2
+    assert text in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "text"),
+    [
+        (("joint_3", "--size", "3", "--seconds", "0.6"), 0, "in process, offline"),
+        (("joint_9",), 2, "unknown joint 'joint_9': robot.yaml has joint_1"),
+        (("joint_4",), 2, "joint_4 is not moved by the twin"),
+        (("joint_3", "--size", "300"), 2, "joint_3: no room for a step of 300 mm at -160.00 mm"),
+    ],
+)
+def test_without_a_simulator_a_step_is_made_in_process(
+    end_of: Callable[..., object],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    words: tuple[str, ...],
+    code: int,
+    text: str,
+) -> None:
+    """The same physics; wrong arguments are named with what is allowed."""
+    monkeypatch.setattr("rosgraph.is_master_online", lambda: False)
+    assert end_of(step_response.main, *words, "--output", tmp_path) == code
+    said = capsys.readouterr()
+    assert text in said.out + said.err
+    assert bool(list(tmp_path.glob("step_joint_3*.png"))) is (code == 0)
