@@ -254,10 +254,10 @@ def module_pages() -> dict[str, str]:
 
 
 def module_names(package: Path) -> Iterator[str]:
-    """Yield the names of a package's modules; those of nodes/ and io/ are no one's to import."""
+    """Yield the names of a package's modules; those named _io or _node are no one's to import."""
     for file in package.rglob("*.py"):
         parts = file.relative_to(package.parent).with_suffix("").parts
-        if not {"nodes", "io"} & set(parts) and parts[-1] != "__init__":
+        if not parts[-1].endswith(("_io", "_node", "__init__")):
             yield ".".join(parts)
 
 

@@ -15,7 +15,7 @@ check() {
   checks_failed=1
 }
 
-# Print the modules of all packages, their nodes/ and io/ too.
+# Print the modules of all packages, those that touch the world too.
 all_modules() {
   find config/src src/*/src -name '*.py' | sort
 }

@@ -1,8 +1,4 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-setup(
-    **generate_distutils_setup(
-        packages=["scara_description", "scara_description.nodes"], package_dir={"": "src"}
-    )
-)
+setup(**generate_distutils_setup(packages=["scara_description"], package_dir={"": "src"}))

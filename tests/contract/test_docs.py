@@ -129,7 +129,7 @@ def test_what_the_tutorial_tells_to_press_is_on_the_page() -> None:
     text = (ROOT / "docs" / "learn" / "tutorial.md").read_text(encoding="utf-8")
     told = set(re.findall(r"\*\*(.+?)\*\*", text, re.DOTALL)) - {"pendant"}
     page = ROOT / "src" / "operator_panel"
-    words = ROOT / "src" / "scara_ros" / "src" / "scara_ros" / "page_words.py"
+    words = ROOT / "src" / "scara_ros" / "src" / "scara_ros" / "page" / "page_words.py"
     files = [*page.rglob("*.py"), words]
     shown = "\n".join(file.read_text(encoding="utf-8") for file in files)
     made = {"10", "World"}  # from the configuration, and from the names of the frames
@@ -149,7 +149,7 @@ def docstrings() -> Iterator[tuple[str, str]]:
 def options_of(package: str) -> frozenset[str]:
     """Return the options that a package's commands may know: named, or made of a parameter."""
     known = {"--help"}
-    for path in (ROOT / "src" / package / "src" / package / "nodes").rglob("*.py"):
+    for path in (ROOT / "src" / package / "src").rglob("*_node.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Constant) and str(node.value).startswith("--"):
                 known |= set(str(node.value).split("/"))

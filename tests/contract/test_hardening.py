@@ -8,10 +8,11 @@ from harness.sources import modules
 
 BECOMES = {"become_node", "init_node", "starting"}
 HARDENS = {"become_node", "starting", "keep_registered", "harden_process"}
+BRINGUP = "src/scara_bringup/src/scara_bringup/"
 ELSEWHERE = {
     # The bring-up's main hardens the process before it makes the watch or shows the status.
-    "src/scara_bringup/src/scara_bringup/processes/controller_watch_node.py": "scara_bringup.cell_node",
-    "src/scara_bringup/src/scara_bringup/status/status_node.py": "scara_bringup.cell_node",
+    f"{BRINGUP}processes/controller_watch_node.py": "scara_bringup.cell_node",
+    f"{BRINGUP}status/status_node.py": "scara_bringup.cell_node",
 }
 
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from catkin_pkg.package import InvalidPackage, Package, parse_package
-from harness.sources import PACKAGES, imported_names, modules, package_name
+from harness.sources import PACKAGES, imported_names, modules, package_name, started_by
 from harness.workspace import ROOT
 
 ROS_PACKAGES = {Path(file).parent.name for file in Path("/usr/share").glob("*/package.xml")} | {
@@ -105,17 +105,16 @@ def overgrown(folder: Path) -> Iterator[str]:
     """Yield the node scripts that do more than to call their module's main."""
     for script in sorted((folder / "nodes").iterdir()):
         text = script.read_text()
-        name = package_name(folder)
-        started = f"from {name}.nodes.{script.name} import main" in text
-        module = folder / "src" / name / "nodes" / f"{script.name}.py"
-        if not (started and module.is_file()):
+        started = started_by(script)
+        module = folder / "src" / f"{started.replace('.', '/')}.py"
+        if not (started.endswith(f".{script.name}_node") and module.is_file()):
             yield f"{folder.name}/nodes/{script.name}: calls no main of its module"
         if len(text.splitlines()) > LONGEST_SCRIPT:
             yield f"{folder.name}/nodes/{script.name}: {len(text.splitlines())} lines"
 
 
 def test_node_scripts_only_call_main_of_their_module() -> None:
-    """nodes/<name> is a few lines; the code is importable as <package>.nodes.<name>."""
+    """nodes/<name> is a few lines; the code is importable as <name>_node."""
     assert [text for folder in WITH_NODES for text in overgrown(folder)] == []
 
 

@@ -9,16 +9,11 @@ from harness.running.rooms import MESSAGES, ROOMS
 from harness.sources import PACKAGES, Module, imported_names, modules, package_name
 
 OUR = set(ROOMS)
-DOOR = (
-    "scara_ros.page_",
-    "scara_ros.io.page_",
-    "scara_ros.page.token_file_io",
-    "scara_ros.io.shell",
-)
+DOOR = ("scara_ros.page.", "scara_ros.shell.command_line_io", "scara_ros.shell.program_io")
 """What the farm's desk may use of scara_ros: no ROS is in it."""
-LINK_OF_THE_FARM = tuple(f"src/farm/src/farm/{part}/" for part in ("link", "nodes"))
+LINK_OF_THE_FARM = tuple(f"src/farm/src/farm/{part}/" for part in ("link",))
 """Where messages and nodes are used."""
-LINKS = ("config", "registers", "robot_sample", "estimation", "io")
+LINKS = ("config", "registers", "robot_sample", "estimation", "modbus", "robot", "twin", "engine")
 """What robot_doctor may use of twin_controller: what talks to the two sides, and its settings."""
 
 
@@ -98,5 +93,5 @@ def test_the_real_side_shares_nothing_with_the_twin_but_the_wire() -> None:
     assert [
         f"{where}: {name}"
         for room, name, where in arrows()
-        if room == "fanuc_emulator" and name.split(".")[0] in MESSAGES and "/nodes/" not in where
+        if room == "fanuc_emulator" and name.split(".")[0] in MESSAGES and "_node.py:" not in where
     ] == []

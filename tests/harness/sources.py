@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -10,6 +11,8 @@ from pathlib import Path
 
 from harness.workspace import ROOT
 
+SHELLS = ("_io", "_node")
+"""How the names of modules end that touch the world; all others are pure."""
 PACKAGES = [
     ROOT / "config",
     *sorted(file.parent for file in (ROOT / "src").glob("*/package.xml")),
@@ -41,15 +44,19 @@ class Module:
 
     @property
     def is_pure(self) -> bool:
-        """Whether it stands outside nodes/ and io/, and is no program of its own."""
-        if self.path.name == "__main__.py":
-            return False
-        return not {"nodes", "io"} & set(self.path.parts[self.path.parts.index("src") :])
+        """Whether its name ends with neither _io nor _node, and it is no program of its own."""
+        return self.path.name != "__main__.py" and not self.path.stem.endswith(SHELLS)
 
 
 def package_name(folder: Path) -> str:
     """Return the name of the package in a folder."""
     return "scara_config" if folder == ROOT / "config" else folder.name
+
+
+def started_by(script: Path) -> str:
+    """Return the module whose main an executable starts; an empty text if it starts none."""
+    found = re.search(r"^ *from (\S+) import main\b", script.read_text("utf-8"), re.M)
+    return found[1] if found else ""
 
 
 def modules() -> list[Module]:

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from harness.live_cell import NODES, LiveCell
 from harness.processes import wait_until
+from harness.sources import started_by
 from harness.workspace import ROOT
 from scara_ros.starting.running_node import help_of
 
@@ -128,7 +129,7 @@ def pattern(line: str) -> re.Pattern[str]:
 @pytest.mark.parametrize(("node", "package"), PACKAGE_OF.items())
 def test_help_of_a_node_names_what_is_documented(node: str, package: str) -> None:
     """Each topic and service in a table with its type, or in the node's own words."""
-    text = help_of(f"{package}.nodes.{node}")
+    text = help_of(started_by(ROOT / "src" / package / "nodes" / node))
     told, _, tables = text.partition("usage: rosrun")
     listed = [line for line in tables.splitlines() if line.startswith("  ")]
     for name, type_name, _ in rows(sections()[node]):

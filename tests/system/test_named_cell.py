@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from cell_recorder.io.journal import read
 from cell_recorder.journal.entries import Cycle, Decision, Start
+from cell_recorder.journal.reader_io import read
 from harness.processes import ROSRUN, Stage, wait_until
 from harness.workspace import workspace_environment
 from scara_bringup.config import load_doors

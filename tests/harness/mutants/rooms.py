@@ -9,20 +9,35 @@ import msgspec
 from ruamel.yaml import YAML
 
 from harness.mutants.mutant import Mutant
+from harness.sources import SHELLS
 from harness.workspace import ROOT
 
 FOLDER = ROOT / "tests" / "mutants"
 
 
+def is_meant(module: str, pattern: str) -> bool:
+    """Return whether a glob means a module that it finds: a shell by the end of its name alone."""
+    ends = [end for end in SHELLS if module.endswith(end)]
+    return not ends or Path(pattern).stem.endswith(ends[0])
+
+
 class Room(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Modules and the tests that are to notice their faults; globs from the root."""
+    """Modules and the tests that are to notice their faults; globs from the root.
+
+    A shell is meant only by a glob that ends as its name does.
+    """
 
     modules: list[str]
     tests: list[str]
 
     def paths(self, root: Path = ROOT) -> list[Path]:
         """Return the modules that hold code."""
-        found = {path for pattern in self.modules for path in root.glob(pattern)}
+        found = {
+            path
+            for pattern in self.modules
+            for path in root.glob(pattern)
+            if is_meant(path.stem, pattern)
+        }
         return sorted(path for path in found if path.name != "__init__.py")
 
     def tests_of(self, module: Path, root: Path = ROOT) -> list[str]:

@@ -27,9 +27,10 @@ ROOMS: dict[str, set[str]] = {
     "what_if": FLOOR
     | {"scara_msgs", "scara_control", "scara_description", "scara_simulation"}
     | {"cell_recorder"},
-    "twin_experiments": NODE
-    | {"scara_control", "scara_description", "scara_simulation", "rosbridge_gateway"}
-    | {"fanuc_emulator", "twin_controller", "cell_recorder", "robot_doctor"},
+    "twin_experiments": NODE | {"scara_control", "cell_recorder"},
+    "twin_analysis": NODE
+    | {"scara_control", "scara_simulation", "fanuc_emulator", "twin_controller"}
+    | {"cell_recorder", "twin_experiments"},
     "operator_panel": NODE | {"scara_description", "cell_recorder"},
     "scara_bringup": NODE,
     "farm": NODE,

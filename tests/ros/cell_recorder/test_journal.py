@@ -9,8 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from cell_recorder.io.journal import read
 from cell_recorder.journal.entries import Alarm, AnyEntry, Audit, Cycle, Decision, Start, Torn
+from cell_recorder.journal.reader_io import read
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from harness.ros import Ros
 from std_msgs.msg import UInt64

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from harness.processes import ROSRUN, free_port
-from harness.sources import PACKAGES, package_name
+from harness.sources import PACKAGES, package_name, started_by
 from harness.workspace import ROOT, workspace_environment
 from scara_ros.starting.running_node import help_of
 
@@ -29,17 +29,17 @@ def executables() -> Iterator[tuple[str, str]]:
                 yield package, file.name
 
 
-def nodes() -> Iterator[tuple[str, str]]:
-    """Yield those that tell what their source declares."""
+def nodes() -> Iterator[tuple[str, str, str]]:
+    """Yield package, name and module of those that tell what their source declares."""
     for package, name in executables():
         script = ROOT / "src" / package / "nodes" / name
         if script.is_file() and "run(main)" in script.read_text(encoding="utf-8"):
-            yield package, name
+            yield package, name, started_by(script)
 
 
 def test_help_of_each_node_has_its_parameters_and_topics() -> None:
     """What has neither says how it is called; the tables are those of the source."""
-    found = {node: help_of(".nodes.".join(node)) for node in nodes()}
+    found = {(package, name): help_of(module) for package, name, module in nodes()}
     assert len(found) > 15
     without = {node for node, text in found.items() if not any(table in text for table in TABLES)}
     assert without == {("scara_description", f"write_{made}") for made in WRITERS}
@@ -71,5 +71,5 @@ def test_rosrun_prints_help_and_starts_nothing(package: str, name: str, tmp_path
     assert "usage" in done.stdout.lower(), done.stdout
     assert "Traceback" not in done.stderr, done.stderr
     assert list(here.iterdir()) == []
-    if (package, name) in nodes():
-        assert done.stdout.strip() == help_of(f"{package}.nodes.{name}").strip()
+    for module in [module for *node, module in nodes() if node == [package, name]]:
+        assert done.stdout.strip() == help_of(module).strip()

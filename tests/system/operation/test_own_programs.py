@@ -99,7 +99,7 @@ def test_refused_program_is_held_before_it_harms_and_goes_on_by_the_operator(
 def test_refused_program_is_only_told_by_the_shipped_setting(tmp_path: Path) -> None:
     """It runs to its end; what the judge has said stands in the state.
 
-    Each time both settings are told apart in tests/unit/twin_controller/services/test_own_programs.py.
+    tests/unit/twin_controller/services/test_own_programs.py tells both settings apart each time.
     """
     with judged_cell(tmp_path, hold=False) as cell:
         start(cell)

@@ -103,8 +103,8 @@ def test_leaving_the_context_kills_what_ignores_every_signal(tmp_path: Path) -> 
 def test_children_die_with_a_bring_up_that_is_killed(tmp_path: Path) -> None:
     """Not even SIGKILL of the bring-up leaves a node behind."""
     script = (
-        "import os, time\nfrom pathlib import Path\nfrom scara_bringup.processes.processes_io import "
-        "Processes\n"
+        "import os, time\nfrom pathlib import Path\n"
+        "from scara_bringup.processes.processes_io import Processes\n"
         "from scara_bringup.plan import NodePlan\n"
         f"p = Processes(Path({str(tmp_path)!r}), os.environ)\n"
         "print(p.start(NodePlan('child', '', 'sleep', ('1000',))), flush=True)\ntime.sleep(1000)\n"

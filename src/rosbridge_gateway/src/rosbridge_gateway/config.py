@@ -40,8 +40,8 @@ class Role(Struct, frozen=True, forbid_unknown_fields=True):
     """Patterns of names that a role may use, and what its connections may take.
 
     One without a leading slash stands in the gateway's namespace. ``token_file``: see
-    :func:`scara_ros.page.token_file_io.read_token`. ``places``: connections of this role for which there
-    is always a place; 0: it shares ``limits.clients`` with the others.
+    :func:`scara_ros.page.token_file_io.read_token`. ``places``: connections of this role for which
+    there is always a place; 0: it shares ``limits.clients`` with the others.
     """
 
     token_environment: str

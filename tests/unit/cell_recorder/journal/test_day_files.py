@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from cell_recorder.config import JournalSettings
-from cell_recorder.io.journal import DayFiles, JournalError, journals, read, read_between
+from cell_recorder.journal.day_files_io import DayFiles, JournalError
 from cell_recorder.journal.entries import (
     LONGEST_TEXT,
     AnyEntry,
@@ -21,7 +21,7 @@ from cell_recorder.journal.entries import (
     numbered,
     stamped,
 )
-from cell_recorder.journal.reader_io import utc_day
+from cell_recorder.journal.reader_io import journals, read, read_between, utc_day
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from cell_recorder.io.journal import DayFiles
+from cell_recorder.journal.day_files_io import DayFiles
 from cell_recorder.journal.entries import KINDS, Alarm, Audit, Cycle, Decision, Gap, Start, Torn
 from cell_recorder.journal.since import Since, SinceError, parse_since
 from cell_recorder.journal.story import StoryLine, duration, tell

@@ -11,10 +11,12 @@ from typing import Any
 
 import pytest
 from cell_recorder.config import JournalSettings, load_journal
-from cell_recorder.io.journal import DayFiles, JournalWriter, read
 from cell_recorder.journal import writer_io as writer_module
+from cell_recorder.journal.day_files_io import DayFiles
 from cell_recorder.journal.entries import AnyEntry, Audit, Gap
 from cell_recorder.journal.health import JournalStatus, diagnose, lost_at_close
+from cell_recorder.journal.reader_io import read
+from cell_recorder.journal.writer_io import JournalWriter
 from harness.processes import wait_until
 from msgspec.structs import replace
 from scara_ros.diagnosis import Level

@@ -35,8 +35,8 @@ def test_each_file_is_of_a_room_or_of_none(file: str, room: str) -> None:
 
 def test_arrows_are_followed_to_all_that_stand_on_a_room() -> None:
     """And not down to what a room uses."""
-    assert reached(["twin_experiments"]) == {"twin_experiments"}
-    assert reached(["scara_simulation"]) == {"scara_simulation", "what_if", "twin_experiments"}
+    assert reached(["twin_experiments"]) == {"twin_experiments", "twin_analysis"}
+    assert reached(["scara_simulation"]) == {"scara_simulation", "what_if", "twin_analysis"}
     assert {"twin_controller", "robot_doctor", "what_if"} <= reached(["scara_control"])
     assert "farm" not in reached(["scara_control"])
     assert reached(["scara_config"]) >= set(ROOMS) - {
@@ -52,8 +52,8 @@ def test_change_of_a_room_runs_its_nodes_and_what_stands_on_it() -> None:
     assert "tests/ros/test_motion_nodes.py" in found
     assert "tests/unit/twin_controller/core/test_late.py" in found
     assert "tests/virtual_time/test_figures.py" in found
-    assert "tests/unit/scara_control/nodes" in {test.rpartition("/")[0] for test in found}
-    assert not [test for test in found if test.startswith("tests/unit/twin_controller/nodes/")]
+    assert "tests/unit/scara_control/motion" in {test.rpartition("/")[0] for test in found}
+    assert not [test for test in found if test.startswith("tests/unit/twin_controller/services/")]
     assert not [test for test in found if "/farm/" in test or part_of(test) == "pages"]
     alone = reached_by(["src/what_if/src/what_if/judging.py"])
     assert {test.split("/")[2] for test in alone} == {"what_if"}

@@ -1,8 +1,9 @@
 """The robot's Modbus TCP server.
 
-pymodbus knows the requests and their answers (:mod:`fanuc_emulator.modbus.modbus_requests_io`). Its server
-answers only the first of several requests that come in one TCP segment, so the connections are
-streams of asyncio: each request of a connection is answered, in order, however it was cut.
+pymodbus knows the requests and their answers
+(:mod:`fanuc_emulator.modbus.modbus_requests_io`). Its server answers only the first of several
+requests that come in one TCP segment, so the connections are streams of asyncio: each request of a
+connection is answered, in order, however it was cut.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Read a cell's journal from its files, also while it is being written.
 
 It finds a number by bisection and reads on from there, so an answer costs the same early and late
-in a day. ``cell_recorder.io.journal.read`` reads the same files from their beginning.
+in a day. ``cell_recorder.journal.reader_io.read`` reads the same files from their beginning.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
 """A process that has loaded what all nodes load, and becomes a node by forking.
 
-Started by :class:`~scara_bringup.processes.forked_io.WarmParent`, as a program of its own or as a fork of the
-bring-up. It has no thread, so that a fork is a whole copy. Each node gets a session, a log and
-signals of its own, and dies with this process, as this one does with the bring-up.
+Started by :class:`~scara_bringup.processes.forked_io.WarmParent`, as a program of its own or as a
+fork of the bring-up. It has no thread, so that a fork is a whole copy. Each node gets a
+session, a log and signals of its own, and dies with this process, as this one does with the
+bring-up.
 """
 
 from __future__ import annotations

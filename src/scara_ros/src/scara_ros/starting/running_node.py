@@ -12,8 +12,8 @@ from pathlib import Path
 from scara_ros.interface import Interface, interface_of
 
 HELP = ("-h", "--help")
-SHELL = ".nodes."
-"""Only modules in a folder ``nodes`` declare something; what they import from others does not."""
+SHELL = "_node"
+"""Only modules with this end declare something; what they import from others does not."""
 
 
 def run(main: Callable[[], None]) -> None:
@@ -29,11 +29,11 @@ def run(main: Callable[[], None]) -> None:
 
 
 def help_of(module: str) -> str:
-    """Return the help of the node whose module is ``PACKAGE.nodes.NODE``.
+    """Return the help of the node whose module is ``PACKAGE[.FOLDER].NODE_node``.
 
-    The types come from the sources of the module and of all ``nodes`` modules that it imports.
+    The types come from the sources of the module and of all modules of nodes that it imports.
     """
-    package, _, node = module.partition(SHELL)
+    package, node = module.split(".")[0], module.split(".")[-1].removesuffix(SHELL)
     sources = dict(_sources(module))
     doc = inspect.cleandoc(ast.get_docstring(ast.parse(sources[module])) or "").replace("``", "")
     return "\n".join(
@@ -68,7 +68,7 @@ def _table(title: str, rows: Mapping[str, str]) -> Iterator[str]:
 
 
 def _sources(module: str) -> Iterator[tuple[str, str]]:
-    """Yield name and text of a module and of all ``nodes`` modules that it imports, once each."""
+    """Yield name and text of a module and of all modules of nodes that it imports, once each."""
     waiting, seen = [module], {module}
     while waiting:
         name = waiting.pop()
@@ -78,7 +78,7 @@ def _sources(module: str) -> Iterator[tuple[str, str]]:
         text = Path(spec.origin).read_text(encoding="utf-8")
         yield name, text
         for imported in _imports(text):
-            if SHELL in imported and imported not in seen:
+            if imported.endswith(SHELL) and imported not in seen:
                 seen.add(imported)
                 waiting.append(imported)
 
