@@ -47,3 +47,24 @@ run_checks() {
   check "unit tests (pytest)" .venv/bin/python -m pytest tests/unit -q --no-header -m "not slow" -p no:cacheprovider
   exit $checks_failed
 }
+
+# Build the packages of one ring alone, and test each against what was built.
+check_ring() {
+  local python=$root/.venv/bin/python build=$root/build/ring_$1 rooms room tests=()
+  rooms=$(PYTHONPATH=tests:$PYTHONPATH "$python" -m harness.running.rooms "$1") || exit 2
+  for room in $rooms; do [ ! -d "tests/unit/$room" ] || tests+=("tests/unit/$room"); done
+  check "build of $(wc -w <<<"$rooms") packages alone" build_ring "$build" "$(tr '\n' ';' <<<"$rooms")"
+  [ $checks_failed -eq 0 ] || exit 1
+  set +u
+  source "$root/setup/environment.sh"
+  source "$build/devel/setup.bash" || exit 1
+  set -u
+  check "unit tests (pytest)" "$python" -m pytest "${tests[@]}" -q --no-header -m "not slow" -p no:cacheprovider
+  exit $checks_failed
+}
+
+# Configure and build named packages in a folder of their own.
+build_ring() {
+  /usr/bin/cmake -S "$root" -B "$1" -DCATKIN_WHITELIST_PACKAGES="$2" -DCATKIN_DEVEL_PREFIX="$1/devel" &&
+    /usr/bin/cmake --build "$1"
+}

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from graphlib import TopologicalSorter
 
-from harness.running.rooms import MESSAGES, ROOMS
+import pytest
+from harness.running.rooms import MESSAGES, REACH, RINGS, ROOMS
 from harness.sources import PACKAGES, Module, imported_names, modules, package_name
 
 OUR = set(ROOMS)
@@ -37,6 +38,18 @@ def test_rooms_use_only_what_they_may() -> None:
         for room, name, where in arrows()
         if name.split(".")[0] not in ROOMS[room]
     ] == []
+
+
+def test_every_room_is_in_one_ring() -> None:
+    """A new package says who can do without it."""
+    assert sorted(room for rooms in RINGS.values() for room in rooms) == sorted(ROOMS)
+
+
+@pytest.mark.parametrize("ring", RINGS)
+def test_no_ring_uses_one_further_out(ring: str) -> None:
+    """The cell imports no tool, tools no farm, the farm neither but messages and settings."""
+    outside = {room: ROOMS[room] - REACH[ring] for room in RINGS[ring]}
+    assert {room: found for room, found in outside.items() if found} == {}
 
 
 def test_no_room_uses_itself_by_a_detour() -> None:

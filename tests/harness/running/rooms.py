@@ -6,6 +6,8 @@ arrows are not inherited.
 
 from __future__ import annotations
 
+import sys
+
 MESSAGES = {"scara_msgs", "control_msgs", "industrial_msgs"}
 FLOOR = {"scara_config", "scara_ros"}
 NODE = MESSAGES | FLOOR
@@ -36,3 +38,21 @@ ROOMS: dict[str, set[str]] = {
     "farm": NODE,
 }
 """For each room the others that it may import. scara_bringup reaches nodes by rosrun only."""
+
+RINGS: dict[str, set[str]] = {
+    "cell": set(ROOMS) - {"robot_doctor", "what_if", "twin_analysis", "farm"},
+    "tools": {"robot_doctor", "what_if", "twin_analysis"},
+    "farm": {"farm"},
+}
+"""The cell needs neither tools nor farm; tools stand on the cell; the farm on messages alone."""
+REACH: dict[str, set[str]] = {
+    "cell": RINGS["cell"],
+    "tools": RINGS["cell"] | RINGS["tools"],
+    "farm": NODE | RINGS["farm"],
+}
+"""The rooms that a ring's rooms may use: what is built when a ring is built alone."""
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2 or sys.argv[1] not in RINGS:
+        sys.exit(f"rooms: name one ring: {', '.join(RINGS)}")
+    print("\n".join(sorted(REACH[sys.argv[1]])))
