@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 import re
-from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -23,7 +22,6 @@ MODULES = modules()
 WITH_NODES = [folder for folder in PACKAGES if (folder / "nodes").is_dir()]
 LONGEST_MODULE = 400
 LONGEST_SCRIPT = 10
-MOST_FILES = 12
 
 
 def manifest(folder: Path) -> Package:
@@ -155,20 +153,3 @@ def test_modules_have_telling_names_and_a_readable_length() -> None:
     lengths = {module.relative: len(module.path.read_text().splitlines()) for module in MODULES}
     long = [f"{name}: {lines}" for name, lines in lengths.items() if lines > LONGEST_MODULE]
     assert vague + long == []
-
-
-def test_no_folder_holds_more_than_twelve_files_of_a_kind() -> None:
-    """A reader sees the whole of a room at a glance; decisions are numbered, and only grow."""
-    roots = [ROOT / name for name in ("config", "src", "tests", "setup", "docs")]
-    files = [
-        file
-        for root in roots
-        for file in root.rglob("*")
-        if file.is_file() and not {"__pycache__", "decisions"} & set(file.parts)
-    ]
-    counts = Counter(
-        (file.parent.relative_to(ROOT), file.suffix) for file in files if file.suffix != ".stl"
-    )
-    assert {
-        f"{folder}/*{suffix}": n for (folder, suffix), n in counts.items() if n > MOST_FILES
-    } == {}
