@@ -61,8 +61,8 @@ def test_packages_and_configuration_are_found_in_the_prefix(
 ) -> None:
     """Modules, messages and YAML files come from there."""
     code = (
-        "import scara_config, scara_control.kinematics.kinematics_server_node, fanuc_emulator.io\n"
-        "import twin_controller.core, scara_msgs.srv\n"
+        "import scara_config, scara_control.kinematics.kinematics_server_node\n"
+        "import fanuc_emulator.modbus, twin_controller.core, scara_msgs.srv\n"
         "print(scara_config.__file__); print(scara_control.__file__)\n"
         "print(scara_msgs.srv.__file__)\n"
         "print(scara_config.config_directory())\n"
