@@ -14,6 +14,7 @@ from types import TracebackType
 from typing import Any
 from urllib.parse import urlsplit
 
+from genpy.message import fill_message_args
 from roslib.message import get_service_class
 from typing_extensions import Self
 
@@ -76,9 +77,13 @@ class ServiceLine:
         self._socket.close()
 
     def send(self, **fields: Any) -> None:
-        """Send the request."""
+        """Send the request; a message in it may be given as its fields."""
+        nested = {name: value for name, value in fields.items() if isinstance(value, (dict, list))}
+        plain = {name: value for name, value in fields.items() if name not in nested}
+        request = self._kind._request_class(**plain)
+        fill_message_args(request, [nested])
         buffer = io.BytesIO()
-        self._kind._request_class(**fields).serialize(buffer)
+        request.serialize(buffer)
         self._socket.sendall(_sized(buffer.getvalue()))
 
     def answer(self, timeout: float) -> Any:
