@@ -38,7 +38,7 @@ print(json.dumps({{"friction": said["friction"], "units": units, "rms_mm": [1.0,
 @pytest.fixture
 def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Return a project whose fit reads the friction out of the recording."""
-    program = tmp_path / "devel" / "lib" / "twin_experiments" / "fit_twin"
+    program = tmp_path / "devel" / "lib" / "twin_analysis" / "fit_twin"
     program.parent.mkdir(parents=True)
     program.write_text(FIT)
     program.chmod(0o755)

@@ -15,6 +15,7 @@ import pytest
 from distributed import Client, Security
 from farm.config import Credentials
 from farm.lab import cluster_io as cluster
+from farm.lab.plan import PROGRAMS
 from farm.security.access import Role
 from farm.security.authority_io import Authority
 from farm.security.certificates import DAYS
@@ -75,9 +76,9 @@ class Two:
         return lab.say(*WORDS, "--folder", str(lab.folder / name), "--scheduler", self.address)
 
     def program(self, kind: str, text: str) -> None:
-        """Let a program be these lines on both machines."""
+        """Let the program of a kind of jobs be these lines on both machines."""
         for lab in (self.desk, self.other):
-            file = lab.folder / "devel" / "lib" / "twin_experiments" / kind
+            file = lab.folder.joinpath("devel", "lib", *PROGRAMS[kind])
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_text(f"#!{sys.executable}\nimport pathlib, sys\n{text}")
             file.chmod(0o755)
@@ -109,7 +110,7 @@ def hurried(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_another_machine_gives_the_same_results_bit_for_bit(two: Two) -> None:
     """Points by their words; recordings by their content, though they are at the desk alone."""
-    two.program("replay_decisions", READS)
+    two.program("replay", READS)
     two.program("report", WRITES)
     bags = [two.desk.folder / "runs" / name / "run.bag" for name in ("a", "b b", "c")]
     for number, bag in enumerate(bags):
