@@ -13,7 +13,7 @@ pytestmark = pytest.mark.system
 
 
 def test_killed_recorder_loses_a_fifth_of_a_second_at_most(cell: FaultCell, rng: Random) -> None:
-    """Our tools read the rest at once, standard tools after a reindex; both find the same."""
+    """Our tools read the rest at once, standard tools after a reindex; no less than those do."""
     check(lambda: recording_faults.recorder_killed(cell, rng))
 
 
