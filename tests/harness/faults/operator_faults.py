@@ -62,7 +62,7 @@ def stop_reaches_both(cell: FaultCell, rng: Random, count: int) -> list[Row]:
         source, event = waiting.pop()
         cell.recover()
         moved = time.time()
-        cell.move(rng.uniform(1.5, 2.5))  # slow: the pendant is a program that has to start
+        cell.go(rng.uniform(1.5, 2.5))  # slow: the pendant is a program that has to start
         cell.modbus.disturb(Tap(CSTOPI_ON))
         cell.web.disturb(Tap(STOP_COMMAND))
         begun = time.time()
