@@ -68,22 +68,27 @@ def stop_reaches_both(cell: FaultCell, rng: Random, count: int) -> list[Row]:
         begun = time.time()
         _stop(cell, source)
         decided = _decided(cell, begun, event)
+        if decided is None:
+            gap = _stood_still(cell, moved)
+            if gap:
+                # What was to be stopped had ended by itself. How often that may be is counted.
+                NOTES.add(f"{gap}; STOP by {source}")
+                waiting.append((source, event))
+            else:
+                lost += 1
+            continue
         seen = [
             wait_until(relay.report, 2.0, f"STOP by {source} on the wire").get("seen", 0.0)
             for relay in (cell.modbus, cell.web)
         ]
-        if decided is None and (gap := _stood_still(cell, moved)):
-            # What was to be stopped had ended by itself. How often that may be is counted.
-            NOTES.add(f"{gap}; STOP by {source}")
-            waiting.append((source, event))
-        elif decided is None or any(at < begun for at in seen):
+        if any(at < begun for at in seen):
             lost += 1
         else:
             to_real.append(seen[0] - decided)
             to_twin.append(seen[1] - decided)
             # From the decision on: until then the pendant is a program that starts.
             _both_stand(cell, decided)
-        cell.recover()
+    cell.recover()
     name = f"STOP by {', '.join(STOPS)}"
     return [
         Row(name, "lost", 0.0, float(lost), always=True),
@@ -141,7 +146,8 @@ def _stop(cell: FaultCell, source: str) -> None:
     else:
         from scara_msgs.msg import MotionCommand
 
-        publisher = cell.ros.publisher("motion_command", MotionCommand)
+        # The gateway, the simulator and the pose controller: a STOP waits for nobody.
+        publisher = cell.ros.publisher("motion_command", MotionCommand, subscribers=3)
         publisher.publish(
             MotionCommand(command=MotionCommand.STOP, id=1, reason="stopped on the twin's side")
         )
