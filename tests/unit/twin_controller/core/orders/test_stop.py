@@ -189,6 +189,19 @@ def test_a_fault_outlives_a_glitch_of_the_twins_line(pair: Deaf) -> None:
     assert pair.state.lead.mode is Mode.STOPPED
 
 
+def test_a_reset_waits_for_what_the_robot_says_after_it(pair: Deaf) -> None:
+    """Its drives were on before, too: an answer that was on its way ends no emergency stop."""
+    assert pair.operate("ESTOP").success
+    pair.run(0.5)
+    waits = pair.setup.config.reset.wait_ms * 1e-3
+    pair.drives = True
+    assert pair.operate("RESET").success
+    pair.run(waits - 0.02)
+    assert pair.state.lead.mode is Mode.ESTOP
+    pair.run(0.05)
+    assert pair.state.lead.mode is Mode.STOPPED
+
+
 def test_after_a_latched_stop_the_pair_aligns_before_a_move(pair: Deaf) -> None:
     """RESET, then ALIGN, then a new command."""
     assert pair.operate("ESTOP").success

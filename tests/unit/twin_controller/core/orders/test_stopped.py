@@ -53,6 +53,20 @@ def test_a_move_is_stopped_while_it_is_only_announced(pair: Pair) -> None:
     assert "ALIGN, then it may lead" in pair.state.lead.why
 
 
+@pytest.mark.parametrize(("part", "told"), [(0.9, False), (1.1, True)])
+def test_a_stopped_twin_moves_again_from_a_part_of_its_largest_speed_on(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch, part: float, told: bool
+) -> None:
+    """Below it is what a sensor of speed shows at rest."""
+    assert pair.operate("STOP").success
+    pair.run(1.0)
+    since, restart = len(pair.actions), pair.setup.config.stop.restart_percent * 1e-2
+    speed = (part * restart * pair.setup.velocity[0], *(0.0 for _ in HOME[1:]))
+    monkeypatch.setattr(pair, "twin_speed", lambda now: speed)
+    pair.run(0.3)
+    assert (stops(pair, since) > 0) is told
+
+
 @pytest.mark.parametrize("way_out", ["ALIGN", "HOME", "MOVE_JOINTS"])
 def test_a_person_leaves_it(pair: Pair, way_out: str) -> None:
     """By a command of the controller; from then on the twin may lead again."""
