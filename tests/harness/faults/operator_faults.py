@@ -62,17 +62,17 @@ def stop_reaches_both(cell: FaultCell, rng: Random, count: int) -> list[Row]:
         source, event = waiting.pop()
         cell.recover()
         moved = time.time()
-        cell.go(rng.uniform(1.5, 2.5))  # slow: the pendant is a program that has to start
+        cell.go(rng.uniform(1.5, 2.5))  # slow: on a busy machine the stop may come seconds later
         cell.modbus.disturb(Tap(CSTOPI_ON))
         cell.web.disturb(Tap(STOP_COMMAND))
         begun = time.time()
         _stop(cell, source)
         decided = _decided(cell, begun, event)
         if decided is None:
-            gap = _stood_still(cell, moved)
-            if gap:
-                # What was to be stopped had ended by itself. How often that may be is counted.
-                NOTES.add(f"{gap}; STOP by {source}")
+            ended = _ended_itself(cell, moved, begun)
+            if ended:
+                # There was nothing left to stop. How often that may be is counted.
+                NOTES.add(f"{ended}; STOP by {source}")
                 waiting.append((source, event))
             else:
                 lost += 1
@@ -86,7 +86,6 @@ def stop_reaches_both(cell: FaultCell, rng: Random, count: int) -> list[Row]:
         else:
             to_real.append(seen[0] - decided)
             to_twin.append(seen[1] - decided)
-            # From the decision on: until then the pendant is a program that starts.
             _both_stand(cell, decided)
     cell.recover()
     name = f"STOP by {', '.join(STOPS)}"
@@ -119,13 +118,18 @@ def _decided(cell: FaultCell, since: float, event: str) -> float | None:
         return None
 
 
-def _stood_still(cell: FaultCell, since: float) -> str:
-    """Return why the controller has lost a side by a standstill of the machine since then.
+def _ended_itself(cell: FaultCell, moved: float, stopped: float) -> str:
+    """Return why the motion begun at ``moved`` had ended without the stop asked for at ``stopped``.
 
-    Empty if it has not. A standstill of one processor is seen by the node that ran there alone.
+    Empty if it had not. Before the stop it may end for any reason; after it only because a side was
+    lost by a standstill of the machine, which the node sees that ran on that processor alone.
     """
-    found = [d.why for d in cell.decided(since) if d.event == "LINK_LOST"]
-    return next((why for why in found if "this machine stood still" in why), "")
+    for decision in cell.decided(moved):
+        before = decision.header.stamp.to_sec() < stopped and decision.mode_after not in LEADERS
+        lost = decision.event == "LINK_LOST" and "this machine stood still" in decision.why
+        if before or lost:
+            return str(decision.why)
+    return ""
 
 
 def _both_stand(cell: FaultCell, since: float) -> None:
@@ -142,7 +146,8 @@ def _stop(cell: FaultCell, source: str) -> None:
     if source == "the operator":
         assert cell.command("STOP").success
     elif source == "the robot's pendant":
-        cell.pendant("abort")
+        with _pendant(cell) as pendant:
+            pendant.pulse("panel_abort")
     else:
         from scara_msgs.msg import MotionCommand
 
