@@ -11,9 +11,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from farm.link.event_text import describe
-from farm.link.journal import JournalBounds
 from farm.link.shown import Pair
 from farm.wire import Event, Events, Joints
+from scara_ros.journal_files_io import JournalBounds
 
 from scara_msgs.msg import TwinControllerState
 

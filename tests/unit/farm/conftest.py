@@ -14,12 +14,12 @@ from farm.config import FarmConfig, load_farm
 from farm.desk.desk_io import Desk
 from farm.desk.history_io import History
 from farm.link.cell_link_io import CellLink, LinkSettings
-from farm.link.journal import JournalBounds
 from farm.link.recordings_io import RecordingFiles
 from farm.wire import Answer, Command, Event, Events
 from harness.processes import free_port
 from harness.workspace import ROOT
 from msgspec.structs import replace
+from scara_ros.journal_files_io import JournalBounds
 
 from farm import keys
 

@@ -18,13 +18,13 @@ from cell_recorder.journal.entries import (
     Gap,
     Torn,
     encode,
-    numbered,
     stamped,
 )
 from cell_recorder.journal.reader_io import journals, read, read_between, utc_day
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
+from scara_ros.journal_files_io import numbered
 
 NOON = 1_795_348_800.0  # 2026-11-22 12:00 UTC
 DAY = 86400.0

@@ -6,19 +6,15 @@ import json
 from pathlib import Path
 
 import pytest
-from farm.link import journal_files_io as journal_files
-from farm.link.journal_files_io import JournalFiles
+from farm.link.journal_io import JournalFiles
+
+from scara_ros import journal_files_io as journal_files
 
 
 def line(number: int) -> str:
     """Return a line of a journal."""
-    body = {"number": number, "time": float(number), "kind": "audit", "cell": "c"}
+    body = {"number": number, "time": float(number), "kind": "note", "cell": "c"}
     return json.dumps({**body, "filler": "x" * (number % 50)}) + "\n"
-
-
-def journal(folder: Path) -> JournalFiles:
-    """Return a reader that tells an event by its number."""
-    return JournalFiles(folder, lambda kind, body: (False, f"{kind} {body['number']}"))
 
 
 def write(folder: Path, day: str, numbers: range) -> None:
@@ -44,31 +40,32 @@ def test_any_number_is_found(
 ) -> None:
     """By bisection in a day, and over days."""
     monkeypatch.setattr(journal_files, "BLOCK", block)
-    found = journal(days).read(since, 7)
+    found = JournalFiles(days).read(since, 7)
     assert (found.first, found.last) == (11, 900)
     first = max(since + 1, 11)
     assert [e.number for e in found.events] == list(range(first, min(first + 7, 901)))
-    assert found.events[0].text == f"audit {first}" and found.events[0].body["cell"] == "c"
+    assert found.events[0].text == f"filler {'x' * (first % 50)}".strip()
+    assert found.events[0].body["cell"] == "c"
 
 
 def test_nothing_after_the_last(days: Path) -> None:
     """Nor beyond it, where a desk has seen an older journal."""
     for since in (900, 5000):
-        assert journal(days).read(since, 7).events == ()
+        assert JournalFiles(days).read(since, 7).events == ()
 
 
 def test_an_empty_or_missing_folder_is_an_empty_journal(tmp_path: Path) -> None:
     """A cell that was just set up."""
-    assert journal(tmp_path / "nowhere").bounds() == (0, 0)
+    assert JournalFiles(tmp_path / "nowhere").bounds() == (0, 0)
     (tmp_path / "2026-05-01.jsonl").write_text("")
-    assert journal(tmp_path).read(0, 5).events == ()
+    assert JournalFiles(tmp_path).read(0, 5).events == ()
 
 
 @pytest.mark.parametrize("cut", [1, 10, 40])
 def test_a_line_that_is_being_written_comes_when_it_is_whole(tmp_path: Path, cut: int) -> None:
     """And the same reader finds it then."""
     write(tmp_path, "2026-05-01", range(1, 4))
-    file, reader, last = tmp_path / "2026-05-01.jsonl", journal(tmp_path), line(4)
+    file, reader, last = tmp_path / "2026-05-01.jsonl", JournalFiles(tmp_path), line(4)
     with file.open("a") as stream:
         stream.write(last[:cut])
     assert [e.number for e in reader.read(1, 9).events] == [2, 3] and reader.bounds().last == 3
@@ -81,23 +78,24 @@ def test_a_new_day_whose_first_line_is_not_whole(tmp_path: Path) -> None:
     """The days before it are there."""
     write(tmp_path, "2026-05-01", range(1, 4))
     (tmp_path / "2026-05-02.jsonl").write_text('{"numb')
-    reader = journal(tmp_path)
+    reader = JournalFiles(tmp_path)
     assert reader.bounds() == (1, 3)
     write(tmp_path, "2026-05-02", range(4, 6))
     assert [e.number for e in reader.read(2, 9).events] == [3, 4, 5]
 
 
 def test_a_bad_line_is_left_out(tmp_path: Path) -> None:
-    """Its number is missing, and all others are there."""
+    """Its number is missing, and all others are there, also where it begins a day."""
     text = line(1) + line(2) + "no JSON\n" + line(4) + '{"number": 5}\n'
     (tmp_path / "2026-05-01.jsonl").write_text(text)
-    found = journal(tmp_path).read(0, 9)
-    assert [e.number for e in found.events] == [1, 2, 4] and found.last == 4
+    (tmp_path / "2026-05-02.jsonl").write_text("no JSON\n" + line(6))
+    found = JournalFiles(tmp_path).read(0, 9)
+    assert [e.number for e in found.events] == [1, 2, 4, 6] and found.last == 6
 
 
 def test_a_day_that_was_removed_is_gone(days: Path) -> None:
     """The journal is bounded; who asks for what is gone gets what is left."""
-    reader = journal(days)
+    reader = JournalFiles(days)
     assert reader.bounds().first == 11
     (days / "2026-05-01.jsonl").unlink()
     assert reader.bounds() == (400, 900)

@@ -15,9 +15,11 @@ from datetime import date, timedelta
 from itertools import count
 from pathlib import Path
 
+from scara_ros.journal_files_io import files_of, numbered
+
 from cell_recorder.config import JournalSettings
-from cell_recorder.journal.entries import Entry, Gap, Torn, encode, numbered, stamped
-from cell_recorder.journal.reader_io import day_of, files_of, utc_day
+from cell_recorder.journal.entries import Entry, Gap, Torn, encode, stamped
+from cell_recorder.journal.reader_io import day_of, utc_day
 
 LOCK = ".lock"
 TAIL = 1 << 20  # our choice: so much of a file's end is looked at first [bytes]

@@ -165,17 +165,8 @@ KINDS = tuple(kind.__struct_config__.tag for kind in AnyEntry.__args__)
 """All kinds of entries."""
 
 
-class Numbered(msgspec.Struct, frozen=True):
-    """What makes a line an entry, whatever its kind."""
-
-    number: int
-    time: float
-    kind: str
-
-
 _ENCODER = msgspec.json.Encoder()
 _DECODER: msgspec.json.Decoder[AnyEntry] = msgspec.json.Decoder(AnyEntry)
-_NUMBERED = msgspec.json.Decoder(Numbered)
 
 
 def encode(entry: Entry) -> bytes:
@@ -195,14 +186,6 @@ def decode(line: bytes) -> AnyEntry:
         (7, 'start')
     """
     return _DECODER.decode(line)
-
-
-def numbered(line: bytes) -> Numbered | None:
-    """Return number, time and kind of a whole line; None if it is none."""
-    try:
-        return _NUMBERED.decode(line)
-    except (msgspec.DecodeError, UnicodeDecodeError):
-        return None
 
 
 def stamped(entry: Entry, number: int, cell: str) -> Entry:

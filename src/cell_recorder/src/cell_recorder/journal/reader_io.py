@@ -1,28 +1,18 @@
-"""Read a journal, with or without a running cell: the files are all there is."""
+"""Read the entries of a journal, with or without a running cell: the files are all there is."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator
 from datetime import date, datetime, timedelta, timezone
 from pathlib import Path
 
 import msgspec
+from scara_ros.journal_files_io import NAME, files_after, files_of, lines_of
 
-from cell_recorder.journal.entries import AnyEntry, decode, numbered
+from cell_recorder.journal.entries import AnyEntry, decode
 
-NAME = re.compile(r"\d{4}-\d{2}-\d{2}\.jsonl")
 JOURNAL = "journal"
 """The folder of all journals, in the runs folder."""
-
-
-def files_of(folder: Path) -> list[Path]:
-    """Return the files of a journal, the oldest first; none if there is no such folder."""
-    try:
-        found = [path for path in folder.iterdir() if NAME.fullmatch(path.name)]
-    except (FileNotFoundError, NotADirectoryError):
-        return []
-    return sorted(found)
 
 
 def day_of(path: Path) -> date:
@@ -47,9 +37,6 @@ def read(
 ) -> Iterator[AnyEntry]:
     """Yield the entries after a number, in their order.
 
-    A last line that is being written is left out until it is whole. Files may be removed
-    meanwhile, because they are too old; what they held is not yielded then.
-
     Args:
         folder: Of the cell's journal.
         since_number: The first entry has a greater number.
@@ -58,7 +45,7 @@ def read(
     Raises:
         OSError: A file is there and cannot be read.
     """
-    for path in _from_number(files_of(Path(folder)), since_number):
+    for path in files_after(Path(folder), since_number):
         for entry in _entries(path, bad):
             if entry.number > since_number:
                 yield entry
@@ -89,37 +76,11 @@ def read_between(
                 yield entry
 
 
-def _from_number(files: list[Path], number: int) -> list[Path]:
-    """Leave out the files before the one that can hold the entry after ``number``."""
-    for index in range(len(files) - 1, 0, -1):
-        first = _first(files[index])
-        if first is not None and first <= number + 1:
-            return files[index:]
-    return files
-
-
-def _first(path: Path) -> int | None:
-    """Return the first number of a file; None if it has none, or is gone."""
-    try:
-        with path.open("rb") as stream:
-            found = numbered(stream.readline())
-    except FileNotFoundError:
-        return None
-    return None if found is None else found.number
-
-
 def _entries(path: Path, bad: Callable[[str], None] | None) -> Iterator[AnyEntry]:
-    """Yield the whole lines of a file."""
-    try:
-        stream = path.open("rb")
-    except FileNotFoundError:
-        return
-    with stream:
-        for place, line in enumerate(stream, 1):
-            if not line.endswith(b"\n"):
-                return  # it is being written, or the next start keeps it aside
-            try:
-                yield decode(line)
-            except (msgspec.DecodeError, UnicodeDecodeError) as error:
-                if bad is not None:
-                    bad(f"{path}, line {place}: is no entry: {error}")
+    """Yield the entries of a file."""
+    for place, line in enumerate(lines_of(path), 1):
+        try:
+            yield decode(line)
+        except (msgspec.DecodeError, UnicodeDecodeError) as error:
+            if bad is not None:
+                bad(f"{path}, line {place}: is no entry: {error}")

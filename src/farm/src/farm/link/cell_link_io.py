@@ -20,7 +20,7 @@ import zenoh
 from farm import keys
 from farm.link.changes_io import CellChanges
 from farm.link.commands import CommandRules, judge
-from farm.link.journal import Journal, JournalReadError
+from farm.link.journal_io import Journal, JournalReadError
 from farm.link.newest_io import Newest
 from farm.link.recordings_io import RecordingError, RecordingFiles
 from farm.link.rights import CONFIGURING, Rights

@@ -43,8 +43,7 @@ from farm.config import FarmConfig, load_farm
 from farm.link.cell_link_io import CellLink, LinkSettings
 from farm.link.changes_io import CellChanges
 from farm.link.commands import caller_id
-from farm.link.event_text import describe
-from farm.link.journal_files_io import JournalFiles
+from farm.link.journal_io import JournalFiles
 from farm.link.recordings_io import RecordingFiles
 from farm.link.shown import Pair, Shown, show, silent
 from farm.security.invitation_io import SecurityError, keys_folder
@@ -206,7 +205,7 @@ def main() -> None:
         machine = config.machine or keys.as_name(socket.gethostname())
         cell = keys.checked(config.site, machine, keys.as_name(namespace) or "cell")
         runs = runs_folder(rospy.get_param("~directory", "")).resolve()
-    journal = JournalFiles(runs / JOURNAL / (namespace or "cell"), describe)
+    journal = JournalFiles(runs / JOURNAL / (namespace or "cell"))
     link = Link(config)
     with refusing():
         kept = kept_file(runs, namespace or "cell")
