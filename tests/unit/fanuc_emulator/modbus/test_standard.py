@@ -151,6 +151,8 @@ def test_a_refused_write_is_a_line_of_the_log(asked: Asked) -> None:
     ]
     assert asked.ask("05 1782 FF00") == "85 02"
     assert asked.told[1:] == ["refused to write coils 6019 to 6019: there is none"]
+    assert asked.ask("10 03E8 0002 04 0001 0002") == "90 02"
+    assert asked.told[2].startswith("refused to write holding registers 1001 to 1002: ")
 
 
 def test_free_digital_signals_can_be_wired_to_nothing(asked: Asked) -> None:

@@ -88,6 +88,7 @@ def test_a_command_counts_once_when_its_number_changes(client: ModbusTcpClient) 
     def echo() -> int:
         return int(client.read_input_registers(133, count=1, device_id=17).registers[0])
 
+    assert echo() == 0, "no command yet"
     client.write_registers(60, [3, 11], device_id=17)
     wait_until(lambda: held() and echo() == 11, 5.0)
     client.write_registers(60, [4, 11], device_id=17)

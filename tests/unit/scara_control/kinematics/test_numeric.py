@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from scara_config import Robot, load_robot
 from scara_config.profile import CHOICE
 from scara_control.errors import JointVectorError, ScaraControlError, UnreachableError
+from scara_control.kinematics import numeric
 from scara_control.kinematics.jacobians import tip_jacobian
 from scara_control.kinematics.numeric import NumericArm, inverse, tool_velocity_of, velocities_for
 from scara_control.kinematics.screws import forward_kinematics
@@ -127,3 +128,18 @@ def test_damping_costs_little_of_what_the_arm_can_do(arm: NumericArm) -> None:
     answer = velocities_for(arm, q, (0.05, 0.0, 0.0))
     assert answer.damped
     np.testing.assert_allclose(tool_velocity_of(arm, q, answer.qdot)[0], 0.05, rtol=0.01)
+
+
+def test_of_three_solutions_by_chance_the_nearest_to_the_seed_is_given(
+    arm: NumericArm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where neither the seed nor home leads there; the first found is seldom the nearest."""
+    seed = np.array(arm.home)
+    far, near, nearest = seed + 0.3, seed + 0.2, seed + 0.1
+    starts = [seed, seed, far, nearest, near, seed + 0.05]
+    monkeypatch.setattr(numeric, "_starts", lambda arm, start: iter(starts))
+    monkeypatch.setattr(numeric, "_descend", lambda arm, place, begin: begin)
+    monkeypatch.setattr(
+        numeric, "_errors", lambda arm, place, q: (0.0, 0.0) if q is not seed else (1.0, 0.0)
+    )
+    assert inverse(arm, (0.4, 0.0, 0.2), seed=seed) == pytest.approx(tuple(nearest))

@@ -228,6 +228,24 @@ def test_of_two_turns_the_one_nearer_to_the_seed_is_taken(seed_deg, expected_deg
     assert math.degrees(q[0]) == pytest.approx(expected_deg)
 
 
+def test_the_turn_of_joint_1_counts_in_what_is_nearer_to_the_seed():
+    """The elbow bends the same way far on both sides; joint_1 alone tells them apart."""
+    righty, lefty = branches(SCARA, *tool_position(SCARA, 0.2, 0.7, 0.0))
+    assert abs(lefty[0]) > abs(righty[0]) and lefty[1] == pytest.approx(-righty[1])
+    point = tool_position(SCARA, *righty)
+    assert solve(SCARA, *point, seed=(lefty[0], 0.0, 0.0)).elbow is Elbow.LEFTY
+    assert solve(SCARA, *point, seed=(righty[0], 0.0, 0.0)).elbow is Elbow.RIGHTY
+
+
+def test_both_branches_are_shown_in_the_turn_of_the_seed():
+    """Joint 1 of the seed says which; its other joints do not."""
+    scara = wide(-450.0, 450.0)
+    seed = (math.radians(380.0), 0.5, -0.05)
+    answer = ScaraTool(scara).inverse(*tool_position(scara, *seed), None, seed)
+    assert math.degrees(answer.righty[0]) == pytest.approx(380.0)
+    assert math.degrees(answer.lefty[0]) > 300.0
+
+
 @pytest.mark.parametrize(
     ("lower", "upper", "nearer"), [(-175.0, 360.0, -170.0), (-360.0, 175.0, 170.0)]
 )
