@@ -6,7 +6,7 @@ import signal
 from datetime import date, timedelta
 from pathlib import Path
 
-from farm.desk.past.fits_io import keep_fits
+from farm.desk.fits_io import keep_fits
 from farm.fits import DayFit
 from harness.processes import wait_until
 from harness.wires.browser import kept_chromium

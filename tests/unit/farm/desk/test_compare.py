@@ -3,79 +3,112 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Callable
 from datetime import datetime, timezone
+from itertools import count
+from pathlib import Path
+from typing import TypeAlias
 
 import pytest
-from farm.desk.compare import Difference, EndedCycle, PairStop, Side, compare, week
-from farm.desk.questions import QuestionError
+from farm.desk.figures import Difference
+from farm.desk.figures_io import compare_cells
+from farm.desk.history_io import History, Kept
+from farm.desk.questions import QuestionError, week
+from farm.keys import CellName
+from farm.wire import Event
 
 DAY = 86400.0
 NOON = datetime(2026, 11, 18, 12, tzinfo=timezone.utc)
+JAM = {"event": "jam"}
+Compare: TypeAlias = Callable[..., dict[str, Difference]]
 
 
 def side(
-    name: str, seed: int, error: float = 0.4, seconds: float = 12.0, jams: int = 0, days: int = 7
-) -> Side:
+    seed: int, error: float = 0.4, seconds: float = 12.0, jams: int = 0, days: int = 7
+) -> list[Event]:
     """Return a week of a cell: a hundred cycles a day, each day a little different."""
-    chance, cycles = random.Random(seed), []
+    chance, events = random.Random(seed), []
     for day in range(days):
         level = chance.gauss(1.0, 0.02)
         for k in range(100):
             at = DAY * (day + (k + 0.5) / 100.0)
-            worst = error * level * chance.gauss(1.0, 0.1)
-            cycles.append(
-                EndedCycle(at, "MILK", seconds * chance.gauss(1.0, 0.01), worst, None, 3, 0)
-            )
-    stops = [PairStop(DAY * (k % days + 0.5), "jam") for k in range(jams)]
-    return Side(name, 0.0, days * DAY, tuple(cycles), tuple(stops))
+            body = {
+                "worst_error_mm": error * level * chance.gauss(1.0, 0.1),
+                "start": at - seconds * chance.gauss(1.0, 0.01),
+                "end": at,
+                "program": "MILK",
+                "outcome": "done",
+                "parts_placed": 3,
+            }
+            events.append(Event(0, at, "cycle", body=body))
+    stops = (Event(0, DAY * (k % days + 0.5), "decision", True, "", JAM) for k in range(jams))
+    return [*events, *stops]
 
 
-def marked(a: Side, b: Side) -> set[str]:
+@pytest.fixture
+def compare(tmp_path: Path) -> Compare:
+    """Return what compares two sides that begin at 0; its answer is in the order of the desk's."""
+    numbers = count()
+
+    def compared(a: list[Event], b: list[Event], days: int = 7) -> dict[str, Difference]:
+        with History(tmp_path / f"{next(numbers)}", 4, 16.0) as history:
+            for name, events in (("a", a), ("b", b)):
+                history.write([Kept(CellName("s", "m", name), 0, event) for event in events])
+        found = compare_cells(history.folder, ("a", "b"), 0.0, DAY * days).figures
+        return {each.figure: each for each in found}
+
+    return compared
+
+
+def marked(found: dict[str, Difference]) -> set[str]:
     """Return the figures that differ."""
-    return {each.figure for each in compare(a, b) if each.differs}
-
-
-@pytest.mark.parametrize("seed", range(50))
-def test_two_weeks_of_a_steady_cell_do_not_differ(seed: int) -> None:
-    """Though the days do."""
-    assert marked(side("a", seed), side("b", seed + 1000, jams=1)) == set()
+    return {each.figure for each in found.values() if each.differs}
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_what_was_changed_is_marked_and_nothing_else(seed: int) -> None:
-    """An error larger by a quarter, programs that take 10 % longer, three jams a day."""
-    usual = side("a", seed)
-    other = seed + 1000
-    assert marked(usual, side("b", other, error=0.5)) == {"following error [mm] MILK"}
-    assert marked(usual, side("b", other, seconds=13.2)) == {"cycle time [s] MILK"}
-    assert marked(usual, side("b", other, jams=21)) == {"stops: jam [1/h]"}
+def test_two_weeks_of_a_steady_cell_do_not_differ(compare: Compare, seed: int) -> None:
+    """Though the days do."""
+    assert marked(compare(side(seed), side(seed + 1000, jams=1))) == set()
 
 
-def test_those_that_differ_come_first_with_their_values() -> None:
+@pytest.mark.parametrize("seed", range(7))
+@pytest.mark.parametrize(
+    ("change", "figure"),
+    [
+        ({"error": 0.5}, "following error [mm] MILK"),
+        ({"seconds": 13.2}, "cycle time [s] MILK"),
+        ({"jams": 21}, "stops: jam [1/h]"),
+    ],
+    ids=["error larger by a quarter", "10 % slower", "three jams a day"],
+)
+def test_what_was_changed_is_marked_and_nothing_else(
+    compare: Compare, seed: int, change: dict[str, float], figure: str
+) -> None:
+    """Against the scatter of the days."""
+    assert marked(compare(side(seed), side(seed + 1000, **change))) == {figure}
+
+
+def test_those_that_differ_come_first_with_their_values(compare: Compare) -> None:
     """Rates are per hour of the time looked at; what one side does not have stays empty."""
-    found = compare(side("a", 1), side("b", 2, jams=21))
-    assert found[0] == Difference("stops: jam [1/h]", 0.0, 21 / 168, 0.0, True)
-    rates = {each.figure: each for each in found}
-    assert rates["parts placed [1/h]"].a == pytest.approx(2100 / 168)
-    empty = Side("b", 0.0, 7 * DAY, (), ())
-    alone = {each.figure: each for each in compare(side("a", 1), empty)}
+    found = compare(side(1), side(2, jams=21))
+    assert next(iter(found.values())) == Difference("stops: jam [1/h]", 0.0, 21 / 168, 0.0, True)
+    assert found["parts placed [1/h]"].a == pytest.approx(2100 / 168)
+    alone = compare(side(1), [Event(0, 0.0, "start")])
     assert alone["cycle time [s] MILK"].b is None and not alone["cycle time [s] MILK"].differs
     assert alone["cycles done [1/h]"].b == 0.0 and alone["cycles done [1/h]"].differs
 
 
-def test_too_few_days_mark_nothing() -> None:
+def test_too_few_days_mark_nothing(compare: Compare) -> None:
     """A figure that was there in two spans has no scatter that is known."""
-    short = side("b", 2, error=0.8)
-    few = Side("b", 0.0, 7 * DAY, tuple(c for c in short.cycles if c.time < 2 * DAY), ())
-    found = {each.figure: each for each in compare(side("a", 1), few)}
+    found = compare(side(1), side(2, error=0.8, days=2))
     assert found["following error [mm] MILK"].scatter is None
     assert not found["following error [mm] MILK"].differs
 
 
-def test_a_short_time_is_looked_at_in_eighths() -> None:
+def test_a_short_time_is_looked_at_in_eighths(compare: Compare) -> None:
     """Half a day has a scatter too."""
-    usual, slow = side("a", 1, days=1), side("b", 2, seconds=15.0, days=1)
-    assert "cycle time [s] MILK" in marked(usual, slow)
+    found = compare(side(1, days=1), side(2, seconds=15.0, days=1), days=1)
+    assert "cycle time [s] MILK" in marked(found)
 
 
 def test_weeks_are_named_or_counted_back() -> None:

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 from farm.desk.command_line_io import app
+from farm.desk.figures_io import compare_cells
 from farm.desk.history_io import History, Kept
 from farm.desk.lines import comparing_io as comparing
-from farm.desk.past.comparing_io import compare_cells
 from farm.desk.reading_io import AskingError
 from farm.keys import CellName
 from typer.testing import CliRunner

@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TypeAlias
 
 import pytest
-from farm.desk.drift import Bin, find_drifts
+from farm.desk.figures import DRIFTS, FigureDrift
+from farm.desk.reading_io import ask_for
 
 FIGURE = "lag of the robot [s]"
+Median: TypeAlias = tuple[str, int, float]
+"""Cell, number of the span, and the figure's median in it."""
+FindDrifts: TypeAlias = Callable[[Iterable[Median]], list[FigureDrift]]
 
 
-def bins(
+def medians(
     cells: int = 100, days: int = 30, seed: int = 0, away: float = 0.0, all_cells: float = 0.0
-) -> list[Bin]:
+) -> list[Median]:
     """Return medians of many cells, of which the 17th goes away in the last third of the time."""
     chance, made = random.Random(seed), []
     for cell in range(cells):
@@ -21,46 +28,59 @@ def bins(
         for day in range(days):
             late = max(0.0, (day - days * 2 / 3) / (days / 3))
             value = level * (1.0 + all_cells * late + (away * late if cell == 17 else 0.0))
-            made.append(Bin(f"m/cell_{cell:03d}", FIGURE, day, value * chance.gauss(1.0, 0.01)))
+            made.append((f"m/cell_{cell:03d}", day, value * chance.gauss(1.0, 0.01)))
     chance.shuffle(made)
     return made
 
 
+@pytest.fixture
+def find_drifts(tmp_path: Path) -> FindDrifts:
+    """Return what judges medians that the desk knows beside a history, which is empty here."""
+
+    def found(known: Iterable[Median]) -> list[FigureDrift]:
+        cells, spans, values = map(list, zip(*known))
+        told = {"cells": cells, "figures": [FIGURE] * len(cells), "spans": spans, "medians": values}
+        window = {"begin": 0.0, "until": 1.0, "span_s": 1.0}
+        return ask_for(tmp_path, FigureDrift, DRIFTS, {**told, **window})
+
+    return found
+
+
 @pytest.mark.parametrize("seed", range(5))
-def test_the_one_cell_that_drifts_is_found_and_no_other(seed: int) -> None:
+def test_the_one_cell_that_drifts_is_found_and_no_other(find_drifts: FindDrifts, seed: int) -> None:
     """Among 100 cells that differ from each other more than the drift is large."""
-    found = find_drifts(bins(seed=seed, away=0.3))
+    found = find_drifts(medians(seed=seed, away=0.3))
     assert [drift.cell for drift in found if drift.drifts] == ["m/cell_017"]
     assert found[0].now > 1.2 * found[0].before
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_cells_at_rest_are_not_named(seed: int) -> None:
+def test_cells_at_rest_are_not_named(find_drifts: FindDrifts, seed: int) -> None:
     """2,000 figures, none of which drifts."""
-    assert not any(drift.drifts for drift in find_drifts(bins(seed=seed)))
+    assert not any(drift.drifts for drift in find_drifts(medians(seed=seed)))
 
 
-def test_what_moves_all_cells_is_no_drift_of_one() -> None:
+def test_what_moves_all_cells_is_no_drift_of_one(find_drifts: FindDrifts) -> None:
     """A warm week; the one that does not go along is named."""
-    found = find_drifts(bins(all_cells=0.2, away=-0.2))
+    found = find_drifts(medians(all_cells=0.2, away=-0.2))
     assert [drift.cell for drift in found if drift.drifts] == ["m/cell_017"]
 
 
-def test_a_slow_drift_does_not_become_its_own_past() -> None:
+def test_a_slow_drift_does_not_become_its_own_past(find_drifts: FindDrifts) -> None:
     """A step of 1 % a day hides in no noise."""
-    row = [Bin("m/a", FIGURE, day, 1.0 + 0.01 * day) for day in range(30)]
+    row = [("m/a", day, 1.0 + 0.01 * day) for day in range(30)]
     (drift,) = find_drifts(row)
     assert drift.drifts and drift.before == pytest.approx(1.065)
 
 
-def test_a_score_counts_standard_deviations_of_a_median() -> None:
+def test_a_score_counts_standard_deviations_of_a_median(find_drifts: FindDrifts) -> None:
     """From the steps' median: 1.4826 of it is their deviation, by a root of 2 that of a value."""
     row = [1.0, 1.02] * 14 + [1.2, 1.2]
-    (drift,) = find_drifts(Bin("m/a", FIGURE, day, value) for day, value in enumerate(row))
+    (drift,) = find_drifts(("m/a", day, value) for day, value in enumerate(row))
     assert drift.score == pytest.approx((1.2 - 1.01) / (1.4826 * 0.02 / math.sqrt(2.0)))
 
 
-def test_too_short_a_past_says_nothing() -> None:
+def test_too_short_a_past_says_nothing(find_drifts: FindDrifts) -> None:
     """Nor does a figure that has no size."""
-    assert find_drifts([Bin("m/a", FIGURE, day, 1.0) for day in range(5)]) == []
-    assert find_drifts([Bin("m/a", FIGURE, day, 0.0) for day in range(30)]) == []
+    assert find_drifts([("m/a", day, 1.0) for day in range(5)]) == []
+    assert find_drifts([("m/a", day, 0.0) for day in range(30)]) == []

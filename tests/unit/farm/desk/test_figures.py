@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 from cell_recorder.journal import entries
-from farm.desk.figures_io import DONE, FIGURES, figures_of, figures_over, stops_by_cause
+from farm.desk.figures import DONE, DRIFTING
+from farm.desk.figures_io import figures_of, figures_over, stops_by_cause
 from farm.desk.history_io import History, Kept
 from farm.desk.questions import Wanted, causes
 from farm.desk.reading_io import ask
@@ -80,4 +81,4 @@ def test_a_farm_without_history_has_no_figures(tmp_path: Path) -> None:
 def test_the_words_are_those_of_the_journal() -> None:
     """The desk knows no ROS, so it has its own; they must not part."""
     assert entries.DONE == DONE
-    assert set(FIGURES.values()) <= set(entries.Cycle.__struct_fields__)
+    assert set(DRIFTING.values()) <= set(entries.Cycle.__struct_fields__)

@@ -13,8 +13,8 @@ import pytest
 from farm.desk.command_line_io import app as farm_app
 from farm.desk.commands_io import cells_there
 from farm.desk.fetching_io import fetch, recordings_of
+from farm.desk.fits_io import FITS, keep_fits, read_fits
 from farm.desk.lines import key_figures_io as key_figures
-from farm.desk.past.fits_io import FITS, keep_fits, read_fits
 from farm.desk.reading_io import AskingError
 from farm.fits import DayFit, chosen, noon_of
 from farm.lab.command_line_io import app

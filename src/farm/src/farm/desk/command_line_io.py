@@ -138,7 +138,9 @@ def events(
 
 @app.command()
 def sql(
-    statement: Annotated[str, typer.Argument(help='One SELECT; the table is "events".')],
+    statement: Annotated[
+        str, typer.Argument(help='One SELECT of "events"; views: caused, cycles.')
+    ],
     folder: Folder = None,
 ) -> None:
     """Ask the history in SQL; nothing can be changed by it. It needs no running desk."""

@@ -1,54 +1,35 @@
-"""Key figures and drift from the history's files."""
+"""Key figures, drift and comparisons out of the history's files."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from datetime import datetime, timezone
+from datetime import datetime
 from pathlib import Path
 
 import msgspec
 
-from farm.desk.drift import Bin, FigureDrift, find_drifts
-from farm.desk.kpi import CountedEvent, KeyFigures, key_figures
-from farm.desk.past.fits_io import read_fits
-from farm.desk.questions import Wanted, causes
-from farm.desk.reading_io import ask
+from farm.desk.figures import (
+    COMPARISON,
+    DRIFTS,
+    KEY_FIGURES,
+    Difference,
+    FigureDrift,
+    KeyFigures,
+    StopCause,
+)
+from farm.desk.fits_io import read_fits
+from farm.desk.questions import Wanted, causes, week
+from farm.desk.reading_io import AskingError, ask, ask_for
 from farm.fits import points
+from farm.keys import CellName, ChoiceError, choose
 
-DONE = "done"
-"""Outcome of a cycle that ended as meant, as the cell's journal writes it."""
-BEFORE_S = 7 * 86400.0
-"""Our choice: what began so long before the time looked at still counts for how a cell was then."""
-FIGURES = {
-    "following error [mm]": "worst_error_mm",
-    "lag of the robot [s]": "follower_lag_s",
-}
-"""What drifts, and its key in a cycle's entry; each program for itself."""
-HAPPENED = """
-SELECT machine || '/' || cell, epoch(time), kind, stop,
-       coalesce(body->>'mode_before' <> body->>'mode_after', false),
-       coalesce(body->>'who', ''),
-       coalesce(CAST(body->>'start' AS DOUBLE), 0), coalesce(CAST(body->>'end' AS DOUBLE), 0),
-       coalesce(CAST(body->>'paused_s' AS DOUBLE), 0),
-       coalesce(body->>'program', ''), coalesce(body->>'outcome', ''),
-       coalesce(body->>'leader', ''),
-       coalesce(CAST(body->>'parts_placed' AS INTEGER), 0),
-       coalesce(CAST(body->>'parts_dropped' AS INTEGER), 0)
-FROM events
-WHERE kind IN ('decision', 'cycle', 'start')
-  AND time >= make_timestamp(CAST(? AS BIGINT)) AND time < make_timestamp(CAST(? AS BIGINT))
-ORDER BY machine, cell, era, number
-"""
-BINS = """
-SELECT name, program, place, median(value) FROM (
-  SELECT machine || '/' || cell AS name, body->>'program' AS program,
-         CAST(floor(epoch(time) / ?) AS BIGINT) AS place,
-         CAST(body->>'{key}' AS DOUBLE) AS value
-  FROM events
-  WHERE kind = 'cycle' AND body->>'outcome' = ?
-    AND time >= make_timestamp(CAST(? AS BIGINT)) AND time < make_timestamp(CAST(? AS BIGINT)))
-WHERE value IS NOT NULL GROUP BY name, program, place
-"""
+
+class Comparison(msgspec.Struct, frozen=True):
+    """What two sides differ in; their names, and the figures, those that differ first."""
+
+    a: str
+    b: str
+    figures: list[Difference]
 
 
 def figures_of(
@@ -65,21 +46,8 @@ def figures_of(
     Raises:
         AskingError: The history cannot be read.
     """
-    found = ask(folder, HAPPENED, [int((begin - BEFORE_S) * 1e6), int(end * 1e6)])
-    events = (CountedEvent(*row) for row in found.rows)  # type: ignore[arg-type]
-    return key_figures(events, begin, end, planned_s, DONE)
-
-
-class StopCause(msgspec.Struct, frozen=True):
-    """What stopped pairs, how often, in how many cells, and the last of them; times since 1970."""
-
-    cause: str
-    times: int
-    cells: int
-    first: float
-    last: float
-    last_in: str
-    last_text: str
+    planned = {"planned": list(planned_s), "planned_s": list(planned_s.values())}
+    return ask_for(folder, KeyFigures, KEY_FIGURES, {"begin": begin, "until": end, **planned})
 
 
 def stops_by_cause(folder: Path, begin: float) -> list[StopCause]:
@@ -88,19 +56,9 @@ def stops_by_cause(folder: Path, begin: float) -> list[StopCause]:
     Raises:
         AskingError: The history cannot be read.
     """
-    rows = ask(folder, *causes(Wanted(begin, stops=True))).rows
-    return [
-        StopCause(
-            str(cause), int(str(times)), int(str(cells)), _unix(first), _unix(last), *map(str, of)
-        )
-        for cause, times, cells, first, last, *of in rows
-    ]
-
-
-def _unix(moment: object) -> float:
-    """Return a time of the history, which is UTC without a zone [s since 1970]."""
-    assert isinstance(moment, datetime)
-    return moment.replace(tzinfo=timezone.utc).timestamp()
+    question, values = causes(Wanted(begin, stops=True))
+    unix = "SELECT * REPLACE (epoch(first) AS first, epoch(last) AS last)"
+    return ask_for(folder, StopCause, f"{unix} FROM ({question})", values)
 
 
 def figures_over(folder: Path, begin: float, end: float, span_s: float) -> list[FigureDrift]:
@@ -118,13 +76,69 @@ def figures_over(folder: Path, begin: float, end: float, span_s: float) -> list[
     Raises:
         AskingError: The history or a fit cannot be read.
     """
-    bins: list[Bin] = []
     until = end if end % span_s > span_s / 2.0 else end - end % span_s
-    for figure, key in FIGURES.items():
-        values = [span_s, DONE, int(begin * 1e6), int(until * 1e6)]
-        for cell, program, place, value in ask(folder, BINS.format(key=key), values).rows:
-            named = f"{figure} {program}".strip()
-            bins.append(Bin(str(cell), named, int(str(place)), float(str(value))))
-    for cell, named, noon, value in points(read_fits(folder.parent, begin, until)):
-        bins.append(Bin(cell, named, int(noon // span_s), value))
-    return find_drifts(bins)
+    known = points(read_fits(folder.parent, begin, until))
+    values = {
+        "begin": begin,
+        "until": until,
+        "span_s": span_s,
+        "cells": [cell for cell, _, _, _ in known],
+        "figures": [figure for _, figure, _, _ in known],
+        "spans": [int(noon // span_s) for _, _, noon, _ in known],
+        "medians": [value for _, _, _, value in known],
+    }
+    return ask_for(folder, FigureDrift, DRIFTS, values)
+
+
+def compare_cells(folder: Path, words: tuple[str, str], begin: float, end: float) -> Comparison:
+    """Compare two cells over the same time.
+
+    Args:
+        folder: Of the history.
+        words: CELL or MACHINE/CELL of both.
+        begin: From when [s since 1970].
+        end: Until when.
+
+    Raises:
+        AskingError: The history cannot be read, or a word means no cell of it, or several.
+    """
+    a, b = (_cell(folder, word) for word in words)
+    return Comparison(a, b, _compared(folder, (a, b), (begin, begin), (end, end)))
+
+
+def compare_weeks(folder: Path, word: str, weeks: tuple[str, str], now: datetime) -> Comparison:
+    """Compare two weeks of a cell.
+
+    Args:
+        folder: Of the history.
+        word: CELL or MACHINE/CELL.
+        weeks: See :func:`farm.desk.questions.week`.
+        now: The time, with its zone.
+
+    Raises:
+        AskingError: The history cannot be read, or the word means no cell of it, or several.
+        QuestionError: One is no week.
+    """
+    begins, ends = zip(*(week(text, now) for text in weeks))
+    cell = _cell(folder, word)
+    a, b = (f"{cell}, week of {datetime.fromtimestamp(begin):%Y-%m-%d}" for begin in begins)
+    return Comparison(a, b, _compared(folder, (cell, cell), begins, ends))
+
+
+def _compared(
+    folder: Path, names: tuple[str, str], begins: tuple[float, ...], ends: tuple[float, ...]
+) -> list[Difference]:
+    values = {"names": list(names), "begins": list(begins), "ends": list(ends)}
+    return ask_for(folder, Difference, COMPARISON, values)
+
+
+def _cell(folder: Path, word: str) -> str:
+    """Return MACHINE/CELL of the cell of the history that a word means."""
+    rows = ask(folder, "SELECT DISTINCT site, machine, cell FROM events").rows
+    try:
+        found = choose(word, [CellName(*map(str, row)) for row in rows])
+    except ChoiceError as error:
+        raise AskingError(f"{error}: events are kept of cells that joined the desk") from error
+    if word == "all":
+        raise AskingError("all: name one cell")
+    return str(found[0])

@@ -31,10 +31,14 @@ from starlette.responses import PlainTextResponse, Response, StreamingResponse
 from farm.desk.alarm_desk_io import MarksAsked
 from farm.desk.commands_io import Answered, cells_there, order
 from farm.desk.desk_io import Desk
-from farm.desk.drift import FigureDrift
-from farm.desk.figures_io import StopCause, figures_of, figures_over, stops_by_cause
-from farm.desk.kpi import KeyFigures
-from farm.desk.past.comparing_io import compare_cells, compare_weeks
+from farm.desk.figures import FigureDrift, KeyFigures, StopCause
+from farm.desk.figures_io import (
+    compare_cells,
+    compare_weeks,
+    figures_of,
+    figures_over,
+    stops_by_cause,
+)
 from farm.desk.questions import QuestionError, since
 from farm.desk.reading_io import AskingError
 from farm.desk.wall import wall_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime, timedelta
+from datetime import date, datetime, time, timedelta
 
 COLUMNS = (
     "site",
@@ -21,6 +21,8 @@ COLUMNS = (
 )
 """Of the table ``events``; time is UTC, body is the whole line of the journal as JSON."""
 SPAN = re.compile(r"^(\d+(?:\.\d+)?)(s|m|h|d|w)\Z")
+WEEK = re.compile(r"^(\d{4})-W(\d{2})\Z")
+WEEKS_AGO = re.compile(r"^\d{1,3}\Z")
 UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0, "w": 604800.0}
 
 
@@ -79,6 +81,45 @@ def since(text: str, now: datetime) -> float:
     return (moment if moment.tzinfo else moment.replace(tzinfo=now.tzinfo)).timestamp()
 
 
+def week(text: str, now: datetime) -> tuple[float, float]:
+    """Return begin and end of a week [s since 1970]; of this one, what of it is over.
+
+    Args:
+        text: ``2026-W47`` as ISO 8601 counts, or how many weeks ago: 0 is this one.
+        now: The time, with its zone.
+
+    Raises:
+        QuestionError: It is none, or has not begun.
+
+    Example:
+        >>> from datetime import timezone
+        >>> noon = datetime(2026, 11, 18, 12, tzinfo=timezone.utc)
+        >>> [(noon.timestamp() - t) / 3600.0 for t in week("0", noon)]
+        [60.0, 0.0]
+        >>> week("1", noon) == week("2026-W46", noon)
+        True
+    """
+    monday = now.date() - timedelta(days=now.weekday())
+    try:
+        if found := WEEK.match(text):
+            monday = date.fromisocalendar(int(found[1]), int(found[2]), 1)
+        elif WEEKS_AGO.match(text):
+            monday -= timedelta(weeks=int(text))
+        else:
+            raise ValueError
+    except ValueError:
+        raise QuestionError(
+            f"--weeks {text}: allowed are 2026-W47, or how many weeks ago: 0 is this one"
+        ) from None
+    begin, end = (
+        datetime.combine(day, time(), now.tzinfo).timestamp()
+        for day in (monday, monday + timedelta(weeks=1))
+    )
+    if begin >= now.timestamp():
+        raise QuestionError(f"--weeks {text}: has not begun yet")
+    return begin, min(end, now.timestamp())
+
+
 def query(wanted: Wanted) -> tuple[str, list[object]]:
     """Return the SQL of a question, and its values; the answer is in the order of time."""
     where, values = _conditions(wanted)
@@ -100,20 +141,12 @@ def causes(wanted: Wanted) -> tuple[str, list[object]]:
     """
     where, values = _conditions(wanted)
     return (
-        "SELECT cause, count(*) AS times, count(DISTINCT machine || '/' || cell) AS cells, "
-        "min(time) AS first, max(time) AS last, "
-        "arg_max(machine || '/' || cell, time) AS last_in, arg_max(text, time) AS last_text FROM "
-        f"(SELECT *, coalesce({CAUSE}, kind) AS cause FROM events{where}) "
+        "SELECT cause, count(*) AS times, count(DISTINCT name) AS cells, "
+        "min(time) AS first, max(time) AS last, arg_max(name, time) AS last_in, "
+        f"arg_max(text, time) AS last_text FROM caused{where} "
         "GROUP BY cause ORDER BY times DESC, last DESC LIMIT ?",
         [*values, wanted.limit],
     )
-
-
-CAUSE = (
-    "CASE kind WHEN 'decision' THEN body->>'event' WHEN 'alarm' THEN body->>'text' "
-    "WHEN 'cycle' THEN body->>'outcome' END"
-)
-"""SQL: an event's cause; NULL where its kind says it all."""
 
 
 def _conditions(wanted: Wanted) -> tuple[str, list[object]]:

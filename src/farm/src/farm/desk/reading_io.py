@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias, TypeVar
 
 import duckdb
+import msgspec
 
+from farm.desk.figures import VIEWS
 from farm.desk.files import counting
 from farm.desk.history_io import SCHEMA
 from farm.desk.questions import COLUMNS
@@ -15,6 +17,11 @@ from farm.desk.questions import COLUMNS
 TRIES = 3
 """Our choice: the writer may join small files between two looks; a third time it will not."""
 TYPES = {"int32": "INTEGER", "int64": "BIGINT", "string": "VARCHAR", "bool": "BOOLEAN"}
+
+
+T = TypeVar("T")
+Values: TypeAlias = Sequence[object] | Mapping[str, object]
+"""For the question marks of a statement, or by the names behind its ``$``."""
 
 
 class AskingError(RuntimeError):
@@ -28,13 +35,15 @@ class Found(NamedTuple):
     rows: list[tuple[object, ...]]
 
 
-def ask(folder: Path, sql: str, values: Sequence[object] = ()) -> Found:
+def ask(folder: Path, sql: str, values: Values = ()) -> Found:
     """Answer a question; ``events`` is the table, empty where there is no history yet.
+
+    Beside it stand the views ``caused``, ``cycles`` and ``cycle_figures``.
 
     Args:
         folder: Of the history.
         sql: One statement that only reads.
-        values: For its question marks.
+        values: What it asks about.
 
     Raises:
         AskingError: It is not one SELECT, or DuckDB refuses it.
@@ -52,18 +61,26 @@ def ask(folder: Path, sql: str, values: Sequence[object] = ()) -> Found:
     raise AssertionError("unreachable")
 
 
-def _asked(folder: Path, files: list[str], sql: str, values: Sequence[object]) -> Found:
+def ask_for(folder: Path, kind: type[T], sql: str, values: Values) -> list[T]:
+    """Return the rows of an answer as structs, whose fields are its columns; see :func:`ask`."""
+    found = ask(folder, sql, values)
+    return [msgspec.convert(dict(zip(found.names, row)), kind) for row in found.rows]
+
+
+def _asked(folder: Path, files: list[str], sql: str, values: Values) -> Found:
     with duckdb.connect(":memory:", config={"threads": 1}) as database:
         # Only the history's folder can be read, and nothing of this can be undone.
         database.execute("SET allowed_directories = [?]", [str(folder)])
         database.execute("SET enable_external_access = false")
         database.execute(f"CREATE VIEW events AS {_source(files)}")
+        for view in VIEWS:
+            database.execute(view)
         database.execute("SET lock_configuration = true")
         statements = database.extract_statements(sql)
         reading = (duckdb.StatementType.SELECT, duckdb.StatementType.EXPLAIN)
         if len(statements) != 1 or statements[0].type not in reading:
             raise AskingError("allowed is one SELECT: the history is only read here")
-        database.execute(statements[0], list(values))
+        database.execute(statements[0], values)
         names = [column[0] for column in database.description or ()]
         return Found(names, database.fetchall())
 

@@ -17,7 +17,7 @@ from farm.bus_io import BusError, open_client
 from farm.config import load_farm
 from farm.desk.commands_io import cells_there
 from farm.desk.fetching_io import FetchError, fetch, recordings_of
-from farm.desk.past.fits_io import keep_fits
+from farm.desk.fits_io import keep_fits
 from farm.fits import DayFit, Fitted, chosen, of_day
 from farm.keys import CellName
 from farm.lab.places_io import Where, run_plan

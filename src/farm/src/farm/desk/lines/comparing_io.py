@@ -10,8 +10,8 @@ import typer
 from scara_ros.shell.program_io import FAILED, WRONG
 
 from farm.desk.command_line_io import Folder, app, events_folder, fail, print_table
-from farm.desk.compare import Difference
-from farm.desk.past.comparing_io import Comparison, compare_cells, compare_weeks
+from farm.desk.figures import Difference
+from farm.desk.figures_io import Comparison, compare_cells, compare_weeks
 from farm.desk.questions import QuestionError, since
 from farm.desk.reading_io import AskingError
 

@@ -12,9 +12,8 @@ from scara_ros.shell.program_io import FAILED, WRONG
 
 from farm.config import load_farm
 from farm.desk.command_line_io import Folder, app, events_folder, fail, print_table
-from farm.desk.drift import FigureDrift
+from farm.desk.figures import FigureDrift, KeyFigures
 from farm.desk.figures_io import figures_of, figures_over
-from farm.desk.kpi import KeyFigures
 from farm.desk.questions import SPAN, UNITS, QuestionError, since
 from farm.desk.reading_io import AskingError
 

@@ -1,1 +1,0 @@
-"""What the desk makes of weeks and months: comparisons, and what was fitted."""
