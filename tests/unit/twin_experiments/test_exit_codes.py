@@ -21,7 +21,7 @@ MISSED = {"offset": (0.0, 0.0, 0.002, 0.0)}
 @pytest.fixture
 def end_of(monkeypatch: pytest.MonkeyPatch) -> Callable[..., object]:
     """Return what runs a command in this process, without figures, and gives its exit code."""
-    monkeypatch.setattr("twin_experiments.report.report_io.draw", lambda *_: {})
+    monkeypatch.setattr("twin_experiments.report.report_io.write_figures", lambda *_: {})
     monkeypatch.setattr(signal, "signal", lambda *_: None)  # the tests keep their own
 
     def run(main: Callable[[], None], *words: object) -> object:

@@ -53,7 +53,7 @@ def page_of(written: Report) -> str:
 @pytest.fixture
 def without_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Draw nothing, which takes most of the time: for tests of what a report says."""
-    monkeypatch.setattr("twin_experiments.report.report_io.draw", lambda *_: {})
+    monkeypatch.setattr("twin_experiments.report.report_io.write_figures", lambda *_: {})
 
 
 @pytest.fixture(scope="module")

@@ -86,7 +86,7 @@ def test_a_run_is_compared_experiment_by_experiment(make_bag: MakeBag) -> None:
     assert pictures == sorted(
         f"{name}_{kind}.png"
         for name in ("real_leads", "twin_leads")
-        for kind in ("paths", "joints", "distance")
+        for kind in ("paths", "joints", "distance", "along_path")
     )
     assert "Munoz" in (written.folder / "comparison.html").read_text()
 

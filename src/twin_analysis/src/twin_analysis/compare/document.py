@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from twin_experiments.metrics.tracks import Mechanism
+from twin_experiments.report.charts import least_distance
 from twin_experiments.report.document import rounded_tree
-from twin_experiments.report.scales import least_distance
 
 from twin_analysis.compare.differences import PairErrors, RunDifference
 from twin_analysis.compare.fidelity import Fidelity

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from matplotlib.figure import Figure
 from twin_experiments.config import metrics_settings
 from twin_experiments.metrics.series import MetricsError
 from twin_experiments.metrics.tracks import Mechanism, Track
+from twin_experiments.report.figures_io import draw_chart, write_figures
 from twin_experiments.report.page.render_io import anchor, figure, render, table
 
-from twin_analysis.compare.charts_io import compared_charts
+from twin_analysis.compare.charts import compared_charts
 from twin_analysis.compare.config import ComparisonFile, load_comparison
 from twin_analysis.compare.differences import Comparer, PairErrors, RunDifference
 from twin_analysis.compare.document import (
@@ -26,7 +29,7 @@ from twin_analysis.compare.document import (
     run_rows,
 )
 from twin_analysis.compare.fidelity import FidelityError
-from twin_analysis.compare.figures_io import CAPTIONS, COLORS, draw_comparison
+from twin_analysis.compare.figures_io import draw_paths
 from twin_analysis.compare.track_reader_io import (
     Opened,
     Topics,
@@ -35,6 +38,12 @@ from twin_analysis.compare.track_reader_io import (
     tracks_of,
 )
 
+CAPTIONS = {
+    "paths": "Paths of the tool",
+    "joints": "Joints from the leader's first motion on",
+    "distance": "How far real and twin are apart, over time",
+    "along_path": "How far real and twin are apart, along the leader's path",
+}
 LEGEND = (
     "max, rms: distance of both tools at the same instant while either side moves, nothing "
     "compensated; lag > 0: the follower is behind; matched: share of the snapshots of both "
@@ -203,8 +212,13 @@ def _page(written: WrittenComparison) -> str:
 
 def _experiment(experiment: ExperimentComparison, written: WrittenComparison) -> dict[str, Any]:
     """Return one experiment as the page takes it, after drawing its figures."""
-    drawn = draw_comparison(experiment, written.mechanism, written.folder)
-    charts = compared_charts(experiment, written.mechanism, COLORS)
+    charts = compared_charts(experiment, written.mechanism)
+    figures: dict[str, Callable[[], Figure]] = {
+        kind: partial(draw_chart, chart) for kind, chart in charts.items()
+    }
+    if experiment.pairs and written.mechanism.tool is not None:
+        figures["paths"] = partial(draw_paths, experiment.pairs, written.mechanism)
+    drawn = write_figures(figures, written.folder, experiment.name)
     joints = [
         (
             pair.track.label,
@@ -221,7 +235,11 @@ def _experiment(experiment: ExperimentComparison, written: WrittenComparison) ->
         "verdict": "",
         "reasons": experiment.reasons,
         "notes": [],
-        "figures": [figure(CAPTIONS[kind], file, charts.get(kind)) for kind, file in drawn.items()],
+        "figures": [
+            figure(caption, drawn[kind], charts.get(kind))
+            for kind, caption in CAPTIONS.items()
+            if kind in drawn
+        ],
         "tables": [
             (
                 "Against the first recording",

@@ -14,7 +14,8 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from twin_experiments.report.figures_io import BLUE, GREY, RED, STYLE
+from twin_experiments.report.charts import BLUE, GREY, RED
+from twin_experiments.report.figures_io import STYLE
 
 from twin_analysis.step.response import FloatArray, Step
 from twin_analysis.step.trial import STEADY_ERROR, Trial

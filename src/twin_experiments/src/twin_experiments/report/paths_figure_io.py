@@ -14,10 +14,10 @@ from matplotlib.patches import Rectangle
 
 from twin_experiments.metrics.errors import MM, Comparison, Trace
 from twin_experiments.metrics.series import Array
+from twin_experiments.report.charts import BLUE, ORANGE, RED
 
-BLUE, ORANGE = "#1667c2", "#ff9a1f"
 COLORS = "plasma_r"
-INK, RED = "#374151", "#c81e3a"
+INK = "#374151"
 MOST_POINTS = 2500
 LEAST_COLOR_MM = 0.1  # our choice: where nothing is further apart, the whole path has one colour
 NEAR_S = 0.12  # our choice: so long before and after the worst instant is magnified

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import platform
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta, timezone
 from functools import partial
@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 from cell_recorder.reading.bag_reader_io import open_bag
+from matplotlib.figure import Figure
 from scara_config import load_robot
 from scara_control.kinematics.screws import ScrewModel, tool_positions
 
@@ -23,6 +24,7 @@ from twin_experiments.palletising import summary_rows as summary_of_parts
 from twin_experiments.parts_reader_io import read_work
 from twin_experiments.report import predictions
 from twin_experiments.report.analysis import Result, analyse
+from twin_experiments.report.charts import report_charts
 from twin_experiments.report.configuration import AnalysisSettings, choose
 from twin_experiments.report.document import (
     HEADINGS,
@@ -33,13 +35,13 @@ from twin_experiments.report.document import (
     short_rows,
     summary_rows,
 )
-from twin_experiments.report.figures_io import draw
+from twin_experiments.report.figures_io import draw_chart, write_figures
 from twin_experiments.report.label.made_with import MadeWith
 from twin_experiments.report.label.notes import notes
 from twin_experiments.report.label.sentence import missing_sentence, sentence, verdict_sentence
 from twin_experiments.report.label.true_arm import true_arm
-from twin_experiments.report.page.chart_data_io import deviations_chart, errors_chart, joints_chart
 from twin_experiments.report.page.render_io import anchor, figure, render, table
+from twin_experiments.report.paths_figure_io import draw_paths, draw_worst
 from twin_experiments.report.record import Event, Run
 from twin_experiments.report.repeats import HEADINGS as REPEAT_HEADINGS
 from twin_experiments.report.repeats import repeat_rows
@@ -226,28 +228,13 @@ def _page(run: Run, report: Report, document: dict[str, Any]) -> str:
 
 def _experiment(result: Result, entry: dict[str, Any], report: Report) -> dict[str, Any]:
     """Return one experiment as the page takes it, after drawing its figures."""
-    robot, config = report.configuration.robot, report.configuration.experiments
-    positions = {name: np.array(robot.positions_m[name]) for name in result.visits}
-    percent = config.limits.path_error_percent
-    limit_mm = percent * robot.reach_mm / 100.0
-    allowed = f"{limit_mm:.1f} mm, {percent:g} % of reach"
-    drawn = draw(result, robot, positions, percent, report.folder)
-    charts = {
-        "errors": errors_chart(result, robot.reach_mm, limit_mm),
-        "deviations": deviations_chart(result, robot.arm_joints),
-        "joints": joints_chart(result, robot.twin_joints),
-    }
     return {
         "name": result.span.label,
         "id": f"experiment_{anchor(result.span.label)}",
         "verdict": "pass" if result.passed else "FAIL",
         "reasons": result.reasons,
-        "notes": notes(result, robot.reach_mm),
-        "figures": [
-            figure(caption.format(allowed=allowed), drawn[kind], charts.get(kind))
-            for kind, caption in CAPTIONS.items()
-            if kind in drawn
-        ],
+        "notes": notes(result, report.configuration.robot.reach_mm),
+        "figures": _figures(result, report),
         "tables": [
             (
                 "Needles",
@@ -292,6 +279,28 @@ def _experiment(result: Result, entry: dict[str, Any], report: Report) -> dict[s
             ),
         ],
     }
+
+
+def _figures(result: Result, report: Report) -> list[Mapping[str, Any]]:
+    """Draw the figures of an experiment, and return them as the page takes them."""
+    if result.comparison is None:
+        return []
+    robot = report.configuration.robot
+    percent = report.configuration.experiments.limits.path_error_percent
+    positions = {name: np.array(robot.positions_m[name]) for name in result.visits}
+    charts = report_charts(result, robot, percent)
+    drawings: dict[str, Callable[[], Figure]] = {
+        **{kind: partial(draw_chart, chart) for kind, chart in charts.items()},
+        "worst": partial(draw_worst, result.comparison),
+        "paths": partial(draw_paths, result.comparison, positions),
+    }
+    drawn = write_figures(drawings, report.folder, result.span.label)
+    allowed = f"{percent * robot.reach_mm / 100.0:.1f} mm, {percent:g} % of reach"
+    return [
+        figure(caption.format(allowed=allowed), drawn[kind], charts.get(kind))
+        for kind, caption in CAPTIONS.items()
+        if kind in drawn
+    ]
 
 
 def _repeats(document: dict[str, Any]) -> list[tuple[str, Any]]:

@@ -47,6 +47,7 @@ const LEGEND = 2.4, GAP = 1.6, FOOT = 5, LEFT = 4.8, RIGHT = 1.2;
 function options(told, em) {
   const [ink, soft, line, paper] = ["--ink", "--soft", "--line", "--paper"].map(css);
   const count = told.panels.length, bottom = count - 1;
+  const [, unit] = told.x.match(/\\[(.+)\\]/);
   const fontSize = 0.85 * em, small = { color: soft, fontSize };
   const height = (k) => em * (count === 1 ? HEIGHTS.only : k ? HEIGHTS.other : HEIGHTS.first);
   const [left, right] = [LEFT * em, RIGHT * em];
@@ -61,9 +62,11 @@ function options(told, em) {
   const area = ([from, to, color]) =>
     [{ xAxis: from, itemStyle: { color, opacity: dark ? 0.14 : 0.3 } }, { xAxis: to }];
   const series = told.panels.flatMap((panel, k) => panel.series.map((one, n) => ({
-    type: "line", name: one.name, xAxisIndex: k, yAxisIndex: k, data: one.data,
-    showSymbol: false, symbol: "circle", itemStyle: { color: seen(one.color) },
-    lineStyle: { width: one.width, color: seen(one.color), type: one.dash || "solid" },
+    type: one.points ? "scatter" : "line", name: one.name, xAxisIndex: k, yAxisIndex: k,
+    data: one.data, showSymbol: false, symbol: "circle", itemStyle: { color: seen(one.color) },
+    symbolSize: one.points ? 8 : 4, label: { show: Boolean(one.points), position: "top",
+      color: ink, fontSize, fontWeight: "bold", formatter: ({ data }) => data[2] || "" },
+    lineStyle: { width: one.width, color: seen(one.color), type: one.dash },
     markLine: n || panel.limit == null ? undefined : { silent: true, symbol: "none",
       lineStyle: { color: soft, type: "dashed" }, data: [{ yAxis: panel.limit }],
       label: { color: ink, fontSize, position: "insideEndTop", formatter: "allowed" } },
@@ -96,7 +99,7 @@ function options(told, em) {
       dataZoom: [
         { ...zoomed, type: "slider", bottom: 0.4 * em, height: 1.6 * em, left, right,
           textStyle: small, borderColor: line,
-          labelFormatter: (number) => `${Number(number).toFixed(2)} s` },
+          labelFormatter: (number) => `${Number(number).toFixed(2)} ${unit}` },
         { ...zoomed, type: "inside", zoomOnMouseWheel: "ctrl", moveOnMouseWheel: false },
       ],
     },
