@@ -300,6 +300,19 @@ def test_faster_than_real_time_publishes_the_clock(ros):
     assert "Traceback" not in node.output
 
 
+def test_state_comes_for_each_physics_step_while_somebody_listens(ros):
+    """Every millisecond of nominal time; only a stall of the machine may be skipped."""
+    from control_msgs.msg import JointControllerState
+
+    ros.run("scara_simulation", "simulator")
+    states = ros.collect("twin/joint_3_position_controller/state_each_step", JointControllerState)
+    ros.wait_until(lambda: len(states) >= 300, 20.0, "300 states")
+    stamps = [state.header.stamp.to_nsec() for state in states[:300]]
+    steps = [later - earlier for earlier, later in itertools.pairwise(stamps)]
+    assert steps.count(1_000_000) >= 295
+    assert min(steps) > 0
+
+
 def test_a_stalled_listener_holds_nobody_up(ros):
     """The others hear each joint state, and physics leaves no time out; it hears again later."""
     import signal

@@ -31,7 +31,6 @@ BESIDE = {
     "test_trajectory_server.py": "scara_control",
     "test_simulator.py": "scara_simulation",
     "test_tuning.py": "scara_simulation",
-    "test_step_response.py": "twin_analysis",
     "test_run_experiment.py": "twin_experiments",
     "test_epochs.py": "twin_controller",
     "test_wrong_values.py": "twin_controller",

@@ -79,15 +79,18 @@ def test_wrong_arguments_end_with_exit_code_two(
 @pytest.mark.parametrize(
     ("words", "code", "text"),
     [
-        (("joint_3", "--size", "3", "--seconds", "0.6"), 0, "in process, offline"),
+        (
+            ("joint_3", "--size", "3", "--seconds", "0.6"),
+            0,
+            "joint_3, position loop",
+        ),
         (("joint_9",), 2, "unknown joint 'joint_9': robot.yaml has joint_1"),
         (("joint_4",), 2, "joint_4 is not moved by the twin"),
         (("joint_3", "--size", "300"), 2, "joint_3: no room for a step of 300 mm at -160.00 mm"),
     ],
 )
-def test_without_a_simulator_a_step_is_made_in_process(
+def test_a_step_is_made_in_process(
     end_of: Callable[..., object],
-    monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
     tmp_path: Path,
     words: tuple[str, ...],
@@ -95,7 +98,6 @@ def test_without_a_simulator_a_step_is_made_in_process(
     text: str,
 ) -> None:
     """The same physics; wrong arguments are named with what is allowed."""
-    monkeypatch.setattr("rosgraph.is_master_online", lambda: False)
     assert end_of(step_response.main, *words, "--output", tmp_path) == code
     said = capsys.readouterr()
     assert text in said.out + said.err

@@ -8,24 +8,21 @@ import msgspec
 import numpy as np
 import pytest
 from scara_control.pid import PidGains
-from twin_analysis.step.response import LoopSample, StepError, measure, step_of
+from scara_simulation.joints.loop import LoopState
+from twin_analysis.step.response import StepError, measure, step_of
 
 GAINS = PidGains(p=1.0)
 
 
 def record(curve, start=0.2, target=0.7, seconds=2.0, before=0.3, dt=1e-3, effort=lambda t: 0.0):
     """Sample ``curve`` (0 before the step, 1 at the target) as a controller would tell it."""
-    times = np.arange(-before, seconds, dt)
-    return [
-        LoopSample(
-            10.0 + t,
-            target if t > 0.5 * dt else start,
-            start + (target - start) * (curve(t) if t > 0.5 * dt else 0.0),
-            effort(t),
-            GAINS,
-        )
-        for t in (float(t) for t in times)
-    ]
+    samples = []
+    for t in map(float, np.arange(-before, seconds, dt)):
+        set_point, share = (target, curve(t)) if t > 0.5 * dt else (start, 0.0)
+        value = start + (target - start) * share
+        state = LoopState("j", "position", set_point, value, 0.0, 0.0, effort(t), GAINS)
+        samples.append((10.0 + t, state))
+    return samples
 
 
 def second_order(zeta, omega):
@@ -79,13 +76,6 @@ def test_effort_at_its_limit_is_saturation(peak, saturated):
         10.0,
     )
     assert (response.peak_effort, response.saturated) == (peak, saturated)
-
-
-def test_lost_states_are_counted():
-    """A hole in the record is told, not bridged silently."""
-    samples = record(lambda t: 1.0)
-    del samples[800:803], samples[900]
-    assert step_of(samples, 0.7, 0.1).lost == 4
 
 
 def test_record_keeps_what_was_asked_for_before_the_command():

@@ -1,6 +1,6 @@
 """Makes steps on a simulator of its own, in process.
 
-It has the same world and loops, needs no ROS master, and is faster than real time.
+It has the running one's world and loops, needs no ROS master, and is faster than real time.
 """
 
 from __future__ import annotations
@@ -10,11 +10,12 @@ from pathlib import Path
 from scara_config import Robot
 from scara_simulation.config import SimulationConfig, load_gains, load_simulation
 from scara_simulation.joints.control import JointControl
+from scara_simulation.joints.loop import LoopState
 from scara_simulation.joints.model import joint_models
 from scara_simulation.simulation import Simulation, Timing
 from scara_simulation.world_io import World
 
-from twin_analysis.step.response import LoopSample, Step, step_of
+from twin_analysis.step.response import Step, step_of
 from twin_analysis.step.trial import BEFORE_S, Trial
 
 _SETTLE_S = 0.3
@@ -94,13 +95,11 @@ class _Bench:
         else:
             control.command_velocity(name, value)
 
-    def _run(self, seconds: float) -> list[LoopSample]:
-        """Advance and return the watched loop's states."""
+    def _run(self, seconds: float) -> list[tuple[float, LoopState]]:
+        """Advance and return time and state of the watched loop."""
         snapshots = self._simulation.advance(round(seconds / self._dt))
         return [
-            LoopSample(
-                stamp_ns * 1e-9, state.set_point, state.process_value, state.command, state.gains
-            )
+            (stamp_ns * 1e-9, state)
             for snapshot in snapshots
             for stamp_ns, state in snapshot.watched
         ]

@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 from scara_control.pid import PidGains
+from scara_simulation.joints.loop import LoopState
 
 FloatArray = npt.NDArray[np.float64]
 Kind = Literal["position", "velocity"]
@@ -24,16 +25,6 @@ class StepError(ValueError):
     """A record that holds no step; the text says why."""
 
 
-class LoopSample(msgspec.Struct, frozen=True):
-    """One state of a controller, SI: what control_msgs/JointControllerState tells."""
-
-    time: float
-    set_point: float
-    value: float
-    effort: float
-    gains: PidGains
-
-
 class Step(msgspec.Struct, frozen=True):
     """One step of the set point, all arrays of shape (m,); time 0 is the command.
 
@@ -45,7 +36,6 @@ class Step(msgspec.Struct, frozen=True):
         values: Measured values.
         efforts: Control signal [N m] or [N].
         gains: Of the loop.
-        lost: States that are missing between the first and the last.
     """
 
     start: float
@@ -55,7 +45,6 @@ class Step(msgspec.Struct, frozen=True):
     values: FloatArray
     efforts: FloatArray
     gains: PidGains
-    lost: int = 0
 
     @property
     def height(self) -> float:
@@ -88,11 +77,11 @@ class StepFigures(msgspec.Struct, frozen=True):
     saturated: bool
 
 
-def step_of(samples: Sequence[LoopSample], target: float, before: float) -> Step:
+def step_of(samples: Sequence[tuple[float, LoopState]], target: float, before: float) -> Step:
     """Cut the step to ``target`` out of a record.
 
     Args:
-        samples: In the order of time.
+        samples: Time [s] and state of the loop, in the order of time.
         target: The commanded set point.
         before: How much of the time before the command is kept [s].
 
@@ -102,8 +91,8 @@ def step_of(samples: Sequence[LoopSample], target: float, before: float) -> Step
     first = next(
         (
             k
-            for k, sample in enumerate(samples)
-            if np.isclose(sample.set_point, target, rtol=0.0, atol=1e-9)
+            for k, (_, state) in enumerate(samples)
+            if np.isclose(state.set_point, target, rtol=0.0, atol=1e-9)
         ),
         None,
     )
@@ -111,20 +100,16 @@ def step_of(samples: Sequence[LoopSample], target: float, before: float) -> Step
         raise StepError(f"the set point {target:g} is not in the record of {len(samples)} states")
     if first == 0:
         raise StepError("nothing was recorded before the step")
-    zero = samples[first - 1].time
-    kept = [sample for sample in samples if sample.time >= zero - before]
-    times = np.array([sample.time for sample in kept]) - zero
-    spacing = np.diff(times)
-    step = float(np.median(spacing))
+    zero, last = samples[first - 1]
+    kept = [(at - zero, state) for at, state in samples if at >= zero - before]
     return Step(
-        start=samples[first - 1].value,
+        start=last.process_value,
         target=target,
-        times=times,
-        set_points=np.array([sample.set_point for sample in kept]),
-        values=np.array([sample.value for sample in kept]),
-        efforts=np.array([sample.effort for sample in kept]),
-        gains=kept[-1].gains,
-        lost=int(np.sum(np.round(spacing / step) - 1.0)),
+        times=np.array([at for at, _ in kept]),
+        set_points=np.array([state.set_point for _, state in kept]),
+        values=np.array([state.process_value for _, state in kept]),
+        efforts=np.array([state.command for _, state in kept]),
+        gains=kept[-1][1].gains,
     )
 
 

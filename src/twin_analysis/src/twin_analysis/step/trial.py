@@ -168,6 +168,5 @@ def _row(trial: Trial, step: Step, response: StepFigures) -> dict[str, Any]:
         "peak_effort": response.peak_effort,
         "peak_effort_percent": 100.0 * response.peak_effort / trial.joint.effort,
         "saturated": response.saturated,
-        "states_lost": step.lost,
         "reasons": reasons(trial, response),
     }
