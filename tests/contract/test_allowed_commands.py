@@ -6,13 +6,11 @@ import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair
 from twin_controller.core.lead.commands.allowed import refusals
-from twin_controller.core.lead.modes import Mode, Trigger
+from twin_controller.core.lead.modes import EVERY_COMMAND, Mode, Trigger
 from twin_controller.core.lead.table import LEADING, look_up
-from twin_controller.core.lead.triggers import COMMANDS
 
 TARGETS = {"MOVE": {"target": (0.4, 0.1, 0.1)}, "MOVE_JOINTS": {"target": HOME}}
 SPEED = {"SPEED": {"speed_percent": 50.0}}
-ASKED = (*COMMANDS, "HOME", "MOVE", "MOVE_JOINTS", "SPEED")
 MODES = [(mode, None) for mode in Mode if mode is not Mode.PAUSED]
 MODES += [(Mode.PAUSED, led) for led in LEADING]
 
@@ -42,7 +40,7 @@ def test_answer_is_the_one_announced(mode: Mode, paused: Mode | None, aligned: b
     pair = pair_in(mode, paused)
     change(pair, must_align=not aligned)
     before, said = pair.state, refusals(SETUP, pair.state, pair.now)
-    for command in ASKED:
+    for command in EVERY_COMMAND:
         pair.state = before
         reply = pair.operate(command, **TARGETS.get(command, {}), **SPEED.get(command, {}))
         answer = "" if reply.success else reply.message

@@ -46,6 +46,7 @@ from twin_controller.core.events import (
     TwinPlan,
 )
 from twin_controller.core.lead.commands.holder import ACTIONS
+from twin_controller.core.lead.modes import EVERY_COMMAND
 from twin_controller.core.step import step
 from twin_controller.twin.packets import MOTION_STATES
 from twin_controller.view import decision_text, state_view, statuses
@@ -109,23 +110,7 @@ def answers(draw: st.DrawFn) -> RealMeasured:
 
 PERSON = st.sampled_from(["", "fitter", "foreman"])
 UNPROVEN = st.sampled_from(["", "", "", "wrong token"])
-COMMAND = st.sampled_from(
-    [
-        "STOP",
-        "PAUSE",
-        "RESUME",
-        "RESET",
-        "ESTOP",
-        "ALIGN",
-        "ACKNOWLEDGE",
-        "HOME",
-        "MOVE",
-        "MOVE_JOINTS",
-        "SPEED",
-        "NONSENSE",
-        "",
-    ]
-)
+COMMAND = st.sampled_from([*EVERY_COMMAND, "NONSENSE", ""])
 EVENTS: st.SearchStrategy[AnyEvent] = st.one_of(
     st.builds(Tick, NOW),
     st.builds(LinkChanged, NOW, st.sampled_from(["real", "twin"]), FLAGS, TEXT),

@@ -15,7 +15,8 @@ from scara_msgs.msg import Audit
 from scara_msgs.srv import JudgeMotion
 from twin_controller.core.events import Operator
 from twin_controller.core.lead.commands.allowed import refusals
-from twin_controller.core.lead.commands.judging import MOVES, judge_move
+from twin_controller.core.lead.commands.judging import judge_move
+from twin_controller.core.lead.modes import MOVES
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState
 from twin_controller.services.own_programs_node import OwnPrograms

@@ -77,6 +77,10 @@ class Trigger(StrEnum):
     ACKNOWLEDGE = "ACKNOWLEDGE by the operator"
 
 
+COMMANDS = tuple(each.name for each in Trigger if each == f"{each.name} by the operator")
+"""The operator's commands that are triggers of their own."""
+MOVES = ("HOME", "MOVE", "MOVE_JOINTS")
+EVERY_COMMAND = (*COMMANDS, *MOVES, "SPEED")
 # Triggers that are decided by when each side moved: the decision tells these times.
 ONSET_TRIGGERS = (
     Trigger.REAL_MOVED,

@@ -6,11 +6,11 @@ import msgspec
 
 from twin_controller.core.actions import AnyAction, Reply
 from twin_controller.core.events import Operator
-from twin_controller.core.lead import triggers
 from twin_controller.core.lead.commands.judging import invalid_target, judge_move
-from twin_controller.core.lead.modes import Trigger
+from twin_controller.core.lead.modes import EVERY_COMMAND, Trigger
 from twin_controller.core.lead.table import look_up
 from twin_controller.core.lead.transition import detail, transition
+from twin_controller.core.lead.triggers import operator_trigger
 from twin_controller.core.orders.speed_caps import real_cap, speed_answer
 from twin_controller.core.orders.stream import unstartable
 from twin_controller.core.setup import Setup
@@ -36,9 +36,9 @@ def operate(setup: Setup, state: CoreState, event: Operator, judge_target: bool 
     """
     if event.command == "SPEED":
         return _cap(setup, state, event)
-    trigger = triggers.operator_trigger(setup, state, event)
+    trigger = operator_trigger(setup, state, event)
     if trigger is None:
-        allowed = ", ".join((*triggers.COMMANDS, "HOME", "MOVE", "MOVE_JOINTS", "SPEED"))
+        allowed = ", ".join(EVERY_COMMAND)
         unknown = f"unknown command {event.command!r}: allowed are {allowed}"
         return state, [Reply(event.id, False, unknown)]
     invalid = invalid_target(setup, event) or _forbidden(setup, state, trigger)

@@ -1,8 +1,8 @@
 """The state machine as a table: (mode, trigger) -> (next mode, actions, why).
 
 Every pair has a row: ``DEFAULTS`` says what a trigger does unless ``ROWS`` says otherwise for a
-mode. Conditions are part of the trigger (``MOVE`` or ``MOVE_UNALIGNED``), so that a row never
-decides anything.
+mode; what neither names decides nothing. Conditions are part of the trigger (``MOVE`` or
+``MOVE_UNALIGNED``), so that a row never decides anything.
 """
 
 from __future__ import annotations
@@ -43,22 +43,11 @@ def _refuse(why: str) -> Row:
     return Row(why=why, refused=True)
 
 
+_RESUMES = (*(Trigger.RESUME, Trigger.RESUME_BLOCKED), *(Trigger.RESUME_HELD, Trigger.RESUME_MOVED))
+_RESETS = (Trigger.RESET, Trigger.RESET_BLOCKED, Trigger.RESET_PRESSED)
 DEFAULTS: dict[Trigger, Row] = {
     # What must be stopped in every mode, unless a mode below says more.
     Trigger.LINK_LOST: Row(Mode.OFFLINE, BOTH_STOP, "the side still reached is stopped"),
-    Trigger.LINKS_READY: STAY,
-    Trigger.ALIGNED: STAY,
-    Trigger.ALIGN_FAILED: STAY,
-    Trigger.REAL_MOVED: STAY,
-    Trigger.REAL_TOOK_OVER: STAY,
-    Trigger.TWIN_MOVES_TOO: STAY,
-    Trigger.REAL_WAS_FIRST: STAY,
-    Trigger.TWIN_MOVED: STAY,
-    Trigger.TWIN_MOVED_UNALIGNED: STAY,
-    Trigger.TWIN_MOVED_UNASKED: STAY,
-    Trigger.TWIN_MOVED_UNLED: STAY,
-    Trigger.AT_REST: STAY,
-    Trigger.UNSETTLED: STAY,
     Trigger.REAL_FAULT: Row(
         Mode.FAULT, BOTH_STOP, "both are stopped; RESET once the cause is gone"
     ),
@@ -67,46 +56,22 @@ DEFAULTS: dict[Trigger, Row] = {
         (Command.ESTOP_TWIN, Command.STOP_REAL),
         "the twin freezes; RESET once the cause is gone",
     ),
-    Trigger.REAL_HELD: STAY,
-    Trigger.REAL_RELEASED: STAY,
-    Trigger.REAL_STOPPED: STAY,
-    Trigger.TWIN_STOPPED: STAY,
-    Trigger.TWIN_PAUSED: STAY,
-    Trigger.TWIN_RESUMED: STAY,
     Trigger.TWIN_ESTOPPED: Row(
         Mode.ESTOP, (Command.ESTOP_REAL,), "latched; RESET once the cause is gone"
     ),
-    Trigger.ESTOP_MISSED: STAY,
     Trigger.STOP_IGNORED: Row(
         Mode.ESTOP,
         (Command.ESTOP_REAL, Command.ESTOP_TWIN),
         "its drives are switched off; RESET once the cause is gone",
     ),
-    Trigger.ESTOP_IGNORED: STAY,
     # It has no drives to switch off; the real robot obeys and keeps its own.
     Trigger.TWIN_STOP_IGNORED: Row(
         Mode.FAULT, BOTH_STOP, "end the simulator or what commands it, then RESET"
     ),
-    Trigger.RELEASED_BLOCKED: STAY,
-    Trigger.TWIN_MOVED_PAUSED: STAY,
-    Trigger.TWIN_MOVED_STOPPED: STAY,
-    Trigger.STREAM_FAILED: STAY,
-    Trigger.REJECTED: STAY,
-    Trigger.DIVERGED: STAY,
-    Trigger.KEEP_OUT: STAY,
-    Trigger.TOO_CLOSE: STAY,
-    Trigger.TOO_FAST: STAY,
     Trigger.STOP: Row(Mode.STOPPED, BOTH_STOP, "the target is cleared"),
     Trigger.PAUSE: _refuse("the pair is stopped"),
-    Trigger.RESUME: _refuse("nothing is paused"),
-    Trigger.RESUME_BLOCKED: _refuse("nothing is paused"),
-    Trigger.RESUME_HELD: _refuse("nothing is paused"),
-    Trigger.RESUME_MOVED: _refuse("nothing is paused"),
-    Trigger.RESET: _refuse("there is nothing to reset"),
-    Trigger.RESET_BLOCKED: _refuse("there is nothing to reset"),
-    Trigger.RESET_PRESSED: _refuse("there is nothing to reset"),
-    Trigger.RESET_DONE: STAY,
-    Trigger.RESET_FAILED: STAY,
+    **dict.fromkeys(_RESUMES, _refuse("nothing is paused")),
+    **dict.fromkeys(_RESETS, _refuse("there is nothing to reset")),
     Trigger.ESTOP: Row(
         Mode.ESTOP,
         (Command.ESTOP_REAL, Command.ESTOP_TWIN),
@@ -234,9 +199,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
             "sent to the side still reached; a robot that is not is told when it answers again",
         ),
         **dict.fromkeys(_GOING_ON, _OFFLINE),
-        Trigger.RESET: _OFFLINE,
-        Trigger.RESET_BLOCKED: _OFFLINE,
-        Trigger.RESET_PRESSED: _OFFLINE,
+        **dict.fromkeys(_RESETS, _OFFLINE),
         Trigger.ACKNOWLEDGE: _OFFLINE,
     },
     # The twin goes slowly; nobody may take the lead from it, but anything may stop it.
@@ -394,4 +357,4 @@ def look_up(mode: Mode, trigger: Trigger, paused: Mode | None = None) -> Row:
     """
     if mode is Mode.PAUSED and trigger in RESUMING and paused in RESUME_ROWS:
         return RESUME_ROWS[paused]
-    return ROWS[mode].get(trigger, DEFAULTS[trigger])
+    return ROWS[mode].get(trigger, DEFAULTS.get(trigger, STAY))

@@ -15,7 +15,7 @@ from twin_controller.core.events import (
 )
 from twin_controller.core.follow.real import jogs_ahead
 from twin_controller.core.follow.twin import aligned
-from twin_controller.core.lead.modes import Mode, Trigger
+from twin_controller.core.lead.modes import COMMANDS, MOVES, Mode, Trigger
 from twin_controller.core.lead.reports import moved_since_pause, resume_blocked, side_triggers
 from twin_controller.core.lead.table import LEADING, look_up
 from twin_controller.core.orders.order import fresh
@@ -239,12 +239,9 @@ def _both_rest(setup: Setup, state: CoreState, now: float) -> bool:
     )
 
 
-COMMANDS = ("STOP", "PAUSE", "RESUME", "RESET", "ESTOP", "ALIGN", "ACKNOWLEDGE")
-
-
 def operator_trigger(setup: Setup, state: CoreState, event: Operator) -> Trigger | None:
     """Return the trigger of an operator's command, None for one that is not in the table."""
-    if event.command in ("MOVE", "MOVE_JOINTS", "HOME"):
+    if event.command in MOVES:
         if pair_agreed(setup, state):
             return Trigger.MOVE
         return Trigger.MOVE_UNALIGNED

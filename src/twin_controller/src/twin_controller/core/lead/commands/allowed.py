@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from twin_controller.core.actions import Reply
 from twin_controller.core.events import Operator
-from twin_controller.core.lead.modes import Mode, Trigger
+from twin_controller.core.lead.modes import COMMANDS, Mode, Trigger
 from twin_controller.core.lead.operator import operate
 from twin_controller.core.lead.table import look_up
-from twin_controller.core.lead.triggers import COMMANDS
 from twin_controller.core.orders.stream import unstartable
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState

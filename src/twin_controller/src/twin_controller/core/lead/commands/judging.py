@@ -15,10 +15,9 @@ from scara_control.kinematics.arm_kinematics import parse_elbow
 from twin_controller.core.events import Joints, Operator
 from twin_controller.core.follow.limit import check_setpoint
 from twin_controller.core.follow.real import bounds_of
+from twin_controller.core.lead.modes import MOVES
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.side import TwinSide
-
-MOVES = ("MOVE", "MOVE_JOINTS", "HOME")
 
 
 class Judged(NamedTuple):
