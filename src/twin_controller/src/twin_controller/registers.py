@@ -26,6 +26,7 @@ from twin_controller.modbus.blocks import (
 )
 from twin_controller.modbus.words import numbers, text_of, to_words
 from twin_controller.robot_sample import (
+    NUMBERS,
     AlarmStatus,
     ControlType,
     ProgramState,
@@ -122,8 +123,7 @@ class RegisterCodec:
             outputs=self._signals(words, bits) | told,
             command_echo=self._number(self._command.echo, words) if self._command else 0,
             ring_places=self._places,
-            ring_read=self._number("ring_read", words) if self._places else 0,
-            ring_underruns=self._number("ring_underruns", words) if self._places else 0,
+            **{name: self._number(name, words) for name in NUMBERS if name in self._registers},
         )
 
     def clock_of(self, words: Sequence[int]) -> int:

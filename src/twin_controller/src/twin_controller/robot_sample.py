@@ -83,6 +83,10 @@ class RobotSample(msgspec.Struct, frozen=True):
         return self.control_type if self.outputs & {"progrun", "paused"} else ControlType.NONE
 
 
+NUMBERS = ("ring_read", "ring_underruns")
+"""Of a sample: whole numbers in a register of that name; 0 where a robot's map has none."""
+
+
 class ProgramStatus(msgspec.Struct, frozen=True):
     """The running or last program."""
 

@@ -8,6 +8,8 @@ import msgspec
 from scara_config import ConfigError, Robot
 from scara_config.modbus_map import ModbusMap, Table
 
+from twin_controller.robot_sample import NUMBERS
+
 STATE = (
     "position",
     "position_valid",
@@ -20,8 +22,7 @@ STATE = (
     "override_now",
 )
 SETPOINT = ("setpoint", "setpoint_valid", "heartbeat", "stream_speed")
-# Set points ahead: read with the state, and written in one request behind what has changed.
-RING_STATE = ("ring_read", "ring_underruns")
+# Set points ahead: written in one request behind what has changed.
 RING = ("heartbeat", "stream_speed", "ring_write", "ring_clock_ms")
 PROGRAM = ("program_name", "program_line", "program_state")
 # The first two registers of ALARM are needed, the rest is shown if it is there.
@@ -55,8 +56,8 @@ def state_block(layout: ModbusMap) -> Block:
     """Return the block that is read in each cycle; signals that stand in a word are part of it."""
     shown = [layout.status_word.register] if layout.status_word else []
     echo = [layout.command_word.echo] if layout.command_word else []
-    ring = RING_STATE if layout.ring_places else ()
-    return span(layout, (*STATE, *ring, *shown, *echo), MOST_WORDS)
+    numbers = [name for name in NUMBERS if layout.find(name)]
+    return span(layout, (*STATE, *numbers, *shown, *echo), MOST_WORDS)
 
 
 def setpoint_block(layout: ModbusMap) -> Block:

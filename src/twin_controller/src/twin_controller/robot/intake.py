@@ -21,6 +21,9 @@ from twin_controller.robot_sample import (
 CLOCK_WRAP = 2.0**31 * 1e-3
 """Where the robot's clock, a whole number of milliseconds, begins again at 0 [s]."""
 
+PASSED_ON = ({*RobotSample.__struct_fields__} & {*RealMeasured.__struct_fields__}) - {"motion"}
+"""What both have under one name; a sample's motion is of all joints."""
+
 
 class Intake(msgspec.Struct, frozen=True):
     """What is known of the robot so far.
@@ -108,7 +111,6 @@ def measured(
         now=received,
         sent=sent,
         received=received,
-        clock_ms=sample.clock_ms,
         motion=sample.motion.select(twin),
         own_program=sample.moved_by is ControlType.PROGRAM,
         program=program,
@@ -122,9 +124,7 @@ def measured(
         override_percent=float(sample.override),
         gripper="gripper" in sample.outputs if has_gripper else None,
         vacuum="vacuum" in sample.outputs,
-        ring_places=sample.ring_places,
-        ring_read=sample.ring_read,
-        ring_underruns=sample.ring_underruns,
+        **{name: getattr(sample, name) for name in PASSED_ON},
     )
 
 
