@@ -15,7 +15,7 @@ from typing_extensions import Self
 from twin_controller.core.actions import Command, FollowTwin, MoveTwin, SendTwin
 from twin_controller.core.events import AnyEvent, TwinMeasured, TwinMotion
 from twin_controller.core.orders.order import Order
-from twin_controller.core.orders.twin_stop import STOPPING_TWIN
+from twin_controller.core.orders.stop import STOPPING_TWIN
 from twin_controller.core.setup import Setup
 from twin_controller.plausible import Plausibility, Verdict
 from twin_controller.twin.commands import Packet, heard, lost_text, patience, told

@@ -12,8 +12,7 @@ from msgspec.structs import replace
 from scara_control.joint_motion import JointMotion
 from twin_controller.core.actions import OverrideReal
 from twin_controller.core.events import RealMeasured
-from twin_controller.core.orders.speed import Speeds
-from twin_controller.core.orders.speed_caps import Leader, cap_speeds
+from twin_controller.core.orders.speed import Leader, Speeds, cap_speeds
 from twin_controller.core.safety.watch import Safety
 from twin_controller.core.sides.side import RealSide, Sides, TwinSide
 

@@ -10,7 +10,7 @@ from harness.pair import HOME, SETUP, Pair, ramp, shifted
 from harness.watch import watched
 from twin_controller.core.actions import Command, Send
 from twin_controller.core.lead.modes import Mode
-from twin_controller.core.orders.twin_stop import STOPPING_TWIN
+from twin_controller.core.orders.stop import STOPPING_TWIN
 
 WAY = ramp(HOME, shifted(HOME, 80.0), 30.0)
 ATTEMPTS, RETRY_S = SETUP.config.stop.attempts, SETUP.config.stop.twin_retry_ms * 1e-3

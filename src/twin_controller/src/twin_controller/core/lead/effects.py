@@ -9,9 +9,17 @@ from twin_controller.core.events import Operator
 from twin_controller.core.follow.memory import RealFollows, TwinFollows
 from twin_controller.core.lead.triggers import onsets
 from twin_controller.core.orders.state import OWN_COMMAND, told_twin
-from twin_controller.core.orders.stop import GIVES_HOLD, STOPPING, TAKES_HOLD, tell_estop, tell_stop
+from twin_controller.core.orders.stop import (
+    GIVES_HOLD,
+    MOVING_TWIN,
+    STOPPING,
+    STOPPING_TWIN,
+    TAKES_HOLD,
+    tell_estop,
+    tell_stop,
+    tell_twin_stop,
+)
 from twin_controller.core.orders.stream import ask_for_stream, begin_stream
-from twin_controller.core.orders.twin_stop import MOVING_TWIN, STOPPING_TWIN, tell_twin_stop
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.measure import agree
 from twin_controller.core.sides.side import Sides

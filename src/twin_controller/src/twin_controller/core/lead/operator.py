@@ -11,7 +11,7 @@ from twin_controller.core.lead.modes import EVERY_COMMAND, Trigger
 from twin_controller.core.lead.table import look_up
 from twin_controller.core.lead.transition import detail, transition
 from twin_controller.core.lead.triggers import operator_trigger
-from twin_controller.core.orders.speed_caps import real_cap, speed_answer
+from twin_controller.core.orders.speed import real_cap, speed_answer
 from twin_controller.core.orders.stream import unstartable
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState

@@ -16,9 +16,8 @@ from twin_controller.core.lead.state import Lead, record_notice
 from twin_controller.core.lead.table import FOLLOWS_TWIN, LEADING
 from twin_controller.core.orders.order import due
 from twin_controller.core.orders.state import OWN_COMMAND, is_old, pauses
-from twin_controller.core.orders.stop import StopOrder, estop_missed
+from twin_controller.core.orders.stop import StopOrder, estop_missed, moves_on, speeds_since
 from twin_controller.core.orders.stream import StreamOrder, longest_wait
-from twin_controller.core.orders.twin_stop import moves_on, speeds_since
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides import change
 from twin_controller.core.sides.measure import agree_at_rest

@@ -20,14 +20,16 @@ from twin_controller.core.lead.table import FOLLOWS_TWIN
 from twin_controller.core.lead.transition import reject
 from twin_controller.core.orders.gripper import Notice, watch_grippers
 from twin_controller.core.orders.order import send
-from twin_controller.core.orders.speed_caps import Leader, cap_speeds
-from twin_controller.core.orders.stop import TAKES_HOLD, may_give_back, stop_again
-from twin_controller.core.orders.stream import start_stream
-from twin_controller.core.orders.twin_stop import (
+from twin_controller.core.orders.speed import Leader, cap_speeds
+from twin_controller.core.orders.stop import (
+    TAKES_HOLD,
+    may_give_back,
     speeds_since,
+    stop_again,
     tell_twin_stop,
     twin_stop_again,
 )
+from twin_controller.core.orders.stream import start_stream
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.change import stands_still
 from twin_controller.core.sides.measure import remember

@@ -20,9 +20,8 @@ from twin_controller.core.lead.table import (
     look_up,
 )
 from twin_controller.core.orders.order import tell
-from twin_controller.core.orders.stop import safety_patience
+from twin_controller.core.orders.stop import defied_text, defy, safety_patience
 from twin_controller.core.orders.stream import unstartable
-from twin_controller.core.orders.twin_stop import defied_text, defy
 from twin_controller.core.safety.divergence import DelayState, DivergenceState
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.change import drop_baseline

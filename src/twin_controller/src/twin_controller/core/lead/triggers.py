@@ -19,9 +19,8 @@ from twin_controller.core.lead.modes import COMMANDS, MOVES, Mode, Trigger
 from twin_controller.core.lead.reports import moved_since_pause, resume_blocked, side_triggers
 from twin_controller.core.lead.table import LEADING, look_up
 from twin_controller.core.orders.order import fresh
-from twin_controller.core.orders.stop import disobeyed
+from twin_controller.core.orders.stop import disobeyed, twin_disobeyed
 from twin_controller.core.orders.stream import unstartable
-from twin_controller.core.orders.twin_stop import twin_disobeyed
 from twin_controller.core.safety.guard import Guard
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides import change

@@ -1,12 +1,22 @@
-"""Program speed of both sides: what was ordered, and what counts as shown."""
+"""Program speed of both sides: keep its caps in force, and say why it is limited."""
 
 from __future__ import annotations
+
+import math
+from typing import NamedTuple
 
 import msgspec
 
 from twin_controller.config import SpeedOrders
-from twin_controller.core.orders.order import Order, Patience
+from twin_controller.core.actions import AnyAction, CapTwin, OverrideReal
+from twin_controller.core.events import RealMeasured, TwinMotion
+from twin_controller.core.orders.order import Order, Patience, fresh, tell
+from twin_controller.core.safety.fastest import speed_cap
+from twin_controller.core.safety.watch import Safety
+from twin_controller.core.setup import Setup
+from twin_controller.core.sides.side import Sides
 
+replace = msgspec.structs.replace
 SpeedOrder = Order[float]
 """A cap of the twin, or an override of the real robot [percent]; it is never given up."""
 
@@ -42,3 +52,230 @@ def cap_step(cap: float, config: SpeedOrders) -> float:
 def shows_override(wanted: float, shown: float, config: SpeedOrders) -> bool:
     """Return whether the robot shows an override: it knows whole percents."""
     return abs(wanted - shown) < config.step_percent
+
+
+OPERATORS_SPEED = "the operator's SPEED"
+ZONE_AHEAD = "a keep-out zone is ahead, and a slower robot can stop before it"
+
+
+class Cap(NamedTuple):
+    """The largest program speed [percent], and where that comes from."""
+
+    percent: float
+    reason: str
+
+
+class Leader(NamedTuple):
+    """Who leads, as far as speeds depend on it, and why the last set point was slowed down."""
+
+    name: str
+    slowed: str
+
+
+def cap_speeds(
+    setup: Setup,
+    speeds: Speeds,
+    sides: Sides,
+    safety: Safety,
+    leader: Leader,
+    pace: tuple[float, str],
+    now: float,
+) -> tuple[Speeds, list[AnyAction]]:
+    """Send what is due, and say what was requested, what is applied, and why.
+
+    Args:
+        setup: Profile and numbers.
+        speeds: What was ordered so far.
+        sides: Both sides.
+        safety: What is judged of the pair.
+        leader: Who leads.
+        pace: With what speed the real robot can be led [percent], and why with no more.
+        now: Time [s].
+    """
+    actions: list[AnyAction] = []
+    flags, motion = sides.real.flags, sides.twin.motion
+    if flags is not None:
+        allowed = real_cap(setup, speeds, safety, leader.name, flags.own_program).percent
+        speeds, actions = _override_real(setup, speeds, flags, allowed, now)
+    if motion is None or not sides.twin.connected:
+        return speeds, actions
+    cap = _twin_cap(setup, speeds, sides, motion, safety, Cap(*pace))
+    speeds = _judged(setup, speeds, sides, safety, leader, cap)
+    speeds, sent = _cap_twin(setup, speeds, motion, cap.percent, now)
+    return speeds, [*actions, *sent]
+
+
+def _judged(
+    setup: Setup, speeds: Speeds, sides: Sides, safety: Safety, leader: Leader, cap: Cap
+) -> Speeds:
+    """Say what the leader asks for, what it gets, and why that is less."""
+    flags, motion = sides.real.flags, sides.twin.motion
+    reason = cap.reason
+    if leader.name == "real" and flags is not None:
+        # A robot that leads runs at its override; what we took of that is the limit.
+        requested = applied = flags.speed_percent
+        limited = False
+        ours = speeds.real is not None and speeds.real.wanted >= flags.override_percent
+        held = real_cap(setup, speeds, safety, leader.name, flags.own_program)
+        if speeds.own_override is not None and speeds.real is not None:
+            applied, limited = min(requested, speeds.real.wanted), True
+            requested, reason = max(requested, speeds.own_override), held.reason
+        elif ours and held.percent <= flags.override_percent < 100.0:
+            limited, reason = True, held.reason
+    else:
+        claimed = 0.0 if motion is None else motion.speed_requested_percent
+        # What is measured of a twin that leads is believed over what it claims.
+        measured = 0.0
+        if leader.name in ("twin", "operator") and sides.twin.history:
+            qdot = sides.twin.last.qdot
+            measured = 100.0 * max(abs(v) / limit for v, limit in zip(qdot, setup.velocity))
+        requested = max(claimed, measured)
+        applied = min(requested, cap.percent)
+        limited = requested > applied + 0.01
+    if leader.slowed and not limited:
+        limited, reason = True, leader.slowed
+    if not limited:
+        reason = ""
+    return replace(speeds, requested=requested, applied=applied, limited=limited, reason=reason)
+
+
+def _cap_twin(
+    setup: Setup, speeds: Speeds, motion: TwinMotion, cap: float, now: float
+) -> tuple[Speeds, list[AnyAction]]:
+    """Send the twin its cap if it shows another one."""
+    config, order = setup.config.speed, speeds.twin
+    step = cap_step(cap, config)
+    if abs(motion.speed_limit_percent - cap) <= step:
+        return speeds, []
+    # A cap that falls is sent at once: the one that is under way allows too much.
+    if order is not None and fresh(order, now) and cap > order.wanted - step:
+        return speeds, []
+    order = tell(order, cap, speed_patience(config), now)
+    return replace(speeds, twin=order), [CapTwin(cap)]
+
+
+def _twin_cap(
+    setup: Setup, speeds: Speeds, sides: Sides, motion: TwinMotion, safety: Safety, pace: Cap
+) -> Cap:
+    """Return the lowest cap of the twin's program speed."""
+    limit, cartesian = setup.config.limit, setup.config.cell.cartesian_speed_mm_s
+    caps = [Cap(speeds.cap, OPERATORS_SPEED)]
+    if sides.real.connected and sides.real.flags is not None:
+        override = max(sides.real.flags.override_percent, 1.0)
+        most = _program_speed(limit.twin_percent, motion)
+        held = f"the real robot gets at most {limit.speed_percent:g} %"
+        caps.append(Cap(most, f"{held}, and it needs some of that to keep up"))
+        caps.append(pace)
+        room = f"the real robot's override is {override:g} %, and it needs some of that to keep up"
+        caps.append(Cap(_program_speed(override / limit.override_margin, motion), room))
+    if cartesian is not None:
+        # A move that is announced has a fastest point of its own; other motion may be the worst.
+        own = setup.safe_percent
+        if safety.way.target:
+            own = speed_cap(safety.way.peak_speed, cartesian)
+        caps.append(Cap(own, _cartesian(setup)))
+    caps.append(Cap(safety.separation.cap, safety.separation.reason))
+    flags = sides.real.flags
+    if flags is None or not flags.own_program:
+        # A robot that runs a program of its own is slowed by its override.
+        caps.append(Cap(100.0 * safety.guard.share, ZONE_AHEAD))
+    cap = min(caps, key=lambda one: one.percent)
+    return Cap(max(cap.percent, 1.0), cap.reason)
+
+
+def _program_speed(most: float, motion: TwinMotion) -> float:
+    """Return with what program speed no joint of the twin is faster than ``most`` [percent].
+
+    A cap slows all of a path down: a move that is too short to get so fast needs none.
+    """
+    if not motion.target or motion.peak_percent <= 0.0:
+        return most
+    return min(100.0, most * max(1.0, motion.speed_requested_percent / motion.peak_percent))
+
+
+def real_cap(setup: Setup, speeds: Speeds, safety: Safety, leader: str, own_program: bool) -> Cap:
+    """Return the largest override that the real robot may have.
+
+    The operator's cap is in the set points and their program speed. Only a program of the robot's
+    own knows neither, and has no other means to be slowed.
+    """
+    caps = [Cap(100.0, "")]
+    if own_program:
+        caps.append(Cap(speeds.cap, OPERATORS_SPEED))
+    if setup.config.cell.cartesian_speed_mm_s is not None:
+        caps.append(Cap(setup.safe_percent, _cartesian(setup)))
+    # A robot that follows is as slow as its leader, whose cap holds.
+    if leader == "real":
+        caps.append(Cap(safety.separation.cap, safety.separation.reason))
+        caps.append(Cap(100.0 * safety.guard.share / safety.guard.asked, ZONE_AHEAD))
+    cap = min(reversed(caps), key=lambda one: one.percent)
+    return Cap(_whole(cap.percent), cap.reason)
+
+
+def _whole(percent: float) -> float:
+    """Round down: the robot knows whole percents, and an override of 0 would stop it for good."""
+    return float(max(1, math.trunc(percent)))
+
+
+def _cartesian(setup: Setup) -> str:
+    return f"no watched point may exceed {setup.config.cell.cartesian_speed_mm_s:g} mm/s"
+
+
+def _override_real(
+    setup: Setup, speeds: Speeds, flags: RealMeasured, allowed: float, now: float
+) -> tuple[Speeds, list[AnyAction]]:
+    """Lower the robot's override as far as its limits ask, and give it back afterwards.
+
+    Only what zones and people took is given back. The operator's cap is not: a person who sets the
+    same value meanwhile changes nothing that could be seen.
+    """
+    config, order, own = setup.config.speed, speeds.real, speeds.own_override
+    shown, waits = flags.override_percent, fresh(order, now)
+    most = _whole(speeds.cap) if flags.own_program else 100.0
+    if allowed < shown - config.step_percent:
+        # Lower it at once, before the robot moves too; but not twice for the same limit.
+        if order is not None and waits and allowed >= order.wanted:
+            return speeds, []
+        if own is None:
+            # What is not shown yet is ours; otherwise somebody at the robot set it.
+            own = order.wanted if order is not None and waits else shown
+        own, wanted = min(own, most), allowed
+    elif waits:
+        return speeds, []
+    elif order is None or own is None or not shows_override(order.wanted, shown, config):
+        # Nothing is owed to the robot, or somebody at the robot has set it meanwhile.
+        return replace(speeds, own_override=None), []
+    else:
+        # Give it back in steps: between two sightings of a person the cap falls and rises a little.
+        own = min(own, most)
+        speeds = replace(speeds, own_override=None if own <= shown else own)
+        wanted = min(own, allowed)
+        if wanted < min(own, shown + config.raise_step_percent):
+            return speeds, []
+    if shows_override(wanted, shown, config):
+        return speeds, []
+    kept = None if wanted >= own else own
+    order = tell(speeds.real, wanted, speed_patience(config), now)
+    return replace(speeds, real=order, own_override=kept), [OverrideReal(wanted)]
+
+
+def speed_answer(speeds: Speeds, flags: RealMeasured | None, allowed: Cap) -> str:
+    """Return the answer to the operator's SPEED, ``speeds.cap``: what each side gets of it.
+
+    A cap only lowers. What somebody has set at the robot is the most that the robot gets, and a cap
+    that has lowered it is not given back: whoever stands at the robot may want what it shows.
+    """
+    percent = speeds.cap
+    answer = f"speed of both capped at {percent:g} %"
+    if flags is None:
+        unreached = "the real robot is not reached: once it is, a program of its own is slowed to"
+        return f"{answer}; {unreached} that, and no override is raised"
+    own = speeds.own_override
+    if own is None:
+        own = flags.override_percent
+    # The override is a whole number: less than one percent below is no limit.
+    if allowed.percent < min(percent, own) - 1.0 + 1e-6:
+        return f"{answer}; the real robot gets {allowed.percent:g} % for now: {allowed.reason}"
+    if own < percent - 1.0 + 1e-6:
+        return f"{answer}; the real robot keeps its own override of {own:g} %: raise it there"
+    return answer

@@ -9,9 +9,8 @@ from twin_controller.core.events import AnyEvent, RealMeasured, TwinMeasured, Tw
 from twin_controller.core.orders.gripper import Grips
 from twin_controller.core.orders.order import Order
 from twin_controller.core.orders.speed import Speeds
-from twin_controller.core.orders.stop import EStopOrder, StopOrder, hear_stop
+from twin_controller.core.orders.stop import EStopOrder, StopOrder, TwinStop, hear_stop, strike_off
 from twin_controller.core.orders.stream import StreamOrder, hear_stream
-from twin_controller.core.orders.twin_stop import TwinStop, strike_off
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.change import stands_still
 from twin_controller.core.sides.side import Sides
