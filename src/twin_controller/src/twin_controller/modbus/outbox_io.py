@@ -112,10 +112,10 @@ class Outbox:
         """
         until = min(until, *self._releases.values()) if self._releases else until
         with self._changed:
-            while (
-                not (self.closed or self._commands or self._ahead is not None)
-                and (left := self._wake(until) - time.monotonic()) > 0.0
-            ):
+            while not (self.closed or self._commands or self._ahead is not None):
+                wake = min(until, self._setpoints[0].send_at) if self._setpoints else until
+                if (left := wake - time.monotonic()) <= 0.0:
+                    break
                 self._changed.wait(left)
             now, setpoint = time.monotonic(), None
             while self._setpoints and self._setpoints[0].send_at <= now:
@@ -145,11 +145,6 @@ class Outbox:
             while self._commands and not self._commands[0].behind:
                 commands.append(self._commands.popleft())
             return counts, commands
-
-    def _wake(self, until: float) -> float:
-        if not self._setpoints:
-            return until
-        return min(until, self._setpoints[0].send_at)
 
     def pause(self, until: float) -> None:
         """Wait until ``until``, or until the box is closed."""

@@ -103,8 +103,13 @@ class PollTimes:
             return
         if not self._tick_ms:
             if self._rhythm.count < ENOUGH:
-                self._rhythm = heard(self._rhythm, clock_ms, 0.5 * (sent + received))
-                self._tick_ms = self._found()
+                rhythm = heard(self._rhythm, clock_ms, 0.5 * (sent + received))
+                self._rhythm = rhythm
+                # Nothing is asked behind a period that is not known, or longer than ours.
+                if rhythm.count >= ENOUGH and rhythm.jitter <= 0.0:
+                    period_ms = round(rhythm.period * 1e3)
+                    if PERIODS_MS[0] < period_ms <= self._period * 1e3:
+                        self._tick_ms = period_ms
             return
         if before is not None and (clock_ms - before) % self._tick_ms:
             self._learn()  # its clock was set, or it renews its readings otherwise now
@@ -113,14 +118,6 @@ class PollTimes:
         self._clock = observe(
             self._clock, clock_ms * 1e-3, sent, received, self._drift_ppm, self._tick_ms * 1e-3
         )
-
-    def _found(self) -> int:
-        """Return the period of the robot's readings [ms]; 0 while there is none to ask behind."""
-        rhythm = self._rhythm
-        if rhythm.count < ENOUGH or rhythm.jitter > 0.0:
-            return 0
-        found = round(rhythm.period * 1e3)
-        return found if PERIODS_MS[0] < found <= self._period * 1e3 else 0
 
     @property
     def _tick_known(self) -> bool:

@@ -168,7 +168,13 @@ class ModbusRobotLink:
                 try:
                     self._serve_alone()
                 except LinkLostError as error:
-                    self._lost(str(error))
+                    self._port.close()
+                    self._listener.lost(str(error))
+                    self._writer.end(farewell=False)
+                    # Before the next attempt it waits, longer each time.
+                    pause = self._retry
+                    self._retry = min(2.0 * pause, self._settings.retry_last)
+                    self._outbox.pause(time.monotonic() + pause)
             self._writer.end(farewell=self._disarm)
         except BaseException as error:
             self._listener.died(error)
@@ -176,14 +182,6 @@ class ModbusRobotLink:
         finally:
             self._writer.end(farewell=False)
             self._port.close()
-
-    def _lost(self, reason: str) -> None:
-        """Tell the listener, then wait before the next attempt."""
-        self._port.close()
-        self._listener.lost(reason)
-        self._writer.end(farewell=False)
-        pause, self._retry = self._retry, min(2.0 * self._retry, self._settings.retry_last)
-        self._outbox.pause(time.monotonic() + pause)
 
     def _serve_alone(self) -> None:
         """Serve until closed or lost, or until somebody else has written the heartbeat and ended.

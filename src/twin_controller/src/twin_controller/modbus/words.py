@@ -20,7 +20,9 @@ def numbers(register: Register, words: Sequence[int], low_first: bool) -> list[f
     """
     if register.type == "int16":
         return [((word ^ 0x8000) - 0x8000) * register.scale for word in words]
-    pairs = [_join(words[i : i + 2], low_first) for i in range(0, len(words), 2)]
+    order = slice(None, None, -1) if low_first else slice(None)
+    halves = [words[i : i + 2][order] for i in range(0, len(words), 2)]
+    pairs = [high.to_bytes(2, "big") + low.to_bytes(2, "big") for high, low in halves]
     if register.type == "int32":
         return [int.from_bytes(pair, "big", signed=True) * register.scale for pair in pairs]
     return [float(struct.unpack(">f", pair)[0]) * register.scale for pair in pairs]
@@ -53,11 +55,6 @@ def text_of(words: Sequence[int]) -> str:
     """Return a string of two characters a word, ended by NUL."""
     text = b"".join(word.to_bytes(2, "big") for word in words)
     return text.partition(b"\0")[0].decode("ascii", "replace").rstrip()
-
-
-def _join(pair: Sequence[int], low_first: bool) -> bytes:
-    low, high = pair if low_first else reversed(pair)
-    return high.to_bytes(2, "big") + low.to_bytes(2, "big")
 
 
 def _split(value: bytes, low_first: bool) -> list[int]:

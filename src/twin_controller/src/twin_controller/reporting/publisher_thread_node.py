@@ -89,7 +89,11 @@ class PublisherThread:
         due = time.monotonic()
         while True:
             time.sleep(max(0.0, due - time.monotonic()))
-            batches = self._waiting() or [self._batches.get()]
+            batches: list[Batch | None] = []
+            with contextlib.suppress(queue.Empty):
+                while not batches or batches[-1] is not None:
+                    batches.append(self._batches.get_nowait())
+            batches = batches or [self._batches.get()]
             due = time.monotonic() + PERIOD_S
             lost, self._lost = self._lost, 0
             found = [batch for batch in batches if batch is not None]
@@ -97,11 +101,3 @@ class PublisherThread:
                 self._publish(found, lost)
             if batches[-1] is None:
                 return
-
-    def _waiting(self) -> list[Batch | None]:
-        """Take what is there, up to the end."""
-        batches: list[Batch | None] = []
-        with contextlib.suppress(queue.Empty):
-            while not batches or batches[-1] is not None:
-                batches.append(self._batches.get_nowait())
-        return batches

@@ -111,19 +111,16 @@ class Publishing:
                     self.audit("twin_controller", ", ".join(decision.actions), True, decision.why)
             for batch in batches:
                 self._publish_samples(batch)
-                self._publish_peak(batch)
+                measured = any(isinstance(event, RealMeasured) for event in batch.events)
+                widest = self._peak.rises(batch.state) if measured else None
+                if widest is not None:
+                    # At once, while the tools get further apart than before.
+                    self._state_pace.hurry()
+                    self.publish_state(batch.state, batch.now, batch.stamp, widest)
             # Of what is recorded, too: a replay cannot reach a state between two messages.
             self._shadow.remember(state, now, stamp.to_sec())
             self.publish_state(state, now, stamp)
             self._status.publish(state, now, stamp)
-
-    def _publish_peak(self, batch: Batch) -> None:
-        """Publish the state at once while the tools get further apart than before."""
-        measured = any(isinstance(event, RealMeasured) for event in batch.events)
-        widest = self._peak.rises(batch.state) if measured else None
-        if widest is not None:
-            self._state_pace.hurry()
-            self.publish_state(batch.state, batch.now, batch.stamp, widest)
 
     def _publish_samples(self, batch: Batch) -> None:
         """Publish the real robot's samples of a batch if somebody listens."""

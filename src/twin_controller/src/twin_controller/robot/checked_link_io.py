@@ -122,7 +122,12 @@ class CheckedLink:
                 case TakeBack():
                     self._link.take_back_setpoints()
                 case StandHere():
-                    self._stand_here()
+                    # Without a reading the robot's own set point stays.
+                    reading = self._intake.plausible.last
+                    if reading is not None:
+                        joints = zip(reading.motion.q, self._robot.joints)
+                        q = tuple([min(max(value, j.lower), j.upper) for value, j in joints])
+                        self._link.write_setpoint(StreamReal(RobotSetpoint(q), 1.0, 0.0))
 
     def write_setpoint(self, action: StreamReal) -> None:
         """Write a set point of the twin's joints at its time.
@@ -144,15 +149,6 @@ class CheckedLink:
             self._refuse(error)
         else:
             self._link.write_ahead(whole)
-
-    def _stand_here(self) -> None:
-        """Make the newest reading the set point; without one the robot's own stays."""
-        reading = self._intake.plausible.last
-        if reading is None:
-            return
-        joints = zip(reading.motion.q, self._robot.joints)
-        q = tuple([min(max(value, joint.lower), joint.upper) for value, joint in joints])
-        self._link.write_setpoint(StreamReal(RobotSetpoint(q), 1.0, 0.0))
 
     def _whole(self, setpoint: RobotSetpoint) -> RobotSetpoint:
         """Return a set point for all joints of the robot."""

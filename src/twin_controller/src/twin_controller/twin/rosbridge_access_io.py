@@ -143,16 +143,13 @@ class _SharedSocket(ssl.SSLSocket):
 
     def recv(self, buflen: int = 1024, flags: int = 0) -> bytes:
         if not self.pending():
-            self._wait()
+            timeout, poll = self.gettimeout(), select.poll()
+            poll.register(self, select.POLLIN)
+            if not poll.poll(None if timeout is None else timeout * 1e3):
+                raise TimeoutError("timed out")
         with self._turn:
             return super().recv(buflen, flags)
 
     def send(self, data: Any, flags: int = 0) -> int:
         with self._turn:
             return super().send(data, flags)
-
-    def _wait(self) -> None:
-        timeout, poll = self.gettimeout(), select.poll()
-        poll.register(self, select.POLLIN)
-        if not poll.poll(None if timeout is None else timeout * 1e3):
-            raise TimeoutError("timed out")

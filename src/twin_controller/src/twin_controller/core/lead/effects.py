@@ -88,7 +88,12 @@ def carry_out(
             state = replace(state, lead=replace(state.lead, reset_since=now))
         case Command.MOVE_TWIN if asked is not None:
             state = replace(state, lead=replace(state.lead, move_pending=True, move_failed=""))
-            return state, [_move_twin(setup, asked)]
+            do, target, speed = asked.command, asked.target, asked.speed_percent
+            if do == "HOME":
+                # To the twin it is a move of the joints, with a speed of its own.
+                do, target = "MOVE_JOINTS", setup.home
+                speed = speed or setup.config.home.speed_percent
+            return state, [MoveTwin(do, target, speed, asked.elbow, asked.asked)]
     return state, [SendReal(command, reason)]
 
 
@@ -145,11 +150,3 @@ def _begin_stream(setup: Setup, state: CoreState, now: float) -> CoreState:
         follow=replace(state.follow, real=follows),
         orders=replace(state.orders, stream=stream),
     )
-
-
-def _move_twin(setup: Setup, asked: Operator) -> MoveTwin:
-    """Pass the operator's move on to the twin; home is a move of the joints."""
-    if asked.command == "HOME":
-        speed = asked.speed_percent or setup.config.home.speed_percent
-        return MoveTwin("MOVE_JOINTS", setup.home, speed, asked.elbow, asked.asked)
-    return MoveTwin(asked.command, asked.target, asked.speed_percent, asked.elbow, asked.asked)

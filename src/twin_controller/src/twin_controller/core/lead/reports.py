@@ -168,23 +168,15 @@ def _twin_reports(setup: Setup, state: CoreState, motion: TwinMotion, now: float
     if lead.mode is Mode.PAUSED and lead.paused_seen[1] and moves:
         may = lead.paused_by is Trigger.TWIN_PAUSED and not resume_blocked(state)
         return [Trigger.TWIN_RESUMED if may else Trigger.RELEASED_BLOCKED]
-    if _moved_in_pause(setup, state, now):
+    # What its nodes report does not count: a joint may be commanded past all of them, and a move
+    # may begin where there was none to be paused. A twin that was told to stand slows down first.
+    rested = lead.mode is Mode.PAUSED and state.orders.twin_stop is None
+    seen, config = state.sides.twin.change, setup.config.change
+    if rested and change.moved(seen, config) and not change.stands_still(seen, now, config):
         return [Trigger.TWIN_MOVED_PAUSED]
     if not lead.twin_named and moves_in_stop(setup, state, now):
         return [Trigger.TWIN_MOVED_STOPPED]
     return []
-
-
-def _moved_in_pause(setup: Setup, state: CoreState, now: float) -> bool:
-    """Return whether a twin that had come to rest in a pause moves, and was not told to stand.
-
-    What its nodes report does not count: a joint may be commanded past all of them, and a move may
-    begin where there was none to be paused.
-    """
-    lead, twin, config = state.lead, state.sides.twin, setup.config.change
-    if lead.mode is not Mode.PAUSED or state.orders.twin_stop is not None:
-        return False
-    return change.moved(twin.change, config) and not change.stands_still(twin.change, now, config)
 
 
 def moves_in_stop(setup: Setup, state: CoreState, now: float) -> bool:

@@ -100,19 +100,12 @@ def rows(mode: Mode) -> Iterator[tuple[Trigger, Mode | None, Row]]:
 
 
 def _does(row: Row) -> Does:
-    return _next(row), _actions(row), row.why
-
-
-def _next(row: Row) -> str:
-    if row.refused:
-        return "refused"
-    return "stays" if row.to is None else row.to.name
-
-
-def _actions(row: Row) -> str:
-    """Return what is sent, in few words: the page has them a hundred times."""
+    then = "refused" if row.refused else "stays"
+    if row.to is not None and not row.refused:
+        then = row.to.name
     said = ", ".join(command.value for command in row.commands)
-    return said.replace("the ", "").replace("real robot", "robot")
+    # In few words: the page has them a hundred times.
+    return then, said.replace("the ", "").replace("real robot", "robot"), row.why
 
 
 if __name__ == "__main__":

@@ -79,7 +79,11 @@ def watch(setup: Setup, safety: Safety, sides: Sides, event: AnyEvent, task: Tas
             return _watch_real(setup, safety, sides, task)
         case TwinMotion():
             return replace(safety, way=_judge_move(setup, safety.way, sides.twin))
-        case TwinMeasured() if task.together and not (task.catches_up and _obeys(setup, sides)):
+        case TwinMeasured() if task.together:
+            real = sides.real
+            if task.catches_up and real.history and answers(setup, real, real.last):
+                # It is where its set points lead it, and not yet where the twin waits.
+                return safety
             judged = judge_divergence(setup, safety.divergence, sides, task.streams)
             delay = judge_delay(setup, safety.delay, sides)
             return replace(safety, divergence=judged, delay=delay)
@@ -101,11 +105,6 @@ def _watch_real(setup: Setup, safety: Safety, sides: Sides, task: Task) -> Safet
         ahead = known_ahead(setup, sides, safety.way)
     guard = judge_guard(setup, safety.guard, real, fastest, task.led, ahead)
     return replace(safety, separation=separation, guard=guard)
-
-
-def _obeys(setup: Setup, sides: Sides) -> bool:
-    """Return whether the real robot is where its set points lead it."""
-    return bool(sides.real.history) and answers(setup, sides.real, sides.real.last)
 
 
 def _judge_move(setup: Setup, way: WatchedMove, twin: TwinSide) -> WatchedMove:

@@ -120,9 +120,13 @@ def update(
     outside = deviation > threshold
     recent = (*state.recent, outside)[-config.window :]
     onset, previous = state.onset, state.previous
-    # The sample's time would be late by up to a period: who was first is decided by less.
     if outside and onset is None:
-        onset = _crossing(previous, (t, deviation), threshold)
+        onset = t
+        if previous is not None and deviation > previous[1]:
+            # The sample's time would be late by up to a period, and who was first is decided by
+            # less: interpolate when the deviation crossed the threshold since the sample before.
+            part = (threshold - previous[1]) / (deviation - previous[1])
+            onset = previous[0] + part * (t - previous[0])
     if not any(recent):
         onset = None
     if not outside:
@@ -159,13 +163,3 @@ def stands_still(state: ChangeState, t: float, config: Change) -> bool:
 def _rounded(q: Joints, config: Change) -> Joints:
     """Round a position as agreed positions are."""
     return tuple(round(value, config.decimals) for value in q)
-
-
-def _crossing(
-    before: tuple[float, float] | None, after: tuple[float, float], threshold: float
-) -> float:
-    """Interpolate when the deviation crossed the threshold between two samples [s]."""
-    if before is None or after[1] <= before[1]:
-        return after[0]
-    part = (threshold - before[1]) / (after[1] - before[1])
-    return before[0] + part * (after[0] - before[0])

@@ -46,11 +46,10 @@ def is_echo(
     recent = [position for sent, position in tube.commands if abs(t - sent) <= memory]
     if not recent:
         return False
-    return all(_inside(value, axis, rest, tolerance) for value, axis in zip(q, zip(*recent)))
-
-
-def _inside(value: float, commanded: tuple[float, ...], rest: float, tolerance: float) -> bool:
-    low, high = min(commanded), max(commanded)
-    # A joint that was told to move may lag or overshoot; one that was not has no reason to.
-    margin = rest + tolerance if high - low > rest else rest
-    return low - margin <= value <= high + margin
+    for value, commanded in zip(q, zip(*recent)):
+        low, high = min(commanded), max(commanded)
+        # A joint that was told to move may lag or overshoot; one that was not has no reason to.
+        margin = rest + tolerance if high - low > rest else rest
+        if not low - margin <= value <= high + margin:
+            return False
+    return True
