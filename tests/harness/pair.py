@@ -10,11 +10,13 @@ import heapq
 from collections.abc import Callable
 from functools import partial
 from itertools import count
+from typing import Any, TypeVar
 
 import msgspec
 from scara_control.joint_motion import JointMotion, Setpoints
 from twin_controller.config import load_twin_controller
 from twin_controller.core.actions import (
+    Action,
     AnyAction,
     CapTwin,
     Command,
@@ -23,6 +25,7 @@ from twin_controller.core.actions import (
     MoveTwin,
     OverrideReal,
     Reply,
+    Send,
     SendReal,
     SendTwin,
     StreamAhead,
@@ -35,6 +38,7 @@ from twin_controller.core.events import (
     LinkChanged,
     MoveEnded,
     Operator,
+    PersonSeen,
     RealAlarm,
     RealMeasured,
     Tick,
@@ -42,6 +46,7 @@ from twin_controller.core.events import (
     TwinMotion,
     TwinPlan,
 )
+from twin_controller.core.lead.modes import Mode
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import initial_state
 from twin_controller.core.step import step
@@ -50,7 +55,9 @@ from harness.plants.known_robot import knowing
 from harness.sides import ROBOT, Joints, Path_, RealSide, TwinSide, ramp
 from harness.workspace import ROOT
 
-__all__ = ["HOME", "ROBOT", "SETUP", "Pair", "ramp", "shifted"]
+__all__ = ["HOME", "ROBOT", "SETUP", "WATCHED", "Pair", "idle_pair", "ramp", "seen_pair", "shifted"]
+
+replace = msgspec.structs.replace
 
 REAL_PERIOD_S = 0.002
 """How often the ideal real robot renews its readings."""
@@ -59,8 +66,14 @@ REAL_DELAY_MS = 18.3
 
 
 SETUP = Setup(ROBOT, knowing(load_twin_controller(ROBOT, ROOT / "config"), ROBOT, REAL_DELAY_MS))
+WATCHED = Setup(
+    ROBOT,
+    replace(SETUP.config, separation=replace(SETUP.config.separation, enabled=True, sensors=("",))),
+)
+"""With one sensor that sees people; it has no name."""
 HOME = SETUP.home
 PLAN_ROWS = 16
+Kind = TypeVar("Kind", bound=Action)
 
 
 class Pair(RealSide, TwinSide):
@@ -118,7 +131,7 @@ class Pair(RealSide, TwinSide):
         self.link("real", True)
         self.link("twin", True)
         self.run(1.0)
-        self.run_until(lambda: self.state.lead.mode == "IDLE", 30.0)
+        self.until(Mode.IDLE, 30.0)
 
     def link(self, side: str, up: bool) -> None:
         """Bring one link up or down."""
@@ -159,9 +172,50 @@ class Pair(RealSide, TwinSide):
         """Give the twin a motion command that is not ours."""
         self.command_twin(do, number, self.now)
 
+    @property
+    def mode(self) -> Mode:
+        """The controller's mode."""
+        return self.state.lead.mode
+
+    @property
+    def why(self) -> str:
+        """Why it is in that mode."""
+        return self.state.lead.why
+
+    def made(self, kind: type[Kind], since: int = 0) -> list[Kind]:
+        """Return the actions of a kind since the given index of actions."""
+        return [action for action in self.actions[since:] if isinstance(action, kind)]
+
+    def performed(self, since: int = 0) -> list[Command]:
+        """Return the commands that either side was sent since the given index of actions."""
+        return [action.command for action in self.made(Send, since)]
+
     def decisions(self) -> list[Decided]:
         """Return all decisions so far."""
-        return [action for action in self.actions if isinstance(action, Decided)]
+        return self.made(Decided)
+
+    def triggers(self, since: int = 0) -> list[str]:
+        """Return the triggers decided on since the given index of decisions."""
+        return [decision.trigger for decision in self.decisions()[since:]]
+
+    def far(self) -> float:
+        """Return the largest deviation of a joint, both at one instant, in border units."""
+        pairs = zip(self.real_q, self.twin_q, SETUP.scale)
+        return max(abs(a - b) / scale for a, b, scale in pairs)
+
+    def see(self, x: float | dict[str, float], duration: float, age: float = 0.0) -> None:
+        """Let time pass while a sensor sees a person at ``x`` [m] every 50 ms, ``age`` [s] late.
+
+        Sensors with names: where each of them sees somebody.
+        """
+        for _ in range(round(duration / 0.05)):
+            for sensor, place in (x if isinstance(x, dict) else {"": x}).items():
+                self.feed(PersonSeen(self.now, (place, 0.0, 0.0), age, sensor))
+            self.run(0.05)
+
+    def until(self, mode: Mode, limit: float = 10.0) -> None:
+        """Let time pass until the controller is in a mode; see :meth:`run_until`."""
+        self.run_until(lambda: self.mode is mode, limit)
 
     def run(self, duration: float) -> None:
         """Let time pass in steps of 1 ms; each side reports at its own rate."""
@@ -179,8 +233,7 @@ class Pair(RealSide, TwinSide):
                 return
             self._millisecond()
         raise AssertionError(
-            f"not within {limit} s; "
-            f"mode {self.state.lead.mode}: {self.state.lead.why}; motion {self.motion}"
+            f"not within {limit} s; mode {self.mode}: {self.why}; motion {self.motion}"
         )
 
     def _millisecond(self) -> None:
@@ -237,7 +290,7 @@ class Pair(RealSide, TwinSide):
     def report_motion(self) -> None:
         """Report the state of the twin's pose controller."""
         shown, applied = self.shown_motion(self.now), min(100.0, self.limit)
-        still = shown in ("idle", "paused", "estopped")
+        still = shown in ("idle_pair", "paused", "estopped")
         target, peak = self.announced if shown == "moving" else ((), 0.0)
         event = TwinMotion(
             *(self.now, shown, 100.0, applied, self.limit, self.command_id, still, ""),
@@ -272,7 +325,7 @@ class Pair(RealSide, TwinSide):
                 fields = {"now": self.now} | (
                     {"received": self.now} if isinstance(event, RealMeasured) else {}
                 )
-                self.feed(msgspec.structs.replace(event, **fields))
+                self.feed(replace(event, **fields))
 
         self._later(self.report_delay, arrive)
 
@@ -312,6 +365,23 @@ class Pair(RealSide, TwinSide):
                 self.feed(
                     MoveEnded(self.now, accepted, "done" if accepted else f"refused: {self.motion}")
                 )
+
+
+def idle_pair(**arguments: Any) -> Pair:
+    """Return a connected pair, IDLE at home; see :class:`Pair` for the arguments."""
+    made = Pair(**arguments)
+    made.connect()
+    return made
+
+
+def seen_pair(far: float | dict[str, float], setup: Setup = WATCHED) -> Pair:
+    """Return a connected pair, IDLE at home, whose sensors see a person far away."""
+    made = Pair(setup=setup)
+    made.link("real", True)
+    made.link("twin", True)
+    made.see(far, 2.5)
+    assert made.mode is Mode.IDLE
+    return made
 
 
 def shifted(q: Joints, *border: float) -> Joints:

@@ -70,7 +70,7 @@ def under_way(setup: Setup) -> LatePair:
     """Give a pair whose real robot leads by its program."""
     pair = LatePair(setup)
     pair.start()
-    pair.run_until(lambda: pair.state.lead.mode is Mode.REAL_LEADS, 2.0)
+    pair.until(Mode.REAL_LEADS, 2.0)
     pair.run(0.5)
     return pair
 
@@ -94,7 +94,7 @@ def test_a_late_process_of_a_side_costs_no_link(links: str, side: str, late: flo
     pair.together_again()
     pair.late_side(side, late)
     pair.run(1.0)
-    assert pair.state.lead.mode is Mode.IDLE and pair.lost() == []
+    assert pair.mode is Mode.IDLE and pair.lost() == []
 
 
 @pytest.mark.parametrize(
@@ -111,7 +111,7 @@ def test_a_silent_side_is_found_in_time(links: str, side: str, limit: float) -> 
     pair = under_way(SETUPS[links])
     begun = pair.now
     setattr(pair, f"{side}_up", False)
-    pair.run_until(lambda: pair.state.lead.mode is Mode.OFFLINE, limit + TICK_S)
+    pair.run_until(lambda: pair.mode is Mode.OFFLINE, limit + TICK_S)
     assert pair.now - begun <= limit + TICK_S and len(pair.lost()) == 1
 
 
@@ -122,7 +122,7 @@ def test_a_late_controller_loses_no_side(late: float) -> None:
     A twin that has heard nothing for 0.1 s has ended its stream: that pair has paused.
     """
     pair = under_way(STRICT)
-    while pair.state.lead.mode is Mode.REAL_LEADS:
+    while pair.mode is Mode.REAL_LEADS:
         pair.late_controller(late)
         pair.run(1.0)
     pair.together_again()
@@ -133,14 +133,14 @@ def test_a_controller_that_stood_still_for_long_finds_its_data_old() -> None:
     """A robot has been stopped by its watchdog by then: nothing of before may go on."""
     pair = under_way(STRICT)
     pair.late_controller(0.3)
-    assert pair.state.lead.mode is Mode.OFFLINE
+    assert pair.mode is Mode.OFFLINE
 
 
 def test_a_late_controller_finds_a_silent_robot_all_the_same() -> None:
     """At most its budget later."""
     pair = under_way(STRICT)
     begun, pair.real_up = pair.now, False
-    while pair.state.lead.mode is not Mode.OFFLINE and pair.now - begun < 1.0:
+    while pair.mode is not Mode.OFFLINE and pair.now - begun < 1.0:
         pair.gaps.look(pair.now)
         pair.now = round(pair.now + 0.045, 6)
         pair.feed(Tick(pair.now, pair.gaps.look(pair.now)))

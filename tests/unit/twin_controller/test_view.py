@@ -25,14 +25,6 @@ replace = msgspec.structs.replace
 AWAY = shifted(HOME, 20.0, -30.0, 40.0, 10.0)
 
 
-@pytest.fixture
-def pair() -> Pair:
-    """Return a connected pair, IDLE at home."""
-    made = Pair()
-    made.connect()
-    return made
-
-
 def level(pair_state: CoreState, name: str, now: float = 0.0) -> int:
     """Return the level of one diagnostic."""
     return next(

@@ -37,11 +37,6 @@ def connected(**arguments: float) -> Pair:
     return pair
 
 
-def triggers(pair: Pair, since: int = 0) -> list[str]:
-    """Return the triggers decided on since the given index of decisions."""
-    return [decision.trigger for decision in pair.decisions()[since:]]
-
-
 def leaders(pair: Pair, since: int) -> list[str]:
     """Return who led, one after the other."""
     return [decision.leader for decision in pair.decisions()[since:] if decision.leader]
@@ -72,7 +67,7 @@ def test_noise_below_the_hysteresis_changes_no_leader(edge: int, width: float, s
     Watch(pair)
     pair.connect()
     pair.run(4.0)
-    assert triggers(pair) == ["LINKS_READY", "ALIGNED"]
+    assert pair.triggers() == ["LINKS_READY", "ALIGNED"]
 
 
 def test_idling_with_noise_changes_no_leader() -> None:
@@ -81,7 +76,7 @@ def test_idling_with_noise_changes_no_leader() -> None:
     pair.real_drift, pair.twin_drift = 200e-6, -200e-6
     pair.connect()
     pair.run(examples(10, 60))
-    assert triggers(pair) == ["LINKS_READY", "ALIGNED"]
+    assert pair.triggers() == ["LINKS_READY", "ALIGNED"]
 
 
 @FEW
@@ -131,7 +126,7 @@ def test_a_twin_that_follows_is_never_a_new_leader(
     pair.run(duration + 0.3)
     pair.end_program()
     pair.run(2.0)
-    assert triggers(pair, since) == ["REAL_TOOK_OVER", "AT_REST"]
+    assert pair.triggers(since) == ["REAL_TOOK_OVER", "AT_REST"]
 
 
 @pytest.mark.parametrize(
@@ -154,7 +149,7 @@ def test_a_twin_that_goes_on_settling_is_no_new_leader(left: float, tau: float) 
     pair.end_program()
     pair.jog_twin(lambda t: shifted(goal, left * math.exp(-t / tau)), pair.now)
     pair.run(4.0)
-    assert triggers(pair, since) == ["REAL_TOOK_OVER", "AT_REST"]
+    assert pair.triggers(since) == ["REAL_TOOK_OVER", "AT_REST"]
     pair.run(1.0)
     pair.jog_twin(lambda t: shifted(goal, -0.04 * min(1.0, t) * math.copysign(1.0, left)), pair.now)
     pair.run(2.0)
@@ -173,11 +168,11 @@ def test_a_twin_that_settles_after_a_stop_is_not_aligned_by_that(left: float) ->
     pair.operate("ESTOP")
     pair.run(0.5)
     pair.operate("RESET")
-    pair.run_until(lambda: pair.state.lead.mode is Mode.STOPPED, 2.0)
+    pair.until(Mode.STOPPED, 2.0)
     since, place = len(pair.decisions()), pair.twin_q
     pair.jog_twin(lambda t: shifted(place, left * (1.0 - math.exp(-t / 0.6))), pair.now)
     pair.run(4.0)
-    assert triggers(pair, since) == []
+    assert pair.triggers(since) == []
 
 
 @FEW
@@ -201,7 +196,7 @@ def test_a_robot_that_follows_is_never_a_new_leader(
     since = len(pair.decisions())
     pair.move_twin(ramp(HOME, shifted(HOME, *offset), duration))
     pair.run(duration + 2.5)
-    assert triggers(pair, since) == ["TWIN_MOVED", "AT_REST"]
+    assert pair.triggers(since) == ["TWIN_MOVED", "AT_REST"]
 
 
 REPORT_S = 0.011
@@ -313,11 +308,11 @@ def test_clocks_that_jump_drift_stand_or_run_backwards_make_nobody_lead(
         else:
             setattr(pair, f"{side}_drift", drift)
         pair.run(ms * 1e-3)
-    assert set(triggers(pair)) <= HARMLESS
+    assert set(pair.triggers()) <= HARMLESS
     pair.real_drift = pair.twin_drift = 0.0
     pair.run(0.5)
-    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 12.0)
-    assert set(triggers(pair)) <= HARMLESS
+    pair.until(Mode.IDLE, 12.0)
+    assert set(pair.triggers()) <= HARMLESS
 
 
 @pytest.mark.slow
@@ -339,7 +334,7 @@ def test_drifting_clocks_keep_the_pair_together(side: str, drift: float) -> None
     pair.run(40.0)
     pair.start_program(ramp(HOME, shifted(HOME, 20.0, -30.0), 1.0))
     pair.run(0.5)
-    assert pair.state.lead.mode is Mode.REAL_LEADS
+    assert pair.mode is Mode.REAL_LEADS
     assert (
         max(abs(a - b) / scale for a, b, scale in zip(pair.real_q, pair.twin_q, SETUP.scale)) < 0.2
     )
@@ -364,14 +359,14 @@ def test_the_wrap_of_the_robots_clock_is_nothing_special() -> None:
     pair.start_program(ramp(HOME, shifted(HOME, 20.0, -30.0), 1.0))
     pair.run(0.6)
     assert pair.state.sides.real.clock_ms is not None and pair.state.sides.real.clock_ms > 2**31
-    assert pair.state.lead.mode is Mode.REAL_LEADS
+    assert pair.mode is Mode.REAL_LEADS
     assert (
         max(abs(a - b) / scale for a, b, scale in zip(pair.real_q, pair.twin_q, SETUP.scale)) < 0.2
     )
     pair.run(0.6)
     pair.end_program()
     pair.run(1.0)
-    assert triggers(pair, since) == ["REAL_TOOK_OVER", "AT_REST"]
+    assert pair.triggers(since) == ["REAL_TOOK_OVER", "AT_REST"]
 
 
 def test_a_program_that_a_person_starts_during_a_fault_is_said_once_and_not_followed() -> None:
@@ -383,7 +378,7 @@ def test_a_program_that_a_person_starts_during_a_fault_is_said_once_and_not_foll
     pair.run(0.5)
     pair.fault = False
     pair.run(0.5)
-    assert pair.state.lead.mode is Mode.FAULT
+    assert pair.mode is Mode.FAULT
     since, place = len(pair.decisions()), pair.twin_q
     pair.start_program(ramp(pair.real_q, shifted(HOME, 20.0), 2.0))
     pair.run(3.0)

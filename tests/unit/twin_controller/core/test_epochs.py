@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from harness.pair import HOME, Pair, shifted
+from harness.pair import HOME, Pair, idle_pair, shifted
 from twin_controller.core.actions import Command, MoveTwin, Send
 from twin_controller.core.control import ENDING
 from twin_controller.core.lead.modes import Mode
@@ -18,8 +18,7 @@ STANDS_S = 1.0
 
 def idle() -> Pair:
     """Return an idle pair."""
-    pair = Pair()
-    pair.connect()
+    pair = idle_pair()
     return pair
 
 
@@ -27,22 +26,21 @@ def idle() -> Pair:
 @pytest.mark.parametrize("command", ["MOVE_JOINTS", "HOME", "ALIGN", "RESUME", "RESET"])
 def test_a_command_from_before_a_stop_is_refused_after_it(stop: str, command: str) -> None:
     """It was read before and judged for a while; the stop was acknowledged meanwhile."""
-    pair = idle()
+    pair = idle_pair()
     asked = pair.now
     pair.run(0.2)
     pair.operate(stop)
     pair.run(LATE_S)
-    mode = pair.state.lead.mode
+    mode = pair.mode
     answer = pair.operate(command, target=OTHER, asked=asked)
     assert not answer.success
     assert answer.message == f"cancelled by {stop}, before it began"
-    assert pair.state.lead.mode is mode
-    assert not any(isinstance(action, MoveTwin) for action in pair.actions)
+    assert pair.mode is mode
+    assert not pair.made(MoveTwin)
 
 
-def test_a_move_that_is_asked_for_after_the_stop_leaves_it() -> None:
+def test_a_move_that_is_asked_for_after_the_stop_leaves_it(pair: Pair) -> None:
     """It is a person's act, and the twin is told when it was asked for."""
-    pair = idle()
     pair.operate("STOP")
     pair.run(STANDS_S)
     asked = pair.now
@@ -54,26 +52,24 @@ def test_a_move_that_is_asked_for_after_the_stop_leaves_it() -> None:
 @pytest.mark.parametrize("asked", [math.nan, math.inf, 1e9, -5.0, 0.0])
 def test_what_another_clock_says_is_not_newer_than_a_stop(asked: float) -> None:
     """It counts as not said: such a command is as old as its arrival."""
-    pair = idle()
+    pair = idle_pair()
     pair.operate("STOP")
     pair.run(STANDS_S)
     assert pair.operate("MOVE_JOINTS", target=OTHER, asked=asked).success
 
 
-def test_a_stop_of_a_side_counts_too() -> None:
+def test_a_stop_of_a_side_counts_too(pair: Pair) -> None:
     """The twin was stopped by its own side while a move was judged."""
-    pair = idle()
     asked = pair.now
     pair.order_twin(Command.ESTOP_TWIN, 5)
-    pair.run_until(lambda: pair.state.lead.mode is Mode.ESTOP, 1.0)
+    pair.until(Mode.ESTOP, 1.0)
     answer = pair.operate("RESET", asked=asked)
     assert answer.message == "cancelled by ESTOP (the twin was frozen on its side), before it began"
     assert not any(isinstance(a, Send) and a.command is Command.RESET_REAL for a in pair.actions)
 
 
-def test_a_lower_speed_is_never_too_late() -> None:
+def test_a_lower_speed_is_never_too_late(pair: Pair) -> None:
     """A cap begins no motion."""
-    pair = idle()
     asked = pair.now
     pair.run(0.1)
     pair.operate("STOP")

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import msgspec
 import pytest
-from harness.pair import HOME, SETUP, Pair, ramp, shifted
+from harness.pair import HOME, SETUP, Pair, idle_pair, ramp, shifted
 from harness.parts import changed
 from harness.running.thorough import examples, thorough
 from harness.watch import Watch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scara_control.joint_motion import JointMotion
-from twin_controller.core.actions import Command, FollowTwin, Send
+from twin_controller.core.actions import Command, FollowTwin
 from twin_controller.core.events import RealMeasured, Tick, TwinMeasured
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.safety.divergence import DivergenceState
@@ -32,16 +32,6 @@ def pair(request: pytest.FixtureRequest) -> Pair:
     return made
 
 
-def performed(pair: Pair, since: int = 0) -> list[Command]:
-    """Return the actions performed since the given index."""
-    return [action.command for action in pair.actions[since:] if isinstance(action, Send)]
-
-
-def triggers(pair: Pair, since: int = 0) -> list[str]:
-    """Return the triggers decided on since the given index of decisions."""
-    return [decision.trigger for decision in pair.decisions()[since:]]
-
-
 @pytest.mark.parametrize("side", ["real", "twin"])
 def test_an_emergency_stop_reaches_a_side_that_was_away(pair: Pair, side: str) -> None:
     """Latched means latched.
@@ -56,7 +46,7 @@ def test_an_emergency_stop_reaches_a_side_that_was_away(pair: Pair, side: str) -
     assert not pair.drives and pair.motion == "estopped"
     assert pair.operate("RESET").success
     pair.run(1.0)
-    assert pair.state.lead.mode is Mode.STOPPED and pair.drives and pair.motion == "idle"
+    assert pair.mode is Mode.STOPPED and pair.drives and pair.motion == "idle"
 
 
 def test_a_side_that_is_let_go_on_its_own_side_is_stopped_again(pair: Pair) -> None:
@@ -70,24 +60,24 @@ def test_a_side_that_is_let_go_on_its_own_side_is_stopped_again(pair: Pair) -> N
     pair.drives = True
     pair.order_twin(Command.RESET_TWIN, 17)
     pair.run(1.5)
-    assert pair.state.lead.mode is Mode.ESTOP and not pair.drives and pair.motion == "estopped"
-    assert 1 <= triggers(pair, since).count("ESTOP_MISSED") <= 3
+    assert pair.mode is Mode.ESTOP and not pair.drives and pair.motion == "estopped"
+    assert 1 <= pair.triggers(since).count("ESTOP_MISSED") <= 3
 
 
 def test_an_emergency_stop_that_persists_cannot_be_reset(pair: Pair) -> None:
     """RESET fails with a text while the button is pressed; nothing is switched on."""
     pair.press_estop()
     pair.run(0.2)
-    assert pair.state.lead.mode is Mode.ESTOP and pair.motion == "estopped"
+    assert pair.mode is Mode.ESTOP and pair.motion == "estopped"
     assert pair.operate("RESET").success
     pair.run(2.5)
-    assert pair.state.lead.mode is Mode.ESTOP and "cause persists" in pair.state.lead.why
+    assert pair.mode is Mode.ESTOP and "cause persists" in pair.why
     pair.estop_pressed = False
     pair.run(1.0)
-    assert pair.state.lead.mode is Mode.ESTOP, "releasing alone changes nothing"
+    assert pair.mode is Mode.ESTOP, "releasing alone changes nothing"
     assert pair.operate("RESET").success
     pair.run(1.0)
-    assert pair.state.lead.mode is Mode.STOPPED
+    assert pair.mode is Mode.STOPPED
 
 
 def test_a_reset_does_not_outlive_a_lost_link(pair: Pair) -> None:
@@ -102,7 +92,7 @@ def test_a_reset_does_not_outlive_a_lost_link(pair: Pair) -> None:
     pair.link("real", True)
     pair.drives = True
     pair.run(1.0)
-    assert pair.state.lead.mode is Mode.ESTOP
+    assert pair.mode is Mode.ESTOP
 
 
 @pytest.mark.parametrize("resumed_by", ["operator", "pendant"])
@@ -113,13 +103,13 @@ def test_a_hold_on_the_robots_side_ends_once(pair: Pair, resumed_by: str) -> Non
     since = len(pair.decisions())
     pair.paused = True
     pair.run(1.0)
-    assert pair.state.lead.mode is Mode.PAUSED and pair.motion == "paused"
+    assert pair.mode is Mode.PAUSED and pair.motion == "paused"
     if resumed_by == "operator":
         assert pair.operate("RESUME").success
     else:
         pair.paused = False
-    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 8.0)
-    assert len(triggers(pair, since)) == 3
+    pair.until(Mode.IDLE, 8.0)
+    assert len(pair.triggers(since)) == 3
 
 
 def test_a_robot_that_stays_held_after_resume_pauses_the_twin_again(pair: Pair) -> None:
@@ -131,7 +121,7 @@ def test_a_robot_that_stays_held_after_resume_pauses_the_twin_again(pair: Pair) 
     pair.command_real = lambda do: None  # type: ignore[method-assign]
     assert pair.operate("RESUME").success
     pair.run(1.5)
-    assert pair.state.lead.mode is Mode.PAUSED and pair.motion == "paused"
+    assert pair.mode is Mode.PAUSED and pair.motion == "paused"
 
 
 def test_a_stream_that_was_ended_during_a_pause_is_started_again(pair: Pair) -> None:
@@ -145,10 +135,10 @@ def test_a_stream_that_was_ended_during_a_pause_is_started_again(pair: Pair) -> 
     pair.run(0.5)
     pair.streaming = False
     pair.run(0.2)
-    assert pair.state.lead.mode is Mode.PAUSED
+    assert pair.mode is Mode.PAUSED
     assert pair.operate("RESUME").success
     pair.run(0.5)
-    assert pair.state.lead.mode is Mode.TWIN_LEADS and pair.streaming
+    assert pair.mode is Mode.TWIN_LEADS and pair.streaming
 
 
 def test_a_stream_that_is_ended_as_it_goes_on_is_not_started_again(pair: Pair) -> None:
@@ -160,12 +150,12 @@ def test_a_stream_that_is_ended_as_it_goes_on_is_not_started_again(pair: Pair) -
     pair.run(1.0)
     pair.paused = True
     pair.run(0.5)
-    assert pair.state.lead.mode is Mode.PAUSED and pair.streaming
+    assert pair.mode is Mode.PAUSED and pair.streaming
     assert pair.operate("RESUME").success
     pair.streaming = False
     pair.run(1.0)
-    assert pair.state.lead.mode is Mode.STOPPED and not pair.streaming
-    assert triggers(pair)[-1] == "REAL_STOPPED"
+    assert pair.mode is Mode.STOPPED and not pair.streaming
+    assert pair.triggers()[-1] == "REAL_STOPPED"
 
 
 def test_a_program_of_the_robot_leads_after_a_pause_has_ended(pair: Pair) -> None:
@@ -176,12 +166,12 @@ def test_a_program_of_the_robot_leads_after_a_pause_has_ended(pair: Pair) -> Non
     pair.run(0.5)
     pair.start_program(ramp(pair.real_q, HOME, 2.0))
     pair.run(0.8)
-    assert pair.state.lead.mode is Mode.PAUSED and not pair.own_program
+    assert pair.mode is Mode.PAUSED and not pair.own_program
     assert pair.operate("STOP").success
     pair.run(0.5)
     pair.start_program(ramp(pair.real_q, HOME, 2.0))
     pair.run(0.8)
-    assert pair.state.lead.mode is Mode.REAL_LEADS and pair.motion == "following"
+    assert pair.mode is Mode.REAL_LEADS and pair.motion == "following"
 
 
 @pytest.mark.parametrize("released", ["real", "twin"])
@@ -191,14 +181,14 @@ def test_a_release_does_not_go_round_the_acknowledgement(pair: Pair, released: s
     pair.run(1.0)
     pair.state = changed(pair.state, safety__divergence=DivergenceState((True,) * 15, True, 30.0))
     pair.run(0.5)
-    assert pair.state.lead.mode is Mode.PAUSED and pair.state.lead.needs_acknowledge and pair.paused
+    assert pair.mode is Mode.PAUSED and pair.state.lead.needs_acknowledge and pair.paused
     if released == "real":
         pair.paused = False
     else:
         pair.order_twin(Command.RESUME_TWIN, 17)
     pair.run(0.3)
-    assert pair.state.lead.mode is Mode.STOPPED
-    assert triggers(pair)[-1] == "RELEASED_BLOCKED"
+    assert pair.mode is Mode.STOPPED
+    assert pair.triggers()[-1] == "RELEASED_BLOCKED"
 
 
 def test_an_old_alarm_does_not_pause_an_aligned_pair(pair: Pair) -> None:
@@ -209,16 +199,15 @@ def test_an_old_alarm_does_not_pause_an_aligned_pair(pair: Pair) -> None:
     pair.start_program(ramp(HOME, AWAY, 4.0))
     assert pair.operate("ALIGN").success
     pair.run(1.0)
-    assert "DIVERGED" not in triggers(pair)
+    assert "DIVERGED" not in pair.triggers()
 
 
 def test_stamps_from_the_future_are_not_believed() -> None:
     """A clock that jumped is found by the first stamp, not only by the next probe."""
-    pair = Pair()
-    pair.connect()
+    pair = idle_pair()
     stamp = pair.now + pair.twin_clock + 3600.0
     pair.feed(TwinMeasured(pair.now, JointMotion.measured(shifted(HOME, 9.0), (0.0,) * 4, stamp)))
-    assert pair.state.lead.mode is Mode.OFFLINE
+    assert pair.mode is Mode.OFFLINE
     assert "ahead of its clock" in pair.state.sides.twin.reason
 
 
@@ -227,15 +216,14 @@ def test_data_that_come_late_are_not_fresh() -> None:
 
     Age counts from the stamp, not from arrival.
     """
-    pair = Pair()
-    pair.connect()
+    pair = idle_pair()
     pair.twin_delay_begins = pair.now  # type: ignore[attr-defined]
     pair.report_delay = 0.3
     pair.run(0.6)
-    assert pair.state.lead.mode is Mode.OFFLINE
+    assert pair.mode is Mode.OFFLINE
     before = len(pair.actions)
     pair.run(3.0)
-    assert not [action for action in pair.actions[before:] if isinstance(action, FollowTwin)]
+    assert not pair.made(FollowTwin, before)
 
 
 def test_an_answer_that_repeats_an_instant_commands_nobody(pair: Pair) -> None:
@@ -253,22 +241,20 @@ def test_an_answer_that_repeats_an_instant_commands_nobody(pair: Pair) -> None:
 
 def test_the_end_of_an_old_plan_is_no_new_motion() -> None:
     """Rows due before the positions were agreed say nothing about who moves first now."""
-    pair = Pair()
-    pair.connect()
+    pair = idle_pair()
     pair.move_twin(ramp(HOME, AWAY, 1.0))
     pair.run(0.8)
     old = pair.state.sides.twin.plan
-    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 5.0)
+    pair.until(Mode.IDLE, 5.0)
     assert old is not None and pair.state.sides.twin.motion is not None
     pair.feed(replace(pair.state.sides.twin.motion, now=pair.now, state="announcing"))
     pair.feed(replace(old, now=pair.now))
-    assert pair.state.lead.mode is Mode.IDLE
+    assert pair.mode is Mode.IDLE
 
 
 def test_what_the_gate_slowed_down_is_shown() -> None:
     """Nothing is limited silently; the reason goes when the stream ends."""
-    pair = Pair()
-    pair.connect()
+    pair = idle_pair()
     pair.move_twin(ramp(HOME, AWAY, 4.0))
     pair.run(1.5)
     assert pair.state.follow.real is not None and not pair.state.follow.real.slowed
@@ -288,12 +274,11 @@ def test_a_side_lost_in_the_step_that_decides_a_leader_leads_nobody() -> None:
 
     OFFLINE, not an error.
     """
-    pair = Pair()
-    pair.connect()
+    pair = idle_pair()
     pair.jog_twin(ramp(HOME, AWAY, 2.0), pair.now)
     pair.real_up = False
     pair.run(0.3)
-    assert pair.state.lead.mode is Mode.OFFLINE
+    assert pair.mode is Mode.OFFLINE
     idle = changed(pair.state, lead__mode=Mode.IDLE, lead__links_up=True)
     late = step(SETUP, idle, Tick(pair.now))[0]
     assert late.lead.mode is Mode.OFFLINE
@@ -326,9 +311,9 @@ def test_a_reconnect_moves_the_twin_slowly_and_the_real_robot_not_at_all(
         if not getattr(pair, f"{side}_up"):
             pair.link(side, True)
     pair.run(1.0)
-    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 15.0)
+    pair.until(Mode.IDLE, 15.0)
     assert pair.real_q == begin
-    assert {action.command for action in pair.actions if isinstance(action, Send)} <= {
+    assert set(pair.performed()) <= {
         Command.STOP_REAL,
         Command.GIVE_HOLD_BACK,
         Command.STOP_TWIN,
@@ -341,7 +326,7 @@ def test_a_reconnect_moves_the_twin_slowly_and_the_real_robot_not_at_all(
         for v, limit in zip(a.points[0].qdot, SETUP.velocity)
     ]
     assert max(speeds) <= SETUP.config.align.speed_percent * 1e-2 + 1e-9
-    assert set(triggers(pair)) <= {"LINKS_READY", "LINK_LOST", "ALIGNED"}
+    assert set(pair.triggers()) <= {"LINKS_READY", "LINK_LOST", "ALIGNED"}
 
 
 @settings(max_examples=examples(6, 10), deadline=None)
@@ -370,13 +355,13 @@ def test_releasing_an_emergency_stop_moves_nothing(leader: str, at_ms: int, pres
     else:
         assert pair.operate("ESTOP").success
     pair.run(0.5)
-    assert pair.state.lead.mode is Mode.ESTOP
+    assert pair.mode is Mode.ESTOP
     here = (pair.real_q, pair.twin_q)
     pair.estop_pressed = False
     pair.run(0.5)
     assert pair.operate("RESET").success
     pair.run(2.0)
-    assert pair.state.lead.mode is Mode.STOPPED
+    assert pair.mode is Mode.STOPPED
     assert (pair.real_q, pair.twin_q) == here
 
 
@@ -390,8 +375,8 @@ def test_a_program_that_runs_already_leads_as_soon_as_the_pair_is_ready(pair: Pa
     pair.run(0.3)
     pair.link("real", True)
     pair.run(2.0)
-    assert pair.state.lead.mode is Mode.REAL_LEADS
-    assert triggers(pair)[-2:] == ["ALIGNED", "REAL_TOOK_OVER"]
+    assert pair.mode is Mode.REAL_LEADS
+    assert pair.triggers()[-2:] == ["ALIGNED", "REAL_TOOK_OVER"]
 
 
 def test_a_robot_that_had_moved_before_the_announced_twin_takes_the_lead(pair: Pair) -> None:
@@ -403,20 +388,20 @@ def test_a_robot_that_had_moved_before_the_announced_twin_takes_the_lead(pair: P
     pair.run(0.03)
     pair.jog_real(ramp(HOME, AWAY, 0.5))
     pair.run(0.12)
-    assert triggers(pair)[-2:] == ["TWIN_MOVED", "REAL_WAS_FIRST"]
-    assert pair.state.lead.mode is Mode.REAL_LEADS
-    assert Command.STOP_TWIN in performed(pair)
+    assert pair.triggers()[-2:] == ["TWIN_MOVED", "REAL_WAS_FIRST"]
+    assert pair.mode is Mode.REAL_LEADS
+    assert Command.STOP_TWIN in pair.performed()
 
 
 def test_a_pair_that_rests_apart_diverges_by_the_smaller_limit(pair: Pair) -> None:
     """11 mm between the tools at rest are an alarm, though less than what is allowed on the way."""
     pair.start_program(ramp(HOME, shifted(HOME, 5.0), 1.0))
     pair.run(2.0)
-    assert pair.state.lead.mode is Mode.REAL_LEADS
+    assert pair.mode is Mode.REAL_LEADS
     pair.take_follow = lambda action, now: None  # type: ignore[method-assign]
     pair.motion, pair.follow = "idle", None
     pair.jog_twin(ramp(pair.twin_q, shifted(pair.twin_q, 1.0), 0.3), pair.now)
     pair.run(1.5)
     distance = pair.state.safety.divergence.distance_mm
     assert SETUP.config.divergence.rest_mm < distance < SETUP.config.divergence.path_mm
-    assert pair.state.lead.mode is Mode.PAUSED and triggers(pair)[-1] == "DIVERGED"
+    assert pair.mode is Mode.PAUSED and pair.triggers()[-1] == "DIVERGED"

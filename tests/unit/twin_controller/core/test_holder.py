@@ -7,7 +7,7 @@ from functools import cache
 
 import msgspec
 import pytest
-from harness.pair import HOME, SETUP, Pair, ramp, shifted
+from harness.pair import HOME, SETUP, Pair, idle_pair, ramp, shifted
 from twin_controller.core.actions import Decided, Reply, StreamReal
 from twin_controller.core.control import Control, Seat
 from twin_controller.core.events import AnyEvent, Operator, Tick
@@ -41,8 +41,7 @@ MOTIONS = [
 
 def held(moves: bool = False) -> Pair:
     """Return an idle pair whose control fitter holds."""
-    pair = Pair()
-    pair.connect()
+    pair = idle_pair()
     assert pair.control("TAKE", "fitter", session="1", moves=moves).success
     return pair
 
@@ -85,7 +84,7 @@ def test_stop_of_a_stranger_stops_the_holders_motion(command: str) -> None:
     assert pair.operate("MOVE_JOINTS", target=OTHER, person="fitter", session="1").success
     pair.run(0.3)
     assert pair.operate(command, person="nobody", unproven="not in persons.yaml").success
-    assert pair.state.lead.mode == {"STOP": "STOPPED", "ESTOP": "ESTOP"}[command]
+    assert pair.mode == {"STOP": "STOPPED", "ESTOP": "ESTOP"}[command]
     assert pair.decisions()[-1].who == "nobody, not proven"
 
 
@@ -94,7 +93,7 @@ def test_pause_of_a_stranger_pauses_the_holders_motion() -> None:
     pair = held()
     assert pair.operate("MOVE_JOINTS", target=OTHER, person="fitter", session="1").success
     pair.run(0.3)
-    assert pair.operate("PAUSE").success and pair.state.lead.mode is Mode.PAUSED
+    assert pair.operate("PAUSE").success and pair.mode is Mode.PAUSED
     refused = pair.operate("RESUME")
     assert not refused.success and "fitter 1 holds control" in refused.message
 
@@ -123,10 +122,8 @@ def test_holder_moves_the_pair_and_is_named() -> None:
     assert decision_text(decision).endswith("[by fitter 1]")
 
 
-def test_program_without_a_person_moves_the_pair_while_nobody_holds_control() -> None:
+def test_program_without_a_person_moves_the_pair_while_nobody_holds_control(pair: Pair) -> None:
     """`rosservice call` as it always was."""
-    pair = Pair()
-    pair.connect()
     assert pair.operate("MOVE_JOINTS", target=OTHER).success
     assert pair.decisions()[-1].who == "this machine"
 
@@ -137,10 +134,10 @@ def test_twin_that_the_holder_did_not_move_is_stopped_and_not_followed() -> None
     before = len(pair.actions)
     pair.move_twin(ramp(HOME, OTHER, 2.0))
     pair.run(3.0)
-    assert not any(isinstance(action, StreamReal) for action in pair.actions[before:])
+    assert not pair.made(StreamReal, before)
     made = [each for each in pair.decisions() if each.trigger == "TWIN_MOVED_UNASKED"]
     assert len(made) == 1, "stopped once, not at each sample"
-    assert pair.state.lead.mode is Mode.STOPPED and "fitter 1 holds control" in made[0].why
+    assert pair.mode is Mode.STOPPED and "fitter 1 holds control" in made[0].why
     assert pair.real_q == pytest.approx(HOME)
 
 
@@ -151,7 +148,7 @@ def test_second_motion_after_that_stop_is_not_followed_either() -> None:
     pair.run(3.0)
     pair.move_twin(ramp(pair.twin_q, HOME, 2.0))
     pair.run(3.0)
-    assert pair.state.lead.mode is Mode.STOPPED
+    assert pair.mode is Mode.STOPPED
     assert pair.real_q == pytest.approx(HOME)
 
 
@@ -159,10 +156,10 @@ def test_twin_that_the_holder_moves_leads_as_ever() -> None:
     """A jog of the page, move_to of the holder's own program."""
     pair = held(moves=True)
     pair.move_twin(ramp(HOME, OTHER, 2.0))
-    pair.run_until(lambda: pair.state.lead.mode is Mode.TWIN_LEADS, 1.0)
+    pair.until(Mode.TWIN_LEADS, 1.0)
     assert pair.decisions()[-1].who == "fitter 1"
     pair.control("KEEP", "fitter", session="1")
-    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 10.0)
+    pair.until(Mode.IDLE)
     assert pair.real_q == pytest.approx(OTHER, abs=1e-3), "a motion that has begun goes on"
 
 
@@ -171,16 +168,16 @@ def test_twin_that_moves_for_the_holders_own_program_leads_and_is_named_so() -> 
     pair = held()
     assert pair.control("LEND", local="fitter").success
     pair.move_twin(ramp(HOME, OTHER, 2.0))
-    pair.run_until(lambda: pair.state.lead.mode is Mode.TWIN_LEADS, 1.0)
+    pair.until(Mode.TWIN_LEADS, 1.0)
     assert pair.decisions()[-1].who == "fitter, this machine"
     assert pair.state.lead.control.holder == Seat("fitter", "1")
-    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 10.0)
+    pair.until(Mode.IDLE)
     assert pair.real_q == pytest.approx(OTHER, abs=1e-3)
     # Signs of life of the page meanwhile; what moves the twin now has not been said.
     pair.control("KEEP", "fitter", session="1")
     pair.move_twin(ramp(pair.twin_q, HOME, 2.0))
     pair.run(3.0)
-    assert pair.state.lead.mode is Mode.STOPPED
+    assert pair.mode is Mode.STOPPED
     assert pair.decisions()[-1].trigger == "TWIN_MOVED_UNASKED"
 
 
@@ -192,7 +189,7 @@ def test_twin_that_moves_for_another_program_is_stopped(local: str) -> None:
     assert not refused.success and "fitter 1 holds control" in refused.message
     pair.move_twin(ramp(HOME, OTHER, 2.0))
     pair.run(3.0)
-    assert pair.state.lead.mode is Mode.STOPPED and pair.real_q == pytest.approx(HOME)
+    assert pair.mode is Mode.STOPPED and pair.real_q == pytest.approx(HOME)
 
 
 @pytest.mark.parametrize(("command", "arguments"), MOTIONS)
@@ -213,7 +210,7 @@ def test_program_at_the_robot_leads_whoever_holds_control() -> None:
     """Whoever stands there comes first; the holder keeps control and is told."""
     pair = held()
     pair.start_program(ramp(HOME, OTHER, 1.0))
-    pair.run_until(lambda: pair.state.lead.mode is Mode.REAL_LEADS, 1.0)
+    pair.until(Mode.REAL_LEADS, 1.0)
     decision = pair.decisions()[-1]
     assert decision.who == "at the robot" and "fitter 1 keeps control" in decision.why
     assert pair.state.lead.control.holder == Seat("fitter", "1")
@@ -278,17 +275,16 @@ def test_control_changes_neither_mode_nor_motion() -> None:
     pair = held()
     pair.operate("MOVE_JOINTS", target=OTHER, person="fitter", session="1")
     pair.run(0.2)
-    before = pair.state.lead.mode
+    before = pair.mode
     pair.control("RELEASE", "fitter", session="1")
     pair.control("TAKE", "foreman")
-    assert pair.state.lead.mode is before is Mode.OPERATOR_LEADS
+    assert pair.mode is before is Mode.OPERATOR_LEADS
 
 
 def test_buttons_are_greyed_by_the_mode_and_not_by_who_holds_control() -> None:
     """The list is one for all pages; who holds control stands beside it."""
     free: Callable[[Pair], dict[str, str]] = lambda pair: refusals(SETUP, pair.state, pair.now)  # noqa: E731
-    pair = Pair()
-    pair.connect()
+    pair = idle_pair()
     before = free(pair)
     pair.control("TAKE", "fitter", session="1")
     assert free(pair) == before

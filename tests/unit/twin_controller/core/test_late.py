@@ -10,9 +10,9 @@ from itertools import count, product
 
 import msgspec
 import pytest
-from harness.pair import HOME, SETUP, Pair, ramp, shifted
+from harness.pair import HOME, Pair, idle_pair, ramp, shifted
 from harness.running.thorough import thorough
-from twin_controller.core.actions import Command, FollowTwin, Send, StreamAhead, StreamReal
+from twin_controller.core.actions import Command, FollowTwin, StreamAhead, StreamReal
 from twin_controller.core.events import AnyEvent, RealMeasured
 from twin_controller.core.lead.modes import Mode
 
@@ -35,40 +35,30 @@ def pair(request: pytest.FixtureRequest) -> Pair:
     return made
 
 
-def performed(pair: Pair, since: int) -> list[Command]:
-    """Return the actions performed since the given index."""
-    return [action.command for action in pair.actions[since:] if isinstance(action, Send)]
-
-
 def modes(pair: Pair, since: int) -> list[str]:
     """Return the modes decided since the given index of decisions."""
     return [decision.mode_after for decision in pair.decisions()[since:]]
-
-
-def far(pair: Pair) -> float:
-    """Return the pair's largest joint deviation in degrees or millimetres."""
-    return max(abs(a - b) / scale for a, b, scale in zip(pair.real_q, pair.twin_q, SETUP.scale))
 
 
 def real_leads(pair: Pair) -> None:
     """Let the real robot lead by a program."""
     pair.start_program(ramp(HOME, AWAY, 3.0))
     pair.run(1.0)
-    assert pair.state.lead.mode == Mode.REAL_LEADS
+    assert pair.mode == Mode.REAL_LEADS
 
 
 def twin_leads(pair: Pair) -> None:
     """Let the twin lead by an announced move."""
     pair.move_twin(ramp(HOME, AWAY, 3.0))
     pair.run(1.0)
-    assert pair.state.lead.mode == Mode.TWIN_LEADS
+    assert pair.mode == Mode.TWIN_LEADS
 
 
 def operator_leads(pair: Pair) -> None:
     """Let the operator lead."""
     assert pair.operate("MOVE_JOINTS", target=AWAY).success
     pair.run(0.5)
-    assert pair.state.lead.mode == Mode.OPERATOR_LEADS
+    assert pair.mode == Mode.OPERATOR_LEADS
 
 
 LEADS: list[Callable[[Pair], None]] = [real_leads, twin_leads, operator_leads]
@@ -89,11 +79,11 @@ BY_WHOM = pytest.mark.parametrize(
 def test_resume_after_pause_goes_on_once(pair: Pair, lead: Callable[[Pair], None]) -> None:
     """A report from before RESUME took effect is no new hold: the pair goes on and arrives."""
     lead(pair)
-    mode, since = pair.state.lead.mode, len(pair.decisions())
+    mode, since = pair.mode, len(pair.decisions())
     assert pair.operate("PAUSE").success
     pair.run(1.0)
     # The robot is held at once, the twin slows down on its way.
-    assert pair.state.lead.mode == Mode.PAUSED and far(pair) < 10.0
+    assert pair.mode == Mode.PAUSED and pair.far() < 10.0
     here = pair.real_q
     pair.run(0.3)
     assert pair.real_q == here
@@ -103,35 +93,27 @@ def test_resume_after_pause_goes_on_once(pair: Pair, lead: Callable[[Pair], None
     pair.run(3.0)
     if pair.own_program:
         pair.end_program()
-    pair.run_until(lambda: pair.state.lead.mode == Mode.IDLE, 5.0)
+    pair.until(Mode.IDLE, 5.0)
     assert modes(pair, since) == ["PAUSED", mode, "IDLE"]
-    assert far(pair) < 0.05
+    assert pair.far() < 0.05
 
 
+@pytest.mark.parametrize("resumed_by", ["operator", "twin"])
 @pytest.mark.parametrize("lead", [twin_leads, operator_leads])
-def test_resume_after_a_pause_on_the_twins_side_goes_on_once(
-    pair: Pair, lead: Callable[[Pair], None]
+def test_a_pause_on_the_twins_side_is_resumed_once(
+    pair: Pair, lead: Callable[[Pair], None], resumed_by: str
 ) -> None:
-    """The twin still shows the foreign PAUSE when RESUME is on its way."""
+    """On that side too; the twin still shows the foreign PAUSE when RESUME is on its way."""
     lead(pair)
     since = len(pair.decisions())
     pair.order_twin(Command.PAUSE_TWIN, FOREIGN)
     pair.run(0.5)
-    assert pair.state.lead.mode == Mode.PAUSED
-    assert pair.operate("RESUME").success
-    pair.run_until(lambda: pair.state.lead.mode == Mode.IDLE, 8.0)
-    assert len(modes(pair, since)) == 3
-
-
-@pytest.mark.parametrize("lead", [twin_leads, operator_leads])
-def test_resume_on_the_twins_side_goes_on(pair: Pair, lead: Callable[[Pair], None]) -> None:
-    """PAUSE and RESUME are forwarded from the twin's side too."""
-    lead(pair)
-    since = len(pair.decisions())
-    pair.order_twin(Command.PAUSE_TWIN, FOREIGN)
-    pair.run(0.5)
-    pair.order_twin(Command.RESUME_TWIN, FOREIGN + 1)
-    pair.run_until(lambda: pair.state.lead.mode == Mode.IDLE, 8.0)
+    assert pair.mode == Mode.PAUSED
+    if resumed_by == "twin":
+        pair.order_twin(Command.RESUME_TWIN, FOREIGN + 1)
+    else:
+        assert pair.operate("RESUME").success
+    pair.until(Mode.IDLE, 8.0)
     assert len(modes(pair, since)) == 3
 
 
@@ -143,10 +125,10 @@ def test_a_stop_on_the_twins_side_reaches_both(
     lead(pair)
     pair.order_twin(Command.STOP_TWIN, number)
     pair.run(0.2)
-    assert pair.state.lead.mode == Mode.STOPPED
+    assert pair.mode == Mode.STOPPED
     here = pair.real_q
     pair.run(1.0)
-    assert pair.real_q == here and pair.state.lead.mode == Mode.STOPPED
+    assert pair.real_q == here and pair.mode == Mode.STOPPED
 
 
 @BY_WHOM
@@ -158,12 +140,12 @@ def test_an_emergency_stop_on_the_twins_side_can_be_reset(
     since = len(pair.decisions())
     pair.order_twin(Command.ESTOP_TWIN, number)
     pair.run(0.5)
-    assert pair.state.lead.mode == Mode.ESTOP and not pair.drives
+    assert pair.mode == Mode.ESTOP and not pair.drives
     assert pair.operate("RESET").success
     pair.run(1.0)
     assert modes(pair, since) == ["ESTOP", "ESTOP", "STOPPED"]
     assert pair.operate("ALIGN").success
-    pair.run_until(lambda: pair.state.lead.mode == Mode.IDLE, 10.0)
+    pair.until(Mode.IDLE)
 
 
 @pytest.mark.parametrize("lead", LEADS)
@@ -182,7 +164,7 @@ def test_reset_after_an_emergency_stop_by_the_operator(
     assert modes(pair, since) == ["ESTOP", "ESTOP", "STOPPED"]
     assert (pair.real_q, pair.twin_q) == here
     assert pair.operate("ALIGN").success
-    pair.run_until(lambda: pair.state.lead.mode == Mode.IDLE, 10.0)
+    pair.until(Mode.IDLE)
 
 
 @pytest.mark.parametrize("lead", LEADS)
@@ -199,10 +181,10 @@ def test_a_stop_ends_all_motion_and_a_new_command_leads_again(
     assert (pair.real_q, pair.twin_q) == here
     assert modes(pair, since) == ["STOPPED"]
     assert pair.operate("ALIGN").success
-    pair.run_until(lambda: pair.state.lead.mode == Mode.IDLE, 10.0)
+    pair.until(Mode.IDLE)
     assert pair.operate("MOVE_JOINTS", target=HOME).success
-    pair.run_until(lambda: pair.state.lead.mode == Mode.IDLE, 10.0)
-    assert far(pair) < 0.05
+    pair.until(Mode.IDLE)
+    assert pair.far() < 0.05
 
 
 @pytest.mark.parametrize("lead", LEADS)
@@ -221,14 +203,14 @@ def test_a_link_that_was_lost_comes_back_to_an_aligned_pair(
         pair.streaming = False
     before = len(pair.actions)
     pair.link(side, True)
-    pair.run_until(lambda: pair.state.lead.mode in (Mode.IDLE, Mode.REAL_LEADS), 8.0)
-    assert not [action for action in pair.actions[before:] if isinstance(action, StreamReal)]
+    pair.run_until(lambda: pair.mode in (Mode.IDLE, Mode.REAL_LEADS), 8.0)
+    assert not pair.made(StreamReal, before)
     if pair.own_program:
         pair.run(4.0)
         pair.end_program()
-        pair.run_until(lambda: pair.state.lead.mode == Mode.IDLE, 8.0)
+        pair.until(Mode.IDLE, 8.0)
     pair.run(1.0)
-    assert far(pair) < 0.1
+    assert pair.far() < 0.1
 
 
 BEHIND_MS = ((30, 0), (60, 20), (120, 40), (30, 80), (120, 0))
@@ -254,11 +236,11 @@ def test_a_move_right_after_another_does_not_meet_the_end_of_the_old_stream(
     for step in (20.0, 40.0):
         since = len(pair.decisions())
         pair.move_twin(ramp(pair.twin_q, shifted(HOME, step), 1.0))
-        pair.run_until(lambda: pair.state.lead.mode == Mode.TWIN_LEADS, 1.0)
-        pair.run_until(lambda: pair.state.lead.mode != Mode.TWIN_LEADS, 5.0)
+        pair.until(Mode.TWIN_LEADS, 1.0)
+        pair.run_until(lambda: pair.mode != Mode.TWIN_LEADS, 5.0)
         assert modes(pair, since) == ["TWIN_LEADS", "IDLE"]
         pair.run(1e-3 * after_ms)
-    assert far(pair) < 0.1
+    assert pair.far() < 0.1
 
 
 @pytest.mark.parametrize("lead", [real_leads, twin_leads])
@@ -266,8 +248,7 @@ def test_overtaken_reading_is_judged_and_not_followed(
     monkeypatch: pytest.MonkeyPatch, lead: Callable[[Pair], None]
 ) -> None:
     """A machine that is late takes many readings at once: only the newest gives set points."""
-    pair = Pair()
-    pair.connect()
+    pair = idle_pair()
     lead(pair)
     feed = pair.feed
 
@@ -286,7 +267,7 @@ def test_overtaken_reading_is_judged_and_not_followed(
         assert setpoints() == before and pair.state.sides.real.last.time > seen
         pair.drives = False
         pair.run(0.2)
-        assert pair.state.lead.mode == Mode.ESTOP
+        assert pair.mode == Mode.ESTOP
     pair.drives = True
 
 
@@ -295,8 +276,7 @@ def test_pair_goes_on_behind_overtaken_readings(
     monkeypatch: pytest.MonkeyPatch, lead: Callable[[Pair], None]
 ) -> None:
     """Each third reading is followed: the pair stays together."""
-    pair = Pair()
-    pair.connect()
+    pair = idle_pair()
     lead(pair)
     feed, number = pair.feed, count()
 
@@ -307,4 +287,4 @@ def test_pair_goes_on_behind_overtaken_readings(
 
     monkeypatch.setattr(pair, "feed", late)
     pair.run(1.0)
-    assert pair.state.lead.mode in (Mode.REAL_LEADS, Mode.TWIN_LEADS) and far(pair) < 1.0
+    assert pair.mode in (Mode.REAL_LEADS, Mode.TWIN_LEADS) and pair.far() < 1.0

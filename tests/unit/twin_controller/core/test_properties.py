@@ -187,14 +187,14 @@ def mend(pair: Pair) -> None:
             pair.link(side, True)
     pair.run(1.5)
     for _ in range(3):
-        if pair.state.lead.mode in (Mode.ESTOP, Mode.FAULT):
-            assert pair.operate("RESET").success, pair.state.lead.why
+        if pair.mode in (Mode.ESTOP, Mode.FAULT):
+            assert pair.operate("RESET").success, pair.why
             pair.run(0.5)
     assert pair.operate("STOP").success
     pair.run(1.0)
-    if pair.state.lead.mode is not Mode.OFFLINE:
-        assert pair.operate("ALIGN").success, pair.state.lead.why
-    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 30.0)
+    if pair.mode is not Mode.OFFLINE:
+        assert pair.operate("ALIGN").success, pair.why
+    pair.until(Mode.IDLE, 30.0)
 
 
 def works_both_ways(pair: Pair) -> None:
@@ -205,22 +205,17 @@ def works_both_ways(pair: Pair) -> None:
     away = shifted(pair.real_q, -2.0 if pair.real_q[0] > 0.0 else 2.0, 1.0)
     pair.start_program(ramp(pair.real_q, away, 1.0))
     pair.run(0.5)
-    assert pair.state.lead.mode is Mode.REAL_LEADS, pair.state.lead.why
+    assert pair.mode is Mode.REAL_LEADS, pair.why
     pair.run(0.6)
     pair.end_program()
-    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 5.0)
-    assert pair.real_q == away and far(pair) <= SETUP.config.settle.tolerance
+    pair.until(Mode.IDLE, 5.0)
+    assert pair.real_q == away and pair.far() <= SETUP.config.settle.tolerance
     pair.run(0.2)
     pair.move_twin(ramp(pair.twin_q, shifted(pair.twin_q, 1.0, -2.0), 1.0))
     pair.run(0.6)
-    assert pair.state.lead.mode is Mode.TWIN_LEADS, pair.state.lead.why
-    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 5.0)
-    assert pair.real_q != away and far(pair) <= SETUP.config.settle.tolerance
-
-
-def far(pair: Pair) -> float:
-    """Return the pair's largest joint deviation in degrees or millimetres."""
-    return max(abs(a - b) / scale for a, b, scale in zip(pair.real_q, pair.twin_q, SETUP.scale))
+    assert pair.mode is Mode.TWIN_LEADS, pair.why
+    pair.until(Mode.IDLE, 5.0)
+    assert pair.real_q != away and pair.far() <= SETUP.config.settle.tolerance
 
 
 def replayed(events: list[AnyEvent]) -> list[AnyAction]:

@@ -2,66 +2,27 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
-from twin_controller.core.actions import Command, FollowTwin, MoveTwin, Send, StreamReal
+from twin_controller.core.actions import Command, MoveTwin, StreamReal
+from twin_controller.core.lead.modes import Mode
 from twin_controller.core.sides.pairing import deviation
 
 AWAY = shifted(HOME, 20.0, -30.0, 40.0, 10.0)
-
-
-@pytest.fixture
-def pair() -> Pair:
-    """Return a connected pair, IDLE at home."""
-    made = Pair()
-    made.connect()
-    return made
-
-
-def performed(pair: Pair, since: int = 0) -> list[Command]:
-    """Return the actions performed since the given index."""
-    return [action.command for action in pair.actions[since:] if isinstance(action, Send)]
-
-
-def sent(pair: Pair, kind: type, since: int = 0) -> list[object]:
-    """Return the actions of one kind since the given index."""
-    return [action for action in pair.actions[since:] if isinstance(action, kind)]
-
-
-def far(pair: Pair) -> float:
-    """Return the pair's largest joint deviation in degrees or millimetres, both at one instant."""
-    return max(abs(a - b) / scale for a, b, scale in zip(pair.real_q, pair.twin_q, SETUP.scale))
-
-
-@pytest.mark.parametrize("twin", [AWAY, shifted(HOME, 1.5, -1.0, 1.5, 1.0)], ids=["far", "near"])
-def test_the_twin_aligns_slowly_before_anything_is_followed(twin: tuple[float, ...]) -> None:
-    """After start nothing is replayed.
-
-    The twin goes to the real robot's pose at alignment speed, the robot stays.
-    """
-    pair = Pair(twin=twin)
-    pair.connect()
-    follows = [action for action in pair.actions if isinstance(action, FollowTwin)]
-    speeds = [
-        max(abs(v) / limit for v, limit in zip(action.points[0].qdot, SETUP.velocity))
-        for action in follows
-    ]
-    assert far(pair) <= SETUP.config.align.tolerance
-    assert max(speeds) <= SETUP.config.align.speed_percent * 1e-2 + 1e-9
-    assert not sent(pair, StreamReal)
-    assert [d.mode_after for d in pair.decisions()] == ["ALIGNING", "IDLE"]
 
 
 def test_the_twin_follows_a_program_of_the_real_robot(pair: Pair) -> None:
     """Who acts first leads; the other side follows until the program has ended."""
     pair.start_program(ramp(HOME, AWAY, 0.5))
     pair.run(0.3)
-    assert (pair.state.lead.mode, pair.state.lead.leader) == ("REAL_LEADS", "real")
-    assert far(pair) < 0.2
+    assert (pair.mode, pair.state.lead.leader) == ("REAL_LEADS", "real")
+    assert pair.far() < 0.2
     pair.run(0.5)
     pair.end_program()
-    pair.run_until(lambda: pair.state.lead.mode == "IDLE", 2.0)
-    assert far(pair) < 0.01
+    pair.until(Mode.IDLE, 2.0)
+    assert pair.far() < 0.01
 
 
 def test_a_real_robot_moved_without_a_program_leads_too(pair: Pair) -> None:
@@ -69,7 +30,7 @@ def test_a_real_robot_moved_without_a_program_leads_too(pair: Pair) -> None:
     pair.real_path, pair.real_path_start = ramp(HOME, AWAY, 0.8), pair.now
     pair.run(0.4)
     assert pair.state.lead.leader == "real"
-    assert far(pair) < 0.3
+    assert pair.far() < 0.3
 
 
 def test_the_real_robot_follows_the_twin(pair: Pair) -> None:
@@ -79,14 +40,14 @@ def test_the_real_robot_follows_the_twin(pair: Pair) -> None:
     """
     pair.move_twin(ramp(HOME, AWAY, 0.8))
     pair.run(0.6)
-    assert (pair.state.lead.mode, pair.state.lead.leader, pair.streaming) == (
+    assert (pair.mode, pair.state.lead.leader, pair.streaming) == (
         "TWIN_LEADS",
         "twin",
         True,
     )
-    assert far(pair) < 1.5
-    pair.run_until(lambda: pair.state.lead.mode == "IDLE", 3.0)
-    assert far(pair) < 0.01
+    assert pair.far() < 1.5
+    pair.until(Mode.IDLE, 3.0)
+    assert pair.far() < 0.01
     assert not pair.streaming
 
 
@@ -103,10 +64,10 @@ def test_the_operator_leads_both(pair: Pair) -> None:
     reply = pair.operate("MOVE_JOINTS", target=AWAY, speed_percent=50.0)
     assert reply.success, reply.message
     pair.run(0.5)
-    assert (pair.state.lead.mode, pair.state.lead.leader) == ("OPERATOR_LEADS", "operator")
-    assert sent(pair, MoveTwin) and sent(pair, StreamReal)
-    pair.run_until(lambda: pair.state.lead.mode == "IDLE", 4.0)
-    assert far(pair) < 0.01
+    assert (pair.mode, pair.state.lead.leader) == ("OPERATOR_LEADS", "operator")
+    assert pair.made(MoveTwin) and pair.made(StreamReal)
+    pair.until(Mode.IDLE, 4.0)
+    assert pair.far() < 0.01
 
 
 @pytest.mark.parametrize(
@@ -130,107 +91,11 @@ def test_bad_commands_are_refused_with_a_reason(
     pair: Pair, command: str, target: tuple[float, ...], speed: float, text: str
 ) -> None:
     """A refusal names what is wrong and what is allowed, and nothing moves."""
-    import re
-
     before = len(pair.actions)
     reply = pair.operate(command, target=target, speed_percent=speed)
     assert not reply.success
     assert re.search(text, reply.message), reply.message
-    assert not performed(pair, before)
-
-
-@pytest.mark.parametrize("who", ["real", "twin"])
-def test_stop_reaches_both_sides_at_once(pair: Pair, who: str) -> None:
-    """STOP commands both sides in one step and clears the target.
-
-    Nothing moves until a new command.
-    """
-    if who == "real":
-        pair.start_program(ramp(HOME, AWAY, 2.0))
-    else:
-        pair.move_twin(ramp(HOME, AWAY, 2.0))
-    pair.run(0.7)
-    before = len(pair.actions)
-    assert pair.operate("STOP").success
-    assert {Command.STOP_REAL, Command.STOP_TWIN} <= set(performed(pair, before))
-    pair.run(1.0)
-    assert pair.state.lead.mode == "STOPPED"
-    assert not sent(pair, StreamReal, before + 5)
-    assert not sent(pair, FollowTwin, before + 5)
-
-
-def test_after_a_stop_a_new_program_leads_again(pair: Pair) -> None:
-    """STOPPED is left by any new command."""
-    pair.start_program(ramp(HOME, AWAY, 2.0))
-    pair.run(0.7)
-    pair.operate("STOP")
-    pair.run(1.0)
-    pair.start_program(ramp(pair.real_q, HOME, 1.5))
-    pair.run(2.5)
-    assert pair.state.lead.leader == "real"
-    assert far(pair) < 0.3
-
-
-def test_a_pause_keeps_the_path_and_resume_goes_on(pair: Pair) -> None:
-    """PAUSE holds both, RESUME gives the lead back to the side that had it."""
-    pair.start_program(ramp(HOME, AWAY, 2.0))
-    pair.run(0.7)
-    assert pair.operate("PAUSE").success
-    pair.run(0.5)
-    assert pair.state.lead.mode == "PAUSED" and pair.paused
-    assert pair.operate("RESUME").success
-    assert not pair.paused
-    pair.run(0.2)
-    assert pair.state.lead.mode == "REAL_LEADS"
-
-
-def test_a_hold_on_the_robots_side_pauses_the_leading_twin(pair: Pair) -> None:
-    """A stop from any side reaches both.
-
-    The pendant's hold pauses the twin, its release lets it go on.
-    """
-    pair.move_twin(ramp(HOME, AWAY, 3.0))
-    pair.run(0.8)
-    pair.paused = True
-    pair.run(0.1)
-    assert pair.state.lead.mode == "PAUSED" and pair.motion in ("pausing", "paused")
-    pair.paused = False
-    pair.run(0.1)
-    assert pair.state.lead.mode == "TWIN_LEADS" and Command.RESUME_TWIN in performed(pair)
-
-
-def test_an_emergency_stop_is_latched_and_its_release_moves_nothing(pair: Pair) -> None:
-    """ESTOP is left by RESET, then ALIGN, then a new command."""
-    pair.move_twin(ramp(HOME, AWAY, 3.0))
-    pair.run(1.0)
-    assert pair.operate("ESTOP").success
-    pair.run(0.5)
-    assert pair.state.lead.mode == "ESTOP" and not pair.drives
-    assert not pair.operate("MOVE_JOINTS", target=HOME).success
-    before, real, twin = len(pair.actions), pair.real_q, pair.twin_q
-    assert pair.operate("RESET").success
-    pair.run(2.0)
-    assert (pair.state.lead.mode, pair.real_q, pair.twin_q) == ("STOPPED", real, twin)
-    assert not sent(pair, StreamReal, before) and not sent(pair, FollowTwin, before)
-    assert pair.operate("ALIGN").success
-    pair.run_until(lambda: pair.state.lead.mode == "IDLE", 20.0)
-    assert pair.real_q == real
-
-
-def test_a_lost_link_stops_the_other_side_and_a_reconnect_replays_nothing(pair: Pair) -> None:
-    """After a reconnect the twin aligns; the real robot gets no set point."""
-    pair.move_twin(ramp(HOME, AWAY, 3.0))
-    pair.run(1.0)
-    before = len(pair.actions)
-    pair.link("real", False)
-    assert pair.state.lead.mode == "OFFLINE" and Command.STOP_TWIN in performed(pair, before)
-    pair.streaming = False
-    pair.run(1.0)
-    before, real = len(pair.actions), pair.real_q
-    pair.link("real", True)
-    pair.run_until(lambda: pair.state.lead.mode == "IDLE", 30.0)
-    assert not sent(pair, StreamReal, before)
-    assert pair.real_q == real and far(pair) <= SETUP.config.align.tolerance
+    assert not pair.performed(before)
 
 
 @pytest.mark.parametrize(("side", "limit"), [("real", 0.12), ("twin", 0.28)])
@@ -238,7 +103,7 @@ def test_a_silent_side_counts_as_lost(pair: Pair, side: str, limit: float) -> No
     """Data that stop coming end following in the configured time, on a standing connection."""
     setattr(pair, f"{side}_up", False)
     pair.run(limit)
-    assert pair.state.lead.mode == "OFFLINE"
+    assert pair.mode == "OFFLINE"
     assert (
         "no fresh data"
         in (pair.state.sides.real if side == "real" else pair.state.sides.twin).reason
@@ -252,7 +117,7 @@ def test_a_frozen_robot_clock_counts_as_silence(pair: Pair) -> None:
     for _ in range(150):
         pair.real_clock = 5000.0 - (pair.now - frozen)
         pair.run(0.001)
-    assert pair.state.lead.mode == "OFFLINE"
+    assert pair.mode == "OFFLINE"
 
 
 @pytest.mark.parametrize("jump", [3600.0, -3600.0])
@@ -264,9 +129,9 @@ def test_a_jump_of_a_clock_stops_and_aligns_anew(pair: Pair, side: str, jump: fl
     """
     setattr(pair, f"{side}_clock", getattr(pair, f"{side}_clock") + jump)
     pair.run(0.3)
-    assert any(d.trigger == "LINK_LOST" for d in pair.decisions())
-    pair.run_until(lambda: pair.state.lead.mode == "IDLE", 5.0)
-    assert not {"REAL_MOVED", "TWIN_MOVED"} & {d.trigger for d in pair.decisions()}
+    assert "LINK_LOST" in pair.triggers()
+    pair.until(Mode.IDLE, 5.0)
+    assert not {"REAL_MOVED", "TWIN_MOVED"} & set(pair.triggers())
 
 
 def test_when_both_move_at_once_the_real_robot_wins(pair: Pair) -> None:
@@ -287,8 +152,8 @@ def test_a_program_of_the_robot_takes_over_from_the_twin(pair: Pair) -> None:
     pair.run(0.8)
     pair.start_program(ramp(pair.real_q, HOME, 2.0))
     pair.run(0.2)
-    assert pair.state.lead.mode == "REAL_LEADS"
-    assert Command.STOP_TWIN in performed(pair)
+    assert pair.mode == "REAL_LEADS"
+    assert Command.STOP_TWIN in pair.performed()
 
 
 def test_a_twin_that_is_not_aligned_may_not_lead(pair: Pair) -> None:
@@ -301,10 +166,10 @@ def test_a_twin_that_is_not_aligned_may_not_lead(pair: Pair) -> None:
     before, real = len(pair.actions), pair.real_q
     pair.move_twin(ramp(pair.twin_q, HOME, 2.0))
     pair.run(3.0)
-    assert pair.state.lead.mode == "STOPPED"
+    assert pair.mode == "STOPPED"
     assert pair.operate("ALIGN").success
-    pair.run_until(lambda: pair.state.lead.mode == "IDLE", 20.0)
-    assert not sent(pair, StreamReal, before)
+    pair.until(Mode.IDLE, 20.0)
+    assert not pair.made(StreamReal, before)
     assert pair.real_q == real
 
 
@@ -313,8 +178,8 @@ def test_a_robot_that_does_not_start_its_stream_is_a_fault(pair: Pair) -> None:
     pair.starts_stream = False
     pair.move_twin(ramp(HOME, AWAY, 4.0))
     pair.run(1.5)
-    assert pair.state.lead.mode == "FAULT"
-    assert performed(pair).count(Command.START_STREAM) == SETUP.config.stream.attempts
+    assert pair.mode == "FAULT"
+    assert pair.performed().count(Command.START_STREAM) == SETUP.config.stream.attempts
 
 
 def test_the_pair_coming_apart_pauses_both_until_acknowledged(pair: Pair) -> None:
@@ -324,7 +189,7 @@ def test_the_pair_coming_apart_pauses_both_until_acknowledged(pair: Pair) -> Non
     pair.take_follow = lambda action, now: None  # type: ignore[method-assign]
     pair.motion, pair.follow = "idle", None
     pair.run(1.5)
-    assert pair.state.lead.mode == "PAUSED" and pair.state.lead.needs_acknowledge
+    assert pair.mode == "PAUSED" and pair.state.lead.needs_acknowledge
     refused = pair.operate("RESUME")
     assert not refused.success and "ACKNOWLEDGE" in refused.message
     assert pair.operate("ACKNOWLEDGE").success

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 import pytest
-from harness.pair import HOME, SETUP, Pair, shifted
+from harness.pair import HOME, SETUP, Pair, idle_pair, shifted
 from scara_control.joint_motion import JointMotion
 from twin_controller.core.sides.side import Sides
 from twin_controller.core.state import CoreState
@@ -19,8 +19,7 @@ DEG_MM = 11.34
 @pytest.fixture(scope="module")
 def known() -> CoreState:
     """Return the state of a pair that stands, both sides known at one instant."""
-    pair = Pair()
-    pair.connect()
+    pair = idle_pair()
     return pair.state
 
 

@@ -23,14 +23,6 @@ def status(pair: Pair, pendant: bool | None = False, alarm_number: int = 0) -> R
     return robot_status(SETUP, pair.state, pendant, alarm_number, pair.now)
 
 
-@pytest.fixture
-def pair() -> Pair:
-    """Return a connected pair, IDLE at home."""
-    made = Pair()
-    made.connect()
-    return made
-
-
 def test_constants_are_those_of_the_messages() -> None:
     """Names and numbers of upstream."""
     from industrial_msgs.msg import RobotMode as ModeMessage
@@ -90,7 +82,7 @@ def test_the_emergency_stop_is_shown(pair: Pair) -> None:
     pair.operate("ESTOP")
     pair.run(0.5)
     found = status(pair)
-    assert pair.state.lead.mode is Mode.ESTOP
+    assert pair.mode is Mode.ESTOP
     assert (found.e_stopped, found.drives_powered, found.motion_possible) == (
         Tri.TRUE,
         Tri.FALSE,

@@ -14,14 +14,6 @@ AWAY = shifted(HOME, 20.0, -30.0, 40.0, 10.0)
 OFFSET = 1.7e9
 
 
-@pytest.fixture
-def pair() -> Pair:
-    """Return a connected pair, IDLE at home."""
-    made = Pair()
-    made.connect()
-    return made
-
-
 def shadow(pair: Pair) -> Shadow:
     """Return the pair's shadow now."""
     return shadow_of(SETUP, pair.state, pair.now, pair.now + OFFSET, 7, "abc")

@@ -31,10 +31,8 @@ def test_every_state_of_an_eventful_run_survives_encoding() -> None:
         assert encode_events(events) == message.data
 
 
-def test_the_past_decisions_are_left_out_of_a_state() -> None:
+def test_the_past_decisions_are_left_out_of_a_state(pair: Pair) -> None:
     """Nothing is decided by them, and they are recorded as messages of their own."""
-    pair = Pair()
-    pair.connect()
     assert pair.state.lead.decisions
     again = decode_state(encode_state(pair.state))
     assert again.lead.decisions == ()

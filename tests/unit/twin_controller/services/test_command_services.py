@@ -113,7 +113,7 @@ def test_a_move_that_was_asked_for_before_a_stop_is_not_accepted_after_it(
     assert [stop.sent for stop in stops] == [True]
     assert (answer.success, answer.message) == (False, "cancelled by STOP, before it began")
     assert cell.state.lead.mode is Mode.STOPPED
-    assert not any(isinstance(action, MoveTwin) for action in cell.pair.actions)
+    assert not cell.pair.made(MoveTwin)
 
 
 @pytest.mark.parametrize("stalled", [0.02, 0.05, 0.15, 0.4])

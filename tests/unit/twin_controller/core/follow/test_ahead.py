@@ -7,7 +7,7 @@ from random import Random
 
 import msgspec
 import pytest
-from harness.pair import HOME, SETUP, Pair, ramp, shifted
+from harness.pair import HOME, SETUP, idle_pair, ramp, shifted
 from twin_controller.core.actions import StreamAhead
 from twin_controller.core.events import AnyEvent, RealMeasured
 from twin_controller.core.lead.modes import Mode
@@ -27,8 +27,7 @@ def test_no_number_gets_another_time(monkeypatch: pytest.MonkeyPatch) -> None:
     The robot would lose the set points in between, or take one at the time of the other while it
     has heard but half of the change.
     """
-    pair = Pair(places=10)
-    pair.connect()
+    pair = idle_pair(places=10)
     feed, number, rng = pair.feed, count(), Random(1)
     clock = pair.state.sides.real.clock
 
@@ -57,7 +56,7 @@ def test_no_number_gets_another_time(monkeypatch: pytest.MonkeyPatch) -> None:
                     assert point.clock_ms - before == period, (point, before)
                 given[point.number] = point.clock_ms
         seen = len(pair.actions)
-    assert len(given) > 50 and pair.state.lead.mode == Mode.TWIN_LEADS
+    assert len(given) > 50 and pair.mode == Mode.TWIN_LEADS
 
 
 def test_one_that_is_held_back_counts_until_the_robot_has_it() -> None:
@@ -65,8 +64,7 @@ def test_one_that_is_held_back_counts_until_the_robot_has_it() -> None:
 
     Nothing is measured while the robot has one that is held back, whatever waits behind it.
     """
-    pair = Pair(places=10)
-    pair.connect()
+    pair = idle_pair(places=10)
     pair.move_twin(ramp(HOME, AWAY, 0.1))
     held, seen = 0, set[bool]()
     for _ in range(300):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 import pytest
-from harness.pair import HOME, ROBOT, SETUP, Pair, ramp, shifted
+from harness.pair import HOME, ROBOT, SETUP, Pair, idle_pair, ramp, shifted
 from harness.parts import changed
 from hypothesis import given
 from hypothesis import strategies as st
@@ -65,8 +65,7 @@ def test_a_small_gap_is_closed_at_once_and_a_large_one_at_alignment_speed() -> N
 
 def moving_pair() -> tuple[Pair, float]:
     """Return a pair whose twin runs an announced move, and when that began."""
-    pair = Pair()
-    pair.connect()
+    pair = idle_pair()
     pair.move_twin(ramp(HOME, shifted(HOME, 40.0), 1.0))
     start = pair.now + pair.announce
     pair.run(0.4)
@@ -104,13 +103,11 @@ def test_a_plan_that_is_over_is_not_used() -> None:
     )
 
 
-def test_the_robots_own_limit_is_the_gates_whatever_its_override() -> None:
+def test_the_robots_own_limit_is_the_gates_whatever_its_override(pair: Pair) -> None:
     """R[2] times override gives what set points may have, or all that the override leaves.
 
     A robot that was late catches up no faster than its set points move.
     """
-    pair = Pair()
-    pair.connect()
     pair.move_twin(ramp(HOME, shifted(HOME, 20.0), 2.0))
     pair.run(0.6)
     for override, expected in ((100.0, 79.0), (90.0, 790.0 / 9.0), (30.0, 100.0)):
@@ -132,7 +129,7 @@ def test_a_pair_apart_in_either_direction_is_not_aligned(joint: int, border: flo
     pair.link("real", True)
     pair.link("twin", True)
     pair.run(6.0)
-    assert "IDLE" not in {decision.mode_after for decision in pair.decisions()}
+    assert "IDLE" not in [each.mode_after for each in pair.decisions()]
     assert pair.decisions()[-1].mode_after == "ALIGNING"
 
 
@@ -145,8 +142,7 @@ def test_set_points_are_whole_periods_of_the_robot_apart(
 ) -> None:
     """As near to what is wanted as can be, and never two within one period."""
     setup = Setup(ROBOT, changed(SETUP.config, stream__period_ms=wanted_ms))
-    pair = Pair()
-    pair.connect()
+    pair = idle_pair()
     rhythm = Rhythm()
     for at_ms in np.random.default_rng(1).uniform(5.0, 13.0, 400).cumsum():
         rhythm = heard(rhythm, int(at_ms // robot_ms) * robot_ms, 100.0 + 1e-3 * float(at_ms))
@@ -181,7 +177,7 @@ def test_an_alignment_that_cannot_end_says_which_joint_by_how_much_and_what_touc
     pair.link("real", True)
     pair.link("twin", True)
     pair.run(1.0)
-    assert pair.state.lead.mode is Mode.ALIGNING
+    assert pair.mode is Mode.ALIGNING
     pair.feed(TwinGripper(pair.now, on=False, holding=False, touches=touches))
     pair.run(SETUP.config.align.timeout_ms * 1e-3)
     (failed,) = [each for each in pair.decisions() if each.trigger == "ALIGN_FAILED"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from harness.pair import SETUP, Pair
+from harness.pair import SETUP, idle_pair
 from twin_controller.core.actions import Command, MoveTwin, Send, SendReal, SendTwin
 from twin_controller.core.events import Operator
 from twin_controller.core.lead.effects import carry_out
@@ -12,8 +12,7 @@ from twin_controller.core.lead.effects import carry_out
 @pytest.mark.parametrize("command", list(Command))
 def test_what_is_sent_goes_to_the_side_that_the_command_names(command: Command) -> None:
     """The shell routes by the action's type alone."""
-    pair = Pair()
-    pair.connect()
+    pair = idle_pair()
     asked = Operator(pair.now, "HOME")
     _, actions = carry_out(SETUP, pair.state, command, "because", pair.now, asked)
     sent = [action for action in actions if isinstance(action, Send)]

@@ -18,14 +18,6 @@ from twin_controller.view import state_view
 BELOW_TABLE = (0.4, 0.0, -0.045)
 
 
-@pytest.fixture
-def pair() -> Pair:
-    """Give a pair that is idle at home."""
-    made = Pair()
-    made.connect()
-    return made
-
-
 @pytest.mark.parametrize(
     ("target", "elbow", "text"),
     [
@@ -42,14 +34,14 @@ def test_a_point_that_cannot_be_reached_is_refused_before_anything_moves(
     answer = pair.operate("MOVE", target=target, elbow=elbow, speed_percent=20.0)
     assert not answer.success
     assert re.search(text, answer.message), answer.message
-    assert pair.state.lead.mode is Mode.IDLE
-    assert not any(isinstance(action, MoveTwin) for action in pair.actions)
+    assert pair.mode is Mode.IDLE
+    assert not pair.made(MoveTwin)
 
 
 def test_a_point_that_can_be_reached_is_accepted(pair: Pair) -> None:
     """The twin gets the point as it was given."""
     assert pair.operate("MOVE", target=(0.51, 0.16, 0.10), speed_percent=20.0).success
-    (move,) = [action for action in pair.actions if isinstance(action, MoveTwin)]
+    (move,) = pair.made(MoveTwin)
     assert move.command == "MOVE" and move.target == (0.51, 0.16, 0.10)
 
 
@@ -115,12 +107,12 @@ def test_an_accepted_move_that_fails_is_a_decision_with_its_reason(pair: Pair) -
     pair.feed(MoveEnded(pair.now, False, "joint_1 stays 3 deg from its target"))
     failed = pair.decisions()[-1]
     assert failed.trigger == "MOVE_FAILED" and failed.mode_after == "OPERATOR_LEADS"
-    for text in (failed.why, pair.state.lead.why, state_view(SETUP, pair.state, pair.now).why):
+    for text in (failed.why, pair.why, state_view(SETUP, pair.state, pair.now).why):
         assert text == (
             "the operator's move did not reach its target: joint_1 stays 3 deg from its target"
         )
     pair.run(2.0)
-    assert pair.state.lead.mode is Mode.IDLE
+    assert pair.mode is Mode.IDLE
     assert "joint_1 stays" in state_view(SETUP, pair.state, pair.now).move_failed
     assert pair.operate("MOVE_JOINTS", target=(0.1, 0.2, -0.1, 0.0)).success
     assert state_view(SETUP, pair.state, pair.now).move_failed == ""
@@ -130,8 +122,8 @@ def test_what_ended_a_move_stays_the_reason(pair: Pair) -> None:
     """The twin answers after the STOP that ended its move: both are said, the STOP stays why."""
     assert pair.operate("MOVE_JOINTS", target=(0.1, 0.2, -0.1, 0.0)).success
     assert pair.operate("STOP").success
-    stopped = pair.state.lead.why
+    stopped = pair.why
     pair.feed(MoveEnded(pair.now, False, "cancelled by STOP"))
-    assert pair.state.lead.why == stopped
+    assert pair.why == stopped
     assert pair.decisions()[-1].trigger == "MOVE_FAILED"
     assert "cancelled by STOP" in pair.state.lead.move_failed

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 import pytest
-from harness.pair import HOME, SETUP, Pair, shifted
+from harness.pair import HOME, SETUP, idle_pair, shifted
 from harness.parts import changed
 from scara_control.joint_motion import JointMotion, Setpoints
 from twin_controller.core.events import Operator, TwinPlan
@@ -25,8 +25,7 @@ LATER = 10.0
 @pytest.fixture(scope="module")
 def idle() -> CoreState:
     """Return the state of an idle pair."""
-    pair = Pair()
-    pair.connect()
+    pair = idle_pair()
     return pair.state
 
 

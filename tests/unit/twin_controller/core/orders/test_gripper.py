@@ -25,7 +25,7 @@ class Grippers:
     def __init__(self) -> None:
         self.pair = Pair()
         self.pair.connect()
-        self.pair.run_until(lambda: self.pair.state.lead.mode is Mode.IDLE, 30.0)
+        self.pair.until(Mode.IDLE, 30.0)
         self.real_shows(False)
         self.twin_shows(False)
 
@@ -171,7 +171,7 @@ def test_lost_link_and_reconnect_switch_nothing(grippers: Grippers, side: str) -
     pair.link(side, False)
     assert getattr(pair.state.sides, side).gripper.on is None
     pair.link(side, True)
-    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 30.0)
+    pair.until(Mode.IDLE, 30.0)
     shown = grippers.real_shows(False) if side == "real" else grippers.twin_shows(False)
     assert orders(shown) == []
     assert orders(grippers.later(0.3)) == []

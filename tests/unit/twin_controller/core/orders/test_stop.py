@@ -50,7 +50,7 @@ def under_way(pair: Pair) -> None:
     """Let the robot run a program, and follow it."""
     pair.start_program(PROGRAM)
     pair.run(1.0)
-    assert pair.state.lead.mode is Mode.REAL_LEADS
+    assert pair.mode is Mode.REAL_LEADS
 
 
 def moved_deg(pair: Pair, since: float) -> float:
@@ -97,11 +97,11 @@ def test_a_robot_that_does_not_obey_has_its_drives_switched_off(
     since = len(pair.actions)
     assert pair.operate(command).success
     pair.run((ATTEMPTS + 1) * RETRY_S + 0.1)
-    assert pair.state.lead.mode is Mode.ESTOP and not pair.drives
+    assert pair.mode is Mode.ESTOP and not pair.drives
     assert sent(pair, since).count(lost) == ATTEMPTS
     assert (
         f"the real robot does not obey a stop ({lost.value}, sent {ATTEMPTS} times: "
-        "its program goes on)" in pair.state.lead.why
+        "its program goes on)" in pair.why
     )
 
 
@@ -165,7 +165,7 @@ def test_a_new_stream_is_no_disobedience(pair: Deaf) -> None:
     pair.run(0.8)
     assert pair.operate("STOP").success
     pair.run_until(lambda: pair.operate("MOVE_JOINTS", target=shifted(HOME, 10.0)).success, 2.0)
-    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 10.0)
+    pair.until(Mode.IDLE)
     assert pair.real_q == pytest.approx(shifted(HOME, 10.0), abs=1e-3)
 
 
@@ -175,18 +175,18 @@ def test_a_fault_outlives_a_glitch_of_the_twins_line(pair: Deaf) -> None:
     pair.order_twin(Command.STOP_TWIN, 1)
     pair.run(0.5)
     assert pair.operate("ALIGN").success
-    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 10.0)
+    pair.until(Mode.IDLE)
     assert pair.operate("MOVE_JOINTS", target=shifted(HOME, 20.0)).success
     pair.run(3.0)
-    assert pair.state.lead.mode is Mode.FAULT
+    assert pair.mode is Mode.FAULT
     pair.link("twin", False)
     pair.run(0.1)
     pair.link("twin", True)
     pair.run(3.0)
-    assert pair.state.lead.mode is Mode.FAULT
+    assert pair.mode is Mode.FAULT
     assert pair.operate("RESET").success
     pair.run(1.0)
-    assert pair.state.lead.mode is Mode.STOPPED
+    assert pair.mode is Mode.STOPPED
 
 
 def test_a_reset_waits_for_what_the_robot_says_after_it(pair: Deaf) -> None:
@@ -211,7 +211,7 @@ def test_after_a_latched_stop_the_pair_aligns_before_a_move(pair: Deaf) -> None:
     reply = pair.operate("MOVE_JOINTS", target=shifted(HOME, 10.0))
     assert not reply.success and "ALIGN first" in reply.message
     assert pair.operate("ALIGN").success
-    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 10.0)
+    pair.until(Mode.IDLE)
     assert pair.operate("MOVE_JOINTS", target=shifted(HOME, 10.0)).success
 
 
@@ -223,23 +223,23 @@ def test_why_says_what_was_ignored_as_echo(pair: Deaf) -> None:
     pair.start_program(ramp(HOME, shifted(HOME, 10.0), 1.0))
     pair.run(1.2)
     pair.end_program()
-    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 10.0)
-    count = int(pair.state.lead.why.split("only followed, in ")[1].split()[0])
-    assert "the twin only followed" in pair.state.lead.why and 80 < count < 300
+    pair.until(Mode.IDLE)
+    count = int(pair.why.split("only followed, in ")[1].split()[0])
+    assert "the twin only followed" in pair.why and 80 < count < 300
 
 
 def test_an_answer_with_the_clock_of_the_one_before_shows_no_program(pair: Deaf) -> None:
     """It is not taken in: the next one, that is, would else say that the program had ended."""
     pair.command_delay = 0.06
     pair.move_twin(ramp(HOME, shifted(HOME, 30.0), 1.0))
-    while pair.state.lead.mode is not Mode.TWIN_LEADS:
+    while pair.mode is not Mode.TWIN_LEADS:
         pair.run(0.002)
     flags = pair.state.sides.real.flags
     assert flags is not None and not flags.streaming
     pair.feed(replace(flags, now=pair.now, received=pair.now, streaming=True))
     assert pair.state.sides.real.flags is flags
     pair.run(0.5)
-    assert pair.state.lead.mode is Mode.TWIN_LEADS
+    assert pair.mode is Mode.TWIN_LEADS
 
 
 class HoldOnly(Deaf):
@@ -282,7 +282,7 @@ def coasting(seconds: float) -> Coasting:
     made.connect()
     made.start_program(ramp(HOME, shifted(HOME, 20.0), seconds))
     made.run(0.2)
-    assert made.state.lead.mode is Mode.REAL_LEADS
+    assert made.mode is Mode.REAL_LEADS
     return made
 
 
@@ -295,7 +295,7 @@ def test_hold_comes_back_when_the_robot_stands_and_not_before() -> None:
     assert made.hold_away, "its joints still move, whatever its program says"
     made.run_until(lambda: not made.hold_away, 1.0)
     assert made.now - told >= SETUP.config.stop.hold_ms * 1e-3
-    assert made.state.lead.mode is Mode.STOPPED
+    assert made.mode is Mode.STOPPED
 
 
 def test_a_robot_that_moves_past_its_time_has_its_drives_switched_off() -> None:
@@ -303,8 +303,8 @@ def test_a_robot_that_moves_past_its_time_has_its_drives_switched_off() -> None:
     made = coasting(3.0)
     assert made.operate("STOP").success
     made.run((ATTEMPTS + 1) * RETRY_S + 0.1)
-    assert made.state.lead.mode is Mode.ESTOP and not made.drives
-    assert "it still moves" in made.state.lead.why
+    assert made.mode is Mode.ESTOP and not made.drives
+    assert "it still moves" in made.why
 
 
 def test_a_paused_program_does_not_go_on_after_a_stop(delivered: HoldOnly) -> None:
@@ -316,10 +316,10 @@ def test_a_paused_program_does_not_go_on_after_a_stop(delivered: HoldOnly) -> No
     assert not delivered.hold_away and delivered.program_paused and delivered.own_program
     delivered.run(5.0)
     assert moved_deg(delivered, stood) == pytest.approx(0.0, abs=1e-9)
-    assert delivered.state.lead.mode is Mode.STOPPED
+    assert delivered.mode is Mode.STOPPED
     delivered.paused = False  # START at its pendant
     delivered.run(1.0)
-    assert delivered.state.lead.mode is Mode.REAL_LEADS
+    assert delivered.mode is Mode.REAL_LEADS
 
 
 def test_a_paused_stream_goes_on_with_start_behind_fresh_set_points(delivered: HoldOnly) -> None:
@@ -327,7 +327,7 @@ def test_a_paused_stream_goes_on_with_start_behind_fresh_set_points(delivered: H
     for target in (10.0, 20.0, 5.0):
         answer = delivered.operate("MOVE_JOINTS", target=shifted(HOME, target))
         assert answer.success, answer.message
-        delivered.run_until(lambda: delivered.state.lead.mode is Mode.IDLE, 10.0)
+        delivered.until(Mode.IDLE)
         assert delivered.real_q == pytest.approx(shifted(HOME, target), abs=1e-3)
         assert delivered.streaming and not delivered.queued
     started = [do for do in delivered.told if do is Command.START_STREAM]
@@ -344,10 +344,10 @@ def test_the_pair_goes_on_after_a_stop_in_mid_stream(delivered: HoldOnly) -> Non
     stood = delivered.real_q
     assert delivered.streaming and delivered.program_paused and not delivered.hold_away
     assert delivered.operate("ALIGN").success
-    delivered.run_until(lambda: delivered.state.lead.mode is Mode.IDLE, 10.0)
+    delivered.until(Mode.IDLE)
     assert delivered.real_q == stood
     assert delivered.operate("MOVE_JOINTS", target=shifted(HOME, 60.0)).success
-    delivered.run_until(lambda: delivered.state.lead.mode is Mode.IDLE, 10.0)
+    delivered.until(Mode.IDLE)
     assert delivered.real_q == pytest.approx(shifted(HOME, 60.0), abs=1e-3)
 
 
@@ -359,7 +359,7 @@ def test_a_pause_of_a_stream_goes_on_as_well(delivered: HoldOnly) -> None:
     delivered.run(1.0)
     assert delivered.hold_away
     assert delivered.operate("RESUME").success
-    delivered.run_until(lambda: delivered.state.lead.mode is Mode.IDLE, 10.0)
+    delivered.until(Mode.IDLE)
     assert delivered.real_q == pytest.approx(shifted(HOME, 40.0), abs=1e-3)
     assert not delivered.queued
 
@@ -378,9 +378,9 @@ def rested_behind_a_move(pair: Deaf) -> int:
     """Let the robot follow a move of the twin to its end; return how many actions there were."""
     pair.move_twin(ramp(HOME, shifted(HOME, 20.0), 2.0))
     pair.run(1.0)
-    assert pair.state.lead.mode is Mode.TWIN_LEADS
+    assert pair.mode is Mode.TWIN_LEADS
     since = len(pair.actions)
-    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 10.0)
+    pair.until(Mode.IDLE)
     return since
 
 
@@ -401,7 +401,7 @@ def test_a_stream_that_does_not_end_at_rest_is_stopped(pair: Deaf) -> None:
     pair.run(1.5)
     assert sent(pair, since) == [Command.STOP_REAL]
     assert not pair.streaming and not pair.hold_away and pair.state.orders.stop is None
-    assert pair.state.lead.mode is Mode.IDLE
+    assert pair.mode is Mode.IDLE
 
 
 def test_a_program_started_behind_a_stream_is_no_disobedience(pair: Deaf) -> None:
@@ -413,4 +413,4 @@ def test_a_program_started_behind_a_stream_is_no_disobedience(pair: Deaf) -> Non
     pair.start_program(ramp(here, shifted(here, 60.0), 4.0))
     pair.run(2.0)
     assert pair.own_program and sent(pair, since) == []
-    assert pair.state.lead.mode is Mode.REAL_LEADS
+    assert pair.mode is Mode.REAL_LEADS

@@ -20,13 +20,13 @@ def pair() -> Pair:
 
 def stops(pair: Pair, since: int) -> int:
     """Return how often the twin was told to stop since the given index of actions."""
-    sent = [action for action in pair.actions[since:] if isinstance(action, Send)]
+    sent = pair.made(Send, since)
     return sum(action.command is Command.STOP_TWIN for action in sent)
 
 
 def named(pair: Pair) -> int:
     """Return how often it was said that the twin moves although it is stopped."""
-    return sum(each.trigger == "TWIN_MOVED_STOPPED" for each in pair.decisions())
+    return pair.triggers().count("TWIN_MOVED_STOPPED")
 
 
 def test_bursts_of_a_jog_lead_nobody_and_are_stopped_each_time(pair: Pair) -> None:
@@ -38,7 +38,7 @@ def test_bursts_of_a_jog_lead_nobody_and_are_stopped_each_time(pair: Pair) -> No
         pair.jog_twin(ramp(pair.twin_q, shifted(pair.twin_q, 2.0), BURST), pair.now)
         pair.run(0.5)
         assert stops(pair, since) >= k
-    assert pair.state.lead.mode is Mode.STOPPED and named(pair) == 1
+    assert pair.mode is Mode.STOPPED and named(pair) == 1
     assert pair.real_q == real
 
 
@@ -50,7 +50,7 @@ def test_a_move_is_stopped_while_it_is_only_announced(pair: Pair) -> None:
     pair.move_twin(ramp(HOME, shifted(HOME, 20.0), 1.0))
     pair.run(1.0)
     assert pair.twin_q == pytest.approx(twin, abs=1e-6) and named(pair) == 1
-    assert "ALIGN, then it may lead" in pair.state.lead.why
+    assert "ALIGN, then it may lead" in pair.why
 
 
 @pytest.mark.parametrize(("part", "told"), [(0.9, False), (1.1, True)])
@@ -74,10 +74,10 @@ def test_a_person_leaves_it(pair: Pair, way_out: str) -> None:
     pair.run(1.0)
     target = shifted(HOME, 5.0) if way_out == "MOVE_JOINTS" else ()
     assert pair.operate(way_out, target=target).success
-    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 10.0)
+    pair.until(Mode.IDLE)
     pair.run(0.3)
     pair.move_twin(ramp(pair.twin_q, shifted(HOME, 10.0), 1.0))
-    pair.run_until(lambda: pair.state.lead.mode is Mode.TWIN_LEADS, 2.0)
+    pair.until(Mode.TWIN_LEADS, 2.0)
 
 
 def test_the_person_at_the_robot_leaves_it(pair: Pair) -> None:
@@ -86,7 +86,7 @@ def test_the_person_at_the_robot_leaves_it(pair: Pair) -> None:
     pair.run(1.0)
     pair.jog_twin(ramp(pair.twin_q, shifted(pair.twin_q, 2.0), BURST), pair.now)
     pair.start_program(ramp(HOME, shifted(HOME, 20.0), 2.0))
-    pair.run_until(lambda: pair.state.lead.mode is Mode.REAL_LEADS, 1.0)
+    pair.until(Mode.REAL_LEADS, 1.0)
 
 
 def test_a_jog_of_the_page_is_refused_with_what_to_do(pair: Pair) -> None:
@@ -104,10 +104,10 @@ def test_a_pause_while_nothing_moves_holds_both(pair: Pair) -> None:
     pair.run(0.5)
     real = pair.real_q
     assert pair.hold_away
-    assert pair.state.lead.mode is Mode.PAUSED and pair.state.lead.leader == ""
+    assert pair.mode is Mode.PAUSED and pair.state.lead.leader == ""
     pair.jog_twin(ramp(pair.twin_q, shifted(pair.twin_q, 2.0), BURST), pair.now)
     pair.run(1.0)
-    assert pair.state.lead.mode is Mode.PAUSED and pair.real_q == real
+    assert pair.mode is Mode.PAUSED and pair.real_q == real
     refused = pair.operate("RESUME")
     assert not refused.success and "no longer stands where it was paused" in refused.message
 
@@ -117,11 +117,11 @@ def test_a_pause_in_idle_ends_in_idle(pair: Pair, waited: float) -> None:
     """Soon or late; the robot can be started at its pendant again, and the twin may lead."""
     assert pair.operate("PAUSE").success
     pair.run(waited)
-    assert pair.operate("RESUME").success and pair.state.lead.mode is Mode.IDLE
+    assert pair.operate("RESUME").success and pair.mode is Mode.IDLE
     pair.run(0.5)
     assert not pair.hold_away and pair.motion == "idle"
     pair.move_twin(ramp(pair.twin_q, shifted(HOME, 10.0), 1.0))
-    pair.run_until(lambda: pair.state.lead.mode is Mode.TWIN_LEADS, 2.0)
+    pair.until(Mode.TWIN_LEADS, 2.0)
 
 
 def test_a_pause_ends_no_alignment(pair: Pair) -> None:
@@ -134,11 +134,11 @@ def test_a_pause_ends_no_alignment(pair: Pair) -> None:
     pair.run(0.5)
     assert pair.operate("ALIGN").success
     pair.run(0.1)
-    assert pair.state.lead.mode is Mode.ALIGNING and pair.operate("PAUSE").success
+    assert pair.mode is Mode.ALIGNING and pair.operate("PAUSE").success
     pair.run(0.5)
     stood = pair.twin_q
     pair.run(1.0)
     assert pair.twin_q == stood
     assert pair.operate("RESUME").success
-    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 20.0)
+    pair.until(Mode.IDLE, 20.0)
     assert pair.twin_q == pytest.approx(pair.real_q, abs=1e-3)

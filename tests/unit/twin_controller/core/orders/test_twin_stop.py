@@ -40,14 +40,14 @@ def pair() -> Deaf:
     """Return a watched pair whose twin leads, jogged past its pose controller."""
     made = watched(Deaf())
     made.jog_twin(WAY, made.now)
-    made.run_until(lambda: made.state.lead.mode is Mode.TWIN_LEADS, 2.0)
+    made.until(Mode.TWIN_LEADS, 2.0)
     made.run(0.5)
     return made
 
 
 def told(pair: Pair, since: int) -> list[Command]:
     """Return the stops that the twin was sent since the given index of actions."""
-    sent = [action for action in pair.actions[since:] if isinstance(action, Send)]
+    sent = pair.made(Send, since)
     return [action.command for action in sent if action.command in STOPPING_TWIN]
 
 
@@ -77,12 +77,12 @@ def test_a_twin_that_moves_on_is_a_fault(pair: Deaf, command: str, mode: Mode) -
     pair.run(IGNORED_S - 0.2)
     assert ignored(pair) == [] and told(pair, since).count(Command[f"{command}_TWIN"]) == ATTEMPTS
     pair.run(0.3)
-    assert pair.state.lead.mode is mode and len(ignored(pair)) == 1
+    assert pair.mode is mode and len(ignored(pair)) == 1
     said = (
         f"(it moved on {ATTEMPTS * RETRY_S:.1f} s after {command} was told {ATTEMPTS} times): "
         "end the simulator or what commands it, then RESET"
     )
-    assert ignored(pair) == [pair.state.lead.why] == [f"the twin does not obey a stop {said}"]
+    assert ignored(pair) == [pair.why] == [f"the twin does not obey a stop {said}"]
     pair.run(2.0 * IGNORED_S)
     assert len(ignored(pair)) == 1, "it is decided once"
     assert pair.real_q == pytest.approx(real, abs=0.02), "the robot does not follow it"
@@ -98,7 +98,7 @@ def test_a_twin_that_obeys_late_is_no_fault(pair: Deaf) -> None:
     pair.deaf = False
     pair.run(IGNORED_S)
     assert told(pair, since) == [Command.STOP_TWIN] * ATTEMPTS
-    assert pair.state.lead.mode is Mode.STOPPED and ignored(pair) == []
+    assert pair.mode is Mode.STOPPED and ignored(pair) == []
 
 
 def test_reset_waits_until_the_twin_stands(pair: Deaf) -> None:
@@ -108,13 +108,13 @@ def test_reset_waits_until_the_twin_stands(pair: Deaf) -> None:
     pair.run(IGNORED_S)
     assert pair.operate("RESET").success
     pair.run(RESET_S)
-    assert pair.state.lead.mode is Mode.FAULT and "its cause persists" in pair.state.lead.why
+    assert pair.mode is Mode.FAULT and "its cause persists" in pair.why
     pair.deaf = False
     pair.run(RETRY_S + 0.5)
     assert pair.state.orders.twin_stop is None
     assert pair.operate("RESET").success
     pair.run(RESET_S)
-    assert pair.state.lead.mode is Mode.STOPPED
+    assert pair.mode is Mode.STOPPED
 
 
 def test_resume_does_not_let_the_robot_follow_a_twin_that_moves_on(pair: Deaf) -> None:
@@ -125,9 +125,9 @@ def test_resume_does_not_let_the_robot_follow_a_twin_that_moves_on(pair: Deaf) -
     rested = pair.real_q
     reply = pair.operate("RESUME")
     assert not reply.success and "no longer stands where it was paused" in reply.message
-    assert pair.state.lead.mode is Mode.STOPPED
+    assert pair.mode is Mode.STOPPED
     pair.run(IGNORED_S)
-    assert pair.state.lead.mode is Mode.FAULT and pair.real_q == rested
+    assert pair.mode is Mode.FAULT and pair.real_q == rested
 
 
 @pytest.mark.parametrize("side", ["real", "twin"])
@@ -139,7 +139,7 @@ def test_a_lost_link_has_its_own_rules(pair: Deaf, side: str) -> None:
     pair.link(side, False)
     pair.run(2.0 * IGNORED_S)
     lost = side == "twin"
-    assert pair.state.lead.mode is (Mode.OFFLINE if lost else Mode.FAULT)
+    assert pair.mode is (Mode.OFFLINE if lost else Mode.FAULT)
     assert len(ignored(pair)) == (0 if lost else 1)
     assert (pair.state.orders.twin_stop is None) is lost
 
@@ -149,5 +149,5 @@ def test_a_twin_that_may_move_again_is_not_judged_by_an_older_stop(pair: Deaf) -
     assert pair.operate("STOP").success
     pair.run_until(lambda: pair.operate("MOVE_JOINTS", target=shifted(HOME, 30.0)).success, 5.0)
     since = len(pair.actions)
-    pair.run_until(lambda: pair.state.lead.mode is Mode.IDLE, 10.0)
+    pair.until(Mode.IDLE)
     assert told(pair, since) == [] and ignored(pair) == []

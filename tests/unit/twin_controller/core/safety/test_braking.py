@@ -58,7 +58,7 @@ def test_a_program_that_sweeps_into_a_wall_stands_before_it(
     setup.keep_out = (KeepOut("wall", (-700.0, front, -1000.0), (700.0, 900.0, 1000.0)),)
     program = moves({"joint_1": 140.0, "joint_2": joint_2, "joint_3": -160.0})
     pair = run(EmulatedPair(program, override, setup), phase, 6.0)
-    assert pair.state.lead.mode is Mode.STOPPED and "keep-out zone wall" in pair.state.lead.why
+    assert pair.mode is Mode.STOPPED and "keep-out zone wall" in pair.why
     assert track_mm(pair)[:, :, 1].max() < front
 
 
@@ -74,8 +74,8 @@ def test_a_program_that_plunges_into_the_table_stands_before_it(
 ) -> None:
     """The whole stroke of the vertical axis is there to gain speed."""
     pair = run(EmulatedPair(moves({}, {"joint_3": -205.0}), override), phase, 6.0)
-    assert pair.state.lead.mode is Mode.STOPPED
-    assert "keep-out zone below_table" in pair.state.lead.why
+    assert pair.mode is Mode.STOPPED
+    assert "keep-out zone below_table" in pair.why
     assert track_mm(pair)[0, :, 2].min() > SURFACE
 
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 import msgspec
 import numpy as np
 import pytest
-from harness.pair import SETUP, Pair
+from harness.pair import SETUP, Pair, idle_pair
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_control.joint_motion import JointMotion
@@ -112,8 +112,7 @@ def test_the_distance_is_shown_in_millimetres() -> None:
 @pytest.mark.parametrize(("noise", "alarm"), [(0.0, True), (0.01, True), (0.05, False)])
 def test_what_noise_alone_may_bring_is_no_divergence(noise: float, alarm: bool) -> None:
     """At rest 2.8 mm apart: beyond 2 mm, not beyond five deviations of 0.05 deg at full reach."""
-    pair = Pair()
-    pair.connect()
+    pair = idle_pair()
     pair.run(1.0)
     real, twin = pair.state.sides.real, pair.state.sides.twin
     apart = (twin.last.q[0] + 2.8e-3 / 0.65, *twin.last.q[1:])
@@ -144,17 +143,14 @@ def turning(sides: Sides, late: float, speed: float) -> Sides:
 @pytest.mark.parametrize("late", [0.030, 0.0, -0.012])
 def test_delay_is_told_as_the_time_by_which_the_real_robot_is_behind(late: float) -> None:
     """By the way that both go: a robot ahead of the twin counts below zero."""
-    pair = Pair()
-    pair.connect()
+    pair = idle_pair()
     state = DelayState()
     for _ in range(100):
         state = judge_delay(SETUP, state, turning(pair.state.sides, late, 0.8))
     assert state.late == pytest.approx(late, abs=2e-4)
 
 
-def test_delay_is_kept_while_the_tools_are_too_slow_to_tell() -> None:
+def test_delay_is_kept_while_the_tools_are_too_slow_to_tell(pair: Pair) -> None:
     """A millimetre at rest is no time."""
-    pair = Pair()
-    pair.connect()
     state = judge_delay(SETUP, DelayState(late=0.02), turning(pair.state.sides, 0.5, 0.01))
     assert state.late == 0.02 and state.judged.distance_mm > 1.0

@@ -7,29 +7,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from harness.pair import HOME, ROBOT, SETUP, Pair, ramp, shifted
-from msgspec.structs import replace
+from harness.pair import HOME, SETUP, WATCHED, Pair, ramp, shifted
 from scara_control.keep_out.points import positions
-from twin_controller.core.actions import Command, Send
-from twin_controller.core.events import PersonSeen
+from twin_controller.core.actions import Command
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.setup import Setup
 
 RETRY_S = SETUP.config.stop.retry_ms * 1e-3
-WATCHED = Setup(
-    ROBOT,
-    replace(SETUP.config, separation=replace(SETUP.config.separation, enabled=True, sensors=("",))),
-)
 FAR, NEAR = 6.0, 0.8
 SURFACE = SETUP.keep_out[0].upper_mm[2] * 1e-3
 INTO_THE_TABLE = shifted(HOME, 0.0, 0.0, -45.0)
-
-
-def see(pair: Pair, x: float, duration: float) -> None:
-    """Let time pass while a sensor sees a person at ``x``."""
-    for _ in range(round(duration / 0.05)):
-        pair.feed(PersonSeen(pair.now, (x, 0.0, 0.0)))
-        pair.run(0.05)
 
 
 def into(mode: Mode, setup: Setup = SETUP) -> Pair:
@@ -40,24 +27,21 @@ def into(mode: Mode, setup: Setup = SETUP) -> Pair:
     pair = Pair(setup=setup, twin=shifted(HOME, 60.0) if mode is Mode.ALIGNING else HOME)
     pair.link("real", True)
     pair.link("twin", True)
-    see(pair, FAR, 0.8 if mode is Mode.ALIGNING else 2.5)
+    pair.see(FAR, 0.8 if mode is Mode.ALIGNING else 2.5)
     if mode is Mode.FAULT:
         pair.alarm("SRVO-050")
-        see(pair, FAR, 0.3)
+        pair.see(FAR, 0.3)
         pair.fault = pair.fault_persists = False
     elif mode is Mode.OFFLINE:
         pair.link("twin", False)
-        see(pair, FAR, 0.3)
-    assert pair.state.lead.mode is mode
+        pair.see(FAR, 0.3)
+    assert pair.mode is mode
     return pair
 
 
 def stops(pair: Pair, begun: int) -> int:
     """Return how often the real robot was told to stop since action number ``begun``."""
-    return sum(
-        isinstance(action, Send) and action.command is Command.STOP_REAL
-        for action in pair.actions[begun:]
-    )
+    return pair.performed(begun).count(Command.STOP_REAL)
 
 
 @pytest.mark.parametrize("mode", [Mode.OFFLINE, Mode.FAULT])
@@ -65,13 +49,13 @@ def test_a_robot_started_beside_a_person_is_stopped_in_every_mode(mode: Mode) ->
     """Once, and the mode means what it meant."""
     pair = into(mode, WATCHED)
     begun = len(pair.actions)
-    see(pair, NEAR, 0.5)
+    pair.see(NEAR, 0.5)
     assert stops(pair, begun) == 0, "a robot at rest is left alone"
     pair.start_program(ramp(HOME, shifted(HOME, 60.0), 3.0))
-    see(pair, NEAR, 1.5)
-    assert not pair.own_program and pair.state.lead.mode is mode
+    pair.see(NEAR, 1.5)
+    assert not pair.own_program and pair.mode is mode
     assert pair.real_q[0] == pytest.approx(HOME[0], abs=0.01)
-    assert stops(pair, begun) == 1 and "a person" in pair.state.lead.why
+    assert stops(pair, begun) == 1 and "a person" in pair.why
 
 
 @pytest.mark.parametrize("mode", [Mode.OFFLINE, Mode.FAULT, Mode.ALIGNING])
@@ -83,8 +67,8 @@ def test_a_robot_started_towards_a_zone_is_stopped_before_it_in_every_mode(mode:
     pair.run(1.3)
     assert not pair.own_program
     assert positions(SETUP.points[0], np.array([pair.real_q]))[0][2] > SURFACE
-    assert stops(pair, begun) == 1 and "keep-out zone below_table" in pair.state.lead.why
-    assert pair.state.lead.mode is (Mode.STOPPED if mode is Mode.ALIGNING else mode)
+    assert stops(pair, begun) == 1 and "keep-out zone below_table" in pair.why
+    assert pair.mode is (Mode.STOPPED if mode is Mode.ALIGNING else mode)
 
 
 def test_a_robot_that_does_not_obey_is_stopped_again_but_not_each_cycle() -> None:
@@ -97,15 +81,15 @@ def test_a_robot_that_does_not_obey_is_stopped_again_but_not_each_cycle() -> Non
     obeys = pair.command_real
     pair.command_real = lambda do: None  # type: ignore[method-assign]
     pair.start_program(ramp(HOME, shifted(HOME, 60.0), 6.0))
-    see(pair, NEAR, 2.5 * RETRY_S)
+    pair.see(NEAR, 2.5 * RETRY_S)
     assert stops(pair, begun) == 3
     pair.command_real = obeys  # type: ignore[method-assign]
-    see(pair, NEAR, 3 * RETRY_S)
+    pair.see(NEAR, 3 * RETRY_S)
     begun, here = len(pair.actions), pair.real_q
     pair.start_program(ramp(here, shifted(here, 60.0), 3.0))
-    see(pair, NEAR, 0.2)
+    pair.see(NEAR, 0.2)
     assert stops(pair, begun) == 1 and not pair.own_program
     pair.command_real = lambda do: obeys(do) if do is Command.ESTOP_REAL else None  # type: ignore[method-assign]
     pair.start_program(ramp(pair.real_q, shifted(pair.real_q, 60.0), 6.0))
-    see(pair, NEAR, 10 * RETRY_S)
-    assert pair.state.lead.mode is Mode.ESTOP and not pair.drives
+    pair.see(NEAR, 10 * RETRY_S)
+    assert pair.mode is Mode.ESTOP and not pair.drives

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from harness.pair import HOME, ROBOT, SETUP, Pair, ramp, shifted
+from harness.pair import HOME, ROBOT, SETUP, Pair, ramp, seen_pair, shifted
 from msgspec.structs import replace
 from twin_controller.core.events import PersonSeen
 from twin_controller.core.lead.modes import Mode
@@ -26,6 +26,7 @@ SENSORS = ("left", "right")
 SEPARATION = replace(SETUP.config.separation, enabled=True, sensors=SENSORS)
 WATCHED = Setup(ROBOT, replace(SETUP.config, separation=SEPARATION))
 FAR = 8.0
+BOTH_FAR = dict.fromkeys(SENSORS, FAR)
 
 
 @pytest.mark.parametrize(
@@ -64,64 +65,47 @@ def test_of_each_sensor_the_newest_sighting_is_kept() -> None:
     assert newest(people, Person(4.0, HERE, "left"), SENSORS)[-1] == Person(4.0, HERE, "left")
 
 
-def see(pair: Pair, duration: float, age: float = 0.0, **sensors: float) -> None:
-    """Let time pass while each sensor sees a person at its x [m], ``age`` late."""
-    for _ in range(round(duration / 0.05)):
-        for sensor, x in sensors.items():
-            pair.feed(PersonSeen(pair.now, (x, 0.0, 0.0), age, sensor))
-        pair.run(0.05)
-
-
 @pytest.fixture
 def moving() -> Pair:
     """Return a pair whose real robot leads a long program, two sensors seeing a far person."""
-    pair = Pair(setup=WATCHED)
-    pair.link("real", True)
-    pair.link("twin", True)
-    see(pair, 2.5, left=FAR, right=FAR)
+    pair = seen_pair(BOTH_FAR, WATCHED)
     pair.start_program(ramp(HOME, shifted(HOME, 40.0), 8.0))
-    see(pair, 0.5, left=FAR, right=FAR)
-    assert pair.state.lead.mode is Mode.REAL_LEADS
+    pair.see(BOTH_FAR, 0.5)
+    assert pair.mode is Mode.REAL_LEADS
     return pair
 
 
 def test_a_sighting_that_is_older_than_allowed_when_it_arrives_is_none(moving: Pair) -> None:
     """Latched or queued: they come twenty times a second all the same."""
-    see(moving, 0.5, age=0.5, left=FAR, right=FAR)
-    assert moving.state.lead.mode is Mode.PAUSED and "silent" in moving.state.lead.why
+    moving.see(BOTH_FAR, 0.5, age=0.5)
+    assert moving.mode is Mode.PAUSED and "silent" in moving.why
 
 
 def test_the_nearest_person_of_all_sensors_counts(moving: Pair) -> None:
     """Whichever sensor speaks last."""
-    see(moving, 0.3, left=0.9, right=FAR)
-    assert moving.state.lead.mode is Mode.PAUSED and "a person is" in moving.state.lead.why
+    moving.see({"left": 0.9, "right": FAR}, 0.3)
+    assert moving.mode is Mode.PAUSED and "a person is" in moving.why
 
 
 def test_one_sensor_that_falls_silent_stops_the_pair_until_it_is_back(moving: Pair) -> None:
     """The other still sees nobody near; what the silent one watched is not known."""
-    see(moving, 0.6, right=FAR)
-    assert (
-        moving.state.lead.mode is Mode.PAUSED
-        and "sensor left that sees people is silent" in moving.state.lead.why
-    )
-    see(moving, 2.0, right=FAR)
+    moving.see({"right": FAR}, 0.6)
+    assert moving.mode is Mode.PAUSED and "sensor left that sees people is silent" in moving.why
+    moving.see({"right": FAR}, 2.0)
     assert not moving.operate("RESUME").success
-    see(moving, 0.2, left=FAR, right=FAR)
+    moving.see(BOTH_FAR, 0.2)
     assert moving.operate("RESUME").success
 
 
 def test_a_thousand_senders_that_nobody_named_lock_no_cell_and_fill_no_memory() -> None:
     """As `rostopic pub` does, with a new name each time: near people, then silence."""
-    pair = Pair(setup=WATCHED)
-    pair.link("real", True)
-    pair.link("twin", True)
-    see(pair, 2.5, left=FAR, right=FAR)
+    pair = seen_pair(BOTH_FAR, WATCHED)
     for number in range(1000):
         pair.feed(PersonSeen(pair.now, (0.3, 0.0, 0.0), 0.0, f"/rostopic_{number}_1767"))
     assert {person.sensor for person in pair.state.safety.people} == set(SENSORS)
     pair.start_program(ramp(HOME, shifted(HOME, 40.0), 4.0))
-    see(pair, 2.0, left=FAR, right=FAR)
-    assert pair.state.lead.mode is Mode.REAL_LEADS and pair.real_q[0] > HOME[0] + 0.2
+    pair.see(BOTH_FAR, 2.0)
+    assert pair.mode is Mode.REAL_LEADS and pair.real_q[0] > HOME[0] + 0.2
 
 
 def test_unknown_senders_are_said_once_and_after_some_no_more() -> None:
@@ -159,9 +143,9 @@ def test_the_pair_aligns_once_each_named_sensor_was_heard() -> None:
     pair = Pair(setup=WATCHED)
     pair.link("real", True)
     pair.link("twin", True)
-    see(pair, 2.0, left=FAR)
-    assert pair.state.lead.mode is Mode.OFFLINE
+    pair.see({"left": FAR}, 2.0)
+    assert pair.mode is Mode.OFFLINE
     assert "waits to align: the sensor right" in alarm_text(pair.state)
-    see(pair, 2.5, left=FAR, right=FAR)
-    assert pair.state.lead.mode is Mode.IDLE
-    assert "TOO_CLOSE" not in {decision.trigger for decision in pair.decisions()}
+    pair.see(BOTH_FAR, 2.5)
+    assert pair.mode is Mode.IDLE
+    assert "TOO_CLOSE" not in pair.triggers()

@@ -10,11 +10,10 @@ import re
 import numpy as np
 import pytest
 from harness.emulated.emulated_pair import EmulatedPair, moves
-from harness.pair import HOME, ROBOT, SETUP, Pair, ramp, shifted
+from harness.pair import HOME, ROBOT, SETUP, Pair, idle_pair, ramp, seen_pair, shifted
 from harness.running.thorough import thorough
 from msgspec.structs import replace
 from twin_controller.core.actions import CapTwin, OverrideReal
-from twin_controller.core.events import PersonSeen
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.safety.fastest import fastest_point, fastest_speed
 from twin_controller.core.setup import Setup
@@ -22,10 +21,6 @@ from twin_controller.core.setup import Setup
 LIMIT = 250.0
 LIMITED = Setup(
     ROBOT, replace(SETUP.config, cell=replace(SETUP.config.cell, cartesian_speed_mm_s=LIMIT))
-)
-WATCHED = Setup(
-    ROBOT,
-    replace(SETUP.config, separation=replace(SETUP.config.separation, enabled=True, sensors=("",))),
 )
 SWEEPS = moves(
     {"joint_1": 20.0, "joint_3": -160.0}, {"joint_1": -20.0, "joint_2": 20.0, "joint_3": -150.0}
@@ -68,7 +63,7 @@ def test_a_program_never_exceeds_the_cartesian_limit(phase: float) -> None:
         assert pair.shown.override == int(LIMITED.safe_percent)
     speeds = [fastest_point(LIMITED.points, q, qdot)[0] for q, qdot in pair.track]
     assert 0.05 * LIMIT < 1e3 * max(speeds) <= LIMIT
-    assert pair.state.lead.mode is not Mode.STOPPED
+    assert pair.mode is not Mode.STOPPED
 
 
 def test_the_robots_override_is_lowered_while_the_twin_is_down() -> None:
@@ -76,13 +71,12 @@ def test_the_robots_override_is_lowered_while_the_twin_is_down() -> None:
     pair = EmulatedPair(SWEEPS, setup=LIMITED)
     pair.link("real", True)
     pair.run(0.5)
-    assert pair.state.lead.mode is Mode.OFFLINE and pair.shown.override == int(LIMITED.safe_percent)
+    assert pair.mode is Mode.OFFLINE and pair.shown.override == int(LIMITED.safe_percent)
 
 
 def test_the_twins_motion_without_a_target_has_the_cap_of_the_worst_pose() -> None:
     """Before it begins, and without a break between two moves."""
-    pair = Pair(setup=LIMITED)
-    pair.connect()
+    pair = idle_pair(setup=LIMITED)
     pair.run(0.3)
     begun = len(pair.actions)
     assert pair.limit <= LIMITED.safe_percent
@@ -104,83 +98,64 @@ def too_fast(pair: Pair) -> None:
 @pytest.mark.parametrize("mode", [Mode.REAL_LEADS, Mode.OFFLINE])
 def test_a_robot_that_exceeds_the_limit_is_stopped(mode: Mode) -> None:
     """The decision names the point, its speed and the limit."""
-    pair = Pair(setup=LIMITED)
-    pair.connect()
+    pair = idle_pair(setup=LIMITED)
     if mode is Mode.OFFLINE:
         pair.link("twin", False)
         pair.run(0.2)
     too_fast(pair)
     assert not pair.own_program
-    assert pair.state.lead.mode is (Mode.STOPPED if mode is Mode.REAL_LEADS else mode)
-    assert "the tool at" in pair.state.lead.why and "allowed are 250 mm/s" in pair.state.lead.why
-    assert sum(decision.trigger == "TOO_FAST" for decision in pair.decisions()) == 1
+    assert pair.mode is (Mode.STOPPED if mode is Mode.REAL_LEADS else mode)
+    assert "the tool at" in pair.why and "allowed are 250 mm/s" in pair.why
+    assert pair.triggers().count("TOO_FAST") == 1
 
 
-def test_a_robot_without_a_limit_is_not_judged() -> None:
+def test_a_robot_without_a_limit_is_not_judged(pair: Pair) -> None:
     """Off as shipped."""
-    pair = Pair()
-    pair.connect()
     too_fast(pair)
     assert pair.own_program and pair.override == 100.0
 
 
-class Neighbour:
-    """A robot that leads, and a person beside it."""
-
-    def __init__(self) -> None:
-        """Let the robot begin a long program."""
-        self.pair = Pair(setup=WATCHED)
-        self.pair.link("real", True)
-        self.pair.link("twin", True)
-        self.see(12.0, 2.5)
-        assert self.pair.state.lead.mode is Mode.IDLE
-        self.pair.start_program(ramp(HOME, shifted(HOME, 5.0), 30.0))
-        self.see(12.0, 1.0)
-
-    def see(self, x: float, duration: float) -> None:
-        """Let time pass with the person at ``x``."""
-        for _ in range(round(duration / 0.05)):
-            self.pair.feed(PersonSeen(self.pair.now, (x, 0.0, 0.0)))
-            self.pair.run(0.05)
+def beside_a_robot() -> Pair:
+    """Return a pair whose robot leads with a long program, a person far away."""
+    pair = seen_pair(12.0)
+    pair.start_program(ramp(HOME, shifted(HOME, 5.0), 30.0))
+    pair.see(12.0, 1.0)
+    return pair
 
 
 def test_speed_given_beside_a_person_counts_when_the_person_has_gone() -> None:
     """Beside the person the robot gets no more than the distance allows, and the answer says so."""
-    cell = Neighbour()
-    cell.see(2.2, 1.0)
-    beside = cell.pair.override
+    pair = beside_a_robot()
+    pair.see(2.2, 1.0)
+    beside = pair.override
     assert beside < 50.0
-    begun = len(cell.pair.actions)
-    reply = cell.pair.operate("SPEED", speed_percent=87.0)
-    cell.see(2.2, 0.5)
+    begun = len(pair.actions)
+    reply = pair.operate("SPEED", speed_percent=87.0)
+    pair.see(2.2, 0.5)
     said = re.search(r"capped at 87 %; the real robot gets (\d+) % for now", reply.message)
     # An override that rises a little is not given back at once.
     assert reply.success and said is not None and abs(float(said.group(1)) - beside) <= 1.0
     sent = [
-        action.speed_percent
-        for action in cell.pair.actions[begun:]
-        if isinstance(action, OverrideReal)
+        action.speed_percent for action in pair.actions[begun:] if isinstance(action, OverrideReal)
     ]
-    assert max([cell.pair.override, *sent]) == beside
-    cell.see(12.0, 0.6)
-    assert cell.pair.override == 87.0
+    assert max([pair.override, *sent]) == beside
+    pair.see(12.0, 0.6)
+    assert pair.override == 87.0
 
 
 def test_speed_lower_than_the_persons_cap_stays() -> None:
     """Nobody raises it when the person goes."""
-    cell = Neighbour()
-    cell.see(2.2, 1.0)
-    assert cell.pair.operate("SPEED", speed_percent=5.0).message == "speed of both capped at 5 %"
-    cell.see(2.2, 0.5)
-    assert cell.pair.override == 5.0
-    cell.see(12.0, 0.6)
-    assert cell.pair.override == 5.0
+    pair = beside_a_robot()
+    pair.see(2.2, 1.0)
+    assert pair.operate("SPEED", speed_percent=5.0).message == "speed of both capped at 5 %"
+    pair.see(2.2, 0.5)
+    assert pair.override == 5.0
+    pair.see(12.0, 0.6)
+    assert pair.override == 5.0
 
 
-def test_speed_given_while_the_robot_is_not_reached_counts_when_it_is() -> None:
+def test_speed_given_while_the_robot_is_not_reached_counts_when_it_is(pair: Pair) -> None:
     """The answer says what is true until then; the override is lowered for a program alone."""
-    pair = Pair()
-    pair.connect()
     pair.link("real", False)
     reply = pair.operate("SPEED", speed_percent=30.0)
     assert reply.success and "the real robot is not reached" in reply.message
@@ -195,8 +170,7 @@ def test_speed_given_while_the_robot_is_not_reached_counts_when_it_is() -> None:
 
 def fast_for(duration: float) -> Pair:
     """Return a pair after its robot was faster than allowed for ``duration`` [s]."""
-    pair = Pair(setup=LIMITED)
-    pair.connect()
+    pair = idle_pair(setup=LIMITED)
     slow, fast = 0.02, 1.0  # [rad/s]
     begin, end = 0.2, 0.2 + duration
 
@@ -215,7 +189,7 @@ def test_a_robot_that_is_too_fast_for_a_moment_is_not_stopped() -> None:
     confirm = LIMITED.config.cell.cartesian_confirm_ms * 1e-3
     pair = fast_for(confirm - 0.02)
     assert pair.own_program
-    assert "TOO_FAST" not in {decision.trigger for decision in pair.decisions()}
+    assert "TOO_FAST" not in pair.triggers()
 
 
 def test_a_robot_that_stays_too_fast_is_stopped_when_the_time_is_over() -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 import pytest
-from harness.pair import HOME, SETUP, Pair, shifted
+from harness.pair import HOME, SETUP, Pair, idle_pair, shifted
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_control.joint_motion import JointMotion
@@ -134,8 +134,7 @@ def test_joint_states_out_of_order_are_dropped() -> None:
 @pytest.mark.parametrize("side", ["real", "twin"])
 def test_a_link_that_changes_forgets_its_side_only(side: str) -> None:
     """Nothing old may count after a reconnect; the other side is not touched."""
-    pair = Pair()
-    pair.connect()
+    pair = idle_pair()
     event = LinkChanged(pair.now, side, False, "cut")  # type: ignore[arg-type]
     sides = take_in(SETUP, pair.state.sides, event)
     lost, kept = (sides.real, sides.twin) if side == "real" else (sides.twin, sides.real)
@@ -157,10 +156,8 @@ def test_a_lost_side_keeps_its_connection_and_its_count_of_jumps() -> None:
     assert (side.connected, side.reason, side.clock.jumps) == (True, "silent", 3)
 
 
-def test_pairs_are_of_one_instant() -> None:
+def test_pairs_are_of_one_instant(pair: Pair) -> None:
     """The twin is interpolated to the real sample's time, never newest against newest."""
-    pair = Pair()
-    pair.connect()
     found = paired(pair.state.sides)
     assert found is not None and found[0].time == found[1].time
     assert paired(FRESH) is None

@@ -80,20 +80,12 @@ def tick(pair: Pair, own_gap: float) -> None:
     pair.feed(Tick(pair.now, own_gap))
 
 
-@pytest.fixture
-def pair() -> Pair:
-    """Give a pair that is connected and idle."""
-    made = Pair()
-    made.connect()
-    return made
-
-
 def test_a_gap_of_the_controller_costs_no_link(pair: Pair) -> None:
     """Both sides have spoken meanwhile, and their words wait in the sockets."""
     standing_still(pair, 0.099)
     tick(pair, own_gap=0.099)
     pair.run(1.0)
-    assert pair.state.lead.mode is Mode.IDLE
+    assert pair.mode is Mode.IDLE
     assert not [d for d in pair.decisions() if d.trigger == "LINK_LOST"]
 
 
@@ -101,7 +93,7 @@ def test_a_look_without_a_gap_judges_as_before(pair: Pair) -> None:
     """What was recorded without the field is decided as it was."""
     standing_still(pair, 0.12)
     tick(pair, own_gap=0.0)
-    assert pair.state.lead.mode is Mode.OFFLINE
+    assert pair.mode is Mode.OFFLINE
 
 
 def test_a_silent_robot_is_found_after_a_gap_too(pair: Pair) -> None:
@@ -110,9 +102,9 @@ def test_a_silent_robot_is_found_after_a_gap_too(pair: Pair) -> None:
     standing_still(pair, 0.06)
     tick(pair, own_gap=0.06)
     begun = pair.now
-    pair.run_until(lambda: pair.state.lead.mode is Mode.OFFLINE, 0.2)
+    pair.until(Mode.OFFLINE, 0.2)
     assert pair.now - begun <= 0.1 + 0.011
-    assert "no fresh data for 100 ms" in pair.state.lead.why
+    assert "no fresh data for 100 ms" in pair.why
 
 
 def test_a_silent_pose_controller_is_found_after_a_gap_too(pair: Pair) -> None:
@@ -121,7 +113,7 @@ def test_a_silent_pose_controller_is_found_after_a_gap_too(pair: Pair) -> None:
     standing_still(pair, 0.06)
     tick(pair, own_gap=0.06)
     begun = pair.now
-    pair.run_until(lambda: pair.state.lead.mode is Mode.OFFLINE, 0.4)
+    pair.until(Mode.OFFLINE, 0.4)
     assert pair.now - begun <= 0.22 + 0.011
 
 
@@ -130,7 +122,7 @@ def test_a_silent_side_is_found_at_most_one_budget_later(pair: Pair, duty: float
     """However the controller's gaps lie, silence counts in full beyond the budget of the window."""
     gaps, begun = OwnGaps(LIMITS), pair.now
     gaps.look(pair.now)
-    while pair.state.lead.mode is Mode.IDLE:
+    while pair.mode is Mode.IDLE:
         standing_still(pair, duty)
         tick(pair, gaps.look(pair.now))
     assert pair.now - begun <= 0.1 + 0.1 + 2 * duty
