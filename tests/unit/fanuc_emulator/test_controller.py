@@ -252,6 +252,19 @@ def test_a_refused_start_says_why_and_is_no_fault(
     assert not bench.now.outputs.fault
 
 
+def test_an_alarm_has_the_time_of_the_robots_clock_and_forbids_a_start(bench: Bench) -> None:
+    """While its drives are on as well: the stream ended, the robot stands in a fault."""
+    bench.run(1.5)
+    start_stream(bench)
+    bench.stream_to("joint_1", 10.0)
+    bench.run_until(lambda now: now.alarm is not None, 1.0)
+    alarm = bench.now.alarm
+    assert alarm is not None and alarm.code is alarms.POSITION_LIMIT
+    assert alarm.seconds == pytest.approx(1.7e9 + len(bench.history) * bench.config.dt, abs=0.1)
+    assert bench.now.outputs.sysrdy and bench.now.outputs.fault
+    assert not bench.now.outputs.cmdenbl
+
+
 def test_a_start_with_a_fault_names_the_fault_not_the_warning(bench: Bench) -> None:
     """While the drives are off nothing starts and the alarm that matters stays on show."""
     bench.controller.write_input("imstp", False)

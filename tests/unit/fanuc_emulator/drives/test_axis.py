@@ -3,6 +3,7 @@
 import math
 import random
 
+import msgspec
 import numpy as np
 import pytest
 import ruckig
@@ -116,6 +117,19 @@ def test_still_axis_has_nothing_left_to_do(
     for k in range(40):
         assert axis.step(last, (0.5, 1.0)[k % 2])
         assert (axis.position, axis.velocity, axis.command, axis.command_velocity) == there
+
+
+def test_a_motor_that_swings_does_not_rest_at_the_turns_of_its_swing() -> None:
+    """It is slow there too, for one look; what rests stays slow."""
+    slow = 1e-7
+    axis = Axis(msgspec.structs.replace(PARAMETERS, damping=0.05), (5, 10), 0.0, DT, 2)
+    looked: list[tuple[float, bool]] = []
+    for _ in range(4_000):
+        axis.step(0.3, 1.0)
+        looked.append((abs(axis.velocity), axis.resting))
+    first = next(k for k, (_, rests) in enumerate(looked) if rests)
+    assert all(speed < slow for speed, _ in looked[first:])
+    assert sum(speed < slow for speed, _ in looked[20:first]) > 3, "turns of the swing"
 
 
 @pytest.mark.parametrize(("off", "command"), [(5e-7, 1.0), (-5e-7, 1.0), (5e-6, 1.0 + 5e-6)])

@@ -122,6 +122,22 @@ def test_part_is_let_go_once_air_is_in_the_nozzle(bench: Bench) -> None:
     assert bench.parts.held is None
 
 
+def test_vacuum_over_a_part_just_let_go_takes_its_time_again(bench: Bench) -> None:
+    """What was waited for the release does not count for the next grip."""
+    bench.pick()
+    bench.be(X, Y, WORK.pick_height, True)
+    release, vacuum = WORK.gripper.release_ms * 1e-3, WORK.gripper.vacuum_ms * 1e-3
+    steps = 0
+    while bench.parts.held is not None:
+        bench.be(X, Y, WORK.pick_height, False, DT)
+        steps += 1
+        assert steps <= round(release / DT) + 1
+    bench.be(X, Y, WORK.pick_height, True, vacuum - 2 * DT)
+    assert bench.parts.held is None
+    bench.be(X, Y, WORK.pick_height, True, 3 * DT)
+    assert bench.parts.held is not None
+
+
 @pytest.mark.parametrize("beside", [(0.51, 0.0), (-0.51, 0.0), (0.0, 0.51), (0.0, -0.51)])
 def test_beside_the_pallet_nothing_lies_on_it(beside: tuple[float, float]) -> None:
     """It ends half of its size from its middle."""

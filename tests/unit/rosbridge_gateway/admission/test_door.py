@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import socket
+
 import pytest
 from harness.opponents.graph_and_clients import SHIPPED
 from msgspec.structs import replace
-from rosbridge_gateway.admission.door_io import Door, NotAdmittedError
+from rosbridge_gateway.admission.door_io import Door, NotAdmittedError, bind
 from rosbridge_gateway.admission.places import Visitor
 from websockets.datastructures import Headers
 
@@ -43,6 +45,17 @@ def test_the_gateways_own_origin_has_the_scheme_that_it_speaks(
 
     assert comes_as(own) == Visitor("operator", is_page=False)
     assert comes_as(pages) == Visitor("viewer", is_page=True)
+
+
+def test_the_port_is_free_again_at_once_after_the_gateways_end() -> None:
+    """The system keeps what it has closed for a minute; a restart does not wait for that."""
+    first = bind(replace(SHIPPED, port=0))
+    port = first.getsockname()[1]
+    with socket.create_connection(("127.0.0.1", port)):
+        first.setblocking(True)
+        first.accept()[0].close()  # whoever closes first is kept
+        first.close()
+    bind(replace(SHIPPED, port=port)).close()
 
 
 def test_a_client_of_another_machine_has_the_role_of_its_token() -> None:

@@ -53,6 +53,11 @@ def test_what_was_never_written_is_somebody_elses(own: int, ahead: int, foreign:
     assert stranger == (foreign not in ours)
 
 
+def test_the_count_fits_into_a_signed_word() -> None:
+    """R[] of one word ends there; 0 would disarm the watchdog."""
+    assert next_beat(32766) == 32767 and next_beat(32767) == 1
+
+
 def test_what_stands_there_before_our_first_beat_is_nobodys() -> None:
     """The last value of a client that has gone; when it changes, somebody is still there."""
     echo, stranger = heard(Echo(), 4711, 3)
