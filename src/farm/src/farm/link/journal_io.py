@@ -56,7 +56,8 @@ class JournalFiles:
 
     def read(self, since: int, limit: int) -> Events:
         """Return events; see :class:`Journal`. A line that is no entry leaves its number out."""
-        bounds, events = self.bounds(), []
+        bounds = self.bounds()
+        events: list[Event] = []
         try:
             files = files_after(self._folder, since) if since < bounds.last else []
             for line in (line for file in files for line in lines_of(file, since)):
