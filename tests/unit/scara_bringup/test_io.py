@@ -16,7 +16,7 @@ import pytest
 from harness.processes import free_port, wait_until
 from scara_bringup.plan import NodePlan
 from scara_bringup.processes.master_io import MasterAddress, MasterProbe
-from scara_bringup.processes.output_io import link_latest, make_output, runs_of
+from scara_bringup.processes.output_io import make_output, runs_of
 from scara_bringup.processes.ports_io import listening_ports, owner_of
 from scara_bringup.processes.preflight_io import CannotStartError, check_before_start
 from scara_bringup.processes.processes_io import Processes, command_of
@@ -258,23 +258,10 @@ def test_recordings_stay_in_runs_or_in_the_folder_that_was_asked_for(
 def test_output_without_a_wish_is_named_by_the_time_in_the_workspace(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """CELL_ROOT is set by env.sh; `latest` follows the newest run."""
+    """CELL_ROOT is set by env.sh."""
     monkeypatch.setenv("CELL_ROOT", str(tmp_path))
     folder = make_output(None)
     assert folder.is_dir() and folder.parent == tmp_path / "runs"
-    older = folder.parent / "older"
-    older.mkdir()
-    link_latest(older)
-    link_latest(folder)
-    assert (folder.parent / "latest").resolve() == folder
-
-
-def test_real_folder_called_latest_is_left_alone(tmp_path: Path) -> None:
-    """Somebody's data is not replaced by a link."""
-    (tmp_path / "latest").mkdir()
-    (tmp_path / "run").mkdir()
-    link_latest(tmp_path / "run")
-    assert not (tmp_path / "latest").is_symlink() and list(tmp_path.glob(".latest*")) == []
 
 
 def test_file_in_the_place_of_the_output_is_an_error(tmp_path: Path) -> None:

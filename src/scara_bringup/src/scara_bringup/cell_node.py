@@ -21,7 +21,7 @@ from scara_config.profile import CHOICE, PLANT_CHOICE, chosen_plant, plant_path
 from scara_config.readers import check_files
 from scara_config.rollout.kept import apply_change, kept_file
 from scara_ros.names import cell_of
-from scara_ros.shell.program_io import FAILED, WRONG
+from scara_ros.shell.program_io import FAILED, WRONG, link_latest
 from scara_ros.starting.hardening_io import harden_process
 
 from scara_bringup.cell_shell_node import CellShell, Shown
@@ -54,7 +54,7 @@ from scara_bringup.plan import NOT_OF_THE_TWIN, cell_plan, experiment_plan
 from scara_bringup.processes.configuration_io import begin_with_change, copy_with_ports, got_ready
 from scara_bringup.processes.forked_io import WarmParent, WarmParentError
 from scara_bringup.processes.master_io import MasterProbe
-from scara_bringup.processes.output_io import link_latest, make_output, runs_of
+from scara_bringup.processes.output_io import make_output, runs_of
 from scara_bringup.processes.ports_io import listening_ports
 from scara_bringup.processes.preflight_io import (
     CannotStartError,

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from scara_ros.shell.program_io import (
     ends_with,
+    link_latest,
     private_parameters,
     require_library,
     runs_folder,
@@ -81,3 +82,20 @@ def test_a_missing_library_ends_the_program_with_what_to_do(
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("judge: the library no_such_library is not installed")
     assert line.endswith("To install it: ./cell setup run")
+
+
+def test_latest_follows_the_newest_run(tmp_path: Path) -> None:
+    """The link is relative, so that the folder can be moved."""
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        link_latest(tmp_path / name)
+        assert (tmp_path / "latest").readlink() == Path(name)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a", "b", "latest"]
+
+
+def test_a_real_folder_called_latest_is_left_alone(tmp_path: Path) -> None:
+    """Somebody's data are not replaced by a link, and the run is good without it."""
+    (tmp_path / "latest").mkdir()
+    link_latest(tmp_path / "a")
+    assert not (tmp_path / "latest").is_symlink()
+    assert [path.name for path in tmp_path.iterdir()] == ["latest"]

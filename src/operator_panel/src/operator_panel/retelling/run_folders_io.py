@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import shutil
 import time
 from datetime import datetime
 from pathlib import Path
+
+from scara_ros.shell.program_io import link_latest
 
 from operator_panel.retelling.bag_length_io import BagLengthError, bag_times
 from operator_panel.runs import (
@@ -79,8 +80,7 @@ def rename_run(folder: Path, run: str, name: str) -> None:
     except OSError as error:
         raise RunError(f"{run} cannot be renamed: {error.strerror}") from error
     if is_latest:
-        _unlink_latest(folder)
-        (folder / LATEST).symlink_to(name)
+        link_latest(target)
 
 
 def delete_run(folder: Path, run: str) -> None:
@@ -91,7 +91,7 @@ def delete_run(folder: Path, run: str) -> None:
     """
     source = _idle_run(folder, run)
     if _is_latest(folder, source):
-        _unlink_latest(folder)
+        (folder / LATEST).unlink(missing_ok=True)
     try:
         shutil.rmtree(source)
     except OSError as error:
@@ -129,11 +129,6 @@ def _is_busy(run: Path) -> bool:
 def _is_latest(folder: Path, run: Path) -> bool:
     link = folder / LATEST
     return link.is_symlink() and link.resolve() == run.resolve()
-
-
-def _unlink_latest(folder: Path) -> None:
-    with contextlib.suppress(FileNotFoundError):
-        (folder / LATEST).unlink()
 
 
 def _run(folder: Path, when: float) -> Run:

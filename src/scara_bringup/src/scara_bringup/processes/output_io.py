@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from datetime import datetime
 from pathlib import Path
 
@@ -41,15 +40,3 @@ def make_output(wanted: Path | None) -> Path:
     folder = wanted or runs_folder() / name
     folder.mkdir(parents=True, exist_ok=True)
     return folder.resolve()
-
-
-def link_latest(folder: Path) -> None:
-    """Let ``latest`` beside ``folder`` point to it, at once.
-
-    A real folder of that name is left alone.
-    """
-    link, fresh = folder.parent / "latest", folder.parent / f".latest_{os.getpid()}"
-    if link.is_dir() and not link.is_symlink():
-        return
-    fresh.symlink_to(folder.name)
-    fresh.replace(link)

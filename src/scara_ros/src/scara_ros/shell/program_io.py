@@ -78,3 +78,15 @@ def workspace() -> Path:
 def runs_folder(given: str | Path | None = None) -> Path:
     """Return the folder of the runs: ``given``, else ``runs`` of the workspace."""
     return Path(given) if given else workspace() / "runs"
+
+
+def link_latest(folder: Path) -> None:
+    """Let ``latest`` beside ``folder`` point to it, at once.
+
+    A real folder of that name is left alone.
+    """
+    link, fresh = folder.parent / "latest", folder.parent / f".latest_{os.getpid()}"
+    if link.is_dir() and not link.is_symlink():
+        return
+    fresh.symlink_to(folder.name)
+    fresh.replace(link)

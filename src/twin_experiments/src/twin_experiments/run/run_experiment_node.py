@@ -14,7 +14,6 @@ or arguments, 3 the run could not be made, 130 interrupted.
 from __future__ import annotations
 
 import contextlib
-import os
 import signal
 import sys
 import time
@@ -32,7 +31,14 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.palletise import Palletise, find_palletise
 from scara_ros.shell.command_line_io import CommandLine
-from scara_ros.shell.program_io import FAILED, INTERRUPTED, WRONG, private_parameters, runs_folder
+from scara_ros.shell.program_io import (
+    FAILED,
+    INTERRUPTED,
+    WRONG,
+    link_latest,
+    private_parameters,
+    runs_folder,
+)
 from scara_ros.starting.hardening_io import harden_process
 
 from twin_experiments.config import (
@@ -328,21 +334,6 @@ def new_run_folder(base: Path, stamp: str) -> Path:
             folder.mkdir()
             return folder
     raise FileExistsError(f"{base}/{stamp}: taken a thousand times")
-
-
-def link_latest(folder: Path) -> None:
-    """Let ``latest`` beside ``folder`` point to it, at once, whatever it pointed to.
-
-    A real folder is left alone.
-    """
-    link = folder.parent / "latest"
-    fresh = folder.parent / f".latest_{os.getpid()}"
-    fresh.symlink_to(folder.name)
-    try:
-        fresh.replace(link)
-    except OSError:
-        fresh.unlink()
-        raise
 
 
 main = app.run
