@@ -183,7 +183,7 @@ def _speeds(bag: Path) -> dict[str, float]:
         recorded = read_run(opened, [joint.name for joint in joints])
     found: dict[str, Any] = {}
     for span in recorded.spans:
-        peaks = abs(cut(recorded.real.motion, span.start, span.end).velocities).max(axis=0)
+        peaks = abs(cut(recorded.real, span.start, span.end).velocities).max(axis=0)
         shares = [100.0 * peak / joint.velocity for peak, joint in zip(peaks, joints)]
         found[span.name] = round(float(max(shares)), 1)
     return found

@@ -85,7 +85,7 @@ def while_it_moved(
     with open_bag(bag) as opened:
         recorded = read_run(opened, [joint.name for joint in joints])
     # The stamps of a recording count from its begin.
-    twin, origin = recorded.twin.motion, recorded.origin
+    twin, origin = recorded.twin, recorded.origin
     shares = np.abs(twin.velocities / [joint.velocity for joint in joints]).max(axis=1)
     at = twin.stamps + origin
     hit = [

@@ -12,7 +12,7 @@ from twin_experiments.config import RealLeads, metrics_settings
 from twin_experiments.metrics.errors import Comparison
 from twin_experiments.metrics.series import Motion
 from twin_experiments.report.analysis import Result, analyse
-from twin_experiments.report.record import Run, Side, Span
+from twin_experiments.report.record import Run, Span
 
 from harness.virtual_cell.cell import VirtualCell
 
@@ -59,8 +59,8 @@ def run_experiments(cell: VirtualCell, names: Sequence[str] = ()) -> dict[str, R
         repaired=False,
         joint_names=tuple(joint.name for joint in files.robot.twin_joints),
         spans=tuple(spans),
-        real=Side(_motion("real", cell.real.truth), 0),
-        twin=Side(_motion("twin", cell.twin.truth), 0),
+        real=_motion("real", cell.real.truth),
+        twin=_motion("twin", cell.twin.truth),
     )
     settings = metrics_settings(files.experiments.metrics, files.robot)
     tool = partial(tool_positions, ScrewModel.from_robot(files.robot))

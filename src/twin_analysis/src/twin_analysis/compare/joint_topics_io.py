@@ -45,7 +45,7 @@ class JointTopic:
             velocities[rising] = np.gradient(positions[rising], self.stamps[rising], axis=0)
         else:
             velocities = np.zeros_like(positions)
-        return build_side(side, self.stamps, positions, velocities).motion
+        return build_side(side, self.stamps, positions, velocities)
 
 
 def read_joint_topic(bag: Bag, topic: str, side: str) -> JointTopic:

@@ -136,7 +136,7 @@ class LiveTwin:
         stamps, positions, velocities = (
             (np.array(column) for column in zip(*rows)) if rows else (np.zeros(0),) * 3
         )
-        return build_side("twin", stamps, positions, velocities).motion
+        return build_side("twin", stamps, positions, velocities)
 
     @property
     def _mode(self) -> str:

@@ -89,5 +89,5 @@ def _read_samples(bag: Bag) -> RecordedReal | None:
         np.array([getattr(event, name) for _, _, event in rows]) for name in ("q", "qdot")
     )
     running = np.array([event.own_program or event.streaming for _, _, event in rows])
-    side = build_side("real", stamps, positions, velocities)
-    return RecordedReal(side.motion, running[rising], INPUTS)
+    real = build_side("real", stamps, positions, velocities)
+    return RecordedReal(real, running[rising], INPUTS)

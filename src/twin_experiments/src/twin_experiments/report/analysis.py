@@ -152,7 +152,7 @@ def _experiment(
     """Return what was asked for; in a recording without marks whoever moved first leads."""
     if span.marked:
         return config.known[span.name]
-    sides = (pick(run.real.motion, columns), pick(run.twin.motion, columns))
+    sides = (pick(run.real, columns), pick(run.twin, columns))
     first = first_to_move(*sides, settings.moving_speeds)
     return Unmarked(leader="twin" if first == "twin" else "real")
 
@@ -179,8 +179,8 @@ def _analyse_span(
     visits = tuple(experiment.visits)
     try:
         motions = (
-            cut(run.real.motion, span.start, span.end),
-            cut(run.twin.motion, span.start, span.end),
+            cut(run.real, span.start, span.end),
+            cut(run.twin, span.start, span.end),
         )
         arm = [pick(motion, columns) for motion in motions]
         comparison = compare(arm[0], arm[1], tool, settings, experiment.leader, positions)

@@ -44,19 +44,6 @@ class Span:
 
 
 @dataclass(frozen=True)
-class Side:
-    """Joint states of one side in stamp order, columns as in ``joint_names`` of the run.
-
-    Args:
-        motion: Stamps [s], positions and velocities, [rad] and prismatic [m].
-        disordered: Samples whose stamp was not later than the one before; they are left out.
-    """
-
-    motion: Motion
-    disordered: int
-
-
-@dataclass(frozen=True)
 class Age:
     """Age of a topic's content on receipt: times of receipt [s] and ages [s], shape ``(k,)``."""
 
@@ -79,6 +66,7 @@ class Run:
 
     ``configuration`` and its digest are empty if the bag holds none; ``plant`` is None if no
     stand-in said it. ``real_is_truth`` is False where the real side is what the robot reads.
+    ``real`` and ``twin`` are in stamp order, columns as ``joint_names``.
     ``missing`` says what of a damaged bag could not be read.
     """
 
@@ -88,8 +76,8 @@ class Run:
     repaired: bool
     joint_names: tuple[str, ...]
     spans: tuple[Span, ...]
-    real: Side
-    twin: Side
+    real: Motion
+    twin: Motion
     ages: Mapping[str, Age] = field(default_factory=dict)
     decisions: tuple[Event, ...] = ()
     warnings: tuple[Event, ...] = ()
@@ -140,10 +128,8 @@ def find_spans(markers: list[tuple[float, str]], end: float) -> tuple[Span, ...]
     )
 
 
-def build_side(side: str, stamps: Array, positions: Array, velocities: Array) -> Side:
-    """Build one side from samples as they came.
-
-    Samples that do not go forward in time are left out and counted.
+def build_side(side: str, stamps: Array, positions: Array, velocities: Array) -> Motion:
+    """Build one side from samples as they came; those that do not go forward are left out.
 
     Raises:
         RecordError: Less than two samples are left, or a value is not finite.
@@ -152,10 +138,9 @@ def build_side(side: str, stamps: Array, positions: Array, velocities: Array) ->
     if len(stamps):
         later[1:] = stamps[1:] > np.maximum.accumulate(stamps)[:-1]
     try:
-        motion = Motion(side, stamps[later], positions[later], velocities[later])
+        return Motion(side, stamps[later], positions[later], velocities[later])
     except ValueError as error:
         raise RecordError(str(error)) from error
-    return Side(motion, int((~later).sum()))
 
 
 def cut(motion: Motion, start: float, end: float) -> Motion:

@@ -12,6 +12,7 @@ import numpy as np
 from cell_recorder.reading.bag_reader_io import Bag, BagError
 
 from twin_experiments.metrics.pauses import Pause, find_pauses
+from twin_experiments.metrics.series import Motion
 from twin_experiments.parts_reader_io import read_handled
 from twin_experiments.report.label.plant import PLANT, PlantError, RecordedPlant, parse_plant
 from twin_experiments.report.predictions import Both, Foretold
@@ -20,7 +21,6 @@ from twin_experiments.report.record import (
     Event,
     RecordError,
     Run,
-    Side,
     build_side,
     find_spans,
     whole_span,
@@ -57,7 +57,7 @@ def read_run(bag: Bag, joint_names: list[str]) -> Run:
     real = _side(bag, "real", real_topic, joint_names, origin)
     twin = _side(bag, "twin", TWIN, joint_names, origin)
     markers = [(at - origin, message.data) for at, message in bag.messages(MARKER)]
-    whole = (whole_span(real.motion, twin.motion),)
+    whole = (whole_span(real, twin),)
     run = Run(
         path=str(bag.path),
         origin=origin,
@@ -100,7 +100,7 @@ def seconds_since(stamp: Any, origin: float) -> float:
     return float((stamp.sec - whole) + stamp.nanosec * 1e-9 - (origin - whole))
 
 
-def _side(bag: Bag, side: str, topic: str, joint_names: list[str], origin: float) -> Side:
+def _side(bag: Bag, side: str, topic: str, joint_names: list[str], origin: float) -> Motion:
     """Read the joint states of one side."""
     stamps, positions, velocities, layouts = [], [], [], []
     columns: dict[tuple[str, ...], list[int]] = {}
