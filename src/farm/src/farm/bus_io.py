@@ -77,7 +77,8 @@ def _listen(endpoint: str, settings: dict[str, Any], lease_ms: float) -> zenoh.S
         raise BusError(
             f"{endpoint} cannot be listened on: does another desk run here (./cell farm "
             "cells)? Else give another port, --router-port, --listen or farm.yaml. "
-            f"{_first(error)}"
+            # Without the places in zenoh's source.
+            f"{str(error).split(' at /')[0]}"
         ) from error
 
 
@@ -148,8 +149,3 @@ def _config(settings: dict[str, Any], lease_ms: float) -> zenoh.Config:
     for key, value in {**always, **settings}.items():
         config.insert_json5(key, json.dumps(value))
     return config
-
-
-def _first(error: zenoh.ZError) -> str:
-    """Return an error of zenoh without the places in its source."""
-    return str(error).split(" at /")[0]

@@ -84,8 +84,13 @@ class DayFiles:
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             self._take()
-            self._recover(now)
-            if self._from_future(now):
+            # Find the newest whole entry, and keep aside what follows it.
+            future = self._from_future(now)
+            self._mend_newest(future, now)
+            self._mend_newest([path for path in files_of(self.folder) if path not in future], now)
+            # Today's file may have no entry yet whose number is beyond those that were put aside.
+            self._mend_newest(self._aside(), now)
+            if future:
                 self._leave_future(now)
             else:
                 self._go_on(now, files_of(self.folder))
@@ -165,14 +170,6 @@ class DayFiles:
             ) from None
         os.ftruncate(self._lock_fd, 0)
         os.pwrite(self._lock_fd, str(os.getpid()).encode(), 0)
-
-    def _recover(self, now: float) -> None:
-        """Find the newest whole entry; keep aside what follows it."""
-        future = self._from_future(now)
-        self._mend_newest(future, now)
-        self._mend_newest([path for path in files_of(self.folder) if path not in future], now)
-        # Today's file may have no entry yet whose number is beyond those that were put aside.
-        self._mend_newest(self._aside(), now)
 
     def _mend_newest(self, files: list[Path], now: float) -> None:
         """Take in the newest number of some files, and keep aside what is torn behind it."""

@@ -136,7 +136,8 @@ def _line(entry: AnyEntry, later: Iterable[AnyEntry]) -> StoryLine:
         lasted = f"after {duration(entry.seconds)}" if not entry.active else ""
         return replace(line, what=what, words=f"{entry.source}: {entry.text}", outcome=lasted)
     if isinstance(entry, Cycle):
-        return replace(line, words=_of_cycle(entry), who=entry.who, outcome=_ended(entry))
+        why = f": {entry.why}" if entry.why and entry.outcome != DONE else ""
+        return replace(line, words=_of_cycle(entry), who=entry.who, outcome=entry.outcome + why)
     if isinstance(entry, Start):
         return replace(line, words=f"the journal began: {entry.robot}, stand-in {entry.plant}")
     if isinstance(entry, Gap):
@@ -181,13 +182,6 @@ def _of_cycle(cycle: Cycle) -> str:
     if cycle.worst_error_mm is not None:
         parts.append(f"at most {cycle.worst_error_mm:.2f} mm apart")
     return ", ".join(parts)
-
-
-def _ended(cycle: Cycle) -> str:
-    """Say how a cycle ended, if not as it should."""
-    if cycle.outcome == DONE:
-        return DONE
-    return f"{cycle.outcome}: {cycle.why}" if cycle.why else cycle.outcome
 
 
 def duration(seconds: float) -> str:

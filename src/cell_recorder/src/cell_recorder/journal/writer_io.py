@@ -127,7 +127,8 @@ class JournalWriter:
             if ending and self._problem:
                 break
             if self._problem:
-                self._pause()
+                with self._changed:  # an end ends the wait
+                    self._changed.wait_for(lambda: self._ending, RETRY_S)
         self._files.close()
 
     def _has_work(self) -> bool:
@@ -140,11 +141,6 @@ class JournalWriter:
             return None
         due = self._unsafe_since + self._settings.fsync_ms * 1e-3
         return max(0.0, due - time.monotonic())
-
-    def _pause(self) -> None:
-        """Wait before the next attempt; an end ends it."""
-        with self._changed:
-            self._changed.wait_for(lambda: self._ending, RETRY_S)
 
     def _attempt(self, action: Callable[..., None], **arguments: bool) -> bool:
         """Do something with the disk; return whether it went well, and keep in words why not."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from glob import escape
 from pathlib import Path
 
 from cell_recorder.recording.recording import BAG_NAME, Recording, RunsState, to_remove
@@ -46,7 +47,7 @@ def parts_of(first: Path) -> list[Path]:
     Args:
         first: Path of the recording, as ``recorder/start`` has answered it.
     """
-    later = [*first.parent.glob(f"{_escaped(first.stem)}.part[0-9]*{first.suffix}")]
+    later = [*first.parent.glob(f"{escape(first.stem)}.part[0-9]*{first.suffix}")]
     numbered = sorted((int(path.stem.rpartition(".part")[2]), path) for path in later)
     return [*([first] if first.exists() else []), *(path for _, path in numbered)]
 
@@ -121,8 +122,3 @@ def _remove(first: Path, runs: Path) -> None:
         if folder == runs or any(folder.iterdir()):
             break
         folder.rmdir()
-
-
-def _escaped(stem: str) -> str:
-    """Return a name for glob, with no sign of special meaning."""
-    return "".join(f"[{sign}]" if sign in "*?[" else sign for sign in stem)

@@ -130,19 +130,15 @@ class AlarmDesk:
         return Answer(True, answers[0].text + equal)
 
     def _write(self, mark: Mark) -> None:
-        with self._file.open("ab") as stream:
+        with self._file.open("ab+") as stream:
             # A line that a crash has torn stays a line of its own.
-            begun = b"" if not stream.tell() or _ends(self._file) else b"\n"
-            stream.write(begun + msgspec.json.encode(mark) + b"\n")
+            if stream.tell():
+                stream.seek(-1, os.SEEK_END)
+                if stream.read() != b"\n":
+                    stream.write(b"\n")
+            stream.write(msgspec.json.encode(mark) + b"\n")
             stream.flush()
             os.fsync(stream.fileno())
-
-
-def _ends(file: Path) -> bool:
-    """Return whether the last line of a file is whole."""
-    with file.open("rb") as stream:
-        stream.seek(-1, os.SEEK_END)
-        return stream.read() == b"\n"
 
 
 def _said(mark: Mark) -> str:

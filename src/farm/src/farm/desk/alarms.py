@@ -8,10 +8,8 @@ from their files in any order.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
 
 import msgspec
 
@@ -129,7 +127,12 @@ class AlarmBook:
                 if known.cell == cell and known.source != LINK:
                     known.cleared = known.cleared or event.time
         elif event.kind == "alarm":
-            self._alarm(cell, event.body, event.time)
+            body, source = event.body, str(event.body.get("source", ""))
+            if body.get("active", True):
+                level, text = str(body.get("level", "")), str(body.get("text", ""))
+                self._raise(cell, source, level, text, event.time)
+            else:
+                self._clear(cell, source, event.time)
 
     def lost(self, cell: str, since: float) -> None:
         """Take in that a cell's link has gone."""
@@ -187,13 +190,6 @@ class AlarmBook:
             (row for row in rows if row is not None),
             key=lambda row: (ranks[row.status], row.level != ERROR, -row.raised, row.id),
         )
-
-    def _alarm(self, cell: str, body: Mapping[str, Any], time: float) -> None:
-        source = str(body.get("source", ""))
-        if body.get("active", True):
-            self._raise(cell, source, str(body.get("level", "")), str(body.get("text", "")), time)
-        else:
-            self._clear(cell, source, time)
 
     def _raise(self, cell: str, source: str, level: str, text: str, time: float) -> None:
         name = alarm_id(cell, source)

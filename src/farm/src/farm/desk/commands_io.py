@@ -118,7 +118,13 @@ def _ask(
     """Ask one cell; its answer comes into the queue, None when no more can come."""
 
     def take(reply: zenoh.Reply) -> None:
-        answers.put((cell, _read(reply)))
+        answer = None  # zenoh gave up
+        if reply.ok is not None:
+            try:
+                answer = decode(bytes(reply.ok.payload), Answer)
+            except WireError as error:
+                answer = Answer(False, f"its answer cannot be read: {error}")
+        answers.put((cell, answer))
 
     session.get(
         cell.key(COMMAND),
@@ -128,13 +134,3 @@ def _ask(
         priority=priority,
         congestion_control=zenoh.CongestionControl.BLOCK,
     )
-
-
-def _read(reply: zenoh.Reply) -> Answer | None:
-    """Return what a cell said; None: zenoh gave up."""
-    if reply.ok is None:
-        return None
-    try:
-        return decode(bytes(reply.ok.payload), Answer)
-    except WireError as error:
-        return Answer(False, f"its answer cannot be read: {error}")

@@ -76,7 +76,10 @@ class Desk:
         self._bad = 0
         self._ended = threading.Event()
         self.recent: deque[tuple[CellName, Event]] = deque(maxlen=config.desk.recent_events)
-        self._begin_where_history_ends()
+        for cell, newest in history.last().items():
+            if cell.site == config.site:
+                self._progress[cell] = Progress(newest.era, newest.number)
+                self._roster.remember(cell, newest.time)
         marks = history.folder.parent / MARKS
         try:
             self.alarms = AlarmDesk(marks, history.of_kinds(OF_ALARMS))
@@ -161,12 +164,6 @@ class Desk:
         self._ended.set()
         self._pool.shutdown(wait=True, cancel_futures=True)
         self._writer.join()
-
-    def _begin_where_history_ends(self) -> None:
-        for cell, last in self._history.last().items():
-            if cell.site == self._config.site:
-                self._progress[cell] = Progress(last.era, last.number)
-                self._roster.remember(cell, last.time)
 
     def _on_messages(self, samples: Sequence[zenoh.Sample]) -> None:
         """Take what came. Its key says what a message is, whichever subscription brought it."""
@@ -299,21 +296,24 @@ class Desk:
         last = False
         while not last:
             last = self._ended.wait(period)
-            self._look_for_lost()
+            # Each cell that is lost is an alarm.
+            if time.monotonic() - self._began > COMING_S:
+                with self._lock:
+                    lost = self._roster.lost()
+                now = time.time()
+                self.alarms.there({c: at for c, at in lost.items() if now - at > AWAY_S}, now)
             try:
                 self._flush()
             except HistoryError as error:
-                self._set_back(str(error))
+                print(f"farm: the history cannot be written: {error}", file=sys.stderr, flush=True)
+                # What could not be written is forgotten: the cells' journals have it, and are
+                # asked later.
+                with self._lock:
+                    self._trouble, self._set_aside = str(error), True
+                    self._queue = []
+                    self._progress = dict(self._written)
                 self._ended.wait(AGAIN_S)
                 self._set_aside = False
-
-    def _look_for_lost(self) -> None:
-        """Raise an alarm for each cell that is lost; cells get some time to come at the start."""
-        if time.monotonic() - self._began > COMING_S:
-            with self._lock:
-                lost = self._roster.lost()
-            now = time.time()
-            self.alarms.there({c: at for c, at in lost.items() if now - at > AWAY_S}, now)
 
     def _flush(self) -> None:
         with self._lock:
@@ -327,14 +327,6 @@ class Desk:
         if self._trouble:
             print("farm: the history is written again", flush=True)
             self._trouble = ""
-
-    def _set_back(self, why: str) -> None:
-        """Forget what could not be written: the cells' journals have it, and are asked later."""
-        print(f"farm: the history cannot be written: {why}", file=sys.stderr, flush=True)
-        with self._lock:
-            self._trouble, self._set_aside = why, True
-            self._queue = []
-            self._progress = dict(self._written)
 
     def _unreadable(self, key: str, error: Exception) -> None:
         """Count a message that is none of ours, and say so the first time."""

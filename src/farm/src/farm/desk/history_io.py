@@ -76,7 +76,12 @@ class History:
             folder.mkdir(parents=True, exist_ok=True)
             self._lock = (folder / "lock").open("a")
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            self._spans = self._tidy()
+            # A killed writer leaves halves, and small files whose events a large one holds.
+            for half in folder.glob(f"*{HALF}"):
+                half.unlink()
+            self._spans, held = counting(path.name for path in folder.iterdir())
+            for span in held:
+                self._path(span).unlink()
         except BlockingIOError as error:
             self._lock.close()
             raise HistoryError(
@@ -152,15 +157,6 @@ class History:
             self._path(span).unlink()
         self._spans = [*self._spans[: -len(row)], whole]
         return len(row)
-
-    def _tidy(self) -> list[EventSpan]:
-        """Remove halves and files whose events another one holds; return those that count."""
-        for half in self.folder.glob(f"*{HALF}"):
-            half.unlink()
-        kept, held = counting(path.name for path in self.folder.iterdir())
-        for span in held:
-            self._path(span).unlink()
-        return kept
 
     def _put(self, span: EventSpan, table: pa.Table) -> None:
         """Write a file; it has its name when all of it is on the disk."""

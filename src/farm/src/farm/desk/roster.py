@@ -160,7 +160,8 @@ class Roster:
     def rows(self, now: float) -> list[Row]:
         """Return all cells, the worst first; among equals those that became so last."""
         rows = [self._row(name, entry, now) for name, entry in self.entries.items()]
-        return sorted(rows, key=lambda row: (-_rank(row), -row.since, row.name))
+        # A lost cell stands above a bad one.
+        return sorted(rows, key=lambda row: (-row.level, row.status != LOST, -row.since, row.name))
 
     def _entry(self, cell: CellName) -> Entry:
         return self.entries.setdefault(cell, Entry())
@@ -269,8 +270,3 @@ def alike(rows: Iterable[Row]) -> list[Alike]:
     own = found.pop("", [])
     groups = [Alike(text, sorted(names)) for text, names in sorted(found.items())]
     return [*groups, *([Alike("own files", sorted(own))] if own else [])]
-
-
-def _rank(row: Row) -> int:
-    """Return how far up on the wall a cell stands: a lost one above a bad one."""
-    return int(row.level) * 2 + (row.status == LOST)

@@ -56,7 +56,11 @@ def run(
                 if with_page:
                     _serve(desk, config, who)
                 else:
-                    _wait()
+                    ended = threading.Event()
+                    for number in (signal.SIGINT, signal.SIGTERM):
+                        signal.signal(number, lambda *_: ended.set())
+                    print("farm: the desk is ready, without a page", flush=True)
+                    ended.wait()
     except (HistoryError, BusError, SecurityError, TokenError) as error:
         raise DeskStartError(str(error)) from error
 
@@ -95,12 +99,3 @@ def _serve(desk: Desk, config: FarmConfig, who: tuple[str, str]) -> None:
         serve(settings.host, settings.port, token, f"{config.site}: farm", told)
     except PageError as error:
         raise DeskStartError(str(error)) from error
-
-
-def _wait() -> None:
-    """Return at SIGINT or SIGTERM."""
-    ended = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: ended.set())
-    print("farm: the desk is ready, without a page", flush=True)
-    ended.wait()

@@ -116,7 +116,8 @@ def again(
     except (LabError, PlanError) as error:
         _fail(str(error), WRONG)
     place = next(p for k in count(1) if not (p := folder / f"again_{k}").exists())
-    other = [new for new in _run(place, plan, at) if not _same(old[new.job], new)]
+    results = ((old[new.job], new) for new in _run(place, plan, at))
+    other = [new for was, new in results if not was or (was.code, was.said) != (new.code, new.said)]
     for result in other:
         typer.echo(f"{result.job} {' '.join(result.words)}: not the same")
     typer.echo(f"{len(old) - len(other)} of {len(old)} results are the same")
@@ -215,10 +216,6 @@ def _where(place: Place, workers: int | None, scheduler: str) -> Where:
 
 def _say(text: str) -> None:
     typer.echo(f"lab: {text}", err=True)
-
-
-def _same(old: Result | None, new: Result) -> bool:
-    return old is not None and (old.code, old.said) == (new.code, new.said)
 
 
 def _run(folder: Path, plan: Plan, at: Where) -> list[Result]:

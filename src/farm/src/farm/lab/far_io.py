@@ -161,7 +161,9 @@ def run_far(
         while waiting or given:
             while waiting and held < MOST_BYTES:
                 job = waiting.popleft()
-                content = _content(job) if version else None
+                file, content = Path(job.words[0]), None
+                if version and (job.kind in OF_BAGS or file.is_file()):
+                    content = file.read_bytes()
                 words = (do_there, job, content, version, settings) if version else (do, job)
                 key, needs = f"{lot}-{job.name}", {version: 1} if version else None
                 coming.add(client.submit(*words, key=key, pure=False, resources=needs))
@@ -187,16 +189,6 @@ def run_far(
     finally:
         client.cancel(list(coming.futures))
     return [result for result in known.values() if result is not None]
-
-
-def _content(job: Job) -> bytes | None:
-    """Return what is in the file that is a job's first word; None: it is no file.
-
-    Raises:
-        OSError: It cannot be read.
-    """
-    file = Path(job.words[0])
-    return file.read_bytes() if job.kind in OF_BAGS or file.is_file() else None
 
 
 def _answer(job: Job, future: Future[Answer]) -> Answer:

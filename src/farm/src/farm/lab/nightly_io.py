@@ -76,7 +76,7 @@ def _fetch_of(session: zenoh.Session, cell: CellName, folder: Path, day: date, m
         if ".." in Path(name).parts or Path(name).is_absolute():
             raise FetchError(f"{cell}: {name}: is no name of a recording")
         target = folder / cell.machine / cell.cell / name
-        if not _there(target, listed[name].size):
+        if not target.is_file() or target.stat().st_size != listed[name].size:
             fetch(session, cell, listed[name], target)
 
 
@@ -138,7 +138,3 @@ def _fitted(result: Result, say: Callable[[str], None]) -> Fitted | None:
             why = f"printed no fit: {error}"
     say(f"{result.words[0]}: left out: {why}")
     return None
-
-
-def _there(file: Path, size: int) -> bool:
-    return file.is_file() and file.stat().st_size == size

@@ -206,11 +206,13 @@ class CellLink:
             bounds = self._journal.bounds()
         except JournalReadError as error:
             fault = str(error)
+        with open("/proc/self/statm", encoding="ascii") as stream:
+            pages = int(stream.read().split()[1])  # of this process, in use
         health = Health(
             stamp=self._clock(),
             uptime_s=round(time.monotonic() - self._began, 1),
             cpu_percent=round(cpu_percent, 2),
-            memory_mb=round(_resident_mb(), 1),
+            memory_mb=round(pages * os.sysconf("SC_PAGE_SIZE") / 1e6, 1),
             first_event=bounds[0],
             last_event=bounds[1],
             dropped=self._newest.replaced,
@@ -309,9 +311,3 @@ def _asked(parameters: zenoh.Parameters, most: int) -> tuple[int, int]:
         else:
             found.append(int(text))
     return found[0], min(found[1], most)
-
-
-def _resident_mb() -> float:
-    """Return the memory of this process that is in use [MB]."""
-    with open("/proc/self/statm", encoding="ascii") as stream:
-        return int(stream.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6

@@ -28,12 +28,9 @@ def describe(kind: str, body: dict[str, Any]) -> tuple[bool, str]:
         body: All of the line; what it lacks is left out.
     """
     text = _TEXTS.get(kind, _other)(body)
-    return _is_stop(kind, body), " ".join(text.split())[:LONGEST]
-
-
-def _is_stop(kind: str, body: dict[str, Any]) -> bool:
     before, after = body.get("mode_before"), body.get("mode_after")
-    return kind == "decision" and after in STOPS and before != after
+    stop = kind == "decision" and after in STOPS and before != after
+    return stop, " ".join(text.split())[:LONGEST]
 
 
 def _decision(body: dict[str, Any]) -> str:

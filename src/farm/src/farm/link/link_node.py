@@ -134,7 +134,10 @@ class Link:
 
     def say(self) -> None:
         """Publish on /diagnostics what the link does."""
-        self._diagnostics.publish(self._diagnosis())
+        told = "shown to the farm" if self._link is not None else "waits for the desk"
+        switch = "the farm may move this cell" if self._remote else "the farm may only stop it"
+        name = rospy.resolve_name(NAME)
+        self._diagnostics.publish(Diagnosis(Level.OK, name, f"{told}; {switch}"))
 
     def run(self, link: CellLink) -> None:
         """Show the cell until the node ends."""
@@ -156,11 +159,6 @@ class Link:
                 self.say()
             due = min(state_due, joints_due) if self._listeners else state_due
             time.sleep(max(0.0, due - time.monotonic()))
-
-    def _diagnosis(self) -> Diagnosis:
-        told = "shown to the farm" if self._link is not None else "waits for the desk"
-        switch = "the farm may move this cell" if self._remote else "the farm may only stop it"
-        return Diagnosis(Level.OK, rospy.resolve_name(NAME), f"{told}; {switch}")
 
     def _keep(self, message: rospy.AnyMsg) -> None:
         self._raw, self._heard = message._buff, time.time()

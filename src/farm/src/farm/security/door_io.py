@@ -64,7 +64,9 @@ class MemberDoor:
         while not self._ended.wait(wait):
             wait = LOOK_S
             try:
-                if (self._good(), self._certificate()) == (self.names, self._authority):
+                good = good_of(read_register(self._folder), datetime.now(timezone.utc))
+                there = tuple(each.shown for each in good), self._certificate()
+                if there == (self.names, self._authority):
                     continue
                 self._close()
                 self._open()
@@ -76,10 +78,6 @@ class MemberDoor:
                 wait = AGAIN_S
                 if told != (told := str(error)):
                     print(f"farm: nobody comes in: {told}", file=sys.stderr, flush=True)
-
-    def _good(self) -> tuple[str, ...]:
-        good = good_of(read_register(self._folder), datetime.now(timezone.utc))
-        return tuple(each.shown for each in good)
 
     def _certificate(self) -> bytes:
         """Return the authority's certificate: what it has signed is let in, and nothing else."""

@@ -10,7 +10,6 @@ import typer
 from scara_ros.shell.program_io import FAILED, WRONG
 
 from farm.desk.command_line_io import Folder, app, events_folder, fail, print_table
-from farm.desk.figures import Difference
 from farm.desk.figures_io import Comparison, compare_cells, compare_weeks
 from farm.desk.questions import QuestionError, since
 from farm.desk.reading_io import AskingError
@@ -51,15 +50,17 @@ def compare(
 def show(found: Comparison) -> None:
     """Print a comparison."""
     names = ("figure", found.a, found.b, "scatter", "")
-    print_table(names, [_line(each) for each in found.figures])
+    lines = [
+        (
+            each.figure,
+            *("" if v is None else f"{v:.4g}" for v in (each.a, each.b, each.scatter)),
+            "differs" if each.differs else "",
+        )
+        for each in found.figures
+    ]
+    print_table(names, lines)
     differ = sum(each.differs for each in found.figures)
     typer.echo(
         f"{differ} of {len(found.figures)} figures differ by more than their scatter; how they are "
         "compared: docs/farm/figures.md"
     )
-
-
-def _line(each: Difference) -> tuple[object, ...]:
-    values = (each.a, each.b, each.scatter)
-    shown = ("" if value is None else f"{value:.4g}" for value in values)
-    return (each.figure, *shown, "differs" if each.differs else "")

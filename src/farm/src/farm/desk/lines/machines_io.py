@@ -71,16 +71,13 @@ def invite(
     except SecurityError as error:
         fail(str(error), WRONG)
     typer.echo(f"{target}: lets {role.value} {name} in at {made.host}:{made.port} for 90 days.")
-    typer.echo(f"There: ./cell farm join {target.name}. {_next_here(made)}")
+    here = f"a desk that runs with --listen {made.host} lets it in within 2 seconds."
+    if made.role is Role.LAB:
+        here = f"./cell lab scheduler --listen {made.host}"
+    typer.echo(f"There: ./cell farm join {target.name}. Here: {here}")
     typer.echo("Whoever has the file can come in as this machine: remove it once it was used.")
     if lab:
         typer.echo("It can then run any program on the machines of the lab, this one too.")
-
-
-def _next_here(made: Invitation) -> str:
-    if made.role is Role.LAB:
-        return f"Here: ./cell lab scheduler --listen {made.host}"
-    return f"Here: a desk that runs with --listen {made.host} lets it in within 2 seconds."
 
 
 @app.command()

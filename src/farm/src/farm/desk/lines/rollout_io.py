@@ -82,7 +82,11 @@ def rollout(
             fail("a cell does not take it: nothing was changed", FAILED)
         if check:
             return
-        offer = _offering(asking, config, session, chosen, wanted)
+
+        def offer(names: Sequence[str]) -> bool:
+            to = [cell for cell in chosen if str(cell) in names]
+            return asking.put(session, to, _rows(config, session), "CONFIGURE", wanted)
+
         well = _roll(config, session, chosen, wanted, wait, offer)
     raise typer.Exit(0 if well else FAILED)
 
@@ -135,20 +139,6 @@ class Asking(msgspec.Struct, frozen=True):
             typer.echo(f"{word} {answered.text}")
             good &= answered.answer is not None and answered.answer.accepted
         return good
-
-
-def _offering(
-    asking: Asking,
-    config: FarmConfig,
-    session: zenoh.Session,
-    chosen: Sequence[CellName],
-    change: Change,
-) -> Callable[[Sequence[str]], bool]:
-    def offer(names: Sequence[str]) -> bool:
-        to = [cell for cell in chosen if str(cell) in names]
-        return asking.put(session, to, _rows(config, session), "CONFIGURE", change)
-
-    return offer
 
 
 def _roll(
