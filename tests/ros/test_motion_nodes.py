@@ -21,6 +21,7 @@ NAMES = [joint.name for joint in ROBOT.twin_joints]
 HOME = [0.0, 0.0, -0.16, 0.0]
 FAR = [1.0, -0.8, -0.05, 0.5]
 POINTS = {"P1": (0.65, 0.0, 0.0), "P2": (0.51, 0.16, 0.10), "P3": (0.51, -0.16, 0.16)}
+CAP = "joint_pose_controller/speed_limit_percent"
 NODES = ("kinematics_server", "joint_pose_controller", "joint_vel_controller", "motion_server")
 
 
@@ -43,7 +44,7 @@ class Cell:
         ]
         self.move = ros.service("joint_pose_controller/move", MoveJoints)
         self.move_to = ros.service("move_to", MoveTo)
-        self.commands = ros.publisher("motion_command", MotionCommand, subscribers=3)
+        self.commands = ros.publisher("motion_command", MotionCommand, subscribers=4)
         self.follow = ros.publisher("joint_pose_controller/follow", JointTrajectory)
         self.jogs = ros.publisher("joint_vel_controller/command", JointJog)
         self.joints = ros.collect("twin/joint_states", JointState)
@@ -257,7 +258,7 @@ def test_the_speed_cap_stretches_a_move(cell):
     """Requested and applied are reported apart."""
     from std_msgs.msg import Float64
 
-    caps = cell.ros.publisher("joint_pose_controller/speed_limit_percent", Float64)
+    caps = cell.ros.publisher(CAP, Float64, subscribers=3)  # both controllers and the simulator
     caps.publish(40.0)
     cell.ros.wait_until(lambda: cell.states[-1].speed_limit_percent == 40.0, 5.0, "the cap")
     answers = cell.background(cell.move, joint_positions=FAR, speed_percent=80.0)

@@ -36,7 +36,7 @@ class Client:
         assert self.client.wait_for_server(rospy.Duration(30))
         self.joints = ros.collect("twin/joint_states", JointState)
         self.states = ros.collect("joint_pose_controller/state", MotionState)
-        self.commands = ros.publisher("motion_command", MotionCommand, subscribers=2)
+        self.commands = ros.publisher("motion_command", MotionCommand, subscribers=3)
         ros.wait_until(lambda: self.joints and self.states, 20.0, "joints and states")
 
     def q(self):
