@@ -20,8 +20,9 @@ import rospy
 from harness.clients.environments import NOT_BUILT, UPSTREAM
 from harness.clients.random_messages import EACH, PACKAGES, SEED, random_message, types_of
 from harness.clients.ros_side import RosSide
-from harness.opponents.running_gateway import RosbridgeClient, RunningGateway
+from harness.opponents.running_gateway import RunningGateway
 from harness.ros import Ros
+from harness.wires.gateway_client import RosbridgeClient, connect
 from PIL import Image
 from std_msgs.msg import Time, UInt8MultiArray
 
@@ -80,7 +81,7 @@ def both(
     gateway: RunningGateway, server: int, side: RosSide
 ) -> Iterator[tuple[RosbridgeClient, RosbridgeClient]]:
     """Connect to the gateway and to the server."""
-    clients = gateway.client(), RosbridgeClient(server)
+    clients = gateway.client(), connect(server)
     yield clients
     gateway.end_clients()
     clients[1].line.close(timeout=0.2)
@@ -173,7 +174,7 @@ def test_images_bytes_and_fragments_are_the_same(gateway: RunningGateway, server
     for port in (gateway.port, server):
         found = {}
         for compression in ("png", "cbor-raw", "fragments"):
-            client = RosbridgeClient(port)
+            client = connect(port)
             more = (
                 {"fragment_size": 40}
                 if compression == "fragments"

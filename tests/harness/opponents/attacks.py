@@ -15,6 +15,8 @@ import time
 from random import Random
 from typing import Any
 
+from harness.wires.gateway_client import connect
+
 TOPIC = "twin/joint_states"
 MANY = 60
 """Sockets of a slow-loris attack; twice what the gateway allows as clients."""
@@ -166,9 +168,7 @@ def reader(port: int, seconds: float, seed: int) -> tuple[int, float]:
 
     Return how many joint states came in the time and the longest silence [s].
     """
-    import websocket
-
-    line = websocket.create_connection(f"ws://127.0.0.1:{port}", timeout=5.0, suppress_origin=True)
+    line = connect(port, 5.0).line
     line.send(json.dumps({"op": "subscribe", "topic": TOPIC, "throttle_rate": 10}))
     line.recv()
     count, longest, last = 0, 0.0, time.monotonic()

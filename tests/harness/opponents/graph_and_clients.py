@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import queue
 import threading
 from collections.abc import Callable
 from typing import Any
 
 import roslib.message
-import websocket
 from rosbridge_gateway.config import GatewayConfig, load_gateway_config
 from rosbridge_gateway.connection.server_io import GatewayServer
 from rosbridge_gateway.graph.graph_io import Ask, GraphError
@@ -21,6 +19,7 @@ from rosbridge_gateway.rosapi.typedefs import FindClass
 from rosbridge_gateway.wire.outgoing import Form, Frames
 
 from harness.processes import wait_until
+from harness.wires.gateway_client import RosbridgeClient, connect
 from harness.workspace import ROOT
 
 DEADLINE = 5.0
@@ -216,34 +215,6 @@ class Parameters:
         return list(self.values)
 
 
-class Client:
-    """A rosbridge client."""
-
-    def __init__(self, line: websocket.WebSocket) -> None:
-        self.line = line
-
-    def say(self, **packet: Any) -> None:
-        """Send a packet."""
-        self.line.send(json.dumps(packet))
-
-    def hear(self) -> dict[str, Any]:
-        """Return the next packet."""
-        packet: dict[str, Any] = json.loads(self.line.recv())
-        return packet
-
-    def ask(self, **packet: Any) -> dict[str, Any]:
-        """Send a packet and return the next that comes."""
-        self.say(**packet)
-        return self.hear()
-
-    def time(self) -> dict[str, Any]:
-        """Ask for the time.
-
-        Proves that the session lives and that all before has been performed.
-        """
-        return self.ask(op="call_service", id="time", service="/rosapi/get_time")
-
-
 class Cell:
     """A running gateway, its graph, its log and its clients."""
 
@@ -251,15 +222,12 @@ class Cell:
         self.graph = Graph()
         self.log: list[str] = []
         self.server = GatewayServer(config, self.graph, "/cell", TOKENS, self.log.append, PERSONS)
-        self._clients: list[websocket.WebSocket] = []
+        self._clients: list[RosbridgeClient] = []
 
-    def client(self, path: str = "", **options: Any) -> Client:
+    def client(self, path: str = "", **options: Any) -> RosbridgeClient:
         """Connect; as a program does, without an origin, unless ``origin`` is given."""
-        options.setdefault("suppress_origin", "origin" not in options)
-        url = f"ws://127.0.0.1:{self.server.port}/{path}"
-        line = websocket.create_connection(url, timeout=DEADLINE, **options)
-        self._clients.append(line)
-        return Client(line)
+        self._clients.append(connect(self.server.port, DEADLINE, path, **options))
+        return self._clients[-1]
 
     def deliver(self, topic: str, body: bytes, owner: int | None = None) -> None:
         """Hand a message over as ROS does; ``body`` is its JSON text."""
@@ -271,8 +239,8 @@ class Cell:
 
     def close(self) -> None:
         """End clients and gateway."""
-        for line in self._clients:
-            line.close(timeout=0.1)
+        for client in self._clients:
+            client.line.close(timeout=0.1)
         self.server.stop()
 
 

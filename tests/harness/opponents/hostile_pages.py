@@ -21,10 +21,10 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-import websocket
 from PIL import Image, PngImagePlugin
 
 from harness.opponents.attacks import frame, packet
+from harness.wires.gateway_client import connect
 
 ORIGIN = "http://localhost:8080"
 """A page that may connect, and only look."""
@@ -184,7 +184,7 @@ def visit(port: int, seconds: float) -> int:
 
 def _ask(port: int, seconds: float) -> list[float]:
     """Be a program that asks for the time again and again; return how long [s] it waited."""
-    line = websocket.create_connection(f"ws://127.0.0.1:{port}", timeout=10.0, suppress_origin=True)
+    line = connect(port).line
     question = json.dumps({"op": "call_service", "id": "q", "service": "/rosapi/get_time"})
     waits, end = [], time.monotonic() + seconds
     while (begun := time.monotonic()) < end:

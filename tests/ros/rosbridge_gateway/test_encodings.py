@@ -14,7 +14,8 @@ import cbor2
 import pytest
 import rospy
 from geometry_msgs.msg import PointStamped
-from harness.opponents.running_gateway import DEADLINE, RosbridgeClient, RunningGateway
+from harness.opponents.running_gateway import DEADLINE, RunningGateway
+from harness.wires.gateway_client import RosbridgeClient
 from PIL import Image
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool

@@ -10,9 +10,10 @@ import actionlib
 import pytest
 import rospy
 from actionlib.msg import TestAction, TestActionGoal, TestFeedback, TestGoal, TestResult
-from harness.opponents.running_gateway import DEADLINE, RosbridgeClient, RunningGateway
+from harness.opponents.running_gateway import DEADLINE, RunningGateway
 from harness.ros import Ros
 from harness.running.thorough import examples
+from harness.wires.gateway_client import RosbridgeClient
 from std_msgs.msg import String
 
 from scara_msgs.msg import MotionCommand

@@ -7,9 +7,10 @@ import signal
 
 import pytest
 import websocket
-from harness.opponents.running_gateway import RosbridgeClient, RunningGateway
+from harness.opponents.running_gateway import RunningGateway
 from harness.ros import Ros
 from harness.running.thorough import thorough
+from harness.wires.gateway_client import connect
 from harness.yaml_files import shipped
 
 
@@ -82,6 +83,6 @@ def test_gateway_waits_for_a_roscore_that_comes_late(ros: Ros) -> None:
     assert shutil.which("rosmaster", path=ros.env["PATH"])
     ros.stage.start("rosmaster", "--core", "-p", str(port), env={"ROS_MASTER_URI": uri})
     ros.wait_until(lambda: f"on 127.0.0.1:{door}" in node.output, 20.0, "the gateway's port")
-    client = RosbridgeClient(door)
+    client = connect(door)
     assert client.call("/rosapi/get_time")["result"]
     client.line.close()

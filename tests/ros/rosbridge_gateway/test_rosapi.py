@@ -12,8 +12,9 @@ import rosnode
 import rospy
 import rosservice
 import rostopic
-from harness.opponents.running_gateway import RosbridgeClient, RunningGateway
+from harness.opponents.running_gateway import RunningGateway
 from harness.ros import Ros
+from harness.wires.gateway_client import RosbridgeClient
 from std_msgs.msg import String
 from std_srvs.srv import Trigger, TriggerResponse
 

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import contextlib
-import json
 import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-import websocket
 from harness.live_cell import LiveCell
 from harness.page.acts import TOKEN, cell_with_pages, is_mode, press
 from harness.processes import Process, wait_until
 from harness.wires.browser import chromium
-from harness.wires.gateway_client import command_over
+from harness.wires.gateway_client import command_over, connect
 from playwright.sync_api import Page, expect
 
 pytestmark = pytest.mark.system
@@ -166,14 +163,11 @@ def test_strangers_of_the_gateway_are_refused_and_stopped_while_the_page_holds_c
     for word in ("HOME", "ALIGN", "SPEED"):
         refused = command_over(cell.gateway_port, word)
         assert not refused["success"] and "holds control" in refused["message"]
-    address = f"ws://127.0.0.1:{cell.gateway_port}"
-    line = websocket.create_connection(address, timeout=60.0, suppress_origin=True)
-    with contextlib.closing(line):
+    with connect(cell.gateway_port, 60.0) as client:
         lent = {"action": "LEND", "by": "/rosservice"}
         move = {"x": 0.51, "y": -0.16, "z": 0.10, "speed_percent": 5.0}
         for service, arguments in (("/twin_controller/control", lent), ("/move_to", move)):
-            line.send(json.dumps({"op": "call_service", "service": service, "args": arguments}))
-            answer = json.loads(line.recv())
+            answer = client.call(service, arguments)
             assert not answer["values"]["success"], answer
     until(cell, "STOPPED")
     told = cell.call("/twin_controller/why", "{count: 5}")["decisions"]

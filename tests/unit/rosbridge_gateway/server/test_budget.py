@@ -9,8 +9,9 @@ import time
 
 import pytest
 import websocket
-from harness.opponents.graph_and_clients import DEADLINE, Cell, Client, MakeCell
+from harness.opponents.graph_and_clients import DEADLINE, Cell, MakeCell
 from harness.processes import wait_until
+from harness.wires.gateway_client import RosbridgeClient
 from PIL import Image, PngImagePlugin
 from rosbridge_gateway.wire.png_io import pack
 
@@ -18,7 +19,7 @@ PAGE = "http://localhost:8080"
 RUBBISH = b'{"op":"publish","topic":"t","msg":{"data":[' + b"[]," * 5000 + b"1]}}"
 
 
-def page(cell: Cell) -> Client:
+def page(cell: Cell) -> RosbridgeClient:
     """Return a page that only looks."""
     return cell.client(origin=PAGE)
 

@@ -13,12 +13,12 @@ from harness.opponents.graph_and_clients import (
     SHIPPED,
     TWIN_CONTROLLER,
     Cell,
-    Client,
     Graph,
     MakeCell,
 )
 from harness.opponents.secured_gateway import write_certificate
 from harness.processes import free_port, wait_until
+from harness.wires.gateway_client import RosbridgeClient
 from rosbridge_gateway.admission.door_io import GatewayError
 from rosbridge_gateway.connection.server_io import GatewayServer
 
@@ -219,7 +219,7 @@ def test_tls_files_make_the_door_secure(make_cell: MakeCell, tmp_path: Path) -> 
     certificate, key = write_certificate(tmp_path)
     cell = make_cell(tls_certificate=certificate, tls_key=key)
     url = f"wss://127.0.0.1:{cell.server.port}/"
-    client = Client(
+    client = RosbridgeClient(
         websocket.create_connection(url, timeout=DEADLINE, sslopt={"ca_certs": certificate})
     )
     assert client.time()["result"]
