@@ -227,7 +227,7 @@ def _mend(cell: FaultCell) -> None:
     cell.web.refuse(False)
     for node in NODES:
         if cell.processes[node].poll() is not None:
-            cell.start(node)
+            cell.start_node(node)
         else:
             cell.go_on(node)
     cell.recover()

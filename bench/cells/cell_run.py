@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import json
-import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from harness.live_cell import LiveCell
-from harness.wires.proxy import websocket_units
-from harness.wires.relay import Relay
 from scara_bringup.processes.configuration_io import copy_with_ports
 from scara_config import config_directory
 from scara_config.writer import write_values
@@ -90,16 +87,11 @@ def experiment(folder: Path, delay_ms: tuple[float, float], changes: Changes) ->
         RuntimeError: No report came out; the text is the end of the log.
     """
     with running_cell(folder, changes, ("twin_controller",)) as cell:
-        relay = Relay(cell.gateway_port, websocket_units)
-        try:
-            if delay_ms[1]:
-                relay.disturb(Late(delay_ms[0] * 1e-3, delay_ms[1] * 1e-3))
-            env = {"SCARA_CONFIG_DIR": str(cell.output / "config")}
-            url = f"_gateway_url:=ws://127.0.0.1:{relay.port}"
-            cell.stage.start("rosrun", "twin_controller", "twin_controller", url, env=env)
-            return run_experiments(cell, folder / "run", "real_leads", repeat=REPEATS)
-        finally:
-            relay.close()
+        cell.put_relays("web")
+        if delay_ms[1]:
+            cell.web.disturb(Late(delay_ms[0] * 1e-3, delay_ms[1] * 1e-3))
+        cell.start_node("twin_controller")
+        return run_experiments(cell, folder / "run", "real_leads", repeat=REPEATS)
 
 
 def run_experiments(cell: LiveCell, output: Path, name: str, repeat: int) -> Outcome:
@@ -124,24 +116,14 @@ def run_experiments(cell: LiveCell, output: Path, name: str, repeat: int) -> Out
 
 def recover(cell: LiveCell) -> None:
     """Lead the cell back to IDLE, as an operator would, or give up after a while."""
-    answers = {"FAULT": "RESET", "ESTOP": "RESET", "STOPPED": "ALIGN", "PAUSED": "STOP"}
-    deadline = time.monotonic() + RECOVERY_S
-    while time.monotonic() < deadline:
-        with contextlib.suppress(AssertionError):
-            mode = cell.mode()
-            if mode == "IDLE":
-                return
-            cell.call(
-                "twin_controller/command", f"{{command: {answers.get(mode, 'STOP')}}}", timeout=10.0
-            )
+    with contextlib.suppress(AssertionError):
+        cell.make_ready(RECOVERY_S)
 
 
 def _attempt(cell: LiveCell, output: Path, name: str, repeat: int) -> str:
     """Run the command to its end and return its last words."""
-    env = {"SCARA_CONFIG_DIR": str(cell.output / "config")}
     options = ("--repeat", str(repeat), "--speed", "100", "--output", str(output))
-    process = cell.stage.start(
-        "rosrun", "twin_experiments", "run_experiment", name, *options, env=env
-    )
+    command = ("rosrun", "twin_experiments", "run_experiment", name, *options)
+    process = cell.stage.start(*command, env=cell.environment)
     code = process.wait(EXPERIMENT_S)
     return f"run_experiment ended with {code}: {process.tail(3)}"

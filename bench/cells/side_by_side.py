@@ -50,13 +50,14 @@ def work_together(room: Room) -> list[Seen]:
 def _work(cell: LiveCell, until: float) -> Seen:
     seen, log = Seen(), cell.output / "log" / "twin_controller.log"
     before = _lost(log.read_text(encoding="utf-8"))
-    env = {"SCARA_CONFIG_DIR": str(cell.output / "config")}
     number = 0
     while time.monotonic() < until:
         number += 1
         folder = cell.folder / f"run_{number}"
         words = ("real_leads", "twin_leads", "--output", str(folder))
-        process = cell.stage.start("rosrun", "twin_experiments", "run_experiment", *words, env=env)
+        process = cell.stage.start(
+            "rosrun", "twin_experiments", "run_experiment", *words, env=cell.environment
+        )
         code = process.wait(EXPERIMENT_S)
         report = folder / "report.json"
         if not report.is_file():

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 from harness.second_world.oracle import compare
+from harness.starter import chosen
 from rich.console import Console
-from scara_config.profile import CHOICE
 from what_if.cell_files_io import read_cell
 
 from bench.second_world.figure import Figure
@@ -18,17 +17,12 @@ ROBOTS = ("fanuc_sr6ia", "fanuc_sr3ia", "articulated_six")
 
 def measure(count: int, folder: Path, console: Console) -> list[Figure]:
     """Compare in ``count`` poses of each robot."""
-    before, found = os.environ.get(CHOICE), []
-    try:
-        for robot in ROBOTS:
-            os.environ[CHOICE] = robot
+    found = []
+    for robot in ROBOTS:
+        with chosen(robot):
             compared = compare(read_cell(CONFIG), count)
-            apart = 1e3 * max(compared.apart, compared.deeper)
-            note = f"largest difference, {count} poses, {compared.free} of them free"
-            found.append(Figure(f"clearance, {robot}", "mm", 0.5, apart, note=note))
-            console.print(f"{robot}: {apart:.4f} mm")
-    finally:
-        os.environ.pop(CHOICE)
-        if before is not None:
-            os.environ[CHOICE] = before
+        apart = 1e3 * max(compared.apart, compared.deeper)
+        note = f"largest difference, {count} poses, {compared.free} of them free"
+        found.append(Figure(f"clearance, {robot}", "mm", 0.5, apart, note=note))
+        console.print(f"{robot}: {apart:.4f} mm")
     return found

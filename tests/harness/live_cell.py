@@ -9,50 +9,35 @@ import json
 import math
 import re
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
 from rosgraph.names import resolve_name
 from ruamel.yaml import YAML
+from typing_extensions import Self
 
 from harness.processes import ROSRUN, Process, Stage, free_port, wait_until
 from harness.running.repeats import played
+from harness.starter import Cell, way_out
 from harness.wires.gateway_client import command_over, mode_over
 from harness.wires.service_line import ServiceLine
 from harness.workspace import workspace_environment
 
 NODES = (
-    "simulator",
-    "gateway",
-    "kinematics_server",
-    "joint_pose_controller",
-    "joint_vel_controller",
-    "motion_server",
-    "trajectory_server",
-    "emulator",
-    "twin_controller",
-    "recorder",
-    "journal",
+    *("simulator", "gateway", "kinematics_server", "joint_pose_controller"),
+    *("joint_vel_controller", "motion_server", "trajectory_server", "emulator"),
+    *("twin_controller", "recorder", "journal"),
 )
-
-WAYS_OUT = {
-    "PAUSED": "STOP",
-    "FAULT": "RESET",
-    "ESTOP": "RESET",
-    "STOPPED": "ALIGN",
-}  # the commands that lead on
-FOR_PEOPLE = (
-    "robot_state_publisher",
-    "camera",
-    "operator_panel",
-    "pendant_page",
-    "what_if",
-)  # their tests start them themselves
+FOR_PEOPLE = ("robot_state_publisher", "camera", "operator_panel", "pendant_page", "what_if")
+"""Their tests start them themselves."""
 
 
-class LiveCell:
-    """One bring-up and the tools around it."""
+class LiveCell(Cell):
+    """One bring-up and the tools around it; nodes that are started beside it use its files."""
+
+    bringup: Process
 
     def __init__(
         self, folder: Path, master_uri: str | None = None, namespace: str | None = None
@@ -60,14 +45,14 @@ class LiveCell:
         """Choose ports; nothing is started yet. ``master_uri``: a master that runs already."""
         self.folder = folder
         self.output = folder / "output"
-        self.modbus_port, self.gateway_port = free_port(), free_port()
         self.master_port = None if master_uri else free_port()
         self.master_uri = master_uri or f"http://127.0.0.1:{self.master_port}"
         env = {**workspace_environment(), "ROS_MASTER_URI": self.master_uri}
         self.namespace = f"/{(namespace or '').strip('/')}".rstrip("/")
         if namespace:
             env["ROS_NAMESPACE"] = namespace
-        self.stage = Stage(folder / "processes", env)
+        stage = Stage(folder / "processes", env)
+        super().__init__(stage, {"SCARA_CONFIG_DIR": str(self.output / "config")})
 
     def start(
         self,
@@ -98,7 +83,33 @@ class LiveCell:
         words += ["--master-port", str(self.master_port)] if self.master_port else []
         if verb == "up" and not people:
             words += [word for node in FOR_PEOPLE for word in ("--without", node)]
-        return self.stage.start(*words, *arguments, name=f"cell_{verb}", env=env)
+        self.bringup = self.stage.start(*words, *arguments, name=f"cell_{verb}", env=env)
+        return self.bringup
+
+    @contextmanager
+    def ready(
+        self,
+        *words: str,
+        config: Path | None = None,
+        env: Mapping[str, str] | None = None,
+        people: bool = False,
+        timeout: float = 90.0,
+    ) -> Iterator[Self]:
+        """Start it as ``up`` does, give it once it is ready, and end it.
+
+        Args:
+            words: Further arguments of the bring-up.
+            config: Its configuration; None: what is shipped.
+            env: Beside the environment of this cell, such as robot and plant.
+            people: Whether what people use is started too.
+            timeout: Until it is ready [s].
+        """
+        chosen = {"SCARA_CONFIG_DIR": str(config)} if config else {}
+        with closing(self):
+            self.wait_ready(
+                self.start("up", *words, env={**chosen, **(env or {})}, people=people), timeout
+            )
+            yield self
 
     def wait_ready(self, bringup: Process, timeout: float = 90.0) -> None:
         """Wait until the bring-up says that the cell is ready."""
@@ -110,13 +121,6 @@ class LiveCell:
             return "cell: ready after" in bringup.output
 
         wait_until(ready, timeout, f"a ready cell:\n{bringup.output}", period=0.1)
-
-    def tool(self, *command: str, timeout: float = 60.0) -> str:
-        """Run a command line tool to its end and return what it printed; fail if it fails."""
-        process = self.stage.start(*command, env={"SCARA_CONFIG_DIR": str(self.output / "config")})
-        code = process.wait(timeout)
-        assert code == 0, f"{process} ended with {code}:\n{process.tail()}"
-        return process.output
 
     def call(self, service: str, request: str = "{}", timeout: float = 60.0) -> dict[str, Any]:
         """Return a service's answer to a request in YAML.
@@ -163,16 +167,16 @@ class LiveCell:
         """Return the twin controller's mode, empty if it cannot be told now."""
         return mode_over(self.gateway_port)
 
-    def make_ready(self) -> None:
+    def make_ready(self, timeout: float = 60.0) -> None:
         """Bring the pair to rest and agreement, as an operator would, whatever has stopped it."""
 
         def ready() -> bool:
             mode = self.mode()
-            if mode in WAYS_OUT:
-                command_over(self.gateway_port, WAYS_OUT[mode])
+            if command := way_out(mode):
+                command_over(self.gateway_port, command)
             return mode == "IDLE"
 
-        wait_until(ready, 60.0, "a ready pair", period=0.2)
+        wait_until(ready, timeout, "a ready pair", period=0.2)
 
     def beside_lost_links(self, scene: Callable[[], None]) -> None:
         """Play a scene with a ready pair.
@@ -198,6 +202,7 @@ class LiveCell:
 
     def close(self) -> None:
         """End everything; fail if something is left."""
+        self.release()
         self.stage.close(grace=20.0)
 
 

@@ -203,6 +203,15 @@ class Stage:
         self.processes.append(process)
         return process
 
+    def tool(
+        self, *command: str, timeout: float = 20.0, env: Mapping[str, str] | None = None
+    ) -> str:
+        """Run a command line tool to its end and return what it printed; fail if it fails."""
+        process = self.start(*command, env=env)
+        code = process.wait(timeout)
+        assert code == 0, f"{process} ended with {code}:\n{process.tail()}"
+        return process.output
+
     def left_over(self) -> list[str]:
         """Return ``pid command`` of every living process that descends from this stage."""
         return [f"{pid} {command}" for pid, command in _marked(self.mark)]

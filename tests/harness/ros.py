@@ -6,7 +6,7 @@ import itertools
 import threading
 import time
 import xmlrpc.client
-from collections.abc import Callable
+from collections.abc import Callable, MutableSequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -85,10 +85,7 @@ class Ros:
 
         Fail if it fails.
         """
-        process = self.stage.start(*command)
-        code = process.wait(timeout)
-        assert code == 0, f"{process} ended with {code}:\n{process.tail()}"
-        return process.output
+        return self.stage.tool(*command, timeout=timeout)
 
     def service(self, name: str, kind: type[Any], timeout: float = 20.0) -> Callable[..., Any]:
         """Return a call of a service that ends after ``timeout`` [s].
@@ -106,7 +103,7 @@ class Ros:
             fields |= dict(zip(names, args))
             if "asked" in names:
                 fields.setdefault("asked", time.monotonic())  # as our own clients do
-            return _with_deadline(lambda: proxy(**fields), within, f"answer of {name}")
+            return with_deadline(lambda: proxy(**fields), within, f"answer of {name}")
 
         return call
 
@@ -136,24 +133,35 @@ class Ros:
 
         def found() -> list[T]:
             self._all_alive()
-            return [
-                message for message in list(received) if such_that is None or such_that(message)
-            ][:1]
+            return [m for m in list(received) if such_that is None or such_that(m)][:1]
 
-        return wait_until(found, timeout, f"a message on {self.name(topic)}, {len(received)} seen")[
-            0
-        ]
+        what = f"a message on {self.name(topic)}, {len(received)} seen"
+        return wait_until(found, timeout, what)[0]
 
-    def collect(self, topic: str, kind: type[T]) -> list[T]:
-        """Return a list that grows with each message on ``topic``."""
+    def collect(
+        self,
+        topic: str,
+        kind: type[T],
+        received: MutableSequence[T] | None = None,
+        publishers: int = 0,
+    ) -> MutableSequence[T]:
+        """Return a list that grows with each message on ``topic``, once so many nodes publish it.
+
+        It is ``received``, or a new one.
+        """
         import rospy
 
-        received: list[T] = []
-        self._handles.append(
-            rospy.Subscriber(
-                self.name(topic), kind, received.append, queue_size=1000, tcp_nodelay=True
-            )
-        )
+        received = [] if received is None else received
+        options = {"queue_size": 1000, "tcp_nodelay": True}
+        subscriber = rospy.Subscriber(self.name(topic), kind, received.append, **options)
+        self._handles.append(subscriber)
+
+        def connected() -> bool:
+            self._all_alive()
+            return bool(subscriber.get_num_connections() >= publishers)
+
+        if publishers:
+            wait_until(connected, 60.0, f"a publisher of {self.name(topic)}")
         return received
 
     def publisher(
@@ -202,7 +210,7 @@ class Ros:
             )
 
 
-def _with_deadline(action: Callable[[], T], timeout: float, what: str) -> T:
+def with_deadline(action: Callable[[], T], timeout: float, what: str) -> T:
     """Run ``action`` in a thread and hand on its answer or error, or fail after ``timeout`` [s]."""
     outcome: list[tuple[str, Any]] = []
 

@@ -7,30 +7,17 @@ other. Which files are a group stands in tests/harness/running/lanes.py.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
 
 import pytest
 from harness.live_cell import LiveCell
 from harness.running.shared import GROUP
 
 
-@contextmanager
-def ready_cell(folder: Path) -> Iterator[LiveCell]:
-    """Give a ready cell with a master of its own, and end it."""
-    cell = LiveCell(folder)
-    try:
-        cell.wait_ready(cell.start())
-        yield cell
-    finally:
-        cell.close()
-
-
 @pytest.fixture(scope="module")
 def live_cell(tmp_path_factory: pytest.TempPathFactory) -> LiveCell:
     """Give a ready cell that its group shares."""
     made: LiveCell = GROUP.get(
-        "live cell", lambda: ready_cell(tmp_path_factory.mktemp("live_cell"))
+        "live cell", lambda: LiveCell(tmp_path_factory.mktemp("live_cell")).ready()
     )
     return made
 

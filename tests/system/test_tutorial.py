@@ -32,12 +32,8 @@ def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveCell]:
     folder = tmp_path_factory.mktemp("tutorial")
     config = copy_configuration(folder / "config")
     own_program(config)
-    cell = LiveCell(folder)
-    try:
-        cell.wait_ready(cell.start(env={"SCARA_CONFIG_DIR": str(config)}))
+    with LiveCell(folder).ready(config=config) as cell:
         yield cell
-    finally:
-        cell.close()
 
 
 def test_the_tutorials_program_loads(tmp_path: Path) -> None:

@@ -26,12 +26,11 @@ class Shown(LiveCell):
 
     def show(self) -> None:
         """Start what people look at."""
-        env = {"SCARA_CONFIG_DIR": str(self.output / "config")}
         self.page_port = free_port()
-        start = self.stage.start
-        start("rosrun", "scara_description", "robot_state_publisher", name="frames", env=env)
         words = (f"_port:={self.page_port}", f"_runs_dir:={self.folder}")
-        start("rosrun", "operator_panel", "operator_panel", *words, name="page", env=env)
+        self.arguments["operator_panel"] = words
+        for node in ("robot_state_publisher", "operator_panel"):
+            self.start_node(node)
 
     def get(self, path: str) -> str:
         """Return what the page answers; empty while it does not."""

@@ -122,4 +122,4 @@ def _strike(cell: FaultCell, rng: Random) -> None:
     else:
         node = rng.choice(("gateway", "simulator", "joint_pose_controller", "twin_controller"))
         cell.kill(node)
-        cell.start(node)
+        cell.start_node(node)

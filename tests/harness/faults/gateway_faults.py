@@ -35,7 +35,7 @@ def attacked(cell: FaultCell, name: str, rng: Random, seconds: float) -> list[Ro
     Look at both, and at the gateway's memory.
     """
     attack = getattr(attacks, name)
-    port = cell.ports["gateway"]
+    port = cell.gateway_port
     cell.recover()
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
         pool.submit(attack, port, 1.0, rng.randrange(1 << 30)).result()

@@ -224,7 +224,7 @@ def _at(moment: float, action: Callable[[], object]) -> None:
 
 def _pendant(cell: FaultCell) -> PendantLink:
     """Return a pendant that answers at once; the command is a program that has to start."""
-    return PendantLink("127.0.0.1", cell.ports["emulator"], load_modbus_map(ROOT / "config"))
+    return PendantLink("127.0.0.1", cell.modbus_port, load_modbus_map(ROOT / "config"))
 
 
 def _move(cell: FaultCell, who: str) -> None:

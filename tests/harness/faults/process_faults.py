@@ -33,7 +33,7 @@ def controller_killed(cell: FaultCell, rng: Random) -> list[Row]:
     begun = cell.kill("twin_controller")
     rows = [reaction(cell, "twin_controller killed", begun)]
     rested = time.time()
-    cell.start("twin_controller")
+    cell.start_node("twin_controller")
     cell.recover()
     return [*rows, still_row(cell, "twin_controller killed", rested)]
 
@@ -55,7 +55,7 @@ def controller_killed_under_a_program(cell: FaultCell, rng: Random) -> list[Row]
     begun = cell.kill("twin_controller")
     rows = [reaction(cell, fault, begun), twin_stops(cell, fault, begun)]
     rested = time.time()
-    cell.start("twin_controller")
+    cell.start_node("twin_controller")
     cell.recover()
     return [*rows, still_row(cell, fault, rested)]
 
@@ -87,7 +87,7 @@ def emulator_killed(cell: FaultCell, rng: Random) -> list[Row]:
         twin_stops(cell, "robot killed", begun),
     ]
     started = time.time()
-    cell.start("emulator")
+    cell.start_node("emulator")
     cell.recover()
     cell.pendant("override", "100")
     peak = cell.twin.peak(begun + 1.0)
@@ -133,7 +133,7 @@ def twin_side_gone(cell: FaultCell, node: str, how: str, rng: Random) -> list[Ro
     ]
     rested = time.time()
     if how == "kill":
-        cell.start(node)
+        cell.start_node(node)
     else:
         time.sleep(rng.uniform(0.0, 1.0))
         cell.go_on(node)

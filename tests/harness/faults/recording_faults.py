@@ -36,7 +36,7 @@ def recorder_killed(cell: FaultCell, rng: Random) -> list[Row]:
     )
     with open_bag(path) as bag:
         count = sum(bag.topics.values())
-    cell.start("recorder")
+    cell.start_node("recorder")
     return [
         Row("recorder killed", "lost before the kill [s]", LOST_S, killed - ours[-1]),
         Row("recorder killed", "largest hole in what is kept [s]", 0.1, hole(ours)),
@@ -67,7 +67,7 @@ def recorder_stopped(cell: FaultCell, rng: Random) -> list[Row]:
         lambda: stamps(path)[-1] > again + 0.2, 10.0, "messages after it goes on", period=0.3
     )
     cell.kill("recorder")
-    cell.start("recorder")
+    cell.start_node("recorder")
     return [
         control,
         Row(
@@ -88,7 +88,7 @@ def disk_full(cell: FaultCell, rng: Random) -> list[Row]:
 
     cell.processes["recorder"].stop()
     limit = FILE_LIMIT + rng.randrange(300_000)
-    cell.start("recorder", "prlimit", f"--fsize={limit}")
+    cell.start_node("recorder", "prlimit", f"--fsize={limit}")
     said = cell.ros.collect("/diagnostics", DiagnosticArray)
     path = begin(cell)
     begun = time.time()
@@ -107,7 +107,7 @@ def disk_full(cell: FaultCell, rng: Random) -> list[Row]:
     kept = stamps(path)
     control = losses(cell, "disk full", begun)
     cell.processes["recorder"].stop()
-    cell.start("recorder")
+    cell.start_node("recorder")
     return [
         Row("disk full", "ERROR after the last message kept [s]", ERROR_S, told - kept[-1]),
         Row("disk full", "largest hole in what is kept [s]", 0.1, hole(kept)),

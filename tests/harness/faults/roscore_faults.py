@@ -12,73 +12,55 @@ import contextlib
 import json
 import math
 import signal
-import socket
-import struct
 import time
 from pathlib import Path
-from typing import Any
 
-import websocket
 from scara_ros.starting.master_io import MasterClient
 
-from harness.faults.fault_cell import PACKAGES
 from harness.faults.rows import Row
-from harness.processes import Process, Stage, free_port, wait_until
-from harness.wires.gateway_client import mode_over
-from harness.workspace import workspace_environment
+from harness.live_cell import FOR_PEOPLE, LiveCell
+from harness.processes import Process, wait_until
+from harness.starter import PACKAGES
+from harness.wires.gateway_client import RosbridgeClient, connect
 
-NODES = {
-    **PACKAGES,
-    "kinematics_server": "scara_control",
-    "joint_vel_controller": "scara_control",
-    "motion_server": "scara_control",
-}
+NODES = tuple(node for node in PACKAGES if node not in FOR_PEOPLE)
 AGAIN_S = 2.0
 Registrations = set[tuple[str, str, str]]
 
 
-class MasterCell:
+class MasterCell(LiveCell):
     """All nodes that must stay registered, on a master that can be killed; a context manager."""
 
     def __init__(self, folder: Path) -> None:
-        """Choose ports."""
-        self.port, self.robot, self.gateway = free_port(), free_port(), free_port()
-        self.uri = f"http://127.0.0.1:{self.port}"
+        """Choose ports, and start the master."""
+        super().__init__(folder)
         home = str(folder / "ros_home")
-        environment = {"ROS_MASTER_URI": self.uri, "ROS_HOME": home, "ROS_LOG_DIR": f"{home}/log"}
-        self.stage = Stage(folder / "processes", {**workspace_environment(), **environment})
+        self.environment = {"ROS_HOME": home, "ROS_LOG_DIR": f"{home}/log"}
+        # Its links are those of a desk: a late process of the cell is no fault of the master.
+        self.arguments = dict.fromkeys(("emulator", "twin_controller"), ("_links:=desk",))
         self.master = self.start_master()
 
     def __enter__(self) -> MasterCell:
-        # Its links are those of a desk: a late process of the cell is no fault of the master.
-        special = {
-            "emulator": (f"_port:={self.robot}", "_links:=desk"),
-            "gateway": (f"_port:={self.gateway}",),
-            "twin_controller": (
-                "_links:=desk",
-                f"_modbus_port:={self.robot}",
-                f"_gateway_url:=ws://127.0.0.1:{self.gateway}",
-            ),
-        }
-        for node, package in NODES.items():
-            self.stage.start("rosrun", package, node, *special.get(node, ()), name=node)
+        for node in NODES:
+            self.start_node(node)
         wait_until(
             lambda: all(f"/{node}" in self.nodes() for node in NODES),
             60.0,
             f"all nodes; {self.nodes()}",
             period=0.1,
         )
-        wait_until(lambda: self.mode() == "IDLE", 60.0, "IDLE", period=0.3)
+        self.make_ready()
         self.pendant("override", "100")
         return self
 
     def __exit__(self, *_: object) -> None:
         self.master.signal(signal.SIGCONT)
-        self.stage.close()
+        self.close()
 
     def start_master(self) -> Process:
         """Start a master and wait until it answers."""
-        master = self.stage.start("rosmaster", "--core", "-p", str(self.port))
+        words = ("rosmaster", "--core", "-p", str(self.master_port))
+        master = self.stage.start(*words, env=self.environment)
         wait_until(
             lambda: self.answers() or master.poll() is not None, 20.0, "a ROS master", period=0.01
         )
@@ -87,7 +69,7 @@ class MasterCell:
     def answers(self) -> bool:
         """Return whether the master answers."""
         with contextlib.suppress(OSError):
-            return bool(MasterClient(self.uri, "/tests").ask("getPid"))
+            return bool(MasterClient(self.master_uri, "/tests").ask("getPid"))
         return False
 
     def registrations(self) -> Registrations:
@@ -96,7 +78,7 @@ class MasterCell:
         with contextlib.suppress(OSError):
             for kind, entries in zip(
                 ("publisher", "subscriber", "service"),
-                MasterClient(self.uri, "/tests").ask("getSystemState"),
+                MasterClient(self.master_uri, "/tests").ask("getSystemState"),
             ):
                 found |= {
                     (kind, name, node)
@@ -124,70 +106,22 @@ class MasterCell:
         """Return the nodes that offer a topic or a service."""
         return {node for _, _, node in self.registrations()}
 
-    def tool(self, *command: str, timeout: float = 20.0) -> str:
-        """Run a tool to its end and return what it printed."""
-        process = self.stage.start(*command)
-        code = process.wait(timeout)
-        assert code == 0, f"{process} ended with {code}:\n{process.tail()}"
-        return process.output
-
-    def mode(self) -> str:
-        """Return the twin controller's mode over the web socket.
-
-        It needs no master once it is subscribed.
-        """
-        return mode_over(self.gateway)
-
-    def joint_1(self) -> float:
-        """Read joint 1 of the robot [deg] from its registers."""
-        with socket.create_connection(("127.0.0.1", self.robot), timeout=2.0) as line:
-            line.sendall(struct.pack(">HHHBBHH", 1, 0, 6, 1, 3, 1000, 2))
-            answer = line.recv(256)
-            while len(answer) < 13:
-                answer += line.recv(256)
-        low, high = struct.unpack(">2H", answer[9:13])
-        return float(struct.unpack(">f", struct.pack(">2H", high, low))[0])
-
     def home(self) -> None:
         """Lead the pair back to where it began."""
-
-        def there() -> bool:
-            mode = self.mode()
-            todo = {
-                "STOPPED": "ALIGN",
-                "FAULT": "RESET",
-                "PAUSED": "STOP",
-                "REAL_LEADS": "STOP",
-            }.get(mode)
-            if todo:
-                self.command(todo)
-            return self.mode() == "IDLE" and "success: True" in self.command("HOME")
-
-        wait_until(there, 60.0, "a way home", period=0.5)
+        self.make_ready()
+        wait_until(lambda: self.command("HOME"), 60.0, "a way home", period=0.5)
         wait_until(
             lambda: abs(self.joint_1()) < 0.1 and self.mode() == "IDLE", 30.0, "home", period=0.3
         )
 
-    def pendant(self, *words: str) -> None:
-        """Use the robot's own pendant to its end."""
-        process = self.start_pendant(*words)
-        code = process.wait(20.0)
-        assert code == 0, f"{process} ended with {code}:\n{process.tail()}"
+    def joint_1(self) -> float:
+        """Read joint 1 of the robot [deg] from its registers."""
+        return self.real_joints()[0]
 
-    def start_pendant(self, *words: str) -> Process:
-        """Use the robot's own pendant; do not wait."""
-        return self.stage.start(
-            "rosrun", "fanuc_emulator", "pendant", *words, "--port", str(self.robot)
-        )
-
-    def command(self, command: str, **fields: Any) -> str:
-        """Call ``twin_controller/command`` as a user does."""
-        return self.tool(
-            "rosservice",
-            "call",
-            "/twin_controller/command",
-            json.dumps({"command": command, **fields}),
-        )
+    def command(self, command: str, **fields: object) -> bool:
+        """Call ``twin_controller/command``, which the master has to know; return its success."""
+        text = json.dumps({"command": command, **fields})
+        return bool(self.call("twin_controller/command", text)["success"])
 
 
 def master_killed(cell: MasterCell) -> list[Row]:
@@ -197,14 +131,14 @@ def master_killed(cell: MasterCell) -> list[Row]:
     """
     cell.home()
     before = cell.settled()
-    assert "success: True" in cell.command(
-        "MOVE_JOINTS", joint_positions=[0.4, 0.3, -0.1, 0.0], speed_percent=3.0
-    )
-    wait_until(lambda: cell.joint_1() > 2.0, 10.0, "a robot under way")
+    target = [0.4, 0.3, -0.1, 0.0]
+    assert cell.command("MOVE_JOINTS", joint_positions=target, speed_percent=3.0)
+    wait_until(lambda: cell.joint_1() > 2.0, 10.0, "a robot under way", period=0.1)
     cell.master.signal(signal.SIGKILL)
     cell.master.wait(5.0)
     away_at = cell.joint_1()
-    wait_until(lambda: cell.joint_1() > 22.8, 20.0, "the end of the move without a master")
+    end = "the end of the move without a master"
+    wait_until(lambda: cell.joint_1() > 22.8, 20.0, end, period=0.1)
     time.sleep(0.3)
     cell.master = cell.start_master()
     begun = time.monotonic()
@@ -227,7 +161,7 @@ def master_killed(cell: MasterCell) -> list[Row]:
             "roscore killed",
             "services that answer",
             1.0,
-            float("success: True" in cell.command("STOP")),
+            float(cell.command("STOP")),
             at_least=True,
         ),
         Row(
@@ -246,16 +180,13 @@ def master_stopped(cell: MasterCell, seconds: float) -> list[Row]:
     What needs the master is refused with the reason.
     """
     cell.home()
-    line = websocket.create_connection(
-        f"ws://127.0.0.1:{cell.gateway}", timeout=10.0, suppress_origin=True
-    )
-    with contextlib.closing(line):
+    with connect(cell.gateway_port) as client:
         for topic in ("twin/joint_states", "twin_controller/state"):
-            line.send(json.dumps({"op": "subscribe", "topic": topic, "throttle_rate": 20}))
-            line.recv()
+            client.ask(op="subscribe", topic=topic, throttle_rate=20)
         cell.master.signal(signal.SIGSTOP)
-        pendant = cell.start_pendant("run", "TWO_POINT")
-        answered, twin, modes = _listen(line, seconds, pendant)
+        words = ("pendant", "run", "TWO_POINT", "--port", str(cell.modbus_port))
+        pendant = cell.stage.start("rosrun", "fanuc_emulator", *words)
+        answered, twin, modes = _listen(client, seconds, pendant)
         cell.master.signal(signal.SIGCONT)
     cell.pendant("abort")
     return [
@@ -268,7 +199,7 @@ def master_stopped(cell: MasterCell, seconds: float) -> list[Row]:
 
 
 def _listen(
-    line: websocket.WebSocket, seconds: float, pendant: Process
+    client: RosbridgeClient, seconds: float, pendant: Process
 ) -> tuple[float, float, list[str]]:
     """Call a service, listen.
 
@@ -278,17 +209,13 @@ def _listen(
     ``seconds`` after the pendant has done its work.
     """
     begun = time.monotonic()
-    line.send(
-        json.dumps(
-            {"op": "call_service", "service": "/move_to", "args": {}, "id": "x", "timeout": 5.0}
-        )
-    )
+    client.say(op="call_service", service="/move_to", args={}, id="x", timeout=5.0)
     answered, furthest, modes = float("inf"), 0.0, [""]
     end = begun + seconds
     while time.monotonic() < end:
         if pendant.poll() is None:
             end = time.monotonic() + seconds
-        packet = json.loads(line.recv())
+        packet = client.hear()
         if packet["op"] == "service_response":
             assert packet["result"] is False and "roscore" in packet["values"], packet
             answered = time.monotonic() - begun

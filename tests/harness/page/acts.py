@@ -58,15 +58,11 @@ def cell_with_pages(
         env: Beside the environment of the cell.
         timeout: Until it is ready [s].
     """
-    cell, port = LiveCell(folder), free_port()
+    port = free_port()
     pages = ("--no-browser", "--panel-port", f"{port}", "--pendant-port", f"{free_port()}")
-    try:
-        env = {"OPERATOR_PANEL_TOKEN": TOKEN, **(env or {})}
-        process = cell.start("up", *pages, *words, env=env, people=True)
-        cell.wait_ready(process, timeout)
-        yield cell, process, port
-    finally:
-        cell.close()
+    env = {"OPERATOR_PANEL_TOKEN": TOKEN, **(env or {})}
+    with LiveCell(folder).ready(*pages, *words, env=env, people=True, timeout=timeout) as cell:
+        yield cell, cell.bringup, port
 
 
 class Panel:
@@ -79,17 +75,11 @@ class Panel:
 
     def start(self) -> None:
         """Start the node and wait until it listens."""
-        words = (
-            f"_port:={self.port}",
-            f"_runs_dir:={self.cell.folder / 'runs'}",
-        )
-        env = {
-            "SCARA_CONFIG_DIR": str(self.cell.output / "config"),
-            "OPERATOR_PANEL_TOKEN": TOKEN,
-        }
-        process = self.process = self.cell.stage.start(
-            "rosrun", "operator_panel", "operator_panel", *words, env=env
-        )
+        cell = self.cell
+        cell.environment["OPERATOR_PANEL_TOKEN"] = TOKEN
+        words = (f"_port:={self.port}", f"_runs_dir:={cell.folder / 'runs'}")
+        cell.arguments["operator_panel"] = words
+        process = self.process = cell.start_node("operator_panel")
         wait_until(
             lambda: "to watch" in process.output or process.poll() is not None,
             30.0,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import random
 import threading
@@ -11,13 +10,13 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
-import websocket
-
 from harness.faults.fault_cell import ROBOT, FaultCell
 from harness.processes import wait_until
+from harness.wires.gateway_client import RosbridgeClient, connect
 
 NAMES = [joint.name for joint in ROBOT.twin_joints]
-NODES = ("motion_server", "joint_vel_controller", "trajectory_server")
+MORE_NODES = ("motion_server", "joint_vel_controller", "trajectory_server")
+"""Beside those of the breakable cell."""
 ROUTES = {
     "gateway": ("MOVE_JOINTS by web", "MOVE by web", "move_to by web", "jog by web"),
     "trajectory_server": ("goal",),
@@ -80,7 +79,7 @@ class Orders:
     """A cell with all motion nodes, and open doors to them; a context manager."""
 
     def __init__(self, cell: FaultCell) -> None:
-        """Start what is missing."""
+        """Open them."""
         import rospy
         from sensor_msgs.msg import JointState
         from trajectory_msgs.msg import JointTrajectory
@@ -89,9 +88,6 @@ class Orders:
         from scara_msgs.srv import MoveJoints, MoveTo, TwinCommand
 
         self._cell = cell
-        for node in NODES:
-            cell.start(node)
-        name = cell.ros.name
         self._kinds = {
             "twin_controller/command": TwinCommand,
             "move_to": MoveTo,
@@ -105,8 +101,8 @@ class Orders:
             "joint_trajectory_action/goal", FollowJointTrajectoryActionGoal
         )
         self._now = rospy.Time.now
-        self._jogs = name("joint_vel_controller/command")
-        self._web: websocket.WebSocket | None = None
+        self._jogs = cell.ros.name("joint_vel_controller/command")
+        self._web: RosbridgeClient | None = None
 
     def __enter__(self) -> Orders:
         return self
@@ -118,15 +114,9 @@ class Orders:
     def _connect(self) -> None:
         """Open a new connection: the gateway ends one whose client reads nothing for a while."""
         self.__exit__()
-        self._web = websocket.create_connection(
-            f"ws://127.0.0.1:{self._cell.ports['gateway']}",
-            timeout=DEADLINE_S,
-            suppress_origin=True,
-        )
-        self._send(op="advertise", topic=self._jogs, type="control_msgs/JointJog")
-        # Answered behind it, so the gateway listens to both by then.
-        self._send(op="call_service", service="/rosapi/get_time", args={})
-        self._web.recv()
+        self._web = connect(self._cell.gateway_port, DEADLINE_S)
+        self._web.say(op="advertise", topic=self._jogs, type="control_msgs/JointJog")
+        self._web.time()
 
     def play(self, scene: Round) -> Found:
         """Play one round from an idle pair."""
@@ -226,7 +216,7 @@ class Orders:
 
     def _send(self, **packet: Any) -> None:
         assert self._web is not None
-        self._web.send(json.dumps(packet))
+        self._web.say(**packet)
 
     def _jog(self, target: list[float]) -> None:
         jog = {"joint_names": NAMES[:1], "velocities": [0.5]}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -10,13 +9,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from scara_config.profile import CHOICE
 from what_if.cell_files_io import resting_cell
 from what_if.judging import judge
 from what_if.verdict import Outcome
 
 from harness.second_world.planting import HARMS, Bench, free_case, held_case
 from harness.second_world.truth import Truth
+from harness.starter import chosen
 
 SCARA, BENT = "fanuc_sr6ia", "articulated_six"
 HELD_EVERY, BENT_EVERY = 4, 8
@@ -47,19 +46,13 @@ class Counted:
 @contextmanager
 def benches(config: Path, seed: int) -> Iterator[dict[str, Bench]]:
     """Yield the worlds of both robots, with the truth about each."""
-    before = os.environ.get(CHOICE)
     with ExitStack() as stack:
         found = {}
-        try:
-            for number, robot in enumerate((SCARA, BENT)):
-                os.environ[CHOICE] = robot
+        for number, robot in enumerate((SCARA, BENT)):
+            with chosen(robot):
                 world = stack.enter_context(resting_cell(config))[0]
-                rng = np.random.default_rng([seed, number])
-                found[robot] = Bench(world, Truth(world), rng, config)
-        finally:
-            os.environ.pop(CHOICE)
-            if before is not None:
-                os.environ[CHOICE] = before
+            rng = np.random.default_rng([seed, number])
+            found[robot] = Bench(world, Truth(world), rng, config)
         yield found
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scara_config.loader import OVERRIDE
 from what_if.cell_files_io import resting_cell
 from what_if.judging import judge
 from what_if.motions import JointTarget
@@ -16,6 +17,7 @@ from what_if.verdict import Outcome
 
 from harness.processes import Process
 from harness.ros import Ros
+from harness.starter import Cell
 from harness.yaml_files import CONFIG, changed_yaml, copy_configuration, shipped
 
 HOME = (0.0, 0.0, -0.16, 0.0)
@@ -56,10 +58,9 @@ class GatedNodes:
 
         changed = copy_configuration(folder)
         changed_yaml(shipped("what_if.yaml"), changed, ["gate_timeout_ms"], PATIENCE_MS)
-        self.ros = ros
-        ros.run("scara_simulation", "simulator")
-        for node in ("joint_pose_controller", "trajectory_server"):
-            ros.run("scara_control", node, f"_config_dir:={changed}")
+        self.ros, self._cell = ros, Cell(ros.stage, {OVERRIDE: str(changed)})
+        for node in ("simulator", "joint_pose_controller", "trajectory_server"):
+            self._cell.start_node(node)
         self.judge = self.start_judge()
         self.move = ros.service("joint_pose_controller/move", MoveJoints)
         ros.service("what_if/judge", JudgeMotion)
@@ -71,13 +72,13 @@ class GatedNodes:
         self.setpoints = ros.collect("twin/joint_setpoints", JointTrajectory)
         self.states = ros.collect("joint_pose_controller/state", MotionState)
         self.told = ros.collect("what_if/gate", Audit)
-        self.commands = ros.publisher("motion_command", MotionCommand, subscribers=2)
+        self.commands = ros.publisher("motion_command", MotionCommand, subscribers=3)
         ros.wait_until(lambda: bool(self.joints), 20.0, "joints")
         self.numbers = itertools.count(1)
 
     def start_judge(self) -> Process:
         """Start the judge."""
-        return self.ros.run("what_if", "what_if")
+        return self._cell.start_node("what_if")
 
     def goal(self, target: tuple[float, ...]) -> Any:
         """Return a goal of one point."""

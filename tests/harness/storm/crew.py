@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import signal
 import time
-from collections import deque
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from typing import Any
 
-from harness.faults.fault_cell import PACKAGES, ROBOT, FaultCell
+from harness.faults.fault_cell import ROBOT, FaultCell
 from harness.processes import wait_until
 from harness.running.standstill import MACHINE
+from harness.starter import PACKAGES
 from harness.storm.hands import Hands
 from harness.storm.rules.history import SIDES, Decided, Entry, History, Joint, Told
 from harness.storm.strikes import Strikes
@@ -24,56 +24,31 @@ JOINTS = tuple(
 )
 
 
-class Observer:
-    """Keeps what the cell says, and gives it as plain data."""
-
-    def __init__(self, cell: FaultCell) -> None:
-        """Listen to the audit too; the cell keeps the rest."""
-        import rospy
-
-        from scara_msgs.msg import Audit
-
-        self._cell = cell
-        self._audit: deque[Any] = deque(maxlen=2000)
-        name = cell.ros.name("twin_controller/audit")
-        self._subscriber = rospy.Subscriber(name, Audit, self._audit.append, queue_size=100)
-        self._clock = time.time() - MACHINE.now()
-
-    def history(self, begun: float, **known: Any) -> History:
-        """Return what was seen since ``begun`` together with what the storm itself knows."""
-        truth = {side: sorted(getattr(self._cell, side).truth(begun)) for side in SIDES}
-        gaps = [(a + self._clock, b + self._clock) for a, b in MACHINE.gaps(begun - self._clock)]
-        return History(
-            begun,
-            JOINTS,
-            truth,
-            decisions=[_decided(d) for d in self._cell.decided(begun)],
-            states=[_told(s) for s in list(self._cell.states) if _at(s) >= begun],
-            audit=[_entry(e) for e in list(self._audit) if _at(e) >= begun],
-            gaps=gaps,
-            ended=time.time(),
-            **known,
-        )
-
-    def close(self) -> None:
-        """Stop listening."""
-        self._subscriber.unregister()
-
-
 class Crew:
-    """All that plays in a storm: the cell, the hands, the strikes, the observer."""
+    """All that plays in a storm: the cell, the hands, the strikes."""
 
     def __init__(self, cell: FaultCell) -> None:
         """Open every door of a cell whose nodes run."""
         self.cell = cell
         self.hands = Hands(cell)
         self.strikes = Strikes(cell)
-        self.observer = Observer(cell)
+        self._clock = time.time() - MACHINE.now()
 
-    def close(self) -> None:
-        """Close all doors."""
-        self.hands.close()
-        self.observer.close()
+    def history(self, begun: float, **known: Any) -> History:
+        """Return what was seen since ``begun`` together with what the storm itself knows."""
+        cell = self.cell
+        gaps = [(a + self._clock, b + self._clock) for a, b in MACHINE.gaps(begun - self._clock)]
+        return History(
+            begun,
+            JOINTS,
+            {side: sorted(getattr(cell, side).truth(begun)) for side in SIDES},
+            decisions=[_decided(d) for d in cell.decided(begun)],
+            states=[_told(s) for s in list(cell.states) if _at(s) >= begun],
+            audit=[_entry(e) for e in list(cell.audit) if _at(e) >= begun],
+            gaps=gaps,
+            ended=time.time(),
+            **known,
+        )
 
     def deaths(self) -> list[str]:
         """Return the nodes that have ended without us."""
@@ -89,23 +64,21 @@ class Crew:
         found = self.deaths()
         for node in dead:
             if node in PACKAGES and node not in self.strikes.down:
-                self.cell.start(node)
+                self.cell.start_node(node)
         return found
 
 
 @contextmanager
 def crew(cell: FaultCell) -> Iterator[Crew]:
     """Start what a storm needs beside the cell's nodes, and end it again."""
-    made: Crew | None = None
     for node in EXTRA:
-        cell.start(node)
+        cell.start_node(node)
     try:
         made = Crew(cell)
-        wait_until(lambda: not made.deaths(), STARTED_S, "all nodes of a storm")
-        yield made
+        with closing(made.hands):
+            wait_until(lambda: not made.deaths(), STARTED_S, "all nodes of a storm")
+            yield made
     finally:
-        if made is not None:
-            made.close()
         for node in (*EXTRA, "operator_panel"):
             process = cell.processes.pop(node, None)
             if process is not None:
@@ -118,14 +91,8 @@ def _at(message: Any) -> float:
 
 
 def _decided(message: Any) -> Decided:
-    return Decided(
-        _at(message),
-        message.mode_before,
-        message.event,
-        message.mode_after,
-        message.leader,
-        message.why,
-    )
+    fields = ("mode_before", "event", "mode_after", "leader", "why")
+    return Decided(_at(message), *(getattr(message, name) for name in fields))
 
 
 def _told(message: Any) -> Told:

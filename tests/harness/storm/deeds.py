@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -166,10 +165,9 @@ def gateway_move_to(
 
 
 def _over_gateway(hands: Hands, attempt: Attempt, service: str, fields: dict[str, Any]) -> None:
-    with hands.gateway() as line:
+    with hands.gateway() as client:
         attempt.mark()
-        line.send(json.dumps({"op": "call_service", "service": service, "args": fields}))
-        packet = json.loads(line.recv())
+        packet = client.ask(op="call_service", service=service, args=fields)
     values = packet.get("values")
     if packet.get("result") is not True or not isinstance(values, dict):
         attempt.close(False, str(values))
@@ -182,11 +180,11 @@ def gateway_jog(hands: Hands, attempt: Attempt, name: str, part: float, seconds:
     """Jog the twin as a client of the gateway."""
     topic = "joint_vel_controller/command"
     message = {"joint_names": [name], "velocities": [part * joint(name).velocity]}
-    with hands.gateway() as line:
-        line.send(json.dumps({"op": "advertise", "topic": topic, "type": "control_msgs/JointJog"}))
+    with hands.gateway() as client:
+        client.say(op="advertise", topic=topic, type="control_msgs/JointJog")
         for _ in _repeated(seconds):
             attempt.mark()
-            line.send(json.dumps({"op": "publish", "topic": topic, "msg": message}))
+            client.say(op="publish", topic=topic, msg=message)
 
 
 @deed("page STOP", "page ESTOP")

@@ -21,6 +21,7 @@ from harness.faults.fault_cell import ROBOT, FaultCell
 from harness.processes import wait_until
 from harness.storm.names import JOINTS, KINDS
 from harness.storm.rules.history import SIDES, Deed
+from harness.wires.gateway_client import RosbridgeClient, connect
 from harness.wires.operator_page import TOKEN, Panel
 from harness.wires.service_line import ServiceLine
 from harness.workspace import ROOT
@@ -34,6 +35,8 @@ PAGE_ANSWER_S = 3.0
 SPARE = 2
 """A request and a stop may leave for the same node while it stands still."""
 LISTENERS_S = 20.0
+LISTENERS = {"motion_command": 6}
+"""Simulator, gateway and all that move the twin; each other topic has one."""
 _MAP = load_modbus_map(ROOT / "config")
 
 
@@ -148,13 +151,17 @@ class Hands:
         """Open what stays open, and wait until somebody listens."""
         self.cell = cell
         self.page = Page(cell)
-        self._doors: dict[str, Callable[[], Any]] = {"gateway": self._web}
+        web = partial(connect, cell.gateway_port, ANSWER_S)
+        self._doors: dict[str, Callable[[], Any]] = {"gateway": web}
         for service, kind in _services().items():
             self._doors[service] = partial(self._line, service, kind)
         self._spare: dict[str, list[Any]] = {}
         self._publishers = {name: self._publisher(name, kind) for name, kind in _topics().items()}
         wait_until(
-            lambda: all(p.get_num_connections() for p in self._publishers.values()),
+            lambda: all(
+                publisher.get_num_connections() >= LISTENERS.get(topic, 1)
+                for topic, publisher in self._publishers.items()
+            ),
             LISTENERS_S,
             "listeners on all command topics",
         )
@@ -180,9 +187,10 @@ class Hands:
         taken = answer.success or getattr(answer, "sent", False)
         attempt.close(bool(taken), str(answer.message))
 
-    def gateway(self) -> contextlib.AbstractContextManager[websocket.WebSocket]:
-        """Give a client's line to the gateway."""
-        return contextlib.closing(self._opened("gateway"))
+    def gateway(self) -> RosbridgeClient:
+        """Return a client of the gateway, to be entered."""
+        client: RosbridgeClient = self._opened("gateway")
+        return client
 
     def release_control(self) -> None:
         """Let go of the control that the page holds, so that each scene begins without."""
@@ -214,13 +222,9 @@ class Hands:
     def _line(self, service: str, kind: type[Any]) -> ServiceLine:
         return ServiceLine(self.cell.ros.master.uri, self.cell.ros.name(service), kind, "/storm")
 
-    def _web(self) -> websocket.WebSocket:
-        address = f"ws://127.0.0.1:{self.cell.ports['gateway']}"
-        return websocket.create_connection(address, timeout=ANSWER_S, suppress_origin=True)
-
     def pendant(self) -> PendantLink:
         """Return the robot's pendant, to be entered."""
-        return PendantLink("127.0.0.1", self.cell.ports["emulator"], _MAP)
+        return PendantLink("127.0.0.1", self.cell.modbus_port, _MAP)
 
     def close(self) -> None:
         """Close all doors."""

@@ -14,6 +14,7 @@ from fanuc_emulator.pendant.pendant_link_io import PendantError
 from websockets.exceptions import WebSocketException
 
 from harness.faults.rows import Row
+from harness.starter import way_out
 from harness.storm.crew import Crew
 from harness.storm.deeds import DEEDS
 from harness.storm.hands import Attempt
@@ -33,7 +34,6 @@ ENDS_S = 30.0
 """A fault has ended within this."""
 FRESH_S = 0.5
 STORM, MACHINE = "storm", "storm, while the machine itself stood still"
-WAYS_OUT = {"FAULT": "RESET", "ESTOP": "RESET", "STOPPED": "ALIGN", "PAUSED": "STOP"}
 LOST = (OSError, AssertionError, PendantError, WebSocketException, websocket.WebSocketException)
 """How a deed fails whose door is broken: that is no finding."""
 
@@ -122,7 +122,7 @@ class Storm:
         if not unrecovered:
             self._crew.hands.release_control()
         time.sleep(WATCHED_S)
-        history = self._crew.observer.history(
+        history = self._crew.history(
             begun,
             deeds=[deed for a in list(self._attempts) if (deed := a.deed()) is not None],
             strikes=list(self._crew.strikes.done),
@@ -192,9 +192,7 @@ class Storm:
         cell = self._crew.cell
         if not cell.states or time.time() - cell.states[-1].header.stamp.to_sec() > FRESH_S:
             return False
-        leads = "STOP" if cell.mode.endswith("_LEADS") else ""
-        command = WAYS_OUT.get(cell.mode, leads)
-        if command:
+        if command := way_out(cell.mode):
             self._do(command)
         return cell.mode == "IDLE"
 

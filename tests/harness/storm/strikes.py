@@ -126,7 +126,7 @@ class Strikes:
         if node in STARTS:
             self.births[STARTS[node]].append(time.time())
         time.sleep(seconds)
-        STARTER.do(lambda: self._cell.start(node))
+        STARTER.do(lambda: self._cell.start_node(node))
         self.down.discard(node)
         return dict.fromkeys(GRACE.get(node, {}), STARTED_S)
 

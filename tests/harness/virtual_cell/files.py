@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,12 +10,13 @@ from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs
 from fanuc_emulator.program import Program
 from scara_config import Robot, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
-from scara_config.profile import CHOICE, DEFAULT_PLANT
+from scara_config.profile import DEFAULT_PLANT
 from scara_control.config import MotionConfig, load_motion
 from scara_simulation.config import LoopGains, SimulationConfig, load_gains, load_simulation
 from twin_controller.config import TwinControllerConfig, load_twin_controller
 from twin_experiments.config import ExperimentsFile, load_experiments
 
+from harness.starter import chosen
 from harness.workspace import ROOT
 
 
@@ -54,7 +53,7 @@ def load_files(
         plant: How its stand-in moves.
         settings: How its stand-in was set up, where it differs from emulator.yaml.
     """
-    with _chosen(robot):
+    with chosen(robot):
         profile = load_robot(folder)
         return CellFiles(
             profile,
@@ -67,17 +66,3 @@ def load_files(
             load_twin_controller(profile, folder),
             load_experiments(profile, folder),
         )
-
-
-@contextmanager
-def _chosen(robot: str) -> Iterator[None]:
-    """Choose a robot for a moment; the loaders read the choice from the environment."""
-    before = os.environ.get(CHOICE)
-    os.environ[CHOICE] = robot
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ[CHOICE]
-        else:
-            os.environ[CHOICE] = before

@@ -18,6 +18,7 @@ from scara_config import KeepOut
 from scara_config.programs.lines import MoveStep
 from twin_controller.core.events import AnyEvent, RealMeasured, TwinMeasured
 
+from harness.starter import way_out
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import CellFiles, load_files
 from harness.virtual_cell.timing import Delays
@@ -160,13 +161,13 @@ class ZoneCell(VirtualCell):
     def _recover(self) -> None:
         """Be idle again, without a zone."""
         self.wait_whatever(lambda: self.still_for() > 0.3, 10.0, "standstill")
-        if self.mode != "IDLE":
-            self.operate("STOP")
-            self.schedule.run(0.5)
-            self.operate("RESET")
-            self.schedule.run(0.5)
-            self.operate("ALIGN")
-        self.wait_whatever(lambda: self.mode == "IDLE" and self.still_for() > 0.3, 40.0, "IDLE")
+
+        def idle() -> bool:
+            if command := way_out(self.mode):
+                self.operate(command)
+            return self.mode == "IDLE" and self.still_for() > 0.3
+
+        self.wait_whatever(idle, 40.0, "IDLE")
         self.schedule.run(0.5)
         for side in (self.real, self.twin):
             del side.truth[:-50]

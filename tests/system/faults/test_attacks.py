@@ -50,7 +50,7 @@ def test_hostile_pages_part_no_moving_pair(cell: FaultCell, seconds: float) -> N
         cell.recover()
         begun, end = time.time(), time.monotonic() + seconds
         with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
-            pages = pool.submit(hostile_pages.visit, cell.ports["gateway"], seconds)
+            pages = pool.submit(hostile_pages.visit, cell.gateway_port, seconds)
             moves = 0
             while time.monotonic() < end:
                 cell.go(speed_percent=50.0)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from harness.faults.fault_cell import FaultCell
+from harness.faults.fault_cell import NODES, FaultCell
 from harness.ros import Master, Ros
 from harness.running.thorough import thorough
-from harness.scenes.stalled_orders import ROUTES, Orders, Round, draw
+from harness.scenes.stalled_orders import MORE_NODES, ROUTES, Orders, Round, draw
 
 REST_DEG = 0.005
 """Twice what loops and filters leave of a joint at rest; mm for joint_3."""
@@ -24,7 +24,8 @@ def orders(ros_master: Master, tmp_path_factory: pytest.TempPathFactory) -> Iter
     """Give a cell with all motion nodes."""
     ros = Ros(ros_master, tmp_path_factory.mktemp("orders"), "orders")
     try:
-        with FaultCell(ros) as cell, Orders(cell) as opened:
+        nodes = (*NODES, *MORE_NODES)
+        with FaultCell(ros, nodes=nodes) as cell, Orders(cell) as opened:
             yield opened
     finally:
         ros.close()

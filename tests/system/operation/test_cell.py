@@ -124,8 +124,8 @@ def test_program_of_the_robot_moves_the_twin(live_cell: LiveCell) -> None:
     """
 
     def scene() -> None:
-        live_cell.tool("rosrun", "fanuc_emulator", "pendant", "override", "100")
-        live_cell.tool("rosrun", "fanuc_emulator", "pendant", "run", "TWO_POINT")
+        live_cell.pendant("override", "100")
+        live_cell.pendant("run", "TWO_POINT")
         wait_until(lambda: live_cell.mode() == "REAL_LEADS", 15.0, "REAL_LEADS", period=0.05)
         wait_until(lambda: live_cell.mode() == "IDLE", 120.0, "IDLE after the program", period=0.2)
         why = live_cell.call("/twin_controller/why", "{count: 20}")["decisions"]

@@ -47,13 +47,9 @@ def cell(tmp_path_factory: pytest.TempPathFactory, robot: HoldOnlyRobot) -> Iter
         changed_yaml(config / "modbus_map.yaml", config, ["holding_registers", name], REMOVED)
     for path, value in PATIENCE:
         changed_yaml(config / "twin_controller.yaml", config, list(path), value)
-    try:
-        env = {"SCARA_CONFIG_DIR": str(config)}
-        made.wait_ready(made.start("up", "--without", "emulator", env=env))
+    with made.ready("--without", "emulator", config=config):
         made.make_ready()
         yield made
-    finally:
-        made.close()
 
 
 def move(cell: LiveCell, point: tuple[float, float, float]) -> None:

@@ -41,23 +41,18 @@ def judged_cell(folder: Path, hold: bool) -> Iterator[LiveCell]:
     (config / "programs" / "narrow.yaml").write_text(NARROW, encoding="utf-8")
     changed_yaml(config / "what_if.yaml", config, ["hold_own_programs"], hold)
     changed_yaml(config / "what_if.yaml", config, ["gate_program_timeout_ms"], 20000.0)
-    cell = LiveCell(folder)
-    try:
-        cell.wait_ready(cell.start(env={"SCARA_CONFIG_DIR": str(config)}))
-        env = {"SCARA_CONFIG_DIR": str(cell.output / "config")}
-        judge = cell.stage.start("rosrun", "what_if", "what_if", env=env)
+    with LiveCell(folder).ready(config=config) as cell:
+        judge = cell.start_node("what_if")
         wait_until(lambda: "is ready" in judge.output or judge.poll() is not None, 30.0, "a judge")
         assert judge.poll() is None, judge.tail()
         cell.make_ready()
         yield cell
-    finally:
-        cell.close()
 
 
 def start(cell: LiveCell) -> None:
     """Start the program on the robot's own pendant."""
     for keys in (("override", "100"), ("run", "NARROW")):
-        cell.tool("rosrun", "fanuc_emulator", "pendant", *keys)
+        cell.pendant(*keys)
 
 
 def judged(cell: LiveCell) -> dict[str, Any]:

@@ -24,12 +24,8 @@ SPELLINGS = {
 @pytest.fixture(scope="module")
 def first(ros_master: Master, tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveCell]:
     """Give the cell without a namespace, ready."""
-    cell = LiveCell(tmp_path_factory.mktemp("first"), ros_master.uri)
-    try:
-        cell.wait_ready(cell.start())
+    with LiveCell(tmp_path_factory.mktemp("first"), ros_master.uri).ready() as cell:
         yield cell
-    finally:
-        cell.close()
 
 
 @pytest.mark.parametrize("spelling", SPELLINGS)
@@ -38,9 +34,7 @@ def test_second_cell_is_ready_and_apart_in_every_spelling(
 ) -> None:
     """Its names are those of the one form; its emergency stop is its own."""
     namespace = SPELLINGS[spelling]
-    second = LiveCell(tmp_path, ros_master.uri, spelling)
-    try:
-        second.wait_ready(second.start())
+    with LiveCell(tmp_path, ros_master.uri, spelling).ready() as second:
         first.make_ready()
         second.make_ready()
         nodes = second.tool("rosnode", "list").split()
@@ -51,5 +45,3 @@ def test_second_cell_is_ready_and_apart_in_every_spelling(
         assert first.mode() == "IDLE"
         assert second.call(f"{namespace}/twin_controller/reset")["success"]
         second.make_ready()
-    finally:
-        second.close()

@@ -31,13 +31,9 @@ def patient_cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveCell]
     config = patient_configuration(cell.folder / "patient")
     for path, value in DIVERGENCE:
         changed_yaml(config / "twin_controller.yaml", config, path, value)
-    try:
-        # Page and controller know the same token of the person.
-        env = {"SCARA_CONFIG_DIR": str(config), "OPERATOR_PANEL_TOKEN": TOKEN}
-        cell.wait_ready(cell.start(env=env))
+    # Page and controller know the same token of the person.
+    with cell.ready(config=config, env={"OPERATOR_PANEL_TOKEN": TOKEN}):
         yield cell
-    finally:
-        cell.close()
 
 
 @pytest.fixture(scope="module")

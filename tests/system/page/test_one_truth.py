@@ -75,8 +75,8 @@ def test_all_that_the_page_shows_agrees(
         page.wait_for_function("() => window.panel?.live.open")
         page.evaluate(LISTEN, list(JOINTS))
         words = ("real_leads", "--repeat", f"{1 + count // 250}", "--output", str(output))
-        env = {"SCARA_CONFIG_DIR": str(made.output / "config")}
-        run = made.stage.start("rosrun", "twin_experiments", "run_experiment", *words, env=env)
+        command = ("rosrun", "twin_experiments", "run_experiment", *words)
+        run = made.stage.start(*command, env=made.environment)
         wait_until(lambda: run.poll() is not None or worked(page), 300.0, "the runs")
         samples = page.evaluate("() => window.samples")
         today = page.locator("[data-live='today.deviation']").text_content() or ""

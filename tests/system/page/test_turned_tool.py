@@ -26,13 +26,9 @@ NEAR_M = 5e-4
 @pytest.fixture(scope="module")
 def patient_cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveCell]:
     """Give a ready cell of another robot than the article's."""
-    cell = LiveCell(tmp_path_factory.mktemp("cell"))
     env = {"SCARA_ROBOT": "articulated_six", "OPERATOR_PANEL_TOKEN": TOKEN}
-    try:
-        cell.wait_ready(cell.start(env=env))
+    with LiveCell(tmp_path_factory.mktemp("cell")).ready(env=env) as cell:
         yield cell
-    finally:
-        cell.close()
 
 
 def tool_of(page: Page, side: str) -> np.ndarray:

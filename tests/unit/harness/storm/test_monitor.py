@@ -76,7 +76,7 @@ def test_deed_that_fails_by_itself_ends_the_storm(
         cell=SimpleNamespace(modbus=wire, web=wire, processes={}, states=[state], mode="IDLE"),
         strikes=SimpleNamespace(forget=lambda: None, done=[], births={}, down=set()),
         hands=SimpleNamespace(release_control=lambda: None),
-        observer=SimpleNamespace(history=lambda begun, **known: history()),
+        history=lambda begun, **known: history(),
         start_the_dead=list,
         deaths=list,
     )
