@@ -1,41 +1,30 @@
 """Every shipped YAML file loads; what is wrong in one is refused with file, key and value.
 
-Each test is one rule over all files and lists everything that breaks it.
+Each test is one rule over all files and lists everything that breaks it. Whole files that are bad,
+and keys that are missing or unknown: settings/test_bad_files.py.
 """
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 from fanuc_emulator.config import load_programs
 from harness.workspace import ROOT
-from harness.yaml_files import copy_configuration, leaves, replaced, shipped
+from harness.yaml_files import copy_configuration, leaves, loaders, replaced, shipped
 from ruamel.yaml import YAML
 from scara_config import ConfigError, files_in_force, load_robot, locate
 from scara_config.profile import CHOICE, PLANT_CHOICE, known_robots
-from scara_config.readers import OPTIONAL, READERS, READERS_WITH_ROBOT, check_files, reader
+from scara_config.readers import check_files
 
 CONFIG = ROOT / "config"
 ROBOT = load_robot(CONFIG)
 
 
-def loader(name: str) -> Callable[[Path], Any]:
-    """Return the loader of a file: a function of the folder it stands in."""
-    load = reader(name)
-    return load if name in READERS else partial(load, ROBOT)
-
-
-LOADERS = {
-    name: loader(name)
-    for name in sorted(READERS | READERS_WITH_ROBOT)
-    if name.endswith(".yaml") and (name not in OPTIONAL or locate(name, CONFIG).exists())
-}
+LOADERS = loaders(ROBOT)
 PROGRAMS = sorted(file.name for file in locate("programs", CONFIG).glob("*.yaml"))
 TREES: dict[str, Any] = {name: YAML(typ="safe").load(shipped(name)) for name in LOADERS}
 Path_ = tuple[str | int, ...]
@@ -104,35 +93,6 @@ def test_shipped_programs_load() -> None:
     """Every program of the robot stand-in is read by its loader."""
     loaded = {program.name for program in load_programs(ROBOT, CONFIG).values()}
     assert {name.removesuffix(".yaml").upper() for name in PROGRAMS} <= loaded
-
-
-def test_missing_files_are_named(tmp_path: Path) -> None:
-    """The text names the file that is looked for."""
-    said = {}
-    for name in LOADERS:
-        with pytest.raises(ConfigError) as caught:
-            LOADERS[name](tmp_path)
-        said[name] = str(caught.value)
-    wanted = "{}: cannot be read: No such file"
-    assert {name: text for name, text in said.items() if wanted.format(name) not in text} == {}
-
-
-def test_unknown_keys_are_refused(tmp_path: Path) -> None:
-    """A typing error in a key must not leave the default in force unseen."""
-    bench = Bench(tmp_path)
-    said = {name: bench.refusal(name, {**TREES[name], "no_such_key": 1}) for name in LOADERS}
-    assert [name for name, text in said.items() if unnamed(text, name, "no_such_key")] == []
-
-
-def test_missing_keys_are_refused(tmp_path: Path) -> None:
-    """Nothing of a shipped file is optional at the top level."""
-    bench, offenders = Bench(tmp_path), []
-    for name, tree in TREES.items():
-        key = next(iter(tree))
-        text = bench.refusal(name, {k: v for k, v in tree.items() if k != key})
-        if unnamed(text, name, key):
-            offenders.append(f"{name}: without {key}: {text or 'loads'}")
-    assert offenders == []
 
 
 def accepted(bench: Bench, value: Any, *said: str, numbers_only: bool = False) -> list[str]:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from ruamel.yaml import YAML
-from scara_config import files_in_force, locate
+from scara_config import Robot, files_in_force, locate
+from scara_config.readers import OPTIONAL, READERS, READERS_WITH_ROBOT, reader
 
 from harness.workspace import ROOT
 
@@ -23,6 +25,18 @@ def shipped(name: str) -> Path:
     For example ``robot.yaml`` or ``programs/article.yaml``.
     """
     return locate(name, CONFIG)
+
+
+def loader(name: str, robot: Robot) -> Callable[[Path], Any]:
+    """Return the loader of a file: a function of the folder it stands in."""
+    return reader(name) if name in READERS else partial(reader(name), robot)
+
+
+def loaders(robot: Robot) -> dict[str, Callable[[Path], Any]]:
+    """Return the loaders of all shipped files, as the nodes use them."""
+    names = sorted(READERS | READERS_WITH_ROBOT)
+    there = [name for name in names if name not in OPTIONAL or locate(name, CONFIG).exists()]
+    return {name: loader(name, robot) for name in there if name.endswith(".yaml")}
 
 
 def copy_configuration(folder: Path) -> Path:

@@ -96,6 +96,7 @@ def test_the_written_urdf_is_up_to_date(robot: Robot) -> None:
         check=False,
     )
     assert answer.returncode == 0, answer.stdout + answer.stderr
+    assert f"root Link: {robot.base_frame}" in answer.stdout
 
 
 def test_what_gazebo_needs_is_up_to_date(robot: Robot) -> None:

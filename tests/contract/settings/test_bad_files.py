@@ -11,18 +11,16 @@ import os
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import pytest
 from harness.workspace import ROOT
-from harness.yaml_files import copy_configuration
+from harness.yaml_files import copy_configuration, loader, loaders
 from ruamel.yaml import YAML
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
-from scara_config import ConfigError, load_robot, locate
+from scara_config import ConfigError, load_robot
 from scara_config.files.yaml_text import PLAIN
-from scara_config.readers import OPTIONAL, READERS, READERS_WITH_ROBOT, reader
 
 CONFIG = ROOT / "config"
 ROBOT = load_robot(CONFIG)
@@ -30,19 +28,9 @@ DEEP = 500
 CAPABILITY_VERSION_3 = 0x20080522
 
 
-def loader(name: str) -> Callable[[Path], Any]:
-    """Return the loader of a file: a function of the folder it stands in."""
-    load = reader(name)
-    return load if name in READERS else partial(load, ROBOT)
-
-
-LOADERS = {
-    name: loader(name)
-    for name in sorted(READERS | READERS_WITH_ROBOT)
-    if name.endswith(".yaml") and (name not in OPTIONAL or locate(name, CONFIG).exists())
-}
-LOADERS["programs/article.yaml"] = loader("programs")
-LOADERS["plants/ideal.yaml"] = loader("emulator.yaml")
+LOADERS = loaders(ROBOT)
+LOADERS["programs/article.yaml"] = loader("programs", ROBOT)
+LOADERS["plants/ideal.yaml"] = loader("emulator.yaml", ROBOT)
 
 
 class Bad(NamedTuple):
