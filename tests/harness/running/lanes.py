@@ -57,8 +57,6 @@ TIMED = (
     "tests/unit/farm/security/test_strangers.py",
     "tests/unit/farm/test_bus.py",
     "tests/unit/harness/storm/",
-    "tests/unit/harness/test_processes.py",
-    "tests/unit/harness/test_proxy.py",
     "tests/unit/harness/test_time_limit.py",
     "tests/unit/harness/test_trial.py",
     "tests/unit/operator_panel/control/test_calling.py",

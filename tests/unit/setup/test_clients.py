@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 from pathlib import Path
 
@@ -100,3 +101,19 @@ def test_a_workspace_that_is_not_built_shows_why(tree: Path, repository: str) ->
     assert failed.returncode == 1 and "no compiler" in failed.stderr
     (tree / "three").rename(tree / "elsewhere")
     assert ensure(tree).returncode == 1
+
+
+def test_page_of_the_project_has_a_result_for_each_version_that_is_tried() -> None:
+    """A new version, or a new check, is run before it is shipped."""
+    text = (ROOT / "docs" / "clients.md").read_text(encoding="utf-8")
+    heads = "".join(line for line in text.splitlines() if line.startswith("| check |"))
+    for file in sorted((ROOT / "setup" / "clients").iterdir()):
+        if file.suffix == ".git":
+            continue  # a second opinion on ours: no client, so the page has no column for it
+        content = file.read_text(encoding="utf-8")
+        if file.suffix == ".json":
+            pins = list(json.loads(content)["dependencies"].items())
+        else:
+            pins = [(n, v) for n, _, v in (line.partition("==") for line in content.split()) if v]
+        (name, version), *_ = pins  # the client; what follows is what it needs
+        assert f"| {name} {version} |" in heads, f"{file.name}: run ./cell test --clients"

@@ -2,98 +2,110 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
+from typing import Any
 
 import pytest
-from harness.faults.rows import Row, check
+from harness.faults.rows import Row, check, repeated
 from harness.running.repeats import NOTES, Notes, allowed, counted_on, played, summary, too_many
 from harness.running.standstill import LIMIT_S, MACHINE, Gaps, Machine
 
+GOOD = Row("cut", "found after [s]", 0.1, 0.05)
+SLOW = Row("cut", "found after [s]", 0.1, 0.2)
+WRONG = Row("cut", "lost", 0.0, 1.0, always=True)
+
 
 class Looks:
-    """A machine that stood still for so long in each scene, one after the other."""
+    """A machine that stood still for so long [s], whatever the scene."""
 
-    def __init__(self, *gaps: float) -> None:
-        self._gaps = iter(gaps)
+    def __init__(self, gap: float) -> None:
+        self.gap = gap
 
     def now(self) -> float:
-        """Begin a scene."""
+        """Return the time; nothing here depends on it."""
         return 0.0
 
     def stood_still(self, since: float) -> float:
-        """Return what was planned."""
-        return next(self._gaps)
+        """Return the gap, whatever the time."""
+        return self.gap
 
 
-class Scene:
-    """A scene that fails so often, then ends well."""
-
-    def __init__(self, failures: int) -> None:
-        self.failures, self.plays = failures, 0
-
-    def __call__(self) -> str:
-        """Play it once."""
-        self.plays += 1
-        assert self.plays > self.failures, f"failure {self.plays}"
-        return "well"
+LATE, IN_TIME = Looks(0.045), Looks(0.0)
+WHY = "the machine stood still for 45 ms; "
 
 
-def test_a_scene_that_ends_well_is_played_once() -> None:
-    """Nobody asks how late the machine was."""
-    notes, scene = Notes(), Scene(0)
-    assert played(scene, Looks(), notes) == "well"
-    assert (scene.plays, notes.take()) == (1, [])
+def script(*outcomes: Any) -> Callable[[], Any]:
+    """Return a scene that ends in these ways, one after the other: a text is a failure."""
+    coming = iter(outcomes)
+
+    def play() -> Any:
+        outcome = next(coming)
+        if isinstance(outcome, str):
+            raise AssertionError(outcome)
+        return outcome
+
+    return play
 
 
-def test_a_scene_is_played_again_where_the_machine_stood_still() -> None:
-    """The note says for how long, and what failed."""
-    notes, scene = Notes(), Scene(1)
-    assert played(scene, Looks(0.045), notes) == "well"
-    (note,) = notes.take()
-    assert note.startswith("the machine stood still for 45 ms; failure 1")
-    assert notes.take() == [], "each is collected once"
+def ending(outcome: object) -> AbstractContextManager[object]:
+    """Expect the failure that an outcome is, or none."""
+    failed = isinstance(outcome, str)
+    return pytest.raises(AssertionError, match=outcome) if failed else nullcontext()
 
 
-def test_a_scene_is_final_on_a_machine_that_was_in_time() -> None:
-    """Then it is the software that failed."""
-    notes, scene = Notes(), Scene(1)
-    with pytest.raises(AssertionError, match="failure 1"):
-        played(scene, Looks(0.0), notes)
-    assert (scene.plays, notes.take()) == (1, [])
+@pytest.mark.parametrize(
+    ("outcomes", "looks", "may", "plays"),
+    [
+        ((1,), LATE, True, 1),
+        (("first", 1), LATE, True, 2),
+        (("first", 1), IN_TIME, True, 1),
+        (("first", 1), LATE, False, 1),
+        (("first", "second", "third", 1), LATE, True, 3),
+    ],
+    ids=["well", "again", "the software's fault", "a condition of its own", "the third is final"],
+)
+def test_a_scene_is_played_again_only_where_the_machine_stood_still(
+    outcomes: tuple[Any, ...], looks: Looks, may: bool, plays: int
+) -> None:
+    """Each repeat is noted once, with its reason; played within a test, what is final stays so."""
+    for whole in (False, True):
+        notes, scene = Notes(), script(*outcomes)
+
+        def once(notes: Notes = notes, scene: Callable[[], Any] = scene) -> Any:
+            return played(scene, looks, notes, may_repeat=lambda: may)
+
+        with ending(outcomes[plays - 1]):
+            assert (played(once, LATE, notes) if whole else once()) == outcomes[plays - 1]
+        assert notes.take() == [WHY + failure for failure in outcomes[: plays - 1]]
+        assert notes.take() == [], "each is collected once"
 
 
-def test_a_scene_is_final_where_its_own_condition_does_not_hold() -> None:
-    """A cell that lost no link is not begun again, however late the machine was."""
-    scene = Scene(1)
-    with pytest.raises(AssertionError, match="failure 1"):
-        played(scene, Looks(0.1), Notes(), may_repeat=lambda: False)
-    assert scene.plays == 1
-
-
-def test_the_third_failure_is_final() -> None:
-    """Two of them are noted."""
-    notes, scene = Notes(), Scene(3)
-    with pytest.raises(AssertionError, match="failure 3"):
-        played(scene, Looks(0.1, 0.1, 0.1), notes)
-    assert (scene.plays, len(notes.take())) == (3, 2)
-
-
-@pytest.mark.parametrize("failures", [1, 3])
-def test_what_was_final_within_a_test_is_final_for_the_test(failures: int) -> None:
-    """Else three attempts of three would be nine, and a condition of its own would not count."""
-    notes, scene = Notes(), Scene(failures)
-
-    def whole() -> None:
-        played(scene, Looks(0.1, 0.1, 0.1), notes, may_repeat=lambda: failures > 1)
-
-    with pytest.raises(AssertionError, match=f"failure {failures}"):
-        played(whole, Looks(0.1, 0.1, 0.1), notes)
-    assert (scene.plays, len(notes.take())) == (failures, failures - 1)
+@pytest.mark.parametrize(
+    ("outcomes", "looks", "end", "missed"),
+    [
+        ((SLOW, "in vain", GOOD), LATE, GOOD, [SLOW.text, "not measured: in vain"]),
+        ((SLOW, SLOW, SLOW, GOOD), LATE, SLOW, [SLOW.text, SLOW.text]),
+        ((WRONG, GOOD), LATE, WRONG, []),
+        ((SLOW, GOOD), IN_TIME, SLOW, []),
+        (("first", GOOD), IN_TIME, "first", []),
+        (("first", "second", "third"), LATE, "third", []),
+    ],
+    ids=["missed", "the third is final", "never", "in time", "in time, in vain", "in vain"],
+)
+def test_rows_are_measured_again_only_where_the_machine_stood_still(
+    outcomes: tuple[Any, ...], looks: Looks, end: object, missed: list[str]
+) -> None:
+    """What was missed is told in its order; what may never happen is not tried again."""
+    scenario = script(*([each] if isinstance(each, Row) else each for each in outcomes))
+    with ending(end):
+        assert repeated(scenario, looks=looks) == ([end], [WHY + text for text in missed])
 
 
 @pytest.mark.parametrize(
     ("rows", "plays"),
-    [([Row("f", "m", 1.0, 2.0, always=True)], 1), ([Row("f", "m", 1.0, 2.0)], 3), ([], 1)],
+    [([WRONG], 1), ([SLOW], 3), ([], 1)],
     ids=["what may never happen", "what may be late", "nothing measured"],
 )
 def test_a_row_that_is_broken_for_good_is_not_excused_by_the_test_around_it(
@@ -119,17 +131,13 @@ def test_a_row_that_is_broken_for_good_is_not_excused_by_the_test_around_it(
 def test_a_run_may_repeat_two_percent_of_its_scenes(
     repeats: int, scenes: int, failed: bool
 ) -> None:
-    """A single repeat is allowed in a short run too."""
+    """A single repeat is allowed in a short run too; the end names each, and says if too many."""
     assert too_many(repeats, scenes) is failed
-    assert (repeats <= allowed(scenes)) is not failed
-
-
-def test_the_end_of_a_run_names_each_repeat_and_says_when_there_were_too_many() -> None:
-    """The reader sees what was played again, why, and what is allowed."""
-    assert summary([], 250) == ["0 repeats in 250 scenes, allowed are 5"]
-    lines = summary(["a: late", "b: late"], 10)
-    assert lines[:3] == ["2 repeats in 10 scenes, allowed are 1", "  a: late", "  b: late"]
-    assert lines[3].startswith("FAILED")
+    names = [f"{number}: late" for number in range(repeats)]
+    first, *lines = summary(names, scenes)
+    assert first == f"{repeats} repeats in {scenes} scenes, allowed are {allowed(scenes)}"
+    assert lines[:repeats] == [f"  {name}" for name in names]
+    assert [line[:6] for line in lines[repeats:]] == (["FAILED"] if failed else [])
 
 
 def test_a_gap_between_two_looks_is_a_standstill() -> None:
@@ -141,20 +149,13 @@ def test_a_gap_between_two_looks_is_a_standstill() -> None:
     assert gaps.longest(1.1, 2.0) == 0.0
     assert gaps.longest(0.0, 1.0) == 0.0
     assert gaps.longest(1.05, 1.06) > 0.0, "a scene within a gap"
-
-
-def test_nobody_looks_before_somebody_asks() -> None:
-    """A run of pure tests has no thread for it."""
-    machine = Machine()
-    assert machine.stood_still(0.0) == 0.0
-    assert machine.now() <= machine.now()
+    assert Machine().stood_still(0.0) == 0.0, "nobody has looked"
 
 
 def test_parts_of_one_run_count_together(tmp_path: Path) -> None:
     """A part with few scenes has the budget of the whole run up to there."""
     kept = tmp_path / "count.json"
     assert counted_on(["a"], 170, kept) == (["a"], 170)
-    repeated, scenes = counted_on(["b", "c"], 149, kept)
-    assert (repeated, scenes) == (["a", "b", "c"], 319)
-    assert not too_many(len(repeated), scenes)
-    assert too_many(len(repeated), 149)
+    repeated_, scenes = counted_on(["b", "c"], 149, kept)
+    assert (repeated_, scenes) == (["a", "b", "c"], 319)
+    assert too_many(3, 149) and not too_many(3, scenes)
