@@ -30,7 +30,7 @@ from twin_controller.core.lead.table import FOLLOWS_TWIN, LEADING
 from twin_controller.core.lead.transition import transition
 from twin_controller.core.lead.triggers import find_trigger
 from twin_controller.core.orders.state import forget_lost, hear
-from twin_controller.core.safety.watch import Task, watch
+from twin_controller.core.safety.watch import PairTask, watch
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.measure import drop_stale, take_in
 from twin_controller.core.state import CoreState
@@ -68,7 +68,7 @@ def step(setup: Setup, before: CoreState, event: AnyEvent) -> Result:
     # 3 Judge safety, on all that was heard: what is too old to be followed may still be a danger.
     led, streams = lead.mode in LEADING, follow.real is not None
     catches_up = follow.real is not None and follow.real.resumes
-    task = Task(led, led or lead.mode is Mode.IDLE, streams, catches_up)
+    task = PairTask(led, led or lead.mode is Mode.IDLE, streams, catches_up)
     safety = watch(setup, before.safety, heard, event, task)
 
     # 4 Find the trigger: the most urgent thing that has happened. What the sides show of our orders

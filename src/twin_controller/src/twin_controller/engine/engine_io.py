@@ -45,7 +45,8 @@ from twin_controller.core.sides.own_gap import OwnGaps
 from twin_controller.core.state import CoreState, initial_state
 from twin_controller.core.step import step
 from twin_controller.engine.input_queue_io import InputQueue
-from twin_controller.engine.link_protocols_io import RealCommands, TwinCommands
+from twin_controller.robot.real_link_io import RealLink
+from twin_controller.twin.twin_link_io import TwinLink
 
 _LOG = logging.getLogger("rosout.engine")
 TICK = 0.01
@@ -65,7 +66,7 @@ class Engine:
     """Owner of the core's state; a context manager."""
 
     def __init__(
-        self, setup: Setup, real: RealCommands, twin: TwinCommands, listener: EngineListener
+        self, setup: Setup, real: RealLink, twin: TwinLink, listener: EngineListener
     ) -> None:
         """Wire the engine.
 

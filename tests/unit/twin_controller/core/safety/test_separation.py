@@ -18,7 +18,7 @@ from twin_controller.core.safety.separation import (
     judge_separation,
     protective_distance,
 )
-from twin_controller.core.safety.sightings import Person
+from twin_controller.core.safety.sightings import Sighting
 
 TERMS = replace(SETUP.config.separation, enabled=True, sensors=())
 STALE_S = TERMS.stale_ms * 1e-3
@@ -27,14 +27,14 @@ TOOL = all_positions(SETUP.points, np.array([HOME]))[:, 0]
 """Where the watched points are, shape (p, 3)."""
 
 
-def person(away: float, age: float = 0.0, sensor: str = "") -> Person:
+def person(away: float, age: float = 0.0, sensor: str = "") -> Sighting:
     """Return somebody ``away`` [m] from the outermost point, straight away from the robot."""
     outermost = TOOL[np.argmax(TOOL[:, 0])]
     x, y, z = outermost.tolist()
-    return Person(NOW - age, (x + away, y, z), sensor)
+    return Sighting(NOW - age, (x + away, y, z), sensor)
 
 
-def judge(*people: Person, speed: float = 0.0, margin_mm: float = TERMS.margin_mm) -> Distance:
+def judge(*people: Sighting, speed: float = 0.0, margin_mm: float = TERMS.margin_mm) -> Distance:
     """Judge people by the shipped terms, and another margin."""
     terms = replace(TERMS, margin_mm=margin_mm)
     return judge_separation(SETUP.points, people, HOME, speed, NOW, terms, SETUP.fastest)

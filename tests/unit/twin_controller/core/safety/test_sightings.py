@@ -11,7 +11,7 @@ from twin_controller.core.events import PersonSeen
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.safety.sightings import (
     MOST_STRANGERS,
-    Person,
+    Sighting,
     SightingError,
     newest,
     note_stranger,
@@ -57,12 +57,12 @@ def test_a_sighting_that_cannot_be_used_is_refused_with_the_reason(
 
 def test_of_each_sensor_the_newest_sighting_is_kept() -> None:
     """One that arrives after a newer one is dropped; sensors do not replace each other's."""
-    people = newest((), Person(2.0, HERE, "left"), SENSORS)
-    people = newest(people, Person(1.0, (9.0, 0.0, 0.0), "left"), SENSORS)
-    assert people == (Person(2.0, HERE, "left"),)
-    people = newest(people, Person(3.0, (1.0, 0.0, 0.0), "right"), SENSORS)
+    people = newest((), Sighting(2.0, HERE, "left"), SENSORS)
+    people = newest(people, Sighting(1.0, (9.0, 0.0, 0.0), "left"), SENSORS)
+    assert people == (Sighting(2.0, HERE, "left"),)
+    people = newest(people, Sighting(3.0, (1.0, 0.0, 0.0), "right"), SENSORS)
     assert {person.sensor: person.seen for person in people} == {"left": 2.0, "right": 3.0}
-    assert newest(people, Person(4.0, HERE, "left"), SENSORS)[-1] == Person(4.0, HERE, "left")
+    assert newest(people, Sighting(4.0, HERE, "left"), SENSORS)[-1] == Sighting(4.0, HERE, "left")
 
 
 @pytest.fixture

@@ -20,7 +20,7 @@ from scara_control.keep_out.points import FloatArray, WatchedPoint, all_position
 
 from twin_controller.config import Separation
 from twin_controller.core.events import Joints
-from twin_controller.core.safety.sightings import Person
+from twin_controller.core.safety.sightings import Sighting
 
 
 class Distance(msgspec.Struct, frozen=True):
@@ -64,7 +64,7 @@ def allowed_speed(distance: float, config: Separation, age: float = 0.0) -> floa
 
 def judge_separation(
     points: Sequence[WatchedPoint],
-    people: Sequence[Person],
+    people: Sequence[Sighting],
     q: Joints,
     speed: float,
     now: float,
@@ -101,7 +101,12 @@ def _silent(sensor: str) -> Distance:
 
 
 def _judge(
-    places: FloatArray, person: Person, speed: float, now: float, config: Separation, fastest: float
+    places: FloatArray,
+    person: Sighting,
+    speed: float,
+    now: float,
+    config: Separation,
+    fastest: float,
 ) -> Distance:
     """Judge the distance to one person."""
     age = max(0.0, now - person.seen)

@@ -16,7 +16,7 @@ class SightingError(ValueError):
     """A sighting cannot be used; it counts as none."""
 
 
-class Person(msgspec.Struct, frozen=True):
+class Sighting(msgspec.Struct, frozen=True):
     """The nearest person that one sensor sees: when [s], where in the base frame [m], who saw."""
 
     seen: float
@@ -72,8 +72,8 @@ def note_stranger(strangers: tuple[str, ...], caller: str) -> tuple[tuple[str, .
 
 
 def newest(
-    people: tuple[Person, ...], person: Person, sensors: tuple[str, ...]
-) -> tuple[Person, ...]:
+    people: tuple[Sighting, ...], person: Sighting, sensors: tuple[str, ...]
+) -> tuple[Sighting, ...]:
     """Return the newest sighting of each of the named sensors, with ``person`` among them.
 
     Who is not named is dropped. A sensor is never forgotten: a silent one counts as a person at the

@@ -22,7 +22,7 @@ from twin_controller.core.safety.divergence import (
 )
 from twin_controller.core.safety.guard import Guard, Ways, judge_guard, known_ahead, point_speed
 from twin_controller.core.safety.separation import Distance, judge_separation
-from twin_controller.core.safety.sightings import Person, newest
+from twin_controller.core.safety.sightings import Sighting, newest
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.measure import answers
 from twin_controller.core.sides.side import Sides, TwinSide
@@ -30,7 +30,7 @@ from twin_controller.core.sides.side import Sides, TwinSide
 replace = msgspec.structs.replace
 
 
-class Task(NamedTuple):
+class PairTask(NamedTuple):
     """What the pair is doing, as far as safety needs it."""
 
     # Somebody leads the pair.
@@ -51,7 +51,7 @@ class Safety(msgspec.Struct, frozen=True):
     # What the real robot's own motion means for zones and the Cartesian limit.
     guard: Guard = Guard()
     # Where each of the named sensors saw the nearest person last. A sensor is never forgotten.
-    people: tuple[Person, ...] = ()
+    people: tuple[Sighting, ...] = ()
     # Distance to the nearest of them, and what follows from it.
     separation: Distance = Distance()
     # How far the tools are apart; begins anew when the pair aligns or goes on after a pause.
@@ -60,7 +60,7 @@ class Safety(msgspec.Struct, frozen=True):
     delay: DelayState = DelayState()
 
 
-def watch(setup: Setup, safety: Safety, sides: Sides, event: AnyEvent, task: Task) -> Safety:
+def watch(setup: Setup, safety: Safety, sides: Sides, event: AnyEvent, task: PairTask) -> Safety:
     """Judge what one input tells.
 
     Args:
@@ -72,7 +72,7 @@ def watch(setup: Setup, safety: Safety, sides: Sides, event: AnyEvent, task: Tas
     """
     match event:
         case PersonSeen():
-            person = Person(event.now - event.age, event.position, event.sensor)
+            person = Sighting(event.now - event.age, event.position, event.sensor)
             sensors = setup.config.separation.sensors
             return replace(safety, people=newest(safety.people, person, sensors))
         case RealMeasured() if sides.real.history:
@@ -90,7 +90,7 @@ def watch(setup: Setup, safety: Safety, sides: Sides, event: AnyEvent, task: Tas
     return safety
 
 
-def _watch_real(setup: Setup, safety: Safety, sides: Sides, task: Task) -> Safety:
+def _watch_real(setup: Setup, safety: Safety, sides: Sides, task: PairTask) -> Safety:
     """Judge the real robot: where it stops at the earliest, how fast it is, how far people are."""
     real, config = sides.real, setup.config.separation
     last = real.last

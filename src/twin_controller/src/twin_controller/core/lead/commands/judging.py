@@ -20,7 +20,7 @@ from twin_controller.core.setup import Setup
 from twin_controller.core.sides.side import TwinSide
 
 
-class Judged(NamedTuple):
+class JudgedMove(NamedTuple):
     """Where a move leads, and why it may not be made."""
 
     # Joint positions at its end, SI; empty if they are not known.
@@ -31,7 +31,7 @@ class Judged(NamedTuple):
     refusal: str = ""
 
 
-def judge_move(setup: Setup, twin: TwinSide, event: Operator) -> Judged:
+def judge_move(setup: Setup, twin: TwinSide, event: Operator) -> JudgedMove:
     """Judge a move from where the twin stands: its target, the kinematics, the way's zones.
 
     Whether a move may begin at all now is judged by :func:`refusals`, for it does not depend on the
@@ -43,23 +43,23 @@ def judge_move(setup: Setup, twin: TwinSide, event: Operator) -> Judged:
         event: MOVE, MOVE_JOINTS or HOME.
     """
     if event.command not in MOVES:
-        return Judged(refusal=f"command = {event.command!r}: allowed are {', '.join(MOVES)}")
+        return JudgedMove(refusal=f"command = {event.command!r}: allowed are {', '.join(MOVES)}")
     invalid = invalid_target(setup, event)
     # A message's fields are 0 unless somebody fills them, and (0, 0, 0) is in the robot's own base.
     if not invalid and event.command == "MOVE" and not any(event.target):
         invalid = "x, y and z are 0, which is in the robot's base: MOVE needs the point to move to"
     if invalid:
-        return Judged(refusal=invalid)
+        return JudgedMove(refusal=invalid)
     if not twin.history:
-        return Judged(refusal="where the twin stands is not known: wait for its link")
+        return JudgedMove(refusal="where the twin stands is not known: wait for its link")
     start = twin.last.q
     try:
         target, elbow = _destination(setup, start, event)
     except ScaraControlError as error:
-        return Judged(refusal=str(error))
+        return JudgedMove(refusal=str(error))
     margin = setup.config.cell.keep_out_clearance_mm
     way = judge_way(setup.points, setup.keep_out, start, target, setup.velocity, margin)
-    return Judged(target, elbow, way.violation)
+    return JudgedMove(target, elbow, way.violation)
 
 
 def invalid_target(setup: Setup, event: Operator) -> str:
