@@ -7,10 +7,11 @@ import queue
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from harness.processes import wait_until
 from twin_controller.twin.rosbridge_access_io import Access
 from twin_controller.twin.rosbridge_link_io import RosbridgeLink
 from twin_controller.twin.rosbridge_socket_io import LinkSettings
@@ -53,6 +54,10 @@ class Server:
     def line(self) -> ServerConnection:
         """Return the next client's connection."""
         return self.lines.get(timeout=DEADLINE)
+
+    def say(self, op: str, line: ServerConnection | None = None, **fields: Any) -> None:
+        """Send a packet to a client; without one to the next."""
+        (line or self.line()).send(json.dumps({"op": op, **fields}))
 
     def close(self) -> None:
         """End the server and its clients."""
@@ -109,14 +114,6 @@ def link(server: Server, owner: Owner) -> Iterator[RosbridgeLink]:
         yield running
 
 
-def wait_until(condition: Callable[[], bool]) -> None:
-    """Wait for a condition, with a deadline."""
-    deadline = time.monotonic() + DEADLINE
-    while not condition():
-        assert time.monotonic() < deadline, "waited in vain"
-        threading.Event().wait(0.005)
-
-
 class SilentPort:
     """Shakes hands as a web-socket server would, then reads nothing and says nothing."""
 
@@ -156,11 +153,7 @@ def test_message_comes_with_topic_and_time(
 ) -> None:
     """on_message gets topic, values and the monotonic time of reception; null stays None."""
     before = time.monotonic()
-    server.line().send(
-        json.dumps(
-            {"op": "publish", "topic": "twin/joint_states", "msg": {"position": [1.5, None]}}
-        )
-    )
+    server.say("publish", topic="twin/joint_states", msg={"position": [1.5, None]})
     topic, message, received = owner.messages.get(timeout=DEADLINE)
     assert (topic, message) == ("twin/joint_states", {"position": [1.5, None]})
     assert before <= received <= time.monotonic()
@@ -169,11 +162,7 @@ def test_message_comes_with_topic_and_time(
 def test_publishes_not_a_number_as_null(server: Server, link: RosbridgeLink) -> None:
     """JSON has no NaN: it goes as null."""
     assert link.publish("follow", {"position": [1.0, float("nan")]})
-    assert server.next("publish") == {
-        "op": "publish",
-        "topic": "follow",
-        "msg": {"position": [1.0, None]},
-    }
+    assert server.next("publish")["msg"] == {"position": [1.0, None]}
     assert link.counters.sent == 1
 
 
@@ -186,15 +175,10 @@ def test_answer_brings_values_and_both_times(
     assert link.call_service("/rosapi/get_time", {}, owner.answer, timeout=1.0)
     packet = server.next("call_service")
     assert packet["service"] == "/rosapi/get_time" and packet["timeout"] == 1.0
-    response = {
-        "op": "service_response",
-        "id": packet["id"],
-        "result": True,
-        "values": {"time": {"secs": 7, "nsecs": 8}},
-    }
-    line.send(json.dumps(response))
+    time_ = {"time": {"secs": 7, "nsecs": 8}}
+    server.say("service_response", line, id=packet["id"], result=True, values=time_)
     result, values, received, sent = owner.answers.get(timeout=DEADLINE)
-    assert result and values == {"time": {"secs": 7, "nsecs": 8}}
+    assert result and values == time_
     assert before <= sent <= received <= time.monotonic()
 
 
@@ -202,11 +186,7 @@ def test_failed_call_brings_the_reason(server: Server, owner: Owner, link: Rosbr
     """A service_response with result false carries the reason as its values."""
     link.call_service("/move_to", {"x": 0.9}, owner.answer, timeout=1.0)
     packet = server.next("call_service")
-    server.line().send(
-        json.dumps(
-            {"op": "service_response", "id": packet["id"], "result": False, "values": "too far"}
-        )
-    )
+    server.say("service_response", id=packet["id"], result=False, values="too far")
     assert owner.answers.get(timeout=DEADLINE)[:2] == (False, "too far")
 
 
@@ -261,16 +241,7 @@ def test_refused_wish_is_sent_again(server: Server, owner: Owner) -> None:
     link.subscribe("twin/joint_states", "sensor_msgs/JointState")
     with link:
         line, first = server.line(), server.next("subscribe")
-        line.send(
-            json.dumps(
-                {
-                    "op": "status",
-                    "level": "error",
-                    "id": first["id"],
-                    "msg": "roscore does not answer",
-                }
-            )
-        )
+        server.say("status", line, level="error", id=first["id"], msg="roscore does not answer")
         assert server.next("subscribe") == first
         assert link.counters.connects == 1
 
@@ -341,7 +312,7 @@ def test_bad_packet_is_counted_and_survived(
     """A loop never dies of one bad packet."""
     line = server.line()
     line.send(data)
-    line.send(json.dumps({"op": "publish", "topic": "t", "msg": {"data": 1}}))
+    server.say("publish", line, topic="t", msg={"data": 1})
     assert owner.messages.get(timeout=DEADLINE)[1] == {"data": 1}
     assert link.counters.rejected == 1 and link.counters.received == 1
 
@@ -350,7 +321,7 @@ def test_remark_of_the_server_reaches_the_owner(
     server: Server, owner: Owner, link: RosbridgeLink
 ) -> None:
     """A refused packet is not lost in silence."""
-    server.line().send(json.dumps({"op": "status", "level": "error", "msg": "x: unknown field"}))
+    server.say("status", level="error", msg="x: unknown field")
     assert owner.statuses.get(timeout=DEADLINE) == ("error", "x: unknown field")
     assert link.counters.refused == 1
 
@@ -364,7 +335,7 @@ def test_failing_callback_is_counted(server: Server, caplog: pytest.LogCaptureFi
     with RosbridgeLink(f"ws://127.0.0.1:{server.port}", fail, lambda *_: None) as link:
         line = server.line()
         for _ in range(2):
-            line.send(json.dumps({"op": "publish", "topic": "t", "msg": {}}))
+            server.say("publish", line, topic="t", msg={})
         wait_until(lambda: link.counters.callback_errors == 2)
         assert link.connected
     assert "owner is ill" in caplog.text

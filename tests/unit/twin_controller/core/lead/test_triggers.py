@@ -8,7 +8,7 @@ from harness.pair import HOME, SETUP, idle_pair, shifted
 from harness.parts import changed
 from scara_control.joint_motion import JointMotion, Setpoints
 from twin_controller.core.events import Operator, TwinPlan
-from twin_controller.core.lead.modes import Mode, Trigger
+from twin_controller.core.lead.modes import COMMANDS, MOVES, Mode, Trigger
 from twin_controller.core.lead.triggers import (
     leader_triggers,
     onsets,
@@ -181,18 +181,10 @@ def test_a_twin_leads_only_from_where_the_real_robot_is(
 @pytest.mark.parametrize(
     ("command", "changes", "expected"),
     [
-        ("STOP", {}, Trigger.STOP),
-        ("PAUSE", {}, Trigger.PAUSE),
-        ("RESUME", {}, Trigger.RESUME),
+        *((name, {}, Trigger[name]) for name in COMMANDS),
         ("RESUME", {"lead__needs_acknowledge": True}, Trigger.RESUME_BLOCKED),
-        ("RESET", {}, Trigger.RESET),
         ("RESET", {"lead__links_up": False}, Trigger.RESET_BLOCKED),
-        ("ESTOP", {}, Trigger.ESTOP),
-        ("ALIGN", {}, Trigger.ALIGN),
-        ("ACKNOWLEDGE", {}, Trigger.ACKNOWLEDGE),
-        ("MOVE", {}, Trigger.MOVE),
-        ("MOVE_JOINTS", {}, Trigger.MOVE),
-        ("HOME", {}, Trigger.MOVE),
+        *((name, {}, Trigger.MOVE) for name in MOVES),
         ("stop", {}, None),
         ("LINK_LOST", {}, None),
         ("", {}, None),

@@ -65,56 +65,39 @@ def test_silence_is_what_was_listened_to(deaf: tuple[float, float], expected: fl
 def test_the_age_of_a_sides_data_stays_what_it_is(pair: Pair) -> None:
     """A set point made of old data is rejected, however late the controller was."""
     seen = pair.state.sides.twin.seen
-    standing_still(pair, 0.06)
-    tick(pair, own_gap=0.06)
+    stand_still(pair, 0.06, own_gap=0.06)
     assert pair.state.sides.twin.seen == seen
 
 
-def standing_still(pair: Pair, duration: float) -> None:
-    """Let the controller stand still, and with it everything that would tell it something."""
+def stand_still(pair: Pair, duration: float, own_gap: float) -> None:
+    """Let the controller stand still, and all that would tell it something; then it looks."""
     pair.now = round(pair.now + duration, 6)
-
-
-def tick(pair: Pair, own_gap: float) -> None:
-    """Let the controller look again."""
     pair.feed(Tick(pair.now, own_gap))
 
 
 def test_a_gap_of_the_controller_costs_no_link(pair: Pair) -> None:
     """Both sides have spoken meanwhile, and their words wait in the sockets."""
-    standing_still(pair, 0.099)
-    tick(pair, own_gap=0.099)
+    stand_still(pair, 0.099, own_gap=0.099)
     pair.run(1.0)
     assert pair.mode is Mode.IDLE
-    assert not [d for d in pair.decisions() if d.trigger == "LINK_LOST"]
+    assert "LINK_LOST" not in pair.triggers()
 
 
 def test_a_look_without_a_gap_judges_as_before(pair: Pair) -> None:
     """What was recorded without the field is decided as it was."""
-    standing_still(pair, 0.12)
-    tick(pair, own_gap=0.0)
+    stand_still(pair, 0.12, own_gap=0.0)
     assert pair.mode is Mode.OFFLINE
 
 
-def test_a_silent_robot_is_found_after_a_gap_too(pair: Pair) -> None:
+@pytest.mark.parametrize(("side", "limit"), [("real", 0.1), ("twin", 0.22)])
+def test_a_silent_side_is_found_after_a_gap_too(pair: Pair, side: str, limit: float) -> None:
     """Its silence counts from where the gap began, and goes on where it ended."""
-    pair.real_up = False
-    standing_still(pair, 0.06)
-    tick(pair, own_gap=0.06)
-    begun = pair.now
-    pair.until(Mode.OFFLINE, 0.2)
-    assert pair.now - begun <= 0.1 + 0.011
-    assert "no fresh data for 100 ms" in pair.why
-
-
-def test_a_silent_pose_controller_is_found_after_a_gap_too(pair: Pair) -> None:
-    """The twin's side has a limit of its own."""
-    pair.twin_up = False
-    standing_still(pair, 0.06)
-    tick(pair, own_gap=0.06)
+    setattr(pair, f"{side}_up", False)
+    stand_still(pair, 0.06, own_gap=0.06)
     begun = pair.now
     pair.until(Mode.OFFLINE, 0.4)
-    assert pair.now - begun <= 0.22 + 0.011
+    assert pair.now - begun <= limit + 0.011
+    assert side == "twin" or "no fresh data for 100 ms" in pair.why
 
 
 @pytest.mark.parametrize("duty", [0.035, 0.05, 0.09])
@@ -123,6 +106,5 @@ def test_a_silent_side_is_found_at_most_one_budget_later(pair: Pair, duty: float
     gaps, begun = OwnGaps(LIMITS), pair.now
     gaps.look(pair.now)
     while pair.mode is Mode.IDLE:
-        standing_still(pair, duty)
-        tick(pair, gaps.look(pair.now))
+        stand_still(pair, duty, gaps.look(pair.now + duty))
     assert pair.now - begun <= 0.1 + 0.1 + 2 * duty
