@@ -329,42 +329,6 @@ def test_a_reconnect_moves_the_twin_slowly_and_the_real_robot_not_at_all(
     assert set(pair.triggers()) <= {"LINKS_READY", "LINK_LOST", "ALIGNED"}
 
 
-@settings(max_examples=examples(6, 10), deadline=None)
-@given(
-    leader=st.sampled_from(["real", "twin", "operator"]),
-    at_ms=st.integers(50, 1500),
-    pressed=st.booleans(),
-)
-def test_releasing_an_emergency_stop_moves_nothing(leader: str, at_ms: int, pressed: bool) -> None:
-    """Whenever it comes and wherever it was given.
-
-    After the release and after RESET both stay where they are.
-    """
-    pair = Pair()
-    Watch(pair)
-    pair.connect()
-    if leader == "real":
-        pair.start_program(ramp(HOME, AWAY, 3.0))
-    elif leader == "twin":
-        pair.move_twin(ramp(HOME, AWAY, 3.0))
-    else:
-        assert pair.operate("MOVE_JOINTS", target=AWAY).success
-    pair.run(at_ms * 1e-3)
-    if pressed:
-        pair.press_estop()
-    else:
-        assert pair.operate("ESTOP").success
-    pair.run(0.5)
-    assert pair.mode is Mode.ESTOP
-    here = (pair.real_q, pair.twin_q)
-    pair.estop_pressed = False
-    pair.run(0.5)
-    assert pair.operate("RESET").success
-    pair.run(2.0)
-    assert pair.mode is Mode.STOPPED
-    assert (pair.real_q, pair.twin_q) == here
-
-
 def test_a_program_that_runs_already_leads_as_soon_as_the_pair_is_ready(pair: Pair) -> None:
     """Any order of start.
 

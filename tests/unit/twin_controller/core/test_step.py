@@ -6,68 +6,11 @@ import re
 
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
-from twin_controller.core.actions import Command, MoveTwin, StreamReal
+from twin_controller.core.actions import Command
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.sides.pairing import deviation
 
 AWAY = shifted(HOME, 20.0, -30.0, 40.0, 10.0)
-
-
-def test_the_twin_follows_a_program_of_the_real_robot(pair: Pair) -> None:
-    """Who acts first leads; the other side follows until the program has ended."""
-    pair.start_program(ramp(HOME, AWAY, 0.5))
-    pair.run(0.3)
-    assert (pair.mode, pair.state.lead.leader) == ("REAL_LEADS", "real")
-    assert pair.far() < 0.2
-    pair.run(0.5)
-    pair.end_program()
-    pair.until(Mode.IDLE, 2.0)
-    assert pair.far() < 0.01
-
-
-def test_a_real_robot_moved_without_a_program_leads_too(pair: Pair) -> None:
-    """A change of rounded positions is enough, for example a jog on the robot's own pendant."""
-    pair.real_path, pair.real_path_start = ramp(HOME, AWAY, 0.8), pair.now
-    pair.run(0.4)
-    assert pair.state.lead.leader == "real"
-    assert pair.far() < 0.3
-
-
-def test_the_real_robot_follows_the_twin(pair: Pair) -> None:
-    """The twin's announced motion starts the stream program.
-
-    Its plan is sent ahead by the robot's lag.
-    """
-    pair.move_twin(ramp(HOME, AWAY, 0.8))
-    pair.run(0.6)
-    assert (pair.mode, pair.state.lead.leader, pair.streaming) == (
-        "TWIN_LEADS",
-        "twin",
-        True,
-    )
-    assert pair.far() < 1.5
-    pair.until(Mode.IDLE, 3.0)
-    assert pair.far() < 0.01
-    assert not pair.streaming
-
-
-def test_the_lag_is_measured(pair: Pair) -> None:
-    """A robot that has become slower is known as that after one move."""
-    pair.stream_lag = 0.075
-    pair.move_twin(ramp(HOME, AWAY, 0.8))
-    pair.run(2.0)
-    assert pair.state.follow.response.delay[0] == pytest.approx(0.080, abs=0.007)
-
-
-def test_the_operator_leads_both(pair: Pair) -> None:
-    """A move of the operator is sent to the twin, and the real robot follows it."""
-    reply = pair.operate("MOVE_JOINTS", target=AWAY, speed_percent=50.0)
-    assert reply.success, reply.message
-    pair.run(0.5)
-    assert (pair.mode, pair.state.lead.leader) == ("OPERATOR_LEADS", "operator")
-    assert pair.made(MoveTwin) and pair.made(StreamReal)
-    pair.until(Mode.IDLE, 4.0)
-    assert pair.far() < 0.01
 
 
 @pytest.mark.parametrize(
@@ -96,18 +39,6 @@ def test_bad_commands_are_refused_with_a_reason(
     assert not reply.success
     assert re.search(text, reply.message), reply.message
     assert not pair.performed(before)
-
-
-@pytest.mark.parametrize(("side", "limit"), [("real", 0.12), ("twin", 0.28)])
-def test_a_silent_side_counts_as_lost(pair: Pair, side: str, limit: float) -> None:
-    """Data that stop coming end following in the configured time, on a standing connection."""
-    setattr(pair, f"{side}_up", False)
-    pair.run(limit)
-    assert pair.mode == "OFFLINE"
-    assert (
-        "no fresh data"
-        in (pair.state.sides.real if side == "real" else pair.state.sides.twin).reason
-    )
 
 
 def test_a_frozen_robot_clock_counts_as_silence(pair: Pair) -> None:
@@ -154,23 +85,6 @@ def test_a_program_of_the_robot_takes_over_from_the_twin(pair: Pair) -> None:
     pair.run(0.2)
     assert pair.mode == "REAL_LEADS"
     assert Command.STOP_TWIN in pair.performed()
-
-
-def test_a_twin_that_is_not_aligned_may_not_lead(pair: Pair) -> None:
-    """It is stopped, and aligns first; the real robot is never moved to where the twin is."""
-    pair.start_program(ramp(HOME, AWAY, 2.0))
-    pair.run(0.5)
-    pair.operate("STOP")
-    pair.twin_q = shifted(pair.real_q, 5.0)
-    pair.run(1.0)
-    before, real = len(pair.actions), pair.real_q
-    pair.move_twin(ramp(pair.twin_q, HOME, 2.0))
-    pair.run(3.0)
-    assert pair.mode == "STOPPED"
-    assert pair.operate("ALIGN").success
-    pair.until(Mode.IDLE, 20.0)
-    assert not pair.made(StreamReal, before)
-    assert pair.real_q == real
 
 
 def test_a_robot_that_does_not_start_its_stream_is_a_fault(pair: Pair) -> None:

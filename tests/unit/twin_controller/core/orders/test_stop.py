@@ -307,21 +307,6 @@ def test_a_robot_that_moves_past_its_time_has_its_drives_switched_off() -> None:
     assert "it still moves" in made.why
 
 
-def test_a_paused_program_does_not_go_on_after_a_stop(delivered: HoldOnly) -> None:
-    """HOLD is back, the program is paused, and nobody but the person at the robot goes on."""
-    under_way(delivered)
-    assert delivered.operate("STOP").success
-    delivered.run(1.0)
-    stood = delivered.real_q[0]
-    assert not delivered.hold_away and delivered.program_paused and delivered.own_program
-    delivered.run(5.0)
-    assert moved_deg(delivered, stood) == pytest.approx(0.0, abs=1e-9)
-    assert delivered.mode is Mode.STOPPED
-    delivered.paused = False  # START at its pendant
-    delivered.run(1.0)
-    assert delivered.mode is Mode.REAL_LEADS
-
-
 def test_a_paused_stream_goes_on_with_start_behind_fresh_set_points(delivered: HoldOnly) -> None:
     """RSR beside a paused program would be queued and start later: START lets it go on."""
     for target in (10.0, 20.0, 5.0):
@@ -333,35 +318,6 @@ def test_a_paused_stream_goes_on_with_start_behind_fresh_set_points(delivered: H
     started = [do for do in delivered.told if do is Command.START_STREAM]
     continued = [do for do in delivered.told if do is Command.CONTINUE_STREAM]
     assert (len(started), len(continued)) == (1, 2)
-
-
-def test_the_pair_goes_on_after_a_stop_in_mid_stream(delivered: HoldOnly) -> None:
-    """It leads, follows, stops, aligns and goes on, as with a robot whose CSTOPI cancels."""
-    assert delivered.operate("MOVE_JOINTS", target=shifted(HOME, 40.0)).success
-    delivered.run(0.8)
-    assert delivered.operate("STOP").success
-    delivered.run(1.0)
-    stood = delivered.real_q
-    assert delivered.streaming and delivered.program_paused and not delivered.hold_away
-    assert delivered.operate("ALIGN").success
-    delivered.until(Mode.IDLE)
-    assert delivered.real_q == stood
-    assert delivered.operate("MOVE_JOINTS", target=shifted(HOME, 60.0)).success
-    delivered.until(Mode.IDLE)
-    assert delivered.real_q == pytest.approx(shifted(HOME, 60.0), abs=1e-3)
-
-
-def test_a_pause_of_a_stream_goes_on_as_well(delivered: HoldOnly) -> None:
-    """RESUME lets the same program go on."""
-    assert delivered.operate("MOVE_JOINTS", target=shifted(HOME, 40.0)).success
-    delivered.run(0.8)
-    assert delivered.operate("PAUSE").success
-    delivered.run(1.0)
-    assert delivered.hold_away
-    assert delivered.operate("RESUME").success
-    delivered.until(Mode.IDLE)
-    assert delivered.real_q == pytest.approx(shifted(HOME, 40.0), abs=1e-3)
-    assert not delivered.queued
 
 
 def test_a_robot_that_nothing_stops_is_left_to_the_person_beside_it(pair: Deaf) -> None:

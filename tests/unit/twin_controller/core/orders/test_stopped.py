@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from harness.pair import HOME, Pair, ramp, shifted
 from harness.watch import watched
-from twin_controller.core.actions import Command, Send
+from twin_controller.core.actions import Command
 from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.lead.modes import Mode
 
@@ -16,41 +16,6 @@ BURST = 0.3
 def pair() -> Pair:
     """Return a connected and watched pair, IDLE at home; commands and reports take their time."""
     return watched(Pair())
-
-
-def stops(pair: Pair, since: int) -> int:
-    """Return how often the twin was told to stop since the given index of actions."""
-    sent = pair.made(Send, since)
-    return sum(action.command is Command.STOP_TWIN for action in sent)
-
-
-def named(pair: Pair) -> int:
-    """Return how often it was said that the twin moves although it is stopped."""
-    return pair.triggers().count("TWIN_MOVED_STOPPED")
-
-
-def test_bursts_of_a_jog_lead_nobody_and_are_stopped_each_time(pair: Pair) -> None:
-    """It is said once; the robot stays where it is."""
-    assert pair.operate("STOP").success
-    pair.run(1.0)
-    since, real = len(pair.actions), pair.real_q
-    for k in range(1, 6):
-        pair.jog_twin(ramp(pair.twin_q, shifted(pair.twin_q, 2.0), BURST), pair.now)
-        pair.run(0.5)
-        assert stops(pair, since) >= k
-    assert pair.mode is Mode.STOPPED and named(pair) == 1
-    assert pair.real_q == real
-
-
-def test_a_move_is_stopped_while_it_is_only_announced(pair: Pair) -> None:
-    """Whoever has asked for it reads what to do."""
-    assert pair.operate("STOP").success
-    pair.run(1.0)
-    twin = pair.twin_q
-    pair.move_twin(ramp(HOME, shifted(HOME, 20.0), 1.0))
-    pair.run(1.0)
-    assert pair.twin_q == pytest.approx(twin, abs=1e-6) and named(pair) == 1
-    assert "ALIGN, then it may lead" in pair.why
 
 
 @pytest.mark.parametrize(("part", "told"), [(0.9, False), (1.1, True)])
@@ -64,7 +29,7 @@ def test_a_stopped_twin_moves_again_from_a_part_of_its_largest_speed_on(
     speed = (part * restart * pair.setup.velocity[0], *(0.0 for _ in HOME[1:]))
     monkeypatch.setattr(pair, "twin_speed", lambda now: speed)
     pair.run(0.3)
-    assert (stops(pair, since) > 0) is told
+    assert (Command.STOP_TWIN in pair.performed(since)) is told
 
 
 @pytest.mark.parametrize("way_out", ["ALIGN", "HOME", "MOVE_JOINTS"])
@@ -96,20 +61,6 @@ def test_a_jog_of_the_page_is_refused_with_what_to_do(pair: Pair) -> None:
     found = refusals(pair.setup, pair.state, pair.now)
     assert found["JOG"] == "the pair is stopped: ALIGN first"
     assert found["MOVE"] == found["HOME"] == found["ALIGN"] == found["RUN"] == ""
-
-
-def test_a_pause_while_nothing_moves_holds_both(pair: Pair) -> None:
-    """What the twin does meanwhile leads nobody; RESUME gives the pair back as it was."""
-    assert pair.operate("PAUSE").success
-    pair.run(0.5)
-    real = pair.real_q
-    assert pair.hold_away
-    assert pair.mode is Mode.PAUSED and pair.state.lead.leader == ""
-    pair.jog_twin(ramp(pair.twin_q, shifted(pair.twin_q, 2.0), BURST), pair.now)
-    pair.run(1.0)
-    assert pair.mode is Mode.PAUSED and pair.real_q == real
-    refused = pair.operate("RESUME")
-    assert not refused.success and "no longer stands where it was paused" in refused.message
 
 
 @pytest.mark.parametrize("waited", [0.02, 1.0])

@@ -89,18 +89,6 @@ def test_a_twin_that_moves_on_is_a_fault(pair: Deaf, command: str, mode: Mode) -
     assert pair.drives is (mode is Mode.FAULT)
 
 
-def test_a_twin_that_obeys_late_is_no_fault(pair: Deaf) -> None:
-    """Within the attempts it may be deaf."""
-    pair.deaf = True
-    since = len(pair.actions)
-    assert pair.operate("STOP").success
-    pair.run((ATTEMPTS - 2) * RETRY_S + 0.1)
-    pair.deaf = False
-    pair.run(IGNORED_S)
-    assert told(pair, since) == [Command.STOP_TWIN] * ATTEMPTS
-    assert pair.mode is Mode.STOPPED and ignored(pair) == []
-
-
 def test_reset_waits_until_the_twin_stands(pair: Deaf) -> None:
     """It is told on without end; a cause that persists ends no fault."""
     pair.deaf = True

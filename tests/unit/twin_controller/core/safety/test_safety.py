@@ -8,14 +8,10 @@ from __future__ import annotations
 import math
 
 import msgspec
-import numpy as np
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, seen_pair, shifted
-from harness.watch import Watch
 from hypothesis import given
 from hypothesis import strategies as st
-from scara_control.keep_out.points import positions
-from twin_controller.core.actions import Command
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.safety.fastest import fastest_point, speed_cap
 from twin_controller.core.safety.stopping import braking_way
@@ -76,27 +72,6 @@ def pair() -> Pair:
     return seen_pair(FAR)
 
 
-@pytest.mark.parametrize("leader", ["real", "twin"])
-def test_a_person_stops_the_pair_and_resume_goes_on_when_gone(pair: Pair, leader: str) -> None:
-    """Protective stop of both; RESUME is refused while the person is near."""
-    begin = pair.start_program if leader == "real" else pair.move_twin
-    begin(ramp(HOME, shifted(HOME, 40.0), 4.0))
-    pair.see(FAR, 1.0)
-    assert pair.state.lead.leader == leader
-    pair.see(NEAR, 0.5)
-    assert pair.mode is Mode.PAUSED and pair.paused
-    here = pair.real_q
-    assert not pair.operate("RESUME").success
-    pair.see(NEAR, 0.5)
-    assert pair.real_q == here
-    pair.see(FAR, 0.3)
-    assert pair.mode is Mode.PAUSED, "nothing goes on by itself"
-    assert pair.operate("RESUME").success
-    pair.see(FAR, 0.5)
-    assert pair.state.lead.leader == leader and pair.mode is not Mode.PAUSED
-    assert pair.real_q != here
-
-
 def test_a_release_on_the_robots_side_does_not_go_round_a_person(pair: Pair) -> None:
     """Both are stopped instead."""
     pair.start_program(ramp(HOME, shifted(HOME, 40.0), 4.0))
@@ -116,30 +91,3 @@ def test_nothing_of_the_operator_begins_beside_a_person(pair: Pair) -> None:
     pair.see(NEAR, 0.3)
     reply = pair.operate("ALIGN")
     assert not reply.success and "a person is" in reply.message
-
-
-def test_a_sensor_that_falls_silent_stops_the_pair(pair: Pair) -> None:
-    """Not seen is not absent."""
-    pair.start_program(ramp(HOME, shifted(HOME, 40.0), 4.0))
-    pair.run(0.6)
-    assert pair.mode is Mode.PAUSED and "silent" in pair.why
-
-
-def test_a_robot_that_heads_for_a_zone_is_stopped_before_it() -> None:
-    """Its braking way is judged at each sample; both stop, and the tool has not entered."""
-    pair = Pair()
-    Watch(pair)
-    pair.connect()
-    pair.start_program(ramp(HOME, shifted(HOME, 0.0, 0.0, -45.0), 2.0))
-    pair.run(2.2)
-    assert pair.mode is Mode.STOPPED and "keep-out zone below_table" in pair.why
-    lowest = SETUP.keep_out[0].upper_mm[2] * 1e-3
-    assert positions(POINTS[0], np.array([pair.real_q]))[0][2] > lowest
-
-
-def test_a_move_of_the_operator_through_a_zone_is_refused(pair: Pair) -> None:
-    """Before anything moves."""
-    before = len(pair.actions)
-    reply = pair.operate("MOVE_JOINTS", target=shifted(HOME, 0.0, 0.0, -45.0))
-    assert not reply.success and "would enter keep-out zone below_table" in reply.message
-    assert Command.START_STREAM not in pair.performed(before)
