@@ -51,12 +51,8 @@ def test_other_values_are_accepted(tmp_path: Path, path: list[str | int], value:
 @pytest.mark.parametrize(
     ("path", "value", "text"),
     [
-        (["limit", "speed_percent"], 0, r"limit\.speed_percent = 0: Expected `float` >= 1"),
         (["limit", "speed_percent"], 101, r"limit\.speed_percent = 101: Expected `float` <= 100"),
-        (["limit", "step_margin"], 0.9, r"limit\.step_margin = 0\.9: Expected `float` >= 1"),
         (["limit"], REMOVED, r"missing required field `limit`"),
-        (["real", "port"], 70000, r"real\.port = 70000: Expected `int` <= 65535"),
-        (["real", "stale_ms"], 0, r"real\.stale_ms = 0: Expected `float` >= 20"),
         (["real", "stale_ms"], "soon", r"real\.stale_ms = 'soon': Expected `float`"),
         (["real", "colour"], "yellow", r"unknown field `colour`"),
         (["change", "hysteresis"], 0.0, r"change\.hysteresis = 0\.0: Expected `float` >= 0\.001"),
@@ -65,11 +61,6 @@ def test_other_values_are_accepted(tmp_path: Path, path: list[str | int], value:
             ["divergence", "confirm"],
             16,
             r"divergence\.confirm = 16: Expected at most divergence\.window = 15",
-        ),
-        (
-            ["divergence", "release_ratio"],
-            1.0,
-            r"divergence\.release_ratio = 1\.0: Expected `float` < 1",
         ),
         (
             ["response", "first_ms"],
@@ -86,11 +77,7 @@ def test_other_values_are_accepted(tmp_path: Path, path: list[str | int], value:
             {name: {"delay_ms": 100 * k + 110} for k, name in enumerate(NAMES)},
             r"response\.measured\.table_joint\.delay_ms = 410: Expected at most response",
         ),
-        (["response", "known_ms"], 0, r"response\.known_ms = 0: Expected `float` >= 0\.5"),
-        (["home", "speed_percent"], 0.0, r"home\.speed_percent = 0\.0: Expected `float` >= 1"),
-        (["state_rate_hz"], 0.5, r"state_rate_hz = 0\.5: Expected `float` >= 1"),
         (["separation", "sensors"], ["my scanner"], r"separation\.sensors\[0\] = .my scanner"),
-        (["decision_history"], 5, r"decision_history = 5: Expected `int` >= 10"),
     ],
 )
 def test_a_wrong_file_is_refused(

@@ -302,38 +302,24 @@ JSON = st.recursive(
 )
 
 
-@given(field=st.sampled_from(["header", "name", "position", "velocity"]), value=JSON)
-def test_whatever_stands_in_a_field_only_packet_errors_come_out(field: str, value: Any) -> None:
+FIELDS = [
+    *((twin_measured, joint_state, field) for field in ("header", "name", "position", "velocity")),
+    *((twin_plan, trajectory, field) for field in ("header", "joint_names", "points")),
+    *((twin_plan, lambda **changes: trajectory(point(0, **changes)), field) for field in point(0)),
+    *((twin_motion, motion_state, field) for field in sorted(motion_state())),
+]
+
+
+@given(where=st.sampled_from(FIELDS), value=JSON)
+def test_whatever_stands_in_a_field_only_packet_errors_come_out(where: Any, value: Any) -> None:
     """The link's thread survives any packet, and what passes is finite."""
-    for convert, message in (
-        (twin_measured, joint_state(**{field: value})),
-        (
-            twin_plan,
-            trajectory(
-                point(
-                    0,
-                    **{
-                        {"position": "positions", "velocity": "velocities"}.get(field, field): value
-                    },
-                )
-            ),
-        ),
-    ):
-        try:
-            event = convert(message, NAMES, 0.0)
-        except PacketError:
-            continue
-        motion = event.motion if isinstance(event, TwinMeasured) else event.setpoints.points[0]
-        assert len(motion.q) == len(HOME)
-
-
-@given(field=st.sampled_from(sorted(motion_state())), value=JSON)
-def test_whatever_stands_in_the_motion_state_only_packet_errors_come_out(
-    field: str, value: Any
-) -> None:
-    """Likewise."""
+    convert, packet, field = where
     try:
-        event = twin_motion(motion_state(**{field: value}), NAMES, 0.0)
+        event = convert(packet(**{field: value}), NAMES, 0.0)
     except PacketError:
         return
-    assert math.isfinite(event.speed_limit_percent) and isinstance(event.state, str)
+    if isinstance(event, TwinMotion):
+        assert math.isfinite(event.speed_limit_percent) and isinstance(event.state, str)
+    else:
+        motion = event.motion if isinstance(event, TwinMeasured) else event.setpoints.points[0]
+        assert len(motion.q) == len(HOME) and all(map(math.isfinite, motion.q))

@@ -323,35 +323,30 @@ def test_a_refused_write_is_told_and_the_link_stays(robot: Robot, owner: Owner) 
         assert link.connected and link.counters.refused == 1
 
 
-@pytest.mark.parametrize("fault", ["write_address", "write_count", "write_function"])
+@pytest.mark.parametrize(
+    ("fault", "signal"),
+    [
+        *((f"write_{what}", False) for what in ("address", "count", "function")),
+        *((f"write_{what}", True) for what in ("address", "level", "function")),
+    ],
+)
 def test_a_write_that_is_confirmed_wrongly_ends_the_link(
-    robot: Robot, owner: Owner, fault: str
+    robot: Robot, owner: Owner, fault: str, signal: bool
 ) -> None:
-    """What answers something else has not understood the write; the heartbeat at 1070 shows it."""
-    with owner.link(robot.port):
+    """What answers something else has not understood it: a STOP must not count as given.
+
+    The heartbeat at 1070 shows it of registers.
+    """
+    with owner.link(robot.port, heartbeat=not signal) as link:
         owner.wait_for(UP)
         robot.fault = fault
+        if signal:
+            link.set_signal("hold", False)
         owner.wait_for(UP, DOWN)
-        assert re.search(r"confirmed another write than registers at 1070", owner.changes[1][1]), (
-            owner.changes
-        )
+        where = "coil at 6002" if signal else "registers at 1070"
+        assert f"confirmed another write than {where}" in owner.changes[1][1], owner.changes
         robot.fault = ""
         owner.wait_for(UP, DOWN, UP)
-
-
-@pytest.mark.parametrize("fault", ["write_address", "write_level", "write_function"])
-def test_a_signal_that_is_confirmed_wrongly_ends_the_link(
-    robot: Robot, owner: Owner, fault: str
-) -> None:
-    """A STOP that the robot has taken for something else must not count as given."""
-    with owner.link(robot.port, heartbeat=False) as link:
-        owner.wait_for(UP)
-        robot.fault = fault
-        link.set_signal("hold", False)
-        owner.wait_for(UP, DOWN)
-        assert re.search(r"confirmed another write than coil at 6002", owner.changes[1][1]), (
-            owner.changes
-        )
 
 
 def test_a_sample_that_is_not_believed_is_counted_and_kept_out(robot: Robot, owner: Owner) -> None:

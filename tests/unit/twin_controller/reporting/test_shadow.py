@@ -43,33 +43,23 @@ def test_stamps_are_ros_time_at_which_a_side_was_so(pair: Pair) -> None:
     )
 
 
-def test_while_the_real_robot_leads_the_twin_is_wanted_where_it_is(pair: Pair) -> None:
-    """The set point is the real robot's newest position."""
-    pair.start_program(ramp(HOME, AWAY, 2.0))
+@pytest.mark.parametrize(("leader", "follower"), [("real", "twin"), ("twin", "real")])
+def test_the_follower_is_wanted_where_its_leader_is_or_goes(
+    pair: Pair, leader: str, follower: str
+) -> None:
+    """The twin at the robot's newest position, the robot where the twin is going to be."""
+    begin = pair.start_program if leader == "real" else pair.move_twin
+    begin(ramp(HOME, AWAY, 2.0))
     pair.run(1.0)
-    found = shadow(pair)
-    assert (found.authority.leader, found.desired.of, found.desired.source) == (
-        "real",
-        "twin",
-        "real",
-    )
-    assert found.desired.position == pytest.approx(found.real.position, abs=0.2)
+    found, desired = shadow(pair), shadow(pair).desired
+    assert (found.authority.leader, desired.of, desired.source) == (leader, follower, leader)
     assert not found.real.standing_still
-
-
-def test_while_the_twin_leads_the_real_robot_is_wanted_ahead_of_it(pair: Pair) -> None:
-    """The set point is where the twin is going to be."""
-    pair.move_twin(ramp(HOME, AWAY, 2.0))
-    pair.run(1.0)
-    found = shadow(pair)
-    assert (found.authority.leader, found.desired.of, found.desired.source) == (
-        "twin",
-        "real",
-        "twin",
-    )
+    if leader == "real":
+        assert desired.position == pytest.approx(found.real.position, abs=0.2)
+        return
     assert pair.state.follow.real is not None and pair.state.follow.real.last is not None
-    wanted = [q / scale for q, scale in zip(pair.state.follow.real.last.q, SETUP.scale)]
-    assert found.desired.position == pytest.approx(dict(zip(found.units, wanted)), abs=1e-4)
+    wanted = SETUP.to_border(pair.state.follow.real.last.q)
+    assert desired.position == pytest.approx(dict(zip(found.units, wanted)), abs=1e-4)
 
 
 def test_a_document_is_json_even_while_nothing_is_known() -> None:

@@ -182,17 +182,35 @@ def settled(state: ChangeState, t: float = 1.0) -> ChangeState:
 
 
 @pytest.mark.parametrize(
-    ("rests", "later", "expected"),
-    [(0.012, 1.0, 0.01), (0.012, DURATION + 0.1, 0.0), (-0.038, 1.0, -0.04), (0.1, 1.0, 0.0)],
-    ids=["settles", "too late", "the other way", "too far"],
+    ("zero", "begun", "off", "later", "expected"),
+    [
+        (0.0, 0.0, 0.012, 1.0, 0.01),
+        (0.0, 0.0, 0.012, DURATION + 0.1, 0.0),
+        (0.0, 0.0, -0.038, 1.0, -0.04),
+        (0.0, 0.0, 0.1, 1.0, 0.0),
+        # Counted from where it was agreed, not from the joint's zero, and it may come back to that.
+        *(
+            (zero, 0.0, off, 1.0, round(off, 2))
+            for zero in (50.0, -50.0)
+            for off in (0.012, -0.012)
+        ),
+        *((zero, 0.0, 0.1, 1.0, 0.0) for zero in (50.0, -50.0)),
+        (0.5, 0.0, -0.5, 1.0, 0.0),
+        # And from when: a controller may have run for days.
+        (0.0, 1000.0, 0.012, 0.5 * DURATION, 0.01),
+        (0.0, 1000.0, 0.012, 2.0 * DURATION, 0.0),
+    ],
 )
 def test_the_agreed_position_goes_along_with_a_side_that_settles(
-    rests: float, later: float, expected: float
+    zero: float, begun: float, off: float, later: float, expected: float
 ) -> None:
     """For a while and a little way; what goes on after that is a motion."""
-    state = change.take_baseline(fed(ChangeState(), *(0.0,) * 16), 0.0, (0.0,), CONFIG)
-    state = msgspec.structs.replace(fed(state, *(rests,) * 300), recent=(False,) * 3)
-    assert settled(state, later).baseline == (expected,)
+    state = fed(ChangeState(), *(zero,) * 16, start=begun)
+    state = fed(
+        change.take_baseline(state, begun, (zero,), CONFIG), *(zero + off,) * 300, start=begun
+    )
+    state = msgspec.structs.replace(state, recent=(False,) * 3)
+    assert settled(state, begun + later).baseline == pytest.approx((zero + expected,), abs=1e-9)
 
 
 def test_a_sample_that_looks_like_a_change_holds_the_agreed_position() -> None:
@@ -234,39 +252,6 @@ def test_rounding_is_that_of_the_configuration() -> None:
     for k in range(2):
         state = change.update(state, k * PERIOD, (0.06,), coarse)
     assert change.moved(state, coarse)
-
-
-@pytest.mark.parametrize("zero", [50.0, -50.0])
-@pytest.mark.parametrize(("rests", "goes_along"), [(0.012, True), (-0.012, True), (0.1, False)])
-def test_how_far_a_side_settles_is_counted_from_where_it_was_agreed(
-    zero: float, rests: float, goes_along: bool
-) -> None:
-    """Not from the joint's zero: far from it a side settles as near it."""
-    state = change.take_baseline(fed(ChangeState(), *(zero,) * 16), 0.0, (zero,), CONFIG)
-    state = msgspec.structs.replace(fed(state, *(zero + rests,) * 300), recent=(False,) * 3)
-    expected = zero + round(rests, 2) if goes_along else zero
-    assert settled(state).baseline == pytest.approx((expected,), abs=1e-9)
-
-
-@pytest.mark.parametrize(("waited", "goes_along"), [(0.5 * DURATION, True), (2 * DURATION, False)])
-def test_how_long_a_side_may_settle_is_counted_from_when_it_was_agreed(
-    waited: float, goes_along: bool
-) -> None:
-    """Not from the clock's zero: a controller may have run for days."""
-    begun = 1000.0
-    state = change.take_baseline(
-        fed(ChangeState(), *(0.0,) * 16, start=begun), begun, (0.0,), CONFIG
-    )
-    state = fed(state, *(0.012,) * 300, start=begun)
-    state = msgspec.structs.replace(state, recent=(False,) * 3)
-    assert settled(state, begun + waited).baseline == ((0.01,) if goes_along else (0.0,))
-
-
-def test_a_side_that_comes_back_to_the_joints_zero_has_gone_as_far() -> None:
-    """Agreed away from zero, it rests at zero: too far to settle."""
-    state = change.take_baseline(fed(ChangeState(), *(0.5,) * 16), 0.0, (0.5,), CONFIG)
-    state = msgspec.structs.replace(fed(state, *(0.0,) * 300), recent=(False,) * 3)
-    assert settled(state).baseline == (0.5,)
 
 
 @pytest.mark.parametrize("zero", [0.0, 7.0])
