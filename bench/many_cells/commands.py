@@ -12,7 +12,7 @@ import numpy as np
 from farm.bus_io import open_client, open_router
 from farm.config import load_farm
 from farm.keys import COMMAND, CellName
-from farm.link.cell_link_io import CellLink, LinkSettings
+from farm.link.cell_link_io import CellLink
 from farm.wire import Answer, CellState, Command, Level, decode, encode
 from harness.processes import Stage, free_port, wait_until
 from harness.wires.browser import chromium
@@ -96,7 +96,7 @@ def measure_wrong(share: float, folder: Path, console: Console) -> list[Figure]:
         session = ends.enter_context(open_router(config.router, config.lease_ms))
         client = ends.enter_context(open_client(config.router, config.lease_ms, EXPIRY_S))
         journal = InventedJournal(Invented(0, time.time()), time.time)
-        settings = LinkSettings(rights, 1.0, 500)
+        settings = replace(config.link, rights=rights, health_rate_hz=1.0)
         link = ends.enter_context(CellLink(client, cell, settings, journal, obey))
         link.show(CellState(1, time.time(), 7, Level.GOOD, "IDLE", remote=True))
 

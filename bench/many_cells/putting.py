@@ -16,7 +16,7 @@ import time
 from farm.bus_io import wait_for_desk
 from farm.config import load_farm
 from farm.keys import CellName
-from farm.link.cell_link_io import CellLink, LinkSettings
+from farm.link.cell_link_io import CellLink
 from farm.link.shown import Shown, show
 from farm.wire import Answer
 from msgspec.structs import replace
@@ -46,7 +46,7 @@ def main(port: int) -> None:
     shipped = load_farm()
     config = replace(shipped, router=replace(shipped.router, port=port))
     cell = Invented(900, time.time(), 1.0)
-    settings = LinkSettings(config.link.rights, 1.0, 500)
+    settings = replace(config.link, health_rate_hz=1.0)
     session = wait_for_desk(config.router, config.lease_ms, threading.Event())
     assert session is not None
     journal, name = InventedJournal(cell, time.time), CellName(config.site, "bench", "put")

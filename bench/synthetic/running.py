@@ -16,7 +16,7 @@ import msgspec
 import typer
 from farm.bus_io import BusError, wait_for_desk
 from farm.config import FarmConfig, load_farm
-from farm.link.cell_link_io import CellLink, LinkSettings
+from farm.link.cell_link_io import CellLink
 from farm.link.shown import Shown, show
 from farm.security.invitation_io import SecurityError, keys_folder
 from farm.security.membership_io import as_member
@@ -93,8 +93,6 @@ class Practice:
 
     def join(self) -> bool:
         """Wait for the desk, and join it with all cells; return whether all are there."""
-        link = self._config.link
-        settings = LinkSettings(link.rights, 1.0 / link.health_rate_hz, link.events_limit)
         for each in self._cells:
             session = wait_for_desk(self._config.router, self._config.lease_ms, self.ended)
             if session is None:
@@ -106,7 +104,7 @@ class Practice:
                 CellLink(
                     session,
                     name,
-                    settings,
+                    self._config.link,
                     journal,
                     each.obey,
                     each.look,

@@ -13,7 +13,7 @@ from farm.bus_io import open_client, open_router
 from farm.config import FarmConfig, load_farm
 from farm.desk.desk_io import Desk
 from farm.desk.history_io import History
-from farm.link.cell_link_io import CellLink, LinkSettings
+from farm.link.cell_link_io import CellLink
 from farm.link.recordings_io import RecordingFiles
 from farm.wire import Answer, Command, Event, Events
 from harness.processes import free_port
@@ -79,11 +79,12 @@ class Farm:
         runs: Path | None = None,
     ) -> CellLink:
         """Begin the link of a cell."""
-        settings = LinkSettings(self.config.link.rights, 0.2, 500)
         obey = forward or self.obey
         recordings = RecordingFiles(runs) if runs is not None else None
         return self.ends.enter_context(
-            CellLink(session, cell, settings, journal, obey, self.watched.append, recordings)
+            CellLink(
+                session, cell, self.config.link, journal, obey, self.watched.append, recordings
+            )
         )
 
     def obey(self, command: Command) -> Answer:
@@ -99,6 +100,7 @@ def farm(tmp_path: Path) -> Iterator[Farm]:
     config = replace(
         shipped,
         router=replace(shipped.router, port=free_port()),
+        link=replace(shipped.link, health_rate_hz=5.0),
         desk=replace(shipped.desk, flush_ms=50.0),
     )
     with ExitStack() as ends:

@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 import msgspec
-from farm.desk.alarm_desk_io import ACKNOWLEDGE, MARKS, SHELVE, AlarmDesk, MarkAsked, MarksAsked
+from farm.desk.alarm_desk_io import ACKNOWLEDGE, MARKS, SHELVE, AlarmDesk, MarksAsked
 from farm.desk.alarms import AlarmRow, Status
 from farm.desk.history_io import History, Kept
 from farm.keys import ALARMS, MARK, CellName
@@ -27,15 +27,15 @@ def test_a_desk_that_was_restarted_knows_who_has_looked(tmp_path: Path) -> None:
         history.write([Kept(CELL, 0, RAISED), Kept(CELL, 0, Event(2, 6.0, "audit"))])
         first = AlarmDesk(file, history.of_kinds(("alarm", "start")))
         assert [row.status for row in first.rows()] == [Status.RAISED]
-        assert first.mark(MarkAsked(ACKNOWLEDGE, NAME), "ann@desk").accepted
-        assert not first.mark(MarkAsked(ACKNOWLEDGE, NAME), "ben@desk").accepted
-        assert not first.mark(MarkAsked("forget", NAME), "ben@desk").accepted
+        assert first.mark(MarksAsked(ACKNOWLEDGE, [NAME]), "ann@desk").accepted
+        assert not first.mark(MarksAsked(ACKNOWLEDGE, [NAME]), "ben@desk").accepted
+        assert not first.mark(MarksAsked("forget", [NAME]), "ben@desk").accepted
         with file.open("ab") as stream:
             stream.write(b'{"id": "m/')
         again = AlarmDesk(file, history.of_kinds(("alarm", "start")))
         (row,) = again.rows()
         assert (row.status, row.person) == (Status.ACKNOWLEDGED, "ann@desk")
-        answer = again.mark(MarkAsked(SHELVE, NAME, 60.0, "a spare part comes"), "ben@desk")
+        answer = again.mark(MarksAsked(SHELVE, [NAME], 60.0, "a spare part comes"), "ben@desk")
         assert "shelved by ben@desk until" in answer.text
         third = AlarmDesk(file, history.of_kinds(("alarm", "start")))
         assert [row.status for row in third.rows()] == [Status.SHELVED]
@@ -44,7 +44,7 @@ def test_a_desk_that_was_restarted_knows_who_has_looked(tmp_path: Path) -> None:
 def test_a_full_disk_changes_nothing(tmp_path: Path) -> None:
     """Who has looked is not kept, so nobody has."""
     desk = AlarmDesk(tmp_path / "no_folder" / MARKS, [Kept(CELL, 0, RAISED)])
-    answer = desk.mark(MarkAsked(ACKNOWLEDGE, NAME), "ann@desk")
+    answer = desk.mark(MarksAsked(ACKNOWLEDGE, [NAME]), "ann@desk")
     assert not answer.accepted and "nothing was changed" in answer.text
     assert [row.status for row in desk.rows()] == [Status.RAISED]
 
@@ -54,12 +54,12 @@ def test_equal_alarms_are_marked_together(tmp_path: Path) -> None:
     cells = [CellName("s", "m", name) for name in "abc"]
     desk = AlarmDesk(tmp_path / MARKS, [Kept(cell, 0, RAISED) for cell in cells])
     seen = ["m/a: fan", "m/b: fan"]
-    assert not desk.mark_all(MarksAsked(ACKNOWLEDGE, []), "ann@desk").accepted
-    answer = desk.mark_all(MarksAsked(ACKNOWLEDGE, seen), "ann@desk")
+    assert not desk.mark(MarksAsked(ACKNOWLEDGE, []), "ann@desk").accepted
+    answer = desk.mark(MarksAsked(ACKNOWLEDGE, seen), "ann@desk")
     assert answer == Answer(True, "m/a: fan: acknowledged by ann@desk, and 1 more")
     acknowledged = [row.id for row in desk.rows() if row.status is Status.ACKNOWLEDGED]
     assert sorted(acknowledged) == seen
-    answer = desk.mark_all(MarksAsked(ACKNOWLEDGE, [*seen, "m/c: fan"]), "ben@desk")
+    answer = desk.mark(MarksAsked(ACKNOWLEDGE, [*seen, "m/c: fan"]), "ben@desk")
     assert not answer.accepted and "m/b: fan: is acknowledged, by ann@desk" in answer.text
     assert {row.status for row in desk.rows()} == {Status.ACKNOWLEDGED}
 
@@ -77,7 +77,7 @@ def test_alarms_are_asked_for_and_marked_over_the_bus(farm: Farm) -> None:
         return msgspec.json.decode(bytes(reply.ok.payload), type=list[AlarmRow])
 
     wait_until(lambda: [row.id for row in alarms()] == [NAME], 10.0, "the alarm")
-    asked = encode(MarkAsked(ACKNOWLEDGE, NAME))
+    asked = encode(MarksAsked(ACKNOWLEDGE, [NAME]))
     (reply,) = client.get(f"site/{MARK}?person=ann@desk_1", payload=asked, timeout=2.0)
     assert decode(bytes(reply.ok.payload), Answer) == Answer(
         True, f"{NAME}: acknowledged by ann@desk_1"

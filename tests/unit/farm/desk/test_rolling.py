@@ -12,12 +12,13 @@ from pathlib import Path
 import pytest
 from farm.desk.command_line_io import app
 from farm.desk.lines import rollout_io as rollout
-from farm.link.cell_link_io import CellLink, LinkSettings
+from farm.link.cell_link_io import CellLink
 from farm.link.changes_io import CellChanges, _looking
 from farm.link.rights import CONFIGURING, Rights
 from farm.wire import Answer, CellState, Level
 from harness.processes import wait_until
 from harness.yaml_files import CONFIG
+from msgspec.structs import replace
 from scara_bringup.processes.configuration_io import begin_with_change, copy_with_ports, got_ready
 from scara_config.rollout.kept import apply_change, kept_file
 from typer.testing import CliRunner
@@ -61,7 +62,7 @@ class Cell:
             CellLink(
                 session,
                 keys.CellName("site", "m", self.name),
-                LinkSettings(RIGHTS, 0.05, 500),
+                replace(self.farm.config.link, rights=RIGHTS, health_rate_hz=20.0),
                 Journal(),
                 lambda _: Answer(False, ""),
                 changes=changes,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from farm.desk.rollout import Do, Watch, next_step
+from farm.desk.rollout import Do, next_step
 from farm.desk.roster import LOST, SILENT, Alike, Row, alike
 from farm.wire import Configuration, Level
 from msgspec.structs import replace
@@ -25,7 +25,7 @@ def step(*shown: Configuration | None, since: float | None = None, now: float = 
     """Return what to do next, with the cells so."""
     rows = {name: row(name, each) for name, each in zip(CELLS, shown)}
     rows["m/a"] = replace(rows["m/a"], **first)
-    return next_step(WANTED, CELLS, rows, Watch(since), WAIT_S, now)
+    return next_step(WANTED, CELLS, rows, since, WAIT_S, now)
 
 
 def test_one_cell_first_then_the_rest_one_by_one() -> None:
@@ -34,7 +34,7 @@ def test_one_cell_first_then_the_rest_one_by_one() -> None:
     assert step(TOLD, OWN, OWN)[0].do is Do.WAIT
     assert step(TRIED, OWN, OWN)[0].do is Do.WAIT
     waits, watch = step(RUNS, OWN, OWN, now=100.0)
-    assert (waits.do, watch) == (Do.WAIT, Watch(100.0))
+    assert (waits.do, watch) == (Do.WAIT, 100.0)
     assert step(RUNS, OWN, OWN, since=100.0, now=159.0)[0].do is Do.WAIT
     assert step(RUNS, OWN, OWN, since=100.0, now=160.0)[0].cells == ("m/b",)
     assert step(RUNS, TOLD, OWN, since=100.0, now=161.0)[0].cells == ("m/c",)
@@ -47,8 +47,8 @@ def test_one_cell_first_then_the_rest_one_by_one() -> None:
 def test_a_single_cell_is_looked_at_as_long() -> None:
     """There is no rest to wait for it, but whoever asked wants to know."""
     rows = {"m/a": row("m/a", RUNS)}
-    assert next_step(WANTED, CELLS[:1], rows, Watch(0.0), WAIT_S, 59.0)[0].do is Do.WAIT
-    assert next_step(WANTED, CELLS[:1], rows, Watch(0.0), WAIT_S, 60.0)[0].do is Do.DONE
+    assert next_step(WANTED, CELLS[:1], rows, 0.0, WAIT_S, 59.0)[0].do is Do.WAIT
+    assert next_step(WANTED, CELLS[:1], rows, 0.0, WAIT_S, 60.0)[0].do is Do.DONE
 
 
 def test_a_cell_that_starts_anew_is_waited_for() -> None:
@@ -69,7 +69,7 @@ def test_it_ends_where_a_cell_is_not_well() -> None:
     assert step(left, OWN, OWN)[0].do is Do.END
     other = replace(left, note="left quick (3c4d) by itself: the cell did not get ready")
     assert step(other, OWN, OWN)[0].cells == ("m/a",)
-    gone = next_step(WANTED, CELLS, {"m/a": row("m/a", OWN)}, Watch(), WAIT_S, 0.0)[0]
+    gone = next_step(WANTED, CELLS, {"m/a": row("m/a", OWN)}, None, WAIT_S, 0.0)[0]
     assert (gone.do, gone.text) == (Do.END, "m/b is not there")
 
 

@@ -22,24 +22,15 @@ KINDS = ("alarm", "start")
 ACKNOWLEDGE, SHELVE = "acknowledge", "shelve"
 
 
-class MarkAsked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What a person asks to do to an alarm.
+class MarksAsked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What a person asks to do to an alarm, or to equal alarms of several cells.
 
     Attributes:
         word: acknowledge or shelve.
-        id: Of the alarm.
+        ids: Of those that the person sees.
         seconds: Of shelving: for how long; 0: take it off the shelf.
         why: Of shelving.
     """
-
-    word: str
-    id: str
-    seconds: float = 0.0
-    why: str = ""
-
-
-class MarksAsked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The same for equal alarms of several cells; ``ids`` are those that the person sees."""
 
     word: str
     ids: list[str]
@@ -88,20 +79,15 @@ class AlarmDesk:
         with self._lock:
             return self._book.rows(time.time())
 
-    def mark(self, asked: MarkAsked, person: str) -> Answer:
-        """Acknowledge or shelve; it is on the disk before it counts.
-
-        Args:
-            asked: What to do.
-            person: Who asks, as PERSON@DESK.
-        """
+    def _mark(self, asked: MarksAsked, name: str, person: str) -> Answer:
+        """Acknowledge or shelve one alarm; it is on the disk before it counts."""
         now = time.time()
         with self._lock:
             try:
                 if asked.word == ACKNOWLEDGE:
-                    mark = self._book.acknowledge(asked.id, person, now)
+                    mark = self._book.acknowledge(name, person, now)
                 elif asked.word == SHELVE:
-                    mark = self._book.shelve(asked.id, person, now, asked.seconds, asked.why)
+                    mark = self._book.shelve(name, person, now, asked.seconds, asked.why)
                 else:
                     return Answer(False, f"{asked.word}: allowed are {ACKNOWLEDGE} and {SHELVE}")
                 self._write(mark)
@@ -110,19 +96,16 @@ class AlarmDesk:
             except OSError as error:
                 return Answer(False, f"{self._file}: {error.strerror}: nothing was changed")
             self._book.read(mark)
-        return Answer(True, f"{asked.id}: {_said(mark)}")
+        return Answer(True, f"{name}: {_said(mark)}")
 
-    def mark_all(self, asked: MarksAsked, person: str) -> Answer:
-        """Acknowledge or shelve several; refusals do not hold up the others.
+    def mark(self, asked: MarksAsked, person: str) -> Answer:
+        """Acknowledge or shelve; refusals do not hold up the others.
 
         Args:
             asked: What to do.
             person: Who asks, as PERSON@DESK.
         """
-        answers = [
-            self.mark(MarkAsked(asked.word, name, asked.seconds, asked.why), person)
-            for name in asked.ids
-        ]
+        answers = [self._mark(asked, name, person) for name in asked.ids]
         refused = [answer.text for answer in answers if not answer.accepted]
         if refused or not answers:
             return Answer(False, "; ".join(refused) or f"{asked.word}: no alarm was named")

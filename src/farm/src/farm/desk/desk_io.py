@@ -18,7 +18,7 @@ import zenoh
 from farm import keys
 from farm.config import FarmConfig
 from farm.desk.alarm_desk_io import KINDS as OF_ALARMS
-from farm.desk.alarm_desk_io import MARKS, AlarmDesk, MarkAsked
+from farm.desk.alarm_desk_io import MARKS, AlarmDesk, MarksAsked
 from farm.desk.alarms import AlarmRow
 from farm.desk.history_io import History, HistoryError, Kept
 from farm.desk.intake import Progress, Taken, take_answer, take_health, take_live
@@ -227,7 +227,7 @@ class Desk:
         with query, contextlib.suppress(zenoh.ZError):
             data = bytes(query.payload) if query.payload is not None else b""
             try:
-                asked, person = decode(data, MarkAsked), query.parameters.get("person")
+                asked, person = decode(data, MarksAsked), query.parameters.get("person")
                 answer = self.alarms.mark(asked, str(person or "somebody"))
             except WireError as error:
                 answer = Answer(False, str(error))

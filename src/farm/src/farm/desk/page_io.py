@@ -156,7 +156,7 @@ class Page:
             asked = msgspec.json.decode(await request.body(), type=MarksAsked)
         except msgspec.DecodeError as error:
             return PlainTextResponse(str(error), 400)
-        answer = await run_in_threadpool(self._desk.alarms.mark_all, asked, "@".join(self._who))
+        answer = await run_in_threadpool(self._desk.alarms.mark, asked, "@".join(self._who))
         return PlainTextResponse(answer.text, 200 if answer.accepted else 409)
 
     async def _command(self, request: Request) -> Response:

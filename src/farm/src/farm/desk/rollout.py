@@ -38,62 +38,50 @@ class RolloutStep:
     text: str = ""
 
 
-@dataclass(frozen=True)
-class Watch:
-    """What was seen of the first cell so far.
-
-    Attributes:
-        since: When it was first seen running with the change [s]; None: not yet.
-    """
-
-    since: float | None = None
-
-
 def next_step(
     wanted: str,
     cells: Sequence[str],
     rows: Mapping[str, Row],
-    watch: Watch,
+    since: float | None,
     wait_s: float,
     now: float,
-) -> tuple[RolloutStep, Watch]:
+) -> tuple[RolloutStep, float | None]:
     """Return what to do next.
 
     Args:
         wanted: The change, NAME (DIGEST).
         cells: Who gets it, MACHINE/CELL, the first one first.
         rows: What the desk knows of them.
-        watch: As returned before.
+        since: When the first cell was first seen running with the change [s]; None: not yet.
         wait_s: The first cell has to be well for so long before the rest get the change [s].
         now: Time [s].
 
     Returns:
-        The step, and what was seen.
+        The step, and ``since`` for the next one.
     """
     for cell in cells:
         if why := _trouble(wanted, cell, rows.get(cell)):
-            return RolloutStep(Do.END, (), why), watch
+            return RolloutStep(Do.END, (), why), since
     first, rest = cells[0], tuple(cells[1:])
     shown = {cell: _shown(rows[cell]) for cell in cells}
     if shown[first].wanted != wanted:
-        return RolloutStep(Do.OFFER, (first,), f"{first} first"), watch
+        return RolloutStep(Do.OFFER, (first,), f"{first} first"), since
     if not _runs(shown[first], wanted):
-        return RolloutStep(Do.WAIT, (), f"{first}: waits for its next start"), watch
-    begun = watch.since if watch.since is not None else now
-    watch = Watch(begun)
+        return RolloutStep(Do.WAIT, (), f"{first}: waits for its next start"), since
+    since = now if since is None else since
     if rows[first].level is Level.BAD:
         why = f"{first} is not well with it: {rows[first].status}, {rows[first].text}"
-        return RolloutStep(Do.END, (), why), watch
+        return RolloutStep(Do.END, (), why), since
     left = tuple(cell for cell in rest if shown[cell].wanted != wanted)
-    if (left or not rest) and now - begun < wait_s:
+    if (left or not rest) and now - since < wait_s:
         return RolloutStep(
             Do.WAIT, (), f"{first}: runs with it, looked at for {wait_s:.0f} s"
-        ), watch
+        ), since
     if left:
-        return RolloutStep(Do.OFFER, left[:1], f"{first} is well with it: {left[0]}"), watch
+        return RolloutStep(Do.OFFER, left[:1], f"{first} is well with it: {left[0]}"), since
     if waiting := [cell for cell in rest if not _runs(shown[cell], wanted)]:
-        return RolloutStep(Do.WAIT, (), f"wait for their next start: {', '.join(waiting)}"), watch
-    return RolloutStep(Do.DONE, (), f"{len(cells)} cells run with it"), watch
+        return RolloutStep(Do.WAIT, (), f"wait for their next start: {', '.join(waiting)}"), since
+    return RolloutStep(Do.DONE, (), f"{len(cells)} cells run with it"), since
 
 
 def _shown(row: Row) -> Configuration:

@@ -11,19 +11,19 @@ import os
 import threading
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import msgspec
 import zenoh
 
 from farm import keys
+from farm.config import LinkConfig
 from farm.link.changes_io import CellChanges
 from farm.link.commands import CommandRules, judge
 from farm.link.journal_io import Journal, JournalReadError
 from farm.link.newest_io import Newest
 from farm.link.recordings_io import RecordingError, RecordingFiles
-from farm.link.rights import CONFIGURING, Rights
+from farm.link.rights import CONFIGURING
 from farm.wire import (
     Answer,
     CellState,
@@ -49,21 +49,6 @@ Forward = Callable[[Command], Answer]
 """Hands a command on to the cell and returns its answer within the link's time; never raises."""
 
 
-@dataclass(frozen=True)
-class LinkSettings:
-    """What a link needs to know.
-
-    Attributes:
-        rights: Who may do what.
-        health_period_s: How often health is sent [s].
-        events_limit: Largest number of events in one answer.
-    """
-
-    rights: Rights
-    health_period_s: float
-    events_limit: int
-
-
 class CellLink:
     """Shows one cell to the farm; a context manager."""
 
@@ -71,7 +56,7 @@ class CellLink:
         self,
         session: zenoh.Session,
         cell: keys.CellName,
-        settings: LinkSettings,
+        settings: LinkConfig,
         journal: Journal,
         forward: Forward,
         watched: Callable[[bool], None] = lambda _: None,
@@ -84,7 +69,7 @@ class CellLink:
         Args:
             session: An open session; the link leaves it open.
             cell: Its name.
-            settings: What it needs to know.
+            settings: Section link of farm.yaml: rights, rate of health, events of an answer.
             journal: Where events come from.
             forward: Hands a command on.
             watched: Is told when somebody begins or ceases to look at the joints.
@@ -186,7 +171,7 @@ class CellLink:
             if now >= due:
                 used = time.process_time()
                 self._tell_health(100.0 * (used - cpu) / max(now - at, 1e-3), fault)
-                cpu, at, due = used, now, now + self._settings.health_period_s
+                cpu, at, due = used, now, now + 1.0 / self._settings.health_rate_hz
             self._ended.wait(EVENTS_PERIOD_S)
 
     def _tell_events(self, told: int) -> int:

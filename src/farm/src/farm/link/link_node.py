@@ -40,7 +40,7 @@ from std_srvs.srv import SetBool, SetBoolResponse
 from farm import keys
 from farm.bus_io import BusError, wait_for_desk
 from farm.config import FarmConfig, load_farm
-from farm.link.cell_link_io import CellLink, LinkSettings
+from farm.link.cell_link_io import CellLink
 from farm.link.changes_io import CellChanges
 from farm.link.commands import caller_id
 from farm.link.journal_io import JournalFiles
@@ -250,13 +250,10 @@ def _serve(
     ended.set()
     if session is None:
         return
-    settings = LinkSettings(
-        config.link.rights, 1.0 / config.link.health_rate_hz, config.link.events_limit
-    )
     with (
         session,
         CellLink(
-            session, cell, settings, journal, link.forward, link.watched, recordings, changes
+            session, cell, config.link, journal, link.forward, link.watched, recordings, changes
         ) as bus,
     ):
         rospy.loginfo("%s: the desk is there", NAME)

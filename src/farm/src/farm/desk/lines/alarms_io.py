@@ -11,7 +11,7 @@ import typer
 from scara_ros.shell.program_io import FAILED
 
 from farm import keys
-from farm.desk.alarm_desk_io import ACKNOWLEDGE, SHELVE, MarkAsked
+from farm.desk.alarm_desk_io import ACKNOWLEDGE, SHELVE, MarksAsked
 from farm.desk.alarms import AlarmRow, Status
 from farm.desk.command_line_io import (
     CONNECT_S,
@@ -43,7 +43,7 @@ def alarms(router_port: RouterPort = None) -> None:
 @app.command()
 def acknowledge(alarm: Id, router_port: RouterPort = None, person: Person = None) -> None:
     """Say that you have looked at an alarm; one that has gone leaves the list then."""
-    _mark(MarkAsked(ACKNOWLEDGE, alarm), router_port, person)
+    _mark(MarksAsked(ACKNOWLEDGE, [alarm]), router_port, person)
 
 
 @app.command()
@@ -55,10 +55,10 @@ def shelve(
     person: Person = None,
 ) -> None:
     """Put an alarm out of the way for a time, with a reason; it comes back by itself."""
-    _mark(MarkAsked(SHELVE, alarm, 3600.0 * hours, why), router_port, person)
+    _mark(MarksAsked(SHELVE, [alarm], 3600.0 * hours, why), router_port, person)
 
 
-def _mark(asked: MarkAsked, router_port: int | None, person: str | None) -> None:
+def _mark(asked: MarksAsked, router_port: int | None, person: str | None) -> None:
     question = f"{keys.MARK}?person={person_name(person)}@{desk_name()}"
     answer = decode(_answered(router_port, question, encode(asked)), Answer)
     if not answer.accepted:

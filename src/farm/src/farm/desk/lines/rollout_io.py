@@ -30,7 +30,7 @@ from farm.desk.command_line_io import (
     roster_rows,
 )
 from farm.desk.commands_io import ask
-from farm.desk.rollout import Do, Watch, next_step
+from farm.desk.rollout import Do, next_step
 from farm.desk.roster import Row
 from farm.keys import CellName
 from farm.wire import Command, Configuration
@@ -150,11 +150,12 @@ def _roll(
     offer: Callable[[Sequence[str]], bool],
 ) -> bool:
     """Go on step by step until all cells run with the change; return whether they do."""
-    names, watch, said = [str(cell) for cell in chosen], Watch(), ""
+    names, said = [str(cell) for cell in chosen], ""
+    since: float | None = None
     offered: set[str] = set()
     while True:
         rows = _rows(config, session)
-        step, watch = next_step(change.text, names, rows, watch, wait_s, time.monotonic())
+        step, since = next_step(change.text, names, rows, since, wait_s, time.monotonic())
         # What a cell shows of it comes with its next health message: it is asked once.
         fresh = [name for name in step.cells if name not in offered]
         if step.text != said and (fresh or not step.cells):
