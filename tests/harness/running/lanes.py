@@ -61,6 +61,7 @@ TIMED = (
     "tests/unit/harness/test_trial.py",
     "tests/unit/operator_panel/control/test_calling.py",
     "tests/unit/operator_panel/control/test_desk.py",
+    "tests/unit/operator_panel/control/test_desk_jog.py",
     "tests/unit/operator_panel/control/test_stop_line.py",
     "tests/unit/operator_panel/link/test_listening.py",
     "tests/unit/operator_panel/link/test_register_reader.py",
