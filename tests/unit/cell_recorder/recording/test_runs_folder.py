@@ -130,11 +130,6 @@ def test_no_link_is_followed(tmp_path: Path) -> None:
     assert outside.exists() and state.held_mb < 0.01
 
 
-def test_nothing_is_said_of_the_folder_before_it_was_looked_at() -> None:
-    """Neither a size nor a removal nor a problem."""
-    assert RunsState() == RunsState(held_mb=0.0, limit_mb=0.0, removed=0, problem="")
-
-
 def test_a_link_is_no_mark(tmp_path: Path) -> None:
     """The recorder makes a file; a link that somebody has put there gives nothing up."""
     kept_one = make(tmp_path, "kept", 9000.0, marked=False)

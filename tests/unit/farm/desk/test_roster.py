@@ -17,6 +17,13 @@ def state(
     return CellState(sequence, float(sequence), 1, level, mode, **more)
 
 
+def there(now: float) -> Roster:
+    """Return a roster with one cell, whose link has come."""
+    roster = Roster(2.0)
+    roster.alive(A, now)
+    return roster
+
+
 def test_the_worst_cell_comes_first() -> None:
     """Lost above bad, bad above a warning, then by name."""
     roster = Roster(2.0)
@@ -33,8 +40,7 @@ def test_the_worst_cell_comes_first() -> None:
 
 def test_a_cell_that_is_there_and_says_nothing_is_silent() -> None:
     """Its last state is old; it is shown as what it is."""
-    roster = Roster(2.0)
-    roster.alive(A, 0.0)
+    roster = there(0.0)
     roster.shown(A, state(1), 1.0)
     assert roster.rows(2.9)[0].status == "working"
     row = roster.rows(3.1)[0]
@@ -51,19 +57,9 @@ def test_a_cell_of_the_history_is_lost_until_it_comes() -> None:
     assert roster.rows(9.1)[0].status != LOST
 
 
-def test_what_was_sent_before_a_cell_had_joined_is_not_lost() -> None:
-    """A desk that comes late gets one old state that waited, then those from now on."""
-    roster = Roster(2.0)
-    roster.alive(A, 10.0)
-    for sequence in (7, 12, 13, 15):
-        roster.shown(A, state(sequence), 20.0)
-    assert roster.counted()[A] == (4, 1)
-
-
 def test_a_clock_that_is_not_known_yet_counts_as_the_desks() -> None:
     """What is sent a tenth of a second after a cell has joined is missed already."""
-    roster = Roster(2.0)
-    roster.alive(A, 10.0)
+    roster = there(10.0)
     for sequence, stamp in ((7, 9.9), (9, 10.1), (12, 10.2)):
         roster.shown(A, CellState(sequence, stamp, 1, Level.GOOD, "working"), 10.3)
     assert roster.counted()[A] == (3, 2)
@@ -81,8 +77,7 @@ def test_states_that_did_not_come_are_counted() -> None:
 
 def test_a_journal_that_cannot_be_read_is_told() -> None:
     """A good cell without its memory needs a look."""
-    roster = Roster(2.0)
-    roster.alive(A, 0.0)
+    roster = there(0.0)
     roster.shown(A, state(1), 0.0)
     roster.told(A, Health(0.0, 1.0, 0.5, 30.0, 1, 7, 0, "permission denied"), 0.0)
     row = roster.rows(0.1)[0]
@@ -91,8 +86,7 @@ def test_a_journal_that_cannot_be_read_is_told() -> None:
 
 def test_since_is_when_the_mode_began() -> None:
     """Not when the last state came."""
-    roster = Roster(2.0)
-    roster.alive(A, 0.0)
+    roster = there(0.0)
     for sequence, mode in enumerate(("one", "two", "two"), 1):
         roster.shown(A, state(sequence, mode=mode), float(sequence))
     assert roster.rows(3.5)[0].since == 2.0
@@ -101,8 +95,7 @@ def test_since_is_when_the_mode_began() -> None:
 @pytest.mark.parametrize("ahead", [-3600.0, -62.0, -0.6, -0.4, 0.0, 0.4, 0.6, 62.0, 3600.0])
 def test_a_clock_that_differs_is_shown_and_warned_of(ahead: float) -> None:
     """From half a second on; a message that was long on its way is not the clock."""
-    roster = Roster(2.0)
-    roster.alive(A, 10.0)
+    roster = there(10.0)
     roster.shown(A, state(1), 10.0)
     assert roster.rows(10.0)[0].clock_s is None
     for now, way in ((10.0, 0.9), (11.0, 0.01), (12.0, 0.3)):
@@ -114,29 +107,27 @@ def test_a_clock_that_differs_is_shown_and_warned_of(ahead: float) -> None:
 
 def test_a_clock_does_not_hide_an_alarm() -> None:
     """What is worse is told."""
-    roster = Roster(2.0)
-    roster.alive(A, 10.0)
+    roster = there(10.0)
     roster.shown(A, state(1, Level.BAD, alarm="fan"), 10.0)
     roster.told(A, Health(72.0, 1.0, 0.5, 30.0, 1, 7, 0), 10.0)
     assert (roster.rows(10.0)[0].level, roster.rows(10.0)[0].text) == (Level.BAD, "fan")
 
 
-@pytest.mark.parametrize("ahead", [-3600.0, 0.0, 3600.0])
-def test_states_are_counted_whatever_the_clock(ahead: float) -> None:
-    """What was sent before a cell had joined is not lost, by the desk's clock."""
-    roster = Roster(2.0)
-    roster.alive(A, 10.0)
-    roster.told(A, Health(10.0 + ahead, 1.0, 0.5, 30.0, 1, 7, 0), 10.0)
+@pytest.mark.parametrize("ahead", [None, -3600.0, 0.0, 3600.0])
+def test_what_was_sent_before_a_cell_had_joined_is_not_lost(ahead: float | None) -> None:
+    """A desk that comes late gets one old state that waited; by the desk's clock, if it knows."""
+    roster = there(10.0)
+    if ahead is not None:
+        roster.told(A, Health(10.0 + ahead, 1.0, 0.5, 30.0, 1, 7, 0), 10.0)
     for sequence in (7, 12, 13, 15):
-        at = float(sequence) + ahead
+        at = sequence + (ahead or 0.0)
         roster.shown(A, CellState(sequence, at, 1, Level.GOOD, "working"), 20.0)
     assert roster.counted()[A] == (4, 1)
 
 
 def test_a_link_that_begins_anew_with_a_clock_set_back_is_shown() -> None:
     """It counts from 1 at an earlier time; without a word it would be silent for an hour."""
-    roster = Roster(2.0)
-    roster.alive(A, 5000.0)
+    roster = there(5000.0)
     roster.shown(A, CellState(900, 5000.0, 1, Level.GOOD, "working"), 5000.0)
     roster.gone(A, 5001.0)
     roster.alive(A, 5002.0)
