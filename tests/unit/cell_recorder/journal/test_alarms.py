@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from cell_recorder.journal.alarms import ActiveAlarms
 from cell_recorder.journal.entries import Alarm
 from hypothesis import given
@@ -45,14 +46,17 @@ def test_alarm_that_says_something_else_or_gets_worse_is_told() -> None:
     ]
 
 
-def test_cleared_alarm_says_how_long_it_lasted() -> None:
-    """Until it went away, not until that was believed."""
+@pytest.mark.parametrize(
+    ("gone", "lasted"), [(14.5, 4.5), (10.0126, 0.013), (10.0, 0.0), (9.5, 0.0)]
+)
+def test_cleared_alarm_says_how_long_it_lasted(gone: float, lasted: float) -> None:
+    """Until it went away, not until that was believed; a clock set back gives no time below 0."""
     book = ActiveAlarms(2.0, 5.0)
     book.say(10.0, NODE, SOURCE, ERROR, "no answer")
-    book.say(14.5, NODE, SOURCE, OK, "fine")
-    assert book.look(16.0) == [] and book.active == 1
-    (cleared,) = book.look(16.5)
-    assert (cleared.seconds, cleared.raised, cleared.time) == (4.5, 10.0, 16.5)
+    book.say(gone, NODE, SOURCE, OK, "fine")
+    assert book.look(gone + 1.5) == [] and book.active == 1
+    (cleared,) = book.look(gone + 2.0)
+    assert (cleared.seconds, cleared.raised, cleared.time) == (lasted, 10.0, gone + 2.0)
     assert book.active == 0
 
 

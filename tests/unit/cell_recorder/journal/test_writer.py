@@ -105,6 +105,26 @@ def test_disk_is_not_asked_before_entries_are_due(tmp_path: Path, disk: Disk) ->
         assert disk.syncs <= 1  # of the new file
 
 
+def test_a_flood_does_not_put_off_what_is_due(
+    tmp_path: Path, disk: Disk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each entry is followed by another before it is written; they are made safe all the same."""
+    flooded, write = threading.Event(), os.write
+    with start(tmp_path) as writer:
+
+        def and_again(*arguments: Any) -> int:
+            if threading.current_thread().name == "journal" and not flooded.is_set():
+                writer.put(said("again"))
+            return write(*arguments)
+
+        monkeypatch.setattr(os, "write", and_again)
+        writer.put(said("first"))
+        try:
+            wait_until(lambda: disk.syncs >= 3, 5.0, "safe entries while the flood lasts")
+        finally:
+            flooded.set()
+
+
 def test_nobody_waits_for_a_slow_disk(tmp_path: Path, disk: Disk) -> None:
     """An entry is left within a moment while the disk hangs, and written later."""
     with start(tmp_path) as writer:
