@@ -11,8 +11,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from farm.link.event_text import describe
-from farm.link.shown import Pair
-from farm.wire import Event, Events, Joints
+from farm.link.shown import told_by
+from farm.wire import CellState, Event, Events, Joints
+from msgspec.structs import replace
 from scara_ros.journal_files_io import JournalBounds
 
 from scara_msgs.msg import TwinControllerState
@@ -51,7 +52,7 @@ class Invented:
         """
         return f"made_up_{self.index:03d}"
 
-    def pair(self, now: float, stopped: str = "") -> Pair:
+    def pair(self, now: float, stopped: str = "") -> CellState:
         """Return what its twin controller would say.
 
         Args:
@@ -59,23 +60,19 @@ class Invented:
             stopped: The mode that a command has put it into; empty: it works.
         """
         turn = (now + 1.7 * self.index) / CYCLE_S % 10.0
+        said = TwinControllerState(speed_applied_percent=100.0, deviation_mm=math.nan)
         deviation = 0.3 + 0.2 * math.sin(now + self.index)
         if stopped:
-            return Pair(now, stopped, why="by the farm", speed_percent=100.0)
-        if self.index % 7 == 3 and turn < 1.0:
-            alarm = "SRVO-014 fan of the controller: clean it"
-            return Pair(now, TwinControllerState.FAULT, alarm=alarm, deviation_mm=deviation)
-        if turn < 2.0:
-            mode, why = TwinControllerState.IDLE, "both stand still and agree"
-            return Pair(now, mode, why=why, speed_percent=100.0)
-        return Pair(
-            now,
-            TwinControllerState.REAL_LEADS,
-            leader="real",
-            why=f"{PROGRAMS[self.index % 3]} runs",
-            speed_percent=100.0,
-            deviation_mm=deviation,
-        )
+            said.mode, said.why = stopped, "by the farm"
+        elif self.index % 7 == 3 and turn < 1.0:
+            said.mode, said.alarm = said.FAULT, "SRVO-014 fan of the controller: clean it"
+            said.speed_applied_percent, said.deviation_mm = 0.0, deviation
+        elif turn < 2.0:
+            said.mode, said.why = said.IDLE, "both stand still and agree"
+        else:
+            said.mode, said.leader = said.REAL_LEADS, "real"
+            said.why, said.deviation_mm = f"{PROGRAMS[self.index % 3]} runs", deviation
+        return replace(told_by(said), stamp=now)
 
     def joints(self, now: float) -> Joints:
         """Return both robots' joints."""

@@ -4,33 +4,42 @@ from __future__ import annotations
 
 import pytest
 from farm.link.event_text import describe
-from farm.link.shown import Pair, Shown, show, silent
+from farm.link.shown import Shown, show, silent, told_by
 from farm.wire import CellState, Level, decode
 
 from scara_msgs.msg import TwinControllerState as Mode
 
 
 @pytest.mark.parametrize(
-    ("pair", "level"),
+    ("said", "level"),
     [
-        (Pair(0.0, Mode.IDLE), Level.GOOD),
-        (Pair(0.0, Mode.ALIGNING), Level.NOTE),
-        (Pair(0.0, Mode.IDLE, alarm="fan"), Level.WARN),
-        (Pair(0.0, Mode.STOPPED), Level.WARN),
-        (Pair(0.0, Mode.FAULT, alarm="fan"), Level.BAD),
-        (Pair(0.0, Mode.REAL_LEADS, diverged=True), Level.BAD),
+        (Mode(mode=Mode.IDLE), Level.GOOD),
+        (Mode(mode=Mode.ALIGNING), Level.NOTE),
+        (Mode(mode=Mode.IDLE, alarm="fan"), Level.WARN),
+        (Mode(mode=Mode.STOPPED), Level.WARN),
+        (Mode(mode=Mode.FAULT, alarm="fan"), Level.BAD),
+        (Mode(mode=Mode.REAL_LEADS, diverged=True), Level.BAD),
     ],
 )
-def test_the_cell_judges_how_bad_it_is(pair: Pair, level: Level) -> None:
+def test_the_cell_judges_how_bad_it_is(said: Mode, level: Level) -> None:
     """The desk needs to know no mode."""
-    assert show(Shown(1), pair, False)[1].level == level
+    assert told_by(said).level == level
+
+
+def test_what_the_controller_says_is_told_in_the_same_words() -> None:
+    """Only an unknown distance is none, and the speed is the one that is driven."""
+    words = {"mode": Mode.IDLE, "leader": "real", "why": "w", "alarm": "a", "holder": "ann"}
+    state = told_by(Mode(**words, speed_applied_percent=40.0, deviation_mm=0.3))
+    assert {name: getattr(state, name) for name in words} == words
+    assert (state.speed_percent, state.deviation_mm) == (40.0, 0.3)
+    assert told_by(Mode(deviation_mm=float("nan"))).deviation_mm is None
 
 
 def test_revision_follows_what_a_command_is_based_on() -> None:
     """Figures that always change are no change; the sequence counts all."""
-    shown, first = show(Shown(100), Pair(0.0, Mode.IDLE), False)
-    shown, same = show(shown, Pair(1.0, Mode.IDLE, deviation_mm=0.3), True)
-    shown, other = show(shown, Pair(2.0, Mode.PAUSED), True)
+    shown, first = show(Shown(100), told_by(Mode(mode=Mode.IDLE)), False)
+    shown, same = show(shown, told_by(Mode(mode=Mode.IDLE, deviation_mm=0.3)), True)
+    shown, other = show(shown, told_by(Mode(mode=Mode.PAUSED)), True)
     assert (first.revision, same.revision, other.revision) == (101, 101, 102)
     assert [s.sequence for s in (first, same, other)] == [1, 2, 3] and same.remote
 

@@ -13,7 +13,6 @@ outlives it; its own death ends nothing.
 
 from __future__ import annotations
 
-import math
 import os
 import socket
 import subprocess
@@ -45,7 +44,7 @@ from farm.link.changes_io import CellChanges
 from farm.link.commands import caller_id
 from farm.link.journal_io import JournalFiles
 from farm.link.recordings_io import RecordingFiles
-from farm.link.shown import Pair, Shown, show, silent
+from farm.link.shown import Shown, show, silent, told_by
 from farm.security.invitation_io import SecurityError, keys_folder
 from farm.security.membership_io import as_member
 from farm.wire import Answer, CellState, Command, Joints
@@ -168,7 +167,9 @@ class Link:
         if raw is None or now - heard > self._config.silent_ms * 1e-3:
             self._shown, state = silent(self._shown, heard, now, self._remote)
             return state
-        self._shown, state = show(self._shown, _pair(raw), self._remote)
+        message = TwinControllerState()
+        message.deserialize(raw)
+        self._shown, state = show(self._shown, told_by(message), self._remote)
         return state
 
     def _show_joints(self, link: CellLink) -> None:
@@ -265,20 +266,3 @@ def _say_waiting(link: Link, ended: threading.Event) -> None:
     with until_shutdown():
         while not ended.wait(PERIOD_S):
             link.say()
-
-
-def _pair(raw: bytes) -> Pair:
-    """Read the twin controller's state."""
-    message = TwinControllerState()
-    message.deserialize(raw)
-    return Pair(
-        stamp=message.header.stamp.to_sec(),
-        mode=message.mode,
-        leader=message.leader,
-        why=message.why,
-        alarm=message.alarm,
-        holder=message.holder,
-        speed_percent=message.speed_applied_percent,
-        deviation_mm=message.deviation_mm if math.isfinite(message.deviation_mm) else None,
-        diverged=message.diverged,
-    )

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass
+from typing import Any
 
-import msgspec
+from msgspec.structs import replace
 
 from farm.wire import CellState, Level
 from scara_msgs.msg import TwinControllerState
@@ -18,25 +20,8 @@ LEVELS = {
     TwinControllerState.FAULT: Level.BAD,
 }
 """Of each mode; those that are not named are good."""
-
-
-@dataclass(frozen=True)
-class Pair:
-    """What the twin controller says of both sides; see scara_msgs/TwinControllerState.
-
-    Attributes:
-        stamp: When it was true [s since 1970].
-    """
-
-    stamp: float
-    mode: str
-    leader: str = ""
-    why: str = ""
-    alarm: str = ""
-    holder: str = ""
-    speed_percent: float = 0.0
-    deviation_mm: float | None = None
-    diverged: bool = False
+BASED_ON = ("mode", "leader", "why", "alarm", "holder")
+"""What a person looks at before a command; named in CellState as in the message."""
 
 
 @dataclass(frozen=True)
@@ -55,48 +40,39 @@ class Shown:
     based_on: tuple[str, ...] = ()
 
 
-def level_of(pair: Pair) -> Level:
-    """Return how bad a state is: by its mode, an alarm, and whether the pair came apart."""
-    level = LEVELS.get(pair.mode, Level.GOOD)
-    if pair.diverged:
-        return Level.BAD
-    return max(level, Level.WARN) if pair.alarm else level
+def told_by(message: Any) -> CellState:
+    """Return the state that a scara_msgs/TwinControllerState tells; nothing has counted it yet."""
+    apart = message.deviation_mm
+    level = LEVELS.get(message.mode, Level.GOOD)
+    if message.diverged:
+        level = Level.BAD
+    elif message.alarm:
+        level = max(level, Level.WARN)
+    return CellState(
+        sequence=0,
+        stamp=message.header.stamp.to_sec(),
+        revision=0,
+        level=level,
+        speed_percent=message.speed_applied_percent,
+        deviation_mm=apart if math.isfinite(apart) else None,
+        **{name: getattr(message, name) for name in BASED_ON},
+    )
 
 
-def show(shown: Shown, pair: Pair, remote: bool) -> tuple[Shown, CellState]:
-    """Return the state to send.
+def show(shown: Shown, state: CellState, remote: bool) -> tuple[Shown, CellState]:
+    """Return the state to send, with its numbers.
 
-    The revision grows when something has changed that a person looks at before a command: mode,
-    leader, reason, alarm, holder.
+    The revision grows when something has changed that a person looks at before a command.
 
     Args:
         shown: What was sent last.
-        pair: What the twin controller says.
+        state: What the twin controller says.
         remote: Whether the local switch lets the farm move this cell.
     """
-    based_on = (pair.mode, pair.leader, pair.why, pair.alarm, pair.holder)
-    changed = based_on != shown.based_on
-    shown = replace(
-        shown,
-        revision=shown.revision + changed,
-        sequence=shown.sequence + 1,
-        based_on=based_on,
-    )
-    state = CellState(
-        sequence=shown.sequence,
-        stamp=pair.stamp,
-        revision=shown.revision,
-        level=level_of(pair),
-        mode=pair.mode,
-        leader=pair.leader,
-        why=pair.why,
-        alarm=pair.alarm,
-        holder=pair.holder,
-        speed_percent=pair.speed_percent,
-        deviation_mm=pair.deviation_mm,
-        remote=remote,
-    )
-    return shown, state
+    based_on = tuple(getattr(state, name) for name in BASED_ON)
+    revision = shown.revision + (based_on != shown.based_on)
+    shown = Shown(revision, shown.sequence + 1, based_on)
+    return shown, replace(state, sequence=shown.sequence, revision=revision, remote=remote)
 
 
 def silent(shown: Shown, since: float, now: float, remote: bool) -> tuple[Shown, CellState]:
@@ -111,6 +87,7 @@ def silent(shown: Shown, since: float, now: float, remote: bool) -> tuple[Shown,
     why = "the twin controller was not heard yet"
     if since:
         why = f"the twin controller has been silent for {now - since:.0f} s"
-    shown, state = show(shown, Pair(now, "", alarm="the twin controller is silent"), remote)
+    state = CellState(0, now, 0, Level.BAD, "", alarm="the twin controller is silent")
+    shown, state = show(shown, state, remote)
     # Put in afterwards: the seconds are no change of the state.
-    return shown, msgspec.structs.replace(state, level=Level.BAD, why=why)
+    return shown, replace(state, why=why)
