@@ -1,7 +1,6 @@
 // A chart of whatever quantities somebody has chosen. They stand in the address (#plot=joint_1.real,pair.speed), so
 // that a link shows the same. Each unit has an axis of its own, left or right; two units share a grid.
 const POINTS = ["real", "twin", "setpoint", "measured", "error", "effort"];
-const PAIR = ["apart", "speed", "requested", "lag"];
 const COLOURS = ["--real", "--twin", "--operator", "--good", "--deviation", "--bad"];
 const KEY = "plot";
 const MOST_UNITS = 4; // more grids than two have no room for their numbers
@@ -9,6 +8,7 @@ const MOST_UNITS = 4; // more grids than two have no room for their numbers
 export class Plot {
   constructor(told, changed) {
     this.told = told;
+    this.pair = Object.keys(told.quantities).filter((key) => key.startsWith("pair.")); // in the order of its points
     this.changed = changed;
     this.place = document.querySelector("[data-plot-choice]");
     this.opener = document.querySelector("[data-plot-choose]");
@@ -85,7 +85,7 @@ export class Plot {
   value(points, key) {
     const [owner, kind] = key.split(".");
     const own = points[owner] || [];
-    if (owner === "pair") return own[PAIR.indexOf(kind)] ?? null;
+    if (owner === "pair") return own[this.pair.indexOf(key)] ?? null;
     if (kind !== "apart") return own[POINTS.indexOf(kind)] ?? null;
     return own[0] == null || own[1] == null ? null : own[0] - own[1];
   }

@@ -10,7 +10,7 @@ from typing import Any
 from nicegui import ui
 
 from operator_panel.page.view_io import PageView, plain
-from operator_panel.view.frame import PAIR
+from operator_panel.view.frame import PAIR, PAIR_QUANTITIES
 
 KINDS = {
     "real": "Real",
@@ -22,13 +22,6 @@ KINDS = {
     "effort": "Effort",
 }
 """Quantities of a joint: their names in an address, and for people."""
-PAIR_KINDS = {
-    "apart": ("Tools apart", "mm"),
-    "speed": ("Speed", "%"),
-    "requested": ("Speed asked for", "%"),
-    "lag": ("Lag of the follower", "ms"),
-}
-"""Quantities of the pair, in the order of its points: names and units."""
 MOST = 6  # our choice: more lines than that nobody tells apart
 
 
@@ -92,7 +85,7 @@ def _build_choice(joints: list[str]) -> None:
                     plain(text)
         for name in joints:
             _row(joint_title(name), {f"{name}.{kind}": text for kind, text in KINDS.items()})
-        _row("Pair", {f"{PAIR}.{kind}": text for kind, (text, _) in PAIR_KINDS.items()})
+        _row("Pair", {f"{PAIR}.{kind}": one.title for kind, one in PAIR_QUANTITIES.items()})
 
 
 def _row(title: str, quantities: dict[str, str]) -> None:
@@ -116,8 +109,8 @@ def _quantities(view: PageView) -> dict[str, dict[str, str]]:
                 unit = "N m" if joint.unit == "deg" else "N"
             title = f"{joint_title(joint.name)} {text.lower()}"
             found[f"{joint.name}.{kind}"] = {"title": title, "unit": unit}
-    for kind, (text, unit) in PAIR_KINDS.items():
-        found[f"{PAIR}.{kind}"] = {"title": text, "unit": unit}
+    for kind, one in PAIR_QUANTITIES.items():
+        found[f"{PAIR}.{kind}"] = {"title": one.title, "unit": one.unit}
     return found
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -34,6 +35,24 @@ PAIR = "pair"
 """Whose points are of no joint; none is called so."""
 
 
+class Quantity(NamedTuple):
+    """A quantity of the pair that a chart can show, with the digits that go to the page."""
+
+    title: str
+    unit: str
+    digits: int
+    read: Callable[[CellState], float]
+
+
+PAIR_QUANTITIES: dict[str, Quantity] = {
+    "apart": Quantity("Tools apart", "mm", 4, lambda state: state.deviation_mm),
+    "speed": Quantity("Speed", "%", 2, lambda state: state.speed_applied_percent),
+    "requested": Quantity("Speed asked for", "%", 2, lambda state: state.speed_requested_percent),
+    "lag": Quantity("Lag of the follower", "ms", 3, lambda state: 1e3 * state.lag),
+}
+"""By their names in an address, in the order of the pair's points."""
+
+
 class Frame(msgspec.Struct, frozen=True, omit_defaults=True):
     """What changes all the time.
 
@@ -44,8 +63,8 @@ class Frame(msgspec.Struct, frozen=True, omit_defaults=True):
         bar: For each joint where real and twin are within the limits, 0..1; empty if unknown.
         pose: For each side the joint positions [rad] or [m].
         point: For each joint real, twin [deg or mm], set point, measured, error [deg or mm],
-            effort [N m or N]; for ``PAIR`` tools apart [mm], speed and speed asked for [%], lag of
-            the follower [ms]; null if unknown. Both sides are those of one instant.
+            effort [N m or N]; for ``PAIR`` its ``PAIR_QUANTITIES``; null if unknown. Both sides
+            are those of one instant.
         tool: For each side the tool's position [m].
         gauge: Share of its limit, 0..1, for each gauge.
         mode: As in scara_msgs/TwinControllerState; absent while the controller has said nothing.
@@ -146,11 +165,8 @@ class FrameMaker:
         if state is None or self._is_silent(snapshot, now):
             return {}
         points = {name: self._point(state, snapshot.loops, name) for name in self._joints}
-        points[PAIR] = (
-            _finite(state.deviation_mm, 4),
-            _finite(state.speed_applied_percent, 2),
-            _finite(state.speed_requested_percent, 2),
-            _finite(1e3 * state.lag, 3),
+        points[PAIR] = tuple(
+            _finite(one.read(state), one.digits) for one in PAIR_QUANTITIES.values()
         )
         return points
 
