@@ -1,7 +1,7 @@
 """The core of every package is pure.
 
-But in modules named _io or _node nothing touches ROS, the machine or the clock. One thing of a
-message may be used there: the constants in its definition.
+But in modules named _io or _node nothing touches ROS, the machine or the clock. Of a message
+may be used there what is in its definition: constants, and by ``struct_of`` the fields.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ PURE = [module for module in modules() if module.is_pure]
 
 
 def holders_of_constants(tree: ast.Module) -> set[str]:
-    """Return the imported messages of which nothing but upper-case names is used."""
+    """Return the imported messages of which only constants and the fields' names are used."""
     found = set()
     for node in ast.walk(tree):
         if not isinstance(node, ast.ImportFrom) or not node.module:
@@ -66,16 +66,15 @@ def holders_of_constants(tree: ast.Module) -> set[str]:
 
 
 def only_constants_of(name: str, tree: ast.Module) -> bool:
-    """Return whether ``name`` stands only in front of a dot and an upper-case name."""
-    uses = sum(isinstance(node, ast.Name) and node.id == name for node in ast.walk(tree))
-    constants = sum(
-        isinstance(node, ast.Attribute)
-        and isinstance(node.value, ast.Name)
-        and node.value.id == name
-        and node.attr.isupper()
-        for node in ast.walk(tree)
-    )
-    return uses == constants
+    """Return whether ``name`` stands only before a dot and an upper-case name, or in struct_of."""
+    uses = allowed = 0
+    for node in ast.walk(tree):
+        uses += isinstance(node, ast.Name) and node.id == name
+        if isinstance(node, ast.Attribute) and node.attr.isupper():
+            allowed += isinstance(node.value, ast.Name) and node.value.id == name
+        elif isinstance(node, ast.Call) and ast.unparse(node.func) == "struct_of":
+            allowed += ast.unparse(node.args[0]) == name
+    return uses == allowed
 
 
 def offences(module: Module) -> Iterator[str]:
@@ -149,6 +148,7 @@ class Written(Module):
         # A generator's type is no use of chance, a message's constant is a word.
         (False, "import numpy as np\ndef f(g: np.random.Generator):\n    return g.normal()"),
         (False, "from scara_msgs.msg import PartEvent\nx = PartEvent.PLACED"),
+        (False, "from scara_msgs.msg import PartEvent\nclass V(struct_of(PartEvent)): pass"),
     ],
 )
 def test_walk_finds_what_is_forbidden_and_nothing_else(found: bool, source: str) -> None:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import msgspec
 from scara_control.joint_motion import JointMotion
 from scara_control.kinematics.screws import Point
 from scara_ros.diagnosis import Level
+from scara_ros.message_struct import struct_of
 
+from scara_msgs.msg import LinkState, TwinControllerState
 from twin_controller.config import TwinControllerConfig
 from twin_controller.core.actions import Decided
-from twin_controller.core.control import NOBODY, Control, others_text
+from twin_controller.core.control import NOBODY, others_text
 from twin_controller.core.follow.ahead import reaches_ahead
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.orders.gripper import gripper_text
@@ -20,65 +21,25 @@ from twin_controller.core.safety.divergence import tools
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides import change
 from twin_controller.core.sides.pairing import SidesAtOnce, deviation, paired
-from twin_controller.core.sides.side import Side, Sides
+from twin_controller.core.sides.side import Side
 from twin_controller.core.state import CoreState
 
 NOWHERE: Point = (math.nan, math.nan, math.nan)
 """Where a tool is that is not known at the same instant as the other one."""
 
 
-class LinkView(msgspec.Struct, frozen=True):
-    """Fields of scara_msgs/LinkState that the core knows."""
-
-    name: str
-    connected: bool
-    reason: str
-    age: float
-    round_trip: float
-    clock_offset: float
-    clock_uncertainty: float
-    clock_drift_ppm: float
-    samples: int
+class LinkView(struct_of(LinkState, "rejected", "reconnects")):  # type: ignore[misc]
+    """The fields of scara_msgs/LinkState that the core knows."""
 
 
-class StateView(msgspec.Struct, frozen=True):
-    """Fields of scara_msgs/TwinControllerState that the core knows."""
+class StateView(struct_of(TwinControllerState)):  # type: ignore[misc]
+    """The fields of scara_msgs/TwinControllerState; what is refused is filled in later."""
 
-    mode: str
-    leader: str
-    why: str
-    name: list[str]
-    unit: list[str]
-    real_position: list[float]
-    twin_position: list[float]
-    deviation: list[float]
-    speed_requested_percent: float
-    speed_applied_percent: float
-    speed_limited: bool
-    speed_reason: str
-    real_override_percent: float
-    real_tool: Point
-    twin_tool: Point
-    deviation_mm: float
-    path_deviation_mm: float
-    lag: float
-    follower_lag: float
-    setpoints_ahead: float
-    diverged: bool
-    real_standing_still: bool
-    twin_standing_still: bool
-    alarm: str
-    real_gripper: str
-    twin_gripper: str
-    move_failed: str
-    gripper_alarm: str
-    holder: str
-    held_since: float
-    holder_moves: bool
-    asker: str
-    answer_left: float
-    not_in_control: str
-    links: list[LinkView]
+    real_tool: Point = NOWHERE
+    twin_tool: Point = NOWHERE
+    # On the controller's clock [s].
+    held_since: float = 0.0
+    links: tuple[LinkView, ...] = ()
 
 
 class Status(msgspec.Struct, frozen=True):
@@ -87,7 +48,7 @@ class Status(msgspec.Struct, frozen=True):
     level: int
     name: str
     message: str
-    values: dict[str, str]
+    values: dict[str, str] = {}
 
 
 def state_view(
@@ -106,19 +67,22 @@ def state_view(
     """
     sides, lead, speeds = state.sides, state.lead, state.orders.speeds
     pair = pair or paired(sides)
-    real_side, twin_side = pair or _newest(sides)
-    real, twin = _rounded(setup, real_side), _rounded(setup, twin_side)
+    # The newest sample of each side that has one, where nobody knows both at one instant.
+    shown = pair or [side.last if side.history else None for side in (sides.real, sides.twin)]
+    real, twin = (_rounded(setup, motion) for motion in shown)
     real_tool, twin_tool = tools(setup, pair) if pair else (NOWHERE, NOWHERE)
     decimals, late = setup.config.change.decimals, state.safety.delay.late
+    control = lead.control
+    left = control.asked + setup.config.control.answer_ms * 1e-3 - now
     return StateView(
         mode=lead.mode.value,
         leader=lead.leader,
         why=lead.why,
-        name=list(setup.names),
-        unit=[joint.unit for joint in setup.joints],
+        name=setup.names,
+        unit=tuple(joint.unit for joint in setup.joints),
         real_position=real,
         twin_position=twin,
-        deviation=[round(a - b, decimals) for a, b in zip(real, twin)],
+        deviation=tuple(round(a - b, decimals) for a, b in zip(real, twin)),
         speed_requested_percent=speeds.requested,
         speed_applied_percent=speeds.applied,
         speed_limited=speeds.limited,
@@ -142,29 +106,14 @@ def state_view(
         twin_gripper=gripper_text(sides.twin.gripper),
         move_failed=lead.move_failed,
         gripper_alarm=state.orders.grips.trouble,
-        **_control_fields(setup, lead.control, now),
-        links=[_link_view("real", sides.real, now), _link_view("twin", sides.twin, now)],
+        holder=control.holder.name,
+        held_since=control.since,
+        holder_moves=control.moves,
+        asker=control.asker.name,
+        answer_left=0.0 if control.asker == NOBODY else max(0.0, left),
+        not_in_control=others_text(control),
+        links=(_link_view("real", sides.real, now), _link_view("twin", sides.twin, now)),
     )
-
-
-def _newest(sides: Sides) -> tuple[JointMotion | None, JointMotion | None]:
-    """Return the newest sample of each side that has one: nobody knows both at one instant."""
-    real, twin = (side.last if side.history else None for side in (sides.real, sides.twin))
-    return real, twin
-
-
-def _control_fields(setup: Setup, control: Control, now: float) -> dict[str, Any]:
-    """Return the fields that tell who holds control; ``held_since`` on the controller's clock."""
-    asked = control.asker != NOBODY
-    left = control.asked + setup.config.control.answer_ms * 1e-3 - now
-    return {
-        "holder": control.holder.name,
-        "held_since": control.since,
-        "holder_moves": control.moves,
-        "asker": control.asker.name,
-        "answer_left": max(0.0, left) if asked else 0.0,
-        "not_in_control": others_text(control),
-    }
 
 
 def alarm_text(state: CoreState) -> str:
@@ -228,105 +177,86 @@ def statuses(
 ) -> list[Status]:
     """Return the diagnostics of the controller, its links, the robot, who may lead, the pair."""
     view = state_view(setup, state, now)
-    level = {
+    grips, real, safety = state.orders.grips, state.sides.real, state.safety
+    late = delay_text(state)
+    mode_level = {
         Mode.ESTOP: Level.ERROR,
         Mode.FAULT: Level.ERROR,
         Mode.OFFLINE: Level.ERROR,
         Mode.STOPPED: Level.WARN,
         Mode.PAUSED: Level.WARN,
-    }
-    found = [
+    }.get(state.lead.mode, Level.OK)
+    robot_level = Level.ERROR if real.alarm else Level.WARN if real.warning else Level.OK
+    leading = "either side may lead"
+    if setup.only_followed:
+        leading = f"the robot is followed, and never led: {setup.only_followed}"
+    return [
         Status(
-            level.get(state.lead.mode, Level.OK),
+            mode_level,
             "twin_controller: mode",
             f"{view.mode}: {view.alarm or view.why}",
             {"leader": view.leader, "why": view.why, "speed_reason": view.speed_reason},
-        )
-    ]
-    for link in view.links:
-        values = {
-            "age_ms": f"{link.age * 1e3:.1f}",
-            "round_trip_ms": f"{link.round_trip * 1e3:.2f}",
-            "clock_offset_s": f"{link.clock_offset:.4f}",
-            "clock_uncertainty_ms": f"{link.clock_uncertainty * 1e3:.2f}",
-            "clock_drift_ppm": f"{link.clock_drift_ppm:.0f}",
-        } | {key: str(value) for key, value in counters.get(link.name, {}).items()}
-        good = link.connected and not link.reason
-        found.append(
-            Status(
-                Level.OK if good else Level.ERROR,
-                f"twin_controller: link {link.name}",
-                link.reason or "connected",
-                values,
-            )
-        )
-    trouble, real = state.orders.grips.trouble, state.sides.real
-    grippers = {"real": view.real_gripper, "twin": view.twin_gripper}
-    found.append(
+        ),
+        *(_link_status(link, counters.get(link.name, {})) for link in view.links),
         Status(
-            Level.WARN if trouble else Level.OK,
+            Level.WARN if grips.trouble else Level.OK,
             "twin_controller: grippers",
-            trouble or "agree",
-            grippers,
-        )
-    )
-    found.append(
+            grips.trouble or "agree",
+            {"real": view.real_gripper, "twin": view.twin_gripper},
+        ),
         Status(
-            Level.ERROR if real.alarm else Level.WARN if real.warning else Level.OK,
+            robot_level,
             "twin_controller: real robot",
             real.alarm or real.warning or "no alarm",
-            {},
-        )
-    )
-    found.append(
+        ),
         Status(
-            Level.WARN if setup.only_followed else Level.OK,
-            "twin_controller: leading",
-            f"the robot is followed, and never led: {setup.only_followed}"
-            if setup.only_followed
-            else "either side may lead",
-            {},
-        )
-    )
-    found.append(
+            Level.WARN if setup.only_followed else Level.OK, "twin_controller: leading", leading
+        ),
         Status(
-            Level.ERROR if state.safety.divergence.alarm else Level.OK,
+            Level.ERROR if view.diverged else Level.OK,
             "twin_controller: pair",
-            "the pair came apart" if state.safety.divergence.alarm else "together",
+            "the pair came apart" if view.diverged else "together",
             {
                 "deviation_mm": f"{view.deviation_mm:.3f}",
                 "path_deviation_mm": f"{view.path_deviation_mm:.3f}",
                 "joint_deviation": f"{deviation(setup, state.sides):.3f}",
             },
-        )
-    )
-    late = delay_text(state)
-    found.append(
+        ),
         Status(
             Level.WARN if late else Level.OK,
             "twin_controller: delay",
             late or "both at the same place at the same time",
             {
-                "apart_mm": f"{state.safety.delay.judged.distance_mm:.3f}",
+                "apart_mm": f"{safety.delay.judged.distance_mm:.3f}",
                 "follower_delay_ms": f"{1e3 * view.follower_lag:.1f}",
                 "setpoints_ahead_ms": f"{1e3 * view.setpoints_ahead:.0f}",
-                "setpoints_underruns": str(_underruns(state)),
+                # How often the real robot had no set point ahead left, as it counts.
+                "setpoints_underruns": str(real.flags.ring_underruns if real.flags else 0),
             },
-        )
+        ),
+    ]
+
+
+def _link_status(link: LinkView, counters: dict[str, int]) -> Status:
+    """Return the diagnostic of a link, with what its connection has counted."""
+    return Status(
+        Level.OK if link.connected and not link.reason else Level.ERROR,
+        f"twin_controller: link {link.name}",
+        link.reason or "connected",
+        {
+            "age_ms": f"{link.age * 1e3:.1f}",
+            "round_trip_ms": f"{link.round_trip * 1e3:.2f}",
+            "clock_offset_s": f"{link.clock_offset:.4f}",
+            "clock_uncertainty_ms": f"{link.clock_uncertainty * 1e3:.2f}",
+            "clock_drift_ppm": f"{link.clock_drift_ppm:.0f}",
+            **{key: str(value) for key, value in counters.items()},
+        },
     )
-    return found
 
 
-def _underruns(state: CoreState) -> int:
-    """Return how often the real robot had no set point ahead left, as it counts."""
-    flags = state.sides.real.flags
-    return flags.ring_underruns if flags is not None else 0
-
-
-def _rounded(setup: Setup, motion: JointMotion | None) -> list[float]:
-    if motion is None:
-        return []
-    return [round(value, setup.config.change.decimals) for value in setup.to_border(motion.q)]
+def _rounded(setup: Setup, motion: JointMotion | None) -> tuple[float, ...]:
+    decimals = setup.config.change.decimals
+    return tuple(round(q, decimals) for q in setup.to_border(motion.q)) if motion else ()
 
 
 def _link_view(name: str, side: Side, now: float) -> LinkView:

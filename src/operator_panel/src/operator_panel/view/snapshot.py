@@ -5,65 +5,36 @@ from __future__ import annotations
 import math
 
 import msgspec
+from scara_ros.message_struct import struct_of
 
 from operator_panel.view.robot.status import RobotStatus
+from scara_msgs.msg import LinkState, TwinControllerState
 
 
-class Link(msgspec.Struct, frozen=True):
-    """One link of the twin controller; fields as scara_msgs/LinkState, times in [s]."""
+class Link(struct_of(LinkState)):  # type: ignore[misc]
+    """One link of the twin controller: the fields of scara_msgs/LinkState, times in [s]."""
 
-    name: str
-    connected: bool
-    reason: str = ""
     age: float = math.inf
     round_trip: float = math.nan
     clock_offset: float = math.nan
     clock_uncertainty: float = math.nan
-    clock_drift_ppm: float = 0.0
-    rejected: int = 0
-    reconnects: int = 0
 
 
 Place = tuple[float, float, float]
 NOWHERE: Place = (math.nan, math.nan, math.nan)
 
 
-class CellState(msgspec.Struct, frozen=True):
-    """Fields of scara_msgs/TwinControllerState; positions in deg or mm, empty while unknown.
+class CellState(struct_of(TwinControllerState)):  # type: ignore[misc]
+    """The fields of scara_msgs/TwinControllerState; positions in deg or mm, empty while unknown.
 
     Tools in [m], NaN while unknown.
     """
 
-    mode: str
-    leader: str = ""
-    why: str = ""
-    name: tuple[str, ...] = ()
-    unit: tuple[str, ...] = ()
-    real_position: tuple[float, ...] = ()
-    twin_position: tuple[float, ...] = ()
-    deviation: tuple[float, ...] = ()
-    speed_requested_percent: float = 0.0
-    speed_applied_percent: float = 0.0
-    speed_limited: bool = False
-    speed_reason: str = ""
+    deviation_mm: float = math.nan
+    path_deviation_mm: float = math.nan
+    lag: float = math.nan
     real_tool: Place = NOWHERE
     twin_tool: Place = NOWHERE
-    deviation_mm: float = math.nan
-    lag: float = math.nan
-    follower_lag: float = 0.0
-    diverged: bool = False
-    real_standing_still: bool = False
-    twin_standing_still: bool = False
-    alarm: str = ""
-    move_failed: str = ""
-    real_gripper: str = ""
-    twin_gripper: str = ""
-    command: tuple[str, ...] = ()
-    refused: tuple[str, ...] = ()
-    holder: str = ""
-    asker: str = ""
-    answer_left: float = 0.0
-    not_in_control: str = ""
     links: tuple[Link, ...] = ()
 
 
