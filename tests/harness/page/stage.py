@@ -27,7 +27,7 @@ from harness.workspace import ROOT, enter_workspace
 enter_workspace()
 
 import msgspec  # noqa: E402
-from nicegui import app, background_tasks, ui  # noqa: E402
+from nicegui import app, background_tasks  # noqa: E402
 from operator_panel.config import load_panel, load_surroundings  # noqa: E402
 from operator_panel.control.desk_io import Desk, Session  # noqa: E402
 from operator_panel.control.jog import DeadMan  # noqa: E402
@@ -52,6 +52,7 @@ from scara_config.profile import CHOICE  # noqa: E402
 from scara_ros.diagnosis import Level  # noqa: E402
 from scara_ros.page.page_door import PageDoor  # noqa: E402
 from scara_ros.page.page_guard_io import PageGuard  # noqa: E402
+from scara_ros.page.page_library_io import serve_pages  # noqa: E402
 from starlette.responses import PlainTextResponse  # noqa: E402
 
 from harness.page.judged import MADE, judged_hit, judged_home  # noqa: E402
@@ -258,18 +259,8 @@ def main() -> None:
         background_tasks.create(desk.keep_control(), name="control")
         threading.Thread(target=_jog, args=(desk, 1.0 / config.jog.rate_hz), daemon=True).start()
 
-    ui.run(
-        host="127.0.0.1",
-        port=port,
-        title="stage",
-        dark=None,
-        show=False,
-        reload=False,
-        tailwind=False,
-        show_welcome_message=False,
-        # A processor that draws the picture first stands still for longer than the panel waits.
-        reconnect_timeout=20.0,
-    )
+    # A processor that draws the picture first stands still for longer than the panel waits.
+    serve_pages("127.0.0.1", port, "stage", dark=None, reconnect_timeout=20.0)
 
 
 if __name__ in {"__main__", "__mp_main__"}:

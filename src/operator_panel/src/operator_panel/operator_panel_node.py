@@ -23,23 +23,29 @@ Calls: ``twin_controller/command``, ``twin_controller/control``, ``twin_controll
 
 from __future__ import annotations
 
-import asyncio
+import contextlib
 import os
 import signal
-import socket
 import sys
 import threading
 import time
 import traceback
-from collections.abc import Coroutine
+from collections.abc import Coroutine, Iterator
 from pathlib import Path
 from typing import Any
 
 from scara_config import ConfigError, config_directory, load_robot, package_folder
 from scara_ros.page.page_door import PageDoor
 from scara_ros.page.page_guard_io import PageGuard
-from scara_ros.page.page_library_io import app, background_tasks, ui
-from scara_ros.page.page_token_io import address, refuse_token_in, ros_home
+from scara_ros.page.page_library_io import app, background_tasks, serve_pages
+from scara_ros.page.page_token_io import (
+    PageError,
+    address,
+    listen,
+    refuse_token_in,
+    ros_home,
+    shown_address,
+)
 from scara_ros.page.persons_io import load_persons, person_tokens
 from scara_ros.page.token_file_io import TokenError
 from scara_ros.process.memory_io import give_back, keep_for_good
@@ -58,18 +64,12 @@ from operator_panel.retelling.recordings_io import Recordings
 from operator_panel.view.frame import FrameMaker
 from operator_panel.view.live_io import Live
 from operator_panel.view.twin_schema import ROOT
-from scara_description.urdf import Model, UrdfError, parse_urdf
+from scara_description.urdf import UrdfError, parse_urdf
 
 TOKEN_VARIABLE, TOKEN_FILE = "OPERATOR_PANEL_TOKEN", "operator_token"
-NICENESS = (
-    5  # our choice: where processors are short, the cell's loops go before the picture of them
-)
-KNOCK_PERIOD_S = 0.02
+NICENESS = 5
+"""Our choice: where processors are short, the cell's loops go before the picture of them."""
 ENDED_S = 0.5  # our choice: so often a thread that waits for a press looks whether the node ends
-
-
-class StartError(RuntimeError):
-    """The page cannot be served; the text says why."""
 
 
 def main() -> None:
@@ -79,11 +79,10 @@ def main() -> None:
         SystemExit: That code, or 1 if a panel of this name runs already.
     """
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(
-            number, lambda *_: None
-        )  # uvicorn ends by them, then raises them again for us
+        # uvicorn ends by them, then raises them again for us
+        signal.signal(number, lambda *_: None)
     os.nice(NICENESS)
-    kinds = (ConfigError, TokenError, UrdfError, StartError)
+    kinds = (ConfigError, TokenError, UrdfError, PageError)
     with ends_with("operator_panel", dict.fromkeys(kinds, WRONG)):
         serve(private_parameters(sys.argv[1:]))
 
@@ -95,22 +94,27 @@ def serve(private: dict[str, str]) -> None:
         ConfigError: A file or parameter is wrong.
         TokenError: The token's file cannot be used.
         UrdfError: The robot description cannot be shown.
-        StartError: The address cannot be listened on.
+        PageError: The address cannot be listened on, or the description cannot be read.
     """
     folder = Path(private.get("config_dir") or config_directory())
     robot = load_robot(folder)
     config, around = load_panel(folder), load_surroundings(robot, folder)
-    host, port = private.get("host") or config.host, _port(private.get("port"), config.port)
-    file = ros_home() / TOKEN_FILE
-    refuse_token_in(sys.argv[1:], TOKEN_VARIABLE, file)
+    host, port = private.get("host") or config.host, private.get("port", str(config.port))
+    if not (port.isdigit() and 1 <= int(port) <= 65535):
+        raise ConfigError(f"~port = {port}: allowed is 1..65535")
+    refuse_token_in(sys.argv[1:], TOKEN_VARIABLE, ros_home() / TOKEN_FILE)
     tokens = person_tokens(load_persons(folder))
     if not tokens:
         raise TokenError("persons.yaml: no person has a token: name a file or set the variable")
-    runs = runs_folder(private.get("runs_dir")).resolve()
-    model = _model(robot.description)
-    _check_free(host, port)
+    try:
+        model = parse_urdf(robot.description.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise PageError(f"{robot.description}: cannot be read: {error.strerror}") from error
+    doors = {name: PageDoor(NODE, host, int(port), token) for name, token in tokens.items()}
+    listen(host, int(port)).close()  # uvicorn would only log that somebody else listens there
     refuse_second_node(NODE)
-    ended = threading.Event()
+
+    # What the page shows and does.
     link = CellLink(robot, config, around, folder, tokens)
     silent_s = config.silent_ms * 1e-3
     dead_man = DeadMan(robot, around.jog_limit_percent, config.jog.dead_man_ms * 1e-3)
@@ -118,104 +122,98 @@ def serve(private: dict[str, str]) -> None:
     desk = Desk(link, dead_man, arm, around.keep_s, config.let_go_s, silent_s, link.say)
     maker = FrameMaker(robot, model, silent_s, around.alarm_mm)
     live = Live(link, desk, maker, config)
+    runs = runs_folder(private.get("runs_dir")).resolve()
     recordings = Recordings(runs, folder, robot.name, maker, config.chart_window_s)
+    web = package_folder("operator_panel") / "web"
+    Shell(robot, model, config, around, link, desk, live, web, runs)
+
+    # What else the browser may ask for, and who may.
     TwinApi(link.shadow).offer(app)
     offer_camera(link.picture)
     offer_events(live.events.csv)
     offer_past(live.past, recordings, config.chart_window_s)
-    Shell(
-        robot,
-        model,
-        config,
-        around,
-        link,
-        desk,
-        live,
-        package_folder("operator_panel") / "web",
-        runs,
-    )
     app.add_middleware(
         PageGuard,
-        doors={name: PageDoor(NODE, host, port, token) for name, token in tokens.items()},
+        doors=doors,
         stranger=lambda path: desk.crowded() if path == "/" else "",
         framed="/runs/",
         readable=ROOT,
         readers=frozenset(config.api_origins),
     )
+    app.on_shutdown(recordings.close)
+    _run(f"{robot.name}: operator", doors, link, desk, live, config)
+
+
+def _run(
+    title: str,
+    doors: dict[str, PageDoor],
+    link: CellLink,
+    desk: Desk,
+    live: Live,
+    config: PanelConfig,
+) -> None:
+    """Serve, with all threads beside the server, until a signal."""
+    ended = threading.Event()
+    host, port = next((door.host, door.port) for door in doors.values())
 
     @app.on_startup
     def start() -> None:
         background_tasks.create(_ending_with(live.run()), name="live")
         background_tasks.create(_ending_with(desk.keep_control()), name="control")
-        threading.Thread(target=link.connect, args=(ended,), name="connect", daemon=True).start()
-        threading.Thread(
-            target=link.keep_stop, args=(ended,), name="keep stop", daemon=True
-        ).start()
-        threading.Thread(target=_jog, args=(desk, config, ended), name="jog", daemon=True).start()
-        # A log file may be read by others: there the token stays in its own file.
-        hidden = f"TOKEN, which is in {file} unless it was given"
-        shown = {name: token if sys.stdout.isatty() else hidden for name, token in tokens.items()}
-        ways = [
-            f"{address(host, port, token)} to operate" + (f" as {name}" if len(shown) > 1 else "")
-            for name, token in shown.items()
-        ]
-        text = f"operator_panel is ready: {address(host, port, '')} to watch, {', '.join(ways)}"
-        background_tasks.create(_announce(host, port, text), name="announce")
+        for name, act in (
+            ("connect", lambda: link.connect(ended)),
+            ("keep stop", lambda: link.keep_stop(ended)),
+            ("jog", lambda: _jog(desk, config, ended)),
+        ):
+            threading.Thread(target=act, name=name, daemon=True).start()
+
+    def served() -> None:
+        give_back()
+        keep_for_good()
+        ways = [f"{address(host, port, '')} to watch"]
+        for name, door in doors.items():
+            way = shown_address(host, port, door.token, ros_home() / TOKEN_FILE)
+            ways.append(f"{way} to operate" + (f" as {name}" if len(doors) > 1 else ""))
+        print(f"operator_panel is ready: {', '.join(ways)}", flush=True)
 
     app.on_shutdown(ended.set)
-    app.on_shutdown(recordings.close)
-    ui.run(
-        host=host,
-        port=port,
-        title=f"{robot.name}: operator",
+    serve_pages(
+        host,
+        port,
+        title,
+        served,
         favicon="\N{BLACK SQUARE FOR STOP}",
         dark=None,
-        show=False,
-        reload=False,
-        tailwind=False,
-        show_welcome_message=False,
         reconnect_timeout=5.0,
         # 20 small frames a second: packing them would cost more than sending them.
         ws_per_message_deflate=False,
-        timeout_graceful_shutdown=1,
     )
     ended.set()
 
 
-async def _announce(host: str, port: int, text: str) -> None:
-    """Say the address once the server answers there.
-
-    The server starts to listen only after its start-up handlers.
-    """
-    while True:
-        try:
-            _, writer = await asyncio.open_connection(host, port)
-        except OSError:
-            await asyncio.sleep(KNOCK_PERIOD_S)
-        else:
-            writer.close()
-            give_back()
-            keep_for_good()
-            print(text, flush=True)
-            return
-
-
-async def _ending_with(task: Coroutine[Any, Any, None]) -> None:
-    """Run what the pages are no use without; an error ends the node."""
+@contextlib.contextmanager
+def _vital() -> Iterator[None]:
+    """End the node by an error in the body: without it the pages are no use."""
     try:
-        await task
+        yield
     except Exception:
         traceback.print_exc()
         os._exit(1)
 
 
+async def _ending_with(task: Coroutine[Any, Any, None]) -> None:
+    """Run what the pages are no use without."""
+    with _vital():
+        await task
+
+
 def _jog(desk: Desk, config: PanelConfig, ended: threading.Event) -> None:
     """Send jog commands on absolute deadlines while a button is held, whatever the pages do.
 
-    Without this thread no button may act, so its end ends the node.
+    Without this thread no button may act.
     """
     due, period = time.monotonic(), 1.0 / config.jog.rate_hz
-    try:
+    with _vital():
         while not ended.is_set():
             if not desk.jog_tick():
                 desk.wait_for_press(ENDED_S)
@@ -223,30 +221,3 @@ def _jog(desk: Desk, config: PanelConfig, ended: threading.Event) -> None:
                 continue
             due = max(due + period, time.monotonic())
             time.sleep(max(0.0, due - time.monotonic()))
-    except Exception:
-        traceback.print_exc()
-        os._exit(1)
-
-
-def _model(file: Path) -> Model:
-    try:
-        return parse_urdf(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise StartError(f"{file}: cannot be read: {error.strerror}") from error
-
-
-def _port(given: str | None, default: int) -> int:
-    if given is None:
-        return default
-    if not (given.isdigit() and 1 <= int(given) <= 65535):
-        raise ConfigError(f"~port = {given}: allowed is 1..65535")
-    return int(given)
-
-
-def _check_free(host: str, port: int) -> None:
-    """Find out now what uvicorn would only log."""
-    try:
-        with socket.create_server((host, port)):
-            pass
-    except OSError as error:
-        raise StartError(f"{host}:{port} cannot be listened on: {error.strerror}") from error

@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import select
 import signal
-import socket
 import sys
 from typing import Annotated
 
@@ -27,7 +26,14 @@ import typer
 from scara_config import ConfigError, load_robot
 from scara_config.modbus_map import load_modbus_map
 from scara_ros.page.page_door import PageDoor
-from scara_ros.page.page_token_io import address, page_token, refuse_token_in, ros_home
+from scara_ros.page.page_token_io import (
+    PageError,
+    listen,
+    page_token,
+    refuse_token_in,
+    ros_home,
+    shown_address,
+)
 from scara_ros.page.token_file_io import TokenError
 from scara_ros.shell.command_line_io import CommandLine, ConfigDir
 from scara_ros.shell.program_io import WRONG
@@ -38,7 +44,7 @@ from fanuc_emulator.pendant.pendant_node import Host, Port
 TOKEN_VARIABLE, TOKEN_FILE = "PENDANT_PAGE_TOKEN", "pendant_token"
 
 
-app = CommandLine("pendant_page", {ConfigError: WRONG, TokenError: WRONG})
+app = CommandLine("pendant_page", dict.fromkeys((ConfigError, PageError, TokenError), WRONG))
 
 
 @app.command()
@@ -62,17 +68,11 @@ def serve(
     token = page_token(TOKEN_VARIABLE, file)
     robot, layout = load_robot(config_dir), load_modbus_map(config_dir)
     config, programs = load_emulator(robot, config_dir), load_programs(robot, config_dir)
-    try:
-        listener = socket.create_server((page_host, page_port))
-    except OSError as error:
-        text = f"{page_host}:{page_port} cannot be listened on: {error.strerror}"
-        raise ConfigError(text) from error
+    listener = listen(page_host, page_port)
     # A page that is served ends by them too: uvicorn raises them again when it has ended.
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: sys.exit(0))
-    # A log file may be read by others: there the token stays in its own file.
-    shown = token if sys.stdout.isatty() else f"TOKEN, which is in {file} unless it was given"
-    print(f"pendant_page: {address(page_host, page_port, shown)}", flush=True)
+    print(f"pendant_page: {shown_address(page_host, page_port, token, file)}", flush=True)
     with listener:
         # Who connects is answered once the page is loaded.
         select.select([listener], [], [])

@@ -11,7 +11,7 @@ from functools import partial
 
 from scara_ros.page.page_door import PageDoor
 from scara_ros.page.page_guard_io import PageGuard
-from scara_ros.page.page_library_io import app, run, ui
+from scara_ros.page.page_library_io import app, run, serve_pages, ui
 
 from fanuc_emulator.pendant.pendant_link_io import PendantLink
 from fanuc_emulator.pendant.pendant_station_io import PendantStation, expire_heartbeat
@@ -184,15 +184,4 @@ def serve_page(listener: socket.socket, page: PendantPage, door: PageDoor, title
     ui.page("/")(page.build)
     app.add_middleware(PageGuard, door=door)
     host, port = listener.getsockname()[:2]
-    ui.run(
-        host=host,
-        port=port,
-        fd=listener.fileno(),
-        title=title,
-        favicon="\N{JOYSTICK}",
-        show=False,
-        reload=False,
-        tailwind=False,
-        show_welcome_message=False,
-        timeout_graceful_shutdown=1,
-    )
+    serve_pages(host, port, title, fd=listener.fileno(), favicon="\N{JOYSTICK}")

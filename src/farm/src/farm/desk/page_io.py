@@ -7,12 +7,8 @@ no web socket, and ten pages cost ten times a text that was made once.
 
 from __future__ import annotations
 
-import asyncio
 import gzip
-import html
 import signal
-import socket
-import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -22,8 +18,16 @@ from pathlib import Path
 import msgspec
 from scara_ros.page.page_door import PageDoor
 from scara_ros.page.page_guard_io import PageGuard
-from scara_ros.page.page_library_io import app, background_tasks, ui
-from scara_ros.page.page_token_io import address
+from scara_ros.page.page_library_io import (
+    WebFolder,
+    app,
+    button_of,
+    offer,
+    plain,
+    serve_pages,
+    ui,
+)
+from scara_ros.page.page_token_io import PageError, listen
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response, StreamingResponse
@@ -54,13 +58,8 @@ FIGURES_S = 25.0
 """Our choice: pages ask for the figures twice a minute; counting a large farm is work."""
 LAST_WEEKS = ("1", "0")
 """The week before this one, and this one."""
-KNOCK_S = 0.02
 THERE_S = 0.5
 """Our choice: the router answers who is there within milliseconds."""
-
-
-class PageError(RuntimeError):
-    """The page cannot be served; the text says why and what to do."""
 
 
 class PageFigures(msgspec.Struct, frozen=True):
@@ -94,13 +93,12 @@ class Page:
         self._desk, self._site, self._who, self._expiry_s = desk, site, who, expiry_s
         self._made, self._wall, self._packed = 0.0, b"", b""
         self._counted, self._figures, self._counting = 0.0, b"", threading.Lock()
-        self._version = str(max(int(file.stat().st_mtime) for file in web.iterdir()))
-        app.add_static_files("/farm/web", str(web), max_cache_age=0)
-        app.add_api_route("/farm/wall", self._show, methods=["GET"], include_in_schema=False)
-        app.add_api_route("/farm/command", self._command, methods=["POST"], include_in_schema=False)
-        app.add_api_route("/farm/figures", self._count, methods=["GET"], include_in_schema=False)
-        app.add_api_route("/farm/compare", self._compare, methods=["GET"], include_in_schema=False)
-        app.add_api_route("/farm/alarm", self._mark, methods=["POST"], include_in_schema=False)
+        self._web = WebFolder("/farm/web", web)
+        offer("/farm/wall", self._show)
+        offer("/farm/command", self._command, "POST")
+        offer("/farm/figures", self._count)
+        offer("/farm/compare", self._compare)
+        offer("/farm/alarm", self._mark, "POST")
         ui.page("/", title=f"{site}: farm", response_timeout=10.0)(self._build)
 
     def wall(self, now: float) -> bytes:
@@ -183,27 +181,21 @@ class Page:
 
     def _build(self) -> None:
         """Build one page."""
-        ui.add_head_html(f'<link rel="stylesheet" href="/farm/web/farm.css?{self._version}">')
-        ui.add_body_html(f'<script type="module" src="/farm/web/farm.js?{self._version}"></script>')
+        self._web.add("farm.css", "farm.js")
         with ui.element("header").classes("bar"):
             with ui.element("div").classes("bar-title"):
-                _text("h1", f"Farm {self._site}")
-                _text("span", "connecting", "summary").props('id=summary role="status"')
-            _text("span", "", "clock").props('id=clock aria-label="clock of the desk"')
-            with ui.element("button").classes("button to-alarms").props("type=button id=to-alarms"):
-                _text("span", "Alarms")
+                plain(f"Farm {self._site}", "", "h1")
+                plain("connecting", "summary").props('id=summary role="status"')
+            plain("", "clock").props('id=clock aria-label="clock of the desk"')
+            button_of("Alarms", "button to-alarms", "id=to-alarms")
             with ui.element("div").classes("bar-all"):
                 for command in reversed(ALWAYS):
                     named = f'data-command={command} data-cell=all aria-label="{command} all"'
-                    pressed = ui.element("button").classes(f"button {command.lower()} all")
-                    with pressed.props(f"type=button {named}"):
-                        _text("span", f"{command} ALL")
+                    button_of(f"{command} ALL", f"button {command.lower()} all", named)
             with ui.element("div").classes("bar-worst"):
                 ui.element("ol").classes("chips").props('id=worst aria-label="The worst cells"')
-                more = ui.element("button").classes("button more").props("type=button id=more")
-                with more:
-                    _text("span", "")
-            _text("div", "", "banner hidden").props('id=banner role="alert"')
+                button_of("", "button more", "id=more")
+            plain("", "banner hidden", "div").props('id=banner role="alert"')
         with ui.element("div").classes("grid"):
             with ui.element("section").classes("wall-place").props('aria-label="Cells"'):
                 ui.element("div").classes("wall").props("id=wall")
@@ -252,59 +244,24 @@ def serve(host: str, port: int, token: str, title: str, told: str) -> None:
         PageError: Something else listens there.
     """
     try:
-        with socket.create_server((host, port)):
-            pass
-    except OSError as error:
-        raise PageError(
-            f"{host}:{port} cannot be listened on: {error.strerror}: give another port, "
-            "./cell farm --port, or desk.port in farm.yaml"
-        ) from error
+        listen(host, port).close()
+    except PageError as error:
+        hint = "give another port, ./cell farm --port, or desk.port in farm.yaml"
+        raise PageError(f"{error}: {hint}") from error
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: None)  # uvicorn ends by them, then raises them again
-    app.on_startup(lambda: background_tasks.create(_tell(host, port, told), name="tell"))
     app.add_middleware(PageGuard, door=PageDoor(PAGE, host, port, token))
-    ui.run(
-        host=host,
-        port=port,
-        title=title,
-        dark=None,
-        show=False,
-        reload=False,
-        tailwind=False,
-        show_welcome_message=False,
-        reconnect_timeout=5.0,
-        timeout_graceful_shutdown=1,
-    )
 
+    def tell() -> None:
+        print(f"farm: {told}", flush=True)
 
-async def _tell(host: str, port: int, told: str) -> None:
-    """Print the address once the server answers there; it listens after its start-up handlers."""
-    while True:
-        try:
-            _, writer = await asyncio.open_connection(host, port)
-        except OSError:
-            await asyncio.sleep(KNOCK_S)
-        else:
-            writer.close()
-            print(f"farm: {told}", flush=True)
-            return
-
-
-def page_address(host: str, port: int, token: str, file: Path) -> str:
-    """Return what to open; a log, which others may read, gets the token's place instead."""
-    shown = token if sys.stdout.isatty() else f"TOKEN, which is in {file} unless it was given"
-    return address(host, port, shown)
+    serve_pages(host, port, title, tell, dark=None, reconnect_timeout=5.0)
 
 
 def _short(drift: FigureDrift) -> FigureDrift:
     """Return a row of figures with as many digits as a picture shows."""
     values = tuple(float(f"{value:.4g}") for value in drift.values)
     return msgspec.structs.replace(drift, values=values)
-
-
-def _text(tag: str, text: str, classes: str = "") -> ui.element:
-    """Add an element with plain text."""
-    return ui.html(html.escape(text), sanitize=False, tag=tag).classes(classes)
 
 
 def _card(title: str, about: str = "", changes: str = "") -> ui.element:
@@ -317,11 +274,11 @@ def _card(title: str, about: str = "", changes: str = "") -> ui.element:
     """
     card = ui.element("section").classes("card").props(f'aria-label="{title}"')
     with card, ui.element("div").classes("card-head"):
-        _text("h2", title)
+        plain(title, "", "h2")
         if about:
-            _text("span", about, "muted")
+            plain(about, "muted")
         if changes:
-            _text("span", "", "muted").props(f"id={changes}")
+            plain("", "muted").props(f"id={changes}")
     return card
 
 

@@ -9,7 +9,7 @@ import threading
 from datetime import datetime, timezone
 from pathlib import Path
 
-from scara_ros.page.page_token_io import page_token, ros_home
+from scara_ros.page.page_token_io import PageError, page_token, ros_home, shown_address
 from scara_ros.page.token_file_io import TokenError
 
 from farm.bus_io import BusError, open_router
@@ -88,13 +88,13 @@ def _door(
 def _serve(desk: Desk, config: FarmConfig, who: tuple[str, str]) -> None:
     """Serve the page until a signal."""
     # Imported late: NiceGUI takes a second, and only the page needs it.
-    from farm.desk.page_io import Page, PageError, page_address, serve
+    from farm.desk.page_io import Page, serve
 
     settings, file = config.desk, ros_home() / TOKEN_FILE
     token = page_token(TOKEN_VARIABLE, file)
     web = Path(__file__).resolve().parents[3] / "web"
     Page(desk, config.site, web, who, settings.expiry_ms * 1e-3)
-    told = page_address(settings.host, settings.port, token, file)
+    told = shown_address(settings.host, settings.port, token, file)
     try:
         serve(settings.host, settings.port, token, f"{config.site}: farm", told)
     except PageError as error:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Awaitable, Callable
 
 import msgspec
-from nicegui import app
+from scara_ros.page.page_library_io import offer
 from starlette.responses import Response
 
 from operator_panel.door import Picture
@@ -32,7 +32,7 @@ def offer_camera(picture: Callable[[str], Awaitable[Picture | None]]) -> None:
             found.jpeg, media_type="image/jpeg", headers={**FRESH, "X-Stamp": found.stamp}
         )
 
-    app.add_api_route(CAMERA, answer, methods=["GET"], include_in_schema=False)
+    offer(CAMERA, answer)
 
 
 def offer_past(past: Past, recordings: Recordings, window_s: float) -> None:
@@ -58,7 +58,7 @@ def offer_past(past: Past, recordings: Recordings, window_s: float) -> None:
             return _refusal(404, "nothing is remembered yet")
         return Response(msgspec.json.encode(found), media_type="application/json", headers=FRESH)
 
-    app.add_api_route(PAST, answer, methods=["GET"], include_in_schema=False)
+    offer(PAST, answer)
 
 
 def offer_events(csv: Callable[[], str]) -> None:
@@ -68,7 +68,7 @@ def offer_events(csv: Callable[[], str]) -> None:
         name = {"Content-Disposition": 'attachment; filename="events.csv"'}
         return Response(csv(), media_type="text/csv; charset=utf-8", headers={**FRESH, **name})
 
-    app.add_api_route(EVENTS, answer, methods=["GET"], include_in_schema=False)
+    offer(EVENTS, answer)
 
 
 def _refusal(status: int, why: str) -> Response:

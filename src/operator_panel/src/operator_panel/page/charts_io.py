@@ -8,8 +8,9 @@ from __future__ import annotations
 from typing import Any
 
 from nicegui import ui
+from scara_ros.page.page_library_io import PLAIN_BUTTON, button_of, plain, tabs_of
 
-from operator_panel.page.view_io import PageView, plain
+from operator_panel.page.view_io import PageView
 from operator_panel.view.frame import PAIR, PAIR_QUANTITIES
 
 KINDS = {
@@ -33,29 +34,10 @@ def build_charts(view: PageView) -> dict[str, Any]:
             title = ui.element("h2").classes("card-title").props("data-chart-title")
             with title:
                 plain(f"Last {view.config.chart_window_s:g} s")
-            with (
-                ui.element("button")
-                .classes("button plain-button")
-                .props("type=button data-pause aria-pressed=false")
-            ):
-                plain("Freeze")
-            with ui.element("div").classes("segmented chart-choice").props('role="tablist"'):
-                for kind, text in (("motion", "Motion"), ("loop", "Loop")):
-                    with ui.element("button").props(f"type=button role=tab data-chart={kind}"):
-                        plain(text)
-            with ui.element("div").classes("segmented").props('role="tablist"'):
-                for name in joints:
-                    button = ui.element("button").props(
-                        f'type=button role=tab data-select="{name}"'
-                    )
-                    with button:
-                        plain(joint_title(name))
-            with (
-                ui.element("button")
-                .classes("button plain-button")
-                .props("type=button data-plot-choose aria-expanded=false")
-            ):
-                plain("Choose")
+            button_of("Freeze", PLAIN_BUTTON, "data-pause aria-pressed=false")
+            tabs_of({"motion": "Motion", "loop": "Loop"}, "chart", "segmented chart-choice")
+            tabs_of({name: joint_title(name) for name in joints}, "select")
+            button_of("Choose", PLAIN_BUTTON, "data-plot-choose aria-expanded=false")
         with ui.element("div").classes("charts"):
             motion = ui.echart(_motion_options()).classes("chart")
             loop = ui.echart(_loop_options()).classes("chart")
@@ -80,9 +62,7 @@ def _build_choice(joints: list[str]) -> None:
         with ui.element("div").classes("row-line"):
             plain(f"Up to {MOST} in one chart; the address keeps them", "field-title")
             for name, text in (("clear", "Clear"), ("close", "Done")):
-                button = ui.element("button").classes("button plain-button")
-                with button.props(f"type=button data-plot-{name}"):
-                    plain(text)
+                button_of(text, PLAIN_BUTTON, f"data-plot-{name}")
         for name in joints:
             _row(joint_title(name), {f"{name}.{kind}": text for kind, text in KINDS.items()})
         _row("Pair", {f"{PAIR}.{kind}": one.title for kind, one in PAIR_QUANTITIES.items()})
@@ -93,10 +73,8 @@ def _row(title: str, quantities: dict[str, str]) -> None:
     with group:
         plain(title, "field-title")
         for key, text in quantities.items():
-            button = ui.element("button").classes("plot-pick")
-            button.props(f'type=button data-plot="{key}" aria-pressed=false')
-            with button.props(f'aria-label="{title}: {text}"'):
-                plain(text)
+            props = f'data-plot="{key}" aria-pressed=false aria-label="{title}: {text}"'
+            button_of(text, "plot-pick", props)
 
 
 def _quantities(view: PageView) -> dict[str, dict[str, str]]:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable
 
 from nicegui import ui
+from scara_ros.page.page_library_io import button_of, plain
 
 from operator_panel.door import Answer
 from operator_panel.page.picture.look_back_io import build_past_note
-from operator_panel.page.view_io import PageView, live, plain
+from operator_panel.page.view_io import PageView, live, push_button
 from operator_panel.view.progress import SHOWN
 from operator_panel.view.snapshot import Snapshot
 
@@ -55,13 +56,8 @@ def _stop(command: str, text: str, style: str, title: str) -> None:
     What became of it stands below it.
     """
     with ui.element("div").classes("stop-place"):
-        with (
-            ui.element("button")
-            .classes(f"stop-button {style}")
-            .props(f'type=button title="{title}" data-stop="{command}"')
-            .mark(command.lower())
-        ):
-            plain(text)
+        pressed = button_of(text, f"stop-button {style}", f'title="{title}" data-stop="{command}"')
+        pressed.mark(command.lower())
         plain("", "stop-answer").props(f'role="status" data-stop-answer="{command}"')
 
 
@@ -128,8 +124,7 @@ def _button(
         if not answer.success:
             view.tell(answer, text)
 
-    made = ui.button(text, on_click=send, color=None).props("unelevated no-caps dense")
-    return made.classes(f"button {style}").mark(name)
+    return push_button(text, send, style).mark(name)
 
 
 def _question(view: PageView) -> None:

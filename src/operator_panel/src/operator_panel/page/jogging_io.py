@@ -6,10 +6,13 @@ or which axis of which frame; the server judges it.
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 from nicegui import ui
 from scara_config import Joint
+from scara_ros.page.page_library_io import plain, tabs_of
 
 from operator_panel.control.steps import (
     AXES,
@@ -24,7 +27,7 @@ from operator_panel.control.turns import turn_step, why_no_turns
 from operator_panel.door import Answer
 from operator_panel.page.charts_io import joint_title
 from operator_panel.page.preview.asking_io import LookFirst
-from operator_panel.page.view_io import PageView, live, plain
+from operator_panel.page.view_io import PageView, live, push_button
 from operator_panel.view import words
 from scara_description.urdf import Model
 
@@ -36,15 +39,16 @@ WAYS = {
 }
 """Name of a way of jogging: its button."""
 STEP_LENGTHS = "Step, deg or mm"
+Target = tuple[str, dict[str, Any]]
+"""A command that moves to a target, and its fields."""
+Aim = Callable[[dict[str, float], float], Target]
+"""Tells the target of a step by where the joints are [rad] or [m] and its length [deg or mm]."""
 
 
 def build_jog(view: PageView, model: Model) -> None:
     """Build the ways of jogging: hold a joint or the tool, step a joint or the tool."""
     steps = _Steps(view, model)
-    with ui.element("div").classes("segmented jog-ways").props('role="tablist"'):
-        for way, text in WAYS.items():
-            with ui.element("button").props(f"type=button role=tab data-way={way}"):
-                plain(text)
+    tabs_of(WAYS, "way", "segmented jog-ways")
     builders: dict[str, Callable[[], None]] = {
         "hold": lambda: _build_hold(view),
         "hold_tool": lambda: _build_hold_tool(view, steps),
@@ -69,10 +73,8 @@ class _Steps:
         with ui.element("div").classes("jog"):
             for joint in self._view.robot.twin_joints:
                 title = joint_title(joint.name)
-                self._row(title, f"Step {title}", self._joint(joint.name))
-        with ui.element("div").classes("row-line"):
-            self._sizes()
-            self._looks.build()
+                self._row(title, f"Step {title}", joint.unit, partial(self._joint, joint.name))
+        self._sizes()
 
     def build_tool(self) -> None:
         """Build a step of the tool along each axis, and a turn about it.
@@ -84,122 +86,98 @@ class _Steps:
         turns = set(TURNS) <= set(self._view.desk.arm.axes)
         with ui.element("div").classes("jog"):
             for axis in AXES:
-                self._row(axis.upper(), f"Step {axis.upper()}", self._tool(axis))
+                told = f"Step {axis.upper()}"
+                self._row(axis.upper(), told, "mm", partial(self._tool, axis), True)
             for axis in TURNS if turns else ():
                 title = turn_title(axis)
-                self._row(title, title, self._turned(axis))
+                self._row(title, title, "deg", partial(self._turned, axis), True)
             if not turns:
                 _build_greyed_turn(self._view, "steps", "Step joint")
-        with ui.element("div").classes("row-line"):
-            self._sizes()
-            self._looks.build()
+        self._sizes()
 
     def frames(self) -> None:
         """Build the choice of the axes: those of the base, or those of the tool."""
+
+        def choose(frame: str) -> None:
+            self._frame = frame
+
         plain("Axes of", "field-title")
-        choice = ui.element("div").classes("segmented").props('role=tablist aria-label="Axes of"')
-        with choice:
-            for frame in FRAMES:
-                button = ui.element("button").props(f"type=button role=tab data-frame={frame}")
-                button.on("click", lambda frame=frame: self._turn(frame))
-                with button:
-                    plain(frame.capitalize())
+        texts = {frame: frame.capitalize() for frame in FRAMES}
+        tabs_of(texts, "frame", heard=choose).props('aria-label="Axes of"')
 
-    def _row(self, title: str, told: str, press: Callable[[float], Awaitable[None]]) -> None:
-        """Build the two steps of one thing; ``told`` is what a screen reader says of them."""
-        with ui.element("div").classes("jog-row"):
-            for direction in (-1, 1):
-                sign = "+" if direction > 0 else words.MINUS
+    def _row(self, title: str, told: str, unit: str, aim: Aim, framed: bool = False) -> None:
+        """Build the two steps of one thing.
 
-                async def step(direction: int = direction) -> None:
-                    await press(direction * self._size)
+        Args:
+            title: Its name.
+            told: What a screen reader says of it, and the page when it is stepped.
+            unit: Of the step's length.
+            aim: Tells where a step leads.
+            framed: Whether it depends on the chosen axes.
+        """
+        view = self._view
 
-                button = ui.button(sign, on_click=step, color=None)
-                button.props(f'unelevated dense no-caps aria-label="{told} {sign}"')
-                button.classes("button jog-button")
-                self._view.guard(button, "MOVE")
-                if direction < 0:
-                    plain(title, "jog-name")
+        async def step(direction: int) -> None:
+            length = direction * self._size
+            signed = words.number(length, 1 if abs(length) < 1.0 else 0, signed=True)
+            text = f"{told} {signed} {unit}" + (f", {self._frame}" if framed else "")
+            try:
+                command, fields = aim(positions_now(view.robot, view.door.snapshot()), length)
+            except StepError as error:
+                view.tell(Answer(False, str(error)), text)
+                return
+            # As slow as a jog when the page opens.
+            percent = view.config.jog.speed_percent
+            await self._looks.send(command, text, **fields, speed_percent=percent)
+
+        def build(direction: int, sign: str) -> None:
+            button = push_button(sign, partial(step, direction), "jog-button")
+            view.guard(button.props(f'aria-label="{told} {sign}"'), "MOVE")
+
+        _both_ways(title, build)
 
     def _sizes(self) -> None:
-        """Build the choice of the step's length; all ways share one."""
-        plain(STEP_LENGTHS, "field-title")
-        choice = ui.element("div").classes("segmented")
-        with choice.props(f'role=tablist aria-label="{STEP_LENGTHS}"'):
-            for size in SIZES:
-                button = ui.element("button").props(f"type=button role=tab data-step={size:g}")
-                button.on("click", lambda size=size: self._choose(size))
-                with button:
-                    plain(f"{size:g}")
+        """Build the choice of the step's length, which all ways share, and of a preview."""
 
-    def _choose(self, size: float) -> None:
-        self._size = size
+        def choose(size: str) -> None:
+            self._size = float(size)
 
-    def _turn(self, frame: str) -> None:
-        self._frame = frame
+        with ui.element("div").classes("row-line"):
+            plain(STEP_LENGTHS, "field-title")
+            sizes = {f"{size:g}": f"{size:g}" for size in SIZES}
+            tabs_of(sizes, "step", heard=choose).props(f'aria-label="{STEP_LENGTHS}"')
+            self._looks.build()
 
-    def _joint(self, name: str) -> Callable[[float], Awaitable[None]]:
-        async def step(length: float) -> None:
-            robot = self._view.robot
-            unit = next(joint.unit for joint in robot.twin_joints if joint.name == name)
-            title = f"Step {joint_title(name)} {_signed(length)} {unit}"
-            try:
-                now = positions_now(robot, self._view.door.snapshot())
-                target = joint_step(robot, now, name, length)
-            except StepError as error:
-                self._view.tell(Answer(False, str(error)), title)
-                return
-            fields = {"joint_positions": list(target), "speed_percent": self._speed}
-            await self._looks.send("MOVE_JOINTS", title, **fields)
+    def _joint(self, name: str, now: dict[str, float], length: float) -> Target:
+        target = joint_step(self._view.robot, now, name, length)
+        return "MOVE_JOINTS", {"joint_positions": target}
 
-        return step
+    def _tool(self, axis: str, now: dict[str, float], length: float) -> Target:
+        link = self._view.robot.tool_frame
+        return "MOVE", tool_step(self._model, link, now, axis, length, self._frame == "tool")
 
-    def _tool(self, axis: str) -> Callable[[float], Awaitable[None]]:
-        async def step(length: float) -> None:
-            robot, frame = self._view.robot, self._frame
-            title = f"Step {axis.upper()} {_signed(length)} mm, {frame}"
-            try:
-                now = positions_now(robot, self._view.door.snapshot())
-            except StepError as error:
-                self._view.tell(Answer(False, str(error)), title)
-                return
-            target = tool_step(self._model, robot.tool_frame, now, axis, length, frame == "tool")
-            await self._looks.send("MOVE", title, **target, speed_percent=self._speed)
+    def _turned(self, axis: str, now: dict[str, float], length: float) -> Target:
+        target = turn_step(self._view.desk.arm, now, axis, length, self._frame == "tool")
+        return "MOVE_JOINTS", {"joint_positions": target}
 
-        return step
 
-    def _turned(self, axis: str) -> Callable[[float], Awaitable[None]]:
-        async def step(length: float) -> None:
-            view, frame = self._view, self._frame
-            title = f"{turn_title(axis)} {_signed(length)} deg, {frame}"
-            try:
-                now = positions_now(view.robot, view.door.snapshot())
-                target = turn_step(view.desk.arm, now, axis, length, frame == "tool")
-            except StepError as error:
-                view.tell(Answer(False, str(error)), title)
-                return
-            fields = {"joint_positions": target, "speed_percent": self._speed}
-            await self._looks.send("MOVE_JOINTS", title, **fields)
-
-        return step
-
-    @property
-    def _speed(self) -> float:
-        """As slow as a jog when the page opens [percent]."""
-        return self._view.config.jog.speed_percent
+def _both_ways(title: str, build: Callable[[int, str], None]) -> None:
+    """Build a row: backwards, the name, forwards."""
+    with ui.element("div").classes("jog-row"):
+        build(-1, words.MINUS)
+        plain(title, "jog-name")
+        build(1, "+")
 
 
 def _build_greyed_turn(view: PageView, way: str, instead: str) -> None:
     """Build a turn that nobody can press, with the reason and what to use instead below it."""
     title, reason = turn_title(TURNS[-1]), f"why-no-turns-{way}"
-    with ui.element("div").classes("jog-row"):
-        for direction in (-1, 1):
-            sign = "+" if direction > 0 else words.MINUS
-            button = ui.button(sign, color=None).classes("button jog-button")
-            button.props(f'unelevated dense no-caps aria-label="{title} {sign}"')
-            button.props(f"aria-describedby={reason}").set_enabled(False)
-            if direction < 0:
-                plain(title, "jog-name")
+
+    def build(_: int, sign: str) -> None:
+        props = f'aria-label="{title} {sign}" aria-describedby={reason}'
+        push_button(sign, None, "jog-button", props).set_enabled(False)
+
+    _both_ways(title, build)
     plain(why_no_turns(view.robot, instead), "hint jog-why", "p").props(f"id={reason}")
 
 
@@ -208,20 +186,12 @@ def turn_title(axis: str) -> str:
     return f"Turn {axis[-1].upper()}"
 
 
-def _signed(length: float) -> str:
-    return words.number(length, 1 if abs(length) < 1.0 else 0, signed=True)
-
-
 def _build_hold(view: PageView) -> None:
     """Build the held buttons; the browser sends signs while one is held."""
     limit = view.around.jog_limit_percent
     with ui.element("div").classes("jog"):
         for joint in view.robot.twin_joints:
-            with ui.element("div").classes("jog-row"):
-                title, what = joint_title(joint.name), f'data-jog="{joint.name}"'
-                _held_button(view, what, title, -1)
-                plain(title, "jog-name")
-                _held_button(view, what, title, 1)
+            _held_row(view, f'data-jog="{joint.name}"', joint_title(joint.name))
     with ui.element("div").classes("jog-speed"):
         plain("Speed", "field-title")
         slider = ui.slider(
@@ -249,18 +219,11 @@ def _build_hold_tool(view: PageView, steps: _Steps) -> None:
     turns = len(axes) > len(LINES)
     with ui.element("div").classes("row-line"):
         steps.frames()
-        choice = ui.element("div").classes("segmented").props('role=tablist aria-label="Speed"')
-        with choice:
-            for name in ("slow", "fast"):
-                with ui.element("button").props(f"type=button role=tab data-pace={name}"):
-                    plain(name.capitalize())
+        tabs_of({"slow": "Slow", "fast": "Fast"}, "pace").props('aria-label="Speed"')
     with ui.element("div").classes("jog"):
         for axis in axes:
             title = axis.upper() if axis in LINES else turn_title(axis)
-            with ui.element("div").classes("jog-row"):
-                _held_button(view, f"data-axis={axis}", title, -1)
-                plain(title, "jog-name")
-                _held_button(view, f"data-axis={axis}", title, 1)
+            _held_row(view, f"data-axis={axis}", title)
         if not turns:
             _build_greyed_turn(view, "hold", "Hold joint")
     text = f"Slow {speeds.slow_mm_s:g}, fast {speeds.fast_mm_s:g} mm/s"
@@ -275,13 +238,14 @@ def _build_hint(before: str = "") -> None:
         live("jog", "jog-state")
 
 
-def _held_button(view: PageView, what: str, title: str, direction: int) -> None:
-    """Build a button that moves something while it is held; ``what`` says what."""
-    sign = "+" if direction > 0 else words.MINUS
-    button = ui.button(sign, color=None).props("unelevated dense no-caps")
-    button.classes("button jog-button")
-    button.props(f'{what} data-direction="{direction}" aria-label="Jog {title} {sign}"')
-    view.guard(button, "JOG")
+def _held_row(view: PageView, what: str, title: str) -> None:
+    """Build the buttons that move something while one is held; ``what`` says what."""
+
+    def build(direction: int, sign: str) -> None:
+        button = push_button(sign, None, "jog-button", f'{what} data-direction="{direction}"')
+        view.guard(button.props(f'aria-label="Jog {title} {sign}"'), "JOG")
+
+    _both_ways(title, build)
 
 
 def _speeds(joints: list[Joint], percent: float) -> str:

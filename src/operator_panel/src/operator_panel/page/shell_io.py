@@ -10,6 +10,7 @@ from typing import Any
 from nicegui import Client, app, ui
 from scara_config import Robot
 from scara_ros.page.page_guard_io import KNOWN, PERSON
+from scara_ros.page.page_library_io import WebFolder, offer, plain, tabs_of
 from starlette.requests import Request
 from starlette.responses import FileResponse, PlainTextResponse, Response
 
@@ -27,7 +28,7 @@ from operator_panel.page.records.recordings_io import build_recordings
 from operator_panel.page.status_io import build_alarms, build_events, build_joints
 from operator_panel.page.target_io import build_target
 from operator_panel.page.tuning_io import build_tuning
-from operator_panel.page.view_io import PageView, live, plain
+from operator_panel.page.view_io import PageView, live
 from operator_panel.page.work.programs_io import build_programs
 from operator_panel.page.work.robot_io import build_robot, build_today
 from operator_panel.retelling.run_folders_io import file_of
@@ -62,11 +63,8 @@ class Shell:
         self._robot, self._model, self._config, self._around = robot, model, config, around
         self._door, self._desk, self._live = door, desk, live
         self._runs = runs
-        self._version = str(max(int(file.stat().st_mtime) for file in web.rglob("*")))
-        app.add_static_files("/panel", str(web), max_cache_age=0)
-        app.add_api_route(
-            "/runs/{run}/{file}", self._report, methods=["GET"], include_in_schema=False
-        )
+        self._web = WebFolder("/panel", web)
+        offer("/runs/{run}/{file}", self._report)
         app.add_exception_handler(404, _nothing_here)
         ui.page("/", title=f"{robot.name}: operator", response_timeout=10.0)(self._page)
 
@@ -77,9 +75,8 @@ class Shell:
         view = PageView(self._robot, self._config, self._around, self._door, self._desk, session)
         told = self._build(view)
         panel = json.dumps({**told, "page": client.id, "live": PATH})
-        ui.add_head_html(f'<link rel="stylesheet" href="/panel/panel.css?{self._version}">')
         ui.add_body_html(f"<script>window.PANEL = {panel}</script>")
-        ui.add_body_html(f'<script type="module" src="/panel/main.js?{self._version}"></script>')
+        self._web.add("panel.css", "main.js")
         self._live.listeners.append(view.refresh)
         client.on_delete(lambda: self._live.listeners.remove(view.refresh))
 
@@ -108,10 +105,7 @@ class Shell:
 
     def _tabs(self, view: PageView) -> dict[str, Any]:
         """Build all tabs; return what the browser needs to feed the charts."""
-        with ui.element("div").classes("tabs").props('role="tablist"'):
-            for name in TABS:
-                with ui.element("button").props(f'type=button role=tab data-tab="{name}"'):
-                    plain(name)
+        tabs_of({name: name for name in TABS}, "tab", "tabs")
         charts: dict[str, Any] = {}
         builders: list[Callable[[PageView], None]] = [
             lambda view: build_jog(view, self._model),

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from nicegui import ui
+from scara_ros.page.page_library_io import PLAIN_BUTTON, button_of, plain, tabs_of
 
 from operator_panel.control import mode_table
 from operator_panel.page.charts_io import joint_title
-from operator_panel.page.view_io import PageView, card, live, plain
+from operator_panel.page.view_io import PageView, card, live
 
-SEVERITIES = (("", "All"), ("warning", "Warnings, faults"), ("open", "Not acknowledged"))
+SEVERITIES = {"": "All", "warning": "Warnings, faults", "open": "Not acknowledged"}
 
 
 def build_joints(view: PageView) -> None:
@@ -73,19 +74,10 @@ def _build_modes() -> None:
 def build_events(view: PageView) -> None:
     """Build filter, list and export of the events; the browser fills the list."""
     with ui.element("div").classes("events-head"):
-        with ui.element("div").classes("segmented").props('role="tablist"'):
-            for value, text in SEVERITIES:
-                button = ui.element("button").props(f'type=button role=tab data-events="{value}"')
-                with button:
-                    plain(text)
+        tabs_of(SEVERITIES, "events")
         with ui.element("div").classes("row-line"):
             if view.is_operator:
-                with (
-                    ui.element("button")
-                    .classes("button plain-button")
-                    .props("type=button data-acknowledge=0")
-                ):
-                    plain("Acknowledge all")
+                button_of("Acknowledge all", PLAIN_BUTTON, "data-acknowledge=0")
             with (
                 ui.element("a")
                 .classes("button plain-button")

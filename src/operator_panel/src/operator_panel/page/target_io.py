@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from functools import partial
 from typing import Any
 
 from nicegui import ui
+from scara_ros.page.page_library_io import plain
 
 from operator_panel.control.fields import error_text, parse_number
 from operator_panel.door import Answer
 from operator_panel.page.preview.asking_io import needs_judge, play
 from operator_panel.page.preview.motion_line_io import build_gate_line
-from operator_panel.page.view_io import PageView, live, plain
+from operator_panel.page.view_io import PageView, live, push_button
 from operator_panel.view import words
 
 AXES = ("x", "y", "z")
@@ -53,40 +54,24 @@ class _TargetForm:
             view.button("Move", "MOVE", "primary tall", self._move)
         with ui.element("div").classes("target-picks"):
             for name, position in view.around.positions.items():
-                pick = ui.button(name, on_click=lambda p=position: self._pick(p), color=None)
-                pick.props("unelevated no-caps dense").classes("button").mark(
-                    f"pick-{name.lower()}"
-                )
+                texts = [f"{value * 1e3:g}" for value in position]
+                pick = push_button(name, partial(self._fill, texts)).mark(f"pick-{name.lower()}")
                 pick.set_enabled(view.is_operator)
-            clear = ui.button("Clear", on_click=self._clear, color=None).props(
-                "unelevated no-caps dense"
-            )
-            clear.classes("button").mark("target-clear")
+            push_button("Clear", partial(self._fill, ("",) * len(AXES))).mark("target-clear")
         with ui.element("div").classes("row-line"):
             plain("Preview", "field-title")
             for text, ask in (("Move", self._try_move), ("Home", self._try_home)):
-                button = ui.button(text, on_click=ask, color=None)
-                button.props(f'unelevated no-caps dense aria-label="Preview {text}"')
-                button.classes("button").mark(f"preview-{text.lower()}")
-                needs_judge(view, button)
+                button = push_button(text, ask, props=f'aria-label="Preview {text}"')
+                needs_judge(view, button.mark(f"preview-{text.lower()}"))
             build_gate_line()
         self._text = ui.label(ASK).classes("preview").mark("preview")
-        self._gripper()
-
-    def _gripper(self) -> None:
-        """Build the gripper's switches; the twin controller passes them on to the real robot."""
+        # The gripper's switches; the twin controller passes them on to the real robot.
         with ui.element("div").classes("row-line gripper"):
             plain("Gripper", "field-title")
             for text, close in (("Grip", True), ("Let go", False)):
-                self._view.button(text, "MOVE", "", partial(self._grip, close))
+                switch = partial(view.door.grip, close)
+                view.button(text, "MOVE", "", partial(view.act, "GRIPPER", text, switch))
             live("gripper", "row-text")
-
-    async def _grip(self, close: bool) -> None:
-        page = self._view.session.page
-        number = self._view.desk.begin(page, "GRIPPER", "Grip" if close else "Let go")
-        refused = await self._view.desk.take(page)
-        answer = Answer(False, refused) if refused else await self._view.door.grip(close)
-        self._view.desk.ended(number, answer)
 
     def _number(self, label: str, unit: str, value: str, lower: float, upper: float) -> Any:
         def check(text: str) -> str | None:
@@ -101,13 +86,9 @@ class _TargetForm:
         field.mark(f"target-{label.lower()}").set_enabled(self._view.is_operator)
         return field
 
-    def _pick(self, position: tuple[float, float, float]) -> None:
-        for axis, value in zip(AXES, position):
-            self._fields[axis].set_value(f"{value * 1e3:g}")
-
-    def _clear(self) -> None:
-        for field in self._fields.values():
-            field.set_value("")
+    def _fill(self, texts: Sequence[str]) -> None:
+        for field, text in zip(self._fields.values(), texts, strict=True):
+            field.set_value(text)
 
     def _typed(self) -> None:
         """Close a preview of what was typed before; ask a little later, once nothing more comes."""

@@ -11,7 +11,7 @@ from nicegui import ui
 from operator_panel.control.fields import error_text, parse_number
 from operator_panel.door import Answer, Gains
 from operator_panel.page.charts_io import joint_title
-from operator_panel.page.view_io import PageView
+from operator_panel.page.view_io import PageView, push_button
 from operator_panel.step_response import describe, step_response
 
 MISSING = "Not available: the simulator offers no tuning service for this joint."
@@ -47,10 +47,7 @@ class _Tuning:
             self._message = ui.label(MISSING).classes("preview").mark("tuning-message")
         self._form = ui.element("div").classes("tuning")
         with ui.element("div").classes("tuning-foot"):
-            self._preview_button = ui.button("Preview step", on_click=self._preview, color=None)
-            self._preview_button.props("unelevated no-caps dense").classes("button").mark(
-                "tuning-preview"
-            )
+            push_button("Preview step", self._preview).mark("tuning-preview")
             view.button("Undo", "SPEED", "", self._undo).mark("tuning-undo")
             view.button("Set gains", "SPEED", "primary", self._set).mark("tuning-set")
         self._result = ui.label("").classes("preview").mark("tuning-result")

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import Any
 
 from nicegui import ui
 from scara_config import Robot
+from scara_ros.page.page_library_io import plain
 
 from operator_panel.config import PanelConfig, Surroundings
 from operator_panel.control.authority import Role, command_refusal
@@ -68,12 +69,17 @@ class PageView:
         async def send() -> None:
             await self.send(command)
 
-        made = ui.button(text, on_click=on_click or send, color=None).props(
-            "unelevated no-caps dense"
-        )
-        made.classes(f"button {style}").mark(command.lower())
+        made = push_button(text, on_click or send, style).mark(command.lower())
         self.guard(made, command)
         return made
+
+    async def act(self, kind: str, title: str, act: Callable[[], Awaitable[Answer]]) -> Answer:
+        """Take control if nobody holds it, and do something; its place shows what becomes of it."""
+        number = self.desk.begin(self.session.page, kind, title)
+        refused = await self.desk.take(self.session.page)
+        answer = Answer(False, refused) if refused else await act()
+        self.desk.ended(number, answer)
+        return answer
 
     async def send(self, command: str, title: str = "", **fields: Any) -> Answer:
         """Send a command; its place on the page shows what becomes of it, under ``title``."""
@@ -107,9 +113,12 @@ def live(key: str, style: str = "", tag: str = "span") -> ui.element:
     return ui.element(tag).props(f'data-live="{key}"').classes(f"live {style}")
 
 
-def plain(text: str, style: str = "", tag: str = "span") -> ui.element:
-    """Make a place with a fixed text."""
-    return ui.html(text, sanitize=False, tag=tag).classes(style)
+def push_button(
+    text: str, on_click: Callable[[], Any] | None, style: str = "", props: str = ""
+) -> ui.button:
+    """Make a button that the server hears, for everybody; without ``on_click`` the browser does."""
+    made = ui.button(text, on_click=on_click, color=None)
+    return made.props(f"unelevated no-caps dense {props}").classes(f"button {style}")
 
 
 def card(title: str, style: str = "") -> ui.element:

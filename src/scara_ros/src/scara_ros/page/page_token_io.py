@@ -1,13 +1,15 @@
-"""The token of a page: of the environment, or kept in a file; and the address that brings it.
+"""Where a page is found: its port, its address, and the token that the address brings.
 
-It is never taken from the command line, which everybody on the machine can read, and rospy writes
-its parameters to the parameter server.
+The token is of the environment, or kept in a file. It is never taken from the command line, which
+everybody on the machine can read, and rospy writes its parameters to the parameter server.
 """
 
 from __future__ import annotations
 
 import os
 import re
+import socket
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,6 +17,22 @@ from scara_ros.page.token_file_io import TokenError, owned_token
 
 FORM = re.compile(r"[A-Za-z0-9_-]{16,}")
 """Long enough that guessing is hopeless, and as it stands in an address."""
+
+
+class PageError(RuntimeError):
+    """A page cannot be served; the text says why."""
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """Listen there.
+
+    Raises:
+        PageError: It is not free, or nobody may listen there.
+    """
+    try:
+        return socket.create_server((host, port))
+    except OSError as error:
+        raise PageError(f"{host}:{port} cannot be listened on: {error.strerror}") from error
 
 
 def ros_home() -> Path:
@@ -52,6 +70,12 @@ def address(host: str, port: int, token: str) -> str:
     """Return the address to open; an empty token gives the address without one."""
     name = f"[{host}]" if ":" in host else host
     return f"http://{name}:{port}/" + (f"?token={token}" if token else "")
+
+
+def shown_address(host: str, port: int, token: str, file: Path) -> str:
+    """Return the address to print; a log, which others may read, gets the token's place instead."""
+    shown = token if sys.stdout.isatty() else f"TOKEN, which is in {file} unless it was given"
+    return address(host, port, shown)
 
 
 def _checked(token: str, place: str) -> str:

@@ -8,8 +8,8 @@ from typing import Any, Literal
 
 from nicegui import ui
 from scara_config import Robot
+from scara_ros.page.page_library_io import plain
 
-from operator_panel.page.view_io import plain
 from scara_description.urdf import Vector
 
 Panes = dict[str, tuple[str, float]]

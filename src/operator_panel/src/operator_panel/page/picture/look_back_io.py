@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 from nicegui import ui
-
-from operator_panel.page.view_io import plain
+from scara_ros.page.page_library_io import PLAIN_BUTTON, button_of
 
 STEPS = (("\N{MINUS SIGN}10 s", -10), ("\N{MINUS SIGN}1 s", -1), ("+1 s", 1), ("+10 s", 10))
 
 
 def build_look_back_button() -> None:
     """Build the button that opens and closes the time line."""
-    with (
-        ui.element("button")
-        .classes("look-back-button")
-        .props("type=button data-look-back aria-pressed=false")
-    ):
-        plain("Look back")
+    button_of("Look back", "look-back-button", "data-look-back aria-pressed=false")
 
 
 def build_time_line() -> None:
@@ -27,14 +21,12 @@ def build_time_line() -> None:
         )
         with ui.element("div").classes("time-line-steps"):
             for text, seconds in STEPS:
-                with ui.element("button").props(f'type=button data-past-step="{seconds}"'):
-                    plain(text)
+                button_of(text, props=f'data-past-step="{seconds}"')
             ui.element("input").classes("time-line-clock").props(
                 'data-past-clock type=text autocomplete=off placeholder="14:03" '
                 'aria-label="Time of day"'
             )
-            with ui.element("button").props("type=button data-past-go"):
-                plain("Go")
+            button_of("Go", props="data-past-go")
 
 
 def build_past_note() -> None:
@@ -46,7 +38,4 @@ def build_past_note() -> None:
         with ui.element("p").classes("past-note-text"):
             ui.element("span").props("data-past-text")
             ui.element("span").classes("time-line-wrong").props('data-past-wrong role="alert"')
-        with (
-            ui.element("button").classes("button plain-button").props("type=button data-past-live")
-        ):
-            plain("Live")
+        button_of("Live", PLAIN_BUTTON, "data-past-live")

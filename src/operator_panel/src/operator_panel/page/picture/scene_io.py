@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from nicegui import ui
 from scara_config import Robot
+from scara_ros.page.page_library_io import tabs_of
 
 from operator_panel.page.picture.landmarks_io import (
     Glass,
@@ -18,7 +19,6 @@ from operator_panel.page.picture.landmarks_io import (
 )
 from operator_panel.page.picture.look_back_io import build_look_back_button
 from operator_panel.page.picture.told_io import build_apart, build_lead
-from operator_panel.page.view_io import plain
 from scara_description.urdf import (
     JointFrame,
     Model,
@@ -58,10 +58,8 @@ def build_scene(model: Model, robot: Robot) -> dict[str, Any]:
         build_lead()
         with ui.element("div").classes("scene-head"):
             build_look_back_button()
-            with ui.element("div").classes("segmented scene-choice").props('role="tablist"'):
-                for name in ("Model", "Both", "Camera"):
-                    with ui.element("button").props(f'type=button role=tab data-show="{name}"'):
-                        plain(name)
+            shown = {name: name for name in ("Model", "Both", "Camera")}
+            tabs_of(shown, "show", "segmented scene-choice")
         build_views(scene, robot)
         build_apart()
     builder = _Builder(scene, model)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from nicegui import ui
+from scara_ros.page.page_library_io import plain
 
-from operator_panel.page.view_io import live, plain
+from operator_panel.page.view_io import live
 
 NAMES = {"real": "Real robot", "twin": "Twin"}
 """Names of the sides; their colours are those of both robots in the picture."""

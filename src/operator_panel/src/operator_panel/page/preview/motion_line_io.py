@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from nicegui import ui
+from scara_ros.page.page_library_io import button_of, plain
 
-from operator_panel.page.view_io import live, plain
+from operator_panel.page.view_io import live
 
 CURVES = {"clearance": "Clearance", "speed": "Tool speed"}
+DRAWING = """<svg data-motion-curve="{name}" viewBox="0 0 100 30" preserveAspectRatio="none"
+aria-hidden="true"><path></path><line class="wrong" y1="0" y2="30"></line>
+<line class="now" y1="0" y2="30"></line></svg>"""
 
 
 def build_motion_line() -> None:
@@ -25,28 +29,19 @@ def build_motion_line() -> None:
                     with ui.element("span").classes("motion-name"):
                         plain(f"{title} ")
                         ui.element("span").props(f'data-motion-now="{name}"').classes("live")
-                    plain(_drawing(name), "motion-drawing", "div")
+                    # The curve, where something is wrong, and now; the browser fills them.
+                    drawing = DRAWING.format(name=name)
+                    ui.html(drawing, sanitize=False, tag="div").classes("motion-drawing")
         with ui.element("div").classes("motion-time"):
-            with ui.element("button").props("type=button data-motion-play"):
-                plain("Play")
+            button_of("Play", props="data-motion-play")
             ui.element("input").classes("motion-range").props(
                 'data-motion-range type=range min=0 max=1 step=any value=0 aria-label="Time of it"'
             )
             ui.element("span").props("data-motion-at").classes("num")
-            with ui.element("button").props("type=button data-motion-close"):
-                plain("Close")
+            button_of("Close", props="data-motion-close")
 
 
 def build_gate_line() -> None:
     """Build what the gate does with a motion now, and how well the last one was predicted."""
     live("gate", "gate-line", "p").props('data-tone="gate"')
     live("made", "made-line", "p")
-
-
-def _drawing(name: str) -> str:
-    """Return an empty drawing: the curve, where something is wrong, and now."""
-    return (
-        f'<svg data-motion-curve="{name}" viewBox="0 0 100 30" preserveAspectRatio="none" '
-        'aria-hidden="true"><path></path><line class="wrong" y1="0" y2="30"></line>'
-        '<line class="now" y1="0" y2="30"></line></svg>'
-    )

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from nicegui import ui
+from scara_ros.page.page_library_io import plain
 
 from operator_panel.control.fields import error_text, parse_run_name
-from operator_panel.page.view_io import plain
+from operator_panel.page.view_io import push_button
 from operator_panel.runs import Run
 
 
@@ -27,8 +28,8 @@ async def ask_name(old: str) -> str:
 
         field.on("keydown.enter", take)
         with ui.element("div").classes("row-line"):
-            _button("Cancel", lambda: dialog.submit(""))
-            _button("Rename", take, "primary")
+            push_button("Cancel", lambda: dialog.submit(""))
+            push_button("Rename", take, "primary")
     chosen = await dialog
     dialog.delete()
     return str(chosen or "")
@@ -43,14 +44,8 @@ async def ask_delete(one: Run) -> bool:
             what = "the recording and its report" if one.has_report else "the recording"
             ui.label(f"{one.size}, {one.when}: {what} cannot be brought back.")
         with ui.element("div").classes("row-line"):
-            _button("Cancel", lambda: dialog.submit(False), focus=True)
-            _button("Delete for ever", lambda: dialog.submit(True), "primary")
+            push_button("Cancel", lambda: dialog.submit(False), props="autofocus")
+            push_button("Delete for ever", lambda: dialog.submit(True), "primary")
     chosen = await dialog
     dialog.delete()
     return bool(chosen)
-
-
-def _button(text: str, press: object, style: str = "", focus: bool = False) -> None:
-    button = ui.button(text, on_click=press, color=None)  # type: ignore[arg-type]
-    button.props("unelevated no-caps dense" + (" autofocus" if focus else ""))
-    button.classes(f"button {style}")

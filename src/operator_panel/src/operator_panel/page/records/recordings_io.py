@@ -6,11 +6,12 @@ from collections.abc import Awaitable
 from pathlib import Path
 
 from nicegui import run, ui
+from scara_ros.page.page_library_io import PLAIN_BUTTON, button_of, plain
 
 from operator_panel.control.fields import error_text, parse_run_name
 from operator_panel.door import Answer
 from operator_panel.page.records.dialogs_io import ask_delete, ask_name
-from operator_panel.page.view_io import PageView, plain
+from operator_panel.page.view_io import PageView, push_button
 from operator_panel.retelling.run_folders_io import (
     RunError,
     bag_of,
@@ -53,9 +54,7 @@ class _Recordings:
                     self._whole = ui.element("a").classes("button plain-button")
                     with self._whole:
                         plain("Open in a new tab")
-                    ui.button("Close", on_click=self._dialog.close, color=None).props(
-                        "unelevated no-caps dense"
-                    ).classes("button")
+                    push_button("Close", self._dialog.close)
             # A report runs scripts for its charts; without an origin they reach nothing of ours.
             self._frame = (
                 ui.element("iframe")
@@ -113,27 +112,21 @@ class _Recordings:
                 ui.label(one.missing).props('data-is="bad"')
             with ui.element("div").classes("row-line"):
                 # Opens the recording on the time line: see web/past.js.
-                look_back = ui.element("button").classes("button plain-button")
-                look_back.props(f'type=button data-look-at="{one.name}"')
-                with look_back.props("disabled" if one.busy or not one.bags else ""):
-                    plain("Look back")
+                look_back = button_of("Look back", PLAIN_BUTTON, f'data-look-at="{one.name}"')
+                look_back.props("disabled" if one.busy or not one.bags else "")
                 if one.has_report:
-                    self._button("Report", lambda: self._open(one), True)
+                    push_button("Report", lambda: self._open(one))
                 elif self._view.door.reporting() == one.name:
-                    self._button("Being made", lambda: None, False)
+                    push_button("Being made", lambda: None).set_enabled(False)
                 else:
-                    self._button("Make report", lambda: self._make(one), self._may(one))
+                    push_button("Make report", lambda: self._make(one)).set_enabled(self._may(one))
                 for bag in one.bags if not one.busy else ():
                     self._download(one, bag)
-                self._button("Rename", lambda: self._rename(one), self._may(one))
-                self._button("Delete", lambda: self._delete(one), self._may(one))
+                push_button("Rename", lambda: self._rename(one)).set_enabled(self._may(one))
+                push_button("Delete", lambda: self._delete(one)).set_enabled(self._may(one))
 
     def _may(self, one: Run) -> bool:
         return self._view.is_operator and bool(one.bags) and not one.busy
-
-    def _button(self, text: str, press: object, enabled: bool) -> None:
-        button = ui.button(text, on_click=press, color=None)  # type: ignore[arg-type]
-        button.props("unelevated no-caps dense").classes("button").set_enabled(enabled)
 
     def _download(self, one: Run, bag: str) -> None:
         number = f" {one.bags.index(bag) + 1}" if len(one.bags) > 1 else ""

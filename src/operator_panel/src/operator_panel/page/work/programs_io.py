@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from nicegui import ui
+from scara_ros.page.page_library_io import plain
 
 from operator_panel.config import Program
 from operator_panel.control.fields import error_text, parse_number
-from operator_panel.door import Answer
 from operator_panel.page.preview.asking_io import ask, needs_judge, play
 from operator_panel.page.preview.motion_line_io import build_gate_line
-from operator_panel.page.view_io import PageView, live, plain
+from operator_panel.page.view_io import PageView, live, push_button
 from operator_panel.view.robot.program_lines import listing
 
 KEYS = {"run": ("RUN", "Program"), "override": ("OVERRIDE", "Override of the robot")}
@@ -75,9 +75,7 @@ def _preview(view: PageView, name: str) -> None:
     async def ask() -> None:
         await play(view, f"Program {name}", "PROGRAM", program=name)
 
-    button = ui.button("Preview", on_click=ask, color=None)
-    button.props(f'unelevated no-caps dense aria-label="Preview {name}"').classes("button")
-    needs_judge(view, button)
+    needs_judge(view, push_button("Preview", ask, props=f'aria-label="Preview {name}"'))
 
 
 def _press(view: PageView, text: str, command: str, mark: str, *keys: str) -> None:
@@ -106,8 +104,7 @@ def _press(view: PageView, text: str, command: str, mark: str, *keys: str) -> No
         plain("The real robot moves, and the twin follows. Is nobody near it?", "", "p")
         verdict = ui.label("").classes("verdict").props('aria-live="polite"')
         with ui.element("div").classes("row-line"):
-            cancel = ui.button("Cancel", on_click=dialog.close, color=None)
-            cancel.props("unelevated no-caps dense autofocus").classes("button")
+            push_button("Cancel", dialog.close, props="autofocus")
             confirm = view.button(f"Run {name}", command, "primary", press)
             confirm.mark(f"{mark}-confirmed")
     view.button(text, command, "", question).mark(mark)
@@ -116,8 +113,5 @@ def _press(view: PageView, text: str, command: str, mark: str, *keys: str) -> No
 async def _say(view: PageView, *keys: str) -> None:
     """Press a key of the pendant, if this page is in control."""
     kind, title = KEYS.get(keys[0], (keys[0], keys[0].capitalize()))
-    page = view.session.page
-    number = view.desk.begin(page, kind, f"{title} {' '.join(keys[1:])}".strip())
-    refused = await view.desk.take(page)
-    answer = Answer(False, refused) if refused else await view.door.pendant(*keys)
-    view.desk.ended(number, answer)
+    title = f"{title} {' '.join(keys[1:])}".strip()
+    await view.act(kind, title, lambda: view.door.pendant(*keys))

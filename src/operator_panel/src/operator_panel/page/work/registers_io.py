@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from nicegui import ui
+from scara_ros.page.page_library_io import plain
 
-from operator_panel.page.view_io import PageView, plain
+from operator_panel.page.view_io import PageView, push_button
 from operator_panel.view.robot.registers import Entry, matching
 
 
@@ -22,9 +23,8 @@ class _Registers:
         with ui.element("div").classes("row-line"):
             self._search = ui.input("Search", on_change=self._show)
             self._search.props("dense outlined stack-label clearable").classes("field grow")
-            button = ui.button("Read", on_click=self._read, color=None)
-            button.props('unelevated no-caps dense title="Read all registers once"')
-            button.classes("button").mark("read-registers").set_enabled(view.is_operator)
+            button = push_button("Read", self._read, props='title="Read all registers once"')
+            button.mark("read-registers").set_enabled(view.is_operator)
         self._text = ui.label("Registers and signals of the robot: press Read.").classes("preview")
         self._list = ui.element("ul").classes("registers").props('aria-label="Registers"')
 

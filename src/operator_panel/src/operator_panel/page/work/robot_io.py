@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from nicegui import ui
+from scara_ros.page.page_library_io import plain
 
-from operator_panel.door import Answer
-from operator_panel.page.view_io import PageView, live, plain
+from operator_panel.page.view_io import PageView, live, push_button
 from operator_panel.page.work.registers_io import build_registers
 
 FACTS = (
@@ -52,18 +52,13 @@ def facts(places: tuple[tuple[str, str], ...]) -> None:
 def _parts_back(view: PageView) -> None:
     async def press() -> None:
         dialog.close()
-        page = view.session.page
-        number = view.desk.begin(page, "PARTS", "Put parts back")
-        refused = await view.desk.take(page)
-        answer = Answer(False, refused) if refused else await view.door.put_parts_back()
-        view.desk.ended(number, answer)
+        await view.act("PARTS", "Put parts back", view.door.put_parts_back)
 
     with ui.dialog() as dialog, ui.element("div").classes("card confirm"):
         plain("Put all parts back?", "confirm-title", "h2")
         plain("They stand where they stood at the start. Nothing moves.", "", "p")
         with ui.element("div").classes("row-line"):
-            cancel = ui.button("Cancel", on_click=dialog.close, color=None)
-            cancel.props("unelevated no-caps dense autofocus").classes("button")
+            push_button("Cancel", dialog.close, props="autofocus")
             view.button("Put back", "MOVE", "primary", press).mark("parts-back-confirmed")
     view.button("Put back", "MOVE", "", dialog.open).mark("parts-back")
 
