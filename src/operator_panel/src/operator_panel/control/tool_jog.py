@@ -35,6 +35,9 @@ CORRECTION = 0.5  # our choice: the largest correction, as a share of the speed 
 SLOWEST = 0.05  # our choice: a line that can only be followed slower than this share is refused
 BRAKING_S = 0.3  # our choice: a joint nears its limit no faster than it would pass it in so long
 SINGULAR = 1e-3  # our choice: m and rad alike; below it a direction of the tool is lost
+STRETCHED = (
+    "the arm is stretched out or folded here, the tool cannot go this way: jog a joint first"
+)
 ROUNDING = 0.99  # our choice: what is left of the limit for rounding
 
 
@@ -133,7 +136,7 @@ class ToolArm:
         jacobian = self._jacobian(positions)
         rows = len(LINES) if self.axes == LINES else len(LINES + TURNS)
         if _least(jacobian[:rows]) < SINGULAR:
-            raise JogError(_stretched())
+            raise JogError(STRETCHED)
         changes = np.linalg.lstsq(jacobian[:rows], twist[:rows], rcond=None)[0]
         return {joint.name: float(change) for joint, change in zip(self.joints, changes)}
 
@@ -145,7 +148,7 @@ class ToolArm:
                 f"{joint.name} = {q / joint.scale:.2f} {joint.unit} is at the end of its range, "
                 f"{low:g} to {high:g} {joint.unit}: go another way"
             )
-        return _stretched()
+        return STRETCHED
 
     def _jacobian(self, positions: Mapping[str, float]) -> np.ndarray:
         """Return the geometric Jacobian in the root: velocity, angular velocity; ``(6, n)``."""
@@ -200,7 +203,11 @@ class ToolHeld:
         """Return the joints' velocities along the line, and back to it; see the module."""
         positions = where()
         now = self.arm.pose(positions)
-        along = self._along()
+        # The unit twist of the line.
+        index = "xyz".index(self.axis[-1])
+        axis = self.start[:3, index] if self.frame == "tool" else np.eye(3)[index]
+        nothing = np.zeros(3)
+        along = np.concatenate([axis, nothing] if self.axis in LINES else [nothing, axis])
         off = np.concatenate([self.start[:3, 3] - now[:3, 3], turn_between(self.start, now)])
         off -= along * float(along @ off)
         back = GAIN * off
@@ -208,14 +215,6 @@ class ToolHeld:
             size = float(np.linalg.norm(back[part]))
             back[part] *= min(1.0, CORRECTION * self.speed / size) if size > 0.0 else 0.0
         return self.arm.solve(positions, self.direction * self.speed * along + back)
-
-    def _along(self) -> np.ndarray:
-        """Return the unit twist of the line, shape ``(6,)``."""
-        index = "xyz".index(self.axis[-1])
-        axis = self.start[:3, index] if self.frame == "tool" else np.eye(3)[index]
-        nothing = np.zeros(3)
-        parts = [axis, nothing] if self.axis in LINES else [nothing, axis]
-        return np.concatenate(parts)
 
 
 def turn_between(wanted: np.ndarray, now: np.ndarray) -> np.ndarray:
@@ -229,7 +228,3 @@ def turn_between(wanted: np.ndarray, now: np.ndarray) -> np.ndarray:
 def _least(jacobian: np.ndarray) -> float:
     """Return the smallest singular value."""
     return float(np.linalg.svd(jacobian, compute_uv=False)[-1])
-
-
-def _stretched() -> str:
-    return "the arm is stretched out or folded here, the tool cannot go this way: jog a joint first"

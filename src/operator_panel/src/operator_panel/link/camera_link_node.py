@@ -40,10 +40,19 @@ class CameraLink:
         """Return the next picture that is not that of ``after``; None if none comes in time."""
         end = time.monotonic() + WAIT_S
         while (now := time.monotonic()) < end:
-            self._listen(now)
+            with self._lock:
+                self._asked = now
+                if self._subscriber is None and rospy.core.is_initialized():
+                    self._subscriber = rospy.Subscriber(
+                        "camera/image_raw", Image, self._take, queue_size=1, tcp_nodelay=True
+                    )
             newest = self._newest
-            if newest is not None and _stamp(newest) != after:
-                return await self._jpeg(newest)
+            if newest is not None and (stamp := _stamp(newest)) != after:
+                async with self._encoding:  # each picture is packed once for all pages
+                    if self._encoded.stamp != stamp:
+                        packed = await run.io_bound(_pack, newest) or b""
+                        self._encoded = Picture(stamp, packed)
+                    return self._encoded
             await asyncio.sleep(LOOK_S)
         return None
 
@@ -57,24 +66,9 @@ class CameraLink:
                 self._subscriber.unregister()
                 self._subscriber, self._newest = None, None
 
-    def _listen(self, now: float) -> None:
-        with self._lock:
-            self._asked = now
-            if self._subscriber is None and rospy.core.is_initialized():
-                self._subscriber = rospy.Subscriber(
-                    "camera/image_raw", Image, self._take, queue_size=1, tcp_nodelay=True
-                )
-
     def _take(self, message: Image) -> None:
         if message.encoding == "rgb8" and len(message.data) == message.step * message.height:
             self._newest = message
-
-    async def _jpeg(self, image: Image) -> Picture:
-        """Pack a picture once for all pages."""
-        async with self._encoding:
-            if self._encoded.stamp != _stamp(image):
-                self._encoded = Picture(_stamp(image), await run.io_bound(_pack, image) or b"")
-            return self._encoded
 
 
 def _stamp(image: Image) -> str:

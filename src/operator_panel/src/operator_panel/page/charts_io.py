@@ -23,6 +23,12 @@ KINDS = {
     "effort": "Effort",
 }
 """Quantities of a joint: their names in an address, and for people."""
+# Name, colour and axis: 0 in the upper panel, 1 left and 2 right in the lower one.
+MOTION_SERIES = [("Real", "real", 0), ("Twin", "twin", 0), ("Deviation", "deviation", 1)]
+LOOP_SERIES = [
+    *(("Set point", "setpoint", 0), ("Measured", "twin", 0)),
+    *(("Error", "deviation", 1), ("Effort", "effort", 2)),
+]
 MOST = 6  # our choice: more lines than that nobody tells apart
 
 
@@ -39,8 +45,16 @@ def build_charts(view: PageView) -> dict[str, Any]:
             tabs_of({name: joint_title(name) for name in joints}, "select")
             button_of("Choose", PLAIN_BUTTON, "data-plot-choose aria-expanded=false")
         with ui.element("div").classes("charts"):
-            motion = ui.echart(_motion_options()).classes("chart")
-            loop = ui.echart(_loop_options()).classes("chart")
+            panel = {"gridIndex": 1, "scale": True, "splitNumber": 2}
+            motion, loop = (
+                ui.echart(
+                    _options(series, right, [{"gridIndex": 0, "scale": True}, panel, *further])
+                ).classes("chart")
+                for series, right, further in (
+                    (MOTION_SERIES, 14, []),
+                    (LOOP_SERIES, 36, [{**panel, "position": "right"}]),
+                )
+            )
             ui.element("ul").classes("plot-legend").props("data-plot-legend")
             own = ui.echart({"animation": False, "series": []}).classes("chart chart-own")
         _build_choice(list(joints))
@@ -95,31 +109,6 @@ def _quantities(view: PageView) -> dict[str, dict[str, str]]:
 def joint_title(name: str) -> str:
     """Return a joint's name for people."""
     return name.removesuffix("_joint").replace("_", " ").capitalize()
-
-
-def _motion_options() -> dict[str, Any]:
-    return _options(
-        [("Real", "real", 0), ("Twin", "twin", 0), ("Deviation", "deviation", 1)],
-        right=14,
-        y_axes=[{"gridIndex": 0, "scale": True}, {"gridIndex": 1, "scale": True, "splitNumber": 2}],
-    )
-
-
-def _loop_options() -> dict[str, Any]:
-    return _options(
-        [
-            ("Set point", "setpoint", 0),
-            ("Measured", "twin", 0),
-            ("Error", "deviation", 1),
-            ("Effort", "effort", 2),
-        ],
-        right=36,
-        y_axes=[
-            {"gridIndex": 0, "scale": True},
-            {"gridIndex": 1, "scale": True, "splitNumber": 2},
-            {"gridIndex": 1, "scale": True, "splitNumber": 2, "position": "right"},
-        ],
-    )
 
 
 def _options(

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from datetime import datetime
 from typing import Any
 
-import msgspec
+from msgspec.structs import replace
 
 from operator_panel.retelling import taking
 from operator_panel.retelling.lines import Happened, Head, Line, Parts, told
@@ -24,25 +24,19 @@ Take = Callable[[Snapshot, Any, float, str], Snapshot]
 
 NEWEST: dict[str, Take] = {
     "twin_controller/state": taking.with_state,
-    "real/robot_data": lambda snapshot, message, at, clock: taking.with_package(snapshot, message),
-    "twin/joint_states": lambda snapshot, message, at, clock: taking.with_joint_states(
-        snapshot, message
-    ),
-    "joint_vel_controller/state": lambda snapshot, message, at, clock: msgspec.structs.replace(
-        snapshot, jog=message.data
-    ),
-    "what_if/outcomes": lambda snapshot, message, at, clock: taking.with_outcome(snapshot, message),
-    "twin/parts": lambda snapshot, message, at, clock: taking.with_parts(snapshot, "twin", message),
-    "real/parts": lambda snapshot, message, at, clock: taking.with_parts(snapshot, "real", message),
+    "real/robot_data": lambda known, said, *_: taking.with_package(known, said),
+    "twin/joint_states": lambda known, said, *_: taking.with_joint_states(known, said),
+    "joint_vel_controller/state": lambda known, said, *_: replace(known, jog=said.data),
+    "what_if/outcomes": lambda known, said, *_: taking.with_outcome(known, said),
+    "twin/parts": lambda known, said, *_: taking.with_parts(known, "twin", said),
+    "real/parts": lambda known, said, *_: taking.with_parts(known, "real", said),
 }
 """Of these only the newest message before a moment is read."""
 EACH: dict[str, Take] = {
-    "twin_controller/decisions": lambda snapshot, message, at, clock: taking.with_decision(
-        snapshot, message, clock
+    "twin_controller/decisions": lambda known, said, at, clock: taking.with_decision(
+        known, said, clock
     ),
-    "/diagnostics": lambda snapshot, message, at, clock: taking.with_diagnostics(
-        snapshot, message, at
-    ),
+    "/diagnostics": lambda known, said, at, clock: taking.with_diagnostics(known, said, at),
 }
 """Of these each message counts."""
 AUDIT, MARKER = "twin_controller/audit", "experiment/marker"
@@ -92,7 +86,9 @@ class Retelling:
         if snapshot.parts is not self._parts:
             self._parts = snapshot.parts
             yield Parts(self._parts)
-        yield told(at, _shown(snapshot))
+        # Without what is said in other lines, or shown by no frame.
+        state = snapshot.state and replace(snapshot.state, command=(), refused=())
+        yield told(at, replace(snapshot, state=state, diagnoses={}, decisions=(), parts={}))
         date, clock = _clock(at)
         self._log.decisions(snapshot.decisions, date)
         if snapshot.state is not None:  # before it nobody knows what is wrong
@@ -101,14 +97,6 @@ class Retelling:
         for event in self._log.since(self._said):
             self._said = event.number
             yield Happened(at, event)
-
-
-def _shown(snapshot: Snapshot) -> Snapshot:
-    """Return a snapshot without what is said in other lines, or shown by no frame."""
-    state = snapshot.state
-    if state is not None:
-        state = msgspec.structs.replace(state, command=(), refused=())
-    return msgspec.structs.replace(snapshot, state=state, diagnoses={}, decisions=(), parts={})
 
 
 def _clock(at: float) -> tuple[str, str]:

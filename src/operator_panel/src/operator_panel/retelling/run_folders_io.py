@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shutil
 import time
@@ -137,7 +138,11 @@ def _run(folder: Path, when: float) -> Run:
     has_report = (folder / REPORT).is_file()
     clock = datetime.fromtimestamp(when).strftime("%Y-%m-%d %H:%M")
     busy = _is_busy(folder)
-    judged, gone = _said(folder) if has_report else ("", "")
+    judged = gone = ""
+    if has_report:
+        with contextlib.suppress(OSError, ValueError, AttributeError):  # no good report.json
+            report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+            judged, gone = verdict(report), missing(report)
     return Run(
         folder.name,
         clock,
@@ -163,12 +168,3 @@ def _length(bags: list[Path]) -> str:
     if len(times) < len(found):
         return "not finished"
     return length_text(max(end for _, end in times) - min(start for start, _ in times))
-
-
-def _said(folder: Path) -> tuple[str, str]:
-    """Return the verdict of report.json, and what it says is missing; empty without a good one."""
-    try:
-        report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
-        return verdict(report), missing(report)
-    except (OSError, ValueError, AttributeError):
-        return "", ""

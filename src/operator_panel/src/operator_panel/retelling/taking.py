@@ -150,15 +150,13 @@ def _fields(message: Any, kind: type[msgspec.Struct], *without: str) -> dict[str
 
     A recording of an earlier version may lack some.
     """
-    names = (name for name in kind.__struct_fields__ if name not in without)
-    return {name: _plain(getattr(message, name)) for name in names if hasattr(message, name)}
-
-
-def _plain(value: Any) -> Any:
-    """Return a list or an array of a message as a tuple of plain values, anything else as it is."""
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    return tuple(value) if isinstance(value, list) else value
+    found = {}
+    for name in kind.__struct_fields__:
+        if name not in without and hasattr(message, name):
+            value = getattr(message, name)
+            value = value.tolist() if hasattr(value, "tolist") else value
+            found[name] = tuple(value) if isinstance(value, list) else value
+    return found
 
 
 def _part(marker: Any) -> Part:

@@ -135,14 +135,19 @@ class FrameMaker:
         places = {
             side: link_pose(self._model, self._tool_link, pose) for side, pose in poses.items()
         }
-        tools = _tools(state, places)
+        tools = {side: _rounded(place[:3, 3]) for side, place in places.items()}
+        if math.isfinite(state.real_tool[0]):
+            # At the same instant; the poses may be of two, as when a line is down.
+            tools = {"real": _rounded(state.real_tool), "twin": _rounded(state.twin_tool)}
+        home = self._home[:3, :3]
+        turns = {side: words.turn_text(home, place[:3, :3]) for side, place in places.items()}
         # How far apart at the same instant the tools raise an alarm now.
         leading, resting = self._alarm_mm
         apart, limit = state.deviation_mm, leading if state.leader else resting
         return Frame(
             t=round(now, 3),
             text=self._texts(snapshot, state, tools, limit, now)
-            | {f"turn.{side}": self._turn_text(places.get(side)) for side in ("real", "twin")},
+            | {f"turn.{side}": turns.get(side, NOTHING) for side in ("real", "twin")},
             tone=_tones(state, limit) | {"gate": gate_text(snapshot, now)[1]},
             bar={name: self._bar(state, name) for name in self._joints},
             pose=poses,
@@ -234,10 +239,6 @@ class FrameMaker:
             if len(values) == len(state.name)
         }
 
-    def _turn_text(self, place: np.ndarray | None) -> str:
-        """Return how the tool is turned from its home pose, at which all joints are 0."""
-        return NOTHING if place is None else words.turn_text(self._home[:3, :3], place[:3, :3])
-
     def _bar(self, state: CellState, name: str) -> tuple[float | None, float | None]:
         """Return where both sides are between the joint's limits, 0 to 1."""
         joint = self._joints[name]
@@ -270,16 +271,6 @@ class FrameMaker:
         return (*sides, *border, _finite(loop.command, 4))
 
 
-def _tools(state: CellState, places: dict[str, np.ndarray]) -> dict[str, Vector]:
-    """Return where the tools are [m], at the same instant as far as that is known.
-
-    Else, as when a line is down, those of the poses that are shown.
-    """
-    if math.isfinite(state.real_tool[0]):
-        return {"real": _rounded(state.real_tool), "twin": _rounded(state.twin_tool)}
-    return {side: _rounded(place[:3, 3]) for side, place in places.items()}
-
-
 def _rounded(place: Sequence[float] | np.ndarray) -> Vector:
     x, y, z = (round(float(value), TOOL_DIGITS) for value in place)
     return x, y, z
@@ -296,21 +287,18 @@ def _package_texts(snapshot: Snapshot) -> dict[str, str]:
     }
 
 
-def _apart_tone(state: CellState, limit: float) -> str:
-    """Return the tone of the tools' distance: that of the limit beside it."""
-    if state.diverged or state.deviation_mm > limit:
-        return "bad"
-    if not math.isfinite(state.deviation_mm):
-        return ""
-    return "warn" if state.deviation_mm > WARN_SHARE * limit else "good"
-
-
 def _tones(state: CellState, limit: float) -> dict[str, str]:
+    # The tone of the tools' distance is that of the limit beside it.
+    apart = "warn" if state.deviation_mm > WARN_SHARE * limit else "good"
+    if state.diverged or state.deviation_mm > limit:
+        apart = "bad"
+    elif not math.isfinite(state.deviation_mm):
+        apart = ""
     tone = {
         "mode": page_words.mode_tone(state.mode),
         "lead": state.leader or "nobody",
         "speed.applied": "warn" if state.speed_limited else "",
-        "deviation": _apart_tone(state, limit),
+        "deviation": apart,
         "next": next_step(state)[1],
     }
     for link in state.links:

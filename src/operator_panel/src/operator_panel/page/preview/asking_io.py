@@ -64,14 +64,15 @@ class LookFirst:
 
     def build(self) -> None:
         """Build one more place of the switch."""
-        made = ui.switch("Only preview", on_change=lambda event: self._turn(bool(event.value)))
+
+        def turn() -> None:
+            self._is_on = bool(made.value)
+            for switch in self._switches:
+                switch.set_value(self._is_on)
+
+        made = ui.switch("Only preview", on_change=turn)
         self._switches.append(made.classes("switch").props("dense"))
         needs_judge(self._view, made)
-
-    def _turn(self, is_on: bool) -> None:
-        self._is_on = is_on
-        for switch in self._switches:
-            switch.set_value(is_on)
 
     async def send(self, command: str, title: str, **fields: Any) -> None:
         """Send a move, or show what would come of it."""
