@@ -1,7 +1,4 @@
-"""twin_controller.yaml.
-
-The shipped file loads, a wrong one is refused with file, key, value and what is allowed.
-"""
+"""The shipped twin_controller.yaml loads, a wrong one is refused with key, value and range."""
 
 from __future__ import annotations
 

@@ -57,10 +57,7 @@ def sweep(t: float, share: float, turn: float) -> tuple[list[float], list[float]
 @pytest.mark.parametrize("share", [1.0, 0.5, 0.05])
 @pytest.mark.parametrize("seed", range(4))
 def test_no_motion_that_the_robot_can_make_is_refused(share: float, seed: int) -> None:
-    """Full speed, reversals at twice the acceleration, a clock in steps of 2 ms, late polls.
-
-    The clock stalls too.
-    """
+    """Full speed, reversals at twice the acceleration, a coarse clock that stalls, late polls."""
     rng = Random(seed)
     state, local, true_at = Plausibility(), 100.0, 0.0
     for k in range(3000):

@@ -1,7 +1,4 @@
-"""What is shown is what the core knows.
-
-Rounded positions, reasons, links, alarms with what to do.
-"""
+"""What the core knows is shown: rounded positions, reasons, links, alarms with what to do."""
 
 from __future__ import annotations
 
@@ -213,9 +210,6 @@ BASE = Decided(
 def test_a_decision_is_told_in_plain_words(
     real: float | None, twin: float | None, expected: str
 ) -> None:
-    """Who led, both onsets, their difference and its uncertainty.
-
-    Positive: the real robot was first.
-    """
+    """Who led, both onsets, their uncertain difference; positive: the real robot was first."""
     text = decision_text(replace(BASE, onset_real=real, onset_twin=twin, onset_uncertainty=0.0015))
     assert expected in text and text.startswith("#7 12.346 s IDLE -> REAL_LEADS")

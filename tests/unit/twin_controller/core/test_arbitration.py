@@ -1,7 +1,4 @@
-"""Who leads: the first mover, the real robot in a tie.
-
-Never a follower, never noise, whatever the clocks say.
-"""
+"""The first mover leads, the real robot in a tie, never a follower or noise, by whatever clocks."""
 
 from __future__ import annotations
 
@@ -43,10 +40,7 @@ def leaders(pair: Pair, since: int) -> list[str]:
 
 
 def uniform(seed: int, width: float) -> Pair:
-    """Return a pair whose sensors are noisy.
-
-    Uniform, ``width`` from peak to peak, in degrees and millimetres.
-    """
+    """Return a pair with uniform noise of ``width``, peak to peak, in degrees and millimetres."""
     pair = Pair()
     source = random.Random(seed)
     pair.noise = lambda: width * (source.random() - 0.5)
@@ -57,10 +51,7 @@ def uniform(seed: int, width: float) -> Pair:
 @given(edge=st.integers(-900, 900), width=st.floats(0.0, 1.0), seed=st.integers(0, 2**32 - 1))
 @example(edge=0, width=1.0, seed=1)
 def test_noise_below_the_hysteresis_changes_no_leader(edge: int, width: float, seed: int) -> None:
-    """Noise up to the hysteresis from peak to peak, all joints on rounding edges x.xx5.
-
-    Idle stays idle.
-    """
+    """Idle stays idle with noise up to the hysteresis, all joints on rounding edges x.xx5."""
     pair = uniform(seed, width * SETUP.config.change.hysteresis)
     at = shifted(HOME, *(edge * 0.01 + 0.005 for _ in range(2)), 0.005, edge * 0.01 + 0.005)
     pair.real_q = pair.twin_q = at
@@ -85,10 +76,7 @@ def test_idling_with_noise_changes_no_leader() -> None:
 @example(ahead_ms=-4, seed=0)
 @example(ahead_ms=4, seed=0)
 def test_the_first_mover_leads_and_the_real_robot_wins_a_tie(ahead_ms: int, seed: int) -> None:
-    """Both begin unannounced, ``ahead_ms`` apart.
-
-    One leader, once, and the right one as far as the clocks can tell.
-    """
+    """Both begin unannounced, ``ahead_ms`` apart: one leader, right as far as clocks can tell."""
     pair = connected()
     pair.run(0.001 * (seed % 10))
     since, begin = len(pair.decisions()), pair.now + 0.1
@@ -138,10 +126,7 @@ def test_a_twin_that_follows_is_never_a_new_leader(
     ],
 )
 def test_a_twin_that_goes_on_settling_is_no_new_leader(left: float, tau: float) -> None:
-    """It rests within the tolerance.
-
-    Its drive takes what is left away long after the last command.
-    """
+    """Its drive takes what is left away long after the last command."""
     pair = connected()
     since, goal = len(pair.decisions()), shifted(HOME, 20.0, -30.0)
     pair.start_program(ramp(HOME, goal, 1.0))
@@ -158,10 +143,7 @@ def test_a_twin_that_goes_on_settling_is_no_new_leader(left: float, tau: float) 
 
 @pytest.mark.parametrize("left", [0.08, -0.08])
 def test_a_twin_that_settles_after_a_stop_is_not_aligned_by_that(left: float) -> None:
-    """An ESTOP in the middle of a move, RESET.
-
-    The drive's last hundredths are no motion of the twin, nothing moves.
-    """
+    """After ESTOP and RESET the drive's last hundredths are no motion of the twin."""
     pair = connected()
     pair.operate("MOVE_JOINTS", target=shifted(HOME, 20.0), speed_percent=50.0)
     pair.run(0.8)
@@ -325,10 +307,7 @@ def test_clocks_that_jump_drift_stand_or_run_backwards_make_nobody_lead(
     ],
 )
 def test_drifting_clocks_keep_the_pair_together(side: str, drift: float) -> None:
-    """After 20 s at 200 ppm (4 ms) the twin follows to the same place.
-
-    The drift is known.
-    """
+    """After 20 s at 200 ppm the twin follows to the same place, and the drift is known."""
     pair = connected()
     setattr(pair, f"{side}_drift", drift)
     pair.run(40.0)
@@ -349,10 +328,7 @@ def test_no_mode_has_two_leaders() -> None:
 
 
 def test_the_wrap_of_the_robots_clock_is_nothing_special() -> None:
-    """2^31 ms after its start the counter begins at 0 again, here in the middle of a motion.
-
-    The twin goes on following.
-    """
+    """After 2^31 ms its counter begins at 0, in the middle of a motion: the twin follows on."""
     pair = connected(real_clock=2**31 * 1e-3 - 104.0)
     since = len(pair.decisions())
     pair.run_until(lambda: pair.now >= 103.5, 10.0)

@@ -34,10 +34,7 @@ def pair(request: pytest.FixtureRequest) -> Pair:
 
 @pytest.mark.parametrize("side", ["real", "twin"])
 def test_an_emergency_stop_reaches_a_side_that_was_away(pair: Pair, side: str) -> None:
-    """Latched means latched.
-
-    The side that comes back is stopped too, and nothing of it moves meanwhile.
-    """
+    """Latched: the side that comes back is stopped too, and nothing of it moves meanwhile."""
     pair.link(side, False)
     assert pair.operate("ESTOP").success
     pair.run(0.5)
@@ -50,10 +47,7 @@ def test_an_emergency_stop_reaches_a_side_that_was_away(pair: Pair, side: str) -
 
 
 def test_a_side_that_is_let_go_on_its_own_side_is_stopped_again(pair: Pair) -> None:
-    """The controller's latch is left by its RESET only.
-
-    The repetition is slow enough to be read.
-    """
+    """The latch is left by our RESET only; the repetition is slow enough to be read."""
     assert pair.operate("ESTOP").success
     pair.run(1.0)
     since = len(pair.decisions())
@@ -125,10 +119,7 @@ def test_a_robot_that_stays_held_after_resume_pauses_the_twin_again(pair: Pair) 
 
 
 def test_a_stream_that_was_ended_during_a_pause_is_started_again(pair: Pair) -> None:
-    """RESUME brings the real robot along, or fails with a text.
-
-    The twin never goes on alone unnoticed.
-    """
+    """RESUME brings the real robot along, or fails with a text: the twin never goes alone."""
     pair.move_twin(ramp(HOME, AWAY, 5.0))
     pair.run(1.0)
     pair.order_twin(Command.PAUSE_TWIN, 17)
@@ -142,10 +133,7 @@ def test_a_stream_that_was_ended_during_a_pause_is_started_again(pair: Pair) -> 
 
 
 def test_a_stream_that_is_ended_as_it_goes_on_is_not_started_again(pair: Pair) -> None:
-    """Between RESUME and the robot's next answer its own pendant ends the program.
-
-    That is a stop of both.
-    """
+    """Its own pendant ends the program before its next answer: a stop of both."""
     pair.move_twin(ramp(HOME, AWAY, 5.0))
     pair.run(1.0)
     pair.paused = True
@@ -212,10 +200,7 @@ def test_stamps_from_the_future_are_not_believed() -> None:
 
 
 def test_data_that_come_late_are_not_fresh() -> None:
-    """A connection that delivers everything 0.3 s late is no connection.
-
-    Age counts from the stamp, not from arrival.
-    """
+    """What delivers everything 0.3 s late is no connection: age counts from the stamp."""
     pair = idle_pair()
     pair.twin_delay_begins = pair.now  # type: ignore[attr-defined]
     pair.report_delay = 0.3
@@ -270,10 +255,7 @@ def test_what_the_gate_slowed_down_is_shown() -> None:
 
 
 def test_a_side_lost_in_the_step_that_decides_a_leader_leads_nobody() -> None:
-    """The twin moved, and in the same step the real robot turns out to be silent.
-
-    OFFLINE, not an error.
-    """
+    """The robot turns out to be silent in the step in which the twin moved: OFFLINE, no error."""
     pair = idle_pair()
     pair.jog_twin(ramp(HOME, AWAY, 2.0), pair.now)
     pair.real_up = False
@@ -295,10 +277,7 @@ FLAP = st.tuples(st.sampled_from(["real", "twin"]), st.integers(1, 900))
 def test_a_reconnect_moves_the_twin_slowly_and_the_real_robot_not_at_all(
     real: tuple[float, ...], twin: tuple[float, ...], flaps: list[tuple[str, int]]
 ) -> None:
-    """Links that come and go in any order.
-
-    Nothing is replayed, the twin aligns within its speed, then all is idle.
-    """
+    """Links come and go in any order: nothing is replayed, the twin aligns slowly, all is idle."""
     pair = Pair(real=shifted(HOME, *real), twin=shifted(HOME, *twin))
     Watch(pair)
     begin = pair.real_q
@@ -330,10 +309,7 @@ def test_a_reconnect_moves_the_twin_slowly_and_the_real_robot_not_at_all(
 
 
 def test_a_program_that_runs_already_leads_as_soon_as_the_pair_is_ready(pair: Pair) -> None:
-    """Any order of start.
-
-    It waits at a point, so nothing moves, but it is what the twin has to follow.
-    """
+    """In any order of start: it waits at a point, but it is what the twin has to follow."""
     pair.link("real", False)
     pair.start_program(ramp(HOME, HOME, 60.0))
     pair.run(0.3)
@@ -344,10 +320,7 @@ def test_a_program_that_runs_already_leads_as_soon_as_the_pair_is_ready(pair: Pa
 
 
 def test_a_robot_that_had_moved_before_the_announced_twin_takes_the_lead(pair: Pair) -> None:
-    """The twin's announcement came first, but its motion would have begun later.
-
-    Its stream ends, the twin follows.
-    """
+    """Announced first, but to begin later: its stream ends, the twin follows."""
     pair.move_twin(ramp(HOME, shifted(HOME, -20.0), 2.0))
     pair.run(0.03)
     pair.jog_real(ramp(HOME, AWAY, 0.5))

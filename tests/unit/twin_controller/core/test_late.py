@@ -1,7 +1,4 @@
-"""Commands take effect late and reports are old when they come.
-
-None of the rules may depend on answers at once.
-"""
+"""Commands take effect late and reports are old: no rule may depend on answers at once."""
 
 from __future__ import annotations
 
@@ -192,10 +189,7 @@ def test_a_stop_ends_all_motion_and_a_new_command_leads_again(
 def test_a_link_that_was_lost_comes_back_to_an_aligned_pair(
     pair: Pair, lead: Callable[[Pair], None], side: str
 ) -> None:
-    """Whatever the unreachable side did meanwhile.
-
-    The twin's own motion ends, the real robot is sent no set point.
-    """
+    """The twin's own motion ends, and the real robot is sent no set point."""
     lead(pair)
     pair.link(side, False)
     pair.run(0.2)
@@ -226,10 +220,7 @@ BEHIND_MS = ((30, 0), (60, 20), (120, 40), (30, 80), (120, 0))
 def test_a_move_right_after_another_does_not_meet_the_end_of_the_old_stream(
     lag_ms: int, after_ms: int
 ) -> None:
-    """The robot still reports the old stream when the twin moves again.
-
-    Its end is not taken for one of the new stream.
-    """
+    """The end of the old stream, still to be reported, is not taken for that of the new one."""
     pair = Pair()
     pair.command_delay = 1e-3 * lag_ms
     pair.connect()

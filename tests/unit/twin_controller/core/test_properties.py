@@ -1,7 +1,4 @@
-"""The rules hold, step by step.
-
-They do so whatever the two sides, their links, their clocks and the operator do.
-"""
+"""The rules hold whatever both sides, their links and clocks and the operator do."""
 
 from __future__ import annotations
 
@@ -147,10 +144,7 @@ class Cell(RuleBasedStateMachine):
         setattr(self.pair, f"{side}_drift", drift)
 
     def teardown(self) -> None:
-        """After all faults are mended the pair comes back.
-
-        The record replays to the same decisions.
-        """
+        """After all faults are mended the pair comes back, and the record replays alike."""
         if hasattr(self, "pair"):
             mend(self.pair)
             works_both_ways(self.pair)
@@ -180,10 +174,7 @@ def mend(pair: Pair) -> None:
 
 
 def works_both_ways(pair: Pair) -> None:
-    """Let the real robot lead once, then the twin.
-
-    The other one follows to the same place each time.
-    """
+    """Let the real robot lead, then the twin; the other one follows to the same place."""
     away = shifted(pair.real_q, -2.0 if pair.real_q[0] > 0.0 else 2.0, 1.0)
     pair.start_program(ramp(pair.real_q, away, 1.0))
     pair.run(0.5)

@@ -1,7 +1,4 @@
-"""Any sequence of inputs, however absurd, is survived.
-
-What reaches the real robot is within its limits.
-"""
+"""Any inputs, however absurd, are survived; the real robot is told what is within its limits."""
 
 from __future__ import annotations
 
@@ -81,10 +78,7 @@ RINGS = st.sampled_from([(0, 0, 0), (10, 0, 0), (10, 32755, 3), (2, 7, 0)])
 
 @st.composite
 def answers(draw: st.DrawFn) -> RealMeasured:
-    """Return an answer of the real robot.
-
-    Its joints are within their limits, as the registers are checked for.
-    """
+    """Return an answer of the real robot, within its limits, as the registers are checked for."""
     now = draw(NOW)
     q = tuple(draw(st.floats(low, high)) for low, high in zip(SETUP.lower, SETUP.upper))
     qdot = tuple(draw(st.floats(-1.5 * v, 1.5 * v)) for v in SETUP.velocity)
@@ -206,10 +200,7 @@ def in_time(event: AnyEvent, now: float, pair: Pair) -> AnyEvent:
 
 @st.composite
 def histories(draw: st.DrawFn) -> tuple[str, list[AnyEvent]]:
-    """Return where to begin and what comes.
-
-    Half of the inputs in good order of time, the others wild.
-    """
+    """Return where to begin and what comes, half of it in good order of time, the rest wild."""
     start = draw(st.sampled_from(STARTS))
     pair, events = warm(start), []
     now = pair.now
@@ -251,10 +242,7 @@ def check(action: AnyAction, override: float) -> None:
 )
 @given(history=histories())
 def test_any_sequence_of_inputs_is_survived(history: tuple[str, list[AnyEvent]]) -> None:
-    """No input raises, whatever came before; commands are answered; nothing out of range is sent.
-
-    All of it can be shown.
-    """
+    """Nothing raises or is out of range, all is answered, and all of it can be shown."""
     start, events = history
     state = warm(start).state
     for event in events:

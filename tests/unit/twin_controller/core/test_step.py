@@ -54,10 +54,7 @@ def test_a_frozen_robot_clock_counts_as_silence(pair: Pair) -> None:
 @pytest.mark.parametrize("jump", [3600.0, -3600.0])
 @pytest.mark.parametrize("side", ["real", "twin"])
 def test_a_jump_of_a_clock_stops_and_aligns_anew(pair: Pair, side: str, jump: float) -> None:
-    """A clock that jumps makes no decision.
-
-    The links count as lost, the pair aligns, then goes on.
-    """
+    """It decides nothing: the links count as lost, the pair aligns, then goes on."""
     setattr(pair, f"{side}_clock", getattr(pair, f"{side}_clock") + jump)
     pair.run(0.3)
     assert "LINK_LOST" in pair.triggers()
@@ -75,10 +72,7 @@ def test_when_both_move_at_once_the_real_robot_wins(pair: Pair) -> None:
 
 
 def test_a_program_of_the_robot_takes_over_from_the_twin(pair: Pair) -> None:
-    """A robot that runs a program of its own cannot follow.
-
-    The twin's motion ends and it follows instead.
-    """
+    """A robot that runs its own program cannot follow: the twin's motion ends, it follows."""
     pair.move_twin(ramp(HOME, AWAY, 2.0))
     pair.run(0.8)
     pair.start_program(ramp(pair.real_q, HOME, 2.0))

@@ -333,10 +333,7 @@ def test_a_refused_write_is_told_and_the_link_stays(robot: Robot, owner: Owner) 
 def test_a_write_that_is_confirmed_wrongly_ends_the_link(
     robot: Robot, owner: Owner, fault: str, signal: bool
 ) -> None:
-    """What answers something else has not understood it: a STOP must not count as given.
-
-    The heartbeat at 1070 shows it of registers.
-    """
+    """A STOP that was not understood is not given; the heartbeat at 1070 shows it of registers."""
     with owner.link(robot.port, heartbeat=not signal) as link:
         owner.wait_for(UP)
         robot.fault = fault
@@ -445,10 +442,7 @@ def test_the_next_poll_is_placed_by_the_stamps_that_were_believed(
 def test_on_a_slow_line_the_signals_are_read_in_every_other_cycle(
     robot: Robot, owner: Owner, delay: float, share: float
 ) -> None:
-    """Two answers of 30 ms make no cycle of 40 ms; the follower waits for the state.
-
-    Heartbeats go on beside it.
-    """
+    """Two answers of 30 ms make no cycle of 40 ms; the heartbeats go on beside it."""
     robot.delay = delay
     with owner.link(robot.port, poll_period=0.04, status_period=60.0, timeout=1.0):
         wait_until(lambda: len(owner.samples) >= 16, 20.0, "16 samples")

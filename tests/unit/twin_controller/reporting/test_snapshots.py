@@ -18,10 +18,7 @@ from twin_controller.reporting.snapshots import (
 
 
 def test_every_state_of_an_eventful_run_survives_encoding() -> None:
-    """A state read back encodes to the same bytes and is the same in all its fields.
-
-    Infinities included.
-    """
+    """It reads back as the same bytes and fields, infinities included."""
     recording = eventful(Pair(), batch=7, every=1)
     assert len(recording.inputs) > 100
     for message in recording.inputs:

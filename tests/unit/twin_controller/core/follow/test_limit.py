@@ -1,7 +1,4 @@
-"""What the real robot may be told.
-
-What is invalid is rejected, only speed is limited, and that is said.
-"""
+"""What the real robot may be told: the invalid is rejected, only speed is limited, and said."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""When set points are sent.
-
-An even spacing on the robot's own ticks, whatever the decisions' rhythm.
-"""
+"""Set points are sent evenly spaced on the robot's own ticks, whatever the decisions' rhythm."""
 
 from __future__ import annotations
 
@@ -30,10 +27,7 @@ RHYTHM = ticking(2, [0])
 def decide(
     times: list[float], drift: float = 0.0, poll: float = POLL
 ) -> list[tuple[float, SendSlot]]:
-    """Return each slot with its decision's time, for decisions at ``times``.
-
-    The robot's ticks are 2 ms of its own clock apart.
-    """
+    """Return each slot with its decision's time; the robot ticks each 2 ms of its own clock."""
     period = TICK * (1.0 + drift)
     found: list[tuple[float, SendSlot]] = []
     for now in times:
@@ -64,11 +58,7 @@ def polls(seconds: float, period: float = POLL) -> list[float]:
 def test_set_points_are_taken_evenly_although_answers_come_unevenly(
     drift: float, poll: float
 ) -> None:
-    """No gap, none twice.
-
-    The spacing is that of the robot's own clock, also over a minute of drift, and at half the
-    answers.
-    """
+    """None missing, none twice: over a minute of the robot's own drift, at half the answers."""
     found = decide(polls(60.0, poll), drift, poll)
     gaps = [b.taken_at - a.taken_at for (_, a), (_, b) in itertools.pairwise(found)]
     assert len(gaps) > 5900
@@ -88,10 +78,7 @@ def test_each_is_decided_in_time_and_arrives_between_two_ticks() -> None:
 
 
 def test_an_answer_that_comes_late_leaves_its_place_empty_and_keeps_the_rhythm() -> None:
-    """After 35 ms of silence the set points go on in their old rhythm.
-
-    None is made up for the past.
-    """
+    """After 35 ms of silence they go on in their old rhythm; none is made up for."""
     found = decide(
         [100.0 + 0.0097 * k for k in range(50)]
         + [100.0 + 0.0097 * 49 + 0.035 + 0.0097 * k for k in range(50)]

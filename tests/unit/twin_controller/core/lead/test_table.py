@@ -75,10 +75,7 @@ def test_a_row_that_decides_has_a_reason_and_one_that_does_not_has_nothing(mode:
 
 @IN_EACH_MODE
 def test_a_refusal_does_nothing(mode: Mode) -> None:
-    """And only commands of the operator are refused.
-
-    But RESUME after a side was moved: what was paused is gone, so both are stopped.
-    """
+    """Only the operator is refused; RESUME after a side was moved stops both besides."""
     for trigger, _, row in rows(mode):
         if row.refused and (mode, trigger) != (Mode.PAUSED, Trigger.RESUME_MOVED):
             assert row.to is None and row.commands == () and trigger in OPERATORS
@@ -137,10 +134,7 @@ def test_stops_reach_both_sides_in_every_mode(mode: Mode) -> None:
 
 @IN_EACH_MODE
 def test_a_twin_that_does_not_obey_is_a_fault_whoever_leads(mode: Mode) -> None:
-    """It is said in every mode.
-
-    A latched mode stays what it is; the twin is told on there, by its open order.
-    """
+    """It is said in every mode; a latched mode stays, and the open order tells the twin on."""
     row = look_up(mode, Trigger.TWIN_STOP_IGNORED, Mode.TWIN_LEADS)
     latched = mode in (Mode.ESTOP, Mode.FAULT)
     assert (row.to, row.commands) == ((None, ()) if latched else (Mode.FAULT, BOTH_STOP))
@@ -167,10 +161,7 @@ def test_a_mode_is_entered_by_what_it_needs(mode: Mode) -> None:
 
 @pytest.mark.parametrize("mode", FOLLOWS_TWIN, ids=name)
 def test_a_stream_is_ended_when_nobody_feeds_it_any_more(mode: Mode) -> None:
-    """Leaving TWIN_LEADS or OPERATOR_LEADS stops the real robot's stream program.
-
-    Not so if a program of its own has ended it.
-    """
+    """Unless a program of the robot's own has ended its stream program."""
     for trigger, _, row in rows(mode):
         if row.to not in (None, mode, Mode.PAUSED) and trigger is not Trigger.REAL_TOOK_OVER:
             ends = {Command.STOP_REAL, Command.ESTOP_REAL, Command.END_AT_REST}

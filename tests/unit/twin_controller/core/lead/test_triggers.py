@@ -65,10 +65,7 @@ def both(state: CoreState, real: float, twin: float) -> CoreState:
 def test_the_twin_leads_only_if_it_was_first_beyond_the_uncertainty(
     idle: CoreState, ahead: float, expected: Trigger
 ) -> None:
-    """``ahead`` is the twin's onset minus the real robot's, in uncertainties.
-
-    Within one it is a tie.
-    """
+    """``ahead``: the twin's onset minus the real one, in uncertainties; within one it is a tie."""
     uncertainty = onsets(SETUP, idle).uncertainty
     assert (
         uncertainty == idle.sides.real.clock.uncertainty + idle.sides.twin.clock.uncertainty > 0.0
@@ -103,10 +100,7 @@ def test_a_side_that_may_still_prove_to_be_first_is_waited_for(
     twin: tuple[tuple[bool, ...], float | None, float],
     expected: list[Trigger],
 ) -> None:
-    """Until its data reach past the other's onset.
-
-    It takes a few samples longer while it has begun to move.
-    """
+    """Until its data reach past the other's onset; a few samples more once it began to move."""
     state = idle
     for side, (recent, onset, until) in (("real", real), ("twin", twin)):
         state = moved(
@@ -124,10 +118,7 @@ def plan(state: CoreState, due: float) -> CoreState:
 
 
 def test_an_announced_motion_counts_from_when_it_will_begin(idle: CoreState) -> None:
-    """Intent is action.
-
-    The twin leads before it moves, unless the real robot has moved before that instant.
-    """
+    """The twin leads before it moves, unless the real robot has moved before that instant."""
     announced = plan(idle, 5.0)
     assert onsets(SETUP, announced).twin == pytest.approx(idle.lead.since + 5.0)
     assert leader_triggers(SETUP, announced) == [Trigger.TWIN_MOVED]

@@ -1,7 +1,4 @@
-"""The grippers of the pair.
-
-A switch of one side is passed on, a refused or lost one is seen, a stop switches nothing.
-"""
+"""A gripper's switch is passed on, a refused or lost one is seen, a stop switches nothing."""
 
 from __future__ import annotations
 
@@ -161,10 +158,7 @@ def test_one_holding_and_the_other_not_is_told_after_a_while(grippers: Grippers)
 
 @pytest.mark.parametrize("side", ["real", "twin"])
 def test_lost_link_and_reconnect_switch_nothing(grippers: Grippers, side: str) -> None:
-    """What a side shows first after a reconnect is taken as it is.
-
-    A difference is told, not repaired.
-    """
+    """What a side shows first after a reconnect counts; a difference is told, not repaired."""
     grippers.real_shows(True)
     grippers.twin_shows(True)
     pair = grippers.pair

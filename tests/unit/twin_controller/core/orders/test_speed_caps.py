@@ -80,10 +80,7 @@ class Register:
 @example(deeds=[("person", 5), ("cap", 1), ("wait", 3), ("person", 1), ("cap", 100), ("wait", 40)])
 @given(deeds=DEEDS)
 def test_what_a_person_has_set_is_never_raised(deeds: list[tuple[str, object]]) -> None:
-    """Whatever the operator's cap does meanwhile.
-
-    A program of the robot's own still gets no more than the cap.
-    """
+    """Whatever the cap does; a program of the robot's own still gets no more than the cap."""
     robot = Register()
     for what, value in deeds:
         robot.do(what, value)

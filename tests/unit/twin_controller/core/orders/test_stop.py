@@ -1,7 +1,4 @@
-"""A stop is not done when it is sent.
-
-It is sent again until the real robot shows it, and in the end its drives go off.
-"""
+"""A stop is sent again until the real robot shows it, and in the end its drives go off."""
 
 from __future__ import annotations
 
@@ -122,10 +119,7 @@ def test_a_stop_while_the_robot_is_away_reaches_it_when_it_answers_again(pair: D
 
 
 def test_a_glitch_of_the_robots_line_ends_its_program(pair: Deaf) -> None:
-    """LINK_LOST stops the side still reached.
-
-    The stop that could not be delivered is not forgotten.
-    """
+    """LINK_LOST stops the side still reached; the stop for the other one is not forgotten."""
     under_way(pair)
     pair.link("real", False)
     pair.run(0.04)
@@ -216,10 +210,7 @@ def test_after_a_latched_stop_the_pair_aligns_before_a_move(pair: Deaf) -> None:
 
 
 def test_why_says_what_was_ignored_as_echo(pair: Deaf) -> None:
-    """At the end of a lead.
-
-    How many samples of the follower were the answer to our own commands.
-    """
+    """At the end of a lead: how many samples of the follower answered our own commands."""
     pair.start_program(ramp(HOME, shifted(HOME, 10.0), 1.0))
     pair.run(1.2)
     pair.end_program()

@@ -1,7 +1,4 @@
-"""A twin that does not obey is a trigger like a robot that does not.
-
-It is told again while its samples show that it moves, and in the end the pair is at fault.
-"""
+"""A twin is told to stop again while its samples show that it moves; in the end that is a fault."""
 
 from __future__ import annotations
 

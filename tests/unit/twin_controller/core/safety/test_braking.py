@@ -1,7 +1,4 @@
-"""A robot with real filters, lag and ramps stops before a zone.
-
-Its own programs are let through.
-"""
+"""A robot with filters, lag and ramps stops before a zone; its own programs are let through."""
 
 from __future__ import annotations
 

@@ -86,10 +86,7 @@ def judged(*distances_mm: float, start: DivergenceState | None = None) -> Diverg
     ],
 )
 def test_the_alarm_is_k_of_n_with_a_hysteresis(distances: tuple[float, ...], alarm: bool) -> None:
-    """It comes after ``confirm`` of ``window`` checks.
-
-    It goes when a whole window is below the release limit.
-    """
+    """After ``confirm`` of ``window`` checks, until a whole window is below the release limit."""
     assert judged(*distances).alarm is alarm
 
 

@@ -1,7 +1,4 @@
-"""Zones and people count in every mode.
-
-The robot's own pendant can start a program in OFFLINE, FAULT and ALIGNING too.
-"""
+"""Zones and people count in every mode: the pendant can start a program in all of them."""
 
 from __future__ import annotations
 
@@ -20,10 +17,7 @@ INTO_THE_TABLE = shifted(HOME, 0.0, 0.0, -45.0)
 
 
 def into(mode: Mode, setup: Setup = SETUP) -> Pair:
-    """Return a pair in one of the modes in which nobody leads.
-
-    Its real robot is well and its own side is free to start it.
-    """
+    """Return a pair in a mode in which nobody leads, its robot well and free to be started."""
     pair = Pair(setup=setup, twin=shifted(HOME, 60.0) if mode is Mode.ALIGNING else HOME)
     pair.link("real", True)
     pair.link("twin", True)
@@ -72,10 +66,7 @@ def test_a_robot_started_towards_a_zone_is_stopped_before_it_in_every_mode(mode:
 
 
 def test_a_robot_that_does_not_obey_is_stopped_again_but_not_each_cycle() -> None:
-    """As any stop that it does not show; started anew it is stopped at once.
-
-    One that never obeys loses its drives.
-    """
+    """As any stop; started anew it is stopped at once, one that never obeys loses its drives."""
     pair = into(Mode.OFFLINE, WATCHED)
     begun = len(pair.actions)
     obeys = pair.command_real

@@ -1,7 +1,4 @@
-"""Zones, Cartesian speed and people.
-
-Judged on the whole way, by closed forms, and acted on by the pair.
-"""
+"""Speeds and braking ways by closed forms, and what people near the robot may not begin."""
 
 from __future__ import annotations
 
@@ -54,10 +51,7 @@ def test_the_speed_cap_makes_the_peak_the_limit(
 
 @given(v=st.floats(-10.0, 10.0), a=st.floats(0.1, 100.0), delay=st.floats(0.0, 0.2))
 def test_the_braking_way_is_the_integral_of_the_speed(v: float, a: float, delay: float) -> None:
-    """Constant speed for the delay, then a constant deceleration to zero.
-
-    By the area under the speed.
-    """
+    """By the area under the speed: constant for the delay, then falling to zero."""
     stop = braking_way((1.0,), (v,), (a,), delay)[0]
     assert stop - 1.0 == pytest.approx(v * delay + 0.5 * v * (abs(v) / a))
     assert (stop - 1.0) * v >= 0.0

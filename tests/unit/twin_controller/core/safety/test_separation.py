@@ -134,10 +134,7 @@ def test_of_several_sensors_the_worst_counts_whatever_their_order(speed: float) 
 
 
 def test_the_protective_distance_is_the_sum_of_its_terms() -> None:
-    """ISO/TS 15066: the sum of five terms, by hand for 1 m/s.
-
-    Person, robot until it reacts, robot while it stops, intrusion and uncertainties.
-    """
+    """ISO/TS 15066: the five terms for 1 m/s, by hand, and their sum."""
     expected = 1.6 * (0.1 + 0.1) + 1.0 * 0.1 + 1.0 / 20.0 + 0.2 + 0.1 + 0.01
     assert protective_distance(1.0, TERMS) == pytest.approx(expected)
     assert protective_distance(1.0, TERMS, 0.25) == pytest.approx(expected + 1.6 * 0.25), (

@@ -1,7 +1,4 @@
-"""The Cartesian limit holds from the first moment, whoever leads.
-
-The operator's SPEED is not undone.
-"""
+"""The Cartesian limit holds at once, whoever leads; the operator's SPEED is not undone."""
 
 from __future__ import annotations
 
@@ -29,10 +26,7 @@ AWAY = shifted(HOME, 60.0)
 
 
 def test_no_motion_is_faster_than_the_fastest() -> None:
-    """Against poses and joint speeds drawn at random.
-
-    Stretched, joints 1 and 2 together and the stroke, in closed form.
-    """
+    """Against random poses and speeds; the stretched arm with its stroke in closed form."""
     random = np.random.default_rng(2)
     highest = max(
         fastest_point(
@@ -49,10 +43,7 @@ def test_no_motion_is_faster_than_the_fastest() -> None:
 
 @pytest.mark.parametrize("phase", [*thorough(0.0), 0.005])
 def test_a_program_never_exceeds_the_cartesian_limit(phase: float) -> None:
-    """Full override and full program speed.
-
-    From the first moment, between its moves, and after it.
-    """
+    """At full speed and override: from the first moment, between its moves, and after it."""
     pair = EmulatedPair(SWEEPS, setup=LIMITED)
     pair.connect()
     pair.run(0.3 + phase)

@@ -74,10 +74,7 @@ def test_nothing_counts_before_a_baseline_is_taken_and_after_it_is_dropped() -> 
 
 @given(start=st.floats(0.0, 0.0099), speed=st.floats(1.0, 400.0))
 def test_onset_is_the_interpolated_crossing_not_the_sample(start: float, speed: float) -> None:
-    """At constant speed a joint crosses at start + threshold / speed.
-
-    Only the rounding's error remains.
-    """
+    """A steady joint crosses at start + threshold / speed; only the rounding's error remains."""
     values = [max(0.0, speed * (k * PERIOD - start)) for k in range(9)]
     state = fed(agreed(0.0), *values)
     crossing = start + THRESHOLD / speed
@@ -140,10 +137,7 @@ NOISE = st.lists(st.floats(-0.5, 0.5), min_size=2, max_size=200)
 
 @given(centre=EDGE, noise=NOISE)
 def test_noise_on_a_rounding_edge_is_no_change(centre: float, noise: list[float]) -> None:
-    """Noise as wide as the hysteresis, peak to peak, moves nobody.
-
-    This holds on x.xx5 as anywhere, with a noisy agreed position too.
-    """
+    """As wide as the hysteresis, peak to peak, on x.xx5 as anywhere, a noisy agreement too."""
     width = math.nextafter(CONFIG.hysteresis, 0.0) * (1 - 1e-9)
     values = [centre + width * part for part in noise]
     state = fed(agreed(values[0]), *values[1:])
@@ -156,10 +150,7 @@ DRIFT = 0.2
 
 @pytest.mark.parametrize("seed", range(20))
 def test_noise_beside_a_drive_that_settles_is_no_change(seed: int) -> None:
-    """The agreed position is a mean.
-
-    One sample at the noise's edge, and a few micrometres on, noise would be a change.
-    """
+    """The agreed position is a mean: one sample at the noise's edge would make noise a change."""
     rng = random.Random(seed)
     centre = rng.uniform(-90.0, 90.0)
     half = 0.5 * CONFIG.hysteresis
@@ -214,10 +205,7 @@ def test_the_agreed_position_goes_along_with_a_side_that_settles(
 
 
 def test_a_sample_that_looks_like_a_change_holds_the_agreed_position() -> None:
-    """A motion that began keeps its onset.
-
-    A side that does not stand has no mean, one without an agreement takes none.
-    """
+    """A motion that began keeps its onset; without a mean or an agreement none is taken."""
     state = change.take_baseline(fed(ChangeState(), *(0.01,) * 16), 0.0, (0.01,), CONFIG)
     begun = fed(state, 0.02, 0.02, 0.04)
     assert any(begun.recent) and settled(begun) == begun

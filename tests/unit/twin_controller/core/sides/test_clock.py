@@ -1,7 +1,4 @@
-"""A remote clock's offset is bounded by intervals that always hold the truth.
-
-A clock that jumps starts anew.
-"""
+"""A remote clock's offset lies in intervals that always hold the truth; a jump starts anew."""
 
 from __future__ import annotations
 
@@ -73,10 +70,7 @@ def test_uncertainty_grows_with_the_largest_drift_while_only_poor_answers_come()
 def test_the_true_offset_is_always_inside(
     offset: float, drift_ppm: float, delays: list[tuple[float, float]]
 ) -> None:
-    """No jump is seen and the interval holds the truth, for any delays.
-
-    The clock drifts by 200 ppm.
-    """
+    """For any delays and 200 ppm of drift no jump is seen and the interval holds the truth."""
     estimate, at = ClockEstimate(), 0.0
     for there, back in delays:
         asked = at + there
@@ -115,10 +109,7 @@ def test_a_jump_starts_the_estimate_anew(jump: float) -> None:
 
 @pytest.mark.parametrize("late", [0.005, 0.03, 0.09])
 def test_a_late_reading_is_no_jump_and_counts_as_old(late: float) -> None:
-    """A starved remote answers with an older reading.
-
-    The offset stays, so that its stamp tells the age.
-    """
+    """A starved remote answers with an older reading: the offset stays, its stamp tells the age."""
     estimate = probe(ClockEstimate(), 0.0, 5.0, 0.001, 0.001)
     after = probe(estimate, 1.0, 5.0 - late, 0.001, 0.001)
     assert after.jumps == 0

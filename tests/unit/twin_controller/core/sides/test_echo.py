@@ -1,7 +1,4 @@
-"""The follower's answer to our own commands is an echo.
-
-What leaves the tube of commands is a motion of its own.
-"""
+"""A follower's answer to our commands is an echo; what leaves their tube is a motion of its own."""
 
 from __future__ import annotations
 
@@ -48,10 +45,7 @@ MOVING = tube_of((0.0, (0.0, 5.0)), (0.1, (1.0, 5.0)), (0.2, (2.0, 5.0)))
 def test_the_tube_is_wide_only_for_joints_that_were_told_to_move(
     t: float, q: tuple[float, ...], expected: bool
 ) -> None:
-    """Commands of the last half second span it.
-
-    Joint 2 was told to stay, so only noise is allowed there.
-    """
+    """Half a second of commands spans it; joint 2 was told to stay, so only noise is allowed."""
     assert is_echo(MOVING, t, q, MEMORY, REST, TOLERANCE) is expected
 
 

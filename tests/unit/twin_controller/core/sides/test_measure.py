@@ -1,7 +1,4 @@
-"""Measurements become samples on the controller's clock.
-
-What is old, repeated or of an unknown time does not count.
-"""
+"""Measurements become samples on our clock; what is old, repeated or of unknown time does not."""
 
 from __future__ import annotations
 
