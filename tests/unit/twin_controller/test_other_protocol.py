@@ -16,12 +16,7 @@ from twin_controller.robot.signals import (
     SignalTable,
     StandHere,
 )
-from twin_controller.robot_sample import (
-    AlarmStatus,
-    ControlType,
-    ProgramState,
-    ProgramStatus,
-)
+from twin_controller.robot_sample import AlarmStatus, ControlType, ProgramState, ProgramStatus
 
 WORDS: SignalTable = {
     Command.STOP_REAL: (DropSetpoints(), Number("task", 0)),
@@ -145,10 +140,7 @@ def test_program_and_alarm_come_in_words(cell: MemoryCell) -> None:
     assert cell.words[-1] == ("ARTICLE line 5 running", "SERVO 11-037 overload (joint 2)", 37)
     cell.robot.listener.told(program, AlarmStatus(24, 11, "WARN", "Start refused", ""))
     told = [(event.text, event.stops) for event in cell.events if isinstance(event, RealAlarm)]
-    assert told == [
-        ("SERVO 11-037 overload (joint 2)", True),
-        ("WARN 24-011 Start refused", False),
-    ]
+    assert told == [("SERVO 11-037 overload (joint 2)", True), ("WARN 24-011 Start refused", False)]
 
 
 def test_override_and_gripper_go_the_same_way(cell: MemoryCell) -> None:

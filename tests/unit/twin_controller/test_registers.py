@@ -194,9 +194,7 @@ def test_a_set_point_that_cannot_be_meant_is_refused(
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_set_point_at_the_end_of_its_range_may_be_off_by_what_rounding_loses(
-    sign: float,
-) -> None:
+def test_a_set_point_at_the_end_of_its_range_may_be_off_by_what_rounding_loses(sign: float) -> None:
     """A billionth of a rad beyond it is the end, two are outside."""
     end = sign * ROBOT.joints[1].upper
     assert CODEC.encode_setpoint((0.0, end + sign * 0.9e-9, 0.0, 0.0, 0.0), 1, 50.0)

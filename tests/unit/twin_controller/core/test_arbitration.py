@@ -300,11 +300,7 @@ def test_clocks_that_jump_drift_stand_or_run_backwards_make_nobody_lead(
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("side", "drift"),
-    [
-        ("real", 200e-6),
-        ("twin", -200e-6),
-        *thorough(("real", -200e-6), ("twin", 200e-6)),
-    ],
+    [("real", 200e-6), ("twin", -200e-6), *thorough(("real", -200e-6), ("twin", 200e-6))],
 )
 def test_drifting_clocks_keep_the_pair_together(side: str, drift: float) -> None:
     """After 20 s at 200 ppm the twin follows to the same place, and the drift is known."""

@@ -212,10 +212,7 @@ BEHIND_MS = ((30, 0), (60, 20), (120, 40), (30, 80), (120, 0))
 
 @pytest.mark.parametrize(
     ("lag_ms", "after_ms"),
-    [
-        *BEHIND_MS,
-        *thorough(*sorted({*product((30, 60, 120), (0, 20, 40, 80))} - {*BEHIND_MS})),
-    ],
+    [*BEHIND_MS, *thorough(*sorted({*product((30, 60, 120), (0, 20, 40, 80))} - {*BEHIND_MS}))],
 )
 def test_a_move_right_after_another_does_not_meet_the_end_of_the_old_stream(
     lag_ms: int, after_ms: int

@@ -76,8 +76,7 @@ def test_a_second_controller_that_counts_alike_is_noticed_too() -> None:
 
 
 @pytest.mark.parametrize(
-    ("robot", "name"),
-    [("fanuc_sr6ia", r"R[1]"), ("articulated_six", "register 14 (heartbeat)")],
+    ("robot", "name"), [("fanuc_sr6ia", r"R[1]"), ("articulated_six", "register 14 (heartbeat)")]
 )
 def test_the_text_names_the_register_as_the_robot_calls_it(robot: str, name: str) -> None:
     """And says what to do."""

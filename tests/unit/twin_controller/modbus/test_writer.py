@@ -67,12 +67,7 @@ def test_set_points_come_before_their_times(line: tuple[Writer, Outbox, Port]) -
     box.put(START)
     writer._write_all()
     coil = LAYOUT.coils["rsr1"].offset
-    assert port.written == [
-        ("words", 1500),
-        ("words", 1572),
-        ("words", TIMES),
-        ("coil", coil),
-    ]
+    assert port.written == [("words", 1500), ("words", 1572), ("words", TIMES), ("coil", coil)]
 
 
 @pytest.mark.parametrize("request_number", [1, 2])

@@ -16,11 +16,7 @@ from harness.workspace import ROOT
 from robot_doctor.finding import Level
 from robot_doctor.twin_probe_io import ask_twin
 from scara_config import ConfigError, load_robot
-from scara_ros.page.token_file_io import (
-    TWIN_CONTROLLER_FILE,
-    TWIN_CONTROLLER_VARIABLE,
-    read_token,
-)
+from scara_ros.page.token_file_io import TWIN_CONTROLLER_FILE, TWIN_CONTROLLER_VARIABLE, read_token
 from twin_controller.config import Twin, load_twin_controller
 from twin_controller.twin.rosbridge_access_io import Access, read_access, shown
 from twin_controller.twin.rosbridge_link_io import RosbridgeLink

@@ -33,11 +33,7 @@ def told(t: float, length: float = LENGTH, duration: float = DURATION) -> float:
 
 
 def answer(
-    t: float,
-    delay: float,
-    smoothing: float,
-    length: float = LENGTH,
-    duration: float = DURATION,
+    t: float, delay: float, smoothing: float, length: float = LENGTH, duration: float = DURATION
 ) -> float:
     """Return where a robot is that does it ``delay`` late, through a filter of that variance."""
     # The mean of two taps that lie a standard deviation to both sides.

@@ -12,12 +12,7 @@ from hypothesis import strategies as st
 from scara_control.joint_motion import JointMotion
 from twin_controller.core.events import TwinGripper
 from twin_controller.core.follow.memory import RealFollows
-from twin_controller.core.follow.real import (
-    setpoint_spacing,
-    stream_real,
-    target_of,
-    twin_course,
-)
+from twin_controller.core.follow.real import setpoint_spacing, stream_real, target_of, twin_course
 from twin_controller.core.follow.twin import close_gap, estimate_acceleration
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.setup import Setup

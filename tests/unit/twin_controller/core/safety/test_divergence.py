@@ -55,9 +55,7 @@ def test_path_distance_agrees_with_a_dense_search(
     ],
 )
 def test_path_distance_of_simple_figures(
-    point: tuple[float, float, float],
-    path: list[tuple[float, float, float]],
-    expected: float,
+    point: tuple[float, float, float], path: list[tuple[float, float, float]], expected: float
 ) -> None:
     """A path that stands still is a point; beyond an end the end counts."""
     assert path_distance(point, path) == pytest.approx(expected)

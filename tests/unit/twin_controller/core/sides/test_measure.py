@@ -118,14 +118,7 @@ def test_joint_states_out_of_order_are_dropped() -> None:
     """Reordered or repeated packets bring nothing new."""
     state = twin_measured(SETUP, known_twin(), at(1.02, 1.02 + 1e9))
     for stamp in (1.02, 1.01, 0.5):
-        assert (
-            twin_measured(
-                SETUP,
-                state,
-                at(1.03, stamp + 1e9, shifted(HOME, 1.0)),
-            )
-            == state
-        )
+        assert twin_measured(SETUP, state, at(1.03, stamp + 1e9, shifted(HOME, 1.0))) == state
 
 
 @pytest.mark.parametrize("side", ["real", "twin"])
