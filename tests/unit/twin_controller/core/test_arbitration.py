@@ -15,7 +15,6 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from twin_controller.core.actions import Decided, FollowTwin, StreamReal
 from twin_controller.core.lead.modes import Mode
-from twin_controller.core.lead.table import LEADING
 
 # joint_3 stays above the keep-out zone below the table.
 OFFSETS = st.tuples(
@@ -316,11 +315,6 @@ def test_drifting_clocks_keep_the_pair_together(side: str, drift: float) -> None
     clock = {"real": pair.state.sides.real, "twin": pair.state.sides.twin}[side].clock
     assert clock.drift_ppm == pytest.approx(drift * 1e6, abs=120.0)
     assert clock.jumps == 0
-
-
-def test_no_mode_has_two_leaders() -> None:
-    """Each leading mode names one."""
-    assert len({mode.name.partition("_")[0] for mode in LEADING}) == len(LEADING)
 
 
 def test_the_wrap_of_the_robots_clock_is_nothing_special() -> None:

@@ -8,7 +8,7 @@ import re
 import struct
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import msgspec
@@ -38,17 +38,25 @@ class Owner:
         self.statuses: list[tuple[ProgramStatus, AlarmStatus]] = []
         self.rejects: list[str] = []
 
-    def link(self, port: int, profile: Profile = ROBOT, **settings: float | bool) -> ModbusLink:
-        """Return a link that tells this owner."""
+    def link(
+        self,
+        port: int,
+        profile: Profile = ROBOT,
+        alive: Callable[[], bool] = lambda: True,
+        on_sample: Callable[..., object] | None = None,
+        **settings: float | bool,
+    ) -> ModbusLink:
+        """Return a link that tells this owner, its samples perhaps to somebody else."""
         quick = {"retry_first": 0.02, "retry_last": 0.05, **settings}
         return ModbusLink(
             ModbusSettings("127.0.0.1", port, **quick),  # type: ignore[arg-type]
             LAYOUT,
             profile,
-            lambda *sample: self.samples.append(sample),
+            on_sample or (lambda *sample: self.samples.append(sample)),
             lambda *change: self.changes.append(change),
             lambda *status: self.statuses.append(status),
             self.rejects.append,
+            alive,
         )
 
     def wait_for(self, *changes: bool) -> None:
@@ -72,6 +80,14 @@ def robot() -> Iterator[Robot]:
 def owner() -> Owner:
     """Return a fresh owner."""
     return Owner()
+
+
+@pytest.fixture
+def link(robot: Robot, owner: Owner) -> Iterator[ModbusLink]:
+    """Return a link that is up."""
+    with owner.link(robot.port) as made:
+        owner.wait_for(UP)
+        yield made
 
 
 def test_samples_come_with_the_times_of_their_request_and_answer(
@@ -102,16 +118,7 @@ def test_an_owner_that_hangs_gets_no_heartbeat(robot: Robot, owner: Owner) -> No
     """A thread that beats for a controller that hangs would keep the robot's watchdog quiet."""
     alive = threading.Event()
     alive.set()
-    settings = ModbusSettings("127.0.0.1", robot.port)
-    link = ModbusLink(
-        settings,
-        LAYOUT,
-        ROBOT,
-        lambda *sample: owner.samples.append(sample),
-        lambda *_: None,
-        alive=alive.is_set,
-    )
-    with link:
+    with owner.link(robot.port, alive=alive.is_set):
         wait_until(lambda: len(robot.writes(1069)) >= 3)
         alive.clear()
         seen = len(owner.samples)
@@ -165,18 +172,14 @@ def test_a_set_point_goes_out_in_one_request_with_the_heartbeat(robot: Robot, ow
     assert len(set(beats)) == len(beats)
 
 
-def test_the_latest_set_point_wins(robot: Robot, owner: Owner) -> None:
+def test_the_latest_set_point_wins(robot: Robot, owner: Owner, link: ModbusLink) -> None:
     """A slow wire never makes a queue of old set points."""
-    with owner.link(robot.port) as link:
-        owner.wait_for(UP)
-        for k in range(200):
-            link.write_now((0.001 * k, 0.0, 0.0, 0.0), 50.0)
-        wait_until(
-            lambda: (
-                robot.writes(1050) and robot.writes(1050)[-1][0:2] == _words(math.degrees(0.199))
-            )
-        )
-        assert len(robot.writes(1050)) < 200
+    for k in range(200):
+        link.write_now((0.001 * k, 0.0, 0.0, 0.0), 50.0)
+    wait_until(
+        lambda: robot.writes(1050) and robot.writes(1050)[-1][0:2] == _words(math.degrees(0.199))
+    )
+    assert len(robot.writes(1050)) < 200
 
 
 def _words(value: float) -> tuple[int, ...]:
@@ -194,28 +197,31 @@ def _words(value: float) -> tuple[int, ...]:
     ],
 )
 def test_a_bad_set_point_never_reaches_the_wire(
-    robot: Robot, owner: Owner, positions: tuple[float, ...], speed: float, text: str
+    robot: Robot,
+    owner: Owner,
+    link: ModbusLink,
+    positions: tuple[float, ...],
+    speed: float,
+    text: str,
 ) -> None:
     """It is told and counted; the link goes on."""
-    with owner.link(robot.port) as link:
-        owner.wait_for(UP)
-        link.write_now(positions, speed)
-        wait_until(lambda: owner.rejects)
-        assert text in owner.rejects[0] and link.counters.refused == 1
-        seen = len(owner.samples)
-        wait_until(lambda: len(owner.samples) > seen + 2)
+    link.write_now(positions, speed)
+    wait_until(lambda: owner.rejects)
+    assert text in owner.rejects[0] and link.counters.refused == 1
+    seen = len(owner.samples)
+    wait_until(lambda: len(owner.samples) > seen + 2)
     assert robot.writes(1050) == []
 
 
-def test_signals_pulses_and_integers_are_written_in_order(robot: Robot, owner: Owner) -> None:
+def test_signals_pulses_and_integers_are_written_in_order(
+    robot: Robot, owner: Owner, link: ModbusLink
+) -> None:
     """A pulse is on, then off; commands keep their order."""
-    with owner.link(robot.port) as link:
-        owner.wait_for(UP)
-        link.set_signal("hold", False)
-        link.pulse("fault_reset")
-        link.write_override(80)
-        link.write_integer("setpoint_valid", 0)
-        wait_until(lambda: (5, 6004, (0,)) in robot.written)
+    link.set_signal("hold", False)
+    link.pulse("fault_reset")
+    link.write_override(80)
+    link.write_integer("setpoint_valid", 0)
+    wait_until(lambda: (5, 6004, (0,)) in robot.written)
     commands = [entry for entry in robot.written if entry[1] != 1069]
     assert commands == [
         (5, 6001, (0,)),
@@ -262,28 +268,26 @@ def test_what_the_map_does_not_mark_is_never_written(owner: Owner, call: str, na
     ],
 )
 def test_each_wrong_answer_ends_the_link_and_it_comes_back(
-    robot: Robot, owner: Owner, fault: str, text: str
+    robot: Robot, owner: Owner, link: ModbusLink, fault: str, text: str
 ) -> None:
     """One bad answer is enough; when the robot is well again the link is too, and says so once."""
-    with owner.link(robot.port) as link:
-        owner.wait_for(UP)
-        wait_until(lambda: owner.statuses)  # the status blocks are read right after the link is up
-        robot.fault = fault
-        owner.wait_for(UP, DOWN)
-        assert re.search(text, owner.changes[1][1]), owner.changes
-        assert link.counters.losses == 1
-        robot.fault = ""
-        owner.wait_for(UP, DOWN, UP)
+    wait_until(lambda: owner.statuses)  # the status blocks are read right after the link is up
+    robot.fault = fault
+    owner.wait_for(UP, DOWN)
+    assert re.search(text, owner.changes[1][1]), owner.changes
+    assert link.counters.losses == 1
+    robot.fault = ""
+    owner.wait_for(UP, DOWN, UP)
     assert len(owner.changes) == 3
 
 
-def test_a_silent_robot_is_found_within_a_tenth_of_a_second(robot: Robot, owner: Owner) -> None:
+def test_a_silent_robot_is_found_within_a_tenth_of_a_second(
+    robot: Robot, owner: Owner, link: ModbusLink
+) -> None:
     """A half-open connection: the last good sample is at most a poll period and a time-out old."""
-    with owner.link(robot.port) as link:
-        owner.wait_for(UP)
-        assert link.settings.poll_period + link.settings.timeout < 0.1
-        robot.fault = "silent"
-        owner.wait_for(UP, DOWN)
+    assert link.settings.poll_period + link.settings.timeout < 0.1
+    robot.fault = "silent"
+    owner.wait_for(UP, DOWN)
 
 
 def test_nobody_listening_is_told_once_and_start_order_does_not_matter(owner: Owner) -> None:
@@ -346,14 +350,14 @@ def test_a_write_that_is_confirmed_wrongly_ends_the_link(
         owner.wait_for(UP, DOWN, UP)
 
 
-def test_a_sample_that_is_not_believed_is_counted_and_kept_out(robot: Robot, owner: Owner) -> None:
+def test_a_sample_that_is_not_believed_is_counted_and_kept_out(
+    robot: Robot, owner: Owner, link: ModbusLink
+) -> None:
     """NaN in a position: no sample, a reason, the link stays."""
-    with owner.link(robot.port) as link:
-        owner.wait_for(UP)
-        robot.put_float(1000, math.nan)
-        wait_until(lambda: owner.rejects)
-        assert "joint_1 = nan deg" in owner.rejects[0]
-        assert link.connected and link.counters.rejected >= 1
+    robot.put_float(1000, math.nan)
+    wait_until(lambda: owner.rejects)
+    assert "joint_1 = nan deg" in owner.rejects[0]
+    assert link.connected and link.counters.rejected >= 1
     assert all(math.isfinite(sample.motion.q[0]) for sample, _, _ in owner.samples)
 
 
@@ -392,27 +396,20 @@ def test_an_error_of_the_owner_ends_the_link_and_is_kept(
     def fail(*_: object) -> None:
         raise RuntimeError("a bug")
 
-    link = ModbusLink(
-        ModbusSettings("127.0.0.1", robot.port),
-        LAYOUT,
-        ROBOT,
-        fail,
-        lambda *change: owner.changes.append(change),
-    )
-    with link:
+    with owner.link(robot.port, on_sample=fail) as link:
         owner.wait_for(UP, DOWN)
     assert isinstance(link.failure, RuntimeError)
     assert "the link died" in owner.changes[1][1]
 
 
-def test_nothing_is_asked_between_the_state_and_the_sample(robot: Robot) -> None:
+def test_nothing_is_asked_between_the_state_and_the_sample(robot: Robot, owner: Owner) -> None:
     """Signals (function 2) come before the state (3): the follower does not wait for them."""
     last: list[int] = []
 
     def take(*_: object) -> None:
         last.append(next(each for each in reversed(robot.asked) if each in (2, 3)))
 
-    with ModbusLink(ModbusSettings("127.0.0.1", robot.port), LAYOUT, ROBOT, take, lambda *_: None):
+    with owner.link(robot.port, on_sample=take):
         wait_until(lambda: len(last) >= 10)
     assert set(last) == {3} and 2 in robot.asked
 

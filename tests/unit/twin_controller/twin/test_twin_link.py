@@ -7,6 +7,7 @@ import json
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import pytest
@@ -104,13 +105,19 @@ def twin() -> Iterator[Twin]:
     thread.join(5.0)
 
 
+@contextmanager
+def linked(twin: Twin, **options: Any) -> Iterator[tuple[TwinLink, list[bool]]]:
+    """Give a link that is up, and what it told of that."""
+    ups: list[bool] = []
+    changed = lambda side, up, why: ups.append(up)  # noqa: E731
+    with TwinLink(SETUP, lambda event: None, changed, twin.url, **options) as link:
+        wait_until(lambda: ups, 5.0, "a link")
+        yield link, ups
+
+
 def test_command_is_sent_until_the_twin_reports_it(twin: Twin) -> None:
     """Right after a reconnect a topic has no listeners: what is published then is lost silently."""
-    ups: list[bool] = []
-    with TwinLink(
-        SETUP, lambda event: None, lambda side, up, why: ups.append(up), twin.url
-    ) as link:
-        wait_until(lambda: ups, 5.0, "a link")
+    with linked(twin) as (link, _):
         twin.listens = False
         link.perform(SendTwin(Command.STOP_TWIN, "both are stopped", 7), BOOT, True)
         wait_until(lambda: len(twin.sent) >= 3, 5.0, "repetitions")
@@ -125,11 +132,7 @@ def test_command_is_sent_until_the_twin_reports_it(twin: Twin) -> None:
 
 def test_newer_command_replaces_one_that_was_not_heard(twin: Twin) -> None:
     """An old command must not come after a newer one."""
-    ups: list[bool] = []
-    with TwinLink(
-        SETUP, lambda event: None, lambda side, up, why: ups.append(up), twin.url
-    ) as link:
-        wait_until(lambda: ups, 5.0, "a link")
+    with linked(twin) as (link, _):
         twin.listens = False
         link.perform(SendTwin(Command.PAUSE_TWIN, "", 8), BOOT, True)
         wait_until(lambda: twin.sent, 5.0, "the first one")
@@ -170,16 +173,8 @@ def test_readings_that_cannot_be_true_never_reach_the_core(twin: Twin) -> None:
 
 def test_a_stop_goes_past_a_line_that_is_lost_under_the_same_number(twin: Twin) -> None:
     """A twin on a trajectory of its own would go on to its end. Nothing else goes that way."""
-    ups: list[bool] = []
     beside: list[Any] = []
-    with TwinLink(
-        SETUP,
-        lambda event: None,
-        lambda side, up, why: ups.append(up),
-        twin.url,
-        beside=beside.append,
-    ) as link:
-        wait_until(lambda: ups, 5.0, "a link")
+    with linked(twin, beside=beside.append) as (link, ups):
         link.perform(SendTwin(Command.STOP_TWIN, "", 7), BOOT, True)
         assert beside == []
         link.perform(SendTwin(Command.STOP_TWIN, "the line is silent", 8), BOOT, False)
