@@ -112,6 +112,10 @@ class RegisterCodec:
         q = positions_of(self._floats("position", words), self._joints, self._tolerance)
         qdot = velocities_of(self._floats("velocity", words), self._joints)
         clock_ms = self._clock(words)
+        on = frozenset(name for name, place in self._outputs.items() if bits[place])
+        if self._status is not None:
+            _, (word,) = self._take(self._status.register, words, None)
+            on = frozenset(name for name, bit in self._status.bits.items() if word >> bit & 1)
         return RobotSample(
             motion=JointMotion.measured(q, qdot, clock_ms * 1e-3),
             clock_ms=clock_ms,
@@ -120,7 +124,7 @@ class RegisterCodec:
             override=self._percent("override_now", words),
             heartbeat_echo=self._number("heartbeat_echo", words),
             watchdog_state=watchdog,
-            outputs=self._signals(words, bits) | told,
+            outputs=on | told,
             command_echo=self._number(self._command.echo, words) if self._command else 0,
             ring_places=self._places,
             **{name: self._number(name, words) for name in NUMBERS if name in self._registers},
@@ -272,13 +276,6 @@ class RegisterCodec:
     def _encode(self, name: str, value: float) -> list[int]:
         """Return the words of one value given in the register's unit."""
         return to_words(name, self._registers[name], value, self._low_first)
-
-    def _signals(self, words: Sequence[int], bits: Sequence[bool]) -> frozenset[str]:
-        """Return the names of the outputs that are on."""
-        if self._status is not None:
-            _, (word,) = self._take(self._status.register, words, None)
-            return frozenset(name for name, bit in self._status.bits.items() if word >> bit & 1)
-        return frozenset(name for name, place in self._outputs.items() if bits[place])
 
     def _text(self, name: str, words: Sequence[int], block: Block) -> str:
         if name not in self._registers:

@@ -95,21 +95,19 @@ class CommandServices:
         )
         answer = self._judged(event)
         sent = command in ENDING and answer.success
-        if sent:
-            answer = self._stood(answer, now, request.at_once)
+        if sent and request.at_once:
+            answer = Reply(answer.id, False, f"sent: {answer.message}")
+        elif sent:
+            # A stop has come to something once both are seen to stand.
+            trouble = self._engine.wait_to_stand(now, self._setup.config.stop.answer_ms * 1e-3)
+            said = f"{answer.message}; both stand"
+            if trouble:
+                said = f"sent: {answer.message}; but {trouble}: {LAST_MEANS}"
+            answer = Reply(answer.id, not trouble, said)
         speed = f"speed {request.speed_percent:g} %" if target else f"{request.speed_percent:g} %"
         what = f"{command} target {list(target)} {speed}" if target else f"{command} {speed}"
         self._audit(_name(request, event), what, answer.success or sent, answer.message)
         return TwinCommandResponse(answer.success, answer.message, sent)
-
-    def _stood(self, answer: Reply, since: float, at_once: bool) -> Reply:
-        """Return what a stop has come to: sent, or seen to have made both stand."""
-        if at_once:
-            return Reply(answer.id, False, f"sent: {answer.message}")
-        trouble = self._engine.wait_to_stand(since, self._setup.config.stop.answer_ms * 1e-3)
-        if not trouble:
-            return Reply(answer.id, True, f"{answer.message}; both stand")
-        return Reply(answer.id, False, f"sent: {answer.message}; but {trouble}: {LAST_MEANS}")
 
     def _judged(self, event: Operator) -> Reply:
         """Hand a command to the engine once the gate lets it through."""

@@ -37,10 +37,15 @@ def fastest_speed(
 
 def _fastest_of(point: WatchedPoint, lower: Joints, upper: Joints, velocity: Joints) -> float:
     turns = np.any(point.model.screw_axes[:3] != 0.0, axis=0)
-    ranges = [
-        _places(lower[column], upper[column], turning)
-        for column, turning in zip(point.columns, turns)
-    ]
+    ranges = []
+    for column, turning in zip(point.columns, turns):
+        ends = np.array([lower[column], upper[column]])
+        if turning:
+            # Stretched (0) too; of a prismatic joint the ends are enough.
+            low, high = np.clip(ends, -LARGEST_STRETCH, LARGEST_STRETCH)
+            inner = np.arange(np.ceil(low / GRID), np.floor(high / GRID) + 1) * GRID
+            ends = np.unique(np.concatenate([[low], inner, [high]]))
+        ranges.append(ends)
     rows = np.zeros((1, len(lower)))
     for column, places in list(zip(point.columns, ranges))[1:]:
         rows = np.repeat(rows, len(places), axis=0)
@@ -63,15 +68,6 @@ def _fastest_of(point: WatchedPoint, lower: Joints, upper: Joints, velocity: Joi
         else:
             step *= 0.5
     return speed
-
-
-def _places(lower: float, upper: float, turning: bool) -> FloatArray:
-    """Return the positions of a joint that are tried: stretched (0) too; a prismatic one's ends."""
-    if not turning:
-        return np.array([lower, upper])
-    low, high = max(lower, -LARGEST_STRETCH), min(upper, LARGEST_STRETCH)
-    inner = np.arange(np.ceil(low / GRID), np.floor(high / GRID) + 1) * GRID
-    return np.unique(np.concatenate([[low], inner, [high]]))
 
 
 def _speeds(point: WatchedPoint, rows: FloatArray, velocity: Joints) -> FloatArray:
