@@ -28,6 +28,7 @@ from scara_config.modbus_map import load_modbus_map
 from sensor_msgs.msg import JointState
 from twin_controller.config import load_twin_controller
 from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
+from twin_controller.robot.signals import Number, Pulse
 from twin_controller.robot_sample import RobotSample
 from typer.testing import CliRunner
 
@@ -221,9 +222,9 @@ def test_twin_controllers_link_streams_and_its_silence_stops_the_robot(cell: Cel
         lambda *_: None,
     ) as link:
         wait_until(lambda: link.connected, 10.0)
-        link.write_override(100)
+        link.send(Number("override", 100))
         link.write_now((0.1, -0.2, -0.1, 0.3), 50.0)
-        link.pulse("rsr1")
+        link.send(Pulse("rsr1"))
         wait_until(
             lambda: samples[-1].motion.q == pytest.approx((0.1, -0.2, -0.1, 0.0, 0.3), abs=1e-5),
             10.0,

@@ -13,6 +13,7 @@ from twin_controller.estimation.delay import Fit
 from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
 from twin_controller.modbus.port_io import ModbusPort
 from twin_controller.registers import RegisterCodec
+from twin_controller.robot.signals import Pulse, TakeBack
 from twin_controller.robot_sample import (
     AlarmStatus,
     ControlType,
@@ -117,8 +118,7 @@ class Mover:
 
     def __exit__(self, *_: object) -> None:
         """Let the robot decelerate and end the stream, then disconnect."""
-        self._link.pulse("cstopi")
-        self._link.take_back_setpoints()
+        self._link.send(Pulse("cstopi"), TakeBack())
         time.sleep(0.3)
         self._link.close()
 
@@ -194,7 +194,7 @@ class Mover:
         if "cmdenbl" not in sample.outputs:
             return "it does not allow a remote start (CMDENBL is off)"
         start = self._positions()
-        self._link.pulse("rsr1")
+        self._link.send(Pulse("rsr1"))
         end = time.monotonic() + FIRST_S
         while self._sample.control_type is not ControlType.STREAM and time.monotonic() < end:
             self._tell(start, SPEED_PERCENT)

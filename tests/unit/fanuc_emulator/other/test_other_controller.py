@@ -26,6 +26,7 @@ from scara_config.modbus_map import ModbusMap, load_modbus_map
 from scara_config.profile import CHOICE
 from twin_controller.config import load_twin_controller
 from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
+from twin_controller.robot.signals import Number, Pulse
 from twin_controller.robot_sample import ControlType, RobotSample
 
 CONFIG = ROOT / "config"
@@ -138,8 +139,8 @@ def test_the_twin_controllers_link_streams_to_it(
     ) as link:
         wait_until(lambda: samples, 5.0)
         start = samples[-1].motion.q
-        link.write_override(100)
-        link.pulse("rsr1")
+        link.send(Number("override", 100))
+        link.send(Pulse("rsr1"))
         wait_until(lambda: samples[-1].control_type is ControlType.STREAM, 5.0)
         target = tuple(q + 0.02 for q in start)
         begun = time.monotonic()
@@ -150,7 +151,7 @@ def test_the_twin_controllers_link_streams_to_it(
             link.write_now(target, 50.0)
             time.sleep(0.01)
         assert samples[-1].motion.q == pytest.approx(target, abs=1e-4)
-        link.pulse("cstopi")
+        link.send(Pulse("cstopi"))
         wait_until(lambda: samples[-1].control_type is ControlType.NONE, 5.0)
     assert link.counters.refused == 0
 

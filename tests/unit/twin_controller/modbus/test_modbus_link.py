@@ -22,6 +22,7 @@ from scara_config.robot import Stopping
 from twin_controller.modbus.link_io import ModbusLink, ModbusSettings, NotWritableError
 from twin_controller.modbus.poll_times import PollTimes
 from twin_controller.modbus.port_io import ModbusPort
+from twin_controller.robot.signals import Number, Pulse, Signal
 from twin_controller.robot_sample import AlarmStatus, ProgramStatus, RobotSample
 
 CONFIG = Path(__file__).resolve().parents[4] / "config"
@@ -142,9 +143,9 @@ def test_what_was_left_before_the_end_is_written_before_the_farewell(
     """A stop that was asked for last reaches the robot, its pulse ends, then the watchdog rests."""
     with owner.link(robot.port) as link:
         owner.wait_for(UP)
-        link.pulse("cstopi")
-        link.write_integer("setpoint_valid", 0)
-        link.set_signal("hold", True)
+        link.send(Pulse("cstopi"))
+        link.send(Number("setpoint_valid", 0))
+        link.send(Signal("hold", True))
     written = [(at, values) for _, at, values in robot.written]
     assert [each for each in written if each[0] != 1069][-4:] == [
         (6003, (0xFF00,)),
@@ -217,10 +218,10 @@ def test_signals_pulses_and_integers_are_written_in_order(
     robot: Robot, owner: Owner, link: ModbusLink
 ) -> None:
     """A pulse is on, then off; commands keep their order."""
-    link.set_signal("hold", False)
-    link.pulse("fault_reset")
-    link.write_override(80)
-    link.write_integer("setpoint_valid", 0)
+    link.send(Signal("hold", False))
+    link.send(Pulse("fault_reset"))
+    link.send(Number("override", 80))
+    link.send(Number("setpoint_valid", 0))
     wait_until(lambda: (5, 6004, (0,)) in robot.written)
     commands = [entry for entry in robot.written if entry[1] != 1069]
     assert commands == [
@@ -233,27 +234,20 @@ def test_signals_pulses_and_integers_are_written_in_order(
 
 
 @pytest.mark.parametrize(
-    ("call", "name"),
+    "step",
     [
-        ("set_signal", "sfspd"),
-        ("pulse", "rsr2"),
-        ("set_signal", "nonsense"),
-        ("pulse", "override"),
-        ("integer", "position_valid"),
-        ("integer", "imstp"),
-        ("integer", "setpoint"),
+        *(Signal(name, True) for name in ("sfspd", "nonsense")),
+        *(Pulse(name) for name in ("rsr2", "override")),
+        *(Number(name, 1) for name in ("position_valid", "imstp", "setpoint")),
     ],
+    ids=lambda step: step.name,
 )
-def test_what_the_map_does_not_mark_is_never_written(owner: Owner, call: str, name: str) -> None:
+def test_what_the_map_does_not_mark_is_never_written(
+    owner: Owner, step: Signal | Pulse | Number
+) -> None:
     """Refused before the wire, with the name."""
-    link = owner.link(free_port())
-    with pytest.raises(NotWritableError, match=name):
-        if call == "integer":
-            link.write_integer(name, 1)
-        elif call == "pulse":
-            link.pulse(name)
-        else:
-            link.set_signal(name, True)
+    with pytest.raises(NotWritableError, match=step.name):
+        owner.link(free_port()).send(step)
 
 
 @pytest.mark.parametrize(
@@ -308,7 +302,7 @@ def test_nothing_is_replayed_after_a_reconnect(robot: Robot, owner: Owner) -> No
         robot.fault = "silent"
         owner.wait_for(UP, DOWN)
         link.write_now((0.1, 0.0, 0.0, 0.0), 50.0)
-        link.pulse("rsr1")
+        link.send(Pulse("rsr1"))
         robot.fault = ""
         owner.wait_for(UP, DOWN, UP)
         assert link.counters.dropped == 2
@@ -321,7 +315,7 @@ def test_a_refused_write_is_told_and_the_link_stays(robot: Robot, owner: Owner) 
     with owner.link(robot.port, heartbeat=False) as link:
         owner.wait_for(UP)
         robot.fault = "refuse_writes"
-        link.set_signal("hold", False)
+        link.send(Signal("hold", False))
         wait_until(lambda: owner.rejects)
         assert owner.rejects == ["the robot refused to write 6002: exception 2"]
         assert link.connected and link.counters.refused == 1
@@ -342,7 +336,7 @@ def test_a_write_that_is_confirmed_wrongly_ends_the_link(
         owner.wait_for(UP)
         robot.fault = fault
         if signal:
-            link.set_signal("hold", False)
+            link.send(Signal("hold", False))
         owner.wait_for(UP, DOWN)
         where = "coil at 6002" if signal else "registers at 1070"
         assert f"confirmed another write than {where}" in owner.changes[1][1], owner.changes
@@ -471,7 +465,7 @@ def test_a_heartbeat_of_somebody_else_ends_the_link_and_a_stop_still_gets_throug
         assert [up for up, _ in owner.changes] == [True]
         interrupt(other, owner)
         assert re.match(r"somebody else writes R\[1\]: 200\d\d is no", owner.changes[-1][1])
-        link.pulse("cstopi")
+        link.send(Pulse("cstopi"))
         wait_until(lambda: robot.writes(LAYOUT.coils["cstopi"].offset) == [(0xFF00,), (0,)])
         beats = len(robot.writes(HEARTBEAT))
         for value in range(21001, 21011):

@@ -6,7 +6,7 @@ and tells its owner only what is believed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from types import TracebackType
 
 import msgspec
@@ -103,7 +103,7 @@ class CheckedLink:
 
     # What the owner asks for
 
-    def send(self, sequence: Sequence[Step]) -> None:
+    def send(self, *sequence: Step) -> None:
         """Ask the robot for each step, in order.
 
         Raises:
@@ -157,38 +157,6 @@ class CheckedLink:
     def _refuse(self, error: SetpointError) -> None:
         self._link.counters.refused += 1
         self.rejected(str(error))
-
-    def take_back_setpoints(self) -> None:
-        """Tell the robot that none of its set points counts any longer."""
-        self._link.take_back_setpoints()
-
-    def write_override(self, percent: int) -> None:
-        """Set the robot's override, 1..100."""
-        self._link.write_integer("override", percent)
-
-    def write_integer(self, name: str, value: int) -> None:
-        """Write one integer.
-
-        Raises:
-            NotWritableError: The profile does not allow it.
-        """
-        self._link.write_integer(name, value)
-
-    def set_signal(self, name: str, level: bool) -> None:
-        """Set one input of the robot.
-
-        Raises:
-            NotWritableError: The profile does not allow it.
-        """
-        self._link.set_signal(name, level)
-
-    def pulse(self, name: str, behind: bool = False) -> None:
-        """Switch one input on and soon off; with ``behind`` not before a set point that waits.
-
-        Raises:
-            NotWritableError: The profile does not allow it.
-        """
-        self._link.pulse(name, behind=behind)
 
     # What the link of the protocol tells (RobotListener)
 

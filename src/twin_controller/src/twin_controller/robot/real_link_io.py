@@ -124,15 +124,15 @@ class RealLink:
 
     def override(self, speed_percent: float) -> None:
         """Set the override."""
-        self._link.send(override_steps(speed_percent))
+        self._link.send(*override_steps(speed_percent))
 
     def grip(self, on: bool) -> None:
         """Switch the suction."""
-        self._link.send(gripper_steps(on))
+        self._link.send(*gripper_steps(on))
 
     def perform(self, command: Command) -> None:
         """Carry out one command on the robot's signals."""
-        self._link.send(steps(self._table, command, self._paused))
+        self._link.send(*steps(self._table, command, self._paused))
 
     def _sampled(self, sample: RobotSample, sent: float, received: float) -> None:
         self._paused = is_paused(sample)
