@@ -6,9 +6,7 @@ import pytest
 from operator_panel.runs import length_text, may_be_shown, size_text, verdict
 
 
-@pytest.mark.parametrize(
-    "file", ["report.html", "report.json", "paths.png", "paths.svg", "run.bag"]
-)
+@pytest.mark.parametrize("file", ["report.html", "report.json", "paths.png", "a.svg", "run.bag"])
 def test_report_pictures_and_bag_may_be_shown(file: str) -> None:
     """What a report links to."""
     assert may_be_shown("2026-01-01_12-00-00", file)
@@ -17,16 +15,9 @@ def test_report_pictures_and_bag_may_be_shown(file: str) -> None:
 @pytest.mark.parametrize(
     ("run", "file"),
     [
-        ("a", "operator_token"),
-        ("a", "ros_home/operator_token"),
-        ("a", ".html"),
-        ("..", "report.html"),
-        ("a", "../b.html"),
-        ("a/ros_home", "x.html"),
-        ("a", "x.log"),
-        ("a", "x.html\n"),
-        ("", "report.html"),
-        ("a", "..html.html.."),
+        *[("a", name) for name in ("operator_token", "ros_home/operator_token", ".html")],
+        *[("a", name) for name in ("../b.html", "x.log", "x.html\n", "..html.html..")],
+        *[(name, "report.html") for name in ("..", "", "a/ros_home")],
     ],
 )
 def test_nothing_else_leaves_the_machine(run: str, file: str) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from harness.workspace import ROOT
-from operator_panel.config import load_panel
+from operator_panel.config import ToolSpeeds
 from operator_panel.control import desk_io as desk_module
 from operator_panel.control.authority import Role
 from operator_panel.control.desk_io import Desk
@@ -22,9 +22,19 @@ from scara_config import load_robot
 from scara_description.urdf import parse_urdf
 
 ROBOT = load_robot(ROOT / "config")
-MODEL = parse_urdf(ROBOT.description.read_text(encoding="utf-8"))
-ARM = ToolArm(ROBOT, MODEL, load_panel(ROOT / "config").jog.tool, 10.0)
+SPEEDS = ToolSpeeds(slow_mm_s=10.0, fast_mm_s=80.0, slow_deg_s=2.0, fast_deg_s=15.0)
+LIMIT_PERCENT = 10.0
 KEEP_S, LET_GO_S = 5.0, 30.0
+
+
+def arm_of(name: str) -> ToolArm:
+    """Return an arm of the repository."""
+    robot = load_robot(ROOT / "config" / "robots" / name)
+    model = parse_urdf(robot.description.read_text(encoding="utf-8"))
+    return ToolArm(robot, model, SPEEDS, LIMIT_PERCENT)
+
+
+SCARA, SIX = arm_of("fanuc_sr6ia"), arm_of("articulated_six")
 
 
 class Door:
@@ -93,7 +103,7 @@ def door() -> Door:
 def desk(door: Door) -> Desk:
     """Give a desk with two operators, a and b, and a viewer v; a is in control by a command."""
     dead_man = DeadMan(ROBOT, 10.0, 0.25)
-    made = Desk(door, dead_man, ARM, KEEP_S, LET_GO_S, 0.6, lambda _: None)  # type: ignore[arg-type]
+    made = Desk(door, dead_man, SCARA, KEEP_S, LET_GO_S, 0.6, lambda _: None)  # type: ignore[arg-type]
     for page, role in (("a", Role.OPERATOR), ("b", Role.OPERATOR), ("v", Role.VIEWER)):
         made.open(page, role)
         made.arrived(page, f"tab {page}")

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from operator_panel.control.authority import AT_REST, Role, lets_go, refusal
+from operator_panel.control.authority import AT_REST, Role, command_refusal, lets_go, refusal
 from operator_panel.view.snapshot import CellState
 from scara_ros.page.page_words import MODES
+from twin_controller.core.lead.modes import Mode
 
 STATE = CellState("IDLE", holder="fitter 1", not_in_control="fitter 1 holds control: ask for it")
 FREE = CellState("IDLE", not_in_control="nobody holds control: take control first")
@@ -36,3 +37,22 @@ def test_nobody_lets_go_while_something_runs_or_waits_to_go_on(mode: str) -> Non
     runs = mode in ("ALIGNING", "REAL_LEADS", "TWIN_LEADS", "OPERATOR_LEADS", "PAUSED")
     assert lets_go(state, 30.1, 30.0) == (not runs) == (mode in AT_REST)
     assert not lets_go(state, 30.0, 30.0)
+
+
+def test_modes_of_the_page_are_those_of_the_controller() -> None:
+    """None is shown as a mere code."""
+    assert set(MODES) == {mode.value for mode in Mode}
+
+
+@pytest.mark.parametrize(
+    ("command", "silent", "why"),
+    [
+        ("PAUSE", False, "nothing moves"),
+        ("HOME", False, ""),
+        ("MOVE", False, "the twin controller does not know this command"),
+        *[(one, True, "the twin controller is silent") for one in ("PAUSE", "HOME", "JOG")],
+    ],
+)
+def test_button_says_what_the_controller_says(command: str, silent: bool, why: str) -> None:
+    """Its own reason; what it has not said, or said a while ago, is promised by nobody."""
+    assert command_refusal(command, {"PAUSE": "nothing moves", "HOME": ""}, silent) == why

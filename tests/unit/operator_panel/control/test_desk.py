@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 
 import pytest
-from operator_panel.control import desk_io as desk_module
 from operator_panel.control.authority import Role
 from operator_panel.control.desk_io import MOST_WATCHERS, Desk
 from operator_panel.door import Answer, Seat
@@ -104,16 +103,27 @@ def test_control_that_was_granted_later_lasts_from_then(
 
 
 @pytest.mark.parametrize(
-    ("page", "name", "passes"),
-    [("a", "HOME", True), ("b", "HOME", False), ("v", "HOME", False)],
+    ("name", "page", "why"),
+    [
+        *[(stop, page, "") for stop in ("STOP", "ESTOP", "PAUSE") for page in "abv"],
+        *[(stop, "a page of an earlier server", "") for stop in ("STOP", "ESTOP")],
+        ("HOME", "a", ""),
+        ("HOME", "b", "operator 1 holds control"),
+        ("HOME", "v", "only watches"),
+        ("HOME", "a page of an earlier server", "load it again"),
+    ],
 )
-def test_command_reaches_the_cell_only_from_who_may(
-    desk: Desk, door: Door, page: str, name: str, passes: bool
+def test_whoever_sees_the_page_may_end_a_motion_and_who_is_in_control_begin_one(
+    desk: Desk, door: Door, name: str, page: str, why: str
 ) -> None:
-    """One operator moves the pair, a viewer watches; the refusal is in words."""
-    answer = command(desk, page, name)
-    assert answer.success == passes and door.commands == ([name] if passes else [])
-    assert passes or answer.message
+    """In control or not, with the token or without; a refusal is in words, and sends nothing."""
+    if name in ("STOP", "ESTOP"):
+        answer = stop(desk, page, name)
+    else:
+        answer = command(desk, page, name)
+        assert (why in desk.refusal(page, name)) and bool(desk.refusal(page, name)) == bool(why)
+    assert answer.success == (not why) and why in answer.message
+    assert door.commands == ([] if why else [name])
 
 
 def test_pages_that_watch_are_bounded_and_operators_always_fit(desk: Desk) -> None:
@@ -129,21 +139,12 @@ def test_pages_that_watch_are_bounded_and_operators_always_fit(desk: Desk) -> No
     assert desk.crowded() == ""
 
 
-@pytest.mark.parametrize("page", ["a", "b", "v", "a page of an earlier server"])
-@pytest.mark.parametrize("name", ["STOP", "ESTOP"])
-def test_whoever_sees_the_page_may_stop(desk: Desk, door: Door, page: str, name: str) -> None:
-    """In control or not, with the token or without."""
-    assert stop(desk, page, name).success and door.commands == [name]
-
-
-def test_unknown_page_is_told_to_load_again(desk: Desk) -> None:
-    """After a restart of the panel."""
-    assert "load it again" in command(desk, "old", "HOME").message
-
-
-def test_page_loaded_again_keeps_control(desk: Desk, door: Door) -> None:
-    """Same browser tab, new id: the same seat, whose signs of life go on."""
+def test_page_loaded_again_keeps_control_and_lets_go_no_later(
+    desk: Desk, door: Door, clock: Clock
+) -> None:
+    """Same browser tab, new id: the same seat, whose signs go on; to look anew is no command."""
     signs(desk)
+    clock.now += LET_GO_S - 1.0
     desk.left("a")
     desk.open("a2", Role.OPERATOR)
     desk.arrived("a2", "tab a")
@@ -151,17 +152,6 @@ def test_page_loaded_again_keeps_control(desk: Desk, door: Door) -> None:
     signs(desk)
     assert desk.name_of("a2") == "operator 1"
     assert door.asked == [("operator 1", "KEEP", False)]
-
-
-def test_page_loaded_again_lets_go_no_later(desk: Desk, door: Door, clock: Clock) -> None:
-    """To look anew is no command."""
-    signs(desk)
-    clock.now += LET_GO_S - 1.0
-    desk.left("a")
-    desk.open("a2", Role.OPERATOR)
-    desk.arrived("a2", "tab a")
-    signs(desk)
-    assert door.asked[-1][1] == "KEEP"
     clock.now += 2.0
     signs(desk)
     assert door.holder == ""
@@ -178,15 +168,12 @@ def test_page_whose_line_broke_after_it_was_loaded_again_keeps_its_seat(desk: De
     assert desk.name_of("a3") == "operator 1"
 
 
-def test_number_of_a_page_that_is_long_gone_is_used_again(
-    desk: Desk, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_number_of_a_page_that_is_long_gone_is_used_again(desk: Desk, clock: Clock) -> None:
     """Nobody is "operator 9" because the page was loaded nine times."""
     desk.left("b")
     desk.open("c", Role.OPERATOR)
     assert desk.name_of("c") == "operator 3", "control may still be held by the second"
-    now = desk_module.time.monotonic()
-    monkeypatch.setattr(desk_module.time, "monotonic", lambda: now + 3.0 * KEEP_S)
+    clock.now += 3.0 * KEEP_S
     desk.open("d", Role.OPERATOR)
     assert desk.name_of("d") == "operator 2"
 
@@ -223,10 +210,3 @@ def test_page_that_is_gone_gives_no_sign_of_life(desk: Desk, door: Door) -> None
     door.asked.clear()
     signs(desk)
     assert door.asked == []
-
-
-@pytest.mark.parametrize("page", ["a", "b", "v"])
-def test_whoever_sees_the_page_may_pause(desk: Desk, door: Door, page: str) -> None:
-    """It ends a motion, as STOP does; the button is not greyed by who holds control."""
-    assert desk.refusal(page, "PAUSE") == ""
-    assert command(desk, page, "PAUSE").success and door.commands == ["PAUSE"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import pytest
 from operator_panel.control.desk_io import Desk
@@ -48,20 +48,20 @@ def test_stop_is_sent_before_anything_else_is_tried(desk: Desk, door: Door) -> N
     assert stop(desk, "v").success and door.commands == ["STOP"]
 
 
-def test_stop_ends_a_held_jog(desk: Desk, door: Door) -> None:
-    """The zero does not wait for the answer."""
-    assert hold(desk) == ""
-    desk.jog_tick()
-    stop(desk, "b")
-    assert door.jogs[-1] == {"joint_1": 0.0}
-
-
-def test_lost_page_lets_go_of_its_joint(desk: Desk, door: Door) -> None:
-    """A closed tab, a torn cable."""
-    hold(desk)
-    desk.left("a")
-    desk.jog_tick()
-    assert door.jogs == [{"joint_1": 0.0}]
+@pytest.mark.parametrize(
+    "end",
+    [
+        lambda desk: stop(desk, "b"),  # its zero does not wait for the answer
+        lambda desk: desk.left("a"),  # a closed tab, a torn cable
+        lambda desk: desk.let_go("a", 1),
+    ],
+)
+def test_end_of_a_held_jog_is_a_zero(desk: Desk, door: Door, end: Callable[[Desk], object]) -> None:
+    """At once, and only one."""
+    assert hold(desk) == "" and desk.jog_tick()
+    end(desk)
+    assert not desk.jog_tick()
+    assert door.jogs[1:] == [{"joint_1": 0.0}]
 
 
 @pytest.mark.parametrize(

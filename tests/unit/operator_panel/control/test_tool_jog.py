@@ -7,27 +7,11 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
-from harness.workspace import ROOT
-from operator_panel.config import ToolSpeeds
 from operator_panel.control.jog import DeadMan, JogError
 from operator_panel.control.tool_jog import BRAKING_S, LINES, TURNS, ToolArm
-from scara_config import load_robot
+from unit.operator_panel.control.conftest import LIMIT_PERCENT, SCARA, SIX
 
-from scara_description.urdf import parse_urdf
-
-SPEEDS = ToolSpeeds(slow_mm_s=10.0, fast_mm_s=80.0, slow_deg_s=2.0, fast_deg_s=15.0)
 PERIOD = 0.05
-LIMIT_PERCENT = 10.0
-
-
-def arm_of(name: str = "fanuc_sr6ia") -> ToolArm:
-    """Return an arm of the repository."""
-    robot = load_robot(ROOT / "config" / "robots" / name)
-    model = parse_urdf(robot.description.read_text(encoding="utf-8"))
-    return ToolArm(robot, model, SPEEDS, LIMIT_PERCENT)
-
-
-SCARA, SIX = arm_of(), arm_of("articulated_six")
 BENT = {"joint_1": 0.3, "joint_2": 1.4, "joint_3": -0.1, "table_joint": 0.0}
 SIX_BENT = dict(zip((j.name for j in SIX.joints), (0.2, 0.3, -0.4, 0.3, 0.8, 0.1)))
 

@@ -6,27 +6,12 @@ import math
 
 import numpy as np
 import pytest
-from harness.workspace import ROOT
-from operator_panel.config import ToolSpeeds
 from operator_panel.control.steps import SIZES, StepError
-from operator_panel.control.tool_jog import TURNS, ToolArm
+from operator_panel.control.tool_jog import TURNS
 from operator_panel.control.turns import LEAVES_M, turn_step, why_no_turns
-from scara_config import load_robot
 from scipy.spatial.transform import Rotation
+from unit.operator_panel.control.conftest import SIX, arm_of
 
-from scara_description.urdf import parse_urdf
-
-SPEEDS = ToolSpeeds(slow_mm_s=10.0, fast_mm_s=80.0, slow_deg_s=2.0, fast_deg_s=15.0)
-
-
-def arm_of(name: str) -> ToolArm:
-    """Return an arm of the repository."""
-    robot = load_robot(ROOT / "config" / "robots" / name)
-    model = parse_urdf(robot.description.read_text(encoding="utf-8"))
-    return ToolArm(robot, model, SPEEDS, 10.0)
-
-
-SIX = arm_of("articulated_six")
 NAMES = [joint.name for joint in SIX.robot.twin_joints]
 BENT = dict(zip(NAMES, (0.2, 0.3, -0.4, 0.3, 0.8, 0.1), strict=True))
 

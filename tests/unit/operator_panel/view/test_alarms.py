@@ -20,16 +20,26 @@ def heard(state: CellState | None = None, *diagnoses: Diagnosis, received: float
     )
 
 
-def texts(snapshot: Snapshot) -> list[str]:
-    """Return the texts of the alarms."""
-    return [alarm.text for alarm in active_alarms(snapshot, NOW, 0.6)]
+OLD, SMALL, GREAT = (
+    Diagnosis(2, "/a", "old", NOW - 4.0),
+    Diagnosis(1, "/a", "small", NOW),
+    Diagnosis(2, "/b", "great", NOW),
+)
 
 
-def test_good_cell_has_no_alarm() -> None:
-    """Nothing is shown that needs no attention."""
-    assert (
-        active_alarms(heard(None, Diagnosis(0, "/recorder", "not recording", NOW)), NOW, 0.6) == ()
-    )
+@pytest.mark.parametrize(
+    ("snapshot", "shown"),
+    [
+        (heard(None, Diagnosis(0, "/recorder", "not recording", NOW)), []),
+        (heard(None, SMALL, GREAT), ["great", "small"]),
+        (heard(None, OLD), []),  # its node is gone or well again
+        (heard(received=NOW - 1.0), ["Silent since 12:00:00."]),
+        (Snapshot(diagnoses={"/b": GREAT}), ["No ROS master answers."]),  # all else follows from it
+    ],
+)
+def test_what_needs_attention_is_listed_worst_first(snapshot: Snapshot, shown: list[str]) -> None:
+    """And nothing else."""
+    assert [alarm.text for alarm in active_alarms(snapshot, NOW, 0.6)] == shown
 
 
 @pytest.mark.parametrize(
@@ -62,28 +72,6 @@ def test_one_trouble_is_one_line_and_names_its_source() -> None:
     )
     (shown,) = active_alarms(snapshot, NOW, 0.6)
     assert shown.source == "real robot" and "pendant" in shown.remedy
-
-
-def test_errors_come_before_warnings() -> None:
-    """Whatever they are called."""
-    snapshot = heard(None, Diagnosis(1, "/a", "small", NOW), Diagnosis(2, "/b", "great", NOW))
-    assert texts(snapshot) == ["great", "small"]
-
-
-def test_diagnosis_that_is_not_repeated_is_forgotten() -> None:
-    """Its node is gone or well again."""
-    assert texts(heard(None, Diagnosis(2, "/a", "old", NOW - 4.0))) == []
-
-
-def test_silence_of_the_controller_is_an_alarm_with_its_time() -> None:
-    """Since when."""
-    assert texts(heard(received=NOW - 1.0)) == ["Silent since 12:00:00."]
-
-
-def test_missing_master_is_the_only_alarm() -> None:
-    """Everything else follows from it."""
-    (alarm,) = active_alarms(Snapshot(), NOW, 0.6)
-    assert alarm.source == "ROS master"
 
 
 @pytest.mark.parametrize(

@@ -54,12 +54,6 @@ def test_move_runs_until_both_stand_at_its_target() -> None:
     assert move.log.take_ended() == [done] and move.log.take_ended() == []
 
 
-def test_move_to_where_the_pair_stands_is_done_without_a_motion() -> None:
-    """No mode tells of it."""
-    move = Followed("MOVE")
-    assert move.sees(told("IDLE", still=True), after=GRACE_S + 0.1).outcome is Outcome.DONE
-
-
 @pytest.mark.parametrize(
     ("after", "outcome"),
     [
@@ -80,14 +74,6 @@ def test_move_that_does_not_get_there_is_never_green_and_says_why(
     assert command.outcome is outcome and command.tone in ("warn", "bad") and command.text
 
 
-def test_paused_move_goes_on() -> None:
-    """PAUSE is no end."""
-    move = Followed("MOVE")
-    move.sees(told("OPERATOR_LEADS"), told("PAUSED", "PAUSE"))
-    assert move.sees(told("OPERATOR_LEADS")).outcome is Outcome.RUNNING
-    assert move.sees(told("IDLE", still=True)).outcome is Outcome.DONE
-
-
 def test_refused_command_shows_the_reason_without_codes() -> None:
     """And what has ended changes no more."""
     refused = Followed("HOME", Answer(False, "HOME: something else leads: STOP first"))
@@ -106,27 +92,38 @@ def test_command_without_an_answer_is_lost_and_so_is_one_of_a_silent_controller(
     assert waiting.outcome is Outcome.SENT, "its answer still comes, or its time runs out"
 
 
-@pytest.mark.parametrize("kind", ["STOP", "ESTOP", "PAUSE"])
-def test_stop_is_done_at_standstill_and_never_green(kind: str) -> None:
-    """Received and at standstill are told apart."""
-    mode = {"STOP": "STOPPED", "ESTOP": "ESTOP", "PAUSE": "PAUSED"}[kind]
-    stop = Followed(kind, Answer(True, f"{kind}: both are stopped"))
-    assert stop.sees(told(mode)).outcome is Outcome.RUNNING
-    done = stop.sees(told(mode, still=True))
-    assert (done.outcome, done.tone) == (Outcome.DONE, "warn")
+AT_TARGET = told("IDLE", still=True)
+LEADS = told("OPERATOR_LEADS")
 
 
 @pytest.mark.parametrize(
-    ("kind", "before", "after"),
-    [("RESUME", "PAUSED", "OPERATOR_LEADS"), ("RESET", "FAULT", "STOPPED")],
+    ("kind", "seen", "after", "outcomes"),
+    [
+        # No mode tells of a move to where the pair stands.
+        ("MOVE", [AT_TARGET], GRACE_S + 0.1, ["done"]),
+        ("MOVE", [LEADS, told("PAUSED"), LEADS, AT_TARGET], 0.05, ["paused", "running", "done"]),
+        # Received and at standstill are told apart.
+        ("STOP", [told("STOPPED"), told("STOPPED", still=True)], 0.05, ["running", "done"]),
+        ("ESTOP", [told("ESTOP"), told("ESTOP", still=True)], 0.05, ["running", "done"]),
+        ("PAUSE", [told("PAUSED"), told("PAUSED", still=True)], 0.05, ["running", "done"]),
+        ("RESUME", [told("PAUSED"), told("OPERATOR_LEADS")], 0.05, ["running", "done"]),
+        ("RESUME", [told("PAUSED", "its cause persists")], 6.0, ["refused"]),
+        # A reset may take seconds; one whose cause persists is no success.
+        ("RESET", [told("FAULT"), told("STOPPED")], 0.05, ["running", "done"]),
+        ("RESET", [told("FAULT", "its cause persists")], 6.0, ["refused"]),
+    ],
 )
-def test_resume_and_reset_end_with_their_mode_or_are_refused(
-    kind: str, before: str, after: str
+def test_command_ends_with_what_the_controller_says(
+    kind: str, seen: list[Snapshot], after: float, outcomes: list[str]
 ) -> None:
-    """A reset may take seconds; one whose cause persists is no success."""
-    assert Followed(kind).sees(told(before), told(after)).outcome is Outcome.DONE
-    stays = Followed(kind).sees(told(before, "its cause persists"), after=6.0)
-    assert (stays.outcome, stays.text) == (Outcome.REFUSED, "Its cause persists")
+    """A stop that is done is never green; a refusal says why."""
+    followed = Followed(kind)
+    commands = [followed.sees(snapshot, after=after) for snapshot in seen]
+    assert [command.outcome for command in commands][-len(outcomes) :] == outcomes
+    if kind in ("STOP", "ESTOP", "PAUSE"):
+        assert commands[-1].tone == "warn"
+    if outcomes == ["refused"]:
+        assert commands[-1].text == "Its cause persists"
 
 
 def test_program_tells_its_line_until_it_ends() -> None:

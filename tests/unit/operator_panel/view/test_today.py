@@ -55,46 +55,42 @@ def test_cycle_is_the_time_from_start_to_end_of_a_program() -> None:
     assert today.texts(cell(True), 57.0)["today.running"] == "ARTICLE, 7 s so far"
 
 
-def test_end_of_a_program_is_that_of_its_run_and_not_of_the_rest_behind_it() -> None:
-    """It is counted once both stand; a run that follows without a rest counts the first."""
-    found = after(cell(True), cell(False, leader="real"), cell(False))
-    assert (found["today.cycles"], found["today.last"]) == (f"real 1{NO_MOVES}", "10.0 s")
-    found = after(cell(True), cell(False, leader="real"), cell(True), cell(False))
-    assert (found["today.cycles"], found["today.last"]) == (f"real 2{NO_MOVES}", "10.0 s")
+TWIN_MOVES = cell(True, leader="twin", kind="stream")
+PAUSED = cell(False, leader="real", mode="PAUSED", said="ARTICLE line 3 paused")
+RUNS, RESTS, ENDS = cell(True), cell(False), cell(False, leader="real")
 
 
-@pytest.mark.parametrize("mode", ["STOPPED", "ESTOP", "FAULT", "OFFLINE"])
-def test_what_was_stopped_did_not_run_to_its_end(mode: str) -> None:
-    """Whether robot, twin or operator led; the program may end before the mode says why."""
-    ended = (cell(False, leader="real"), cell(False, mode=mode), cell(False))
-    assert after(cell(True), *ended)["today.cycles"] == f"real 0{NO_MOVES}"
-    for leader in ("twin", "operator"):
-        found = after(cell(True, leader=leader, kind="stream"), cell(False, mode=mode), cell(False))
-        assert found["today.cycles"] == f"real 0{NO_MOVES}"
-
-
-@pytest.mark.parametrize("said", ["ARTICLE line 8 aborted", "STREAM line 1 running"])
-@pytest.mark.parametrize("kind", ["program", "stream"])
-def test_a_move_of_the_twin_is_no_run_of_a_program(said: str, kind: str) -> None:
-    """What runs on the robot meanwhile is its stream, under whatever name."""
-    moves = [cell(True, leader="twin", said=said, kind=kind), cell(False)]
-    assert after(*moves)["today.cycles"] == "real 0, twin 1, operator 0"
-    assert after(*moves)["today.last"] == UNKNOWN
-    moves[0] = cell(True, leader="operator", said=said, kind=kind)
-    assert after(*moves)["today.cycles"] == "real 0, twin 0, operator 1"
-
-
-def test_a_move_that_the_robot_takes_over_is_none() -> None:
-    """The program that took over counts."""
-    found = after(cell(True, leader="twin", kind="stream"), cell(True), cell(False))
-    assert found["today.cycles"] == f"real 1{NO_MOVES}"
-
-
-def test_a_paused_program_is_one_run() -> None:
-    """The robot says that none runs meanwhile."""
-    paused = cell(False, leader="real", mode="PAUSED", said="ARTICLE line 3 paused")
-    found = after(cell(True), paused, cell(True), cell(False))
-    assert (found["today.cycles"], found["today.last"]) == (f"real 1{NO_MOVES}", "30.0 s")
+@pytest.mark.parametrize(
+    ("cells", "cycles", "last"),
+    [
+        # A program's end is that of its run, and not of the rest behind it.
+        ([RUNS, ENDS, RESTS], f"real 1{NO_MOVES}", "10.0 s"),
+        ([RUNS, ENDS, RUNS, RESTS], f"real 2{NO_MOVES}", "10.0 s"),
+        # What the robot takes over from the twin is no move of it.
+        ([TWIN_MOVES, RUNS, RESTS], f"real 1{NO_MOVES}", "10.0 s"),
+        # A paused program is one run; the robot says that none runs meanwhile.
+        ([RUNS, PAUSED, RUNS, RESTS], f"real 1{NO_MOVES}", "30.0 s"),
+        # What was stopped did not run to its end, and may end before the mode says why.
+        *[
+            ([*begun, cell(False, mode=mode), RESTS], f"real 0{NO_MOVES}", UNKNOWN)
+            for mode in ("STOPPED", "ESTOP", "FAULT", "OFFLINE")
+            for begun in ([RUNS, ENDS], [TWIN_MOVES], [cell(True, leader="operator")])
+        ],
+        # A move is no run of a program: what runs on the robot is its stream, whatever its name.
+        *[
+            ([cell(True, leader=who, said=said, kind=kind), RESTS], f"real 0, {moves}", UNKNOWN)
+            for who, moves in (("twin", "twin 1, operator 0"), ("operator", "twin 0, operator 1"))
+            for said in ("ARTICLE line 8 aborted", "STREAM line 1 running")
+            for kind in ("program", "stream")
+        ],
+    ],
+)
+def test_what_ran_to_its_end_is_counted_once_for_who_led(
+    cells: list[Snapshot], cycles: str, last: str
+) -> None:
+    """Once both stand."""
+    found = after(*cells)
+    assert (found["today.cycles"], found["today.last"]) == (cycles, last)
 
 
 def test_cycle_that_nobody_saw_to_its_end_is_not_counted() -> None:

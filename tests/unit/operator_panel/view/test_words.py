@@ -10,6 +10,11 @@ from operator_panel.view.snapshot import CellState, Link
 from scara_ros.page import page_words
 
 
+def motion(real: bool, twin: bool) -> str:
+    """Return what is said of both sides that stand still, or do not."""
+    return words.motion_text(CellState("IDLE", real_standing_still=real, twin_standing_still=twin))
+
+
 @pytest.mark.parametrize(
     ("value", "decimals", "signed", "text"),
     [
@@ -77,34 +82,26 @@ def test_command_is_told_with_what_was_asked(
 
 
 @pytest.mark.parametrize(
-    ("link", "text"),
+    ("found", "text"),
     [
-        (Link("real", True), "connected"),
-        (Link("real", False, "no answer"), "no answer"),
-        (Link("real", True, "no fresh data"), "no fresh data"),
-        (Link("real", False), "not connected"),
+        (words.link_state(Link("real", True)), "connected"),
+        (words.link_state(Link("real", False, "no answer")), "no answer"),
+        (words.link_state(Link("real", True, "no fresh data")), "no fresh data"),
+        (words.link_state(Link("real", False)), "not connected"),
+        (motion(True, True), "both stand still"),
+        (motion(False, True), "the real robot moves"),
+        (motion(True, False), "the twin moves"),
+        (motion(False, False), "both move"),
+        # An offset of 20000 days tells an operator nothing.
+        (
+            words.link_figures(Link("real", True, "", 0.004, 0.003, 1.8e9, 0.0042)),
+            "values 4 ms old, answers in 3 ms, clock within 4 ms",
+        ),
     ],
 )
-def test_link_says_why_it_is_down(link: Link, text: str) -> None:
+def test_link_and_motion_are_said_of_both_sides(found: str, text: str) -> None:
     """Connected means connected and fresh."""
-    assert words.link_state(link) == text
-
-
-@pytest.mark.parametrize(
-    ("real", "twin", "text"),
-    [
-        (True, True, "both stand still"),
-        (False, True, "the real robot moves"),
-        (True, False, "the twin moves"),
-        (False, False, "both move"),
-    ],
-)
-def test_motion_is_said_of_both_sides(real: bool, twin: bool, text: str) -> None:
-    """In words, beside the mode."""
-    assert (
-        words.motion_text(CellState("IDLE", real_standing_still=real, twin_standing_still=twin))
-        == text
-    )
+    assert found == text
 
 
 def test_unknown_mode_is_shown_as_it_is() -> None:

@@ -70,6 +70,7 @@ def test_a_document_is_json_even_while_nothing_is_known() -> None:
     assert document["links"]["real"]["age"] is None and not document["links"]["real"]["connected"]
     assert msgspec.json.decode(msgspec.json.encode(found), type=Shadow).real == found.real
     assert document["authority"]["mode"] == "OFFLINE"
+    assert "rejected" not in document["links"]["real"], "the core does not count it"
 
 
 def memory_of(pair: Pair, stamps: list[float]) -> ShadowMemory:
