@@ -177,7 +177,7 @@ def test_a_run_is_recorded_marked_and_reported(
     assert {p.name for p in output.glob("*.png")} == {
         f"twin_leads_{kind}.png" for kind in ("paths", "joints", "errors", "deviations", "worst")
     }
-    monkeypatch.setattr("twin_experiments.report.report_io.draw", lambda *_: {})
+    monkeypatch.setattr("twin_experiments.report.report_io.write_figures", lambda *_: {})
     write_report(output / "run.bag", ros.folder / "again", ros.folder / "config")
     repeated = json.loads((ros.folder / "again" / "report.json").read_text())
     # Only when it was written is another.

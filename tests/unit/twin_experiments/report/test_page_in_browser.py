@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from harness.running.thorough import thorough
 from harness.wires.browser import kept_chromium
 from harness.workspace import ROOT
 from playwright.sync_api import Browser
@@ -36,7 +37,7 @@ def browser() -> Iterator[Browser]:
         yield started
 
 
-@pytest.mark.parametrize("width", [390, 768, 1280, 1920])
+@pytest.mark.parametrize("width", [390, *thorough(768, 1280), 1920])
 def test_a_report_fits_the_screen(browser: Browser, page_file: Path, width: int) -> None:
     """No table and no figure scrolls sideways, all cells that say something are seen."""
     page = browser.new_page(viewport={"width": width, "height": 844})

@@ -98,7 +98,7 @@ def test_report_of_a_bag_shows_them_on_its_page_and_in_its_figures(
     make_bag: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A bag like that of a run, with two outcomes; the second one drifts."""
-    monkeypatch.setattr("twin_experiments.report.report_io.draw", lambda *_: {})
+    monkeypatch.setattr("twin_experiments.report.report_io.write_figures", lambda *_: {})
     bag = make_bag(outcomes=((3.0, fields()), (5.0, fields(DRIFT, ()))))
     written = write_report(bag, bag.parent / "out", CONFIG)
     page = (written.folder / "report.html").read_text().replace("\u00a0", " ")
@@ -113,14 +113,3 @@ def test_report_of_a_bag_shows_them_on_its_page_and_in_its_figures(
     first, second = found["each"]
     assert first["effort_measured_percent"] == 30.0 and second["effort_measured_percent"] is None
     assert second["at_s"] - first["at_s"] == pytest.approx(2.0)
-
-
-def test_report_of_a_bag_without_a_judge_has_no_such_section(
-    make_bag: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """As all older ones."""
-    monkeypatch.setattr("twin_experiments.report.report_io.draw", lambda *_: {})
-    bag = make_bag()
-    written = write_report(bag, bag.parent / "out", CONFIG)
-    assert "Predicted and measured" not in (written.folder / "report.html").read_text()
-    assert "predictions" not in json.loads((written.folder / "report.json").read_text())
