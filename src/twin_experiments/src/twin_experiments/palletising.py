@@ -75,10 +75,12 @@ def outcome(side: str, handled: Handled, work: Palletise, start: float, end: flo
         if at <= end:
             last = places
     level = work.pallet.top_mm * MM + 0.5 * work.parts.height
-    errors = {
-        part.name: _error(last.get(part.name), place, level)
-        for part, place in zip(work.starts(), work.pallet.places())
-    }
+    errors = {}
+    for part, place in zip(work.starts(), work.pallet.places()):
+        middle = last.get(part.name)
+        errors[part.name] = math.inf  # it does not lie on the pallet
+        if middle is not None and abs(middle[2] - level) <= HEIGHT_MM * MM:
+            errors[part.name] = math.dist(middle[:2], place) / MM
     events = [event for event in handled.events if start <= event[0] <= end]
     placed_at = [at for at, kind, _, _ in events if kind == PartEvent.PLACED]
     return SideOutcome(
@@ -90,15 +92,6 @@ def outcome(side: str, handled: Handled, work: Palletise, start: float, end: flo
         tuple(text for _, kind, _, text in events if kind == PartEvent.DROPPED),
         len(errors),
     )
-
-
-def _error(
-    at: tuple[float, float, float] | None, place: tuple[float, float], level: float
-) -> float:
-    """Return how far a part is from its place [mm]; infinite if it does not lie on the pallet."""
-    if at is None or abs(at[2] - level) > HEIGHT_MM * MM:
-        return math.inf
-    return math.dist(at[:2], place) / MM
 
 
 def shortcomings(outcomes: Sequence[SideOutcome], tolerance_mm: float) -> tuple[str, ...]:

@@ -148,13 +148,22 @@ class Comparer:
             self._mechanism, track.side(track.leader), self._config.path_points
         )
         zero = float(aligned.instants[0]) if begun is None else begun
+        apart = (aligned.real.positions - aligned.twin.positions) / self._mechanism.scales
         leader, follower = aligned.real.velocities, aligned.twin.velocities
         if track.leader != "real":
             leader, follower = follower, leader
         return PairErrors(
             track=track,
             comparison=self._tool_errors(track, speeds),
-            joints=self._joint_errors(aligned),
+            joints=tuple(
+                JointError(name, unit, float(rms), float(largest))
+                for name, unit, rms, largest in zip(
+                    self._mechanism.names,
+                    self._mechanism.units,
+                    np.sqrt(np.mean(apart**2, axis=0)),
+                    np.abs(apart).max(axis=0),
+                )
+            ),
             lag_s=self._behind(leader, follower, aligned, speeds),
             fidelity=fidelity,
             mean_distance_mm=self._matched_distance(track, fidelity),
@@ -250,12 +259,6 @@ class Comparer:
             )
         except MetricsError:
             return None
-
-    def _joint_errors(self, aligned: Aligned) -> tuple[JointError, ...]:
-        deviation = (aligned.real.positions - aligned.twin.positions) / self._mechanism.scales
-        rms, largest = np.sqrt(np.mean(deviation**2, axis=0)), np.abs(deviation).max(axis=0)
-        rows = zip(self._mechanism.names, self._mechanism.units, rms, largest)
-        return tuple(JointError(name, unit, float(r), float(m)) for name, unit, r, m in rows)
 
     def _behind(
         self, leader: Array, follower: Array, aligned: Aligned, speeds: Array

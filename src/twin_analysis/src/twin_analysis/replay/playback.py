@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import msgspec
 import numpy as np
@@ -113,7 +114,10 @@ def plan_playback(
     shown = np.zeros((2, len(instants), len(robot.joints)))
     shown[0][:, columns], shown[1][:, columns] = positions, velocities
     if running is None:
-        ran = _around(np.abs(velocities).max(axis=1) > 0.0, round(BEFORE_S / period))
+        # A program ran where something moves, and so long before and after.
+        window = np.ones(2 * round(BEFORE_S / period) + 1, dtype=np.int64)
+        moves = (np.abs(velocities).max(axis=1) > 0.0).astype(np.int64)
+        ran = np.asarray(np.convolve(moves, window, mode="same")[: len(moves)] > 0)
     else:
         ran = running[
             np.clip(np.searchsorted(motion.stamps, instants, side="right") - 1, 0, len(running) - 1)
@@ -145,30 +149,17 @@ def _paced(
             bend = np.abs(np.convolve(np.gradient(velocity, period), window, mode="same"))
             allowed = np.minimum(allowed, fastest / np.maximum(np.abs(velocity), 1e-9))
             allowed = np.minimum(allowed, np.sqrt(hardest / np.maximum(bend, 1e-9)))
-        allowed = _smoothed_below(np.maximum(allowed, 1.0), round(AHEAD_S / period))
+        # Smooth and nowhere above what is allowed: the smallest around each place, averaged over
+        # as many.
+        reach = round(AHEAD_S / period)
+        windows = partial(np.lib.stride_tricks.sliding_window_view, window_shape=2 * reach + 1)
+        padded = np.pad(np.maximum(allowed, 1.0), 2 * reach, mode="edge")
+        allowed = np.asarray(windows(windows(padded).min(axis=1)).mean(axis=1))
     played = np.concatenate(([0.0], np.cumsum(np.diff(grid) * 2.0 / (allowed[1:] + allowed[:-1]))))
     instants = np.interp(
         np.arange(math.floor(played[-1] / period + 1e-9) + 1) * period, played, grid
     )
     return instants, np.interp(instants, grid, allowed)
-
-
-def _smoothed_below(values: Array, reach: int) -> Array:
-    """Return a smooth series that is nowhere above ``values``.
-
-    Each value is the smallest within ``reach`` places, averaged over as many.
-    """
-    padded = np.pad(values, 2 * reach, mode="edge")
-    lowest = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1).min(axis=1)
-    return np.asarray(np.lib.stride_tricks.sliding_window_view(lowest, 2 * reach + 1).mean(axis=1))
-
-
-def _around(mask: Mask, margin: int) -> Mask:
-    """Return where ``mask`` is true within ``margin`` places before or after."""
-    padded = np.convolve(
-        mask.astype(np.int64), np.ones(2 * margin + 1, dtype=np.int64), mode="same"
-    )
-    return np.asarray(padded[: len(mask)] > 0)
 
 
 class PlaybackController(Controller):

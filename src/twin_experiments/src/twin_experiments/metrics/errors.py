@@ -228,22 +228,16 @@ def find_rests(
     )
     rests = []
     for first, last in true_runs(~seen.moving, seen.aligned.segments):
-        last = _before_it_stirs(seen, first, last, round(STIRS_S * settings.rate_hz))
+        # The slow beginning of the move that follows, if one does, is no rest any more.
+        if last < len(seen.moving) and seen.moving[last]:
+            least = max(first, last - round(STIRS_S * settings.rate_hz))
+            while last > least and seen.stirring[last - 1]:
+                last -= 1
         if last - first > settle + margin:
             rests.append(
                 _measure_rest(seen, slice(first + settle, last - margin), set_positions, settings)
             )
     return tuple(rests)
-
-
-def _before_it_stirs(seen: Trace, first: int, last: int, most: int) -> int:
-    """Return the end of a rest without the slow beginning of the move that follows, if one does."""
-    if last >= len(seen.moving) or not seen.moving[last]:
-        return last
-    least = max(first, last - most)
-    while last > least and seen.stirring[last - 1]:
-        last -= 1
-    return last
 
 
 def _measure_rest(

@@ -29,18 +29,6 @@ from twin_experiments.report.record import Age, RecordError, Run, Span, cut, pic
 
 
 @dataclass(frozen=True)
-class AgeSummary:
-    """How old a topic's content was when it was received [ms].
-
-    Negative: it was due in the future.
-    """
-
-    median_ms: float
-    p95_ms: float
-    max_ms: float
-
-
-@dataclass(frozen=True)
 class Excess:
     """An error beyond its limit, both in percent of reach."""
 
@@ -65,7 +53,8 @@ class Result:
         held: Set positions that were held, in order, repetitions joined.
         comparison: All errors; None if the data could not be compared.
         motions: Both sides' joints during the experiment, all joints of the twin.
-        ages: Per topic.
+        ages: Of each topic the median, p95 and max of how old its content was on receipt [ms];
+            negative: it was due in the future.
         reasons: Why it fails.
         parts: What became of the parts, for each side; empty if it handles none.
         speed_percent: The leader's fastest joint, in percent of that joint's largest speed; None if
@@ -83,7 +72,7 @@ class Result:
     held: tuple[str, ...]
     comparison: Comparison | None
     motions: tuple[Motion, Motion] | None
-    ages: Mapping[str, AgeSummary]
+    ages: Mapping[str, Mapping[str, float]]
     reasons: tuple[str, ...]
     parts: tuple[SideOutcome, ...] = ()
     speed_percent: float | None = None
@@ -132,11 +121,20 @@ def analyse(
     largest = np.array([robot.joint(name).velocity for name in run.joint_names])
 
     def analysed(span: Span) -> Result:
-        experiment = _experiment(run, span, config, settings, columns)
+        experiment: Judged
+        if span.marked:
+            experiment = config.known[span.name]
+        else:  # nobody said who leads: whoever moved first
+            sides = (pick(run.real, columns), pick(run.twin, columns))
+            first = first_to_move(*sides, settings.moving_speeds)
+            experiment = Unmarked(leader="twin" if first == "twin" else "real")
         visited = {name: positions[name] for name in experiment.visits}
         result = _analyse_span(run, span, experiment, config, visited, settings, columns, tool)
-        result = _with_pauses(_with_speed(result, largest), run.pauses, robot.reach_mm)
-        result = _with_needles(result, run)
+        if result.motions is not None:
+            leader = result.motions[result.leader == "twin"]
+            percent = float(100.0 * (np.abs(leader.velocities) / largest).max())
+            result = replace(result, speed_percent=percent)
+        result = _with_needles(_with_pauses(result, run.pauses, robot.reach_mm), run)
         if arm is not None and result.comparison is not None:
             found = true_positioning(result.comparison, tool, arm, visited, settings)
             result = replace(result, true_positioning=found)
@@ -144,17 +142,6 @@ def analyse(
         return _with_parts(result, run, work) if carries else result
 
     return tuple(analysed(span) for span in run.spans)
-
-
-def _experiment(
-    run: Run, span: Span, config: ExperimentsFile, settings: MetricsSettings, columns: list[int]
-) -> Judged:
-    """Return what was asked for; in a recording without marks whoever moved first leads."""
-    if span.marked:
-        return config.known[span.name]
-    sides = (pick(run.real, columns), pick(run.twin, columns))
-    first = first_to_move(*sides, settings.moving_speeds)
-    return Unmarked(leader="twin" if first == "twin" else "real")
 
 
 def _analyse_span(
@@ -190,15 +177,6 @@ def _analyse_span(
     held = held_positions(comparison)
     reasons = judge(span, experiment, comparison, held, settings.reach_mm, config.limits)
     return Result(span, experiment.leader, visits, held, comparison, motions, ages, reasons)
-
-
-def _with_speed(result: Result, largest: Array) -> Result:
-    """Add how fast the leader was; ``largest``: of each joint [rad/s or m/s]."""
-    if result.motions is None:
-        return result
-    real, twin = result.motions
-    leader = real if result.leader == "real" else twin
-    return replace(result, speed_percent=float(100.0 * (np.abs(leader.velocities) / largest).max()))
 
 
 def _with_pauses(result: Result, pauses: tuple[Pause, ...], reach_mm: float) -> Result:
@@ -288,14 +266,16 @@ def exceeded(comparison: Comparison, reach_mm: float, limits: Limits) -> tuple[E
     return tuple(excess for excess in found if excess.percent > excess.limit)
 
 
-def summarize_age(age: Age, span: Span) -> AgeSummary | None:
-    """Summarize the ages during an experiment; None if nothing was received."""
+def summarize_age(age: Age, span: Span) -> dict[str, float] | None:
+    """Return median, p95 and max of the ages during an experiment [ms]; None: nothing came."""
     inside: Array = 1e3 * age.age[(age.received >= span.start) & (age.received <= span.end)]
     if not len(inside):
         return None
-    return AgeSummary(
-        float(np.median(inside)), float(np.percentile(inside, 95.0)), float(inside.max())
-    )
+    return {
+        "median": float(np.median(inside)),
+        "p95": float(np.percentile(inside, 95.0)),
+        "max": float(inside.max()),
+    }
 
 
 def _complete_gaps(

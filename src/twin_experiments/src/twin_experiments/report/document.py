@@ -60,10 +60,7 @@ def _experiment(result: Result, reach_mm: float) -> dict[str, Any]:
         "reasons": list(result.reasons),
         "visits": list(result.visits),
         "held": list(result.held),
-        "sample_age_ms": {
-            topic: {"median": age.median_ms, "p95": age.p95_ms, "max": age.max_ms}
-            for topic, age in result.ages.items()
-        },
+        "sample_age_ms": dict(result.ages),
     }
     if result.parts:
         entry["parts"] = as_document(result.parts)

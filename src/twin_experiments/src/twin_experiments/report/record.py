@@ -62,7 +62,7 @@ class Event:
 
 @dataclass(frozen=True)
 class Run:
-    """All of a bag that the report uses.
+    """All of a bag that the report uses; motions have the columns of ``joint_names``.
 
     ``configuration`` and its digest are empty if the bag holds none; ``plant`` is None if no
     stand-in said it. ``real_is_truth`` is False where the real side is what the robot reads.

@@ -42,7 +42,7 @@ from twin_experiments.report.label.sentence import missing_sentence, sentence, v
 from twin_experiments.report.label.true_arm import true_arm
 from twin_experiments.report.page.render_io import anchor, figure, render, table
 from twin_experiments.report.paths_figure_io import draw_paths, draw_worst
-from twin_experiments.report.record import Event, Run
+from twin_experiments.report.record import Run
 from twin_experiments.report.repeats import HEADINGS as REPEAT_HEADINGS
 from twin_experiments.report.repeats import repeat_rows
 from twin_experiments.report.run_reader_io import read_configuration, read_run
@@ -165,120 +165,108 @@ def _made_with(run: Run, chosen: AnalysisSettings, results: Sequence[Result]) ->
 def _page(run: Run, report: Report, document: dict[str, Any]) -> str:
     """Return the HTML page, after drawing the figures."""
     robot, config = report.configuration.robot, report.configuration.experiments
+    reach_mm, limits, paper = robot.reach_mm, config.limits, config.paper
     recorded = datetime.fromtimestamp(run.origin, timezone.utc).strftime("%Y-%m-%d %H:%M:%S UTC")
     repaired = "; the recording was not finished, a repaired copy was read" if run.repaired else ""
     return render(
         {
             "title": "How well real robot and twin move as one",
-            "subtitle": f"{robot.name}, reach {robot.reach_mm:g} mm, recorded {recorded}, "
+            "subtitle": f"{robot.name}, reach {reach_mm:g} mm, recorded {recorded}, "
             f"{run.duration:.1f} s{repaired}",
-            "verdict": (
-                "pass" if report.passed else "FAIL",
-                verdict_sentence(report.results, robot.reach_mm, config.limits),
-            ),
-            "short": table(
-                SHORT_HEADINGS,
-                short_rows(report.results, robot.reach_mm, config.limits, config.paper),
-            ),
+            "verdict": (_word(report), verdict_sentence(report.results, reach_mm, limits)),
+            "short": table(SHORT_HEADINGS, short_rows(report.results, reach_mm, limits, paper)),
             "short_legend": SHORT_LEGEND,
             "missing": report.missing,
             "sentences": [
-                (
-                    "pass" if result.passed else "FAIL",
-                    sentence(result, robot.reach_mm, config.limits),
-                )
-                for result in report.results
+                (_word(result), sentence(result, reach_mm, limits)) for result in report.results
             ],
             "label": report.made_with.rows(),
             "headings": HEADINGS,
-            "rows": [
-                *summary_rows(report.results, robot.reach_mm),
-                *paper_rows(config.limits, config.paper),
-            ],
+            "rows": [*summary_rows(report.results, reach_mm), *paper_rows(limits, paper)],
             "legend": LEGEND + (LEGEND_TRUTH if run.real_is_truth else LEGEND_MEASURED),
             "experiments": [
-                _experiment(result, entry, report)
+                {
+                    "name": result.span.label,
+                    "id": f"experiment_{anchor(result.span.label)}",
+                    "verdict": _word(result),
+                    "reasons": result.reasons,
+                    "notes": notes(result, reach_mm),
+                    "figures": _figures(result, report),
+                    "tables": _tables(result, entry),
+                }
                 for result, entry in zip(report.results, document["experiments"])
             ],
-            "tables": [
-                *_repeats(document),
-                *_foretold(run, report.foretold),
-                (
-                    "Decisions of the twin controller",
-                    table(("s", "mode", "why"), _events(run.decisions)),
-                ),
-                ("Warnings", table(("s", "node", "what"), _events(run.warnings))),
-                (
-                    "Recorded topics",
-                    table(
-                        ("topic", "messages"),
-                        [(name, str(count)) for name, count in run.topics.items()],
-                    ),
-                ),
-                ("Versions of the reporting machine", table(("what", "version"), _versions())),
-            ],
+            "tables": _run_tables(run, report, document),
             "configuration_origin": "Analysed with the configuration "
             f"{report.configuration.origin}.",
             "configuration": [
-                (name, _text(tree)) for name, tree in sorted(run.configuration.items())
+                # Files are kept as they were written; what an older bag holds parsed is a tree.
+                (name, tree if isinstance(tree, str) else json.dumps(tree, indent=2))
+                for name, tree in sorted(run.configuration.items())
             ],
         }
     )
 
 
-def _experiment(result: Result, entry: dict[str, Any], report: Report) -> dict[str, Any]:
-    """Return one experiment as the page takes it, after drawing its figures."""
-    return {
-        "name": result.span.label,
-        "id": f"experiment_{anchor(result.span.label)}",
-        "verdict": "pass" if result.passed else "FAIL",
-        "reasons": result.reasons,
-        "notes": notes(result, report.configuration.robot.reach_mm),
-        "figures": _figures(result, report),
-        "tables": [
-            (
-                "Needles",
-                table(("s", "mm", "tool m/s", "as time ms", "what was going on"), _needles(result)),
-            ),
-            ("Parts", table(SUMMARY, summary_of_parts(result.parts))),
-            (
-                "Placement error",
-                table(
-                    ("part", *(f"{found.side} mm" for found in result.parts)),
-                    error_rows(result.parts),
-                ),
-            ),
-            (
-                "Moves",
-                table(
-                    ("start s", "duration s", "path mm", "error max mm", "of travelled"),
-                    _moves(result),
-                ),
-            ),
-            (
-                "At rest",
-                table(
-                    ("s", "set position", "real - twin mm", "real - set mm", "twin - set mm"),
-                    _rests(result),
-                ),
-            ),
-            (
-                "Age of samples on receipt",
-                table(("topic", "median ms", "95 % ms", "max ms"), _ages(entry)),
-            ),
-            (
-                "Pauses of the machine",
-                table(("start s", "duration ms"), _pauses(result)),
-            ),
-            (
-                "Holes",
-                table(
-                    ("side", "start s", "duration s"),
-                    [tuple(map(_cell, gap.values())) for gap in entry.get("gaps", [])],
-                ),
-            ),
-        ],
-    }
+def _word(judged: Report | Result) -> str:
+    return "pass" if judged.passed else "FAIL"
+
+
+def _run_tables(run: Run, report: Report, document: dict[str, Any]) -> list[tuple[str, Any]]:
+    """Return the tables of the whole run: name and content."""
+    repeats = repeat_rows(document.get("repeats", []))
+    foretold = predictions.motion_rows(run.predictions)
+    versions = [
+        ("Python", platform.python_version()),
+        ("system", f"{platform.system()} {platform.machine()}"),
+        *((name, version(name)) for name in LIBRARIES),
+    ]
+    topics = [(name, str(count)) for name, count in run.topics.items()]
+    decisions, warnings = (
+        [(f"{event.at:.2f}", event.source, event.text) for event in events]
+        for events in (run.decisions, run.warnings)
+    )
+    found = [
+        ("Decisions of the twin controller", table(("s", "mode", "why"), decisions)),
+        ("Warnings", table(("s", "node", "what"), warnings)),
+        ("Recorded topics", table(("topic", "messages"), topics)),
+        ("Versions of the reporting machine", table(("what", "version"), versions)),
+    ]
+    # Most runs have none of these two; the others say "none" where they are empty.
+    if foretold:
+        words = table(predictions.HEADINGS, foretold, report.foretold)
+        found.insert(0, (predictions.TITLE, words))
+    if repeats:
+        found.insert(0, ("Repeats", table(REPEAT_HEADINGS, repeats)))
+    return found
+
+
+def _tables(result: Result, entry: dict[str, Any]) -> list[tuple[str, Any]]:
+    """Return the tables of one experiment; the page leaves out those without a row."""
+    start = result.span.start
+    sides = [f"{found.side} mm" for found in result.parts]
+    pauses = [
+        (f"{pause.start - start:.2f}", f"{1e3 * pause.duration:.0f}") for pause in result.pauses
+    ]
+    ages = [
+        (topic, *(f"{value:.2f}" for value in age.values()))
+        for topic, age in entry["sample_age_ms"].items()
+    ]
+    gaps = [tuple(map(_cell, gap.values())) for gap in entry.get("gaps", [])]
+    needles = ("s", "mm", "tool m/s", "as time ms", "what was going on")
+    moves = ("start s", "duration s", "path mm", "error max mm", "of travelled")
+    rests = ("s", "set position", "real - twin mm", "real - set mm", "twin - set mm")
+    found: list[tuple[str, Sequence[str], Sequence[Sequence[str]]]] = [
+        ("Needles", needles, _needles(result)),
+        ("Parts", SUMMARY, summary_of_parts(result.parts)),
+        ("Placement error", ("part", *sides), error_rows(result.parts)),
+        ("Moves", moves, _moves(result)),
+        ("At rest", rests, _rests(result)),
+        ("Age of samples on receipt", ("topic", "median ms", "95 % ms", "max ms"), ages),
+        ("Pauses of the machine", ("start s", "duration ms"), pauses),
+        ("Holes", ("side", "start s", "duration s"), gaps),
+    ]
+    return [(name, table(headings, rows)) for name, headings, rows in found]
 
 
 def _figures(result: Result, report: Report) -> list[Mapping[str, Any]]:
@@ -301,18 +289,6 @@ def _figures(result: Result, report: Report) -> list[Mapping[str, Any]]:
         for kind, caption in CAPTIONS.items()
         if kind in drawn
     ]
-
-
-def _repeats(document: dict[str, Any]) -> list[tuple[str, Any]]:
-    """Return the table of repeated experiments, if there are any."""
-    summaries = document.get("repeats", [])
-    return [("Repeats", table(REPEAT_HEADINGS, repeat_rows(summaries)))] if summaries else []
-
-
-def _foretold(run: Run, words: Sequence[str]) -> list[tuple[str, Any]]:
-    """Return the table of motions that were judged before they began, if there are any."""
-    rows = predictions.motion_rows(run.predictions)
-    return [(predictions.TITLE, table(predictions.HEADINGS, rows, words))] if rows else []
 
 
 def _moves(result: Result) -> list[tuple[str, ...]]:
@@ -358,43 +334,8 @@ def _needles(result: Result) -> list[tuple[str, ...]]:
     ]
 
 
-def _pauses(result: Result) -> list[tuple[str, ...]]:
-    """Return one row for each pause of the machine."""
-    return [
-        (f"{pause.start - result.span.start:.2f}", f"{1e3 * pause.duration:.0f}")
-        for pause in result.pauses
-    ]
-
-
-def _ages(entry: dict[str, Any]) -> list[tuple[str, ...]]:
-    """Return one row for each topic whose age is known."""
-    return [
-        (topic, *(f"{value:.2f}" for value in age.values()))
-        for topic, age in entry["sample_age_ms"].items()
-    ]
-
-
-def _events(events: Sequence[Event]) -> list[tuple[str, ...]]:
-    """Return one row for each event."""
-    return [(f"{event.at:.2f}", event.source, event.text) for event in events]
-
-
 def _cell(value: Any) -> str:
     """Return a number or a name as text."""
     if value is None:
         return "-"
     return f"{value:.3f}" if isinstance(value, float) else str(value)
-
-
-def _versions() -> list[tuple[str, str]]:
-    """Return interpreter and libraries of the machine that writes the report."""
-    return [
-        ("Python", platform.python_version()),
-        ("system", f"{platform.system()} {platform.machine()}"),
-        *((name, version(name)) for name in LIBRARIES),
-    ]
-
-
-def _text(tree: Any) -> str:
-    """Return a recorded configuration file as text."""
-    return tree if isinstance(tree, str) else json.dumps(tree, indent=2)

@@ -113,20 +113,16 @@ class Runner:
             self._cell.wait_still(self._rest)
         self._cell.mark(f"start {name}")
         if isinstance(experiment, TwinLeads):
-            self._twin_leads(name, experiment, task)
+            for number, visit in enumerate(experiment.visits):
+                self._progress.update(task, description=f"{name}: {visit}", completed=number)
+                self._cell.move_to(self._positions[visit], experiment.speed_percent)
+                self._cell.wait_still(max(experiment.dwell_s, self._rest))
         elif isinstance(experiment, TwinPalletises):
             self._twin_palletises(name, task)
         else:
             self._real_leads(name, experiment, task)
         self._cell.mark(f"end {name}")
         self._progress.update(task, description=name, completed=self._steps(experiment))
-
-    def _twin_leads(self, name: str, experiment: TwinLeads, task: TaskID) -> None:
-        """Send the twin from position to position by move_to."""
-        for number, visit in enumerate(experiment.visits):
-            self._progress.update(task, description=f"{name}: {visit}", completed=number)
-            self._cell.move_to(self._positions[visit], experiment.speed_percent)
-            self._cell.wait_still(max(experiment.dwell_s, self._rest))
 
     def _steps(self, experiment: Experiment) -> int:
         """Return how many steps an experiment has, for the progress bar."""
