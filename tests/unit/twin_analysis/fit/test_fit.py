@@ -82,7 +82,7 @@ def test_detuned_gains_are_found_again() -> None:
     )
     start = apply_vector(PLAIN, choice, changed)
     real = tool_path(PLAIN)
-    found = fit_twin(start, choice, NAMES, real, int(0.6 * len(real)), tool_path, 70)
+    found = fit_twin(start, choice, NAMES, real, int(0.6 * len(real)), tool_path, 40)
     back = np.array(found.vector) + changed
     gains = [value for name, value in zip(names, back) if name.endswith("gains")]
     assert found.before[1].rms_mm / found.after[1].rms_mm > 5.0
@@ -93,7 +93,7 @@ def test_the_delay_is_found_again() -> None:
     """Stamps that are 4 ms wrong show as an error in proportion to the speed."""
     start = apply_vector(COMPUTED, Choice((), True), np.array([0.0, 0.2]))
     real = tool_path(COMPUTED)
-    found = fit_twin(start, Choice((), True), NAMES, real, int(0.6 * len(real)), tool_path, 25)
+    found = fit_twin(start, Choice((), True), NAMES, real, int(0.6 * len(real)), tool_path, 15)
     assert found.model.delay == pytest.approx(COMPUTED.delay, abs=2e-4)
     assert found.before[1].max_mm / found.after[1].max_mm > 5.0
 
@@ -105,7 +105,7 @@ def test_friction_is_seen_where_no_feed_forward_makes_up_for_it(
     """Joint 2 of the robot has 1.6 times the friction; computed torque hides what it is told."""
     worn = msgspec.structs.replace(twin, friction=(1.0, 0.8, 5.0, 0.5))
     real = tool_path(worn)
-    found = fit_twin(twin, Choice((1,), False), NAMES, real, int(0.6 * len(real)), tool_path, 60)
+    found = fit_twin(twin, Choice((1,), False), NAMES, real, int(0.6 * len(real)), tool_path, 30)
     assert found.model.friction[1] / twin.friction[1] == pytest.approx(seen, rel=0.05)
 
 
