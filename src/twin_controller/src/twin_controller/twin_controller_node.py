@@ -111,7 +111,7 @@ class Node:
             "motion_command", MotionCommand, queue_size=10, tcp_nodelay=True
         )
         self._twin = TwinLink(self._setup, self._put, self._changed, url, access, self._stop_beside)
-        self._engine = Engine(self._setup, self._real, self._twin, self._publishing.thread)
+        self._engine = Engine(self._setup, self._real, self._twin, self._publishing.thread.stepped)
         if persons.trouble:
             rospy.logerr("nobody can hold control: %s", persons.trouble)
         self._gate = MoveGate(

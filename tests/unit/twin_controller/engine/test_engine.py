@@ -52,7 +52,7 @@ class Listener:
 def test_engine_that_hangs_is_not_alive() -> None:
     """Whoever beats for it must know; when it goes on it is alive again."""
     listener = Listener()
-    engine = Engine(SETUP, Links(), Links(), listener)
+    engine = Engine(SETUP, Links(), Links(), listener.stepped)
     assert not engine.alive
     with engine:
         wait_until(lambda: engine.alive, 2.0, "a living engine")
@@ -68,7 +68,7 @@ def test_engine_that_dies_keeps_the_reason(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(threading, "excepthook", lambda arguments: None)
     listener = Listener()
     listener.fails = True
-    with Engine(SETUP, Links(), Links(), listener) as engine:
+    with Engine(SETUP, Links(), Links(), listener.stepped) as engine:
         engine.link_changed("real", False, "cut")
         wait_until(lambda: not engine.running, 2.0, "the end of the engine")
         assert isinstance(engine.failure, RuntimeError) and not engine.alive
@@ -93,7 +93,7 @@ def test_core_hears_of_the_engines_own_gap_before_what_has_waited(
     """Else the first input behind the gap would be judged with it."""
     monkeypatch.setattr("twin_controller.engine.engine_io.OwnGaps", OneGap)
     listener = Listener()
-    with Engine(SETUP, Links(), Links(), listener) as engine:
+    with Engine(SETUP, Links(), Links(), listener.stepped) as engine:
         for _ in range(5):
             seen = len(listener.batches)
             engine.link_changed("real", False, "cut")
@@ -106,7 +106,7 @@ def test_core_hears_of_the_engines_own_gap_before_what_has_waited(
 def test_readings_that_waited_are_overtaken_by_the_newest() -> None:
     """While the engine hangs, readings pile up; two of one instant do not overtake each other."""
     listener = Listener()
-    with Engine(SETUP, Links(), Links(), listener) as engine:
+    with Engine(SETUP, Links(), Links(), listener.stepped) as engine:
         listener.go_on.clear()
         engine.link_changed("real", False, "cut")
         wait_until(lambda: any(map(_of_links, listener.batches)), 2.0, "an engine that hangs")
@@ -122,7 +122,7 @@ def test_a_reading_of_the_twin_waits_only_where_the_twin_leads_nobody(
     mode: Mode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """All else wakes the engine in each mode: the robot, a link, a plan or a stop of the twin."""
-    engine, woke = Engine(SETUP, Links(), Links(), Listener()), []
+    engine, woke = Engine(SETUP, Links(), Links(), Listener().stepped), []
     lead = msgspec.structs.replace(engine.state.lead, mode=mode)
     engine.state = msgspec.structs.replace(engine.state, lead=lead)
     monkeypatch.setattr(engine._inputs, "put", lambda event, wakes: woke.append(wakes))

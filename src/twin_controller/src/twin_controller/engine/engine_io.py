@@ -6,9 +6,10 @@ import concurrent.futures
 import logging
 import threading
 import time
+from collections.abc import Callable
 from concurrent.futures import Future
 from types import TracebackType
-from typing import Any, Protocol
+from typing import Any
 
 import msgspec
 from scara_ros.standstill import Standstill, said
@@ -55,28 +56,23 @@ ALIVE = 0.1
 """An engine that has not looped for so long [s] hangs. Our choice: ten ticks."""
 
 
-class EngineListener(Protocol):
-    """Who wants to know."""
-
-    def stepped(self, events: list[AnyEvent], state: CoreState, decided: list[Decided]) -> None:
-        """Hear of a batch of inputs, the state after it, and the decisions in it."""
+Stepped = Callable[[list[AnyEvent], CoreState, list[Decided]], None]
+"""Hears of a batch of inputs, the state after it, and the decisions in it."""
 
 
 class Engine:
     """Owner of the core's state; a context manager."""
 
-    def __init__(
-        self, setup: Setup, real: RealLink, twin: TwinLink, listener: EngineListener
-    ) -> None:
+    def __init__(self, setup: Setup, real: RealLink, twin: TwinLink, stepped: Stepped) -> None:
         """Wire the engine.
 
         Args:
             setup: Profile and numbers.
             real: Link to the real robot.
             twin: Link to the twin.
-            listener: Told after each batch.
+            stepped: Told after each batch.
         """
-        self._setup, self._real, self._twin, self._listener = setup, real, twin, listener
+        self._setup, self._real, self._twin, self._tell = setup, real, twin, stepped
         self._inputs = InputQueue()
         self._replies: dict[int, Future[Reply]] = {}
         self._replies_lock = threading.Lock()
@@ -205,7 +201,7 @@ class Engine:
                     decided.append(action)
         with self._stepped:
             self._stepped.notify_all()
-        self._listener.stepped(batch, self.state, decided)
+        self._tell(batch, self.state, decided)
 
     def _carry_out(self, action: AnyAction) -> None:
         match action:
