@@ -144,15 +144,27 @@ class Pair(RealSide, TwinSide):
         self.feed(Operator(self.now, command, number, **arguments))  # type: ignore[arg-type]
         return self.replies[number]
 
+    def do(self, command: str, run: float = 0.0, **arguments: object) -> None:
+        """Give a command of the operator that is accepted, and let ``run`` [s] pass."""
+        reply = self.operate(command, **arguments)
+        assert reply.success, reply.message
+        self.run(run)
+
     def control(self, action: str, person: str = "", **arguments: object) -> Reply:
         """Let somebody take, ask for, hand over, deny, release or keep control."""
         number = len(self.replies) + 1
         self.feed(ControlAsked(self.now, action, number, person, **arguments))  # type: ignore[arg-type]
         return self.replies[number]
 
-    def start_program(self, path: Path_) -> None:
-        """Start a program on the real robot's own side."""
+    def start_program(self, path: Path_, run: float = 0.0) -> None:
+        """Start a program on the real robot's own side, and let ``run`` [s] pass."""
         self.run_program(path, self.now)
+        self.run(run)
+
+    def move_twin(self, path: Path_, run: float = 0.0) -> None:
+        """Let the twin move by its own pose controller, and let ``run`` [s] pass."""
+        super().move_twin(path)
+        self.run(run)
 
     def jog_real(self, path: Path_) -> None:
         """Move the real robot without a program."""

@@ -104,8 +104,7 @@ def test_links_show_clock_and_round_trip(pair: Pair) -> None:
 
 def test_who_leads_and_what_is_limited_is_shown(pair: Pair) -> None:
     """The leader, the speed asked for and allowed, and why."""
-    pair.move_twin(ramp(HOME, AWAY, 2.0))
-    pair.run(0.8)
+    pair.move_twin(ramp(HOME, AWAY, 2.0), run=0.8)
     view = state_view(SETUP, pair.state, pair.now)
     assert (view.mode, view.leader) == ("TWIN_LEADS", "twin")
     assert view.speed_limited and view.speed_applied_percent < view.speed_requested_percent

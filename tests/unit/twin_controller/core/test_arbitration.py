@@ -109,8 +109,7 @@ def test_a_twin_that_follows_is_never_a_new_leader(
     Watch(pair)
     pair.connect()
     since = len(pair.decisions())
-    pair.start_program(ramp(HOME, shifted(HOME, *offset), duration))
-    pair.run(duration + 0.3)
+    pair.start_program(ramp(HOME, shifted(HOME, *offset), duration), run=duration + 0.3)
     pair.end_program()
     pair.run(2.0)
     assert pair.triggers(since) == ["REAL_TOOK_OVER", "AT_REST"]
@@ -128,8 +127,7 @@ def test_a_twin_that_goes_on_settling_is_no_new_leader(left: float, tau: float) 
     """Its drive takes what is left away long after the last command."""
     pair = connected()
     since, goal = len(pair.decisions()), shifted(HOME, 20.0, -30.0)
-    pair.start_program(ramp(HOME, goal, 1.0))
-    pair.run(1.1)
+    pair.start_program(ramp(HOME, goal, 1.0), run=1.1)
     pair.end_program()
     pair.jog_twin(lambda t: shifted(goal, left * math.exp(-t / tau)), pair.now)
     pair.run(4.0)
@@ -175,8 +173,7 @@ def test_a_robot_that_follows_is_never_a_new_leader(
     Watch(pair)
     pair.connect()
     since = len(pair.decisions())
-    pair.move_twin(ramp(HOME, shifted(HOME, *offset), duration))
-    pair.run(duration + 2.5)
+    pair.move_twin(ramp(HOME, shifted(HOME, *offset), duration), run=duration + 2.5)
     assert pair.triggers(since) == ["TWIN_MOVED", "AT_REST"]
 
 
@@ -191,12 +188,10 @@ def scenario(pair: Pair) -> list[tuple[str, str, float]]:
     """Let several things happen; return the decisions and when they fell after the beginning."""
     start = pair.now
     pair.connect()
-    pair.start_program(ramp(HOME, shifted(HOME, 20.0, -30.0, 40.0), 1.0))
-    pair.run(1.2)
+    pair.start_program(ramp(HOME, shifted(HOME, 20.0, -30.0, 40.0), 1.0), run=1.2)
     pair.end_program()
     pair.run(1.0)
-    pair.move_twin(ramp(pair.twin_q, HOME, 1.0))
-    pair.run(0.6)
+    pair.move_twin(ramp(pair.twin_q, HOME, 1.0), run=0.6)
     pair.operate("PAUSE")
     pair.run(0.5)
     pair.operate("RESUME")
@@ -306,8 +301,7 @@ def test_drifting_clocks_keep_the_pair_together(side: str, drift: float) -> None
     pair = connected()
     setattr(pair, f"{side}_drift", drift)
     pair.run(40.0)
-    pair.start_program(ramp(HOME, shifted(HOME, 20.0, -30.0), 1.0))
-    pair.run(0.5)
+    pair.start_program(ramp(HOME, shifted(HOME, 20.0, -30.0), 1.0), run=0.5)
     assert pair.mode is Mode.REAL_LEADS
     assert (
         max(abs(a - b) / scale for a, b, scale in zip(pair.real_q, pair.twin_q, SETUP.scale)) < 0.2
@@ -322,8 +316,7 @@ def test_the_wrap_of_the_robots_clock_is_nothing_special() -> None:
     pair = connected(real_clock=2**31 * 1e-3 - 104.0)
     since = len(pair.decisions())
     pair.run_until(lambda: pair.now >= 103.5, 10.0)
-    pair.start_program(ramp(HOME, shifted(HOME, 20.0, -30.0), 1.0))
-    pair.run(0.6)
+    pair.start_program(ramp(HOME, shifted(HOME, 20.0, -30.0), 1.0), run=0.6)
     assert pair.state.sides.real.clock_ms is not None and pair.state.sides.real.clock_ms > 2**31
     assert pair.mode is Mode.REAL_LEADS
     assert (
@@ -346,8 +339,7 @@ def test_a_program_that_a_person_starts_during_a_fault_is_said_once_and_not_foll
     pair.run(0.5)
     assert pair.mode is Mode.FAULT
     since, place = len(pair.decisions()), pair.twin_q
-    pair.start_program(ramp(pair.real_q, shifted(HOME, 20.0), 2.0))
-    pair.run(3.0)
+    pair.start_program(ramp(pair.real_q, shifted(HOME, 20.0), 2.0), run=3.0)
     (told,) = pair.decisions()[since:]
     assert (told.trigger, told.mode_after) == ("REAL_TOOK_OVER", "FAULT")
     assert told.why.startswith("the real robot moves on its own")

@@ -45,7 +45,7 @@ def test_a_move_that_is_asked_for_after_the_stop_leaves_it(pair: Pair) -> None:
     pair.run(STANDS_S)
     asked = pair.now
     pair.run(0.1)
-    assert pair.operate("MOVE_JOINTS", target=OTHER, asked=asked).success
+    pair.do("MOVE_JOINTS", target=OTHER, asked=asked)
     assert [a.asked for a in pair.actions if isinstance(a, MoveTwin)] == [asked]
 
 
@@ -55,7 +55,7 @@ def test_what_another_clock_says_is_not_newer_than_a_stop(asked: float) -> None:
     pair = idle_pair()
     pair.operate("STOP")
     pair.run(STANDS_S)
-    assert pair.operate("MOVE_JOINTS", target=OTHER, asked=asked).success
+    pair.do("MOVE_JOINTS", target=OTHER, asked=asked)
 
 
 def test_a_stop_of_a_side_counts_too(pair: Pair) -> None:
@@ -73,4 +73,4 @@ def test_a_lower_speed_is_never_too_late(pair: Pair) -> None:
     asked = pair.now
     pair.run(0.1)
     pair.operate("STOP")
-    assert pair.operate("SPEED", speed_percent=10.0, asked=asked).success
+    pair.do("SPEED", speed_percent=10.0, asked=asked)

@@ -36,20 +36,17 @@ def pair(request: pytest.FixtureRequest) -> Pair:
 def test_an_emergency_stop_reaches_a_side_that_was_away(pair: Pair, side: str) -> None:
     """Latched: the side that comes back is stopped too, and nothing of it moves meanwhile."""
     pair.link(side, False)
-    assert pair.operate("ESTOP").success
-    pair.run(0.5)
+    pair.do("ESTOP", 0.5)
     pair.link(side, True)
     pair.run(1.0)
     assert not pair.drives and pair.motion == "estopped"
-    assert pair.operate("RESET").success
-    pair.run(1.0)
+    pair.do("RESET", 1.0)
     assert pair.mode is Mode.STOPPED and pair.drives and pair.motion == "idle"
 
 
 def test_a_side_that_is_let_go_on_its_own_side_is_stopped_again(pair: Pair) -> None:
     """The latch is left by our RESET only; the repetition is slow enough to be read."""
-    assert pair.operate("ESTOP").success
-    pair.run(1.0)
+    pair.do("ESTOP", 1.0)
     since = len(pair.decisions())
     pair.drives = True
     pair.order_twin(Command.RESET_TWIN, 17)
@@ -63,14 +60,12 @@ def test_an_emergency_stop_that_persists_cannot_be_reset(pair: Pair) -> None:
     pair.press_estop()
     pair.run(0.2)
     assert pair.mode is Mode.ESTOP and pair.motion == "estopped"
-    assert pair.operate("RESET").success
-    pair.run(2.5)
+    pair.do("RESET", 2.5)
     assert pair.mode is Mode.ESTOP and "cause persists" in pair.why
     pair.estop_pressed = False
     pair.run(1.0)
     assert pair.mode is Mode.ESTOP, "releasing alone changes nothing"
-    assert pair.operate("RESET").success
-    pair.run(1.0)
+    pair.do("RESET", 1.0)
     assert pair.mode is Mode.STOPPED
 
 
@@ -78,8 +73,7 @@ def test_a_reset_does_not_outlive_a_lost_link(pair: Pair) -> None:
     """Drives that somebody switches on after the link came back are no answer to the old RESET."""
     pair.press_estop()
     pair.run(0.2)
-    assert pair.operate("RESET").success
-    pair.run(0.1)
+    pair.do("RESET", 0.1)
     pair.link("real", False)
     pair.estop_pressed = False
     pair.run(0.3)
@@ -92,14 +86,13 @@ def test_a_reset_does_not_outlive_a_lost_link(pair: Pair) -> None:
 @pytest.mark.parametrize("resumed_by", ["operator", "pendant"])
 def test_a_hold_on_the_robots_side_ends_once(pair: Pair, resumed_by: str) -> None:
     """A report from before the release is no new hold."""
-    pair.move_twin(ramp(HOME, AWAY, 3.0))
-    pair.run(1.0)
+    pair.move_twin(ramp(HOME, AWAY, 3.0), run=1.0)
     since = len(pair.decisions())
     pair.paused = True
     pair.run(1.0)
     assert pair.mode is Mode.PAUSED and pair.motion == "paused"
     if resumed_by == "operator":
-        assert pair.operate("RESUME").success
+        pair.do("RESUME")
     else:
         pair.paused = False
     pair.until(Mode.IDLE, 8.0)
@@ -108,38 +101,33 @@ def test_a_hold_on_the_robots_side_ends_once(pair: Pair, resumed_by: str) -> Non
 
 def test_a_robot_that_stays_held_after_resume_pauses_the_twin_again(pair: Pair) -> None:
     """The twin does not go on alone."""
-    pair.move_twin(ramp(HOME, AWAY, 6.0))
-    pair.run(1.0)
+    pair.move_twin(ramp(HOME, AWAY, 6.0), run=1.0)
     pair.paused = True
     pair.run(0.5)
     pair.command_real = lambda do: None  # type: ignore[method-assign]
-    assert pair.operate("RESUME").success
-    pair.run(1.5)
+    pair.do("RESUME", 1.5)
     assert pair.mode is Mode.PAUSED and pair.motion == "paused"
 
 
 def test_a_stream_that_was_ended_during_a_pause_is_started_again(pair: Pair) -> None:
     """RESUME brings the real robot along, or fails with a text: the twin never goes alone."""
-    pair.move_twin(ramp(HOME, AWAY, 5.0))
-    pair.run(1.0)
+    pair.move_twin(ramp(HOME, AWAY, 5.0), run=1.0)
     pair.order_twin(Command.PAUSE_TWIN, 17)
     pair.run(0.5)
     pair.streaming = False
     pair.run(0.2)
     assert pair.mode is Mode.PAUSED
-    assert pair.operate("RESUME").success
-    pair.run(0.5)
+    pair.do("RESUME", 0.5)
     assert pair.mode is Mode.TWIN_LEADS and pair.streaming
 
 
 def test_a_stream_that_is_ended_as_it_goes_on_is_not_started_again(pair: Pair) -> None:
     """Its own pendant ends the program before its next answer: a stop of both."""
-    pair.move_twin(ramp(HOME, AWAY, 5.0))
-    pair.run(1.0)
+    pair.move_twin(ramp(HOME, AWAY, 5.0), run=1.0)
     pair.paused = True
     pair.run(0.5)
     assert pair.mode is Mode.PAUSED and pair.streaming
-    assert pair.operate("RESUME").success
+    pair.do("RESUME")
     pair.streaming = False
     pair.run(1.0)
     assert pair.mode is Mode.STOPPED and not pair.streaming
@@ -148,25 +136,20 @@ def test_a_stream_that_is_ended_as_it_goes_on_is_not_started_again(pair: Pair) -
 
 def test_a_program_of_the_robot_leads_after_a_pause_has_ended(pair: Pair) -> None:
     """Not while both are held; after STOP it leads, and the twin follows once it is aligned."""
-    pair.move_twin(ramp(HOME, AWAY, 5.0))
-    pair.run(1.0)
+    pair.move_twin(ramp(HOME, AWAY, 5.0), run=1.0)
     pair.order_twin(Command.PAUSE_TWIN, 17)
     pair.run(0.5)
-    pair.start_program(ramp(pair.real_q, HOME, 2.0))
-    pair.run(0.8)
+    pair.start_program(ramp(pair.real_q, HOME, 2.0), run=0.8)
     assert pair.mode is Mode.PAUSED and not pair.own_program
-    assert pair.operate("STOP").success
-    pair.run(0.5)
-    pair.start_program(ramp(pair.real_q, HOME, 2.0))
-    pair.run(0.8)
+    pair.do("STOP", 0.5)
+    pair.start_program(ramp(pair.real_q, HOME, 2.0), run=0.8)
     assert pair.mode is Mode.REAL_LEADS and pair.motion == "following"
 
 
 @pytest.mark.parametrize("released", ["real", "twin"])
 def test_a_release_does_not_go_round_the_acknowledgement(pair: Pair, released: str) -> None:
     """After a divergence a side that goes on by itself stops both."""
-    pair.move_twin(ramp(HOME, AWAY, 8.0))
-    pair.run(1.0)
+    pair.move_twin(ramp(HOME, AWAY, 8.0), run=1.0)
     pair.state = changed(pair.state, safety__divergence=DivergenceState((True,) * 15, True, 30.0))
     pair.run(0.5)
     assert pair.mode is Mode.PAUSED and pair.state.lead.needs_acknowledge and pair.paused
@@ -185,8 +168,7 @@ def test_an_old_alarm_does_not_pause_an_aligned_pair(pair: Pair) -> None:
     pair.run(0.5)
     pair.state = changed(pair.state, safety__divergence=DivergenceState((True,) * 15, True, 30.0))
     pair.start_program(ramp(HOME, AWAY, 4.0))
-    assert pair.operate("ALIGN").success
-    pair.run(1.0)
+    pair.do("ALIGN", 1.0)
     assert "DIVERGED" not in pair.triggers()
 
 
@@ -213,8 +195,7 @@ def test_data_that_come_late_are_not_fresh() -> None:
 
 def test_an_answer_that_repeats_an_instant_commands_nobody(pair: Pair) -> None:
     """The follower gets one set point for each new sample."""
-    pair.start_program(ramp(HOME, AWAY, 3.0))
-    pair.run(1.0)
+    pair.start_program(ramp(HOME, AWAY, 3.0), run=1.0)
     last = next(event for event in reversed(pair.inputs) if isinstance(event, RealMeasured))
     state, actions = step(
         SETUP,
@@ -227,8 +208,7 @@ def test_an_answer_that_repeats_an_instant_commands_nobody(pair: Pair) -> None:
 def test_the_end_of_an_old_plan_is_no_new_motion() -> None:
     """Rows due before the positions were agreed say nothing about who moves first now."""
     pair = idle_pair()
-    pair.move_twin(ramp(HOME, AWAY, 1.0))
-    pair.run(0.8)
+    pair.move_twin(ramp(HOME, AWAY, 1.0), run=0.8)
     old = pair.state.sides.twin.plan
     pair.until(Mode.IDLE, 5.0)
     assert old is not None and pair.state.sides.twin.motion is not None
@@ -240,8 +220,7 @@ def test_the_end_of_an_old_plan_is_no_new_motion() -> None:
 def test_what_the_gate_slowed_down_is_shown() -> None:
     """Nothing is limited silently; the reason goes when the stream ends."""
     pair = idle_pair()
-    pair.move_twin(ramp(HOME, AWAY, 4.0))
-    pair.run(1.5)
+    pair.move_twin(ramp(HOME, AWAY, 4.0), run=1.5)
     assert pair.state.follow.real is not None and not pair.state.follow.real.slowed
     slowed = changed(
         pair.state,
@@ -311,8 +290,7 @@ def test_a_reconnect_moves_the_twin_slowly_and_the_real_robot_not_at_all(
 def test_a_program_that_runs_already_leads_as_soon_as_the_pair_is_ready(pair: Pair) -> None:
     """In any order of start: it waits at a point, but it is what the twin has to follow."""
     pair.link("real", False)
-    pair.start_program(ramp(HOME, HOME, 60.0))
-    pair.run(0.3)
+    pair.start_program(ramp(HOME, HOME, 60.0), run=0.3)
     pair.link("real", True)
     pair.run(2.0)
     assert pair.mode is Mode.REAL_LEADS
@@ -321,8 +299,7 @@ def test_a_program_that_runs_already_leads_as_soon_as_the_pair_is_ready(pair: Pa
 
 def test_a_robot_that_had_moved_before_the_announced_twin_takes_the_lead(pair: Pair) -> None:
     """Announced first, but to begin later: its stream ends, the twin follows."""
-    pair.move_twin(ramp(HOME, shifted(HOME, -20.0), 2.0))
-    pair.run(0.03)
+    pair.move_twin(ramp(HOME, shifted(HOME, -20.0), 2.0), run=0.03)
     pair.jog_real(ramp(HOME, AWAY, 0.5))
     pair.run(0.12)
     assert pair.triggers()[-2:] == ["TWIN_MOVED", "REAL_WAS_FIRST"]
@@ -332,8 +309,7 @@ def test_a_robot_that_had_moved_before_the_announced_twin_takes_the_lead(pair: P
 
 def test_a_pair_that_rests_apart_diverges_by_the_smaller_limit(pair: Pair) -> None:
     """11 mm between the tools at rest are an alarm, though less than what is allowed on the way."""
-    pair.start_program(ramp(HOME, shifted(HOME, 5.0), 1.0))
-    pair.run(2.0)
+    pair.start_program(ramp(HOME, shifted(HOME, 5.0), 1.0), run=2.0)
     assert pair.mode is Mode.REAL_LEADS
     pair.take_follow = lambda action, now: None  # type: ignore[method-assign]
     pair.motion, pair.follow = "idle", None

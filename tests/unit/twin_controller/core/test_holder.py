@@ -83,9 +83,8 @@ def test_ending_a_motion_never_needs_control(
 def test_stop_of_a_stranger_stops_the_holders_motion(command: str, mode: Mode) -> None:
     """Accepted is not enough: both sides are told."""
     pair = held()
-    assert pair.operate("MOVE_JOINTS", target=OTHER, person="fitter", session="1").success
-    pair.run(0.3)
-    assert pair.operate(command, person="nobody", unproven="not in persons.yaml").success
+    pair.do("MOVE_JOINTS", 0.3, target=OTHER, person="fitter", session="1")
+    pair.do(command, person="nobody", unproven="not in persons.yaml")
     assert pair.mode is mode
     assert pair.decisions()[-1].who == "nobody, not proven"
 
@@ -108,7 +107,7 @@ def test_what_begins_a_motion_is_refused_to_others_while_control_is_held(
 def test_holder_moves_the_pair_and_is_named() -> None:
     """In the decision, in why, in the bag."""
     pair = held()
-    assert pair.operate("MOVE_JOINTS", target=OTHER, person="fitter", session="1").success
+    pair.do("MOVE_JOINTS", target=OTHER, person="fitter", session="1")
     decision = pair.decisions()[-1]
     assert (decision.trigger, decision.who) == ("MOVE", "fitter 1")
     assert decision_text(decision).endswith("[by fitter 1]")
@@ -116,7 +115,7 @@ def test_holder_moves_the_pair_and_is_named() -> None:
 
 def test_program_without_a_person_moves_the_pair_while_nobody_holds_control(pair: Pair) -> None:
     """`rosservice call` as it always was."""
-    assert pair.operate("MOVE_JOINTS", target=OTHER).success
+    pair.do("MOVE_JOINTS", target=OTHER)
     assert pair.decisions()[-1].who == "this machine"
 
 
@@ -124,8 +123,7 @@ def test_twin_that_the_holder_did_not_move_is_stopped_and_not_followed() -> None
     """A call of move_to, an action, a topic: whoever it was, it was not the holder."""
     pair = held()
     before = len(pair.actions)
-    pair.move_twin(ramp(HOME, OTHER, 2.0))
-    pair.run(3.0)
+    pair.move_twin(ramp(HOME, OTHER, 2.0), run=3.0)
     assert not pair.made(StreamReal, before)
     made = [each for each in pair.decisions() if each.trigger == "TWIN_MOVED_UNASKED"]
     assert len(made) == 1, "stopped once, not at each sample"
@@ -156,8 +154,7 @@ def test_twin_that_moves_for_the_holders_own_program_leads_and_is_named_so() -> 
     assert pair.real_q == pytest.approx(OTHER, abs=1e-3)
     # Signs of life of the page meanwhile; what moves the twin now has not been said.
     pair.control("KEEP", "fitter", session="1")
-    pair.move_twin(ramp(pair.twin_q, HOME, 2.0))
-    pair.run(3.0)
+    pair.move_twin(ramp(pair.twin_q, HOME, 2.0), run=3.0)
     assert pair.mode is Mode.STOPPED
     assert pair.decisions()[-1].trigger == "TWIN_MOVED_UNASKED"
 
@@ -168,8 +165,7 @@ def test_twin_that_moves_for_another_program_is_stopped(local: str) -> None:
     pair = held()
     refused = pair.control("LEND", local=local)
     assert not refused.success and "fitter 1 holds control" in refused.message
-    pair.move_twin(ramp(HOME, OTHER, 2.0))
-    pair.run(3.0)
+    pair.move_twin(ramp(HOME, OTHER, 2.0), run=3.0)
     assert pair.mode is Mode.STOPPED and pair.real_q == pytest.approx(HOME)
 
 
@@ -205,7 +201,7 @@ def test_silent_holder_loses_control_by_time_alone() -> None:
     pair.run(1.0)
     assert pair.state.lead.control == Control()
     assert pair.decisions()[-1].trigger == "CONTROL_LOST"
-    assert pair.operate("MOVE_JOINTS", target=OTHER).success
+    pair.do("MOVE_JOINTS", target=OTHER)
 
 
 def test_standstill_of_the_controller_itself_costs_nobody_control() -> None:

@@ -39,22 +39,19 @@ def modes(pair: Pair, since: int) -> list[str]:
 
 def real_leads(pair: Pair) -> None:
     """Let the real robot lead by a program."""
-    pair.start_program(ramp(HOME, AWAY, 3.0))
-    pair.run(1.0)
+    pair.start_program(ramp(HOME, AWAY, 3.0), run=1.0)
     assert pair.mode == Mode.REAL_LEADS
 
 
 def twin_leads(pair: Pair) -> None:
     """Let the twin lead by an announced move."""
-    pair.move_twin(ramp(HOME, AWAY, 3.0))
-    pair.run(1.0)
+    pair.move_twin(ramp(HOME, AWAY, 3.0), run=1.0)
     assert pair.mode == Mode.TWIN_LEADS
 
 
 def operator_leads(pair: Pair) -> None:
     """Let the operator lead."""
-    assert pair.operate("MOVE_JOINTS", target=AWAY).success
-    pair.run(0.5)
+    pair.do("MOVE_JOINTS", 0.5, target=AWAY)
     assert pair.mode == Mode.OPERATOR_LEADS
 
 
@@ -77,15 +74,13 @@ def test_resume_after_pause_goes_on_once(pair: Pair, lead: Callable[[Pair], None
     """A report from before RESUME took effect is no new hold: the pair goes on and arrives."""
     lead(pair)
     mode, since = pair.mode, len(pair.decisions())
-    assert pair.operate("PAUSE").success
-    pair.run(1.0)
+    pair.do("PAUSE", 1.0)
     # The robot is held at once, the twin slows down on its way.
     assert pair.mode == Mode.PAUSED and pair.far() < 10.0
     here = pair.real_q
     pair.run(0.3)
     assert pair.real_q == here
-    assert pair.operate("RESUME").success
-    pair.run(1.0)
+    pair.do("RESUME", 1.0)
     assert modes(pair, since)[:2] == ["PAUSED", mode]
     pair.run(3.0)
     if pair.own_program:
@@ -109,7 +104,7 @@ def test_a_pause_on_the_twins_side_is_resumed_once(
     if resumed_by == "twin":
         pair.order_twin(Command.RESUME_TWIN, FOREIGN + 1)
     else:
-        assert pair.operate("RESUME").success
+        pair.do("RESUME")
     pair.until(Mode.IDLE, 8.0)
     assert len(modes(pair, since)) == 3
 
@@ -138,10 +133,9 @@ def test_an_emergency_stop_on_the_twins_side_can_be_reset(
     pair.order_twin(Command.ESTOP_TWIN, number)
     pair.run(0.5)
     assert pair.mode == Mode.ESTOP and not pair.drives
-    assert pair.operate("RESET").success
-    pair.run(1.0)
+    pair.do("RESET", 1.0)
     assert modes(pair, since) == ["ESTOP", "ESTOP", "STOPPED"]
-    assert pair.operate("ALIGN").success
+    pair.do("ALIGN")
     pair.until(Mode.IDLE)
 
 
@@ -152,15 +146,13 @@ def test_reset_after_an_emergency_stop_by_the_operator(
     """Latched until RESET; then STOPPED, and nothing moves until ALIGN."""
     lead(pair)
     since = len(pair.decisions())
-    assert pair.operate("ESTOP").success
-    pair.run(0.5)
+    pair.do("ESTOP", 0.5)
     assert pair.motion == "estopped" and not pair.drives
     here = (pair.real_q, pair.twin_q)
-    assert pair.operate("RESET").success
-    pair.run(2.0)
+    pair.do("RESET", 2.0)
     assert modes(pair, since) == ["ESTOP", "ESTOP", "STOPPED"]
     assert (pair.real_q, pair.twin_q) == here
-    assert pair.operate("ALIGN").success
+    pair.do("ALIGN")
     pair.until(Mode.IDLE)
 
 
@@ -171,15 +163,14 @@ def test_a_stop_ends_all_motion_and_a_new_command_leads_again(
     """Late set points and plans move nothing after a STOP."""
     lead(pair)
     since = len(pair.decisions())
-    assert pair.operate("STOP").success
-    pair.run(0.4)
+    pair.do("STOP", 0.4)
     here = (pair.real_q, pair.twin_q)
     pair.run(1.0)
     assert (pair.real_q, pair.twin_q) == here
     assert modes(pair, since) == ["STOPPED"]
-    assert pair.operate("ALIGN").success
+    pair.do("ALIGN")
     pair.until(Mode.IDLE)
-    assert pair.operate("MOVE_JOINTS", target=HOME).success
+    pair.do("MOVE_JOINTS", target=HOME)
     pair.until(Mode.IDLE)
     assert pair.far() < 0.05
 

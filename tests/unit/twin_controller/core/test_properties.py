@@ -166,8 +166,7 @@ def mend(pair: Pair) -> None:
         if pair.mode in (Mode.ESTOP, Mode.FAULT):
             assert pair.operate("RESET").success, pair.why
             pair.run(0.5)
-    assert pair.operate("STOP").success
-    pair.run(1.0)
+    pair.do("STOP", 1.0)
     if pair.mode is not Mode.OFFLINE:
         assert pair.operate("ALIGN").success, pair.why
     pair.until(Mode.IDLE, 30.0)
@@ -176,16 +175,14 @@ def mend(pair: Pair) -> None:
 def works_both_ways(pair: Pair) -> None:
     """Let the real robot lead, then the twin; the other one follows to the same place."""
     away = shifted(pair.real_q, -2.0 if pair.real_q[0] > 0.0 else 2.0, 1.0)
-    pair.start_program(ramp(pair.real_q, away, 1.0))
-    pair.run(0.5)
+    pair.start_program(ramp(pair.real_q, away, 1.0), run=0.5)
     assert pair.mode is Mode.REAL_LEADS, pair.why
     pair.run(0.6)
     pair.end_program()
     pair.until(Mode.IDLE, 5.0)
     assert pair.real_q == away and pair.far() <= SETUP.config.settle.tolerance
     pair.run(0.2)
-    pair.move_twin(ramp(pair.twin_q, shifted(pair.twin_q, 1.0, -2.0), 1.0))
-    pair.run(0.6)
+    pair.move_twin(ramp(pair.twin_q, shifted(pair.twin_q, 1.0, -2.0), 1.0), run=0.6)
     assert pair.mode is Mode.TWIN_LEADS, pair.why
     pair.until(Mode.IDLE, 5.0)
     assert pair.real_q != away and pair.far() <= SETUP.config.settle.tolerance

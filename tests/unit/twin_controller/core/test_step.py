@@ -66,17 +66,14 @@ def test_when_both_move_at_once_the_real_robot_wins(pair: Pair) -> None:
     """Within the uncertainty of the clocks it is a tie."""
     pair.announce = 0.0
     pair.real_path, pair.real_path_start = ramp(HOME, AWAY, 1.0), pair.now
-    pair.move_twin(ramp(HOME, shifted(HOME, -20.0), 1.0))
-    pair.run(0.2)
+    pair.move_twin(ramp(HOME, shifted(HOME, -20.0), 1.0), run=0.2)
     assert pair.state.lead.leader == "real"
 
 
 def test_a_program_of_the_robot_takes_over_from_the_twin(pair: Pair) -> None:
     """A robot that runs its own program cannot follow: the twin's motion ends, it follows."""
-    pair.move_twin(ramp(HOME, AWAY, 2.0))
-    pair.run(0.8)
-    pair.start_program(ramp(pair.real_q, HOME, 2.0))
-    pair.run(0.2)
+    pair.move_twin(ramp(HOME, AWAY, 2.0), run=0.8)
+    pair.start_program(ramp(pair.real_q, HOME, 2.0), run=0.2)
     assert pair.mode == "REAL_LEADS"
     assert Command.STOP_TWIN in pair.performed()
 
@@ -84,30 +81,27 @@ def test_a_program_of_the_robot_takes_over_from_the_twin(pair: Pair) -> None:
 def test_a_robot_that_does_not_start_its_stream_is_a_fault(pair: Pair) -> None:
     """The start is repeated a few times, then both are stopped."""
     pair.starts_stream = False
-    pair.move_twin(ramp(HOME, AWAY, 4.0))
-    pair.run(1.5)
+    pair.move_twin(ramp(HOME, AWAY, 4.0), run=1.5)
     assert pair.mode == "FAULT"
     assert pair.performed().count(Command.START_STREAM) == SETUP.config.stream.attempts
 
 
 def test_the_pair_coming_apart_pauses_both_until_acknowledged(pair: Pair) -> None:
     """Divergence is k of n beyond the limit; RESUME needs the operator's acknowledgement."""
-    pair.start_program(ramp(HOME, AWAY, 4.0))
-    pair.run(1.0)
+    pair.start_program(ramp(HOME, AWAY, 4.0), run=1.0)
     pair.take_follow = lambda action, now: None  # type: ignore[method-assign]
     pair.motion, pair.follow = "idle", None
     pair.run(1.5)
     assert pair.mode == "PAUSED" and pair.state.lead.needs_acknowledge
     refused = pair.operate("RESUME")
     assert not refused.success and "ACKNOWLEDGE" in refused.message
-    assert pair.operate("ACKNOWLEDGE").success
-    assert pair.operate("RESUME").success
+    pair.do("ACKNOWLEDGE")
+    pair.do("RESUME")
 
 
 def test_speed_above_the_limit_caps_the_twin(pair: Pair) -> None:
     """Requested 100 %, applied what lets the robot keep up within 80 %; the reason is said."""
-    pair.move_twin(ramp(HOME, AWAY, 1.0))
-    pair.run(0.5)
+    pair.move_twin(ramp(HOME, AWAY, 1.0), run=0.5)
     most = SETUP.config.limit.twin_percent
     assert pair.limit == most
     speed = pair.state.orders.speeds
@@ -119,8 +113,7 @@ def test_a_move_that_is_too_short_for_the_limit_is_not_slowed(pair: Pair) -> Non
     """A cap slows all of its path down: one whose joints reach half as much needs none."""
     most = SETUP.config.limit.twin_percent
     pair.announced = AWAY, 64.0
-    pair.move_twin(ramp(HOME, AWAY, 1.0))
-    pair.run(0.5)
+    pair.move_twin(ramp(HOME, AWAY, 1.0), run=0.5)
     # The robot's own override of 100 % leaves it 100 / 1.2 %.
     assert pair.limit == 100.0 and not pair.state.orders.speeds.limited
     pair.announced = AWAY, 95.0
@@ -138,7 +131,6 @@ def test_deviation_is_infinite_while_a_side_is_unknown() -> None:
 def test_the_twin_leaves_the_robot_room_below_its_override(pair: Pair) -> None:
     """A robot that follows at exactly its override could not catch up."""
     pair.override = 30.0
-    pair.move_twin(ramp(HOME, AWAY, 1.0))
-    pair.run(0.5)
+    pair.move_twin(ramp(HOME, AWAY, 1.0), run=0.5)
     assert pair.limit == pytest.approx(30.0 / SETUP.config.limit.override_margin)
     assert "override is 30 %" in pair.state.orders.speeds.reason

@@ -63,8 +63,7 @@ def test_the_enabled_pendant_makes_it_manual(
 
 def test_a_moving_robot_is_in_motion(pair: Pair) -> None:
     """By what it measures, whoever leads."""
-    pair.start_program(ramp(HOME, AWAY, 1.0))
-    pair.run(0.5)
+    pair.start_program(ramp(HOME, AWAY, 1.0), run=0.5)
     assert status(pair).in_motion is Tri.TRUE
     assert status(pair).motion_possible is Tri.TRUE
 

@@ -100,8 +100,7 @@ def test_a_plan_that_is_over_is_not_used() -> None:
 
 def test_the_robots_own_limit_is_the_gates_whatever_its_override(pair: Pair) -> None:
     """R[2] times override is what set points may have: a late robot catches up no faster."""
-    pair.move_twin(ramp(HOME, shifted(HOME, 20.0), 2.0))
-    pair.run(0.6)
+    pair.move_twin(ramp(HOME, shifted(HOME, 20.0), 2.0), run=0.6)
     for override, expected in ((100.0, 79.0), (90.0, 790.0 / 9.0), (30.0, 100.0)):
         follow = pair.state.follow
         sides = changed(pair.state.sides, real__flags__override_percent=override)

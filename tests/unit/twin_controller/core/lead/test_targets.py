@@ -121,7 +121,7 @@ def test_an_accepted_move_that_fails_is_a_decision_with_its_reason(pair: Pair) -
 def test_what_ended_a_move_stays_the_reason(pair: Pair) -> None:
     """The twin answers after the STOP that ended its move: both are said, the STOP stays why."""
     assert pair.operate("MOVE_JOINTS", target=(0.1, 0.2, -0.1, 0.0)).success
-    assert pair.operate("STOP").success
+    pair.do("STOP")
     stopped = pair.why
     pair.feed(MoveEnded(pair.now, False, "cancelled by STOP"))
     assert pair.why == stopped

@@ -45,8 +45,7 @@ def sent(pair: Pair, since: int) -> list[Command]:
 
 def under_way(pair: Pair) -> None:
     """Let the robot run a program, and follow it."""
-    pair.start_program(PROGRAM)
-    pair.run(1.0)
+    pair.start_program(PROGRAM, run=1.0)
     assert pair.mode is Mode.REAL_LEADS
 
 
@@ -60,8 +59,7 @@ def test_a_stop_that_is_obeyed_is_sent_once(pair: Deaf, command: str) -> None:
     """The robot's next answer shows it; nothing is repeated."""
     under_way(pair)
     since = len(pair.actions)
-    assert pair.operate(command).success
-    pair.run(2.0)
+    pair.do(command, 2.0)
     assert len(sent(pair, since)) == 1 and pair.state.orders.stop is None
 
 
@@ -72,8 +70,7 @@ def test_a_stop_that_was_lost_once_is_sent_again(pair: Deaf, command: str, lost:
     """Within the time of one repetition the robot stands."""
     under_way(pair)
     pair.not_heard = (lost,)
-    assert pair.operate(command).success
-    pair.run(0.5 * RETRY_S)
+    pair.do(command, 0.5 * RETRY_S)
     pair.not_heard = ()
     pair.run(RETRY_S)
     stood = pair.real_q[0]
@@ -92,8 +89,7 @@ def test_a_robot_that_does_not_obey_has_its_drives_switched_off(
     under_way(pair)
     pair.not_heard = (lost,)
     since = len(pair.actions)
-    assert pair.operate(command).success
-    pair.run((ATTEMPTS + 1) * RETRY_S + 0.1)
+    pair.do(command, (ATTEMPTS + 1) * RETRY_S + 0.1)
     assert pair.mode is Mode.ESTOP and not pair.drives
     assert sent(pair, since).count(lost) == ATTEMPTS
     assert (
@@ -133,8 +129,7 @@ def test_a_program_paused_before_a_glitch_is_not_given_back_by_another_moves_res
 ) -> None:
     """Its goal was cleared with the link."""
     under_way(pair)
-    assert pair.operate("PAUSE").success
-    pair.run(0.5)
+    pair.do("PAUSE", 0.5)
     pair.link("real", False)
     pair.run(0.05)
     pair.link("real", True)
@@ -145,19 +140,16 @@ def test_a_program_paused_before_a_glitch_is_not_given_back_by_another_moves_res
 def test_no_move_begins_while_the_robot_runs_a_program(pair: Deaf) -> None:
     """The robot would not follow it: it waits in its program, and has not heard the STOP."""
     pair.not_heard = (Command.STOP_REAL,)
-    pair.start_program(lambda t: HOME)
-    pair.run(0.3)
-    assert pair.operate("STOP").success
-    pair.run(0.4)
+    pair.start_program(lambda t: HOME, run=0.3)
+    pair.do("STOP", 0.4)
     reply = pair.operate("MOVE_JOINTS", target=shifted(HOME, 10.0))
     assert not reply.success and "a program of its own" in reply.message
 
 
 def test_a_new_stream_is_no_disobedience(pair: Deaf) -> None:
     """A move as soon as one may begin after a STOP is not stopped by the repetition of that."""
-    assert pair.operate("MOVE_JOINTS", target=shifted(HOME, 1.0)).success
-    pair.run(0.8)
-    assert pair.operate("STOP").success
+    pair.do("MOVE_JOINTS", 0.8, target=shifted(HOME, 1.0))
+    pair.do("STOP")
     pair.run_until(lambda: pair.operate("MOVE_JOINTS", target=shifted(HOME, 10.0)).success, 2.0)
     pair.until(Mode.IDLE)
     assert pair.real_q == pytest.approx(shifted(HOME, 10.0), abs=1e-3)
@@ -168,29 +160,25 @@ def test_a_fault_outlives_a_glitch_of_the_twins_line(pair: Deaf) -> None:
     pair.starts_stream = False
     pair.order_twin(Command.STOP_TWIN, 1)
     pair.run(0.5)
-    assert pair.operate("ALIGN").success
+    pair.do("ALIGN")
     pair.until(Mode.IDLE)
-    assert pair.operate("MOVE_JOINTS", target=shifted(HOME, 20.0)).success
-    pair.run(3.0)
+    pair.do("MOVE_JOINTS", 3.0, target=shifted(HOME, 20.0))
     assert pair.mode is Mode.FAULT
     pair.link("twin", False)
     pair.run(0.1)
     pair.link("twin", True)
     pair.run(3.0)
     assert pair.mode is Mode.FAULT
-    assert pair.operate("RESET").success
-    pair.run(1.0)
+    pair.do("RESET", 1.0)
     assert pair.mode is Mode.STOPPED
 
 
 def test_a_reset_waits_for_what_the_robot_says_after_it(pair: Deaf) -> None:
     """Its drives were on before, too: an answer that was on its way ends no emergency stop."""
-    assert pair.operate("ESTOP").success
-    pair.run(0.5)
+    pair.do("ESTOP", 0.5)
     waits = pair.setup.config.reset.wait_ms * 1e-3
     pair.drives = True
-    assert pair.operate("RESET").success
-    pair.run(waits - 0.02)
+    pair.do("RESET", waits - 0.02)
     assert pair.state.lead.mode is Mode.ESTOP
     pair.run(0.05)
     assert pair.state.lead.mode is Mode.STOPPED
@@ -198,21 +186,18 @@ def test_a_reset_waits_for_what_the_robot_says_after_it(pair: Deaf) -> None:
 
 def test_after_a_latched_stop_the_pair_aligns_before_a_move(pair: Deaf) -> None:
     """RESET, then ALIGN, then a new command."""
-    assert pair.operate("ESTOP").success
-    pair.run(0.5)
-    assert pair.operate("RESET").success
-    pair.run(1.0)
+    pair.do("ESTOP", 0.5)
+    pair.do("RESET", 1.0)
     reply = pair.operate("MOVE_JOINTS", target=shifted(HOME, 10.0))
     assert not reply.success and "ALIGN first" in reply.message
-    assert pair.operate("ALIGN").success
+    pair.do("ALIGN")
     pair.until(Mode.IDLE)
     assert pair.operate("MOVE_JOINTS", target=shifted(HOME, 10.0)).success
 
 
 def test_why_says_what_was_ignored_as_echo(pair: Deaf) -> None:
     """At the end of a lead: how many samples of the follower answered our own commands."""
-    pair.start_program(ramp(HOME, shifted(HOME, 10.0), 1.0))
-    pair.run(1.2)
+    pair.start_program(ramp(HOME, shifted(HOME, 10.0), 1.0), run=1.2)
     pair.end_program()
     pair.until(Mode.IDLE)
     count = int(pair.why.split("only followed, in ")[1].split()[0])
@@ -271,8 +256,7 @@ def coasting(seconds: float) -> Coasting:
     made = Coasting()
     Watch(made)
     made.connect()
-    made.start_program(ramp(HOME, shifted(HOME, 20.0), seconds))
-    made.run(0.2)
+    made.start_program(ramp(HOME, shifted(HOME, 20.0), seconds), run=0.2)
     assert made.mode is Mode.REAL_LEADS
     return made
 
@@ -280,7 +264,7 @@ def coasting(seconds: float) -> Coasting:
 def test_hold_comes_back_when_the_robot_stands_and_not_before() -> None:
     """A robot that still slows down is not let go; one that stands is free for who is beside it."""
     made = coasting(0.6)
-    assert made.operate("STOP").success
+    made.do("STOP")
     told = made.now
     made.run(0.35)
     assert made.hold_away, "its joints still move, whatever its program says"
@@ -292,8 +276,7 @@ def test_hold_comes_back_when_the_robot_stands_and_not_before() -> None:
 def test_a_robot_that_moves_past_its_time_has_its_drives_switched_off() -> None:
     """Its program is gone, but it does not stand: the next means follows, and that is said."""
     made = coasting(3.0)
-    assert made.operate("STOP").success
-    made.run((ATTEMPTS + 1) * RETRY_S + 0.1)
+    made.do("STOP", (ATTEMPTS + 1) * RETRY_S + 0.1)
     assert made.mode is Mode.ESTOP and not made.drives
     assert "it still moves" in made.why
 
@@ -315,16 +298,14 @@ def test_a_robot_that_nothing_stops_is_left_to_the_person_beside_it(pair: Deaf) 
     """HOLD, CSTOPI and *IMSTP did nothing: once it is said what is left to do."""
     under_way(pair)
     pair.not_heard = (Command.STOP_REAL, Command.ESTOP_REAL)
-    assert pair.operate("STOP").success
-    pair.run(4.0)
+    pair.do("STOP", 4.0)
     said = [each for each in pair.decisions() if each.trigger == "ESTOP_IGNORED"]
     assert len(said) == 1 and "press the emergency stop at the robot itself" in said[0].why
 
 
 def rested_behind_a_move(pair: Deaf) -> int:
     """Let the robot follow a move of the twin to its end; return how many actions there were."""
-    pair.move_twin(ramp(HOME, shifted(HOME, 20.0), 2.0))
-    pair.run(1.0)
+    pair.move_twin(ramp(HOME, shifted(HOME, 20.0), 2.0), run=1.0)
     assert pair.mode is Mode.TWIN_LEADS
     since = len(pair.actions)
     pair.until(Mode.IDLE)
@@ -357,7 +338,6 @@ def test_a_program_started_behind_a_stream_is_no_disobedience(pair: Deaf) -> Non
     pair.run_until(lambda: not pair.streaming, 0.1)
     assert pair.state.orders.stop is not None, "the end is not reported yet"
     since, here = len(pair.actions), pair.real_q
-    pair.start_program(ramp(here, shifted(here, 60.0), 4.0))
-    pair.run(2.0)
+    pair.start_program(ramp(here, shifted(here, 60.0), 4.0), run=2.0)
     assert pair.own_program and sent(pair, since) == []
     assert pair.mode is Mode.REAL_LEADS

@@ -23,8 +23,7 @@ def test_a_stopped_twin_moves_again_from_a_part_of_its_largest_speed_on(
     pair: Pair, monkeypatch: pytest.MonkeyPatch, part: float, told: bool
 ) -> None:
     """Below it is what a sensor of speed shows at rest."""
-    assert pair.operate("STOP").success
-    pair.run(1.0)
+    pair.do("STOP", 1.0)
     since, restart = len(pair.actions), pair.setup.config.stop.restart_percent * 1e-2
     speed = (part * restart * pair.setup.velocity[0], *(0.0 for _ in HOME[1:]))
     monkeypatch.setattr(pair, "twin_speed", lambda now: speed)
@@ -35,10 +34,9 @@ def test_a_stopped_twin_moves_again_from_a_part_of_its_largest_speed_on(
 @pytest.mark.parametrize("way_out", ["ALIGN", "HOME", "MOVE_JOINTS"])
 def test_a_person_leaves_it(pair: Pair, way_out: str) -> None:
     """By a command of the controller; from then on the twin may lead again."""
-    assert pair.operate("STOP").success
-    pair.run(1.0)
+    pair.do("STOP", 1.0)
     target = shifted(HOME, 5.0) if way_out == "MOVE_JOINTS" else ()
-    assert pair.operate(way_out, target=target).success
+    pair.do(way_out, target=target)
     pair.until(Mode.IDLE)
     pair.run(0.3)
     pair.move_twin(ramp(pair.twin_q, shifted(HOME, 10.0), 1.0))
@@ -47,8 +45,7 @@ def test_a_person_leaves_it(pair: Pair, way_out: str) -> None:
 
 def test_the_person_at_the_robot_leaves_it(pair: Pair) -> None:
     """Also while somebody goes on commanding the twin."""
-    assert pair.operate("STOP").success
-    pair.run(1.0)
+    pair.do("STOP", 1.0)
     pair.jog_twin(ramp(pair.twin_q, shifted(pair.twin_q, 2.0), BURST), pair.now)
     pair.start_program(ramp(HOME, shifted(HOME, 20.0), 2.0))
     pair.until(Mode.REAL_LEADS, 1.0)
@@ -56,8 +53,7 @@ def test_the_person_at_the_robot_leaves_it(pair: Pair) -> None:
 
 def test_a_jog_of_the_page_is_refused_with_what_to_do(pair: Pair) -> None:
     """The buttons say it before they are pressed."""
-    assert pair.operate("STOP").success
-    pair.run(1.0)
+    pair.do("STOP", 1.0)
     found = refusals(pair.setup, pair.state, pair.now)
     assert found["JOG"] == "the pair is stopped: ALIGN first"
     assert found["MOVE"] == found["HOME"] == found["ALIGN"] == found["RUN"] == ""
@@ -66,8 +62,7 @@ def test_a_jog_of_the_page_is_refused_with_what_to_do(pair: Pair) -> None:
 @pytest.mark.parametrize("waited", [0.02, 1.0])
 def test_a_pause_in_idle_ends_in_idle(pair: Pair, waited: float) -> None:
     """Soon or late; the robot can be started at its pendant again, and the twin may lead."""
-    assert pair.operate("PAUSE").success
-    pair.run(waited)
+    pair.do("PAUSE", waited)
     assert pair.operate("RESUME").success and pair.mode is Mode.IDLE
     pair.run(0.5)
     assert not pair.hold_away and pair.motion == "idle"
@@ -77,19 +72,16 @@ def test_a_pause_in_idle_ends_in_idle(pair: Pair, waited: float) -> None:
 
 def test_a_pause_ends_no_alignment(pair: Pair) -> None:
     """The twin stands meanwhile, and goes on to the robot's pose after RESUME."""
-    pair.start_program(ramp(HOME, shifted(HOME, 30.0), 1.0))
-    pair.run(0.5)
-    assert pair.operate("STOP").success
-    pair.run(0.5)
+    pair.start_program(ramp(HOME, shifted(HOME, 30.0), 1.0), run=0.5)
+    pair.do("STOP", 0.5)
     pair.twin_q = shifted(pair.real_q, -8.0)
     pair.run(0.5)
-    assert pair.operate("ALIGN").success
-    pair.run(0.1)
+    pair.do("ALIGN", 0.1)
     assert pair.mode is Mode.ALIGNING and pair.operate("PAUSE").success
     pair.run(0.5)
     stood = pair.twin_q
     pair.run(1.0)
     assert pair.twin_q == stood
-    assert pair.operate("RESUME").success
+    pair.do("RESUME")
     pair.until(Mode.IDLE, 20.0)
     assert pair.twin_q == pytest.approx(pair.real_q, abs=1e-3)

@@ -57,8 +57,7 @@ def ignored(pair: Pair) -> list[str]:
 def test_a_twin_that_obeys_is_told_once(pair: Deaf, command: str) -> None:
     """Once it stands nothing is open any more."""
     since = len(pair.actions)
-    assert pair.operate(command).success
-    pair.run(IGNORED_S + 1.0)
+    pair.do(command, IGNORED_S + 1.0)
     assert len(told(pair, since)) == 1
     assert pair.state.orders.twin_stop is None and ignored(pair) == []
 
@@ -70,8 +69,7 @@ def test_a_twin_that_moves_on_is_a_fault(pair: Deaf, command: str, mode: Mode) -
     """After all attempts, once, with a reason that says what happened and what to do."""
     pair.deaf = True
     since, real = len(pair.actions), pair.real_q
-    assert pair.operate(command).success
-    pair.run(IGNORED_S - 0.2)
+    pair.do(command, IGNORED_S - 0.2)
     assert ignored(pair) == [] and told(pair, since).count(Command[f"{command}_TWIN"]) == ATTEMPTS
     pair.run(0.3)
     assert pair.mode is mode and len(ignored(pair)) == 1
@@ -89,24 +87,20 @@ def test_a_twin_that_moves_on_is_a_fault(pair: Deaf, command: str, mode: Mode) -
 def test_reset_waits_until_the_twin_stands(pair: Deaf) -> None:
     """It is told on without end; a cause that persists ends no fault."""
     pair.deaf = True
-    assert pair.operate("STOP").success
-    pair.run(IGNORED_S)
-    assert pair.operate("RESET").success
-    pair.run(RESET_S)
+    pair.do("STOP", IGNORED_S)
+    pair.do("RESET", RESET_S)
     assert pair.mode is Mode.FAULT and "its cause persists" in pair.why
     pair.deaf = False
     pair.run(RETRY_S + 0.5)
     assert pair.state.orders.twin_stop is None
-    assert pair.operate("RESET").success
-    pair.run(RESET_S)
+    pair.do("RESET", RESET_S)
     assert pair.mode is Mode.STOPPED
 
 
 def test_resume_does_not_let_the_robot_follow_a_twin_that_moves_on(pair: Deaf) -> None:
     """It does not stand where it was paused: the target is cleared."""
     pair.deaf = True
-    assert pair.operate("PAUSE").success
-    pair.run(RETRY_S + 0.3)
+    pair.do("PAUSE", RETRY_S + 0.3)
     rested = pair.real_q
     reply = pair.operate("RESUME")
     assert not reply.success and "no longer stands where it was paused" in reply.message
@@ -119,8 +113,7 @@ def test_resume_does_not_let_the_robot_follow_a_twin_that_moves_on(pair: Deaf) -
 def test_a_lost_link_has_its_own_rules(pair: Deaf, side: str) -> None:
     """Nobody knows whether a lost twin moves; one that is still reached is judged."""
     pair.deaf = True
-    assert pair.operate("STOP").success
-    pair.run(RETRY_S)
+    pair.do("STOP", RETRY_S)
     pair.link(side, False)
     pair.run(2.0 * IGNORED_S)
     lost = side == "twin"
@@ -131,7 +124,7 @@ def test_a_lost_link_has_its_own_rules(pair: Deaf, side: str) -> None:
 
 def test_a_twin_that_may_move_again_is_not_judged_by_an_older_stop(pair: Deaf) -> None:
     """A move as soon as one may begin after a STOP is not stopped by the repetition of that."""
-    assert pair.operate("STOP").success
+    pair.do("STOP")
     pair.run_until(lambda: pair.operate("MOVE_JOINTS", target=shifted(HOME, 30.0)).success, 5.0)
     since = len(pair.actions)
     pair.until(Mode.IDLE)

@@ -57,8 +57,7 @@ def test_a_robot_started_towards_a_zone_is_stopped_before_it_in_every_mode(mode:
     """The tool does not enter; an alignment ends by it, the other modes stay."""
     pair = into(mode)
     begun = len(pair.actions)
-    pair.start_program(ramp(HOME, INTO_THE_TABLE, 1.0))
-    pair.run(1.3)
+    pair.start_program(ramp(HOME, INTO_THE_TABLE, 1.0), run=1.3)
     assert not pair.own_program
     assert positions(SETUP.points[0], np.array([pair.real_q]))[0][2] > SURFACE
     assert stops(pair, begun) == 1 and "keep-out zone below_table" in pair.why

@@ -72,8 +72,7 @@ def test_the_twins_motion_without_a_target_has_the_cap_of_the_worst_pose() -> No
     begun = len(pair.actions)
     assert pair.limit <= LIMITED.safe_percent
     for end in (shifted(HOME, 5.0), HOME):
-        pair.move_twin(ramp(pair.twin_q, end, 4.0))
-        pair.run(4.5)
+        pair.move_twin(ramp(pair.twin_q, end, 4.0), run=4.5)
     pair.jog_twin(ramp(HOME, AWAY, 6.0), pair.now)
     pair.run(1.0)
     sent = [action.speed_percent for action in pair.actions[begun:] if isinstance(action, CapTwin)]
@@ -82,8 +81,7 @@ def test_the_twins_motion_without_a_target_has_the_cap_of_the_worst_pose() -> No
 
 def too_fast(pair: Pair) -> None:
     """Let the robot, which does not mind its override, move at about 650 mm/s."""
-    pair.start_program(ramp(pair.real_q, shifted(pair.real_q, 60.0), 2.0))
-    pair.run(1.0)
+    pair.start_program(ramp(pair.real_q, shifted(pair.real_q, 60.0), 2.0), run=1.0)
 
 
 @pytest.mark.parametrize("mode", [Mode.REAL_LEADS, Mode.OFFLINE])
@@ -154,8 +152,7 @@ def test_speed_given_while_the_robot_is_not_reached_counts_when_it_is(pair: Pair
     pair.link("real", True)
     pair.run(1.0)
     assert pair.override == 100.0
-    pair.start_program(ramp(HOME, shifted(HOME, 5.0), 3.0))
-    pair.run(0.5)
+    pair.start_program(ramp(HOME, shifted(HOME, 5.0), 3.0), run=0.5)
     assert pair.override == 30.0
 
 
@@ -170,8 +167,7 @@ def fast_for(duration: float) -> Pair:
         turned = slow * (max(t, 0.0) - fast_time) + fast * fast_time
         return (HOME[0] + turned, *HOME[1:])
 
-    pair.start_program(path)
-    pair.run(0.5)
+    pair.start_program(path, run=0.5)
     return pair
 
 
