@@ -159,7 +159,7 @@ def test_an_authority_is_kept_and_watched(tmp_path: Path) -> None:
 def test_a_machine_gets_its_own_keys_and_nothing_else() -> None:
     """Each rule that lets in what a machine sends holds its own keys alone."""
     made = access_control(
-        "hall", [Invited("pc_2", Role.MACHINE, "pc_2 1"), Invited("a", Role.DESK, "a 1")]
+        "hall", [Invited("pc_2", Role.MACHINE, 1, 0.0), Invited("a", Role.DESK, 1, 0.0)]
     )
     assert made["enabled"] and made["default_permission"] == "deny"
     rules = {rule["id"]: rule for rule in made["rules"]}

@@ -171,19 +171,15 @@ class BagWriter:
             first = self._kept[message.topic]
             self._bag.append(message.topic, first, message.data, stamp_ns)
 
-    def _part_is_full(self, stamp_ns: int) -> bool:
-        """Return whether a message of this time belongs to the next part."""
-        if not self._part_start_ns:
-            self._part_start_ns = stamp_ns
-        length_ns = self._settings.part_minutes * 60e9
-        size = self._size - self._size_before
-        return size >= self._settings.part_mb * 1e6 or stamp_ns - self._part_start_ns >= length_ns
-
     def _write_waiting(self) -> None:
         """Write all waiting messages as one complete chunk."""
         count, written = len(self._waiting), 0
-        if count and self._part_is_full(self._waiting[0].stamp_ns):
-            self._begin_next_part(self._waiting[0].stamp_ns)
+        if count:
+            stamp_ns, size = self._waiting[0].stamp_ns, self._size - self._size_before
+            self._part_start_ns = self._part_start_ns or stamp_ns
+            long = stamp_ns - self._part_start_ns >= self._settings.part_minutes * 60e9
+            if long or size >= self._settings.part_mb * 1e6:
+                self._begin_next_part(stamp_ns)
         try:
             for _ in range(count):
                 written += self._write(self._waiting.popleft())

@@ -76,8 +76,15 @@ def keep_limit(
     removed, problem = [], ""
     idle = [] if excess <= 0.0 else [each for each in _recordings(marks) if each.path != busy]
     for recording in to_remove(idle, excess, now):
+        first = Path(recording.path)
         try:
-            _remove(Path(recording.path), runs)
+            # The mark goes last: without it nothing of a recording is ever removed.
+            for path in (*parts_of(first), mark_of(first)):
+                path.unlink()
+            for folder in first.parents:
+                if folder == runs or any(folder.iterdir()):
+                    break
+                folder.rmdir()
         except OSError as error:
             problem = f"{recording.path} cannot be removed: {error.strerror}"
             continue
@@ -112,13 +119,3 @@ def _recordings(marks: list[Path]) -> Iterator[Recording]:
             continue
         changed = max(stat.st_mtime for stat in stats)
         yield Recording(first, sum(stat.st_size for stat in stats), changed)
-
-
-def _remove(first: Path, runs: Path) -> None:
-    """Remove a recording, its mark last, and the folders that are empty then."""
-    for path in (*parts_of(first), mark_of(first)):
-        path.unlink()
-    for folder in first.parents:
-        if folder == runs or any(folder.iterdir()):
-            break
-        folder.rmdir()

@@ -24,17 +24,26 @@ class Role(str, Enum):
 
 
 class Invited(msgspec.Struct, frozen=True):
-    """Somebody who may come in.
+    """One who was invited.
 
     Attributes:
         name: Who; of a machine, the second part of its cells' keys.
         role: What it is.
-        shown: The name in the certificate that is good.
+        number: How often it was invited; only the newest certificate is good.
+        until: When that ends [s since 1970].
+        revoked: When it was revoked [s since 1970]; None: it is good.
     """
 
     name: str
     role: Role
-    shown: str
+    number: int
+    until: float
+    revoked: float | None = None
+
+    @property
+    def shown(self) -> str:
+        """The name in the newest certificate."""
+        return f"{self.name} {self.number}"
 
 
 ALL = (

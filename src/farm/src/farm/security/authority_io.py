@@ -7,7 +7,7 @@ router, and ``invited.json``. Whoever has the key can let himself in: it never l
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -31,33 +31,10 @@ SOON = timedelta(days=14)
 """A certificate that ends so soon is told of. Our choice."""
 
 
-class Entry(msgspec.Struct, frozen=True):
-    """One who was invited.
-
-    Attributes:
-        name: Who.
-        role: What it is.
-        number: How often it was invited; only the newest certificate is good.
-        until: When that ends [s since 1970].
-        revoked: When it was revoked [s since 1970]; None: it is good.
-    """
-
-    name: str
-    role: Role
-    number: int
-    until: float
-    revoked: float | None = None
-
-    @property
-    def shown(self) -> str:
-        """The name in the newest certificate."""
-        return f"{self.name} {self.number}"
-
-
 class MemberRegister(msgspec.Struct, frozen=True):
     """Everybody who was invited, and where the desk was reached last (HOST, PORT)."""
 
-    invited: tuple[Entry, ...] = ()
+    invited: tuple[Invited, ...] = ()
     listened: tuple[str, int] | None = None
 
 
@@ -114,7 +91,7 @@ class Authority:
 
     def renew(
         self, reached: tuple[str, int] | None, keep: Callable[[Invitation], None]
-    ) -> list[Entry]:
+    ) -> list[Invited]:
         """Begin anew with another key: nothing that was signed with the one before counts.
 
         Whoever may come in now is invited again; who was revoked stays so. The register is written
@@ -154,11 +131,11 @@ class Authority:
             )
         return reached
 
-    def _next(self, name: str, role: Role, before: Entry | None) -> Entry:
+    def _next(self, name: str, role: Role, before: Invited | None) -> Invited:
         until = (self._now + timedelta(days=DAYS)).timestamp()
-        return Entry(name, role, before.number + 1 if before else 1, until)
+        return Invited(name, role, before.number + 1 if before else 1, until)
 
-    def _invitation(self, entry: Entry, reached: tuple[str, int]) -> Invitation:
+    def _invitation(self, entry: Invited, reached: tuple[str, int]) -> Invitation:
         try:
             pair = self._issued(entry.shown)
         except CertificateError as error:
@@ -192,11 +169,11 @@ class Authority:
         )
         self._write(msgspec.structs.replace(self.register, invited=invited))
 
-    def good(self) -> list[Entry]:
+    def good(self) -> list[Invited]:
         """Return who may come in now."""
         return good_of(self.register, self._now)
 
-    def ending(self) -> list[Entry]:
+    def ending(self) -> list[Invited]:
         """Return whose certificate ends soon, the first to end first."""
         soon = (self._now + SOON).timestamp()
         return sorted((e for e in self.good() if e.until < soon), key=lambda e: e.until)
@@ -221,9 +198,7 @@ class Authority:
             str(self._folder / SERVER_CERTIFICATE),
             str(self._folder / SERVER_KEY),
         )
-        return Outside(
-            Address(host, port), files, access_control(self._site, _invited(self.good()))
-        )
+        return Outside(Address(host, port), files, access_control(self._site, self.good()))
 
     def _issued(self, shown: str) -> Pair:
         """Return a certificate of this name.
@@ -255,7 +230,7 @@ def read_register(folder: Path) -> MemberRegister:
         ) from error
 
 
-def good_of(register: MemberRegister, now: datetime) -> list[Entry]:
+def good_of(register: MemberRegister, now: datetime) -> list[Invited]:
     """Return who may come in."""
     return [e for e in register.invited if e.revoked is None and e.until > now.timestamp()]
 
@@ -263,7 +238,3 @@ def good_of(register: MemberRegister, now: datetime) -> list[Entry]:
 def authority_folder(keys: Path) -> Path:
     """Return where a user's authority is, in the folder of his keys."""
     return Path(os.path.join(keys, "authority"))
-
-
-def _invited(entries: Sequence[Entry]) -> list[Invited]:
-    return [Invited(each.name, each.role, each.shown) for each in entries]
