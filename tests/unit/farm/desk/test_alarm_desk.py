@@ -10,6 +10,7 @@ import msgspec
 from farm.desk.alarm_desk_io import ACKNOWLEDGE, MARKS, SHELVE, AlarmDesk, MarksAsked
 from farm.desk.alarms import AlarmRow, Status
 from farm.desk.history_io import History, Kept
+from farm.desk.reading_io import of_kinds
 from farm.keys import ALARMS, MARK, CellName
 from farm.wire import Answer, Event, decode, encode
 from harness.processes import wait_until
@@ -25,19 +26,19 @@ def test_a_desk_that_was_restarted_knows_who_has_looked(tmp_path: Path) -> None:
     file = tmp_path / MARKS
     with History(tmp_path / "events", 4, 16.0) as history:
         history.write([Kept(CELL, 0, RAISED), Kept(CELL, 0, Event(2, 6.0, "audit"))])
-        first = AlarmDesk(file, history.of_kinds(("alarm", "start")))
+        first = AlarmDesk(file, of_kinds(history.folder, ("alarm", "start")))
         assert [row.status for row in first.rows()] == [Status.RAISED]
         assert first.mark(MarksAsked(ACKNOWLEDGE, [NAME]), "ann@desk").accepted
         assert not first.mark(MarksAsked(ACKNOWLEDGE, [NAME]), "ben@desk").accepted
         assert not first.mark(MarksAsked("forget", [NAME]), "ben@desk").accepted
         with file.open("ab") as stream:
             stream.write(b'{"id": "m/')
-        again = AlarmDesk(file, history.of_kinds(("alarm", "start")))
+        again = AlarmDesk(file, of_kinds(history.folder, ("alarm", "start")))
         (row,) = again.rows()
         assert (row.status, row.person) == (Status.ACKNOWLEDGED, "ann@desk")
         answer = again.mark(MarksAsked(SHELVE, [NAME], 60.0, "a spare part comes"), "ben@desk")
         assert "shelved by ben@desk until" in answer.text
-        third = AlarmDesk(file, history.of_kinds(("alarm", "start")))
+        third = AlarmDesk(file, of_kinds(history.folder, ("alarm", "start")))
         assert [row.status for row in third.rows()] == [Status.SHELVED]
 
 

@@ -13,7 +13,7 @@ import pytest
 from farm.config import load_farm
 from farm.desk.files import counting
 from farm.desk.history_io import History, Kept
-from farm.desk.reading_io import ask
+from farm.desk.reading_io import ask, newest_of
 from farm.keys import CellName
 from farm.wire import Event
 from harness.processes import free_port, wait_until
@@ -41,14 +41,13 @@ def numbers(folder: Path, cell: str = "a") -> list[object]:
 def test_what_was_kept_is_found(tmp_path: Path) -> None:
     """With its time to the microsecond, and by the next writer."""
     with History(tmp_path, 4, 16.0) as history:
-        assert history.last() == {}
+        assert newest_of(tmp_path) == {}
         history.write(kept(A, 1, 2))
         history.write(kept(B, 1))
         history.write([])
     found = ask(tmp_path, "SELECT epoch_us(time), stop, text FROM events ORDER BY cell, number")
     assert found.rows == [(1250000, False, "é 1"), (2250000, True, "é 2"), (1250000, False, "é 1")]
-    with History(tmp_path, 4, 16.0) as history:
-        assert {name: last.number for name, last in history.last().items()} == {A: 2, B: 1}
+    assert newest_of(tmp_path) == {A: (0, 2, 2.25), B: (0, 1, 1.25)}
 
 
 def test_small_files_become_one_and_large_ones_stay(tmp_path: Path) -> None:

@@ -23,6 +23,7 @@ from farm.desk.alarms import AlarmRow
 from farm.desk.history_io import History, HistoryError, Kept
 from farm.desk.intake import Progress, Taken, take_answer, take_health, take_live
 from farm.desk.mailbox_io import Mailbox
+from farm.desk.reading_io import newest_of, of_kinds
 from farm.desk.roster import Counted, Roster, Row
 from farm.keys import CellName
 from farm.wire import Answer, CellState, Event, Events, Health, WireError, decode, encode
@@ -76,13 +77,13 @@ class Desk:
         self._bad = 0
         self._ended = threading.Event()
         self.recent: deque[tuple[CellName, Event]] = deque(maxlen=config.desk.recent_events)
-        for cell, newest in history.last().items():
+        for cell, (era, number, time_s) in newest_of(history.folder).items():
             if cell.site == config.site:
-                self._progress[cell] = Progress(newest.era, newest.number)
-                self._roster.remember(cell, newest.time)
+                self._progress[cell] = Progress(era, number)
+                self._roster.remember(cell, time_s)
         marks = history.folder.parent / MARKS
         try:
-            self.alarms = AlarmDesk(marks, history.of_kinds(OF_ALARMS))
+            self.alarms = AlarmDesk(marks, of_kinds(history.folder, OF_ALARMS))
         except OSError as error:
             raise HistoryError(f"{marks}: {error.strerror}") from error
         self._began = time.monotonic()

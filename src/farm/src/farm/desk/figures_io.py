@@ -136,7 +136,7 @@ def _cell(folder: Path, word: str) -> str:
     """Return MACHINE/CELL of the cell of the history that a word means."""
     rows = ask(folder, "SELECT DISTINCT site, machine, cell FROM events").rows
     try:
-        found = choose(word, [CellName(*map(str, row)) for row in rows])
+        found = choose(word, [CellName(*row) for row in rows])
     except ChoiceError as error:
         raise AskingError(f"{error}: events are kept of cells that joined the desk") from error
     if word == "all":

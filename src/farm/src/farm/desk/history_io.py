@@ -5,12 +5,11 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import pyarrow as pa
-import pyarrow.compute as pc
 import pyarrow.parquet as pq
 from scara_config.files.whole_file import whole_file
 
@@ -46,14 +45,6 @@ class Kept(NamedTuple):
     cell: CellName
     era: int
     event: Event
-
-
-class Last(NamedTuple):
-    """The newest event that is kept of a cell."""
-
-    era: int
-    number: int
-    time: float
 
 
 class History:
@@ -95,38 +86,6 @@ class History:
 
     def __exit__(self, *_: object) -> None:
         self._lock.close()
-
-    def last(self) -> dict[CellName, Last]:
-        """Return the newest event of each cell.
-
-        Raises:
-            HistoryError: A file cannot be read.
-        """
-        found: dict[CellName, Last] = {}
-        columns = ["site", "machine", "cell", "era", "number", "time"]
-        for span in self._spans:
-            table = self._read(span, columns)
-            table = table.set_column(5, "time", table["time"].cast(pa.int64()))
-            for site, machine, cell, era, number, time in zip(*table.to_pydict().values()):
-                name, newest = CellName(site, machine, cell), Last(era, number, time / 1e6)
-                found[name] = max(found.get(name, newest), newest)
-        return found
-
-    def of_kinds(self, kinds: Sequence[str]) -> Iterator[Kept]:
-        """Yield the events of some kinds, those of each cell in the order of their numbers.
-
-        Raises:
-            HistoryError: A file cannot be read.
-        """
-        wanted = pa.array(list(kinds))
-        for span in self._spans:
-            table = self._read(span)
-            table = table.filter(pc.is_in(table["kind"], value_set=wanted))
-            table = table.set_column(5, "time", table["time"].cast(pa.int64()))
-            for site, machine, cell, era, *rest in zip(*table.to_pydict().values()):
-                number, time, kind, stop, text, body = rest
-                event = Event(number, time / 1e6, kind, stop, text, json.loads(body))
-                yield Kept(CellName(site, machine, cell), era, event)
 
     def write(self, kept: Sequence[Kept]) -> None:
         """Keep events: all of them, or none if this raises.
@@ -171,9 +130,9 @@ class History:
         except OSError as error:
             raise HistoryError(f"{self.folder}: {error.strerror}") from error
 
-    def _read(self, span: EventSpan, columns: list[str] | None = None) -> pa.Table:
+    def _read(self, span: EventSpan) -> pa.Table:
         try:
-            return pq.ParquetFile(self._path(span)).read(columns=columns)
+            return pq.ParquetFile(self._path(span)).read()
         except (OSError, pa.ArrowInvalid) as error:
             raise HistoryError(
                 f"{self._path(span)}: cannot be read: {error}; move it away to go on without it"

@@ -120,6 +120,18 @@ def week(text: str, now: datetime) -> tuple[float, float]:
     return begin, min(end, now.timestamp())
 
 
+NEWEST = (
+    "SELECT site, machine, cell, max(era) AS era, max_by(number, (era, number)) AS number, "
+    "max_by(epoch(time), (era, number)) AS time FROM events GROUP BY site, machine, cell"
+)
+"""The newest event of each cell."""
+OF_KINDS = (
+    "SELECT site, machine, cell, era, number, epoch(time), kind, stop, text, body FROM events "
+    "WHERE list_contains(?, kind) ORDER BY era, number"
+)
+"""The events of some kinds, those of each cell in the order of their numbers."""
+
+
 def query(wanted: Wanted) -> tuple[str, list[object]]:
     """Return the SQL of a question, and its values; the answer is in the order of time."""
     where, values = _conditions(wanted)

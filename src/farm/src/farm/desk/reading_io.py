@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple, TypeAlias, TypeVar
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import duckdb
 import msgspec
 
 from farm.desk.figures import VIEWS
 from farm.desk.files import counting
-from farm.desk.history_io import SCHEMA
-from farm.desk.questions import COLUMNS
+from farm.desk.history_io import SCHEMA, HistoryError, Kept
+from farm.desk.questions import COLUMNS, NEWEST, OF_KINDS
+from farm.keys import CellName
+from farm.wire import Event
 
 TRIES = 3
 """Our choice: the writer may join small files between two looks; a third time it will not."""
@@ -24,7 +27,7 @@ Values: TypeAlias = Sequence[object] | Mapping[str, object]
 """For the question marks of a statement, or by the names behind its ``$``."""
 
 
-class AskingError(RuntimeError):
+class AskingError(HistoryError):
     """The question cannot be answered; the text says why."""
 
 
@@ -32,7 +35,7 @@ class Found(NamedTuple):
     """The names of the columns, and the rows."""
 
     names: list[str]
-    rows: list[tuple[object, ...]]
+    rows: list[tuple[Any, ...]]
 
 
 def ask(folder: Path, sql: str, values: Values = ()) -> Found:
@@ -65,6 +68,19 @@ def ask_for(folder: Path, kind: type[T], sql: str, values: Values) -> list[T]:
     """Return the rows of an answer as structs, whose fields are its columns; see :func:`ask`."""
     found = ask(folder, sql, values)
     return [msgspec.convert(dict(zip(found.names, row)), kind) for row in found.rows]
+
+
+def newest_of(folder: Path) -> dict[CellName, tuple[int, int, float]]:
+    """Return era, number and time [s since 1970] of each cell's newest event; see :func:`ask`."""
+    rows = ask(folder, NEWEST).rows
+    return {CellName(*name): (era, number, time) for *name, era, number, time in rows}
+
+
+def of_kinds(folder: Path, kinds: Sequence[str]) -> Iterator[Kept]:
+    """Yield the events of some kinds, those of each cell in their order; see :func:`ask`."""
+    for *name, era, number, time, kind, stop, text, body in ask(folder, OF_KINDS, [kinds]).rows:
+        event = Event(number, time, kind, stop, text, json.loads(body))
+        yield Kept(CellName(*name), era, event)
 
 
 def _asked(folder: Path, files: list[str], sql: str, values: Values) -> Found:
