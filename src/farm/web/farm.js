@@ -18,7 +18,8 @@ function show(wall) {
   showWorst(wall.worst, wall.cards);
   offerCells(wall.cards.map((card) => card.name));
   const asking = wall.worst.length - wall.lost;
-  put(byId("summary"), `${wall.cards.length} cells, ${wall.lost} lost, ${asking} need a look`);
+  const bad = wall.unreadable ? `, ${wall.unreadable} messages could not be read` : "";
+  put(byId("summary"), `${wall.cards.length} cells, ${wall.lost} lost, ${asking} need a look${bad}`);
   put(byId("clock"), clock(wall.now));
   showEvents(wall.events, wall.now);
   showAlarms(wall.alarms, wall.waiting, wall.now, tell);

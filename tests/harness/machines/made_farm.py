@@ -28,7 +28,7 @@ class MadeFarm:
         self._shown = [Shown(1) for _ in numbers]
         self._roster, self._alarms = Roster(SILENT_S), AlarmBook()
         self._events: list[tuple[str, Event]] = []
-        self._begin = begin
+        self._begin, self.unreadable = begin, 0
         for cell in self._cells:
             self._roster.alive(self._name(cell), begin)
 
@@ -69,7 +69,8 @@ class MadeFarm:
             self._shown[k], state = show(self._shown[k], self._worded(pair, k), remote=False)
             self._roster.shown(name, state, now)
         rows, alarms = self._roster.rows(now), self._alarms.rows(now)
-        return wall_of(now, rows, alarms, list(reversed(self._events[-50:])))
+        recent = list(reversed(self._events[-50:]))
+        return wall_of(now, rows, alarms, recent, unreadable=self.unreadable)
 
     def _worded(self, pair: Pair, k: int) -> Pair:
         """Make every third reason longer than its place."""

@@ -149,7 +149,9 @@ def test_a_new_cell_comes_last_and_one_that_goes_leaves_its_place(
     wall.go_on()
     before = wall.places()
     wall.made = MadeFarm(range(1, CELLS + 1), BEGIN)
+    wall.made.unreadable = 3
     wall.go_on()
+    expect(wall.page.locator("#summary")).to_contain_text("3 messages could not be read")
     names = wall.page.locator(".cell-name").all_text_contents()
     assert names == [f"made_up_{k:03d}" for k in range(CELLS + 1)]
     assert wall.statuses()["practice/made_up_000"] == "Gone"

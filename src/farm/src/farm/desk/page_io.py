@@ -33,7 +33,7 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response, StreamingResponse
 
 from farm.desk.alarm_desk_io import MarksAsked
-from farm.desk.commands_io import Answered, cells_there, order
+from farm.desk.commands_io import cells_there, order
 from farm.desk.desk_io import Desk
 from farm.desk.figures import FigureDrift, KeyFigures, StopCause
 from farm.desk.figures_io import (
@@ -106,7 +106,8 @@ class Page:
         if now - self._made > KEPT_S:
             desk = self._desk
             recent = [(str(cell), event) for cell, event in reversed(tuple(desk.recent))]
-            made = wall_of(time.time(), desk.rows(), desk.alarm_rows(), recent, desk.trouble)
+            told = (recent, desk.trouble, desk.unreadable)
+            made = wall_of(time.time(), desk.rows(), desk.alarm_rows(), *told)
             self._wall, self._made = msgspec.json.encode(made), now
             self._packed = gzip.compress(self._wall, PACKED)
         return self._wall
@@ -131,9 +132,14 @@ class Page:
                     drifts = figures_over(folder, now - 30.0 * day, now, day)
                 except AskingError as error:
                     return PlainTextResponse(str(error), 503)
-                shown = PageFigures(kpi, stops, [_short(drift) for drift in drifts])
-                self._figures = msgspec.json.encode(shown)
-                self._counted = now
+                # As many digits as a picture shows.
+                drifts = [
+                    msgspec.structs.replace(d, values=tuple(float(f"{v:.4g}") for v in d.values))
+                    for d in drifts
+                ]
+                self._figures = msgspec.json.encode(PageFigures(kpi, stops, drifts))
+                # Nothing costs nothing to count: cells that come are shown by the next page.
+                self._counted = now if kpi else 0.0
             return Response(self._figures, media_type="application/json")
 
     def _compare(self, a: str, b: str = "", begin: str = "7d") -> Response:
@@ -177,7 +183,8 @@ class Page:
         person, desk = self._who
         answers = order(self._desk.session, chosen, asked.command, person, desk, self._expiry_s)
         for answered in answers:
-            yield _answer_line(answered)
+            good = answered.answer is not None and answered.answer.accepted
+            yield _line(str(answered.cell), good, answered.text, answered.seconds)
 
     def _build(self) -> None:
         """Build one page."""
@@ -258,12 +265,6 @@ def serve(host: str, port: int, token: str, title: str, told: str) -> None:
     serve_pages(host, port, title, tell, dark=None, reconnect_timeout=5.0)
 
 
-def _short(drift: FigureDrift) -> FigureDrift:
-    """Return a row of figures with as many digits as a picture shows."""
-    values = tuple(float(f"{value:.4g}") for value in drift.values)
-    return msgspec.structs.replace(drift, values=values)
-
-
 def _card(title: str, about: str = "", changes: str = "") -> ui.element:
     """Begin a card.
 
@@ -280,12 +281,6 @@ def _card(title: str, about: str = "", changes: str = "") -> ui.element:
         if changes:
             plain("", "muted").props(f"id={changes}")
     return card
-
-
-def _answer_line(answered: Answered) -> bytes:
-    answer = answered.answer
-    good = answer is not None and answer.accepted
-    return _line(str(answered.cell), good, answered.text, answered.seconds)
 
 
 def _line(cell: str, good: bool, text: str, seconds: float) -> bytes:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
 
 import msgspec
 from scara_ros.page.page_words import mode_change, people
@@ -112,6 +111,7 @@ class Wall(msgspec.Struct, frozen=True):
         waiting: How many alarms wait for somebody.
         events: The newest first.
         configurations: Who has which.
+        unreadable: How many messages could not be read: does a cell run another version?
     """
 
     now: float
@@ -123,6 +123,7 @@ class Wall(msgspec.Struct, frozen=True):
     waiting: int
     events: list[ShownEvent]
     configurations: list[Alike]
+    unreadable: int
 
 
 def wall_of(
@@ -131,6 +132,7 @@ def wall_of(
     alarms: Sequence[AlarmRow],
     events: Iterable[tuple[str, Event]],
     trouble: str = "",
+    unreadable: int = 0,
 ) -> Wall:
     """Return what a page shows.
 
@@ -140,6 +142,7 @@ def wall_of(
         alarms: All alarms, the most urgent first.
         events: (MACHINE/CELL, event), the newest first.
         trouble: Why events are not kept.
+        unreadable: How many messages could not be read.
     """
     short = short_names({row.name for row in rows} | {alarm.cell for alarm in alarms})
     cards = [_card(row, short) for row in rows]
@@ -153,6 +156,7 @@ def wall_of(
         waiting=sum(alarm.status in WAITING for alarm in alarms),
         events=[_shown(short.get(cell, cell), event) for cell, event in events],
         configurations=alike(rows),
+        unreadable=unreadable,
     )
 
 
@@ -222,12 +226,10 @@ def _facts(state: CellState) -> list[str]:
 
 
 def _shown(cell: str, event: Event) -> ShownEvent:
-    text = _decision(event.body) if event.kind == "decision" and event.body else event.text
+    text, body = event.text, event.body
+    if event.kind == "decision" and body:
+        # As the operator's page tells it, and who has asked for it.
+        change = mode_change(str(body.get("mode_before", "")), str(body.get("mode_after", "")))
+        who = f", asked for by {body['who']}" if body.get("who") else ""
+        text = f"{change}: {people(str(body.get('why', '')))}{who}"
     return ShownEvent(cell, event.number, event.time, event.kind, event.stop, text)
-
-
-def _decision(body: Mapping[str, Any]) -> str:
-    """Return a decision as the operator's page tells it, and who has asked for it."""
-    change = mode_change(str(body.get("mode_before", "")), str(body.get("mode_after", "")))
-    who = f", asked for by {body['who']}" if body.get("who") else ""
-    return f"{change}: {people(str(body.get('why', '')))}{who}"
