@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import msgspec
-from scara_control.joint_motion import JointMotion
 from scara_control.kinematics.screws import Point
 from scara_ros.diagnosis import Level
 from scara_ros.message_struct import struct_of
@@ -69,9 +68,12 @@ def state_view(
     pair = pair or paired(sides)
     # The newest sample of each side that has one, where nobody knows both at one instant.
     shown = pair or [side.last if side.history else None for side in (sides.real, sides.twin)]
-    real, twin = (_rounded(setup, motion) for motion in shown)
-    real_tool, twin_tool = tools(setup, pair) if pair else (NOWHERE, NOWHERE)
     decimals, late = setup.config.change.decimals, state.safety.delay.late
+    real, twin = (
+        tuple(round(q, decimals) for q in setup.to_border(motion.q)) if motion else ()
+        for motion in shown
+    )
+    real_tool, twin_tool = tools(setup, pair) if pair else (NOWHERE, NOWHERE)
     control = lead.control
     left = control.asked + setup.config.control.answer_ms * 1e-3 - now
     return StateView(
@@ -252,11 +254,6 @@ def _link_status(link: LinkView, counters: dict[str, int]) -> Status:
             **{key: str(value) for key, value in counters.items()},
         },
     )
-
-
-def _rounded(setup: Setup, motion: JointMotion | None) -> tuple[float, ...]:
-    decimals = setup.config.change.decimals
-    return tuple(round(q, decimals) for q in setup.to_border(motion.q)) if motion else ()
 
 
 def _link_view(name: str, side: Side, now: float) -> LinkView:

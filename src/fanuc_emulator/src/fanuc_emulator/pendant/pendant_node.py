@@ -77,7 +77,11 @@ def run(
             raise PendantError(f"no program {name!r}: there are {', '.join(sorted(numbers))}")
         _check_startable(link)
         link.pulse(f"panel_run{numbers[name]}")
-        _expect(link, lambda: _running(link, name), f"{name} did not start")
+
+        def runs() -> bool:
+            return _state(link) is RUNNING and link.read("program_name") == name
+
+        _expect(link, runs, f"{name} did not start")
         typer.echo(f"{name} started at override {link.read('override_now')[0]} %")
         if wait:
             _follow(link, name)
@@ -204,11 +208,6 @@ def _state(link: PendantLink) -> ProgramState:
 def _fault(link: PendantLink) -> bool:
     """Tell whether an alarm is active that stops."""
     return int(link.read("alarm_severity")[0]) > Severity.WARN
-
-
-def _running(link: PendantLink, name: str) -> bool:
-    """Tell whether ``name`` runs."""
-    return _state(link) is RUNNING and link.read("program_name") == name
 
 
 def _expect(link: PendantLink, condition: Callable[[], bool], failure: str) -> None:

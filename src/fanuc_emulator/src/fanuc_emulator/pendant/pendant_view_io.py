@@ -90,7 +90,11 @@ class PendantPage:
             reading = self._station.reading
             program.set_text(reading.trouble or reading.program)
             override.set_text("" if reading.trouble else f"OVERRIDE {reading.override} %")
-            table.set_content(_rows(reading.rows))
+            rows = (
+                f"<tr><td>{name}</td><td><b>{q:.2f}</b> {unit}</td><td>{v:.1f} {unit}/s</td></tr>"
+                for name, q, v, unit in reading.rows
+            )
+            table.set_content(f"<table>{''.join(rows)}</table>")
             alarm.set_text(reading.alarm)
             for name, lamp in lamps.items():
                 lamp.classes(replace=f"lamp {name}" + (" lit" if reading.lamps.get(name) else ""))
@@ -169,14 +173,6 @@ def _reset(link: PendantLink) -> None:
     """Release hold, clear alarms, switch the drives on; switches that are off stay off."""
     link.set_signal("panel_hold", True)
     link.pulse("panel_reset")
-
-
-def _rows(rows: tuple[tuple[str, float, float, str], ...]) -> str:
-    cells = (
-        f"<tr><td>{name}</td><td><b>{q:.2f}</b> {unit}</td><td>{v:.1f} {unit}/s</td></tr>"
-        for name, q, v, unit in rows
-    )
-    return f"<table>{''.join(cells)}</table>"
 
 
 def serve_page(listener: socket.socket, page: PendantPage, door: PageDoor, title: str) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from nicegui import ui
 from scara_ros.page.page_library_io import plain
 
@@ -32,7 +34,10 @@ def build_programs(view: PageView) -> None:
             with ui.element("div").classes("row-line"):
                 plain(program.name, "row-name")
                 ui.label(program.comment).classes("row-text")
-                _preview(view, program.name)
+                name = program.name
+                preview = partial(play, view, f"Program {name}", "PROGRAM", program=name)
+                button = push_button("Preview", preview, props=f'aria-label="Preview {name}"')
+                needs_judge(view, button)
                 _press(view, "Run", "RUN", f"run-{program.name.lower()}", "run", program.name)
             _lines(program)
     with ui.element("div").classes("row-line"):
@@ -67,15 +72,6 @@ def _lines(program: Program) -> None:
             for line in listing(program.lines):
                 with ui.element("li").props(f"data-line={line.number} value={line.number}"):
                     ui.label(line.text).style(f"padding-left: {line.depth}rem")
-
-
-def _preview(view: PageView, name: str) -> None:
-    """Build a button that shows what a program would do."""
-
-    async def ask() -> None:
-        await play(view, f"Program {name}", "PROGRAM", program=name)
-
-    needs_judge(view, push_button("Preview", ask, props=f'aria-label="Preview {name}"'))
 
 
 def _press(view: PageView, text: str, command: str, mark: str, *keys: str) -> None:
