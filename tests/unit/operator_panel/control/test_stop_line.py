@@ -90,23 +90,27 @@ def ready(line: StopLine) -> None:
     wait_until(lambda: not line.trouble(), DEADLINE, "a tested line", period=0.005)
 
 
+@pytest.fixture
+def controller(line: StopLine, begin: Callable[[], CommandService]) -> CommandService:
+    """Give a twin controller to which a tested line is open."""
+    made = begin()
+    ready(line)
+    return made
+
+
 def test_connection_is_open_before_anybody_presses(
-    line: StopLine, begin: Callable[[], CommandService]
+    line: StopLine, controller: CommandService
 ) -> None:
     """The press only sends: it asks nobody where the controller is."""
-    controller = begin()
-    ready(line)
     assert controller.connections >= 1 and controller.heard == []
     assert line.send("STOP").result(SOON_S) == Answer(True, "STOP was heard", {"confirmed": True})
 
 
 @pytest.mark.parametrize("how", ["dead", "hanging"])
 def test_first_stop_needs_no_master(
-    line: StopLine, begin: Callable[[], CommandService], master: Master, how: str
+    line: StopLine, controller: CommandService, master: Master, how: str
 ) -> None:
     """Neither a roscore that is gone nor one that stands still holds a STOP up."""
-    controller = begin()
-    ready(line)
     master.alive = False
     if how == "hanging":
         master.hangs.set()
@@ -116,12 +120,8 @@ def test_first_stop_needs_no_master(
     assert controller.heard == ["STOP", "ESTOP"]
 
 
-def test_full_thread_pool_holds_no_stop_up(
-    line: StopLine, begin: Callable[[], CommandService]
-) -> None:
+def test_full_thread_pool_holds_no_stop_up(line: StopLine, controller: CommandService) -> None:
     """Previews that hang take the pool's threads; a STOP has its own."""
-    begin()
-    ready(line)
     free = threading.Event()
     waiting = [run.thread_pool.submit(free.wait) for _ in range(64)]
     try:
@@ -131,12 +131,8 @@ def test_full_thread_pool_holds_no_stop_up(
     assert all(one.result(DEADLINE) for one in waiting)
 
 
-def test_stop_waits_for_no_earlier_press(
-    line: StopLine, begin: Callable[[], CommandService]
-) -> None:
+def test_stop_waits_for_no_earlier_press(line: StopLine, controller: CommandService) -> None:
     """An unanswered STOP does not stand before the next one, nor before an E-STOP."""
-    controller = begin()
-    ready(line)
     controller.answers.clear()
     presses = [line.send(command) for command in ("STOP", "STOP", "ESTOP")]
     wait_until(lambda: sorted(controller.heard) == ["ESTOP", "STOP", "STOP"], DEADLINE)
@@ -145,12 +141,8 @@ def test_stop_waits_for_no_earlier_press(
     assert all(confirmed(press, DEADLINE) for press in presses)
 
 
-def test_late_answer_is_told_with_its_time(
-    line: StopLine, begin: Callable[[], CommandService]
-) -> None:
+def test_late_answer_is_told_with_its_time(line: StopLine, controller: CommandService) -> None:
     """Whoever pressed sees that it was obeyed after all."""
-    controller = begin()
-    ready(line)
     controller.answers.clear()
     press = line.send("STOP")
     with pytest.raises(TimeoutError):
@@ -160,11 +152,9 @@ def test_late_answer_is_told_with_its_time(
 
 
 def test_page_that_no_longer_waits_does_not_take_its_stop_back(
-    line: StopLine, begin: Callable[[], CommandService]
+    line: StopLine, controller: CommandService
 ) -> None:
     """A closed tab is no reason to move on."""
-    controller = begin()
-    ready(line)
     controller.answers.clear()
     press = line.send("STOP")
     assert not press.cancel()
@@ -173,11 +163,9 @@ def test_page_that_no_longer_waits_does_not_take_its_stop_back(
 
 
 def test_unanswered_presses_are_bounded_for_each_command(
-    line: StopLine, begin: Callable[[], CommandService]
+    line: StopLine, controller: CommandService
 ) -> None:
     """A page that presses without end takes no thread from the E-STOP of another."""
-    controller = begin()
-    ready(line)
     controller.answers.clear()
     presses = [line.send("STOP") for _ in range(MOST_WAITING)]
     refused = line.send("STOP").result(0.0)
@@ -217,11 +205,9 @@ def test_trouble_is_known_before_a_press(
 
 
 def test_stop_to_a_controller_that_stands_still_waits_in_its_line(
-    line: StopLine, begin: Callable[[], CommandService]
+    line: StopLine, controller: CommandService
 ) -> None:
     """It is sent over the connection that was open before, so it acts as soon as that goes on."""
-    controller = begin()
-    ready(line)
     controller.greets.clear()
     controller.answers.clear()
     wait_until(line.trouble, DEADLINE)
@@ -233,11 +219,9 @@ def test_stop_to_a_controller_that_stands_still_waits_in_its_line(
 
 
 def test_living_connection_asks_no_master(
-    line: StopLine, begin: Callable[[], CommandService], master: Master
+    line: StopLine, controller: CommandService, begin: Callable[[], CommandService], master: Master
 ) -> None:
     """Who takes the service's name meanwhile gets no STOP."""
-    controller = begin()
-    ready(line)
     impostor = begin()
     tested = controller.connections
     wait_until(lambda: controller.connections >= tested + 2, DEADLINE)
@@ -246,11 +230,9 @@ def test_living_connection_asks_no_master(
 
 
 def test_keeper_that_hangs_is_told(
-    line: StopLine, begin: Callable[[], CommandService], monkeypatch: pytest.MonkeyPatch
+    line: StopLine, controller: CommandService, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A test that is old proves nothing."""
-    begin()
-    ready(line)
     now = time.monotonic()
     monkeypatch.setattr("operator_panel.control.stop_line_io.time.monotonic", lambda: now + 60.0)
     assert "was not tested" in line.trouble()
