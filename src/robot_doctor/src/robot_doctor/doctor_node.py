@@ -172,11 +172,7 @@ def _links(
     address = (host or config.real.host, port or config.real.port)
     if next(problems(layout), None) is None:
         yield from _robot(profile, layout, config, address, move)
-    yield from _twin(config, twin_url or config.twin.url)
-
-
-def _twin(config: TwinControllerConfig, url: str) -> Iterator[Finding]:
-    """Yield what the twin answers, if there is what its gateway asks for."""
+    url = twin_url or config.twin.url
     try:
         access = read_access(config.twin, url, os.environ)
     except ConfigError as error:

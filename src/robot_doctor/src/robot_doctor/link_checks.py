@@ -159,7 +159,8 @@ def _check_clock(
         yield wrong(Group.LINKS, f"the robot's clock {shown}", advice)
         return
     try:
-        samples = [_decode(robot, layout, answer) for answer in answers]
+        codec = RegisterCodec(layout, robot)
+        samples = [codec.decode_sample(answer.words, answer.signals) for answer in answers]
     except (SampleError, ConfigError) as error:
         yield wrong(
             Group.LINKS,
@@ -212,10 +213,6 @@ def _period(
             "the twin is led by older positions: let the robot renew them each 8 ms or faster",
         )
     return fine(Group.LINKS, text)
-
-
-def _decode(robot: Robot, layout: ModbusMap, answer: Answer) -> RobotSample:
-    return RegisterCodec(layout, robot).decode_sample(answer.words, answer.signals)
 
 
 def _clock_rate(robot: Robot, layout: ModbusMap, answers: Sequence[Answer]) -> float | None:

@@ -94,7 +94,13 @@ def judge(
     with _world(config_dir, resting) as world:
         begun, asked = _asked(world, motion, speed, elbow, config_dir)
         verdict = judged(begun, asked)
-        made = _made(begun, asked, verdict, config_dir) if physics else None
+        made: Simulated | None = None
+        # What geometry refuses is not tried.
+        if physics and verdict.outcome is not Outcome.REFUSED:
+            from what_if.second_world_io import SecondWorld
+
+            with SecondWorld(begun, config_dir) as second:
+                made = second.run(begun, asked)
         found = _chances(begun, asked, drawing, config_dir) if worlds else None
         drawn = _drawn(begun, asked, verdict, picture, config_dir) if picture else []
     if as_json:
@@ -106,23 +112,6 @@ def judge(
         typer.echo("\n".join([*lines_of(verdict), *drawn, *beside]))
     worst = max(CODES[verdict.outcome], CODES[made.outcome] if made else 0)
     raise typer.Exit(worst)
-
-
-def _made(
-    world: World, motion: Motion, verdict: Verdict, config_dir: Path | None
-) -> Simulated | None:
-    """Return what comes of a motion in the simulated world; None if geometry refuses it.
-
-    Raises:
-        ConfigError: A file is wrong.
-        WhatIfError: It cannot be made there.
-    """
-    if verdict.outcome is Outcome.REFUSED:
-        return None
-    from what_if.second_world_io import SecondWorld
-
-    with SecondWorld(world, config_dir) as second:
-        return second.run(world, motion)
 
 
 def _drawn(

@@ -115,6 +115,12 @@ class _Trial:
         hit = self._bodies(swept.hit)[1]
         zone = hit.name if hit.kind is Kind.ZONE else ""
         does = "would enter keep-out zone" if zone else "would hit"
+        # Where the two are nearest to each other [mm].
+        poses, pair = self._scene.body_poses(way.at(np.array([swept.hit.u])))[0], swept.hit.pair
+        ends = self._scene.distances.points(
+            poses, self._scene.pairs[pair].first, self._scene.pairs[pair].second
+        )
+        x, y, z = (0.5 * (ends[0] + ends[1]) / MM).tolist()
         if zone:
             self._figures.add_zone(zone)
         self._reasons.append(
@@ -122,7 +128,7 @@ class _Trial:
                 Cause.ZONE if zone else Cause.COLLISION,
                 leg.time_at(swept.hit.u),
                 leg.step,
-                self._place(way, swept.hit),
+                (round(x, 1), round(y, 1), round(z, 1)),
                 f"{one} {does} {other}",
             )
         )
@@ -137,14 +143,6 @@ class _Trial:
     def _words(self, found: Nearest) -> tuple[str, str]:
         one, other = (_named(body) for body in self._bodies(found))
         return one, other
-
-    def _place(self, way: Way, found: Nearest) -> tuple[float, float, float]:
-        """Return where two bodies are nearest to each other [mm]."""
-        poses = self._scene.body_poses(way.at(np.array([found.u])))[0]
-        pair = self._scene.pairs[found.pair]
-        one, other = self._scene.distances.points(poses, pair.first, pair.second)
-        x, y, z = (0.5 * (one + other) / MM).tolist()
-        return round(x, 1), round(y, 1), round(z, 1)
 
     def _look_at_zones(self, leg: Leg, way: Way) -> None:
         """Note the zones that watched points come too near to, as the twin controller judges."""

@@ -82,7 +82,11 @@ def samples_of(world: World, motion: Motion, count: int) -> Samples | None:
         for a, b, at in zip(q.tolist(), qdot.tolist(), times.tolist())
     )
     way = Setpoints(names, points)
-    return Samples(way, np.concatenate(clearance), _tool_speed(world, q, qdot))
+    # The tool's speed: a central difference along the joints' velocities.
+    tree, tool = world.cell.tree, world.cell.tree.index[world.cell.robot.tool_frame]
+    ahead, behind = (tree.poses(q + step * qdot)[:, tool, :3, 3] for step in (STEP, -STEP))
+    speed: FloatArray = np.linalg.norm(ahead - behind, axis=1) / (2.0 * STEP)
+    return Samples(way, np.concatenate(clearance), speed)
 
 
 def _along(leg: Leg, here: tuple[float, ...], times: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -114,12 +118,3 @@ def _clearance(scene: Scene, q: FloatArray) -> FloatArray:
                 break
             found[row] = min(found[row], max(scene.distance(row, poses[row], pair), 0.0))
     return found
-
-
-def _tool_speed(world: World, q: FloatArray, qdot: FloatArray) -> FloatArray:
-    """Return the tool's speed by a central difference along the joints' velocities [m/s]."""
-    tree = world.cell.tree
-    tool = tree.index[world.cell.robot.tool_frame]
-    ahead, behind = (tree.poses(q + step * qdot)[:, tool, :3, 3] for step in (STEP, -STEP))
-    speed: FloatArray = np.linalg.norm(ahead - behind, axis=1) / (2.0 * STEP)
-    return speed

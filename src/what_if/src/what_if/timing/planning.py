@@ -171,7 +171,11 @@ def _program(world: World, motion: ProgramRun) -> Planned:
             leg = move_leg(_twins(course, columns), now, words, after)
             here = list(step.target)
         elif isinstance(step, GripperStep):
-            leg = Leg(now, _switching(world, step.on), words, grip=step.on)
+            takes_ms = 0.0  # without parts there is nothing to grip
+            if world.cell.work is not None:
+                gripper = world.cell.work.gripper
+                takes_ms = gripper.vacuum_ms if step.on else gripper.release_ms
+            leg = Leg(now, takes_ms * 1e-3, words, grip=step.on)
         else:
             leg = Leg(now, step.seconds, words)
         legs.append(leg)
@@ -189,13 +193,6 @@ def _twins(course: Course, columns: Sequence[int]) -> Course:
         course.qddot[:, chosen],
         course.u,
     )
-
-
-def _switching(world: World, on: bool) -> float:
-    if world.cell.work is None:
-        return 0.0
-    gripper = world.cell.work.gripper
-    return (gripper.vacuum_ms if on else gripper.release_ms) * 1e-3
 
 
 def _trajectory(world: World, motion: Setpoints) -> Planned:
