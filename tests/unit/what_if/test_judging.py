@@ -97,26 +97,16 @@ def test_what_stands_in_the_way_is_told(
     assert said in verdict.sentence
     first = verdict.reasons[0]
     assert 0.0 < first.time_s < verdict.duration_s and first.place_mm is not None
-
-
-def test_a_part_in_hand_hits_what_the_bare_nozzle_passes(world: World) -> None:
-    """Over the pallet's board at a height between the nozzle and the underside of the part."""
-    lines = list(find_program(world.cell, "PALLETISE", CONFIG).steps)
-    grip = next(k for k, s in enumerate(lines) if isinstance(s, GripperStep))
-    release = next(k for k in range(grip + 1, len(lines)) if isinstance(lines[k], GripperStep))
-    moves = [s for s in lines[grip:release] if isinstance(s, MoveStep)]
-    low = replace_joint(moves[-1], 2, moves[-1].target[2] - 0.01)
-    holding = [s for s in lines[:release] if s is not moves[-1]]
-    bare = [s for s in holding if not isinstance(s, GripperStep)]
-    assert judge(world, steps(*bare[-1:], low)).outcome is Outcome.OK
-    verdict = judge(world, steps(*holding, low))
-    assert verdict.reasons[0].text == "part_1 in hand would hit pallet"
+    assert 100.0 < np.hypot(*first.place_mm[:2]) < 750.0, "between the arm and what it hits [mm]"
 
 
 def test_a_way_that_was_free_with_an_empty_hand_is_looked_at_again_with_a_part(
     world: World,
 ) -> None:
-    """The same way twice in one program, once before the grip and once after it."""
+    """Over the pallet's board at a height between the nozzle and the underside of the part.
+
+    The same way twice in one program, once before the grip and once after it.
+    """
     lines = list(find_program(world.cell, "PALLETISE", CONFIG).steps)
     grip = next(k for k, s in enumerate(lines) if isinstance(s, GripperStep))
     release = next(k for k in range(grip + 1, len(lines)) if isinstance(lines[k], GripperStep))
