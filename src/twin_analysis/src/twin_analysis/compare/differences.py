@@ -38,7 +38,7 @@ SMALLEST = 1e-4  # [rad] or [m], our choice: accepted at least
 
 
 @dataclass(frozen=True)
-class JointError:
+class JointDeviation:
     """Root mean square and largest deviation of one joint in its border unit."""
 
     name: str
@@ -48,7 +48,7 @@ class JointError:
 
 
 @dataclass(frozen=True)
-class PairErrors:
+class PairDeviation:
     """Real against twin in one recording.
 
     Args:
@@ -68,7 +68,7 @@ class PairErrors:
 
     track: Track
     comparison: Comparison | None
-    joints: tuple[JointError, ...]
+    joints: tuple[JointDeviation, ...]
     lag_s: float | None
     fidelity: Fidelity
     mean_distance_mm: float | None
@@ -131,7 +131,7 @@ class Comparer:
             percent,
         )
 
-    def pair(self, track: Track) -> PairErrors:
+    def pair(self, track: Track) -> PairDeviation:
         """Hold real against twin.
 
         Raises:
@@ -152,11 +152,11 @@ class Comparer:
         leader, follower = aligned.real.velocities, aligned.twin.velocities
         if track.leader != "real":
             leader, follower = follower, leader
-        return PairErrors(
+        return PairDeviation(
             track=track,
             comparison=self._tool_errors(track, speeds),
             joints=tuple(
-                JointError(name, unit, float(rms), float(largest))
+                JointDeviation(name, unit, float(rms), float(largest))
                 for name, unit, rms, largest in zip(
                     self._mechanism.names,
                     self._mechanism.units,

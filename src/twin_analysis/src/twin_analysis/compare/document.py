@@ -10,7 +10,7 @@ from twin_experiments.metrics.tracks import Mechanism
 from twin_experiments.report.charts import least_distance
 from twin_experiments.report.document import rounded_tree
 
-from twin_analysis.compare.differences import PairErrors, RunDifference
+from twin_analysis.compare.differences import PairDeviation, RunDifference
 from twin_analysis.compare.fidelity import Fidelity
 
 PAIR_HEADINGS = (
@@ -44,7 +44,7 @@ class ExperimentComparison:
     """All recordings of one experiment; ``reasons`` say what could not be compared."""
 
     name: str
-    pairs: tuple[PairErrors, ...]
+    pairs: tuple[PairDeviation, ...]
     runs: tuple[RunDifference, ...]
     reasons: tuple[str, ...]
 
@@ -78,7 +78,7 @@ def comparison_document(
     return rounded
 
 
-def _pair(pair: PairErrors) -> dict[str, Any]:
+def _pair(pair: PairDeviation) -> dict[str, Any]:
     """Return real against twin of one recording."""
     entry: dict[str, Any] = {"recording": pair.track.label, "leader": pair.track.leader}
     if pair.comparison is not None:
@@ -133,7 +133,7 @@ def pair_rows(experiment: ExperimentComparison) -> list[tuple[str, ...]]:
     return [_pair_row(pair) for pair in experiment.pairs]
 
 
-def _pair_row(pair: PairErrors) -> tuple[str, ...]:
+def _pair_row(pair: PairDeviation) -> tuple[str, ...]:
     tool, fidelity = pair.comparison, pair.fidelity
     worst = max(pair.joints, key=lambda joint: joint.max / (1.0 if joint.unit == "mm" else 0.1))
     # How far matched snapshots are apart.

@@ -10,13 +10,13 @@ from matplotlib.lines import Line2D
 from twin_experiments.metrics.tracks import Mechanism
 
 from twin_analysis.compare.charts import DASHES, color_of
-from twin_analysis.compare.differences import PairErrors
+from twin_analysis.compare.differences import PairDeviation
 
 WIDTHS = {"real": 1.8, "twin": 1.2}
 MOST_POINTS = 6000
 
 
-def draw_paths(pairs: Sequence[PairErrors], mechanism: Mechanism) -> Figure:
+def draw_paths(pairs: Sequence[PairDeviation], mechanism: Mechanism) -> Figure:
     """Draw the paths of both sides of each recording, from above and from the side."""
     figure = Figure(figsize=(10.5, 5.2))
     axes = figure.subplots(1, 2)

@@ -18,7 +18,7 @@ from twin_experiments.report.page.render_io import anchor, figure, render, table
 
 from twin_analysis.compare.charts import compared_charts
 from twin_analysis.compare.config import ComparisonFile, load_comparison
-from twin_analysis.compare.differences import Comparer, PairErrors, RunDifference
+from twin_analysis.compare.differences import Comparer, PairDeviation, RunDifference
 from twin_analysis.compare.document import (
     PAIR_HEADINGS,
     RUN_HEADINGS,
@@ -134,7 +134,7 @@ def compare_tracks(name: str, tracks: list[Track], comparer: Comparer) -> Experi
 
     The others are held against the first one.
     """
-    pairs: list[PairErrors] = []
+    pairs: list[PairDeviation] = []
     runs: list[RunDifference] = []
     reasons: list[str] = []
     for number, track in enumerate(tracks):
