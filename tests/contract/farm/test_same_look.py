@@ -9,7 +9,7 @@ import pytest
 from farm.desk.roster import STATUSES, Roster
 from farm.desk.wall import wall_of
 from farm.keys import CellName
-from farm.link.shown import Pair, Shown, show
+from farm.link.shown import told_by
 from harness.workspace import ROOT
 from scara_ros.page.page_words import MODES
 from unit.operator_panel.view.test_frame import STATE, frame_of
@@ -43,7 +43,7 @@ def test_a_mode_is_called_the_same_on_both_pages(mode: str) -> None:
     cell, why = CellName("hall", "pc", "cell"), f"MOVE: {mode}: both stand still"
     roster = Roster(2.0)
     roster.alive(cell, 1.0)
-    roster.shown(cell, show(Shown(1), Pair(1.0, mode, why=why), False)[1], 1.0)
+    roster.shown(cell, told_by(TwinControllerState(mode=mode, why=why)), 1.0)
     (card,) = wall_of(1.5, roster.rows(1.5), [], []).cards
     frame = frame_of(msgspec.structs.replace(STATE, mode=mode, why=why))
     assert (card.title, card.text) == (frame["text"]["mode"], frame["text"]["why"])

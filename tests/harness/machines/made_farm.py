@@ -6,8 +6,9 @@ from farm.desk.alarms import AlarmBook
 from farm.desk.roster import Roster
 from farm.desk.wall import Wall, wall_of
 from farm.keys import CellName
-from farm.link.shown import Pair, Shown, show
-from farm.wire import Event
+from farm.link.shown import Shown, show
+from farm.wire import CellState, Event
+from msgspec.structs import replace
 
 from bench.synthetic.invented import Invented
 from scara_msgs.msg import TwinControllerState as Mode
@@ -65,15 +66,15 @@ class MadeFarm:
                 continue
             if not self._roster.entries[name].alive:
                 self._roster.alive(name, now)
-            pair = cell.pair(now, STOPS[phase - 1] if phase <= len(STOPS) else "")
-            self._shown[k], state = show(self._shown[k], self._worded(pair, k), remote=False)
+            said = cell.pair(now, STOPS[phase - 1] if phase <= len(STOPS) else "")
+            self._shown[k], state = show(self._shown[k], self._worded(said, k), remote=False)
             self._roster.shown(name, state, now)
         rows, alarms = self._roster.rows(now), self._alarms.rows(now)
         recent = list(reversed(self._events[-50:]))
         return wall_of(now, rows, alarms, recent, unreadable=self.unreadable)
 
-    def _worded(self, pair: Pair, k: int) -> Pair:
+    def _worded(self, state: CellState, k: int) -> CellState:
         """Make every third reason longer than its place."""
-        if k % 3 or pair.alarm:
-            return pair
-        return Pair(pair.stamp, pair.mode, pair.leader, 9 * (pair.why + " and "), speed_percent=80)
+        if k % 3 or state.alarm:
+            return state
+        return replace(state, why=9 * (state.why + " and "), speed_percent=80.0)
