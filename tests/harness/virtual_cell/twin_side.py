@@ -138,8 +138,14 @@ class TwinSide:
             self._topic.send(partial(self._obey, command))
         self._settle()
 
-    def told(self, command: Command) -> None:
-        """Obey a motion command that another program of the twin's side publishes."""
+    def told(self, command: Command, number: int | None = None) -> None:
+        """Obey a motion command that another program of the twin's side publishes.
+
+        Args:
+            command: Which.
+            number: Its id, as the pose controller reports it; None: that of the one before.
+        """
+        self._last_id = self._last_id if number is None else number
         self._pose.command(command, "another program", self._now())
         self._jogs.obey(command, "another program", self._now())
         self._topic.send(partial(self._obey, command))

@@ -12,6 +12,7 @@ from harness.scenes.truth import standstill_since, travel
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import load_files
 from scara_control.joint_motion import JointMotion, Setpoints
+from scara_control.motion.commands import Command
 from scara_control.trajectory.goal import Goal, GoalError
 
 WATCHED_S = 60.0 if SEARCH else 12.0
@@ -167,6 +168,27 @@ def test_a_program_that_was_queued_before_a_stop_never_starts(cancels: bool) -> 
         cell.schedule.run(1.0)
         nothing_moves(cell, cell.schedule.now, WATCHED_S / 3.0)
         assert cell.mode == "STOPPED"
+
+
+@pytest.mark.parametrize("on_the_twin", [None, Command.RESUME, Command.YIELD])
+def test_a_pause_of_the_twin_alone_is_shown_and_let_go(on_the_twin: Command | None) -> None:
+    """Nothing moves, but jogs are refused from then on: by RESUME of either side they are not."""
+    with VirtualCell(ROBOT) as cell:
+        cell.connect()
+        cell.twin.told(Command.PAUSE, 0)
+        cell.wait_whatever(lambda: cell.mode == "PAUSED", 1.0, "PAUSED")
+        begun = cell.schedule.now
+        cell.twin.jog(["joint_1"], [0.5])
+        cell.schedule.run(2.0)
+        assert travel(cell.twin.truth, begun) < AT_REST_DEG_MM and cell.mode == "PAUSED"
+        if on_the_twin:
+            cell.twin.told(on_the_twin, 0)
+            cell.wait_whatever(lambda: cell.mode == "IDLE", 1.0, "IDLE")
+        else:
+            assert cell.operate("RESUME").success and cell.mode == "IDLE"
+        cell.schedule.run(0.5)
+        cell.twin.jog(["joint_1"], [0.5])
+        cell.wait_whatever(lambda: cell.mode == "TWIN_LEADS", 5.0, "TWIN_LEADS")
 
 
 def test_a_pause_is_accepted_while_nothing_moves() -> None:

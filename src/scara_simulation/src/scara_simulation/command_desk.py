@@ -79,12 +79,9 @@ class CommandDesk:
             case Command.RESET:
                 self._estopped = None
                 return
-            case Command.YIELD:
-                self._control.stop()
-                return
             case Command.ESTOP if self._estopped is None:
                 self._estopped = now
-        # STOP clears what was paused: from then on a new command counts.
+        # All others clear what was paused: from then on a new command counts.
         self._paused = command is Command.PAUSE
         self._control.stop()
 

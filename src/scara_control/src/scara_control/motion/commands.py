@@ -127,16 +127,5 @@ class Phase(Enum):
     """What is done about the path under way."""
 
     GOING = "it is followed; so is none"
-    HELD = "it slows down, and waits on its way"
-    PARKED = "it waits, and its set points at rest are sent"
-    STOPPING = "a ramp has taken its place"
-
-
-HOLDING = (Phase.HELD, Phase.PARKED)
-"""Between PAUSE and RESUME."""
-AFTER = {
-    (Phase.GOING, Command.PAUSE): Phase.HELD,
-    (Phase.HELD, Command.RESUME): Phase.GOING,
-    (Phase.PARKED, Command.RESUME): Phase.GOING,
-}
-"""What PAUSE and RESUME make of a phase; of any other nothing: a ramp goes on to its end."""
+    PARKED = "it is paused, and its set points at rest are sent"
+    STOPPING = "a ramp has taken its place; it goes on to its end, also when paused"

@@ -18,8 +18,6 @@ from scara_control.dynamics.effort import Load
 from scara_control.dynamics.planner import Planner
 from scara_control.joint_motion import JointMotion, Setpoints, Vector
 from scara_control.motion.commands import (
-    AFTER,
-    HOLDING,
     Command,
     MotionRefusedError,
     Ownership,
@@ -53,8 +51,8 @@ class PoseController:
         self._ledger = MoveLedger(self._joints, config.move)
         self._commanded = self.names
         self._phase = Phase.GOING
-        # Latched until RESET, whatever moves meanwhile.
-        self._estopped = False
+        # Latched until RESET, and until RESUME or a stop; whatever moves meanwhile, or nothing.
+        self._estopped = self._paused = False
         self._requested, self._cap = config.move.default_speed_percent, SpeedCap()
         self._peak = 0.0
         self._message = ""
@@ -118,17 +116,23 @@ class PoseController:
                 # The joints have had no set points for a while and stand: a ramp would move them.
                 self._driver.drive, self._phase = None, Phase.GOING
             self._estopped = self._estopped or command is Command.ESTOP
+            self._paused = False
             self._stream.bar(now)
             self._stop(f"aborted by {command.text(reason)}")
         elif command is Command.YIELD:
+            self._paused = False
             if self._stream.session is None:
                 self._stop(f"aborted by {command.text(reason)}")
         elif command is Command.RESET:
             self._estopped, self._message = False, ""
         elif command is Command.PAUSE and self._stream.session is not None:
             self._message = "PAUSE: following a stream, which decides; pause its source"
-        elif command is Command.RESUME or self._driver.drive is not None:
-            self._phase = AFTER.get((self._phase, command), self._phase)
+        elif command is Command.PAUSE:
+            self._paused = True
+        else:
+            self._paused = False
+            if self._phase is Phase.PARKED:
+                self._phase = Phase.GOING
 
     def limit_speed(self, percent: float, now: float) -> None:
         """Cap the program speed of this and all coming moves.
@@ -234,7 +238,7 @@ class PoseController:
             raise MotionRefusedError(
                 "following a stream: it ends by STOP, or when no packet comes any more"
             )
-        if self._phase in HOLDING:
+        if self._paused:
             raise MotionRefusedError("paused: RESUME or STOP first")
         start, go_at = self._start(now)
         hold = self._planner.stop(start).end
@@ -253,10 +257,10 @@ class PoseController:
         if self._stream.session is not None:
             return State.FOLLOWING
         if self._driver.drive is None:
-            return State.IDLE
+            return State.PAUSED if self._paused else State.IDLE
         if self._phase is Phase.STOPPING:
             return State.STOPPING
-        if self._phase in HOLDING:
+        if self._paused:
             return State.PAUSED if self._driver.drive.frozen else State.PAUSING
         return State.ANNOUNCING if self._driver.drive.announcing else State.MOVING
 
@@ -268,7 +272,7 @@ class PoseController:
                 for v, slow in zip(self._stream.session.motion(now).qdot, self._feedback.standstill)
             )
         drive = self._driver.drive
-        return drive is None or (self._phase in HOLDING and drive.frozen)
+        return drive is None or (self._paused and drive.frozen)
 
     def _restart(self, now: float) -> None:
         """Forget all motion: the clock went back, as when the simulation is reset."""
@@ -316,7 +320,7 @@ class PoseController:
         """Return how fast the path shall be driven at a time [s]."""
         if self._phase is Phase.STOPPING:
             return 1.0
-        return 0.0 if self._phase in HOLDING else min(1.0, self._cap.at(at) / self._requested)
+        return 0.0 if self._paused else min(1.0, self._cap.at(at) / self._requested)
 
     def _watch(self, now: float) -> None:
         """Stop when the stream or the measurements fail to come.
@@ -361,7 +365,7 @@ class PoseController:
         ahead = [drive]
         if drive.done:
             self._finish(drive)
-        elif self._phase in HOLDING and drive.frozen:
+        elif self._paused and drive.frozen:
             if self._phase is Phase.PARKED:
                 return None
             self._phase = Phase.PARKED

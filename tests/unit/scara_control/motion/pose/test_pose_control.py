@@ -146,6 +146,23 @@ def test_paused_stands_still_in_silence_and_refuses_a_new_move():
     bench.move(HOME)
 
 
+@pytest.mark.parametrize("leads_on", [Command.RESUME, Command.STOP, Command.ESTOP, Command.YIELD])
+def test_a_pause_while_nothing_moves_is_shown_and_refuses_a_move(leads_on):
+    """The simulator refuses direct commands from then on: who asks for the state reads why."""
+    bench = Bench()
+    bench.command(Command.PAUSE)
+    bench.tick()
+    assert bench.report.state == "paused" and bench.report.standing_still
+    with pytest.raises(MotionRefusedError, match="paused: RESUME or STOP first"):
+        bench.move()
+    bench.command(leads_on)
+    bench.command(Command.RESET)
+    assert bench.report.state == "idle"
+    bench.move()
+    bench.until("idle")
+    assert bench.q == FAR
+
+
 def test_pause_before_the_first_motion_holds_the_move():
     """Announced, paused, resumed: it begins then."""
     bench = Bench()

@@ -159,14 +159,17 @@ def _twin_reports(setup: Setup, state: CoreState, motion: TwinMotion, now: float
         return [Trigger.TWIN_STOPPED]
     follows = state.follow.real
     waits = follows is not None and follows.resumes
-    if pauses(motion) and not (own or waits) and lead.mode in LEADING:
+    if pauses(motion) and not (own or waits) and lead.mode in (Mode.IDLE, *LEADING):
         return [Trigger.TWIN_PAUSED]
     moves = motion.state in ("moving", "announcing")
     told_lately = now - state.orders.told.sent <= setup.config.twin.stop_quiet_ms * 1e-3
     if moves and lead.mode is Mode.REAL_LEADS and not told_lately:
         return [Trigger.TWIN_MOVES_TOO]
-    if lead.mode is Mode.PAUSED and lead.paused_seen[1] and moves:
-        may = lead.paused_by is Trigger.TWIN_PAUSED and not resume_blocked(state)
+    by_twin = lead.paused_by is Trigger.TWIN_PAUSED
+    # A twin that was paused while nothing moved goes on to nothing.
+    goes_on = moves or (by_twin and lead.paused is Mode.IDLE and motion.state == "idle")
+    if lead.mode is Mode.PAUSED and lead.paused_seen[1] and goes_on:
+        may = by_twin and not resume_blocked(state)
         return [Trigger.TWIN_RESUMED if may else Trigger.RELEASED_BLOCKED]
     # What its nodes report does not count: a joint may be commanded past all of them, and a move
     # may begin where there was none to be paused. A twin that was told to stand slows down first.

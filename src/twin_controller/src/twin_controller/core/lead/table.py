@@ -227,6 +227,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.TWIN_MOVED_UNALIGNED: _NO_LEAD,
         Trigger.TWIN_MOVED_UNASKED: _UNASKED,
         Trigger.TWIN_MOVED_UNLED: Row(Mode.STOPPED, BOTH_STOP, "it is stopped; ALIGN goes on"),
+        Trigger.TWIN_PAUSED: _TWIN_PAUSED,
         Trigger.PAUSE: _PAUSE,
         Trigger.ALIGN: _ALIGN,
         Trigger.MOVE: _OPERATOR_LEADS,
