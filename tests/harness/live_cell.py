@@ -16,6 +16,7 @@ from typing import Any
 
 from rosgraph.names import resolve_name
 from ruamel.yaml import YAML
+from scara_ros.services.service_connection_io import ServiceError
 from typing_extensions import Self
 
 from harness.processes import ROSRUN, Process, Stage, free_port, wait_until
@@ -139,9 +140,8 @@ class LiveCell(Cell):
         name = resolve_name(service, f"{self.namespace}/rosservice")
         try:
             with ServiceLine(self.master_uri, name, None, "/rosservice", timeout) as line:
-                line.send(**yaml.load(request))
-                answer = yaml.load(str(line.answer(timeout)))
-        except OSError as error:
+                answer = yaml.load(str(line.call(timeout, **yaml.load(request))))
+        except (OSError, ServiceError) as error:
             raise AssertionError(f"{service} {request}: {error}") from error
         assert isinstance(answer, dict), answer
         return answer

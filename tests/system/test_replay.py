@@ -80,8 +80,7 @@ def _shadow_then(cell: LiveCell, time: float) -> dict[str, Any]:
 
     # Not by a tool of its own: that takes seconds on a busy machine, and the memory is short.
     with ServiceLine(cell.master_uri, "/twin_controller/shadow", Shadow, "/replay_test") as line:
-        line.send(time=time)
-        answer = line.answer(ANSWER_S)
+        answer = line.call(ANSWER_S, time=time)
     assert answer.success, answer.message
     return dict(json.loads(answer.document))
 

@@ -14,6 +14,7 @@ from typing import Any
 import websocket
 from fanuc_emulator.pendant.pendant_link_io import PendantLink
 from scara_config.modbus_map import load_modbus_map
+from scara_ros.services.service_connection_io import ServiceError
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import ClientConnection
 
@@ -181,8 +182,7 @@ class Hands:
         """Call a service and note its answer."""
         with self._opened(service) as line:
             attempt.mark()
-            line.send(**fields)
-            answer = line.answer(ANSWER_S)
+            answer = line.call(ANSWER_S, **fields)
         # A stop is acknowledged when it is sent: from then on nothing may begin.
         taken = answer.success or getattr(answer, "sent", False)
         attempt.close(bool(taken), str(answer.message))
@@ -205,7 +205,7 @@ class Hands:
     def lines_open(self) -> Iterator[None]:
         """Keep lines open for what is sent meanwhile: a node that stands still greets nobody."""
         for name, door in self._doors.items():
-            with contextlib.suppress(OSError, websocket.WebSocketException):
+            with contextlib.suppress(OSError, ServiceError, websocket.WebSocketException):
                 self._spare[name] = [door() for _ in range(SPARE)]
         try:
             yield

@@ -11,6 +11,7 @@ from typing import Any
 
 import websocket
 from fanuc_emulator.pendant.pendant_link_io import PendantError
+from scara_ros.services.service_connection_io import ServiceError
 from websockets.exceptions import WebSocketException
 
 from harness.faults.rows import Row
@@ -34,7 +35,10 @@ ENDS_S = 30.0
 """A fault has ended within this."""
 FRESH_S = 0.5
 STORM, MACHINE = "storm", "storm, while the machine itself stood still"
-LOST = (OSError, AssertionError, PendantError, WebSocketException, websocket.WebSocketException)
+LOST = (
+    *(OSError, AssertionError, PendantError, ServiceError),
+    *(WebSocketException, websocket.WebSocketException),
+)
 """How a deed fails whose door is broken: that is no finding."""
 
 

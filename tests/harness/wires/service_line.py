@@ -1,4 +1,4 @@
-"""A service's line on a bare socket: who calls knows when the request really left.
+"""A service's line that is opened before it is used: who calls knows when the request really left.
 
 rospy looks up, connects and sends in one call; a node that stands still greets nobody, and a
 request that has not been sent cannot be held against it.
@@ -7,22 +7,18 @@ request that has not been sent cannot be held against it.
 from __future__ import annotations
 
 import io
-import socket
-import struct
 import xmlrpc.client
-from types import TracebackType
 from typing import Any
-from urllib.parse import urlsplit
 
 from genpy.message import fill_message_args
 from roslib.message import get_service_class
-from typing_extensions import Self
+from scara_ros.services.service_connection_io import ServiceConnection, ServiceMissingError
 
 CONNECT_S = 2.0
 
 
 class ServiceLine:
-    """One connection to a service; a context manager. :meth:`send`, then :meth:`answer`."""
+    """One connection to a service, greeted already; a context manager."""
 
     def __init__(
         self,
@@ -42,86 +38,32 @@ class ServiceLine:
             patience: For its greeting [s].
 
         Raises:
-            OSError: It is not there, or does not greet.
+            ServiceError: It is not there, or does not greet.
         """
         found: Any = xmlrpc.client.ServerProxy(master).lookupService(caller, service)
         if found[0] != 1:
-            raise ConnectionError(f"{service}: {found[1]}")
-        where = urlsplit(found[2])
-        self._socket = socket.create_connection((where.hostname, where.port), patience)
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            raise ServiceMissingError(f"{service}: {found[1]}")
         md5sum = kind._md5sum if kind else "*"
-        fields = {"callerid": caller, "service": service, "md5sum": md5sum}
-        parts = [f"{key}={value}".encode() for key, value in fields.items()]
-        try:
-            self._socket.sendall(_sized(b"".join(_sized(part) for part in parts)))
-            greeting = self._block()
-        except OSError:
-            self._socket.close()
-            raise
-        self._kind: Any = kind or get_service_class(_fields(greeting)["type"])
+        self._line = ServiceConnection(service, found[2], caller, patience, md5sum)
+        self._kind: Any = kind or get_service_class(self._line.type)
+        self.close = self._line.close
 
-    def __enter__(self) -> Self:
+    def __enter__(self) -> ServiceLine:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
-    def close(self) -> None:
-        """End the connection."""
-        self._socket.close()
+    def call(self, timeout: float, **fields: Any) -> Any:
+        """Send the request and return the answer; a message in it may be given as its fields.
 
-    def send(self, **fields: Any) -> None:
-        """Send the request; a message in it may be given as its fields."""
+        Raises:
+            ServiceError: None came within ``timeout`` [s], or the service has failed.
+        """
         nested = {name: value for name, value in fields.items() if isinstance(value, (dict, list))}
         plain = {name: value for name, value in fields.items() if name not in nested}
         request = self._kind._request_class(**plain)
         fill_message_args(request, [nested])
         buffer = io.BytesIO()
         request.serialize(buffer)
-        self._socket.sendall(_sized(buffer.getvalue()))
-
-    def answer(self, timeout: float) -> Any:
-        """Return the answer.
-
-        Raises:
-            OSError: None came within ``timeout`` [s], or the service has failed.
-        """
-        self._socket.settimeout(timeout)
-        fine = self._take(1) == b"\x01"
-        body = self._block()
-        if not fine:
-            raise ConnectionError(body.decode(errors="replace"))
-        return self._kind._response_class().deserialize(body)
-
-    def _block(self) -> bytes:
-        (size,) = struct.unpack("<I", self._take(4))
-        return self._take(size)
-
-    def _take(self, size: int) -> bytes:
-        data = b""
-        while len(data) < size:
-            part = self._socket.recv(size - len(data))
-            if not part:
-                raise ConnectionError("the service has hung up")
-            data += part
-        return data
-
-
-def _fields(block: bytes) -> dict[str, str]:
-    """Return the fields of a greeting; each has its size in front."""
-    found = {}
-    while block:
-        (size,) = struct.unpack_from("<I", block)
-        name, _, value = block[4 : 4 + size].decode().partition("=")
-        found[name], block = value, block[4 + size :]
-    return found
-
-
-def _sized(block: bytes) -> bytes:
-    return struct.pack("<I", len(block)) + block
+        return self._kind._response_class().deserialize(self._line.call(buffer.getvalue(), timeout))

@@ -151,7 +151,10 @@ class CommandPorts:
                 self._listen(topic, Float64, partial(take, name))
         self._listen("twin/joint_setpoints", JointTrajectory, self._setpoints)
         self._stops = CommandListener(
-            partial(self._guarded, "motion_command", self._obey), CallbackGuard()
+            partial(self._guarded, "motion_command", self._obey),
+            CallbackGuard(),
+            self._epoch,
+            runner.lock,
         )
         self._listen("joint_pose_controller/speed_limit_percent", Float64, self._limit_speed)
         rospy.Service("pause_physics", Empty, partial(self._empty, runner.pause))
@@ -174,7 +177,7 @@ class CommandPorts:
     def _guarded(self, topic: str, take: Callable[[object], None], message: object) -> None:
         try:
             if topic.endswith(DIRECT):
-                self._hear_stops_first()
+                self._stops.hear_first()
                 self._movers.asked(topic, message)
             with self._runner.lock:
                 take(message)
@@ -185,13 +188,6 @@ class CommandPorts:
         except Exception as error:
             self._runner.fail(error)
             raise
-
-    def _hear_stops_first(self) -> None:
-        """Let a stop that waits be heard before us, if this node may have stood still."""
-        with self._runner.lock:
-            gap = self._epoch.ran(time.monotonic())
-        if gap:
-            self._stops.read_out()
 
     def _begin(self, name: str) -> None:
         """Refuse a command that names no time and may have waited through a stop."""

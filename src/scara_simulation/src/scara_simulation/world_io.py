@@ -18,6 +18,8 @@ State = tuple[list[float], list[float]]
 class World(ArmModel):
     """The cell of a URDF under gravity. A context manager; close it to free the physics engine."""
 
+    _has_shapes = True
+
     def __init__(
         self,
         urdf: Path,
@@ -105,9 +107,6 @@ class World(ArmModel):
     def contacts(self) -> int:
         """Return how many contact points the arm has with what stands around it."""
         return len(pybullet.getContactPoints(bodyA=self._body, physicsClientId=self._client))
-
-    def _description(self, payloads: Sequence[Payload]) -> str:
-        return self._description_with_shapes(payloads)
 
     def _build(self, payloads: Sequence[Payload]) -> None:
         pybullet.setTimeStep(self._dt, physicsClientId=self._client)

@@ -10,6 +10,7 @@ from xmlrpc.server import SimpleXMLRPCServer
 import pytest
 from harness.wires.command_service import CommandService
 from harness.wires.service_line import ServiceLine
+from scara_ros.services.service_connection_io import ServiceMissingError, ServiceTimeoutError
 
 
 @pytest.fixture
@@ -36,8 +37,7 @@ def test_nothing_is_heard_before_it_is_sent(master: tuple[str, CommandService]) 
     uri, service = master
     with ServiceLine(uri, "/command", TwinCommand, "/storm") as line:
         assert service.heard == []
-        line.send(command="STOP")
-        answer = line.answer(5.0)
+        answer = line.call(5.0, command="STOP")
     assert answer.success and answer.message == "STOP was heard" and service.heard == ["STOP"]
 
 
@@ -48,10 +48,9 @@ def test_service_that_is_not_there_or_does_not_answer_is_said(
     from scara_msgs.srv import TwinCommand
 
     uri, service = master
-    with pytest.raises(ConnectionError, match="no /other"):
+    with pytest.raises(ServiceMissingError, match="no /other"):
         ServiceLine(uri, "/other", TwinCommand, "/storm")
     service.answers.clear()
-    with ServiceLine(uri, "/command", TwinCommand, "/storm") as line:
-        line.send(command="STOP")
-        with pytest.raises(TimeoutError):
-            line.answer(0.05)
+    line = ServiceLine(uri, "/command", TwinCommand, "/storm")
+    with line, pytest.raises(ServiceTimeoutError):
+        line.call(0.05, command="STOP")

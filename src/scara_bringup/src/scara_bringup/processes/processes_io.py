@@ -13,7 +13,6 @@ import time
 from collections import deque
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from types import TracebackType
 
 from scara_bringup.plan import NodePlan
 from scara_bringup.processes.forked_io import ForkedChild, WarmParent, runs_here
@@ -130,12 +129,7 @@ class Processes:
         """Return itself."""
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        value: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Kill every group: a child that has ended may have left children of its own in it."""
         self.signal(self._children, signal.SIGKILL)
         deadline = time.monotonic() + 5.0

@@ -6,14 +6,13 @@ import tempfile
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import pybullet
 from scara_config import ConfigError
 from scara_config.payload import Payload
 from typing_extensions import Self
 
-from scara_control.dynamics.engine_io import new_engine
+from scara_control.dynamics.engine_io import joint_infos, new_engine
 from scara_control.dynamics.payload_links import with_payloads, without_shapes
 
 
@@ -24,6 +23,9 @@ class ArmModel:
         damping: Of each joint, shape ``(n,)``: [N m s/rad], prismatic [N s/m].
         friction: Dry friction of each joint, shape ``(n,)``: [N m], prismatic [N].
     """
+
+    # Shapes take 40 ms to load, and only what may touch something needs them.
+    _has_shapes = False
 
     def __init__(
         self,
@@ -123,17 +125,6 @@ class ArmModel:
         self._find_joints()
         self._remove_masses()
 
-    def _description(self, payloads: Sequence[Payload]) -> str:
-        """Return the URDF's text with payloads, and without shapes: those take 40 ms to load."""
-        return without_shapes(self._description_with_shapes(payloads))
-
-    def _description_with_shapes(self, payloads: Sequence[Payload]) -> str:
-        try:
-            text = self._urdf.read_text(encoding="utf-8")
-        except OSError as error:
-            raise ConfigError(f"{self._urdf}: cannot be read: {error.strerror}") from error
-        return with_payloads(text, self.tool_frame, payloads)
-
     def _load(self, payloads: Sequence[Payload]) -> None:
         client = self._client
         # Without the last flag a cylinder is a hull that is 1 mm too large all around.
@@ -142,7 +133,13 @@ class ArmModel:
             | pybullet.URDF_USE_INERTIA_FROM_FILE
             | pybullet.URDF_USE_IMPLICIT_CYLINDER
         )
-        text = self._description(payloads)
+        try:
+            text = self._urdf.read_text(encoding="utf-8")
+        except OSError as error:
+            raise ConfigError(f"{self._urdf}: cannot be read: {error.strerror}") from error
+        text = with_payloads(text, self.tool_frame, payloads)
+        if not self._has_shapes:
+            text = without_shapes(text)
         try:
             with tempfile.NamedTemporaryFile("w", suffix=".urdf", encoding="utf-8") as file:
                 file.write(text)
@@ -152,11 +149,9 @@ class ArmModel:
                 )
         except pybullet.error as error:
             raise ConfigError(f"{self._urdf}: cannot be loaded by PyBullet: {error}") from error
-        self._massless = _links_without_inertia(text)
-        count = pybullet.getNumJoints(self._body, physicsClientId=client)
-        self._infos: list[Any] = [
-            pybullet.getJointInfo(self._body, k, physicsClientId=client) for k in range(count)
-        ]
+        links = ElementTree.fromstring(text).iter("link")
+        self._massless = {link.get("name") for link in links if link.find("inertial") is None}
+        self._infos = joint_infos(self._body, client)
         self._links = {info[12].decode(): info[0] for info in self._infos}
         if self.tool_frame not in self._links:
             raise ConfigError(f"{self._urdf}: has no link {self.tool_frame}")
@@ -194,12 +189,3 @@ class ArmModel:
                     localInertiaDiagonal=[0.0, 0.0, 0.0],
                     physicsClientId=self._client,
                 )
-
-
-def _links_without_inertia(urdf: str) -> set[str]:
-    """Return the links that a URDF's text gives no mass."""
-    return {
-        link.get("name", "")
-        for link in ElementTree.fromstring(urdf).iter("link")
-        if link.find("inertial") is None
-    }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from typing import Any
 
 from scara_control.dynamics.cleared_memory_io import give_back_cleared
 
@@ -16,6 +17,14 @@ def new_engine() -> int:
     import pybullet
 
     return int(pybullet.connect(pybullet.DIRECT))
+
+
+def joint_infos(body: int, client: int) -> list[Any]:
+    """Return what an engine says of each joint of a body; see PyBullet's ``getJointInfo``."""
+    import pybullet
+
+    count = pybullet.getNumJoints(body, physicsClientId=client)
+    return [pybullet.getJointInfo(body, k, physicsClientId=client) for k in range(count)]
 
 
 def prepare_engines() -> None:

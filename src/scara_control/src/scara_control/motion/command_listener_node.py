@@ -17,6 +17,7 @@ from scara_ros.services.service_connection_io import ServiceError
 from scara_ros.standstill import WAITING_S
 
 from scara_control.motion.commands import STOPPED_AGAIN
+from scara_control.motion.epoch import Epoch
 from scara_control.motion.wiring_node import CallbackGuard, subscribe
 from scara_msgs.msg import Audit, MotionCommand
 from scara_msgs.srv import Control
@@ -133,19 +134,42 @@ class CommandListener:
     """Subscribes, and can wait until what has come is heard.
 
     Behind a standstill stops and requests wait side by side in sockets of their own, and chance
-    says which thread goes first. So the stops are let go first: see :meth:`read_out`.
+    says which thread goes first. So the stops are let go first: see :meth:`hear_first`.
     """
 
-    def __init__(self, callback: Callable[[MotionCommand], None], guard: CallbackGuard) -> None:
-        """Subscribe."""
+    def __init__(
+        self,
+        callback: Callable[[MotionCommand], None],
+        guard: CallbackGuard,
+        epoch: Epoch,
+        lock: threading.Lock | threading.Condition,
+        stood_still: Callable[[float], None] = lambda gap: None,
+    ) -> None:
+        """Subscribe.
+
+        Args:
+            callback: Gets each command.
+            guard: Counts what it raises.
+            epoch: Knows when the node may have stood still.
+            lock: That of the epoch, which the callback takes too.
+            stood_still: Told of each such gap [s], with the lock held.
+        """
+        self._epoch, self._lock, self._stood_still = epoch, lock, stood_still
         self._subscriber = subscribe("motion_command", MotionCommand, callback, guard, 20)
 
-    def read_out(self) -> None:
-        """Return once no command waits any more; to be called without the callback's lock."""
-        deadline = time.monotonic() + WAITING_S
-        while True:
+    def hear_first(self) -> None:
+        """Let a stop that waits be heard before us, if this node may have stood still.
+
+        To be called without the lock.
+        """
+        with self._lock:
+            gap = self._epoch.ran(time.monotonic())
+            if gap:
+                self._stood_still(gap)
+        deadline = time.monotonic() + (WAITING_S if gap else 0.0)
+        while time.monotonic() < deadline:
             time.sleep(_TURN_S)
-            if not self._waits() or time.monotonic() >= deadline:
+            if not self._waits():
                 return
 
     def _waits(self) -> bool:

@@ -87,7 +87,9 @@ class JointPoseController:
         guard = CallbackGuard()
         subscribe("twin/joint_states", JointState, self._reader, guard)
         subscribe("twin/controller_modes", String, self._on_modes, guard, queue_size=10)
-        self._commands = CommandListener(self._on_command, guard)
+        self._commands = CommandListener(
+            self._on_command, guard, self._epoch, self._lock, self._core.stood_still
+        )
         subscribe("joint_pose_controller/follow", JointTrajectory, self._on_follow, guard)
         subscribe("joint_pose_controller/target", JointState, self._on_target, guard, queue_size=10)
         subscribe(
@@ -124,18 +126,9 @@ class JointPoseController:
             self._reader.rouse()
             self._delays.rouse()
 
-    def _hear_stops_first(self) -> None:
-        """Let a stop that waits be heard before us, if this node may have stood still."""
-        with self._lock:
-            gap = self._epoch.ran(time.monotonic())
-            if gap and not self._core.is_idle:
-                self._core.stood_still(gap)
-        if gap:
-            self._commands.read_out()
-
     def _tick(self, now: float) -> None:
         if not self._core.is_idle:
-            self._hear_stops_first()
+            self._commands.hear_first()
         with self._lock:
             self._epoch.ran(time.monotonic())
             setpoints = self._core.tick(now)
@@ -172,7 +165,7 @@ class JointPoseController:
             self._settle(now)
 
     def _on_follow(self, message: JointTrajectory) -> None:
-        self._hear_stops_first()
+        self._commands.hear_first()
         with self._lock:
             now, offset = self._clock.now(), self._clock.offset()
             if not message.points:
@@ -267,7 +260,7 @@ class JointPoseController:
         ended: Callable[[Outcome], None],
     ) -> str:
         """Begin a move that was asked for at ``asked``; return why not, or an empty text."""
-        self._hear_stops_first()
+        self._commands.hear_first()
         for listener in (self._reader, self._delays):
             listener.catch_up()
         try:
@@ -280,7 +273,7 @@ class JointPoseController:
         if refusal:
             return refusal
         self._lending.say(message)
-        self._hear_stops_first()
+        self._commands.hear_first()
         with self._lock:
             now = self._clock.now()
             try:

@@ -113,7 +113,7 @@ class MotionServer:
         )
         guard = CallbackGuard()
         subscribe("twin/joint_states", JointState, self._reader, guard)
-        self._stops_heard = CommandListener(self._on_command, guard)
+        self._stops_heard = CommandListener(self._on_command, guard, self._epoch, self._lock)
         offer("move_to", MoveTo, self._on_move_to)
 
     def _measure(self, measured: JointMotion) -> None:
@@ -171,7 +171,7 @@ class MotionServer:
 
     def _move_to(self, request: Any) -> str:
         """Do it all; return what to say at the end."""
-        self._hear_stops_first()
+        self._stops_heard.hear_first()
         with self._lock:
             asked = self._epoch.begin(request.asked, time.monotonic())
             self._movers.asked("move_to", request)
@@ -190,7 +190,7 @@ class MotionServer:
     @contextmanager
     def _begun(self, asked: Asked) -> Iterator[int]:
         """Replace the running request, wait until it has let go, and let go in the end."""
-        self._hear_stops_first()
+        self._stops_heard.hear_first()
         with self._lock:
             self._epoch.check(asked)
             number = self._requests.begin()
@@ -207,18 +207,11 @@ class MotionServer:
                 self._requests.end(number)
                 self._lock.notify_all()
 
-    def _hear_stops_first(self) -> None:
-        """Let a stop that waits be heard before us, if this node may have stood still."""
-        with self._lock:
-            gap = self._epoch.ran(time.monotonic())
-        if gap:
-            self._stops_heard.read_out()
-
     def _check(self, goal: RunningGoal) -> None:
         """Raise when the request was cancelled."""
         # Until its end: the twin begins to move when it was judged, and once more to trim.
         self._lending.say(goal.request, goes_on=True)
-        self._hear_stops_first()
+        self._stops_heard.hear_first()
         with self._lock:
             why = self._requests.why_cancelled(goal.number)
         if why:

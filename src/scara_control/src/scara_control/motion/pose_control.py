@@ -107,7 +107,8 @@ class PoseController:
 
     def stood_still(self, gap: float) -> None:
         """Note that nobody listened for ``gap`` [s]: that was no pause of a stream."""
-        self._stream.forgive(gap)
+        if not self.is_idle:
+            self._stream.forgive(gap)
 
     def command(self, command: Command, reason: str, now: float) -> None:
         """Obey a command."""

@@ -85,7 +85,7 @@ class TrajectoryServer:
         subscribe_attentively(
             "joint_pose_controller/state", MotionState, self._on_motion_state, guard, self._states
         )
-        self._commands = CommandListener(self._on_command, guard)
+        self._commands = CommandListener(self._on_command, guard, self._epoch, self._lock)
         subscribe_attentively(
             "twin_controller/state", TwinControllerState, self._on_mode, guard, self._modes
         )
@@ -108,16 +108,9 @@ class TrajectoryServer:
         with self._lock:
             self._desk.carry(load)
 
-    def _hear_stops_first(self) -> None:
-        """Let a stop that waits be heard before us, if this node may have stood still."""
-        with self._lock:
-            gap = self._epoch.ran(time.monotonic())
-        if gap:
-            self._commands.read_out()
-
     def _tick(self, now: float) -> None:
         if not self._desk.is_idle:
-            self._hear_stops_first()
+            self._commands.hear_first()
         with self._lock:
             self._epoch.ran(time.monotonic())
             turn = self._desk.tick(now)
@@ -148,7 +141,7 @@ class TrajectoryServer:
         key = handle.get_goal_id().id
         # The header's stamp is the sender's. That of the id may be actionlib's own, of now.
         said = self._clock.asked(handle.goal.header.stamp)
-        self._hear_stops_first()
+        self._commands.hear_first()
         with self._lock:
             try:
                 asked = self._epoch.begin(said, time.monotonic())
@@ -167,7 +160,7 @@ class TrajectoryServer:
         own = self._lending.say(handle.goal)
         for listener in (self._reader, self._states, self._modes):
             listener.catch_up()
-        self._hear_stops_first()
+        self._commands.hear_first()
         with self._lock:
             if self._judged.pop(key, None) is None:
                 return

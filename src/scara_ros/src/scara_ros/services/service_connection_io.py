@@ -8,7 +8,6 @@ import struct
 import time
 from collections.abc import Callable
 from io import BytesIO
-from types import TracebackType
 from urllib.parse import urlparse
 
 from rosgraph.network import (
@@ -82,12 +81,7 @@ class ServiceConnection:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _shake_hands(self, fields: dict[str, str]) -> str:

@@ -10,12 +10,11 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pybullet
 from scara_config import ConfigError
-from scara_control.dynamics.engine_io import new_engine
+from scara_control.dynamics.engine_io import joint_infos, new_engine
 from typing_extensions import Self
 
 from scara_simulation.camera.config import CameraConfig
@@ -152,11 +151,9 @@ class CameraWorld:
             )
         except (OSError, SyntaxError, pybullet.error) as error:
             raise ConfigError(f"{urdf}: cannot be drawn: {error}") from error
-        count = pybullet.getNumJoints(self._body, physicsClientId=self._client)
-        infos: list[Any] = [
-            pybullet.getJointInfo(self._body, k, physicsClientId=self._client) for k in range(count)
-        ]
         self._joints = {
-            info[1].decode(): info[0] for info in infos if info[2] != pybullet.JOINT_FIXED
+            info[1].decode(): info[0]
+            for info in joint_infos(self._body, self._client)
+            if info[2] != pybullet.JOINT_FIXED
         }
         self.root: str = pybullet.getBodyInfo(self._body, physicsClientId=self._client)[0].decode()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from types import TracebackType
 
 from fanuc_emulator.config import load_emulator
 from fanuc_emulator.drives.servo_loop_io import ServoLoop
@@ -55,12 +54,7 @@ class Stage:
             raise
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Be gone."""
         self._server.__exit__()
         self._loop.__exit__()

@@ -11,7 +11,6 @@ import queue
 import threading
 import time
 from collections.abc import Callable
-from types import TracebackType
 from typing import NamedTuple
 
 import rospy
@@ -57,12 +56,7 @@ class PublisherThread:
         self._thread.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Publish what waits, and end."""
         self._batches.put(None)
         self._thread.join(ENDING_S)

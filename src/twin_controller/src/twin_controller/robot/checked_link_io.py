@@ -7,7 +7,6 @@ and tells its owner only what is believed.
 from __future__ import annotations
 
 from collections.abc import Callable
-from types import TracebackType
 
 import msgspec
 from scara_config import Robot
@@ -78,12 +77,7 @@ class CheckedLink:
         self._link.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """End; see :meth:`close`."""
         self.close()
 

@@ -7,7 +7,6 @@ import logging
 import threading
 import time
 from collections.abc import Callable
-from types import TracebackType
 
 from scara_config import Robot
 from typing_extensions import Self
@@ -85,12 +84,7 @@ class RealLink:
         self._link.__enter__()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """End what was started: a stream of ours first, then the robot's watchdog and the line.
 
         A program of the robot's own goes on. HOLD is given back to a robot that has stopped, for

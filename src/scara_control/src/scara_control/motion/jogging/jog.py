@@ -138,7 +138,8 @@ class JogController:
 
     def stood_still(self, gap: float) -> None:
         """Note that nobody listened for ``gap`` [s]: that was no pause of a stream of jogs."""
-        self._gate.forgive(gap)
+        if not self.is_idle:
+            self._gate.forgive(gap)
 
     def obey(self, command: Command, reason: str, now: float) -> None:
         """Obey STOP, PAUSE, ESTOP, RESET; RESUME starts no jogging again."""

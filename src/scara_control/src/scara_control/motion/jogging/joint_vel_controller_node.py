@@ -87,7 +87,9 @@ class JointVelController:
             subscribe("twin_controller/state", TwinControllerState, self._on_mode, guard)
         subscribe("twin/joint_states", JointState, self._reader, guard)
         subscribe("twin/controller_modes", String, self._on_modes, guard, queue_size=10)
-        self._stops = CommandListener(self._on_command, guard)
+        self._stops = CommandListener(
+            self._on_command, guard, self._epoch, self._lock, self._core.stood_still
+        )
         subscribe("joint_vel_controller/command", JointJog, self._on_jog, guard)
         subscribe("twin/payload", PayloadState, self._on_payload, guard, queue_size=10)
         subscribe(
@@ -105,18 +107,9 @@ class JointVelController:
     def _is_idle(self) -> bool:
         return self._core.is_idle
 
-    def _hear_stops_first(self) -> None:
-        """Let a stop that waits be heard before us, if this node may have stood still."""
-        with self._lock:
-            gap = self._epoch.ran(time.monotonic())
-            if gap and not self._core.is_idle:
-                self._core.stood_still(gap)
-        if gap:
-            self._stops.read_out()
-
     def _tick(self, now: float) -> None:
         if not self._core.is_idle:
-            self._hear_stops_first()
+            self._stops.hear_first()
         with self._lock:
             self._epoch.ran(time.monotonic())
             for name, velocity in self._core.tick(now).items():
@@ -149,7 +142,7 @@ class JointVelController:
 
     def _on_jog(self, message: JointJog) -> None:
         self._lending.say(message, goes_on=not self._core.is_idle)
-        self._hear_stops_first()
+        self._stops.hear_first()
         if self._core.is_idle:
             self._reader.catch_up()
         with self._lock:
