@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from scara_config.faults import Fault, find_faults, line_of
+from scara_config.faults import find_faults, line_of
 from scara_config.files.yaml_text import YamlTextError, parse
 
 T = TypeVar("T")
@@ -138,12 +138,8 @@ def convert(tree: Any, kind: type[T], source: str, text: str = "") -> T:
         return msgspec.convert(tree, kind, strict=True)
     except msgspec.ValidationError as error:
         faults = find_faults(tree, kind)
-        lines = [f"{source}: {fault.text(_line(text, fault))}" for fault in faults]
+        lines = []
+        for fault in faults:
+            keys = (*fault.keys, fault.word) if fault.word else fault.keys
+            lines.append(f"{source}: {fault.text(line_of(text, keys) if text else None)}")
         raise ConfigError("\n".join(lines) or f"{source}: {error}") from error
-
-
-def _line(text: str, fault: Fault) -> int | None:
-    """Return the line of a fault in its file; None without a text."""
-    if not text:
-        return None
-    return line_of(text, (*fault.keys, fault.word) if fault.word else fault.keys)

@@ -133,7 +133,7 @@ def test_the_core_is_made_of_robot_and_controller_numbers() -> None:
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the loader read JSON, which is YAML, and name no lines: both take most of its time."""
     monkeypatch.setattr(loader, "_parsed", json.loads)
-    monkeypatch.setattr(loader, "_line", lambda text, fault: None)
+    monkeypatch.setattr(loader, "line_of", lambda text, keys: None)
 
 
 def accepted(place: Path, folder: Path) -> Iterator[str]:

@@ -99,19 +99,15 @@ class _PlainConstructor(SafeConstructor):
         except (ValueError, KeyError, OverflowError) as error:
             what = f"{shortened(node.value)} is no {tag}"
             raise ConstructorError(None, None, what, node.start_mark) from error
-        if isinstance(made, str) and not made.isascii():
-            _check_characters(made, node)
+        halves = isinstance(made, str) and not made.isascii()
+        if halves and any("\ud800" <= each <= "\udfff" for each in made):
+            # A half of a pair can be written nowhere.
+            what = f"{made!a} holds half a character"
+            raise ConstructorError(None, None, what, node.start_mark)
         if isinstance(made, int) and abs(made) > LARGEST_WHOLE:
             what = f"{shortened(node.value)} is too large a number"
             raise ConstructorError(None, None, what, node.start_mark)
         return made
-
-
-def _check_characters(word: str, node: Node) -> None:
-    """Refuse a half of a pair of characters: it can be written nowhere."""
-    if any("\ud800" <= character <= "\udfff" for character in word):
-        what = f"{word!a} holds half a character"
-        raise ConstructorError(None, None, what, node.start_mark)
 
 
 def _check_keys(node: MappingNode) -> None:

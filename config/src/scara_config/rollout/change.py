@@ -103,16 +103,12 @@ class Change(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
                     f"allowed are {', '.join(ALLOWED)}"
                 )
                 continue
-            for key in values:
-                if sections != ALL and not _is_within(key, sections):
+            for key in values if sections != ALL else ():
+                if not any(f"{key}.".startswith(f"{section}.") for section in sections):
                     yield (
                         f"{file}: {key[:63]}: is decided at the cell; a change from elsewhere may "
                         f"touch {', '.join(sections)}"
                     )
-
-
-def _is_within(key: str, sections: tuple[str, ...]) -> bool:
-    return any(key == section or key.startswith(f"{section}.") for section in sections)
 
 
 class ChangeError(ValueError):

@@ -180,7 +180,13 @@ class Controller:
         self._tick += 1
         self._obey(self._inputs.due(self._now_ms))
         if self._watchdog.expires(self._now_ms):
-            self._lose_heartbeat()
+            # The program that runs stops, and that is latched; without one the robot only warns.
+            cause = f"heartbeat {self._watchdog.heartbeat} stood still"
+            if self._executor.state is ProgramState.ABORTED:
+                self._raise(alarms.HEARTBEAT_SILENT, cause)
+                self._watchdog.reset()
+            else:
+                self._raise(alarms.HEARTBEAT_LOST, cause)
         if self._executor.state is ProgramState.RUNNING:
             self._execute()
         self._motion.step(self.override / 100.0, self._executor.state is not ProgramState.RUNNING)
@@ -210,15 +216,6 @@ class Controller:
         if not any(self._zero):
             return self._motion.positions
         return tuple([q + zero for q, zero in zip(self._motion.positions, self._zero)])
-
-    def _lose_heartbeat(self) -> None:
-        """Stop the program that runs, and latch it; a robot that runs none only warns."""
-        cause = f"heartbeat {self._watchdog.heartbeat} stood still"
-        if self._executor.state is ProgramState.ABORTED:
-            self._raise(alarms.HEARTBEAT_SILENT, cause)
-            self._watchdog.reset()
-        else:
-            self._raise(alarms.HEARTBEAT_LOST, cause)
 
     def snapshot(self) -> Snapshot:
         """Return what can be read now."""
@@ -313,26 +310,19 @@ class Controller:
         elif isinstance(step, GripperStep):
             self._gripper, self._gripper_wait = step.on, 0.0
         elif isinstance(self._executor.step, GripperStep):
-            self._wait_for_vacuum(self._executor.step)
+            # The program pauses when the gripper has not answered in time; START waits again.
+            self._gripper_wait += self._dt
+            if self._gripper_wait > self._config.gripper_timeout_ms * 1e-3:
+                self._gripper_wait, waits = 0.0, self._executor.step
+                level = "ON" if waits.on else "OFF"
+                self._raise(alarms.NO_VACUUM, f"RI[1] is not {level} in line {waits.line}")
         elif isinstance(self._executor.step, StreamStep):
-            self._stream()
-
-    def _stream(self) -> None:
-        """Hand the stream program its set point; raise an alarm if the robot cannot go there."""
-        try:
-            wanted = self.source.wanted(self._clock_at(self._now_ms))
-        except SetpointRefusedError as refused:
-            self._raise(refused.code, str(refused))
-        else:
-            self._motion.stream(wanted, self.source.speed_percent / 100.0)
-
-    def _wait_for_vacuum(self, step: GripperStep) -> None:
-        """Pause the program when the gripper has not answered in time; START waits again."""
-        self._gripper_wait += self._dt
-        if self._gripper_wait > self._config.gripper_timeout_ms * 1e-3:
-            self._gripper_wait = 0.0
-            level = "ON" if step.on else "OFF"
-            self._raise(alarms.NO_VACUUM, f"RI[1] is not {level} in line {step.line}")
+            try:
+                wanted = self.source.wanted(self._clock_at(self._now_ms))
+            except SetpointRefusedError as refused:
+                self._raise(refused.code, str(refused))
+            else:
+                motion.stream(wanted, self.source.speed_percent / 100.0)
 
     def _raise(self, code: AlarmCode, cause: str) -> None:
         """Make an alarm active and do what its severity asks for."""

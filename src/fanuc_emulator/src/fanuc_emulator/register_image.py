@@ -88,7 +88,12 @@ class RegisterImage:
             number = getattr(snapshot, field)
             if before is None or getattr(before, field) != number:
                 self._put(name, (number,))
-        self._show_override(snapshot, before)
+        percent = snapshot.general_override
+        if self._override_waits:
+            # A tick that did not know what was written last changes nothing.
+            self._override_waits = round(float(self._get("override")[0])) != percent
+        elif before is None or before.general_override != percent:
+            self._put("override", (percent,))
         self._show_signals(snapshot)
         if before is None or before.program_name != snapshot.program_name:
             self._put("program_name", snapshot.program_name)
@@ -169,7 +174,9 @@ class RegisterImage:
                 case "override":
                     controller.write_override(round(float(value[0])))
                 case "ring_setpoint":
-                    controller.source.ring.write_rows(self._rows(value))  # type: ignore[arg-type]
+                    axes = self._registers["setpoint"].count
+                    rows = [value[at : at + axes] for at in range(0, len(value), axes)]
+                    controller.source.ring.write_rows([self.joint_positions(row) for row in rows])  # type: ignore[arg-type]
                 case "ring_clock_ms":
                     controller.source.ring.write_times([int(time) for time in value])
                 case "ring_write":
@@ -183,11 +190,6 @@ class RegisterImage:
                 controller, int(written[word.register][0]), int(written[word.sequence][0])
             )
 
-    def _rows(self, values: Sequence[float]) -> list[tuple[float, ...]]:
-        """Return the set points of the ring, one after the other [SI]."""
-        axes = self._registers["setpoint"].count
-        return [self.joint_positions(values[at : at + axes]) for at in range(0, len(values), axes)]
-
     def _command(self, controller: Controller, code: int, sequence: int) -> None:
         """Obey a numbered command once; a code that nobody knows is confirmed and does nothing."""
         if sequence == self._sequence:
@@ -198,14 +200,6 @@ class RegisterImage:
             controller.write_input(name, level)
         elif name:
             controller.pulse_input(name)
-
-    def _show_override(self, snapshot: Snapshot, before: Snapshot | None) -> None:
-        """Fill the override; a tick that did not know what was written last changes nothing."""
-        percent = snapshot.general_override
-        if self._override_waits:
-            self._override_waits = round(float(self._get("override")[0])) != percent
-        elif before is None or before.general_override != percent:
-            self._put("override", (percent,))
 
     def _show_signals(self, snapshot: Snapshot) -> None:
         """Fill the words of outputs, inputs and the confirmed command, where the map has such."""

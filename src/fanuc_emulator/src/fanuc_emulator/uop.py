@@ -169,17 +169,14 @@ class Inputs:
             self._strobed = value
             return self.due(now_ms)
         asked = _EDGES.get((name, value))
-        if asked is None or self._is_pns(name):
+        # With the simple allocation RSR is not there: these are bits of a program's number.
+        if asked is None or (self._settings.uop == "simple" and name in _PNS):
             return []
         if name in _OFF_AFTER_LONG_ENOUGH:
             since = self._since.pop(name)
             if now_ms - since < self._settings.shortest_pulse_ms:
                 return []
         return [self._asked(name, asked)]
-
-    def _is_pns(self, name: str) -> bool:
-        """With the simple allocation RSR is not there: these are bits of a program's number."""
-        return self._settings.uop == "simple" and name in _PNS
 
     def _asked(self, name: str, request: UopRequest) -> Asked:
         """Return a request with the number that it is about; 0: none."""

@@ -132,7 +132,12 @@ class CellShell:
                 self._perform(actions, cell)
             if cell.phase is not Phase.STARTING and self._watch is not None:
                 self._watch.rest()
-            self._limit_logs()
+            # The nodes' output must not fill the disk.
+            full = self._log_pace.is_due(time.monotonic()) and self._processes.limit_logs(
+                self._deadlines.log_limit_mb
+            )
+            for log in full or ():
+                screen.say(f"cell: {log} was full and begins anew; the one before it: {log.name}.1")
             time.sleep(LOOP_PERIOD)
         return cell.exit_code
 
@@ -144,7 +149,10 @@ class CellShell:
         now = time.monotonic()
         if cell.phase is Phase.STARTING and now >= self._next_check:
             self._next_check = now + self._deadlines.check_period
-            events.append(Checked(missing(cell.nodes, self._look(), namespace())))
+            services, topics = self._master.services_and_topics()
+            mode, why = self._watch.last() if self._watch else ("", "")
+            seen = Seen(services, topics, listening_ports(), mode, why)
+            events.append(Checked(missing(cell.nodes, seen, namespace())))
         if cell.phase is Phase.STARTING and now >= self._next_word and cell.lacking:
             self._next_word = now + PATIENCE_PERIOD
             screen.say(
@@ -153,30 +161,24 @@ class CellShell:
             )
         return [*events, TimePassed()]
 
-    def _limit_logs(self) -> None:
-        """Keep the nodes' output from filling the disk, and say so."""
-        if self._log_pace.is_due(time.monotonic()):
-            for log in self._processes.limit_logs(self._deadlines.log_limit_mb):
-                screen.say(f"cell: {log} was full and begins anew; the one before it: {log.name}.1")
-
-    def _look(self) -> Seen:
-        """See what there is of the cell."""
-        services, topics = self._master.services_and_topics()
-        mode, why = self._watch.last() if self._watch else ("", "")
-        return Seen(services, topics, listening_ports(), mode, why)
-
     def _perform(self, actions: list[Action], cell: Cell) -> None:
         """Carry out actions."""
         for action in actions:
             if isinstance(action, StartNode):
                 self._processes.start(action.node, foreground=action.node.name == self._foreground)
             elif isinstance(action, SendSignal):
-                self._leave_master()
+                if self._watch is not None:
+                    # No longer a node before the nodes and their master end.
+                    self._watch.close()
+                    self._watch = None
                 self._processes.signal(action.names, action.number)
             elif isinstance(action, Announce):
                 self._announce(cell)
             elif isinstance(action, Explain):
-                self._explain(action)
+                screen.complain(action.text)
+                for name in action.logs:
+                    lines = self._processes.last_lines(name, self._deadlines.log_lines)
+                    screen.show_log(str(self._processes.log_of(name)), lines)
 
     def _announce(self, cell: Cell) -> None:
         """Tell that the cell is ready: to the person here, and to whoever asks for its status."""
@@ -221,19 +223,6 @@ class CellShell:
             nodes=nodes,
             runs=self._shown.runs,
         )
-
-    def _explain(self, action: Explain) -> None:
-        """Say why the cell ends, with the logs that belong to it."""
-        screen.complain(action.text)
-        for name in action.logs:
-            lines = self._processes.last_lines(name, self._deadlines.log_lines)
-            screen.show_log(str(self._processes.log_of(name)), lines)
-
-    def _leave_master(self) -> None:
-        """Be no longer a node before the nodes and their master end."""
-        if self._watch is not None:
-            self._watch.close()
-            self._watch = None
 
     def _start_master(self) -> None:
         """Start a ROS master and wait until it answers.

@@ -51,7 +51,9 @@ def missing(nodes: Iterable[NodePlan], seen: Seen, namespace: str = "/") -> tupl
     nodes = list(nodes)
     found = [Missing(node.name, what) for node in nodes for what in _lacks(node, seen, namespace)]
     if any(node.name == CONTROLLER for node in nodes) and seen.mode != READY_MODE:
-        found.append(Missing(CONTROLLER, _mode_text(seen)))
+        said = f": it is {seen.mode}" if seen.mode else " (no twin_controller/state yet)"
+        why = f" ({seen.why})" if seen.mode and seen.why else ""
+        found.append(Missing(CONTROLLER, f"mode {READY_MODE}{said}{why}"))
     return tuple(found)
 
 
@@ -66,10 +68,3 @@ def _lacks(node: NodePlan, seen: Seen, namespace: str) -> list[str]:
     if node.port is not None and node.port not in seen.ports:
         lacks.append(f"a listener at port {node.port}")
     return lacks
-
-
-def _mode_text(seen: Seen) -> str:
-    """Say what the twin controller waits for."""
-    if not seen.mode:
-        return f"mode {READY_MODE} (no twin_controller/state yet)"
-    return f"mode {READY_MODE}: it is {seen.mode}" + (f" ({seen.why})" if seen.why else "")

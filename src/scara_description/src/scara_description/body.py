@@ -16,7 +16,7 @@ from typing import Annotated
 import msgspec
 import numpy as np
 from msgspec import Meta
-from scara_config import ConfigError, Joint, Robot, load, locate
+from scara_config import ConfigError, Robot, load, locate
 from scara_config.quantities import BodyCoordinate, BodySize
 
 from scara_description.inertia import FloatArray, with_inertia
@@ -190,7 +190,10 @@ def _joint(link: Link, robot: Robot, at: FloatArray, turn: FloatArray) -> list[s
     ]
     lines += [f'    <parent link="{link.parent}"/>', f'    <child link="{link.name}"/>']
     if joint is not None:
-        lines.append(f'    <axis xyz="{_numbers(_axis(joint))}"/>')
+        # A joint that does not move the tool turns about z.
+        screw = np.array(joint.screw_axis or (0.0, 0.0, 1.0, 0.0, 0.0, 0.0), dtype=float)
+        axis = screw[3:] if joint.si_unit == "m" else screw[:3]
+        lines.append(f'    <axis xyz="{_numbers(axis)}"/>')
         limits = (
             f'lower="{joint.lower!r}" upper="{joint.upper!r}" '
             f'effort="{_number(joint.effort)}" velocity="{joint.velocity!r}"'
@@ -200,12 +203,6 @@ def _joint(link: Link, robot: Robot, at: FloatArray, turn: FloatArray) -> list[s
             f'    <dynamics damping="{_number(link.damping)}" friction="{_number(link.friction)}"/>'
         )
     return [*lines, "  </joint>"]
-
-
-def _axis(joint: Joint) -> FloatArray:
-    """Return the direction of a joint; one that does not move the tool turns about z."""
-    screw = np.array(joint.screw_axis or (0.0, 0.0, 1.0, 0.0, 0.0, 0.0), dtype=float)
-    return screw[3:] if joint.si_unit == "m" else screw[:3]
 
 
 def _transmission(name: str) -> list[str]:

@@ -55,11 +55,19 @@ def main() -> None:
     """Run the node."""
     with starting(NAME) as folder:
         rate = _rate(rospy.get_param("~rate", RATE_HZ))
-        twin, real = _describe(_file(folder))
-        profile = _profile(folder)
+        file = rospy.get_param("~file", "") or load_robot(folder).description
+        twin, real = _describe(Path(str(file)))
+        # As parameters can hold them.
+        profile = {
+            name: as_parameter(load(locate(f"{name}.yaml", folder), dict[str, Any]))
+            for name in PROFILE
+        }
     described = {"robot_description": twin.text, "real/robot_description": real.text}
     keep_parameters({**described, **{f"profile/{name}": tree for name, tree in profile.items()}})
-    told = [_latched(name, text) for name, text in described.items()]
+    told = []
+    for name, text in described.items():
+        told.append(rospy.Publisher(name, String, queue_size=1, latch=True))
+        told[-1].publish(String(text))
     publisher = StatePublisher(twin.frames.renamed(own_frame), real.frames.renamed(own_frame), rate)
     rospy.on_shutdown(publisher.end)
     rospy.loginfo("%s is ready", NAME)
@@ -163,27 +171,6 @@ def _rate(given: object) -> float:
     if isinstance(given, (int, float)) and low <= given <= high:
         return float(given)
     raise ConfigError(f"~rate = {given!r}: must be a number from {low:g} to {high:g} [Hz]")
-
-
-def _file(folder: Path) -> Path:
-    """Return the URDF that is shown."""
-    if rospy.has_param("~file"):
-        return Path(str(rospy.get_param("~file")))
-    return load_robot(folder).description
-
-
-def _profile(directory: Path) -> dict[str, dict[str, Any]]:
-    """Return the files of the robot's profile as parameters can hold them, by name."""
-    return {
-        name: as_parameter(load(locate(f"{name}.yaml", directory), dict[str, Any]))
-        for name in PROFILE
-    }
-
-
-def _latched(name: str, text: str) -> rospy.Publisher:
-    publisher = rospy.Publisher(name, String, queue_size=1, latch=True)
-    publisher.publish(String(text))
-    return publisher
 
 
 def _describe(file: Path) -> tuple[Description, Description]:

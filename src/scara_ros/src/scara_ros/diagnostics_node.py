@@ -38,10 +38,12 @@ class Diagnostics:
         """
         log = log_diagnosis(lost_lines.loss, rospy.get_name())
         everything = found if log is None else (*found, log)
-        array = DiagnosticArray(status=[self._status(diagnosis) for diagnosis in everything])
+        array = DiagnosticArray()
+        for each in everything:
+            values = [KeyValue(name, str(value)) for name, value in each.values.items()]
+            status = DiagnosticStatus(
+                each.level, each.name, each.message, self._hardware_id, values
+            )
+            array.status.append(status)
         array.header.stamp = rospy.get_rostime() if stamp is None else stamp
         self._publisher.publish(array)
-
-    def _status(self, found: Diagnosis) -> DiagnosticStatus:
-        values = [KeyValue(name, str(value)) for name, value in found.values.items()]
-        return DiagnosticStatus(found.level, found.name, found.message, self._hardware_id, values)

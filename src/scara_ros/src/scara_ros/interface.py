@@ -87,7 +87,7 @@ class _Module:
             yield from self._look(child, bound)
 
     def _declared(self, call: ast.Call, bound: Texts) -> Iterator[Declared]:
-        callee = _last_name(call.func)
+        callee = getattr(call.func, "attr", getattr(call.func, "id", ""))
         if callee in PARAMETER_CALLS and call.args:
             default = self._literal(call.args[1]) if len(call.args) > 1 else ""
             for name in self._texts(call.args[0], bound):
@@ -183,7 +183,3 @@ def _group(callee: str, kind: str) -> str:
     if kind == "msg":
         return "publishes" if callee == "Publisher" else "subscribes"
     return "calls" if callee in CLIENTS else "offers"
-
-
-def _last_name(node: ast.expr) -> str:
-    return node.attr if isinstance(node, ast.Attribute) else getattr(node, "id", "")

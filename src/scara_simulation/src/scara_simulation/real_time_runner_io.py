@@ -162,7 +162,14 @@ class RealTimeRunner:
         reported_ns, last = self._reported
         changed = (self.paused, self._stalls, self._clock_steps, self._refused)
         if now_ns - began >= 1_000_000_000 // self._config.diagnostics_rate_hz:
-            self._check_system_clock()
+            # The nominal time axis moves when the system's clock was stepped. Slewing moves both
+            # clocks alike.
+            step = time.time_ns() - time.monotonic_ns() - self._clock_offset_ns
+            if self._follow and abs(step) > self._config.clock_step_limit_ms * 1e6:
+                with self.lock:
+                    self.simulation.skip(step)
+                self._clock_offset_ns += step
+                self._clock_steps += 1
             speed = (self.simulation.steps - steps) * self._config.step_ns / (now_ns - began)
             self._window = (now_ns, self.simulation.steps, self._deadlines.report(), speed)
         elif changed == last or now_ns - reported_ns < _CHANGE_PERIOD_NS:
@@ -186,15 +193,3 @@ class RealTimeRunner:
             refused=self._refused,
             last_refusal=self._last_refusal,
         )
-
-    def _check_system_clock(self) -> None:
-        """Move the nominal time axis when the system's clock was stepped.
-
-        Slewing moves both clocks alike.
-        """
-        step = time.time_ns() - time.monotonic_ns() - self._clock_offset_ns
-        if self._follow and abs(step) > self._config.clock_step_limit_ms * 1e6:
-            with self.lock:
-                self.simulation.skip(step)
-            self._clock_offset_ns += step
-            self._clock_steps += 1

@@ -94,14 +94,11 @@ class ServoLoop:
             try:
                 while base is not None and (due := base + (self._tick + 1) * self._period) <= now:
                     self._tick += 1
-                    self._step(due)
+                    # With the writes that had arrived by then.
+                    while self._mailbox and self._mailbox[0][0] <= due:
+                        self._mailbox.popleft()[1](self._controller)
+                    self._newest = self._controller.step()
+                    if self._observe is not None:
+                        self._observe(self._newest, due)
             except BaseException as error:
                 self.failure, self._base = error, None
-
-    def _step(self, due: float) -> None:
-        """Compute the tick that was due then, with the writes that had arrived."""
-        while self._mailbox and self._mailbox[0][0] <= due:
-            self._mailbox.popleft()[1](self._controller)
-        self._newest = self._controller.step()
-        if self._observe is not None:
-            self._observe(self._newest, due)

@@ -142,7 +142,12 @@ class CellParts:
         changing = target is not None if held is None else not suction
         self._closed = self._closed + dt if changing else 0.0
         if target is not None and self._closed >= gripper.vacuum_ms * 1e-3:
-            self._grip(target)
+            place, before, (x, y, z) = self.place(target), target.on, self._tool
+            target.x, target.y, target.z = place[0] - x, place[1] - y, place[2] - z
+            target.on, target.turns = "gripper", False
+            self.held, self._closed = target, 0.0
+            said = f"{target.name} was gripped"
+            self._tell(Event("gripped", target.name, before, place, said))
         elif held is not None and changing and self._closed >= gripper.release_ms * 1e-3:
             self._release(held)
 
@@ -158,14 +163,6 @@ class CellParts:
             ):
                 return part
         return None
-
-    def _grip(self, part: Part) -> None:
-        place, before = self.place(part), part.on
-        x, y, z = self._tool
-        part.x, part.y, part.z = place[0] - x, place[1] - y, place[2] - z
-        part.on, part.turns = "gripper", False
-        self.held, self._closed = part, 0.0
-        self._tell(Event("gripped", part.name, before, place, f"{part.name} was gripped"))
 
     def _release(self, part: Part) -> None:
         """Let a part go: it lies at once on what is below it."""

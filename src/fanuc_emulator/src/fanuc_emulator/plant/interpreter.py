@@ -77,7 +77,12 @@ class StreamInterpreter:
     def _plan(self, wanted: Targets, speed: float) -> None:
         """Plan a straight motion from the end of the last one; the filters round its corners."""
         if self._idle >= BREAK_S:
-            self._begin_at_rest()
+            # The lag grows, or begins anew after a long rest.
+            file = self._file
+            lag = file.lag_ms
+            if self._idle < file.rest_s:
+                lag = min(1e3 * self.lag + file.lag_step_ms, file.lag_largest_ms)
+            self._lag = round(1e-3 * lag / self._period)
         begin, self._end = self._end, wanted
         longest = max(abs(b - a) / (v * speed) for a, b, v in zip(begin, wanted, self._velocities))
         count = max(1, math.ceil(longest / self._period - 1e-9))
@@ -85,14 +90,6 @@ class StreamInterpreter:
             part = k / count
             self._motion.append(tuple([a + part * (b - a) for a, b in zip(begin, wanted)]))
         self._motion.append(wanted)
-
-    def _begin_at_rest(self) -> None:
-        """Let the lag grow, or begin anew after a long rest."""
-        file = self._file
-        lag = file.lag_ms
-        if self._idle < file.rest_s:
-            lag = min(1e3 * self.lag + file.lag_step_ms, file.lag_largest_ms)
-        self._lag = round(1e-3 * lag / self._period)
 
 
 def interpreter_of(plant: Plant, joints: Sequence[Joint]) -> StreamInterpreter | None:

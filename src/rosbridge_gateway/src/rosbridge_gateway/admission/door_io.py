@@ -63,14 +63,22 @@ class Door:
             NotAdmittedError: It is a web page that may not connect, its token is unknown, it needs
                 one, or it has brought too many wrong ones.
         """
-        origins = self._page_origins(headers)
+        origins = headers.get_all("Origin")
+        # There is no page at the gateway's own address: a program names it so (websocket-client).
+        if len(origins) == 1 and is_allowed(origins[0], self._own_origins):
+            origins = []
         if any(not is_allowed(origin, self._origins) for origin in origins):
             raise NotAdmittedError(HTTPStatus.FORBIDDEN, _unknown_page(origins[0]))
         token = _token(headers, path)
         if token is not None:
             role = self._role_by(token, host, now)
             if any(is_file(origin) for origin in origins):
-                return self._file_page()
+                # It reads only, whatever token it has brought: any web site can make a frame with
+                # the same origin, and ask its visitor for a token.
+                if not self._page_role:
+                    why = "pages need a page_role in gateway.yaml"
+                    raise NotAdmittedError(HTTPStatus.FORBIDDEN, why)
+                return Visitor(self._page_role, is_page=True)
             person = self._persons.get(token, "")
             return Visitor(role, False, person, token if person else "")
         # Whatever page a browser shows: its user may have opened it without knowing what it does.
@@ -78,24 +86,6 @@ class Door:
         if role and ipaddress.ip_address(host.partition("%")[0]).is_loopback:
             return Visitor(role, is_page=bool(origins))
         raise NotAdmittedError(HTTPStatus.UNAUTHORIZED, "a token is needed")
-
-    def _page_origins(self, headers: Headers) -> list[str]:
-        """Return the origins that a browser may have given for its page.
-
-        There is no page at the gateway's own address: a program names it so (websocket-client).
-        """
-        given = headers.get_all("Origin")
-        is_own = len(given) == 1 and is_allowed(given[0], self._own_origins)
-        return [] if is_own else given
-
-    def _file_page(self) -> Visitor:
-        """Let a page read that was opened from a file, whatever token it has brought.
-
-        Any web site can make a frame with the same origin, and ask its visitor for a token.
-        """
-        if not self._page_role:
-            raise NotAdmittedError(HTTPStatus.FORBIDDEN, "pages need a page_role in gateway.yaml")
-        return Visitor(self._page_role, is_page=True)
 
     def _role_by(self, token: str, host: str, now: float) -> str:
         wait = self._guesses.wait(host, now)

@@ -87,7 +87,12 @@ class Client:
                 elif found is not None:
                     self.answer(found)
                 self._tell_audit()
-                await self._make_way()
+                # The others have their turn, and we wait as long as the budget says.
+                wait = self._connection.wait()
+                remark = self.session.held_back(wait, time.monotonic()) if wait else None
+                if remark is not None:
+                    self.answer(remark)
+                await self._connection.make_way()
         except ConnectionClosed:
             pass
         finally:
@@ -121,15 +126,6 @@ class Client:
         elif outcome is not None:
             self.answer(outcome)
         self._tell_audit()
-
-    async def _make_way(self) -> None:
-        """Let the others have their turn, and wait as long as the budget says."""
-        wait = self._connection.wait()
-        if wait:
-            remark = self.session.held_back(wait, time.monotonic())
-            if remark is not None:
-                self.answer(remark)
-        await self._connection.make_way()
 
     def remark(self, text: str, packet_id: PacketId = UNSET) -> None:
         """Tell the client something that it has not asked for, about a packet of it if known."""

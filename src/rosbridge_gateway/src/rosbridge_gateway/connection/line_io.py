@@ -178,7 +178,9 @@ class Line(ServerConnection):
             return
         wait = self.wait()
         if not self._pieces and not wait and not self._queue_is_full:
-            self._read()
+            if not self.transport.is_closing():
+                self._late_turn = self._poll.turn  # what has waited is there at the next look
+                self.transport.resume_reading()
             return
         self._hold()
         if self._queue_is_full:
@@ -193,14 +195,11 @@ class Line(ServerConnection):
         with self.charged():
             super().data_received(piece)
         if self.protocol.parser_exc is not None:
-            self._give_up()
-
-    def _give_up(self) -> None:
-        """End a connection that broke the protocol; a word of why, and nothing more is read."""
-        self._pieces.clear()
-        self._end()
-        self.transport.pause_reading()
-        self.loop.call_later(self.close_timeout or 0.0, self.transport.abort)
+            # It broke the protocol: a word of why, and nothing more is read.
+            self._pieces.clear()
+            self._end()
+            self.transport.pause_reading()
+            self.loop.call_later(self.close_timeout or 0.0, self.transport.abort)
 
     def _end(self) -> None:
         if not self._ended.done():
@@ -210,11 +209,6 @@ class Line(ServerConnection):
         if self._late_since is None:
             self._late_since = time.monotonic()
         self.transport.pause_reading()
-
-    def _read(self) -> None:
-        if not self.transport.is_closing():
-            self._late_turn = self._poll.turn  # what has waited is there at the next look
-            self.transport.resume_reading()
 
     def _queue_filled(self) -> None:
         self._queue_is_full = True

@@ -66,7 +66,9 @@ class Sending:
             self._full_since = None
             frames = self.outbox.pop(now)
             if frames is None:
-                self._wake_when_due(now)
+                due = self.outbox.next_due()
+                if due is not None:
+                    self._timer = self._loop.call_later(max(due - now, 0.0), self.flush)
                 return
             for part in frames.parts:
                 broadcast([self._line], part, text=frames.is_text)
@@ -75,8 +77,3 @@ class Sending:
             self._drop(f"took nothing for {self._stall_timeout:g} s")
             return
         self._timer = self._loop.call_later(_DRAIN_POLL, self.flush)
-
-    def _wake_when_due(self, now: float) -> None:
-        due = self.outbox.next_due()
-        if due is not None:
-            self._timer = self._loop.call_later(max(due - now, 0.0), self.flush)

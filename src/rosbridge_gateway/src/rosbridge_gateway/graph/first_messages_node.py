@@ -58,7 +58,9 @@ class Opening(rospy.SubscribeListener):  # type: ignore[misc]
                 if impl.is_latch:
                     impl.latch = message
                 sequence = impl.seq
-                for connection in self._alive():
+                present = impl.connections
+                self._greeted = [c for c in self._greeted if any(c is one for one in present)]
+                for connection in self._greeted:
                     impl.seq = sequence  # one message has one number, whoever gets it
                     impl.publish(message, connection_override=connection)
         return True
@@ -105,8 +107,3 @@ class Opening(rospy.SubscribeListener):  # type: ignore[misc]
             for message in kept:
                 with self._publishing:
                     impl.publish(message, connection_override=connection)
-
-    def _alive(self) -> list[Any]:
-        present = self._impl.connections
-        self._greeted = [c for c in self._greeted if any(c is one for one in present)]
-        return self._greeted

@@ -237,7 +237,9 @@ class RosGraph(RosView):
             publisher.publish(message)
         except (ConversionError, rospy.ROSException, genpy.MessageException) as error:
             raise GraphError(f"{topic}: {error}") from error
-        if time.monotonic() >= publication.told_until or _hearers(publisher):
+        # This node listens to stops itself.
+        hearers = (one.endpoint_id != rospy.get_name() for one in publisher.impl.connections)
+        if time.monotonic() >= publication.told_until or any(hearers):
             return None
         publication.told_until = 0.0  # once is enough
         return (
@@ -393,8 +395,3 @@ class RosGraph(RosView):
 def _others(nodes: Nodes, name: str) -> list[str]:
     """Return the nodes behind ``name``, this one left out."""
     return [node for node in nodes.get(name, []) if node != rospy.get_name()]
-
-
-def _hearers(publisher: rospy.Publisher) -> int:
-    """Return how many others hear a topic: this node listens to stops itself."""
-    return sum(one.endpoint_id != rospy.get_name() for one in publisher.impl.connections)

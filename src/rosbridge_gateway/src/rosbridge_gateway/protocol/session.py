@@ -131,7 +131,12 @@ class Session:
             return None
         if isinstance(packet, Status):
             return None
-        return self._judge(packet, now)
+        try:
+            name = names.resolve(_written(packet), self._namespace)
+        except names.NameNotLegalError as error:
+            return self.refuse(packet, str(error), now)
+        reason = self._roles.authorise(self.role, _op(packet), name) or self._exceeded(packet, name)
+        return self.refuse(packet, reason, now) if reason else Request(packet, name)
 
     def _unwrap(self, outer: packets.Fragment | packets.Png, now: float) -> Arrived | Packet | None:
         """Read the packet inside an image, or inside fragments as soon as all are there."""
@@ -186,15 +191,6 @@ class Session:
             f"{self.role}.takes in gateway.yaml",
             UNSET,
         )
-
-    def _judge(self, packet: Packet, now: float) -> Request | Packet | None:
-        """Check name, role and limits of a well-formed packet."""
-        try:
-            name = names.resolve(_written(packet), self._namespace)
-        except names.NameNotLegalError as error:
-            return self.refuse(packet, str(error), now)
-        reason = self._roles.authorise(self.role, _op(packet), name) or self._exceeded(packet, name)
-        return self.refuse(packet, reason, now) if reason else Request(packet, name)
 
     def is_exempt(self, right: str, name: str) -> bool:
         """Return whether ``name`` may be used beside other nodes; see :class:`Roles`."""

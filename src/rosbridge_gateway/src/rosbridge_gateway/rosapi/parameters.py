@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from base64 import b64encode
 from typing import Any, Protocol
@@ -41,7 +42,9 @@ def get_param(server: ParameterServer, name: str, default: str) -> dict[str, Any
     try:
         value = server.get(name)
     except KeyError:
-        value = _default(default)
+        value = default or None
+        with contextlib.suppress(ValueError):
+            value = json.loads(default)
     return {"value": json.dumps(value, default=_unusual)}
 
 
@@ -91,15 +94,6 @@ def delete_param(server: ParameterServer, name: str) -> dict[str, Any]:
 def get_param_names(server: ParameterServer) -> dict[str, Any]:
     """List all that are set."""
     return {"names": sorted(server.names())}
-
-
-def _default(text: str) -> Any:
-    if not text:
-        return None
-    try:
-        return json.loads(text)
-    except ValueError:
-        return text
 
 
 def _unusual(value: Any) -> str:

@@ -74,27 +74,28 @@ class Outgoing:
     def frames(self, form: Form) -> Frames:
         """Return the packet in a form; callable from any thread."""
         known = self._frames.get(form)
-        if known is None:
-            known = self._frames[form] = self._encode(form)
-        return known
-
-    def _encode(self, form: Form) -> Frames:
+        if known is not None:
+            return known
         if form.compression in ("cbor", "cbor-raw"):
-            return Frames((cbor.publish_packet(form.topic, self._body(form.compression)),), False)
-        packet = encode_publish(form.topic, self._body("none"))
-        if form.compression == "png":
-            packet = msgspec.json.encode({"op": "png", "data": self._encoders.png(packet)})
-        return Frames(split(packet, form.fragment_size, f"publish:{self._number}"))
+            packet = cbor.publish_packet(form.topic, self._body(form.compression))
+            made = Frames((packet,), False)
+        else:
+            packet = encode_publish(form.topic, self._body("none"))
+            if form.compression == "png":
+                packet = msgspec.json.encode({"op": "png", "data": self._encoders.png(packet)})
+            made = Frames(split(packet, form.fragment_size, f"publish:{self._number}"))
+        self._frames[form] = made
+        return made
 
     def _body(self, kind: str) -> bytes:
         """Return the message alone, without its packet."""
-        if kind not in self._bodies:
-            self._bodies[kind] = self._encode_body(kind)
-        return self._bodies[kind]
-
-    def _encode_body(self, kind: str) -> bytes:
-        if kind == "cbor":
-            return self._encoders.cbor(self._message)
-        if kind == "cbor-raw":
-            return cbor.raw_message(*self._received, self._encoders.raw(self._message))
-        return self._encoders.json(self._message)
+        made = self._bodies.get(kind)
+        if made is None:
+            if kind == "cbor":
+                made = self._encoders.cbor(self._message)
+            elif kind == "cbor-raw":
+                made = cbor.raw_message(*self._received, self._encoders.raw(self._message))
+            else:
+                made = self._encoders.json(self._message)
+            self._bodies[kind] = made
+        return made

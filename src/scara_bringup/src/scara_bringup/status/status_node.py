@@ -67,7 +67,10 @@ def show_status(commands: bool, name: str | None = None) -> int:
         if not cells:
             console.print(f"cell: no cell called {name} runs; there are: {there}", markup=False)
             return NOBODY
-    heard = os.environ["ROS_MASTER_URI"] = _master_to_hear(cells)
+    # The environment's own, if it is among them.
+    heard = os.environ.get("ROS_MASTER_URI", "")
+    if all(cell.master_uri != heard for cell in cells):
+        heard = os.environ["ROS_MASTER_URI"] = cells[0].master_uri
     listener = Listener(heard)
     before = {node.pid: usage_of(node.pid) for cell in cells for node in cell.nodes}
     begun = time.monotonic()
@@ -87,17 +90,11 @@ def show_status(commands: bool, name: str | None = None) -> int:
                 f"its nodes were not heard: ROS_MASTER_URI={cell.master_uri} ./cell status",
                 soft_wrap=True,
             )
-        if commands:
-            _print_commands(console, cell)
+        for node in cell.nodes if commands else ():
+            console.print(escape(node.command), soft_wrap=True)
+            console.print(escape(f"    {node.log}"), soft_wrap=True)
         dead = dead or not all(state.alive for state in states)
     return DEAD if dead else 0
-
-
-def _master_to_hear(cells: list[RunningCell]) -> str:
-    """Return the master whose nodes are heard: that of the environment, else the first cell's."""
-    uris = [cell.master_uri for cell in cells]
-    wanted = os.environ.get("ROS_MASTER_URI", "")
-    return wanted if wanted in uris else uris[0]
 
 
 def _print_cell(console: Console, cell: RunningCell, states: list[NodeState]) -> None:
@@ -129,10 +126,3 @@ def _print_cell(console: Console, cell: RunningCell, states: list[NodeState]) ->
         "Output": cell.folder,
     }.items():
         console.print(escape(f"{title + ':':19} {address}"), soft_wrap=True)
-
-
-def _print_commands(console: Console, cell: RunningCell) -> None:
-    """Print what starts each node by hand, and where its output is."""
-    for node in cell.nodes:
-        console.print(escape(node.command), soft_wrap=True)
-        console.print(escape(f"    {node.log}"), soft_wrap=True)

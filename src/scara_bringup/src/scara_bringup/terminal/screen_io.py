@@ -54,18 +54,13 @@ def page_addresses(doors: Doors, nodes: Iterable[NodePlan], folder: Path) -> dic
     found = {}
     for name, door in places.items():
         if name in names:
-            token = _token(*TOKENS[name], folder)
+            variable, file_name = TOKENS[name]
+            file, token = folder / "ros_home" / file_name, os.environ.get(variable, "")
+            if not token and file.is_file():
+                token = file.read_text(encoding="ascii").strip()
             query = f"?token={token}" if token else ""
             found[TITLES[name]] = f"http://{door.host}:{door.port}/{query}"
     return found
-
-
-def _token(variable: str, file_name: str, folder: Path) -> str:
-    """Return the token of a page, empty if it cannot be told."""
-    file = folder / "ros_home" / file_name
-    return os.environ.get(variable) or (
-        file.read_text(encoding="ascii").strip() if file.is_file() else ""
-    )
 
 
 def show_cell(
@@ -86,7 +81,9 @@ def show_cell(
     text.append(f"results and logs: {folder}\n")
     text.append("nodes, what they use and what they say: ./cell status\n")
     text.append("\nIn another shell, after `source env.sh`:\n")
-    for line in (*_settings(master_uri), _move(), *examples):
+    x, y, z = list(load_robot().positions_m.values())[-1]
+    move = f'rosservice call move_to "{{x: {x}, y: {y}, z: {z}}}"'
+    for line in (*_settings(master_uri), move, *examples):
         text.append(f"  {line}\n")
     for title, address in addresses.items():
         text.append("\n  ")
@@ -98,12 +95,6 @@ def show_cell(
     with console.capture() as captured:
         console.print(text)
     say(captured.get().rstrip("\n"))
-
-
-def _move() -> str:
-    """Return a call that sends the tool of this very robot somewhere."""
-    x, y, z = list(load_robot().positions_m.values())[-1]
-    return f'rosservice call move_to "{{x: {x}, y: {y}, z: {z}}}"'
 
 
 def _settings(master_uri: str) -> list[str]:

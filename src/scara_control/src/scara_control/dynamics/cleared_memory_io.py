@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 LARGE = 16 << 20
 """What is cleared is looked for in memory that is at least so large [bytes]; our choice."""
@@ -33,20 +32,13 @@ def give_back_cleared() -> int:
         cleared = np.concatenate(([False], ~words.any(axis=1), [False]))
         changes = np.flatnonzero(cleared[1:] != cleared[:-1]).tolist()
         for first, last in zip(changes[::2], changes[1::2]):
-            given += _give_back(library, words[first:last])
+            pages = words[first:last]
+            # The interpreter may have put its own objects there since they were found: the list of
+            # them is one. What is needed from here on is made before they are looked at again.
+            place, size, count = pages.ctypes.data, pages.nbytes, len(pages)
+            if count >= _RUN and not pages.any():
+                given += 0 if library.madvise(place, size, mmap.MADV_DONTNEED) else count
     return given
-
-
-def _give_back(library: ctypes.CDLL, pages: NDArray[np.uint64]) -> int:
-    """Give back pages that still hold only zeros; return how many.
-
-    The interpreter may have put its own objects there since they were found: the list of them is
-    one. So they are looked at again here, and what is needed from then on is made before that.
-    """
-    place, size, count = pages.ctypes.data, pages.nbytes, len(pages)
-    if count < _RUN or pages.any():
-        return 0
-    return 0 if library.madvise(place, size, mmap.MADV_DONTNEED) else count
 
 
 def _large_memory() -> Iterator[tuple[int, int]]:

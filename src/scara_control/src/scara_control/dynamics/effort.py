@@ -111,7 +111,13 @@ def unplanned_shares(load: Load, joints: Sequence[Joint]) -> tuple[float, ...]:
         f + d * joint.velocity
         for f, d, joint in zip(load.model.friction, load.model.damping, joints)
     ]
-    for q in _poses(joints):
+    # A grid over the workspace, both ends of each joint among them.
+    count = _POSES if n <= 4 else _POSES_OF_MANY
+    axes = [
+        [joint.lower + (joint.upper - joint.lower) * k / (count - 1) for k in range(count)]
+        for joint in joints
+    ]
+    for q in itertools.product(*axes):
         gravity = load.model.inverse_dynamics(q, still, still)
         matrix = load.model.mass_matrix(q)
         for i, row in enumerate(matrix):
@@ -121,13 +127,3 @@ def unplanned_shares(load: Load, joints: Sequence[Joint]) -> tuple[float, ...]:
             for j, m in enumerate(row):
                 felt[i][j] = felt[i][j] or abs(m) > _NOT_FELT * row[i]
     return tuple(min(own[i] for i in range(n) if felt[i][j]) for j in range(n))
-
-
-def _poses(joints: Sequence[Joint]) -> list[tuple[float, ...]]:
-    """Return a grid over the workspace, both ends of each joint among them."""
-    count = _POSES if len(joints) <= 4 else _POSES_OF_MANY
-    axes = [
-        [joint.lower + (joint.upper - joint.lower) * k / (count - 1) for k in range(count)]
-        for joint in joints
-    ]
-    return list(itertools.product(*axes))

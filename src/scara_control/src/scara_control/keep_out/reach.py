@@ -40,7 +40,8 @@ def largest_rates(model: ScrewModel) -> tuple[Point, ...] | None:
         if not turns:
             rates.append(np.abs(axis))
             continue
-        nearest = _nearest(np.array(omega), np.array(v), place)
+        on_axis = np.cross(omega, v)
+        nearest = on_axis + np.array(omega) * (omega @ (place - on_axis))
         radius += float(np.linalg.norm(place - nearest))
         place = nearest
         rates.append(radius * across)
@@ -77,9 +78,3 @@ def may_reach(
         all(map(float.__le__, low, zone.upper_mm)) and all(map(float.__ge__, high, zone.lower_mm))
         for zone in zones
     )
-
-
-def _nearest(omega: np.ndarray, v: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Return the point of a turning joint's axis that is nearest to ``place`` [m]."""
-    on_axis = np.cross(omega, v)
-    return np.asarray(on_axis + omega * (omega @ (place - on_axis)))

@@ -183,16 +183,12 @@ def _cut(points: Sequence[WatchedPoint], rows: FloatArray, steps: int) -> FloatA
     return all_positions(points, np.vstack([between, rows[-1:]]))
 
 
-def _longest(paths: FloatArray) -> float:
-    return float(np.max(np.linalg.norm(np.diff(paths, axis=1), axis=2), initial=0.0))
-
-
 def _paths(points: Sequence[WatchedPoint], rows: FloatArray) -> tuple[FloatArray, float]:
     """Return where the points pass, cut so finely that chords are the path, and the longest [m]."""
     pieces, steps = len(rows) - 1, _fewest_steps(rows)
     while True:
         paths = _cut(points, rows, steps)
-        longest = _longest(paths)
+        longest = float(np.max(np.linalg.norm(np.diff(paths, axis=1), axis=2), initial=0.0))
         if not SPACING < longest < math.inf or steps >= MOST_STEPS:
             return paths, longest
         wanted = min(MOST_STEPS, FINER * steps * longest / SPACING)

@@ -102,20 +102,16 @@ def _name(elbow: Elbow | None) -> str:
     return elbow.value if elbow else ""
 
 
-def _warm_up(kinematics: ArmKinematics) -> None:
-    """Solve once: a numeric solution loads a library, and the first caller would wait for it."""
+def main() -> None:
+    """Start the node and answer until it is told to end."""
+    with starting("kinematics_server", ScaraControlError) as folder:
+        kinematics = ArmKinematics(load_robot(folder))
+    # A numeric solution loads a library, and the first caller would wait for it.
     x, y, z = kinematics.forward(kinematics.home).position
     try:
         kinematics.inverse(x, y, z, None, kinematics.home)
     except ScaraControlError as error:
         rospy.logwarn("the home pose has no inverse kinematics: %s", error)
-
-
-def main() -> None:
-    """Start the node and answer until it is told to end."""
-    with starting("kinematics_server", ScaraControlError) as folder:
-        kinematics = ArmKinematics(load_robot(folder))
-    _warm_up(kinematics)
     KinematicsServer(kinematics)
     rospy.loginfo("kinematics_server is ready")
     wait_for_end()

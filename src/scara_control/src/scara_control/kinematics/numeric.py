@@ -123,7 +123,9 @@ def inverse(
     found: list[FloatArray] = []
     for number, begin in enumerate(_starts(arm, start)):
         q = _descend(arm, place, begin)
-        distance, turned = _errors(arm, place, q)
+        pose = forward_kinematics(arm.chain, q)
+        distance = float(np.linalg.norm(pose[:3, 3] - place))
+        turned = float(np.abs(pose[:3, :3] - arm.rotation).max())
         if distance <= POSITION_TOLERANCE and turned <= ROTATION_TOLERANCE:
             found.append(q)
             if number < 2 or len(found) == 3:
@@ -212,11 +214,3 @@ def _descend(arm: NumericArm, target: FloatArray, start: FloatArray) -> FloatArr
     )
     q: FloatArray = solved.x
     return q
-
-
-def _errors(arm: NumericArm, target: FloatArray, q: FloatArray) -> tuple[float, float]:
-    """Return distance [m] and the largest difference of orientation."""
-    pose = forward_kinematics(arm.chain, q)
-    return float(np.linalg.norm(pose[:3, 3] - target)), float(
-        np.abs(pose[:3, :3] - arm.rotation).max()
-    )

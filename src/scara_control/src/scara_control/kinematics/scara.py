@@ -182,7 +182,9 @@ def solve_elbow(
     q2 = 2.0 * atan2(a, b) + 0.0  # no -0.0 on the edge
     q3 = z - h
     if many_turns:
-        q1 = _nearest_turn(scara, q1, near)
+        low, high = low1 - LIMIT_TOLERANCE, high1 + LIMIT_TOLERANCE
+        turns = [turn for turn in (q1, q1 - _TURN, q1 + _TURN) if low <= turn <= high]
+        q1 = min(turns, key=lambda turn: abs(turn - near), default=q1)
     if low1 <= q1 <= high1 and low2 <= q2 <= high2 and low3 <= q3 <= high3:
         return q1, q2, q3
     return _at_limit(scara, (x, y, z), (q1, q2, q3))
@@ -253,16 +255,6 @@ def branches(
 def _distance(q: Sequence[float], other: Sequence[float]) -> float:
     """Return how far the two turning joints are apart [rad]."""
     return math.hypot(q[0] - other[0], q[1] - other[1])
-
-
-def _nearest_turn(scara: Scara, q1: float, near: float) -> float:
-    """Return the turn of joint_1 nearest to ``near`` that its limits allow.
-
-    ``q1`` itself if none does.
-    """
-    low, high = scara.limits[0] - LIMIT_TOLERANCE, scara.limits[1] + LIMIT_TOLERANCE
-    turns = [turn for turn in (q1, q1 - _TURN, q1 + _TURN) if low <= turn <= high]
-    return min(turns, key=lambda turn: abs(turn - near), default=q1)
 
 
 def _unreachable(scara: Scara, x: float, y: float, z: float) -> UnreachableError:

@@ -175,14 +175,10 @@ class CommandListener:
     def _waits(self) -> bool:
         """Return whether a connection has something to read."""
         poll, found = select.poll(), False
-        for connection in self._connections():
+        # rospy forgets the implementation when it unsubscribes.
+        for connection in list(getattr(self._subscriber.impl, "connections", ())):
             socket = connection.socket
             if socket is not None and socket.fileno() >= 0:
                 poll.register(socket, select.POLLIN)
                 found = True
         return found and bool(poll.poll(0))
-
-    def _connections(self) -> list[Any]:
-        # rospy forgets the implementation when it unsubscribes.
-        implementation = self._subscriber.impl
-        return list(implementation.connections) if implementation is not None else []

@@ -25,7 +25,7 @@ from scara_control.motion.commands import (
     State,
     taken_text,
 )
-from scara_control.motion.drive import Drive, PathDriver, believed
+from scara_control.motion.drive import PathDriver, believed
 from scara_control.motion.feedback import Feedback
 from scara_control.motion.following.stream import Stream
 from scara_control.motion.requests import MoveLedger, Outcome, PoseReport, check_move
@@ -193,7 +193,11 @@ class PoseController:
     def tick(self, now: float) -> Setpoints | None:
         """Go on to ``now``; return the set points to publish, if anything moves."""
         if self._driver.went_back(now):
-            self._restart(now)
+            # The clock went back, as when the simulation is reset: all motion is forgotten.
+            self._end_move("aborted: the clock went back")
+            self._driver.drive = self._stream.session = None
+            self._setpoint = self._feedback.measured = None
+            self._phase, self._driver.time = Phase.GOING, now
         self._driver.advance(now, self._wanted_scale)
         self._cap.forget(self._driver.time)
         self._watch(now)
@@ -274,13 +278,6 @@ class PoseController:
             )
         drive = self._driver.drive
         return drive is None or (self._paused and drive.frozen)
-
-    def _restart(self, now: float) -> None:
-        """Forget all motion: the clock went back, as when the simulation is reset."""
-        self._end_move("aborted: the clock went back")
-        self._driver.drive = self._stream.session = self._setpoint = self._feedback.measured = None
-        self._phase = Phase.GOING
-        self._driver.time = now
 
     def _begin(self, names: tuple[str, ...], now: float, is_move: bool) -> None:
         """Begin a move or a stream of ``names``."""
@@ -365,7 +362,9 @@ class PoseController:
             return None
         ahead = [drive]
         if drive.done:
-            self._finish(drive)
+            self._ledger.settle(drive.path.end, self._driver.time)
+            self._setpoint, self._driver.drive = drive.path.end, None
+            self._phase = Phase.GOING
         elif self._paused and drive.frozen:
             if self._phase is Phase.PARKED:
                 return None
@@ -375,9 +374,3 @@ class PoseController:
         times, motions = (d.time for d in ahead), (d.motion for d in ahead)
         packet = Setpoints.due(self.names, times, motions)
         return packet if self._commanded == self.names else packet.select(self._commanded)
-
-    def _finish(self, drive: Drive) -> None:
-        """Note that the set points have arrived."""
-        self._ledger.settle(drive.path.end, self._driver.time)
-        self._setpoint, self._driver.drive = drive.path.end, None
-        self._phase = Phase.GOING

@@ -50,16 +50,11 @@ class CallbackGuard:
                 with until_shutdown():
                     callback(message)
             except Exception as error:
-                self._report(callback, error)
+                self.failures += 1
+                name, where = getattr(callback, "__name__", "callback"), traceback.format_exc()
+                rospy.logerr("%s failed (%d so far): %r\n%s", name, self.failures, error, where)
 
         return guarded
-
-    def _report(self, callback: Callable[[Any], Any], error: Exception) -> None:
-        self.failures += 1
-        name = getattr(callback, "__name__", "callback")
-        rospy.logerr(
-            "%s failed (%d so far): %r\n%s", name, self.failures, error, traceback.format_exc()
-        )
 
 
 def subscribe(

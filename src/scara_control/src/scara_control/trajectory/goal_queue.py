@@ -34,6 +34,11 @@ BLOCKING = (
 
 LEADING = Mode.TWIN_LEADS
 
+_WAYS_OUT: dict[str, str] = {
+    State.ESTOPPED: "RESET it first",
+    State.PAUSED: "RESUME or STOP first",
+    State.FOLLOWING: "STOP what it follows first",
+}
 QUIET = 1.5
 """After a stop joint_pose_controller listens to no stream that has not paused for its time-out; so
 many of these we pause."""
@@ -178,16 +183,20 @@ class GoalQueue:
             return False
         self._judge_mode(now, own)
         if self._state != State.IDLE:
-            state = f"is {self._state}" if self._state else "has not said anything yet"
-            raise GoalError(
-                Code.INVALID_GOAL,
-                f"joint_pose_controller {state}{_reason(self._message)}{_way_out(self._state)}",
-            )
+            state, way = "has not said anything yet", ""
+            if self._state:
+                way = f": {_WAYS_OUT.get(self._state, 'wait, or STOP it first')}"
+                state = f"is {self._state}"
+            said = f"joint_pose_controller {state}{_reason(self._message)}{way}"
+            raise GoalError(Code.INVALID_GOAL, said)
         if now < self._quiet_until:
             self._plan(goal, now)
             self._waiting = (key, goal, now)
             return False
-        self._begin(key, goal, now)
+        execution = self._plan(goal, now)
+        # Nothing of it was sent to anybody yet: this cap holds at once.
+        execution.limit_speed(self._limit, now - self._follower.delay)
+        self._running = _Running(key, execution, now)
         return True
 
     def cancel(self, key: Hashable) -> bool:
@@ -282,12 +291,6 @@ class GoalQueue:
             return Turn(rejected=[(key, error)])
         return Turn(begun=[key])
 
-    def _begin(self, key: Hashable, goal: Goal, now: float) -> None:
-        execution = self._plan(goal, now)
-        # Nothing of it was sent to anybody yet: this cap holds at once.
-        execution.limit_speed(self._limit, now - self._follower.delay)
-        self._running = _Running(key, execution, now)
-
     def _plan(self, goal: Goal, now: float) -> Execution:
         """Check and plan a goal from where the joints are."""
         measured = self._measured
@@ -331,13 +334,3 @@ class GoalQueue:
 
 def _reason(text: str) -> str:
     return f" ({text})" if text else ""
-
-
-def _way_out(state: str) -> str:
-    """Say what to do about a state that is not idle."""
-    ways = {
-        "estopped": "RESET it first",
-        "paused": "RESUME or STOP first",
-        State.FOLLOWING: "STOP what it follows first",
-    }
-    return f": {ways.get(state, 'wait, or STOP it first')}" if state else ""

@@ -114,7 +114,9 @@ class ServiceClient:
             ServiceMissingError: There is no such service.
             ServiceError: The service or the master cannot be reached, or the service failed.
         """
-        payload = _serialised(request)
+        buffer = io.BytesIO()
+        request.serialize(buffer)
+        payload = buffer.getvalue()
         if not self._keep:
             return self._call_on(self._connect(), payload, None, sent)
         if not self._turn.acquire(timeout=self._timeout):
@@ -172,20 +174,18 @@ class ServiceClient:
         until = time.monotonic() + self._wait
         while True:
             try:
-                return self._connect_once()
+                service = rospy.resolve_name(self._name)
+                self._uri = look_up(service, min(self._timeout, LOOKUP_TIMEOUT_S), self._uri)
+                caller, md5sum = self._caller or rospy.get_caller_id(), self._kind._md5sum
+                return ServiceConnection(
+                    service, self._uri, caller, self._timeout, md5sum, self._keep
+                )
             except ServiceTimeoutError:
                 raise
             except ServiceError:
                 if time.monotonic() >= until or rospy.core.is_shutdown_requested():
                     raise
             time.sleep(RETRY_S)
-
-    def _connect_once(self) -> ServiceConnection:
-        service = rospy.resolve_name(self._name)
-        self._uri = look_up(service, min(self._timeout, LOOKUP_TIMEOUT_S), self._uri)
-        caller = self._caller or rospy.get_caller_id()
-        md5sum = self._kind._md5sum
-        return ServiceConnection(service, self._uri, caller, self._timeout, md5sum, self._keep)
 
     def _answers(self) -> bool:
         """Return whether the service's node still answers; it does so while it serves a call."""
@@ -234,9 +234,3 @@ def is_offered(service: str, timeout: float) -> bool:
     except ServiceError:
         return False
     return True
-
-
-def _serialised(message: Any) -> bytes:
-    buffer = io.BytesIO()
-    message.serialize(buffer)
-    return buffer.getvalue()

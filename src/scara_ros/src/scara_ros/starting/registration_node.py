@@ -79,15 +79,11 @@ class _Watch:
 
     def run(self) -> None:
         while not rospy.is_shutdown():
-            self._wait()
+            if self._pid == _LOST or not self._line.is_open():
+                time.sleep(PERIOD)
+            else:
+                self._line.wait_for_end(WATCHED_S)
             self.look()
-
-    def _wait(self) -> None:
-        """Wait until it is time to ask again."""
-        if self._pid == _LOST or not self._line.is_open():
-            time.sleep(PERIOD)
-        else:
-            self._line.wait_for_end(WATCHED_S)
 
     def look(self) -> None:
         """Compare the master with the one before.

@@ -77,13 +77,8 @@ def _sources(module: str) -> Iterator[tuple[str, str]]:
             continue
         text = Path(spec.origin).read_text(encoding="utf-8")
         yield name, text
-        for imported in _imports(text):
+        nodes = (node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.ImportFrom))
+        for imported in [node.module or "" for node in nodes if not node.level]:
             if imported.endswith(SHELL) and imported not in seen:
                 seen.add(imported)
                 waiting.append(imported)
-
-
-def _imports(text: str) -> Iterator[str]:
-    for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            yield node.module

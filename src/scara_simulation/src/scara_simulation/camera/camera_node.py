@@ -74,7 +74,11 @@ class Camera:
         self._infos = rospy.Publisher("camera/camera_info", CameraInfo, queue_size=1)
         self._diagnostics = Diagnostics("camera", queue_size=1)
         self._broadcaster = StaticTransformBroadcaster()
-        self._broadcaster.sendTransform(_transform(config, root))
+        made = TransformStamped(child_frame_id=own_frame(FRAME))
+        made.header.stamp, made.header.frame_id = rospy.Time.now(), own_frame(root)
+        made.transform.translation = Vector3(*config.position_m)
+        made.transform.rotation = Quaternion(*config.pose.quaternion())
+        self._broadcaster.sendTransform(made)
 
     def wake(self) -> None:
         """End the wait for a joint state."""
@@ -188,14 +192,6 @@ def _camera_info(config: CameraConfig) -> CameraInfo:
     info.P = [*k[0], 0.0, *k[1], 0.0, *k[2], 0.0]
     info.header.frame_id = own_frame(FRAME)
     return info
-
-
-def _transform(config: CameraConfig, root: str) -> TransformStamped:
-    made = TransformStamped(child_frame_id=own_frame(FRAME))
-    made.header.stamp, made.header.frame_id = rospy.Time.now(), own_frame(root)
-    made.transform.translation = Vector3(*config.position_m)
-    made.transform.rotation = Quaternion(*config.pose.quaternion())
-    return made
 
 
 def _part(marker: Marker) -> Part:

@@ -255,14 +255,18 @@ class PartWorld(World):
 
         See what has fallen.
         """
-        angle, turn = self._table_state()
+        table = self._joints[self._table]
+        angle, turn = pybullet.getJointState(self._body, table, self._client)[:2]
         x, y, z = tool = self.link_position(self._tool)
         margin = NEAR + AHEAD * math.dist(tool, self._last_tool)
         self._last_tool = tool
         kind, held = self._work.parts, self._suction.held
         radius, half = kind.radius, 0.5 * kind.height
         low = z - (kind.height + self._work.task.gap_mm * MM if held else 0.0)
-        slipping = self._slipping(turn)
+        # The acceleration of the turning table at 1 m from its axis [1/s^2]; 0 while it stands.
+        change, self._last_turn = (turn - self._last_turn) / (LOOK * self._dt), turn
+        needed = math.hypot(change, turn * turn)
+        slipping = needed if needed > 0.1 else 0.0
         turned = abs(angle - self._table_at) > TURNED
         self._table_at = angle if turned else self._table_at
         views = []
@@ -281,11 +285,6 @@ class PartWorld(World):
         for happening in self._ledger.observe(views):
             self._tell(happening)
 
-    def _table_state(self) -> tuple[float, float]:
-        """Return position and velocity of the joint that turns the stands."""
-        state = pybullet.getJointState(self._body, self._joints[self._table], self._client)
-        return state[0], state[1]
-
     def _attend(self, part: Part, stay: bool) -> PartView:
         """Look after an awake part.
 
@@ -301,15 +300,6 @@ class PartWorld(World):
         if resting and not stay:
             self._bodies.put_to_sleep(part)
         return view
-
-    def _slipping(self, turn: float) -> float:
-        """Return the acceleration of the turning table at 1 m from its axis [1/s^2].
-
-        0 while it stands.
-        """
-        change, self._last_turn = (turn - self._last_turn) / (LOOK * self._dt), turn
-        needed = math.hypot(change, turn * turn)
-        return needed if needed > 0.1 else 0.0
 
     def _slips(self, part: Part, needed: float) -> bool:
         """Tell whether friction cannot hold a sleeping part on the table any more."""

@@ -109,7 +109,11 @@ class PayloadPorts:
                 rospy.logwarn("payload refused: %s", error)
                 return SetPayloadResponse(False, str(error))
             self._desk.table = table
-            self._permit()
+            # Without the runner's lock, as it takes long.
+            shares = self._told.unplanned_shares(self._effort_percent)
+            with self._runner.lock:
+                self._shares = shares
+                self._control.permit(shares)
             self._publish()
         rospy.loginfo("%s", text)
         return SetPayloadResponse(True, text)
@@ -128,13 +132,6 @@ class PayloadPorts:
         self._world.mount(payload)
         self._desk.mounted = payload
         return f"mounted {described(payload)}; all parts are back where they began"
-
-    def _permit(self) -> None:
-        """Find what accelerations are left; without the runner's lock, as it takes long."""
-        shares = self._told.unplanned_shares(self._effort_percent)
-        with self._runner.lock:
-            self._shares = shares
-            self._control.permit(shares)
 
     def _asked(self, request: SetPayloadRequest) -> Payload:
         """Return the values of a request as an entry of the table."""

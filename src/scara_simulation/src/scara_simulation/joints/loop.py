@@ -192,7 +192,11 @@ class JointLoop(Cells):
                 self._wanted = self._towards_velocity(q, dt)
                 return self._wanted
         elif self._path is not None:
-            self._wanted = self._along_path(dt)
+            self._path_time += dt
+            motion = self._path.at(self._path_time)
+            if self._path_time >= self._path.duration:
+                self._path = None
+            self._wanted = motion.q[0], motion.qdot[0], motion.qddot[0]
         position, velocity, acceleration = self._wanted
         # The integrator's velocity belongs to the middle of the last step, so the reference does
         # too.
@@ -223,8 +227,14 @@ class JointLoop(Cells):
         self.applied_effort, saturated = saturate(command + feed_forward, model.effort)
         if saturated:
             self.saturated_steps += 1
-        elif not (self.holding and self._model_based) or self._holds_against(error):
-            self._integral = integral
+        else:
+            # At rest beside a model the position loop's integral is there for dry friction alone. A
+            # larger error is a jump of the set point, as after a stall. Wound up by it, the joint
+            # would settle for another second.
+            gains = self.loop_gains.position
+            by_friction = gains.lower <= gains.p * error <= gains.upper
+            if by_friction or not (self.holding and self._model_based):
+                self._integral = integral
         return self.applied_effort
 
     def state(self, q: float, qdot: float) -> LoopState:
@@ -257,15 +267,6 @@ class JointLoop(Cells):
             self.applied_effort,
             gains,
         )
-
-    def _along_path(self, dt: float) -> AxisMotion:
-        """Go on by a step on the path, and leave it at its end."""
-        assert self._path is not None
-        self._path_time += dt
-        motion = self._path.at(self._path_time)
-        if self._path_time >= self._path.duration:
-            self._path = None
-        return motion.q[0], motion.qdot[0], motion.qddot[0]
 
     def _catch_up(self, wanted: AxisMotion, dt: float) -> AxisMotion:
         """Return the set point that is due, or one on the way to it if it has jumped."""
@@ -348,17 +349,6 @@ class JointLoop(Cells):
         """Return what the integral term of the closed loop makes now [N m] or [N]."""
         gains = self.gains
         return min(max(gains.i * self._integral, gains.lower), gains.upper)
-
-    def _holds_against(self, error: float) -> bool:
-        """Return whether an error is one that the position loop's integral is there for.
-
-        Beside a model that is the error of dry friction alone.
-
-        A larger one is a jump of the set point, as after a stall. Wound up by it, the joint would
-        settle for another second.
-        """
-        gains = self.loop_gains.position
-        return gains.lower <= gains.p * error <= gains.upper
 
     def _close_loop(self, mode: Mode, *, holding: bool) -> None:
         """Change the mode; the effort of the integral is carried over to the other loop."""

@@ -223,12 +223,9 @@ def stable_range(
     radii = _worst_radii(plant, gains, joint, kind)
 
     def stable(*values: float) -> list[bool]:
-        candidates = [
-            msgspec.structs.replace(
-                gains[joint], **{kind: _with(getattr(gains[joint], kind), key, value)}
-            )
-            for value in values
-        ]
+        loop = getattr(gains[joint], kind)
+        loops = [msgspec.structs.replace(loop, **{key: value}) for value in values]
+        candidates = [msgspec.structs.replace(gains[joint], **{kind: each}) for each in loops]
         return [bool(radius <= 1.0 + TOLERANCE) for radius in radii(candidates)]
 
     present = min(getattr(getattr(gains[joint], kind), key), top)
@@ -250,10 +247,6 @@ def stable_range(
         _edge(stable, grid[low], grid[low - 1]) if low > 0 else 0.0,
         _edge(stable, grid[high], grid[high + 1]) if high < len(grid) - 1 else grid[high],
     )
-
-
-def _with(gains: PidGains, key: str, value: float) -> PidGains:
-    return msgspec.structs.replace(gains, **{key: value})
 
 
 def _edge(stable: Callable[[float], list[bool]], inside: float, outside: float) -> float:

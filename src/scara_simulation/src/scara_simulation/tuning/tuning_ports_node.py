@@ -85,7 +85,9 @@ class TuningPorts:
         """Change gains of one joint, all that the request names or none."""
         with self._lock:
             try:
-                change = self._tuning.propose(joint, _values(request.config))
+                config = request.config
+                named = (*config.doubles, *config.ints, *config.bools, *config.strs)
+                change = self._tuning.propose(joint, {each.name: each.value for each in named})
             except TuningError as error:
                 self._say(rospy.logerr, f"refused: {error}")
             else:
@@ -145,14 +147,6 @@ class TuningPorts:
 
     def _numbers(self, joint: str) -> dict[str, float | bool]:
         return {name: value_of(self._tuning.gains(joint), name) for name in PARAMETERS}
-
-
-def _values(config: Config) -> dict[str, object]:
-    """Return what a request sets, whatever its types."""
-    return {
-        parameter.name: parameter.value
-        for parameter in (*config.doubles, *config.ints, *config.bools, *config.strs)
-    }
 
 
 def _config(values: Mapping[str, float | bool]) -> Config:

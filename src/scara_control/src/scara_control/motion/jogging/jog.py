@@ -114,8 +114,12 @@ class JogController:
             self._waits = 0.0 if prompt else self._follower
             self._queue.clear()
         new = [joint for joint in named if joint.name not in self._velocity]
+        measured, move = self._feedback.measured, self._config.move
         for joint in new:
-            self._velocity[joint.name] = self._moving(joint)
+            # What moves already is taken over with the velocity that it has.
+            qdot = measured.qdot[self._columns[joint.name]] if measured else 0.0
+            slow = in_si(joint, move.standstill_deg_s, move.standstill_mm_s)
+            self._velocity[joint.name] = qdot if abs(qdot) > slow else 0.0
         if new:
             self._ownership.begin(self._velocity.keys() | {joint.name for joint in named})
         self._wanted = {joint.name: float(v) for joint, v in zip(named, velocities) if v}
@@ -279,13 +283,6 @@ class JogController:
     def _capped(self, joint: Joint) -> float:
         """Return the largest speed that a jog of a joint may have now [rad/s] or [m/s]."""
         return joint.velocity * self._limit / 100.0
-
-    def _moving(self, joint: Joint) -> float:
-        """Return the velocity that a joint has when we take it over."""
-        measured = self._feedback.measured
-        qdot = measured.qdot[self._columns[joint.name]] if measured else 0.0
-        slow = in_si(joint, self._config.move.standstill_deg_s, self._config.move.standstill_mm_s)
-        return qdot if abs(qdot) > slow else 0.0
 
     def _next(self, joint: Joint, dt: float, now: float) -> float:
         """Return the velocity of a joint ``dt`` later.
