@@ -13,7 +13,7 @@ import rosgraph
 import rospy
 from geometry_msgs.msg import PointStamped
 from scara_config import load_robot
-from scara_ros.starting.own_cell_node import own_frame
+from scara_ros.shell.ros_node import own_frame
 
 FAR = 3.0  # [m] where the person begins
 PERIOD_S = 0.05  # far below separation.stale_ms

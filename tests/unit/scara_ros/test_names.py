@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scara_ros.names import (
     NamespaceError,
+    current_line,
     folder_of,
     frame_in,
     is_of_cell,
@@ -69,3 +70,20 @@ def test_what_is_no_namespace_is_refused(text: str) -> None:
     """With the value and what is allowed."""
     with pytest.raises(NamespaceError, match=r"ROS_NAMESPACE = .*letters, digits and _"):
         namespace_of(text)
+
+
+@pytest.mark.parametrize(
+    ("said", "found"),
+    [
+        ("ARTICLE line 5 running", ("ARTICLE", 5)),
+        ("ARTICLE line 12 paused", ("ARTICLE", 12)),
+        ("ARTICLE line 5 aborted", ("", 0)),
+        ("", ("", 0)),
+        ("no program", ("", 0)),
+    ],
+)
+def test_current_line_is_that_of_a_program_that_is_not_over(
+    said: str, found: tuple[str, int]
+) -> None:
+    """A program that was ended is in no line."""
+    assert current_line(said) == found

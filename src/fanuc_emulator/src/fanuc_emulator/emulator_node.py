@@ -119,9 +119,9 @@ class GroundTruth:
             return
         import rospy
         from scara_ros.process.memory_io import keep_for_good
-        from scara_ros.starting.hardening_io import harden_process
         from scara_ros.starting.registration_node import keep_registered
         from scara_ros.starting.starting_node import send_directly
+        from scara_ros.starting.xmlrpc_guard_io import harden_process
 
         send_directly()
         harden_process()

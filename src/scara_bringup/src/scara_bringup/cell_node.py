@@ -22,7 +22,7 @@ from scara_config.readers import check_files
 from scara_config.rollout.kept import apply_change, kept_file
 from scara_ros.names import cell_of
 from scara_ros.shell.program_io import FAILED, WRONG, link_latest
-from scara_ros.starting.hardening_io import harden_process
+from scara_ros.starting.xmlrpc_guard_io import harden_process
 
 from scara_bringup.cell_shell_node import CellShell, Shown
 from scara_bringup.config import Ports, load_bringup, load_doors

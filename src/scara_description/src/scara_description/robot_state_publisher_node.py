@@ -29,8 +29,7 @@ from geometry_msgs.msg import TransformStamped
 from scara_config import ConfigError, load, load_robot, locate
 from scara_ros.pacing import Pace
 from scara_ros.process.memory_io import keep_for_good
-from scara_ros.shell.ros_node import starting
-from scara_ros.starting.own_cell_node import own_frame
+from scara_ros.shell.ros_node import own_frame, starting
 from scara_ros.starting.registration_node import keep_parameters
 from scara_ros.starting.starting_node import until_shutdown
 from sensor_msgs.msg import JointState

@@ -1,4 +1,4 @@
-"""Names that keep two cells at one master apart: of nodes and topics, of frames, of senders.
+"""Names that keep two cells at one master apart, and those of parts and programs in messages.
 
 A cell is a namespace of ROS. Its frames carry the namespace in front, since ``/tf`` is one topic
 for all cells; and of ``/diagnostics`` and ``/tf`` it takes what its own nodes send.
@@ -8,10 +8,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from typing import Any
 
 ROOT = "/"
 SHARED_TOPICS = ("/diagnostics", "/tf", "/tf_static")
 """All cells at a master publish there; who wants one cell asks who has sent a message."""
+STREAM = "stream"
+"""In ``control_type`` of scara_msgs/RobotData: the twin controller's set points move the robot."""
+_PROGRAM = re.compile(r"(?P<name>\S+) line (?P<line>\d+) (?P<state>\w+)")
 _NAMESPACE = re.compile(r"[A-Za-z]\w*(?:/[A-Za-z]\w*)*", re.ASCII)
 
 
@@ -119,3 +123,29 @@ def is_of_cell(node: str, namespace: str) -> bool:
     if not node:
         return True
     return node.count("/") < 2 if base == ROOT else node.startswith(f"{base}/")
+
+
+def part_name(marker: Any) -> str:
+    """Return the name of the part that a visualization_msgs/Marker shows.
+
+    It is the marker's namespace: RViz lists those, and warns of a text on anything but a text.
+    Older recordings have it as the text.
+    """
+    name: str = marker.text or marker.ns
+    return name
+
+
+def current_line(said: str) -> tuple[str, int]:
+    """Return program and line that run or are paused now; an empty name if none does.
+
+    Args:
+        said: As ``program`` of scara_msgs/RobotData says it.
+
+    Example:
+        >>> current_line("ARTICLE line 5 paused"), current_line("ARTICLE line 9 aborted")
+        (('ARTICLE', 5), ('', 0))
+    """
+    found = _PROGRAM.fullmatch(said)
+    if found is None or found["state"] not in ("running", "paused", "held"):
+        return "", 0
+    return found["name"], int(found["line"])

@@ -32,8 +32,7 @@ from scara_config.payload import Payload, load_payloads
 from scara_control.config import load_motion
 from scara_ros.process.memory_io import keep_for_good
 from scara_ros.process.scheduling_io import go_first
-from scara_ros.shell.ros_node import starting
-from scara_ros.starting.own_cell_node import own_frame
+from scara_ros.shell.ros_node import own_frame, starting
 from scara_ros.starting.starting_node import until_shutdown
 
 from scara_simulation.command_desk import CommandDesk

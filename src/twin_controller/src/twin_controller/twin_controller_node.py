@@ -37,8 +37,7 @@ from scara_ros.pacing import Pace
 from scara_ros.page.persons_io import Persons, load_persons
 from scara_ros.process.memory_io import keep_for_good
 from scara_ros.process.scheduling_io import go_first
-from scara_ros.shell.ros_node import starting
-from scara_ros.starting.own_cell_node import own_frame
+from scara_ros.shell.ros_node import own_frame, starting
 from scara_ros.starting.starting_node import until_shutdown
 from std_msgs.msg import String
 

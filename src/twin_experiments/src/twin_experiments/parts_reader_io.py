@@ -10,7 +10,7 @@ from cell_recorder.reading.bag_reader_io import Bag
 from scara_config import ConfigError, convert
 from scara_config.files.yaml_text import YamlTextError, parse
 from scara_config.palletise import FILE, Palletise, find_palletise
-from scara_ros.part_markers import part_name
+from scara_ros.names import part_name
 
 from twin_experiments.palletising import SIDES, Handled
 

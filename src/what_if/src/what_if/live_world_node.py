@@ -14,8 +14,8 @@ import rospy
 from geometry_msgs.msg import PointStamped
 from scara_config.payload import Payload
 from scara_control.motion.idle_node import HOLD_S, STATE_HOLD_S, Attention
-from scara_ros.part_markers import part_name
-from scara_ros.starting.hardening_io import harden_process
+from scara_ros.names import part_name
+from scara_ros.starting.xmlrpc_guard_io import harden_process
 from sensor_msgs.msg import JointState
 from visualization_msgs.msg import MarkerArray
 

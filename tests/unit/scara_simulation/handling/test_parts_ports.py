@@ -9,7 +9,7 @@ import msgspec
 import pytest
 import rospy
 from scara_config.palletise import find_palletise
-from scara_ros.part_markers import part_name
+from scara_ros.names import part_name
 from scara_simulation.handling import parts_ports_node as parts_ports
 from scara_simulation.handling.part_bodies_io import PartShown
 from scara_simulation.handling.part_world_io import PartsNow

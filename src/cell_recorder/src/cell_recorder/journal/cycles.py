@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from scara_ros.robot_program import current_line
+from scara_ros.names import current_line
 
 from cell_recorder.journal.entries import (
     DONE,

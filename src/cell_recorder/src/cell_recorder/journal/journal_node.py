@@ -22,13 +22,11 @@ from diagnostic_msgs.msg import DiagnosticArray
 from scara_config import load_robot
 from scara_config.profile import chosen_plant
 from scara_ros.diagnostics_node import PERIOD_S, Diagnostics
-from scara_ros.names import cell_of
+from scara_ros.names import STREAM, cell_of
 from scara_ros.pacing import Pace
 from scara_ros.process.memory_io import keep_for_good
-from scara_ros.robot_program import STREAM
 from scara_ros.shell.program_io import runs_folder
-from scara_ros.shell.ros_node import starting
-from scara_ros.starting.own_cell_node import is_own
+from scara_ros.shell.ros_node import is_own, starting
 from scara_ros.starting.registration_node import wait_for_end
 from scara_ros.starting.starting_node import until_shutdown
 from std_msgs.msg import UInt64

@@ -23,8 +23,7 @@ from scara_ros.names import SHARED_TOPICS, folder_of
 from scara_ros.pacing import Pace
 from scara_ros.process.memory_io import keep_for_good
 from scara_ros.shell.program_io import runs_folder
-from scara_ros.shell.ros_node import starting
-from scara_ros.starting.own_cell_node import is_own
+from scara_ros.shell.ros_node import is_own, starting
 from scara_ros.starting.registration_node import wait_for_end
 
 from cell_recorder.recording.bag_writer_io import BagWriter, BagWriterError

@@ -43,7 +43,7 @@ class PartsTruth:
         """Begin; a roscore is there."""
         import rospy
         from geometry_msgs.msg import Point
-        from scara_ros.starting.own_cell_node import own_frame
+        from scara_ros.shell.ros_node import own_frame
         from std_srvs.srv import Trigger, TriggerResponse
         from visualization_msgs.msg import Marker, MarkerArray
 

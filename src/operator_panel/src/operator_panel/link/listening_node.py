@@ -14,7 +14,7 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PointStamped
 from scara_config import Robot
-from scara_ros.starting.own_cell_node import is_own
+from scara_ros.shell.ros_node import is_own
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import msgspec
-from scara_ros.part_markers import part_name
+from scara_ros.names import part_name
 
 from operator_panel.view.robot.status import RobotStatus
 from operator_panel.view.snapshot import (

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 from scara_config import Robot
+from scara_ros.names import current_line
 from scara_ros.page import page_words
-from scara_ros.robot_program import current_line
 
 from operator_panel.control.mode_table import next_step
 from operator_panel.view import words

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from scara_ros.robot_program import STREAM, current_line
+from scara_ros.names import STREAM, current_line
 
 from operator_panel.view import words
 from operator_panel.view.snapshot import CellState, RobotPackage, Snapshot

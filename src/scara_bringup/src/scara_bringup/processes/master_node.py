@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 
 from rosmaster.main import rosmaster_main
-from scara_ros.starting.hardening_io import harden_process
+from scara_ros.starting.xmlrpc_guard_io import harden_process
 
 
 def main() -> None:

@@ -51,7 +51,7 @@ SHARED = (
     "scara_ros.process.memory_io",
     "scara_ros.diagnostics_node",
     "scara_ros.gate.judge_gate_node",
-    "scara_ros.starting.own_cell_node",
+    "scara_ros.shell.ros_node",
     "scara_ros.services.service_client_node",
     "scara_ros.starting.starting_node",
     "sensor_msgs.msg",

@@ -1,4 +1,4 @@
-"""The shell of every node: its start, the folder of its configuration, its end if that is wrong."""
+"""The shell of every node: its start, its configuration, its end if that is wrong, its cell."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ import contextlib
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import rospy
 from scara_config import ConfigError, config_directory
 
+from scara_ros.names import frame_in, is_of_cell
 from scara_ros.shell.program_io import WRONG
 from scara_ros.starting.starting_node import become_node
 
@@ -55,3 +57,13 @@ def config_folder() -> Path:
         ConfigError: No parameter names it, and ROS cannot find the package scara_config.
     """
     return Path(rospy.get_param("~config_dir", "") or config_directory())
+
+
+def own_frame(frame: str) -> str:
+    """Return a frame as it is called on ``/tf``, in the namespace of this node."""
+    return frame_in(frame, rospy.get_namespace())
+
+
+def is_own(message: Any) -> bool:
+    """Return whether a received message comes from a node of this node's cell."""
+    return is_of_cell(message._connection_header.get("callerid", ""), rospy.get_namespace())

@@ -24,8 +24,8 @@ from rospy.impl.registration import (
 )
 
 from scara_ros.starting.full_disk_io import limit_log_file
-from scara_ros.starting.hardening_io import harden_process
 from scara_ros.starting.master_io import UNREACHABLE, MasterClient, MasterError
+from scara_ros.starting.xmlrpc_guard_io import harden_process
 
 PERIOD = 0.5  # our choice: with the time-out, all is registered again within 2 s
 WATCHED_S = 5.0

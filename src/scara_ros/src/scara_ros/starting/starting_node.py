@@ -16,9 +16,9 @@ import rospy
 import rospy.topics
 
 from scara_ros.services.direct_connection_io import DirectConnection
-from scara_ros.starting.hardening_io import harden_process
 from scara_ros.starting.master_io import UNREACHABLE, MasterClient, MasterError
 from scara_ros.starting.registration_node import keep_registered
+from scara_ros.starting.xmlrpc_guard_io import harden_process
 
 RETRY_S = 0.5
 ENDING_S = 5.0

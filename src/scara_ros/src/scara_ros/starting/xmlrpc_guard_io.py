@@ -21,6 +21,7 @@ import rosgraph
 from rosgraph.xmlrpc import SilenceableXMLRPCRequestHandler
 
 from scara_ros.pacing import Pace
+from scara_ros.starting.full_disk_io import outlive_full_disk
 
 TELL_PERIOD_S = 10.0  # our choice: a page that asks again and again fills no log
 SHOWN = 80  # our choice: so many characters of a stranger's header are shown
@@ -104,3 +105,13 @@ def _own_names(connection: socket.socket) -> frozenset[str]:
         urlsplit(rosgraph.get_master_uri()).hostname or "",
     )
     return frozenset(name.lower() for name in names if name)
+
+
+def harden_process() -> None:
+    """Outlive a full disk and refuse web pages; a second call changes nothing.
+
+    What every process of the cell does before it becomes a node: best before ``rospy.init_node``;
+    later it still covers the servers and logs that exist then.
+    """
+    outlive_full_disk()
+    refuse_pages()

@@ -22,8 +22,7 @@ from scara_config import load_robot
 from scara_ros.diagnosis import Diagnosis, Level
 from scara_ros.diagnostics_node import PERIOD_S, Diagnostics
 from scara_ros.process.memory_io import give_back
-from scara_ros.shell.ros_node import starting
-from scara_ros.starting.own_cell_node import own_frame
+from scara_ros.shell.ros_node import own_frame, starting
 from scara_ros.starting.starting_node import until_shutdown
 from sensor_msgs.msg import CameraInfo, Image, JointState
 from tf2_ros import StaticTransformBroadcaster

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 import rosgraph
 import rospy
-from scara_ros.starting.hardening_io import harden_process
+from scara_ros.starting.xmlrpc_guard_io import harden_process
 from sensor_msgs.msg import JointState
 from twin_experiments.metrics.series import Motion
 from twin_experiments.report.record import build_side

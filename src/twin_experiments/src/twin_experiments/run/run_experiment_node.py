@@ -39,7 +39,7 @@ from scara_ros.shell.program_io import (
     private_parameters,
     runs_folder,
 )
-from scara_ros.starting.hardening_io import harden_process
+from scara_ros.starting.xmlrpc_guard_io import harden_process
 
 from twin_experiments.config import (
     Experiment,

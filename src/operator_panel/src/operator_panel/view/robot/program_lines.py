@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import msgspec
-from scara_ros.robot_program import STREAM, current_line
+from scara_ros.names import STREAM, current_line
 
 from operator_panel.view.snapshot import RobotPackage
 
