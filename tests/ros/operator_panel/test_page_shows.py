@@ -243,7 +243,6 @@ def test_picture_is_drawn_on_change_only_and_no_more_often_than_the_graphics_bea
 ) -> None:
     """10 frames a second where the processor draws, 25 with a graphics card; none at rest."""
     drawn = theatre.page.evaluate(
-        DRAWS,
-        {"renderer": renderer, "file": f"{theatre.address}/panel/pace.js"},
+        DRAWS, {"renderer": renderer, "file": f"{theatre.address}/panel/pace.js"}
     )
     assert 3 <= drawn["moving"] <= most and drawn["resting"] == 0

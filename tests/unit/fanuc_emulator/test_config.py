@@ -11,12 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from fanuc_emulator.config import (
-    EmulatorConfig,
-    load_emulator,
-    load_programs,
-    on_a_desk,
-)
+from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs, on_a_desk
 from fanuc_emulator.plant.config import axis_parameters
 from harness.yaml_files import REMOVED, changed_yaml, shipped
 from msgspec.structs import replace

@@ -52,13 +52,7 @@ ROLES = {
 def session(role: str = "operator") -> Session:
     """Return a session in namespace /cell."""
     return Session(
-        role,
-        Roles(ROLES, NOTHING, "/cell"),
-        "/cell",
-        LIMITS,
-        LOOKS,
-        now=0.0,
-        read_png=unpack,
+        role, Roles(ROLES, NOTHING, "/cell"), "/cell", LIMITS, LOOKS, now=0.0, read_png=unpack
     )
 
 

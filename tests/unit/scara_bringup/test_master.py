@@ -51,10 +51,7 @@ def test_master_listens_at_loopback_only(master: int) -> None:
     assert {at.address for at in listeners() if at.port == master} == {"127.0.0.1"}
 
 
-@pytest.mark.parametrize(
-    "env",
-    [{}, {"ROS_IP": "127.0.0.1"}, {"ROS_IP": "", "ROS_HOSTNAME": ""}],
-)
+@pytest.mark.parametrize("env", [{}, {"ROS_IP": "127.0.0.1"}, {"ROS_IP": "", "ROS_HOSTNAME": ""}])
 def test_cell_without_an_address_of_its_own_stays_at_loopback(env: dict[str, str]) -> None:
     """Without any variable rospy would open everything."""
     assert node_address(env, network=False) == LOOPBACK

@@ -142,11 +142,7 @@ Numbers = st.tuples(*3 * [st.floats(-3.2, 3.2)])
     q=st.floats(-10.0, 10.0),
 )
 def test_joint_of_any_place_and_direction_is_where_kdl_puts_it(
-    kind: str,
-    xyz: tuple[float, ...],
-    rpy: tuple[float, ...],
-    axis: tuple[float, ...],
-    q: float,
+    kind: str, xyz: tuple[float, ...], rpy: tuple[float, ...], axis: tuple[float, ...], q: float
 ) -> None:
     """Also where the axis is written with another length than 1."""
     numbers = (" ".join(map(repr, values)) for values in (xyz, rpy, axis))

@@ -215,10 +215,7 @@ def run(
     image = RegisterImage(layout, robot, config.plant.payload_kg)
     go_first()
     loop = ServoLoop(controller, config.dt, config.plant.clock.drift_ppm, truth.observe)
-    with (
-        loop,
-        RobotServer(*address, layout, image, loop, answers),
-    ):
+    with loop, RobotServer(*address, layout, image, loop, answers):
         started = {1: config.stream_program} | {
             number: program.name for number, program in sorted(programs.items())
         }

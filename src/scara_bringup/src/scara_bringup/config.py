@@ -8,11 +8,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 from scara_config import load, locate
-from scara_config.quantities import (
-    GraceSeconds,
-    Port,
-    WaitSeconds,
-)
+from scara_config.quantities import GraceSeconds, Port, WaitSeconds
 
 DOOR_FILES = {
     "modbus": "emulator.yaml",

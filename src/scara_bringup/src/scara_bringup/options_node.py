@@ -43,8 +43,7 @@ Without = Annotated[
 TwinOnly = Annotated[
     bool,
     typer.Option(
-        "--twin-only",
-        help="Only the twin's side: no robot, no twin controller, no pages.",
+        "--twin-only", help="Only the twin's side: no robot, no twin controller, no pages."
     ),
 ]
 Name = Annotated[

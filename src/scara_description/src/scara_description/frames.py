@@ -14,14 +14,7 @@ from dataclasses import dataclass
 
 import msgspec
 
-from scara_description.urdf import (
-    JointFrame,
-    Model,
-    Vector,
-    origin_transform,
-    parse_robot,
-    tree_of,
-)
+from scara_description.urdf import JointFrame, Model, Vector, origin_transform, parse_robot, tree_of
 
 Quaternion = tuple[float, float, float, float]
 

@@ -9,11 +9,7 @@ from scara_ros.diagnostics_node import Diagnostics
 from scara_simulation.config import SimulationConfig
 from scara_simulation.health import SaturationWatch, Status, judge
 
-_LEVELS = {
-    "ok": Level.OK,
-    "warn": Level.WARN,
-    "error": Level.ERROR,
-}
+_LEVELS = {"ok": Level.OK, "warn": Level.WARN, "error": Level.ERROR}
 
 
 class DiagnosticsPort:

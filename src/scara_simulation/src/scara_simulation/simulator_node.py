@@ -203,11 +203,7 @@ def _tuning(
 
 
 def _simulation(
-    world: World,
-    robot: Robot,
-    config: SimulationConfig,
-    gains: list[LoopGains],
-    told: ToldDynamics,
+    world: World, robot: Robot, config: SimulationConfig, gains: list[LoopGains], told: ToldDynamics
 ) -> Simulation:
     """Put world, control and the nominal time axis together; the axis begins now."""
     start = robot.home_positions

@@ -132,11 +132,7 @@ class CommandPorts:
     """
 
     def __init__(
-        self,
-        joints: Sequence[str],
-        runner: RealTimeRunner,
-        desk: CommandDesk,
-        states: StatePorts,
+        self, joints: Sequence[str], runner: RealTimeRunner, desk: CommandDesk, states: StatePorts
     ) -> None:
         """Subscribe and serve."""
         self._runner, self._desk, self._states = runner, desk, states

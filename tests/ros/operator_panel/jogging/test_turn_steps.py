@@ -27,11 +27,7 @@ def theatre(tmp_path: Path) -> Iterator[Theatre]:
 
 
 @pytest.mark.parametrize(
-    "turns",
-    [
-        pytest.param(pairs(*TURNS), id="pairs"),
-        *thorough(list(product(*TURNS))),
-    ],
+    "turns", [pytest.param(pairs(*TURNS), id="pairs"), *thorough(list(product(*TURNS)))]
 )
 def test_arm_of_six_axes_turns_its_tool_in_steps(
     theatre: Theatre, turns: list[tuple[str, ...]]

@@ -25,9 +25,7 @@ def watched(ros_module: Ros, stand_in: StandIn, tmp_path: Path) -> Iterator[Watc
         made.close()
 
 
-def test_refused_program_has_no_button_and_the_gate_refuses_who_is_faster(
-    watched: Watched,
-) -> None:
+def test_refused_program_has_no_button_and_the_gate_refuses_who_is_faster(watched: Watched) -> None:
     """The question shows the verdict; who confirms before it is there meets the gate."""
     watched.open("Programs")
     page = watched.page

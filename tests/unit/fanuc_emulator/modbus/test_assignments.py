@@ -266,9 +266,7 @@ def test_a_negative_number_of_one_word_is_replaced_whole(client: Client) -> None
         assert client.read(6000, 2) == int32(value)
 
 
-def test_registers_of_the_map_keep_their_meaning_wherever_they_are_assigned(
-    client: Client,
-) -> None:
+def test_registers_of_the_map_keep_their_meaning_wherever_they_are_assigned(client: Client) -> None:
     """R[1] is the heartbeat, R[2] the speed of the stream, in whatever form they are written."""
     client.assign(1, 5000, 4, "R[1]", 0.0)
     touched = dict(client.write(5000, [*float32(12.0), *float32(55.0)]))

@@ -11,12 +11,7 @@ from rosbridge_gateway.protocol.first_messages import FirstOnes, KeepRules
 
 RULES = KeepRules(SHIPPED.first_messages, "/cell_2")
 LIMITS = FirstMessages(
-    seconds=1.0,
-    count=3,
-    never_topics=[],
-    never_types=[],
-    until_stop_topics=[],
-    until_stop_types=[],
+    seconds=1.0, count=3, never_topics=[], never_types=[], until_stop_topics=[], until_stop_types=[]
 )
 
 

@@ -86,11 +86,7 @@ def test_rosapi_is_found_globally_and_in_the_namespace(name: str, service: str |
 @pytest.mark.parametrize(
     ("service", "args", "values"),
     [
-        (
-            "topics_for_type",
-            {"type": "std_msgs/String"},
-            {"topics": ["/chatter", "/gone"]},
-        ),
+        ("topics_for_type", {"type": "std_msgs/String"}, {"topics": ["/chatter", "/gone"]}),
         ("topic_type", {"topic": "/clock"}, {"type": "rosgraph_msgs/Clock"}),
         ("topic_type", ["/nothing"], {"type": ""}),
         ("topic_type", [], {"type": ""}),

@@ -11,13 +11,7 @@ from pathlib import Path
 import msgspec
 import pytest
 import websocket
-from harness.opponents.graph_and_clients import (
-    DEADLINE,
-    SHIPPED,
-    TWIN_CONTROLLER,
-    Cell,
-    MakeCell,
-)
+from harness.opponents.graph_and_clients import DEADLINE, SHIPPED, TWIN_CONTROLLER, Cell, MakeCell
 from harness.processes import wait_until
 from rosbridge_gateway.config import Driving
 

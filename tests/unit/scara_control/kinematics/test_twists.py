@@ -9,13 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from scara_control.kinematics.twists import (
-    adjoint,
-    exp6,
-    quaternion,
-    skew,
-    twist_matrix,
-)
+from scara_control.kinematics.twists import adjoint, exp6, quaternion, skew, twist_matrix
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 

@@ -5,11 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from scara_ros.page.page_token_io import (
-    address,
-    page_token,
-    refuse_token_in,
-)
+from scara_ros.page.page_token_io import address, page_token, refuse_token_in
 from scara_ros.page.token_file_io import TokenError
 
 VARIABLE = "PAGE_TOKEN_OF_THE_TESTS"
@@ -42,9 +38,7 @@ def test_the_environments_token_goes_before_the_files(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_token_on_the_command_line_is_refused_and_the_right_places_are_said(
-    tmp_path: Path,
-) -> None:
+def test_token_on_the_command_line_is_refused_and_the_right_places_are_said(tmp_path: Path) -> None:
     """Everybody on the machine sees it there; rospy tells it to the parameter server too."""
     file = tmp_path / "token"
     refuse_token_in(["_port:=8080", "__name:=x"], VARIABLE, file)

@@ -96,11 +96,7 @@ def test_missing_velocities_and_accelerations_count_as_zero(gate):
     """A bare position is a set point at rest."""
     assert gate.track(setpoints(["joint_1"], [point(0.0, (0.3,), (), ())]), now=0.0).sample(
         5.0
-    ) == (
-        [0.3],
-        [0.0],
-        [0.0],
-    )
+    ) == ([0.3], [0.0], [0.0])
 
 
 def test_set_point_may_pass_a_speed_limit_by_the_tolerance_only(gate):

@@ -113,11 +113,7 @@ def abort(host: Host = None, port: Port = None, config_dir: ConfigDir = None) ->
     """Decelerate and end the program."""
     with _robot(host, port, config_dir) as (link, _, _):
         link.pulse("panel_abort")
-        _expect(
-            link,
-            lambda: _state(link) is ProgramState.ABORTED,
-            "the program did not end",
-        )
+        _expect(link, lambda: _state(link) is ProgramState.ABORTED, "the program did not end")
         typer.echo("aborted")
 
 

@@ -24,12 +24,7 @@ from rosbridge_gateway.graph.ros_service_call_node import (
 )
 from rosbridge_gateway.graph.ros_view_node import RosView
 from rosbridge_gateway.protocol.audit import Entry
-from rosbridge_gateway.protocol.conversion import (
-    Arrival,
-    ConversionError,
-    Converter,
-    Converters,
-)
+from rosbridge_gateway.protocol.conversion import Arrival, ConversionError, Converter, Converters
 from rosbridge_gateway.protocol.first_messages import FirstOnes, KeepRules
 from rosbridge_gateway.rosapi.answers import Nodes
 from rosbridge_gateway.wire.outgoing import Form, Outgoing

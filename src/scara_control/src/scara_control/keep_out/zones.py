@@ -155,10 +155,7 @@ def _near(
 
 
 def _first_entered(
-    points: Sequence[WatchedPoint],
-    paths: FloatArray,
-    zones: Sequence[KeepOut],
-    does: str = "enter",
+    points: Sequence[WatchedPoint], paths: FloatArray, zones: Sequence[KeepOut], does: str = "enter"
 ) -> str:
     near = zip(points, paths, _near(paths, zones))
     found = (entered(point.name, path, zones, does) for point, path, close in near if close)

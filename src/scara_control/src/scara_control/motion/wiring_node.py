@@ -152,11 +152,7 @@ class MotionClock:
             return
 
     def run(
-        self,
-        period: float,
-        tick: Callable[[float], None],
-        rest: IdleWait,
-        idle_s: float = IDLE_S,
+        self, period: float, tick: Callable[[float], None], rest: IdleWait, idle_s: float = IDLE_S
     ) -> None:
         """Call ``tick`` with each deadline until shut down; what it raises ends the node.
 

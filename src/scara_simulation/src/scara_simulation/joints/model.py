@@ -68,10 +68,7 @@ class JointModel(msgspec.Struct, frozen=True):
         joints: Any = (self,)  # has the limits by the names that plan_move reads
         position, velocity, acceleration = start
         return plan_move(
-            joints,
-            JointMotion((position,), (velocity,), (acceleration,)),
-            (target,),
-            speed_percent,
+            joints, JointMotion((position,), (velocity,), (acceleration,)), (target,), speed_percent
         )
 
 

@@ -54,10 +54,7 @@ def propose_gains(
     for joint in profile.twin_joints:
         unit = "kg" if joint.si_unit == "m" else "kg m^2"
         inertia = proposals[joint.name].inertia
-        console.print(
-            f"robot.yaml: {joint.name}.inertia: {inertia}  # [chk] {unit}",
-            markup=False,
-        )
+        console.print(f"robot.yaml: {joint.name}.inertia: {inertia}  # [chk] {unit}", markup=False)
     text = HEAD.format(name=profile.name) + "".join(
         _lines(name, proposal) for name, proposal in proposals.items()
     )

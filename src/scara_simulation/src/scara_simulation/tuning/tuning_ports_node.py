@@ -58,12 +58,7 @@ class TuningPorts:
         self, joints: Sequence[str], runner: RealTimeRunner, tuning: Tuning, file: Path
     ) -> None:
         """Advertise and serve."""
-        self._joints, self._runner, self._tuning, self._file = (
-            list(joints),
-            runner,
-            tuning,
-            file,
-        )
+        self._joints, self._runner, self._tuning, self._file = (list(joints), runner, tuning, file)
         self._lock = threading.Lock()
         self._status = rospy.Publisher("twin/pid/status", String, queue_size=10, latch=True)
         self._descriptions, self._updates = (
