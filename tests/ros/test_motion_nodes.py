@@ -155,18 +155,16 @@ def test_move_to_brings_the_tool_to_the_articles_points(cell, name):
     assert answer.error <= 0.02e-3 and math.dist(
         tool_position(SCARA, *answer.joint_positions), point
     ) == pytest.approx(answer.error)
-    assert (
-        math.dist(tool_position(SCARA, *cell.q()[:3]), point) < 0.1e-3 and abs(cell.q()[3]) < 1e-3
-    )
+    assert math.dist(tool_position(SCARA, *cell.q()[:3]), point) < 0.1e-3
+    assert abs(cell.q()[3]) < 1e-3
     assert 0.1 < answer.duration < 10.0
 
 
 def test_move_to_refuses_what_is_out_of_reach(cell):
     """With value and range; nothing moves."""
     answer = cell.move_to(0.9, 0.0, 0.0, 0.0, "")
-    assert (
-        not answer.success and "radius 0.9 m, outside the reach [0.175, 0.65] m" in answer.message
-    )
+    assert not answer.success
+    assert "radius 0.9 m, outside the reach [0.175, 0.65] m" in answer.message
     answer = cell.move_to(0.5, 0.0, 0.1, 101.0, "")
     assert not answer.success and "speed_percent = 101 is outside [1, 100]" in answer.message
     assert not cell.setpoints
@@ -263,9 +261,8 @@ def test_the_speed_cap_stretches_a_move(cell):
     cell.ros.wait_until(lambda: cell.states[-1].speed_limit_percent == 40.0, 5.0, "the cap")
     answers = cell.background(cell.move, joint_positions=FAR, speed_percent=80.0)
     cell.state("moving")
-    assert cell.states[-1].speed_requested_percent == 80.0 and cell.states[
-        -1
-    ].speed_applied_percent == pytest.approx(40.0)
+    assert cell.states[-1].speed_requested_percent == 80.0
+    assert cell.states[-1].speed_applied_percent == pytest.approx(40.0)
     caps.publish(100.0)
     assert cell.answer(answers).success
 
@@ -441,10 +438,8 @@ def test_a_jog_takes_its_joint_from_a_move(cell):
     cell.state("moving")
     cell.jog(["joint_2"], [0.1])
     answer = cell.answer(answers)
-    assert (
-        not answer.success
-        and answer.message == "aborted: joint_2 was taken by its velocity controller"
-    )
+    assert not answer.success
+    assert answer.message == "aborted: joint_2 was taken by its velocity controller"
     cell.still()
 
 
@@ -504,7 +499,5 @@ def test_a_wrong_configuration_ends_the_node_with_one_line(cell, changed_config,
     folder = changed_config("rate_hz: 100.0 ", "rate_hz: 0.0 ")
     process = cell.ros.run("scara_control", node, f"_config_dir:={folder}", f"__name:=wrong_{node}")
     assert process.wait(15.0) == 2
-    assert (
-        "motion.yaml: rate_hz = 0.0: Expected `float` >= 1.0" in process.output
-        and "Traceback" not in process.output
-    )
+    assert "motion.yaml: rate_hz = 0.0: Expected `float` >= 1.0" in process.output
+    assert "Traceback" not in process.output

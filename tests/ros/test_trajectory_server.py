@@ -116,9 +116,8 @@ def test_goals_out_of_limits_or_of_wrong_joints_are_rejected_with_a_reason(clien
 
     status, result = client.send((2.0, [0.0, 2.71, -0.16, 0.0]))
     assert status == GoalStatus.REJECTED and result.error_code == result.INVALID_GOAL
-    assert (
-        "joint_2 = " in result.error_string and "is outside [-2.618, 2.618]" in result.error_string
-    )
+    assert "joint_2 = " in result.error_string
+    assert "is outside [-2.618, 2.618]" in result.error_string
     assert client.client.get_goal_status_text() == result.error_string
     status, result = client.send((2.0, [0.0]), names=["wrist"])
     assert status == GoalStatus.REJECTED and result.error_code == result.INVALID_JOINTS

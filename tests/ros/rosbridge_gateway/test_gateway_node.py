@@ -20,10 +20,8 @@ def test_taken_port_ends_the_second_gateway(gateway: RunningGateway) -> None:
         "rosbridge_gateway", "gateway", f"_port:={gateway.port}", "__name:=second"
     )
     assert second.wait(20.0) == 2
-    assert (
-        f"port 127.0.0.1:{gateway.port} cannot be opened" in second.output
-        and "_port:=NUMBER" in second.output
-    )
+    assert f"port 127.0.0.1:{gateway.port} cannot be opened" in second.output
+    assert "_port:=NUMBER" in second.output
     assert "Traceback" not in second.output
 
 
@@ -40,11 +38,9 @@ def test_wrong_configuration_ends_the_node(ros: Ros, old: str, new: str, text: s
     (ros.folder / "gateway.yaml").write_text(text_before.replace(old, new), encoding="utf-8")
     node = ros.run("rosbridge_gateway", "gateway", f"_config_dir:={ros.folder}")
     assert node.wait(20.0) == 2
-    assert (
-        f"{ros.folder}/gateway.yaml: " in node.output
-        and text in node.output
-        and "Traceback" not in node.output
-    )
+    assert f"{ros.folder}/gateway.yaml: " in node.output
+    assert text in node.output
+    assert "Traceback" not in node.output
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, *thorough(signal.SIGINT)])

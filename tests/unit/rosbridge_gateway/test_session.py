@@ -84,12 +84,10 @@ def test_bad_packet_is_answered_and_survived() -> None:
     """The session lives on, the refusal is counted."""
     client = session()
     answer = client.receive(b'{"op":"dance","id":"a"}', 0.0)
-    assert (
-        isinstance(answer, Status)
-        and answer.level == "error"
-        and answer.id == "a"
-        and "dance" in answer.msg
-    )
+    assert isinstance(answer, Status)
+    assert answer.level == "error"
+    assert answer.id == "a"
+    assert "dance" in answer.msg
     assert isinstance(say(client, op="subscribe", topic="t"), Request)
     assert (client.counters.received, client.counters.refused) == (2, 1)
 

@@ -104,10 +104,8 @@ def test_cell_that_is_not_ready_in_time_names_what_is_missing() -> None:
     cell, actions = step(cell, TimePassed(), 30.0)
     explain = actions[0]
     assert isinstance(explain, Explain)
-    assert (
-        "not ready after 30 s" in explain.text
-        and "gateway: a listener at port 9090" in explain.text
-    )
+    assert "not ready after 30 s" in explain.text
+    assert "gateway: a listener at port 9090" in explain.text
     assert explain.logs == ("gateway",)
     assert (cell.phase, cell.exit_code) == (Phase.ENDING, 1)
 

@@ -35,10 +35,7 @@ def test_registers_stand_where_the_controller_has_them(name: str, first: int, la
 
 
 def test_state_and_set_point_blocks_fit_one_request_each() -> None:
-    """Position, speed and clock belong together.
-
-    Modbus reads at most 125 registers at once.
-    """
+    """Position, speed and clock belong together. Modbus reads at most 125 registers at once."""
 
     def span(first: str, last: str) -> int:
         start, end = MAP.holding_registers[first], MAP.holding_registers[last]

@@ -69,7 +69,6 @@ def test_speed_above_the_joints_is_refused():
 
 def test_every_refusal_is_one_kind_of_error():
     """A service catches the root and answers with its text."""
-    assert issubclass(JointLimitError, ScaraControlError) and issubclass(
-        JointVectorError, ScaraControlError
-    )
+    assert issubclass(JointLimitError, ScaraControlError)
+    assert issubclass(JointVectorError, ScaraControlError)
     assert issubclass(ScaraControlError, ValueError)

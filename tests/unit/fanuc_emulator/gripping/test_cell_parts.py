@@ -189,11 +189,9 @@ def test_program_waits_for_the_vacuum_and_pauses_with_an_alarm() -> None:
     """Nothing gripped is no reason to go on; the output stays as commanded."""
     now = run(controller((GripperStep(1, True),)), 0.7)
     assert now.program_state is ProgramState.PAUSED
-    assert (
-        now.alarm is not None
-        and now.alarm.code is alarms.NO_VACUUM
-        and "RI[1] is not ON in line 1" in now.alarm.cause
-    )
+    assert now.alarm is not None
+    assert now.alarm.code is alarms.NO_VACUUM
+    assert "RI[1] is not ON in line 1" in now.alarm.cause
     assert now.outputs.gripper and not now.outputs.vacuum
 
 

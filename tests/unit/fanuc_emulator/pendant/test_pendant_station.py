@@ -78,10 +78,8 @@ def station(monkeypatch: pytest.MonkeyPatch) -> Iterator[PendantStation]:
 def test_display_shows_joints_program_lamps_and_alarm(station: PendantStation) -> None:
     """As the controller reports them, in deg and mm."""
     reading = station.reading
-    assert (
-        reading.rows[2] == ("joint_3", -3.0, 0.5, "mm")
-        and reading.program == "ARTICLE  line 2  running"
-    )
+    assert reading.rows[2] == ("joint_3", -3.0, 0.5, "mm")
+    assert reading.program == "ARTICLE  line 2  running"
     assert reading.override == 2 and reading.alarm == "SRVO-037" and reading.lamps["progrun"]
     assert reading.switches == {
         "panel_imstp": True,
@@ -106,9 +104,8 @@ def test_key_that_cannot_act_says_why(station: PendantStation) -> None:
         raise PendantError("the robot refuses")
 
     assert station.press(key) == "the robot refuses"
-    assert station.press(lambda link: link.write("override", [50])) == "" and Link.written == [
-        ("override", [50])
-    ]
+    assert station.press(lambda link: link.write("override", [50])) == ""
+    assert Link.written == [("override", [50])]
 
 
 def test_injected_heartbeat_is_one_that_arms_the_watchdog(station: PendantStation) -> None:

@@ -85,7 +85,6 @@ def test_client_that_is_turned_away_is_audited(cell: Cell) -> None:
         with pytest.raises(websocket.WebSocketBadStatusException):
             cell.client("?token=guess")
     caller, entry = cell.graph.audited.get(timeout=DEADLINE)
-    assert caller.startswith("nobody@127.0.0.1:") and entry == Entry(
-        "connect from 127.0.0.1", False, "unknown token"
-    )
+    assert caller.startswith("nobody@127.0.0.1:")
+    assert entry == Entry("connect from 127.0.0.1", False, "unknown token")
     assert cell.graph.audited.empty()

@@ -116,9 +116,8 @@ def test_calls_are_limited_per_client_and_together(make_cell: MakeCell) -> None:
     first.say(op="call_service", service="s")
     first.say(op="call_service", service="s")
     answer = first.ask(op="call_service", service="s")
-    assert not answer["result"] and answer["values"].startswith(
-        "2 of 2 calls of this client and 2 of 3 calls of all run"
-    )
+    assert not answer["result"]
+    assert answer["values"].startswith("2 of 2 calls of this client and 2 of 3 calls of all run")
     second.say(op="call_service", service="s")
     assert "3 of 3 calls of all" in second.ask(op="call_service", service="s")["values"]
     calls = [cell.graph.calls.get(timeout=DEADLINE) for _ in range(3)]
@@ -146,11 +145,9 @@ def test_client_answers_a_service_that_it_advertised(cell: Cell) -> None:
     for with_id in (True, False):
         future = ask_client(cell, {"data": True})
         question = client.hear()
-        assert (
-            question["op"] == "call_service"
-            and question["service"] == "s"
-            and question["args"] == {"data": True}
-        )
+        assert question["op"] == "call_service"
+        assert question["service"] == "s"
+        assert question["args"] == {"data": True}
         identity = {"id": question["id"]} if with_id else {}
         client.say(
             op="service_response", service="s", result=True, values={"success": True}, **identity

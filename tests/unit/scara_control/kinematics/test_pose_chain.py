@@ -56,6 +56,5 @@ def test_pose_at_zero_is_the_home_pose():
     """No motion, no rounding."""
     arm = ScrewModel.from_robot(ROBOT)
     position, orientation = PoseChain(arm).pose([0.0] * arm.joint_count)
-    assert position == tuple(arm.home_pose[:3, 3]) and orientation == quaternion(
-        arm.home_pose[:3, :3]
-    )
+    assert position == tuple(arm.home_pose[:3, 3])
+    assert orientation == quaternion(arm.home_pose[:3, :3])

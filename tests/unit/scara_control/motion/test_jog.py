@@ -70,9 +70,8 @@ def test_a_jog_ramps_up_ends_by_itself_and_falls_silent():
     sent = [velocities["table_joint"] for velocities in bench.sent if velocities]
     changes = [abs(after - before) for before, after in zip([0.0, *sent], sent)]
     assert max(changes) <= JOINTS[3].acceleration * DT + 1e-12
-    assert (
-        sent[-CONFIG.jog.final_zeros :] == [0.0] * CONFIG.jog.final_zeros and bench.sent[-1] == {}
-    )
+    assert sent[-CONFIG.jog.final_zeros :] == [0.0] * CONFIG.jog.final_zeros
+    assert bench.sent[-1] == {}
     assert bench.core.report() == "idle: no command for 250 ms"
 
 
@@ -235,10 +234,8 @@ def test_stop_ramps_down_and_the_held_key_does_not_go_on(command):
             bench.jog(["joint_1"], [0.5])
         bench.tick(5)
     sent = [velocities["joint_1"] for velocities in bench.sent if velocities]
-    assert (
-        max(abs(b - a) for a, b in pairwise(sent)) <= JOINTS[0].acceleration * DT + 1e-9
-        and sent[-1] == 0.0
-    )
+    assert max(abs(b - a) for a, b in pairwise(sent)) <= JOINTS[0].acceleration * DT + 1e-9
+    assert sent[-1] == 0.0
     bench.core.obey(Command.RESUME, "", bench.now)
     bench.tick(40)
     assert bench.sent[-1] == {}

@@ -97,11 +97,9 @@ def test_a_move_from_any_state_begins_there_and_ends_at_the_target(q, qdot, qddo
     start = JointMotion(q, qdot, qddot)
     path = plan_move(JOINTS, start, target, percent)
     first = path.at(0.0)
-    assert (
-        np.allclose(first.q, q)
-        and np.allclose(first.qdot, qdot)
-        and np.allclose(first.qddot, qddot)
-    )
+    assert np.allclose(first.q, q)
+    assert np.allclose(first.qdot, qdot)
+    assert np.allclose(first.qddot, qddot)
     assert path.at(path.duration) == JointMotion.at_rest(target)
     taus, positions, velocities, _ = sampled(path, 400)
     step = taus[1] - taus[0]

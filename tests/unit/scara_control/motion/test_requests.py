@@ -100,12 +100,10 @@ def test_a_move_has_ended_when_the_joints_are_there():
     there = JointMotion.measured((0.1001, 0.2, -0.1, 0.0), (0.0,) * 4, 2.5)
     assert ledger.arrive(there, 2.5) == "" and not ledger.running
     (outcome,) = ledger.take_outcomes()
-    assert (
-        outcome.success
-        and outcome.message == "reached in 1.50 s"
-        and outcome.duration == 1.5
-        and outcome.positions == there.q
-    )
+    assert outcome.success
+    assert outcome.message == "reached in 1.50 s"
+    assert outcome.duration == 1.5
+    assert outcome.positions == there.q
 
 
 def test_a_move_whose_joints_do_not_arrive_fails_and_says_which():

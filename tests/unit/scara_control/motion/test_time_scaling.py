@@ -164,9 +164,8 @@ def test_a_drive_waits_for_its_time_and_then_begins():
     while not drives[-1].done:
         drives.append(drives[-1].step(DT, 1.0, BOUNDS, JOINTS))
     waiting = [drive for drive in drives if drive.announcing]
-    assert len(waiting) == 10 and all(
-        drive.motion == JointMotion.at_rest(START) for drive in waiting
-    )
+    assert len(waiting) == 10
+    assert all(drive.motion == JointMotion.at_rest(START) for drive in waiting)
     assert drives[11].motion.q != START and drives[10].motion == JointMotion.at_rest(START)
     assert drives[-1].motion == JointMotion.at_rest(TARGET)
 

@@ -67,9 +67,8 @@ def test_a_small_rest_is_driven_out_in_time_against_friction(point, delay, offse
         if inside * DT >= CONFIG.trim.settled:
             break
         twin.move(step.qdot)
-    assert step.error <= CONFIG.trim.tolerance_mm * 1e-3 and step.error == tool_error(
-        TOOL, tuple(twin.q), point
-    )
+    assert step.error <= CONFIG.trim.tolerance_mm * 1e-3
+    assert step.error == tool_error(TOOL, tuple(twin.q), point)
 
 
 @settings(max_examples=60, deadline=None)
@@ -100,9 +99,8 @@ def test_what_is_added_against_friction_is_bounded_and_gone_when_the_direction_t
     most = SCARA.joints[2].velocity * CONFIG.trim.breakaway_percent / 100.0
     assert speeds == sorted(speeds) and speeds[-1] == pytest.approx(CONFIG.trim.gain * 1e-4 + most)
     fresh = Trim(TOOL, target, point, CONFIG).step(above, (0.0, 0.0, 0.0), DT).qdot[2]
-    assert fresh < 0.0 and trim.step(above, (0.0, 0.0, 0.0), DT).qdot[2] == pytest.approx(
-        0.7 * fresh
-    )
+    assert fresh < 0.0
+    assert trim.step(above, (0.0, 0.0, 0.0), DT).qdot[2] == pytest.approx(0.7 * fresh)
 
 
 def test_within_the_tolerance_nothing_moves():

@@ -139,11 +139,9 @@ def test_a_goal_of_some_joints_leaves_the_others(bench: Bench) -> None:
     bench.desk.accept("a", goal, bench.now)
     bench.run(0.3)
     feedback = bench.desk.feedback()
-    assert (
-        feedback is not None
-        and feedback[1].names == ("joint_2",)
-        and len(feedback[1].desired.q) == 1
-    )
+    assert feedback is not None
+    assert feedback[1].names == ("joint_2",)
+    assert len(feedback[1].desired.q) == 1
     assert bench.until_ended().code is Code.SUCCESSFUL
     assert bench.q == pytest.approx((HERE[0], 0.6, *HERE[2:]), abs=1e-9)
 
@@ -334,10 +332,8 @@ def test_a_goal_that_is_not_reached_in_time_aborts(bench: Bench) -> None:
     bench.off = (0.0, 0.0, 0.001, 0.0)
     bench.desk.accept("a", replace(GOAL, goal_time_tolerance=0.3), bench.now)
     ended = bench.until_ended()
-    assert (
-        ended.code is Code.GOAL_TOLERANCE_VIOLATED
-        and "joint_3 is 1.000 mm from its goal" in ended.text
-    )
+    assert ended.code is Code.GOAL_TOLERANCE_VIOLATED
+    assert "joint_3 is 1.000 mm from its goal" in ended.text
     bench.run(0.3)
     bench.desk.accept("b", replace(GOAL, goal_tolerance=(("joint_3", -1.0),)), bench.now)
     assert bench.until_ended(2).code is Code.SUCCESSFUL

@@ -79,11 +79,9 @@ def test_type_is_asked_for_by_a_probe(make_node: MakeNode) -> None:
     node = make_node(accept)
     with ServiceConnection("/s", node.uri, "/gateway", 1.0) as line:
         assert line.type == "p/S"
-    assert (
-        b"probe=1" in node.requests[0]
-        and b"service=/s" in node.requests[0]
-        and b"callerid=/gateway" in node.requests[0]
-    )
+    assert b"probe=1" in node.requests[0]
+    assert b"service=/s" in node.requests[0]
+    assert b"callerid=/gateway" in node.requests[0]
 
 
 def test_call_sends_the_request_and_returns_the_response(make_node: MakeNode) -> None:

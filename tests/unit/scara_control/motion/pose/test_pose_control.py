@@ -31,9 +31,8 @@ def test_a_move_is_announced_then_driven_then_answered_then_silent():
     number = bench.move()
     assert bench.report.state == "announcing" and not bench.report.standing_still
     bench.tick(round(CONFIG.move.announce / DT))
-    assert set(bench.states[1:-1]) == {"announcing"} and all(
-        rests(s, HOME) for s in bench.setpoints
-    )
+    assert set(bench.states[1:-1]) == {"announcing"}
+    assert all(rests(s, HOME) for s in bench.setpoints)
     assert bench.packets[0].points[-1].q != HOME, "announced before it begins"
     bench.tick()
     bench.until("idle")
@@ -53,10 +52,8 @@ def test_each_packet_looks_ahead_on_the_grid_and_keeps_its_promise():
     bench.until("idle")
     promised = {}
     for packet in bench.packets:
-        assert (
-            np.allclose(np.diff(packet.times), DT)
-            and packet.times[-1] - packet.times[0] <= CONFIG.move.horizon + 1e-9
-        )
+        assert np.allclose(np.diff(packet.times), DT)
+        assert packet.times[-1] - packet.times[0] <= CONFIG.move.horizon + 1e-9
         for time, point in zip(packet.times, packet.points):
             key = round(time / DT)
             assert point == promised.setdefault(key, point)
@@ -70,19 +67,16 @@ def test_the_cap_stretches_running_and_coming_moves():
     bench.core.limit_speed(80.0, bench.now)
     bench.move(percent=100.0)
     bench.tick(15)
-    assert (
-        bench.report.speed_requested_percent == 100.0 and bench.report.speed_applied_percent == 80.0
-    )
+    assert bench.report.speed_requested_percent == 100.0
+    assert bench.report.speed_applied_percent == 80.0
     # Of the whole path: what it would reach, and whatever slows it down does not matter.
     peak = bench.report.peak_percent
     assert 0.0 < peak <= 100.0
     bench.core.limit_speed(40.0, bench.now)
     bench.tick(20)
-    assert (
-        bench.report.speed_applied_percent == pytest.approx(40.0)
-        and bench.report.speed_limit_percent == 40.0
-        and bench.report.peak_percent == peak
-    )
+    assert bench.report.speed_applied_percent == pytest.approx(40.0)
+    assert bench.report.speed_limit_percent == 40.0
+    assert bench.report.peak_percent == peak
     bench.until("idle")
     line = np.array(FAR) - np.array(HOME)
     q = np.array([s.q for s in bench.setpoints])
@@ -130,11 +124,9 @@ def test_paused_stands_still_in_silence_and_refuses_a_new_move():
     bench.command(Command.PAUSE, "lunch")
     assert bench.report.state == "pausing"
     bench.until("paused")
-    assert (
-        bench.report.standing_still
-        and bench.report.target == FAR
-        and bench.report.speed_applied_percent == 0.0
-    )
+    assert bench.report.standing_still
+    assert bench.report.target == FAR
+    assert bench.report.speed_applied_percent == 0.0
     count = len(bench.packets)
     bench.tick(50)
     assert len(bench.packets) == count and not bench.outcomes
@@ -352,10 +344,8 @@ def test_a_joint_that_another_controller_takes_ends_the_move():
     assert [outcome.message for outcome in bench.outcomes] == [
         "aborted: joint_2 was taken by its velocity controller"
     ]
-    assert (
-        bench.packets[-1].names == ("joint_1", "joint_3", "table_joint")
-        and bench.report.state == "stopping"
-    )
+    assert bench.packets[-1].names == ("joint_1", "joint_3", "table_joint")
+    assert bench.report.state == "stopping"
     with pytest.raises(MotionRefusedError, match="still stopping after a joint was taken"):
         bench.move(HOME)
     bench.until("idle")

@@ -16,18 +16,15 @@ def test_a_stream_is_forwarded_as_it_is_and_its_end_is_a_smooth_stop():
     for k in range(30):
         bench.tick()
         sent = bench.stream((0.04 * k, 0.0, -0.16, 0.0), (4.0 if k else 0.0, 0.0, 0.0, 0.0))
-    assert (
-        sent.times == (bench.now,)
-        and sent.points[0].q[0] == pytest.approx(1.16)
-        and not bench.packets
-    )
+    assert sent.times == (bench.now,)
+    assert sent.points[0].q[0] == pytest.approx(1.16)
+    assert not bench.packets
     assert bench.report.state == "following" and not bench.report.standing_still
     bench.tick(10)
     assert bench.report.state == "following"
     bench.tick(2)
-    assert (
-        bench.report.state == "stopping" and bench.report.message == "follow: no packet for 100 ms"
-    )
+    assert bench.report.state == "stopping"
+    assert bench.report.message == "follow: no packet for 100 ms"
     bench.until("idle")
     assert smooth(bench.setpoints) and 1.36 < bench.q[0] < 1.6 and not bench.outcomes
 
@@ -84,9 +81,8 @@ def test_a_stream_far_from_the_joints_is_refused_with_align_first():
     bench = Bench()
     with pytest.raises(MotionRefusedError, match=r"align first: joint_1 is 28\.65 deg"):
         bench.stream((0.5, 0.0, -0.16, 0.0))
-    assert bench.report.state == "idle" and bench.report.message.startswith(
-        "follow: refused 1: align first"
-    )
+    assert bench.report.state == "idle"
+    assert bench.report.message.startswith("follow: refused 1: align first")
 
 
 def test_pause_while_following_is_left_to_the_source():
@@ -115,7 +111,5 @@ def test_a_joint_taken_from_a_stream_ends_it():
     bench.stream((0.0,), (0.0,), names=("joint_1",))
     bench.modes(MODES | {"joint_1": "position"})
     bench.tick()
-    assert (
-        bench.report.state == "idle"
-        and "joint_1 was taken by its position controller" in bench.report.message
-    )
+    assert bench.report.state == "idle"
+    assert "joint_1 was taken by its position controller" in bench.report.message
