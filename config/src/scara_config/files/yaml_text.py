@@ -86,8 +86,11 @@ class _PlainConstructor(SafeConstructor):
     def construct_object(self, node: Node, deep: bool = False) -> Any:
         """Make one value, or refuse its node."""
         tag = str(node.tag).removeprefix(_TAG)
-        if isinstance(node, MappingNode):
-            _check_keys(node)
+        for key, _ in node.value if isinstance(node, MappingNode) else ():
+            if str(key.tag).removeprefix(_TAG) not in ("str", "merge"):
+                shown = shortened(key.value) if isinstance(key, ScalarNode) else "a list or mapping"
+                what = f"{shown} is no word for a key"
+                raise ConstructorError(None, None, what, key.start_mark)
         if tag == "timestamp" and isinstance(node, ScalarNode):
             # Nobody here means a date: a word that looks like one is a word.
             node.ctag = self.resolver.resolve(ScalarNode, "word", (True, False))
@@ -108,15 +111,6 @@ class _PlainConstructor(SafeConstructor):
             what = f"{shortened(node.value)} is too large a number"
             raise ConstructorError(None, None, what, node.start_mark)
         return made
-
-
-def _check_keys(node: MappingNode) -> None:
-    """Refuse keys that are no words."""
-    for key, _ in node.value:
-        tag = str(key.tag).removeprefix(_TAG)
-        if tag not in ("str", "merge"):
-            shown = shortened(key.value) if isinstance(key, ScalarNode) else "a list or mapping"
-            raise ConstructorError(None, None, f"{shown} is no word for a key", key.start_mark)
 
 
 def _count(node: Node, known: dict[int, int], above: set[int]) -> int:

@@ -61,7 +61,12 @@ def main() -> None:
     go_first()
     with server, until_shutdown():
         rospy.loginfo("gateway is ready: rosbridge v2 on %s:%d", config.host, server.port)
-        _watch(server, graph)
+        diagnostics, pace = Diagnostics("gateway"), Pace(PERIOD_S)
+        while not rospy.is_shutdown() and server.failure is None:
+            if pace.is_due(time.monotonic()):
+                diagnostics.publish(_diagnosis(server))
+            graph.end_openings()
+            rospy.rostime.wallsleep(_WATCH_PERIOD)
     if server.failure is not None:
         sys.exit(1)
 
@@ -116,16 +121,6 @@ def _tokens(
                 f"{person} has the token of the role {tokens[token]}: give each its own"
             )
     return tokens, known
-
-
-def _watch(server: GatewayServer, graph: RosGraph) -> None:
-    """Report until a signal comes or the server's thread ends."""
-    diagnostics, pace = Diagnostics("gateway"), Pace(PERIOD_S)
-    while not rospy.is_shutdown() and server.failure is None:
-        if pace.is_due(time.monotonic()):
-            diagnostics.publish(_diagnosis(server))
-        graph.end_openings()
-        rospy.rostime.wallsleep(_WATCH_PERIOD)
 
 
 def _diagnosis(server: GatewayServer) -> Diagnosis:

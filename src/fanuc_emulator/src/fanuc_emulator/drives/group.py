@@ -141,7 +141,12 @@ class MotionGroup:
             self._from = self._targets
             self._interpolate(factor)
         self._phase = (self._phase + 1) % self._every
-        if not all([axis.step(at, limit) for axis, at in zip(self.axes, self._references())]):
+        told = self._targets
+        if self._phase:
+            # What the drives are told now: a point between the last two.
+            part = self._phase / self._every
+            told = tuple([a + part * (b - a) for a, b in zip(self._from, self._targets)])
+        if not all([axis.step(at, limit) for axis, at in zip(self.axes, told)]):
             self._look()
 
     def _interpolate(self, factor: float) -> None:
@@ -154,13 +159,6 @@ class MotionGroup:
             self._targets = self._interpreter.step(self._wanted, factor * self._stream_speed)
         elif self._wanted is not None:
             self._targets = self._wanted
-
-    def _references(self) -> tuple[float, ...]:
-        """Return what the drives are told now: a point between the last two."""
-        if self._phase == 0:
-            return self._targets
-        part = self._phase / self._every
-        return tuple([a + part * (b - a) for a, b in zip(self._from, self._targets)])
 
     def _end_stream(self) -> None:
         self._stream_speed = self._wanted = None

@@ -62,18 +62,15 @@ class StreamSource:
         else:
             row = self._setpoint if self.valid else None
         if row is not None and row is not self._checked:
-            self._check(row)
+            for joint, position in zip(self._joints, row):
+                shown = f"J{joint.axis_number} = {position / joint.scale:.3f} {joint.unit}"
+                if not math.isfinite(position):
+                    raise SetpointRefusedError(alarms.POSITION_INVALID, shown)
+                if not joint.lower - 1e-6 <= position <= joint.upper + 1e-6:
+                    raise SetpointRefusedError(alarms.POSITION_LIMIT, shown)
             self._checked = row
         return row
 
     def check_again(self) -> None:
         """Judge PR[1] again, though it is the same: a program begins."""
         self._checked = None
-
-    def _check(self, row: Row) -> None:
-        for joint, position in zip(self._joints, row):
-            shown = f"J{joint.axis_number} = {position / joint.scale:.3f} {joint.unit}"
-            if not math.isfinite(position):
-                raise SetpointRefusedError(alarms.POSITION_INVALID, shown)
-            if not joint.lower - 1e-6 <= position <= joint.upper + 1e-6:
-                raise SetpointRefusedError(alarms.POSITION_LIMIT, shown)

@@ -312,7 +312,10 @@ class GatewayServer:
         finally:
             del self._clients[client.owner]
             counts = session.counters
-            reason = client.drop_reason or _farewell(connection)
+            # What the client said, else what we had to say.
+            said = connection.protocol.close_rcvd or connection.protocol.close_sent
+            farewell = f"code {int(said.code)} {said.reason}".rstrip() if said else ""
+            reason = client.drop_reason or farewell or "connection lost"
             for index, count in enumerate(
                 (counts.received, counts.refused, client.sending.outbox.dropped)
             ):
@@ -322,14 +325,6 @@ class GatewayServer:
                 f"{counts.refused} refused, held back {counts.held_back} times, "
                 f"{client.sending.outbox.dropped} older messages replaced"
             )
-
-
-def _farewell(connection: ServerConnection) -> str:
-    """Return why a connection ended: what the client said, else what we had to say."""
-    said = connection.protocol.close_rcvd or connection.protocol.close_sent
-    if said is None:
-        return "connection lost"
-    return f"code {int(said.code)} {said.reason}".rstrip()
 
 
 def _peer(connection: ServerConnection) -> str:

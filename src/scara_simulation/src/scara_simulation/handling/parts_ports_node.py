@@ -25,7 +25,6 @@ from std_srvs.srv import (
 from visualization_msgs.msg import Marker, MarkerArray
 
 from scara_msgs.msg import GripperState, PartEvent
-from scara_simulation.handling.part_bodies_io import PartShown
 from scara_simulation.handling.part_world_io import PartsNow, PartWorld
 from scara_simulation.real_time_runner_io import RealTimeRunner
 from scara_simulation.simulation import Snapshot
@@ -116,7 +115,16 @@ class PartsPorts:
         self._gripper.publish(state)
 
     def _tell_parts(self, now: PartsNow, stamp: rospy.Time) -> None:
-        if not self._changed.is_due(stamp.to_nsec(), [_shown(part) for part in now.parts]):
+        # What makes the parts worth telling again.
+        shown = [
+            (
+                part.held,
+                *(round(value, PLACE_DIGITS) for value in part.position),
+                *(round(value, TURN_DIGITS) for value in part.orientation),
+            )
+            for part in now.parts
+        ]
+        if not self._changed.is_due(stamp.to_nsec(), shown):
             return
         array = MarkerArray()
         for part in now.parts:
@@ -174,10 +182,3 @@ class PartsPorts:
         return SetBoolResponse(
             False, f"no part within {reach:g} mm below the nozzle; the suction stays on"
         )
-
-
-def _shown(part: PartShown) -> tuple[object, ...]:
-    """Return what makes a part worth telling again."""
-    place = tuple(round(value, PLACE_DIGITS) for value in part.position)
-    turn = tuple(round(value, TURN_DIGITS) for value in part.orientation)
-    return part.held, place, turn
