@@ -210,7 +210,10 @@ class AssignedRegisters:
         """Add to ``changes`` what words of one value ask for."""
         cell, kind = piece.cell, piece.cell.field.kind
         home = self._homes.get(cell)
-        if home is None and not _is_free(cell):
+        # A value that is in no map may be written all the same: a joint position, a register.
+        free = cell.family == "R" or cell.family.startswith("$SNPX_ASG")
+        free = free or (cell.family == "PR" and cell.field.first in _JOINT_FORM)
+        if home is None and not free:
             raise NoRegisterError(None, f"{cell} cannot be written through it")
         if home is not None and not home.write:
             raise NoRegisterError(None, f"{cell} is read only")
@@ -281,10 +284,3 @@ def _same_form(home: Register, field: Field, multiply: float, short: bool) -> bo
     if home.type == "int16":
         return short and multiply in (1.0, -1.0) and home.scale == 1.0
     return multiply in (1.0 / home.scale, -1.0) and not short
-
-
-def _is_free(cell: Cell) -> bool:
-    """Return whether a value that is in no map may be written."""
-    if cell.family == "PR":
-        return cell.field.first in _JOINT_FORM
-    return cell.family == "R" or cell.family.startswith("$SNPX_ASG")

@@ -278,8 +278,12 @@ class PartWorld(World):
             near = aside < margin and low - pz - half < margin
             if not part.asleep:
                 views.append(self._attend(part, near or slipping > 0.0))
-            elif near or (slipping > 0.0 and self._slips(part, slipping)):
-                self._bodies.wake(part)
+            elif near or (slipping > 0.0 and part.support in self._work.table.stands_mm):
+                # Friction may not hold it on the turning table any more.
+                ax, ay = self._work.table.axis_mm
+                asked = math.hypot(px - ax * MM, py - ay * MM) * slipping
+                if near or asked > FRICTION_SHARE * kind.friction * self._gravity:
+                    self._bodies.wake(part)
         if not views:  # the ledger knows of awake parts alone
             return
         for happening in self._ledger.observe(views):
@@ -300,13 +304,6 @@ class PartWorld(World):
         if resting and not stay:
             self._bodies.put_to_sleep(part)
         return view
-
-    def _slips(self, part: Part, needed: float) -> bool:
-        """Tell whether friction cannot hold a sleeping part on the table any more."""
-        ax, ay = self._work.table.axis_mm
-        radius = math.hypot(part.centre[0] - ax * MM, part.centre[1] - ay * MM)
-        holds = FRICTION_SHARE * self._work.parts.friction * self._gravity
-        return part.support in self._work.table.stands_mm and radius * needed > holds
 
     def _check_grip(self, part: Part) -> None:
         """Take a part off the nozzle that was pulled away from it."""

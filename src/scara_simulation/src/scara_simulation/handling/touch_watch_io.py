@@ -102,10 +102,12 @@ class TouchWatch:
             if is_told(touch, self._watch.touch_n):
                 first_name, second_name = touch.names
                 self._told[first_name, second_name] = step
-            if is_collision(touch, self._watch.touch_n, self._watch.press_n) and self._is_new(
-                touch, step
-            ):
-                found.append(_collision(touch, contact[5]))
+            if is_collision(touch, self._watch.touch_n, self._watch.press_n):
+                # Told anew only once the two have been apart for a while.
+                pair = min(touch.names), max(touch.names)
+                last, self._touched[pair] = self._touched.get(pair), step
+                if last is None or (step - last) * self._dt >= AGAIN_S:
+                    found.append(_collision(touch, contact[5]))
         return found
 
     def _who(self, body: int, link: int, held: str) -> tuple[ContactKind, str]:
@@ -114,13 +116,6 @@ class TouchWatch:
         if part is not None:
             return (ContactKind.HELD if part.name == held else ContactKind.PART), part.name
         return self._links[link]
-
-    def _is_new(self, touch: Touch, step: int) -> bool:
-        """Tell whether the two have been apart for a while."""
-        first, second = sorted(touch.names)
-        last = self._touched.get((first, second))
-        self._touched[first, second] = step
-        return last is None or (step - last) * self._dt >= AGAIN_S
 
 
 def _collision(touch: Touch, where: tuple[float, float, float]) -> Happening:
