@@ -55,10 +55,7 @@ def test_first_position_is_singular():
 
 
 def test_way_round_the_three_positions_stays_righty():
-    """From P1, where both fit, the elbow of the first choice is kept.
-
-    Each next position is seeded with the last one.
-    """
+    """The elbow of the first choice is kept: each position is seeded with the one before."""
     elbows, seed = [], None
     for point in (P1, P2, P3, P1):
         q, elbow = KINEMATICS.inverse(*point, seed=seed).chosen

@@ -25,10 +25,7 @@ Q = (math.radians(JOINTS[0]), math.radians(JOINTS[1]), JOINTS[2] / 1e3, math.rad
 
 
 def test_printed_position_gives_the_printed_joints_digit_for_digit():
-    """Backwards all three joints agree to 2 decimals.
-
-    The rounding of the input is the smaller one there.
-    """
+    """Backwards all three joints agree to 2 decimals, more than the rounding of the input."""
     q, elbow = KINEMATICS.inverse(*(value / 1e3 for value in PRINTED), Elbow.RIGHTY).chosen
     assert (
         round(math.degrees(q[0]), 2),
@@ -39,10 +36,7 @@ def test_printed_position_gives_the_printed_joints_digit_for_digit():
 
 
 def test_printed_joints_give_the_printed_position_within_their_rounding():
-    """Half a digit of a joint, 0.005 deg, moves the tool by up to 0.04 mm.
-
-    No more may be missing, in z nothing.
-    """
+    """0.005 deg moves the tool by up to 0.04 mm: no more may be missing, in z nothing."""
     position = np.array(KINEMATICS.forward(Q).position) * 1e3
     half_digits = np.array([math.radians(HALF_DIGIT), math.radians(HALF_DIGIT), HALF_DIGIT / 1e3])
     allowed = np.abs(tip_jacobian(KINEMATICS.arm, Q[:3])[3:]) @ half_digits * 1e3 + HALF_DIGIT
@@ -52,10 +46,7 @@ def test_printed_joints_give_the_printed_position_within_their_rounding():
 
 
 def test_joints_that_print_the_same_give_the_printed_position_digit_for_digit():
-    """There are joint positions that the display shows as these and that give its X, Y, Z.
-
-    The lengths are right.
-    """
+    """Joint positions that the display shows so give its X, Y, Z: the lengths are right."""
     q = KINEMATICS.inverse(*(value / 1e3 for value in PRINTED), Elbow.RIGHTY).chosen.q
     position = KINEMATICS.forward(q).position
     assert tuple(round(value * 1e3, 2) for value in position) == PRINTED

@@ -32,10 +32,7 @@ def test_not_a_number_crosses_both_ways(gateway: RunningGateway) -> None:
 
 
 def test_late_subscriber_gets_the_latched_message(gateway: RunningGateway) -> None:
-    """So do the first client and one that shares its subscription, without a type.
-
-    It holds as long as the publisher lives.
-    """
+    """The first client does, and one that shares its subscription, while the publisher lives."""
     publisher = rospy.Publisher(gateway.ros.name("latched"), String, latch=True, queue_size=1)
     publisher.publish("kept")
     for _ in range(2):

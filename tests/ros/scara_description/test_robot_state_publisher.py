@@ -178,10 +178,7 @@ def test_joint_states_are_heard_only_while_somebody_listens(cell: Cell) -> None:
 
 
 def test_newest_state_is_told_at_the_rate_and_no_stamp_twice(cell: Cell) -> None:
-    """More is asked of no listener than the rate, whatever the sides publish.
-
-    What a paused side repeats is no news: tf would warn about it.
-    """
+    """No listener gets more, whatever the sides publish; a repeated stamp makes tf warn."""
     from tf2_msgs.msg import TFMessage
 
     cell.run("_rate:=5")

@@ -51,10 +51,7 @@ print("ended in order")
 def test_signal_in_the_middle_of_publishing_ends_the_node(
     ros: Ros, tmp_path: Path, name: str
 ) -> None:
-    """The lock that publishing holds is the one that closing the connection needs.
-
-    Rospy's own handler waits for ever.
-    """
+    """Publishing holds the lock that closing needs; rospy's own handler waits for ever."""
     script = tmp_path / "busy.py"
     script.write_text(BUSY.replace("{name}", name), encoding="utf-8")
     node = ros.stage.start(sys.executable, str(script))

@@ -23,10 +23,7 @@ ARTICLE = shipped("programs/article.yaml")
 
 
 def test_article_positions_give_the_articles_coordinates(robot: Robot) -> None:
-    """Forward kinematics of the program's P1, P2, P3.
-
-    P1 ... hits the article's points within 1 um.
-    """
+    """Forward kinematics of the program's P1, P2, P3 hits the article's points within 1 um."""
     l1, l2, h = (getattr(robot.geometry, name) / 1000 for name in ("l1_mm", "l2_mm", "h_mm"))
     p1, p2, p3 = (0.65, 0.0, 0.0), (0.51, 0.16, 0.10), (0.51, -0.16, 0.16)
     moves = [step for step in load_programs(robot, CONFIG)[2].steps if isinstance(step, MoveStep)]
@@ -39,10 +36,7 @@ def test_article_positions_give_the_articles_coordinates(robot: Robot) -> None:
 def test_shipped_programs_have_their_own_rsr_and_two_point_goes_there_and_back(
     robot: Robot,
 ) -> None:
-    """RSR2 is the article's experiment, RSR3 its scenario.
-
-    Two positions, one speed for each direction.
-    """
+    """RSR2 is the article's experiment, RSR3 its scenario: two positions, a speed for each way."""
     programs = load_programs(robot, CONFIG)
     assert {number: program.name for number, program in programs.items()} == {
         2: "ARTICLE",
@@ -56,10 +50,7 @@ def test_shipped_programs_have_their_own_rsr_and_two_point_goes_there_and_back(
 
 
 def test_drives_can_do_more_than_the_twin_asks_for(config: EmulatorConfig, robot: Robot) -> None:
-    """A stream inside the twin's limits is never clipped by the command.
-
-    Nor the command by the motor.
-    """
+    """What the twin's limits allow is never clipped by the command, nor that by the motor."""
     for joint in robot.joints:
         parameters = axis_parameters(config.plant, joint)
         assert joint.acceleration < parameters.command_acceleration < parameters.servo_acceleration

@@ -84,10 +84,7 @@ def test_override_is_ten_percent_after_a_cold_start(bench: Bench) -> None:
 
 @pytest.mark.parametrize("name", ["hold", "enbl"])
 def test_hold_decelerates_on_the_path_and_start_resumes_it(bench: Bench, name: str) -> None:
-    """*HOLD or ENBL off: PAUSED on the straight joint path; back on moves nothing.
-
-    START goes on to the same end.
-    """
+    """*HOLD or ENBL off: PAUSED on the joint path; only START goes on, to the same end."""
     start_moving(bench)
     bench.controller.write_input(name, False)
     bench.run(0.6)
@@ -148,10 +145,7 @@ def test_cstopi_ends_a_program_and_nothing_can_resume_it(bench: Bench) -> None:
 
 
 def test_imstp_cuts_the_drives_at_once_and_latches_an_alarm(bench: Bench) -> None:
-    """Immediate stop, SRVO alarm, SYSRDY and CMDENBL off; the program waits.
-
-    Letting it go changes nothing before FAULT_RESET.
-    """
+    """SYSRDY and CMDENBL go off, the program waits, and only FAULT_RESET ends that."""
     start_moving(bench)
     bench.controller.write_input("imstp", False)
     bench.run(0.002)
@@ -209,10 +203,7 @@ def test_reset_while_still_braking_is_refused(bench: Bench) -> None:
 
 
 def test_safety_speed_caps_the_override_and_forbids_a_start(bench: Bench) -> None:
-    """*SFSPD off: a running program slows down, a new one is refused.
-
-    The written override comes back afterwards.
-    """
+    """*SFSPD off: a running program slows down, a new one is refused; then all is as before."""
     start_moving(bench)
     bench.controller.write_input("sfspd", False)
     bench.run(0.4)
@@ -323,10 +314,7 @@ def test_an_invalid_set_point_is_not_used(bench: Bench) -> None:
 def test_an_impossible_set_point_aborts_and_is_not_approached(
     bench: Bench, joint: str, value: float, code: alarms.AlarmCode, cause: str
 ) -> None:
-    """Out of range or no number.
-
-    Alarm with axis and value, program ended, nothing moves towards it.
-    """
+    """Out of range or no number: alarm with axis and value, program ended, nothing moves there."""
     start_stream(bench)
     before = bench.now.positions
     bench.stream_to(joint, value)
@@ -423,10 +411,7 @@ def test_a_held_stream_catches_up_within_its_limits_after_resume(bench: Bench) -
 
 
 def test_snapshots_belong_together(bench: Bench) -> None:
-    """Clock and position are latched at one instant.
-
-    The clock goes in whole periods and the encoder agrees with the truth.
-    """
+    """Clock and position are of one instant, in whole periods; encoder and truth agree."""
     start_moving(bench)
     bench.run(0.1)
     for before, now in zip(bench.history, bench.history[1:]):

@@ -49,10 +49,7 @@ def at(image: RegisterImage, layout: ModbusMap, name: str) -> object:
 def test_pose_stands_at_1001_in_degrees_and_millimetres_low_word_first(
     image: RegisterImage,
 ) -> None:
-    """POS[0]: J3 = -160 mm is float32 0xC3200000, so 1005 holds 0x0000 and 1006 holds 0xC320.
-
-    1019 says valid.
-    """
+    """J3 = -160 mm is 0xC3200000: 1005 holds 0x0000, 1006 holds 0xC320, 1019 says valid."""
     assert image.first["holding_registers"] == 1000
     assert held(image)[4:6] == [0x0000, 0xC320]
     assert held(image)[18] == 1
@@ -61,10 +58,7 @@ def test_pose_stands_at_1001_in_degrees_and_millimetres_low_word_first(
 def test_a_moving_snapshot_is_shown_whole(
     image: RegisterImage, layout: ModbusMap, bench: Bench
 ) -> None:
-    """Position, speed and clock of the block are those of one snapshot.
-
-    table_joint is J5, J6..J9 are zero.
-    """
+    """All of the block is of one snapshot; table_joint is J5, J6 to J9 are zero."""
     bench.pulse("rsr3")
     bench.run_until(lambda now: max(abs(v) for v in now.measured_velocities) > 1.0)
     image.show(bench.now)
@@ -181,10 +175,7 @@ def test_payload_that_the_robot_was_told_is_shown(layout: ModbusMap, bench: Benc
 def test_what_was_written_is_read_back_whatever_older_snapshot_comes(
     image: RegisterImage, layout: ModbusMap, bench: Bench
 ) -> None:
-    """A tick that knew only the first of two writes does not hide the second.
-
-    Function 23 writes and reads in one request; the robot's next tick may be due between the two.
-    """
+    """Function 23 writes and reads, and the next tick, which knew one of two, may come between."""
     image.apply(bench.controller, image.take(1100, [50, 0]))
     image.take(1100, [60, 0])
     image.show(bench.run(bench.config.dt))

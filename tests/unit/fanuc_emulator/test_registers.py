@@ -37,10 +37,7 @@ TABLE = [
 def test_values_stand_low_word_first_and_text_two_characters_a_word(
     kind: str, value: object, words: list[int]
 ) -> None:
-    """The controller's layout.
-
-    Low word first, each word big-endian on the wire, two characters a word.
-    """
+    """Low word first, each word big-endian on the wire, two characters a word."""
     here = register(kind, 2 if kind == "string" else 1)
     assert encode(here, value) == words  # type: ignore[arg-type]
     decoded = decode(here, words)

@@ -64,10 +64,7 @@ def expected(*found: UopRequest | None) -> list[UopRequest]:
 
 @pytest.mark.parametrize("name", INPUTS)
 def test_each_input_acts_on_its_edge_and_on_no_other(name: str) -> None:
-    """FAULT_RESET and START act on the falling edge, CSTOPI and RSR on the rising one.
-
-    PNSTROBE acts once it has been on for long enough. A repeated level never.
-    """
+    """FAULT_RESET, START falling; CSTOPI, RSR rising; PNSTROBE once it is long; a level never."""
     inputs = Inputs(READY)
     assert inputs[name] is (name in NORMALLY_ON)
     inputs.write(name, False, 0)

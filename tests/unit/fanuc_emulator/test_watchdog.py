@@ -24,10 +24,7 @@ DISARMED, ARMED, EXPIRED = WatchdogState.DISARMED, WatchdogState.ARMED, Watchdog
 def test_only_a_change_keeps_it_awake_and_zero_disarms(
     beats: list[tuple[int, int]], now: int, state: WatchdogState
 ) -> None:
-    """Armed by the first change that is not 0; a value that stays is a dead client.
-
-    0 is a farewell.
-    """
+    """The first change that is not 0 arms it, a value that stays ends it, 0 is a farewell."""
     watchdog = Watchdog(120)
     for value, at in beats:
         watchdog.beat(value, at)
@@ -36,10 +33,7 @@ def test_only_a_change_keeps_it_awake_and_zero_disarms(
 
 
 def test_expired_stays_until_reset_and_tells_it_once() -> None:
-    """A client that comes back does not undo the alarm.
-
-    After the reset the next change arms again.
-    """
+    """A client that comes back undoes no alarm; after the reset the next change arms again."""
     watchdog = Watchdog(120)
     watchdog.beat(1, 0)
     assert watchdog.expires(200)

@@ -42,10 +42,7 @@ from rosbridge_gateway.protocol.envelope import Envelope, read_envelope
     ],
 )
 def test_outside_is_read_as_far_as_it_goes(data: bytes, envelope: Envelope) -> None:
-    """Only the outermost object and short values count, whatever stands inside.
-
-    A value must be short enough to be repeated.
-    """
+    """Only the outermost object counts, and values that are short enough to be repeated."""
     assert read_envelope(data) == envelope
 
 

@@ -116,10 +116,7 @@ def test_packet_is_read(data: bytes, packet: packets.Packet) -> None:
     ],
 )
 def test_what_is_no_packet_is_refused(data: bytes, text: str, packet_id: packets.PacketId) -> None:
-    """The reason names what is wrong.
-
-    The id is kept if it could be read, so that the sender can tell which.
-    """
+    """The reason names what is wrong; an id that could be read is kept, for its sender."""
     with pytest.raises(PacketError, match=text) as caught:
         packets.decode(data, MAX_BYTES, MAX_DEPTH)
     assert caught.value.packet_id == packet_id

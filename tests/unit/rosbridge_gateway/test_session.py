@@ -132,10 +132,7 @@ def test_unknown_role_may_do_nothing() -> None:
     ],
 )
 def test_each_operation_needs_a_right(op: str, right: str) -> None:
-    """Whoever may not begin something may not end it or answer for it either.
-
-    An operation without a right is denied.
-    """
+    """Whoever may not begin something may not end it or answer for it; no right is a denial."""
     none: dict[str, list[str]] = {
         "publish": [],
         "subscribe": [],

@@ -272,10 +272,7 @@ def test_file_in_the_place_of_the_output_is_an_error(tmp_path: Path) -> None:
 
 
 def test_node_is_found_where_rosrun_finds_it(tmp_path: Path) -> None:
-    """The first workspace wins; a file that cannot be executed does not count.
-
-    What is nowhere is left to rosrun.
-    """
+    """The first workspace wins, what cannot be executed does not count, the rest is rosrun's."""
     for workspace, mode in (("plain", 0o644), ("first", 0o755), ("second", 0o755)):
         script = tmp_path / workspace / "lib" / "package" / "node"
         script.parent.mkdir(parents=True)

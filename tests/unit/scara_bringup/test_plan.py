@@ -61,10 +61,7 @@ def test_ports_of_the_plan_are_those_of_the_configuration() -> None:
 
 
 def test_pages_camera_and_judge_belong_to_a_cell_for_people_only() -> None:
-    """An experiment needs none of them, and people do without the judge if it ends.
-
-    A page goes first when the cell ends, so that nobody commands a cell that ends.
-    """
+    """People do without the judge if it ends; a page goes first, so that nobody commands an end."""
     added = {node.name: node for node in cell_plan(DOORS, with_panel=True) if node not in PLAN}
     assert set(added) == {"camera", "operator_panel", "pendant_page", "what_if"}
     assert {name for name, node in added.items() if node.optional} == {"what_if"}

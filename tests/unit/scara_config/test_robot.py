@@ -69,10 +69,7 @@ def test_home_pose_is_a_rigid_transform() -> None:
     "joint", [joint for joint in ROBOT.joints if joint.screw_axis is not None], ids=lambda j: j.name
 )
 def test_screw_axes_are_normalised(joint: Any) -> None:
-    """A turning axis has |omega| = 1 and v perpendicular to it.
-
-    A sliding one has omega = 0 and |v| = 1.
-    """
+    """Turning: |omega| = 1 and v perpendicular to it; sliding: omega = 0 and |v| = 1."""
     omega, v = np.array(joint.screw_axis[:3]), np.array(joint.screw_axis[3:])
     if isinstance(joint, PrismaticJoint):
         assert not omega.any() and np.linalg.norm(v) == pytest.approx(1.0)

@@ -67,10 +67,7 @@ def test_slowest_axis_reaches_programmed_speed_times_override(
 def test_changing_override_keeps_path_and_limits(
     target: tuple[float, ...], speed: float, overrides: list[float]
 ) -> None:
-    """Hold, resume and override change only the time on the path.
-
-    Speed and acceleration limits hold all the while.
-    """
+    """Hold, resume and override change only the time on the path; its limits always hold."""
     stretched = [value for value in overrides for _ in range(30)]
     rows = drive(
         JointMove((0.0, 0.0, 0.0), target, speed, VELOCITIES, ACCELERATIONS), stretched, 10**6

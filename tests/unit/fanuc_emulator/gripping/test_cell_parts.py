@@ -196,10 +196,7 @@ def test_program_waits_for_the_vacuum_and_pauses_with_an_alarm() -> None:
 
 
 def test_only_a_command_opens_the_gripper() -> None:
-    """Neither hold nor the emergency stop nor the end of the program switches the suction.
-
-    Each write of the coil does.
-    """
+    """Neither hold, emergency stop nor the program's end does; each write of the coil does."""
     robot = controller((GripperStep(1, True),))
     run(robot, 0.2)
     for name, level in (("hold", False), ("imstp", False), ("cstopi", True)):
@@ -212,10 +209,7 @@ def test_only_a_command_opens_the_gripper() -> None:
 
 
 def test_shipped_program_places_nine_parts() -> None:
-    """PALLETISE by the robot alone.
-
-    All on their places within the goal, without a collision or a drop.
-    """
+    """PALLETISE by the robot alone: all on their places, without a collision or a drop."""
     parts = CellParts(WORK, ROBOT)
     robot = Controller(
         load_emulator(ROBOT, CONFIG), ROBOT, load_programs(ROBOT, CONFIG), 0.0, parts

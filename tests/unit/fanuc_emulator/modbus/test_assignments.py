@@ -119,10 +119,7 @@ def test_at_power_up_every_register_reads_as_the_image_has_it(client: Client) ->
 
 
 def test_a_drivers_own_layout_is_read(client: Client) -> None:
-    """Alarms, programs, registers, position and set point one after the other from 1 on.
-
-    The rest of the table is emptied. So does fanuc-hmi-jointstreaming.
-    """
+    """One after the other from 1 on, the rest emptied, as fanuc-hmi-jointstreaming does."""
     layout = [(1000, "ALM[1]", -1.0), (360, "PRG[1]", -1.0), (0, "", 1.0), (400, "R[1]", 1.0)]
     layout += [(19, "POS[0]@27.19", 0.0), (19, "PR[1]@27.19", 0.0)]
     address, at = 1, {}

@@ -134,10 +134,7 @@ def test_a_taken_port_is_named(bench: Bench) -> None:
 
 
 def test_ticks_are_due_on_a_nominal_time_axis(bench: Bench) -> None:
-    """Whenever a step is computed.
-
-    The time at which it is true is base + k dt of the robot's clock.
-    """
+    """Whenever a step is computed, it is true at base + k dt of the robot's clock."""
     seen: list[tuple[Snapshot, float]] = []
     with ServoLoop(
         bench.controller, bench.config.dt, 200.0, lambda snapshot, due: seen.append((snapshot, due))

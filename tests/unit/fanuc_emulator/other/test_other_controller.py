@@ -66,10 +66,7 @@ def client(port: int) -> Iterator[ModbusTcpClient]:
 
 
 def test_state_stands_in_input_registers_as_counts_high_word_first(client: ModbusTcpClient) -> None:
-    """joint_2 = 39.01 deg is 39010 counts.
-
-    The same address has no holding register, there is no coil.
-    """
+    """joint_2 = 39.01 deg is 39010 counts; no holding register is there, and no coil."""
     words = client.read_input_registers(102, count=2, device_id=17).registers
     assert words == [0, 39010]
     assert client.read_holding_registers(102, count=2, device_id=17).exception_code == 2
@@ -78,10 +75,7 @@ def test_state_stands_in_input_registers_as_counts_high_word_first(client: Modbu
 
 
 def test_a_command_counts_once_when_its_number_changes(client: ModbusTcpClient) -> None:
-    """HOLD off is obeyed and confirmed; the same number with another code is not.
-
-    Another number is.
-    """
+    """HOLD off is obeyed and confirmed; another code needs another number."""
 
     def held() -> bool:
         return bool(client.read_input_registers(132, count=1, device_id=17).registers[0] >> 4 & 1)
@@ -105,10 +99,7 @@ def test_a_command_counts_once_when_its_number_changes(client: ModbusTcpClient) 
 
 
 def test_the_pendant_works_by_the_same_map(port: int, profile: tuple[Robot, ModbusMap]) -> None:
-    """Override in tenths, a program by command, lamps and switches from words.
-
-    What the robot lacks is said.
-    """
+    """Override in tenths, a program by command, lamps from words; what is lacking is said."""
     with PendantLink("127.0.0.1", port, profile[1]) as pendant:
         pendant.write("override", [30])
         wait_until(lambda: pendant.read("override_now") == (30.0,), 5.0)
@@ -127,10 +118,7 @@ def test_the_pendant_works_by_the_same_map(port: int, profile: tuple[Robot, Modb
 def test_the_twin_controllers_link_streams_to_it(
     port: int, profile: tuple[Robot, ModbusMap]
 ) -> None:
-    """The same code as for a Fanuc.
-
-    Connect, start the stream by a command, follow a set point of all six joints.
-    """
+    """The code for a Fanuc connects, starts the stream by a command, follows all six joints."""
     robot, layout = profile
     samples: list[RobotSample] = []
     settings = ModbusSettings("127.0.0.1", port, timeout=1.0, heartbeat=False)

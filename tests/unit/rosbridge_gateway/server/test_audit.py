@@ -11,10 +11,7 @@ from rosbridge_gateway.protocol.audit import Entry
 
 
 def test_what_a_client_does_is_audited_once_with_role_and_address(cell: Cell) -> None:
-    """A hundred messages of a topic are one entry; hearing and rosapi are none.
-
-    A call is told with its answer.
-    """
+    """A hundred messages of a topic are one entry, a call has its answer, rosapi is in none."""
     client = cell.client("?token=drive")
     client.say(op="subscribe", topic="t", type="T")
     for _ in range(100):

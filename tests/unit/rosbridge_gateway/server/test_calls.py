@@ -135,10 +135,7 @@ def ask_client(cell: Cell, args: dict[str, Any]) -> Future[dict[str, Any]]:
 
 
 def test_client_answers_a_service_that_it_advertised(cell: Cell) -> None:
-    """call_service goes to the client, service_response back.
-
-    Without an id the oldest question is meant.
-    """
+    """The call goes to the client and its answer back; without an id it is the oldest's."""
     client = cell.client()
     client.say(op="advertise_service", service="s", type="std_srvs/SetBool")
     client.time()

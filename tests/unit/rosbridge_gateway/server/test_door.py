@@ -65,10 +65,7 @@ def test_client_without_a_right_to_come_is_turned_away(
 )
 @pytest.mark.parametrize("path", ["", "?token=drive"])
 def test_foreign_web_page_is_turned_away(cell: Cell, origin: str, path: str) -> None:
-    """A page of another origin in the operator's browser must not drive the robot.
-
-    A token does not help it: the browser's user may have been made to give it.
-    """
+    """A page of another origin must not drive the robot, even by its user.s token."""
     with pytest.raises(websocket.WebSocketBadStatusException, match="403"):
         cell.client(path, origin=origin)
     _, entry = cell.graph.audited.get(timeout=DEADLINE)
@@ -155,10 +152,7 @@ def test_page_needs_a_token_if_the_file_says_so(make_cell: MakeCell) -> None:
 
 
 def test_token_guesses_are_slowed(cell: Cell) -> None:
-    """Of the guesses of 0.4 s one is judged, and even the right one is not until the delay is over.
-
-    The twin controller's made token is let in meanwhile, and so is who needs none.
-    """
+    """One guess in 0.4 s is judged, the right one waits too; who needs none is let in meanwhile."""
     statuses, end = [], time.monotonic() + 0.4
     while time.monotonic() < end:
         with pytest.raises(websocket.WebSocketBadStatusException) as caught:

@@ -198,10 +198,7 @@ def test_packet_that_the_look_of_a_standstill_missed_is_as_old_as_the_standstill
 def test_packet_that_waited_in_a_stopped_gateway_is_as_old_as_the_standstill(
     tmp_path: Path,
 ) -> None:
-    """SIGSTOP, a packet, SIGCONT: its time is that of the standstill's beginning.
-
-    A STOP beside it is as new as its reading, so that it refuses what waited beside it.
-    """
+    """It is as old as the standstill; a STOP beside it is as new as its reading and refuses it."""
     script, port = tmp_path / "gateway.py", free_port()
     script.write_text(GATEWAY, encoding="utf-8")
     gateway = subprocess.Popen(

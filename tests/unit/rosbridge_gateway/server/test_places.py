@@ -22,10 +22,7 @@ def has_gone(line: websocket.WebSocket) -> bool:
 
 
 def test_idle_sockets_do_not_lock_the_twin_controller_out_after_a_lost_line(cell: Cell) -> None:
-    """32 clients, half of them pages, all of them listening: it comes back at once.
-
-    A line that is lost without a word counts until its ping fails.
-    """
+    """Half of 32 are pages, all listen; a line lost without a word counts until its ping fails."""
     first = cell.client(header=AS_TWIN_CONTROLLER)
     first.say(op="subscribe", topic="twin/joint_states", type="T")
     assert first.time()["result"]

@@ -22,10 +22,7 @@ Q = st.tuples(
 
 @given(q=Q)
 def test_the_watched_points_are_where_plane_geometry_puts_them(q: tuple[float, ...]) -> None:
-    """Tool: L1 c1 + L2 c12, L1 s1 + L2 s12, h + q3. Elbow: L1 c1, L1 s1, at its height.
-
-    Those of a link: on its straight line.
-    """
+    """Tool and elbow by the closed form; the points of a link are on its straight line."""
     tool, elbow = (positions(point, np.array([q]))[0] for point in POINTS[:2])
     a, b = q[0], q[0] + q[1]
     assert tool == pytest.approx(

@@ -98,10 +98,7 @@ def test_a_place_that_is_no_number_ends_the_leave_to_be_in_a_zone() -> None:
 def test_a_polyline_meets_a_box_where_fine_samples_do(
     ends: list[tuple[float, float, float]],
 ) -> None:
-    """The slabs against 2000 samples of each part.
-
-    A touch that falls between two of them is no contradiction.
-    """
+    """The slabs against 2000 samples of each part; a touch between two samples is allowed."""
     path, lower, upper = (
         np.array(ends),
         np.array(ZONE.lower_mm) * 1e-3,
@@ -153,10 +150,7 @@ def test_a_path_that_ends_on_a_face_meets_the_box_at_its_end() -> None:
 @pytest.mark.parametrize("angle", np.linspace(0.3, 2.0, 18))
 @pytest.mark.parametrize("thick", [5.0, 20.0])
 def test_a_thin_post_is_not_missed(angle: float, thick: float) -> None:
-    """Wherever on the tool's circle it stands.
-
-    A sweep of 286 degrees takes 65 samples 50 mm apart past it.
-    """
+    """Wherever on the tool's circle it stands, and 65 samples 50 mm apart would pass it by."""
     x, y = 650.0 * math.cos(angle), 650.0 * math.sin(angle)
     post = KeepOut(
         "post", (x - thick / 2, y - thick / 2, -1000.0), (x + thick / 2, y + thick / 2, 1000.0)
@@ -173,10 +167,7 @@ def test_a_thin_post_is_not_missed(angle: float, thick: float) -> None:
 def test_the_quick_look_finds_what_the_whole_way_shows(
     start: tuple[float, ...], end: tuple[float, ...]
 ) -> None:
-    """Far from a zone less is looked at: the same point enters the same zone, or none does.
-
-    Where on the way that is seen differs by the two grids, so the place is not compared.
-    """
+    """The same point enters the same zone; where on the way differs by the two grids."""
     zones = (ZONE, *SETUP.keep_out)
     quick = heads_into(POINTS, zones, start, end)
     whole = judge_way(POINTS, zones, start, end, SETUP.velocity).violation

@@ -58,10 +58,7 @@ def test_jacobians_are_the_derivative_of_the_pose(arm, seed):
 
 
 def test_space_jacobian_is_the_one_derived_by_hand():
-    """Columns J1, J2, J3, J4 of the closed form.
-
-    J4's is constant in omega and passes through the tool.
-    """
+    """Columns J1 to J4 of the closed form; J4's omega is constant, its axis through the tool."""
     q1, q2 = 0.7, -1.1
     l1, l2 = 0.35, 0.30
     x1, y1 = l1 * np.cos(q1), l1 * np.sin(q1)

@@ -45,10 +45,7 @@ def test_the_profile_decides_how_the_arm_is_solved(robot: Robot) -> None:
 def test_a_point_in_front_of_the_arm_is_reached_with_the_tool_as_at_home(
     arm: NumericArm, radius: float, angle: float, z: float
 ) -> None:
-    """Forward kinematics of the answer is the question, to 0.1 um.
-
-    Each joint is within its limits.
-    """
+    """Forward kinematics of the answer is the question, to 0.1 um and within the limits."""
     target = (radius * math.cos(angle), radius * math.sin(angle), z)
     if math.dist((radius, z + 0.08), (0.0, 0.3)) > 0.58:
         return

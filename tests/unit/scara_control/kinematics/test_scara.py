@@ -58,10 +58,7 @@ def test_straight_arm_reaches_sum_of_links():
 
 
 def test_inner_radius_is_given_by_the_limit_of_joint_2():
-    """With |J2| <= 150 deg it is 0.175 m, not L1 - L2 = 0.05 m.
-
-    The tool at the limit stands on it.
-    """
+    """With |J2| <= 150 deg it is 0.175 m, not L1 - L2 = 0.05 m, and the tool can stand on it."""
     x, y, _ = tool_position(SCARA, 0.3, SCARA.joints[1].upper, 0.0)
     assert SCARA.inner_radius == pytest.approx(0.175, abs=2e-4)
     assert math.hypot(x, y) == pytest.approx(SCARA.inner_radius, abs=1e-15)
@@ -158,10 +155,7 @@ def test_target_outside_the_limits_is_refused_with_joint_value_and_range(target,
 
 
 def test_lowest_stroke_is_within_the_limit():
-    """-0.05 - 0.16 is -0.21000000000000002.
-
-    The answer is the limit itself, so that nothing downstream refuses it.
-    """
+    """-0.05 - 0.16 is -0.21000000000000002; the answer is the limit, which all others accept."""
     assert solve(SCARA, 0.5, 0.0, -0.05).q[2] == SCARA.joints[2].lower
 
 
@@ -205,10 +199,7 @@ def test_seed_that_is_no_joint_vector_is_refused(seed):
 @settings(deadline=None)
 @given(st.floats(-175.0, 360.0), Q2)
 def test_joint_1_is_turned_into_its_limits(q1_deg, q2):
-    """A gamma - alpha beyond half a turn is the same angle less a full one.
-
-    Both turns are tried.
-    """
+    """A gamma - alpha beyond half a turn is the same angle less a full one: both are tried."""
     scara = wide(-175.0, 360.0)
     point = tool_position(scara, math.radians(q1_deg), q2, 0.0)
     for q in branches(scara, *point):

@@ -25,10 +25,7 @@ def test_skew_is_the_cross_product():
 @settings(deadline=None)
 @given(TWISTS, st.sampled_from([1.0, 1e-3, 1e-5, 1e-8, 0.0]))
 def test_exponential_equals_the_general_matrix_exponential(twist, angle_scale):
-    """The closed form holds for turning, screwing, sliding.
-
-    And through the change to the series at small angles.
-    """
+    """For turning, screwing and sliding, also where the series takes over at small angles."""
     twist = np.concatenate([twist[:3] * angle_scale, twist[3:]])
     np.testing.assert_allclose(exp6(twist), expm(twist_matrix(twist)), rtol=0.0, atol=1e-12)
 

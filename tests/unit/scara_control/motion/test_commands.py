@@ -20,10 +20,7 @@ from scara_control.motion.commands import Command, CommandInbox, Ownership, pars
     ],
 )
 def test_a_command_is_obeyed_once_per_sender_and_id(before, command, fresh):
-    """Repeats are not obeyed; after the memory's time a sender may start counting anew.
-
-    Id 0 is always obeyed.
-    """
+    """Repeats are not, until the memory's time is over; id 0 always is."""
     inbox = CommandInbox(memory=2.0)
     for sender, number, now in before:
         inbox.accept(sender, number, now)

@@ -127,10 +127,7 @@ def test_a_stream_does_not_go_on_with_a_wrong_packet(bad, text):
     ],
 )
 def test_a_good_packet_begins_a_stream(good):
-    """Several points, a little late, a little off, a few joints, moving.
-
-    The extrapolated point counts.
-    """
+    """Several points, late, a little off, few joints, moving: the extrapolated point counts."""
     assert session(good).names == good.names
 
 

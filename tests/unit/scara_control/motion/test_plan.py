@@ -65,10 +65,7 @@ def test_the_peak_of_a_move_is_that_of_its_fastest_joint(start, target, percent)
 @settings(max_examples=60, deadline=None)
 @given(within(1.0), within(1.0), st.floats(1.0, 100.0))
 def test_a_move_from_rest_is_a_straight_line_that_keeps_all_limits(start, target, percent):
-    """Joints start and end together, on a straight line.
-
-    Slower than speed_percent of their speed.
-    """
+    """They start and end together on a straight line, slower than speed_percent of their speed."""
     path = plan_move(JOINTS, JointMotion.at_rest(start), target, percent)
     _, q, qdot, qddot = sampled(path)
     for k, joint in enumerate(JOINTS):
@@ -111,10 +108,7 @@ def test_a_move_from_any_state_begins_there_and_ends_at_the_target(q, qdot, qddo
 @settings(max_examples=60, deadline=None)
 @given(within(0.2), shares_of("velocity", 1.0), shares_of("acceleration", 1.0))
 def test_a_stop_from_any_state_takes_no_longer_than_the_braking_distance(q, qdot, qddot):
-    """A joint stops within v t + v^2 / 2a.
-
-    T being what its jerk needs to turn the acceleration round.
-    """
+    """Within v t + v^2 / 2a, where t is what its jerk needs to turn the acceleration round."""
     path = plan_stop(JOINTS, JointMotion(q, qdot, qddot))
     for k, joint in enumerate(JOINTS):
         turn = (abs(qddot[k]) + joint.acceleration) / joint.jerk
@@ -167,10 +161,7 @@ def test_no_path_from_what_is_no_number(plan):
 
 @pytest.mark.parametrize("exponent", range(-12, 0))
 def test_the_smallest_way_has_a_path_too(exponent):
-    """A trim, a rounding error, a hair.
-
-    A move of 1e-12 rad is planned as well as one of 0.1 rad.
-    """
+    """A trim, a rounding error, a hair: 1e-12 rad is planned as well as 0.1 rad."""
     target = (10.0**exponent, -(10.0**exponent) / 3.0, -0.1, 0.0)
     path = plan_move(JOINTS, JointMotion.at_rest((0.0, 0.0, -0.1, 0.0)), target, 100.0)
     assert path.at(path.duration).q == target

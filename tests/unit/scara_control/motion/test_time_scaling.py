@@ -83,10 +83,7 @@ def by(plan):
 @settings(max_examples=60, deadline=None)
 @given(PLANS, st.floats(20.0, 100.0))
 def test_stretching_and_freezing_leave_the_path_where_it_was(plan, percent):
-    """Every point lies on the straight line of the unstretched move.
-
-    In the same order, up to the same end.
-    """
+    """Every point lies on the line of the unstretched move, in the same order, to the same end."""
     path, bases, motions = driven(by(plan), percent)
     assert bases[-1].tau >= path.duration and motions[-1].q == TARGET
     line = np.array(TARGET) - np.array(START)
@@ -99,10 +96,7 @@ def test_stretching_and_freezing_leave_the_path_where_it_was(plan, percent):
 @settings(max_examples=60, deadline=None)
 @given(PLANS, st.floats(20.0, 100.0))
 def test_no_change_of_scale_asks_more_acceleration_than_a_joint_has(plan, percent):
-    """From one point to the next no velocity changes by more than acceleration times dt.
-
-    5 % for the curve between.
-    """
+    """No velocity changes by more than acceleration times dt, and 5 % for the curve between."""
     _, _, motions = driven(by(plan), percent)
     change = np.abs(np.diff([motion.qdot for motion in motions], axis=0))
     allowed = np.array([joint.acceleration for joint in JOINTS]) * DT * 1.05
@@ -112,10 +106,7 @@ def test_no_change_of_scale_asks_more_acceleration_than_a_joint_has(plan, percen
 @settings(max_examples=60, deadline=None)
 @given(PLANS, st.floats(20.0, 100.0))
 def test_position_velocity_and_acceleration_belong_together(plan, percent):
-    """The quintic through two neighbouring points needs them to be one motion.
-
-    Checked by Simpson's rule on velocity.
-    """
+    """As the quintic through them needs: checked by Simpson's rule on the velocity."""
     _, _, motions = driven(by(plan), percent)
     q = np.array([motion.q for motion in motions])
     v = np.array([motion.qdot for motion in motions])
@@ -128,10 +119,7 @@ def test_position_velocity_and_acceleration_belong_together(plan, percent):
 @given(PLANS)
 @settings(max_examples=60, deadline=None)
 def test_the_scale_stays_between_frozen_and_planned_and_changes_within_its_bounds(plan):
-    """0 <= s <= 1, no faster than the ramp.
-
-    The last steps into a new scale may end the ramp early.
-    """
+    """0 <= s <= 1, no faster than the ramp; only the last steps may end the ramp early."""
     _, bases, _ = driven(by(plan))
     scale = np.array([base.scale for base in bases])
     assert scale.min() >= 0.0 and scale.max() <= 1.0

@@ -53,10 +53,7 @@ class StickyTwin:
 @pytest.mark.parametrize("point", POINTS.values(), ids=POINTS)
 @given(OFFSET)
 def test_a_small_rest_is_driven_out_in_time_against_friction(point, delay, offset):
-    """From 2 mrad and 2 mm beside each of the article's points, P1 being singular.
-
-    The tool comes and stays.
-    """
+    """From 2 mrad and 2 mm beside each of the article's points, also P1, which is singular."""
     target = solve(SCARA, *point, Elbow.RIGHTY).q
     twin = StickyTwin(np.array(target) + np.array(offset) - (0.0, 0.0, 0.002), delay)
     trim = Trim(TOOL, target, point, CONFIG)
@@ -74,10 +71,7 @@ def test_a_small_rest_is_driven_out_in_time_against_friction(point, delay, offse
 @settings(max_examples=60, deadline=None)
 @given(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0), st.floats(-0.2, 0.0), OFFSET)
 def test_a_trim_is_slow(q1, q2, q3, offset):
-    """What breaks joints loose apart, the tool is not faster than allowed, wherever the arm is.
-
-    No joint ever is.
-    """
+    """As fast as breaks joints loose apart, no joint and no tool faster than is allowed."""
     q = (q1, q2, q3)
     target = tuple(a + 10.0 * b for a, b in zip(q, offset))
     point = tuple(p + 10.0 * d for p, d in zip(tool_position(SCARA, *q), offset))

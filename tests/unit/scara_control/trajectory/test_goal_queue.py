@@ -210,10 +210,7 @@ def test_a_stop_aborts_the_goal_with_its_reason(bench: Bench, command: Command) 
 
 
 def test_a_goal_right_after_a_stop_waits_until_a_stream_is_listened_to_again(bench: Bench) -> None:
-    """After a STOP a stream must have paused, so that a late packet moves nothing.
-
-    The goal begins behind the pause.
-    """
+    """A stream must have paused after a STOP, so the goal begins behind that pause."""
     bench.desk.accept("a", GOAL, bench.now)
     bench.run(0.6)
     bench.pose.command(Command.STOP, "", bench.now)

@@ -98,10 +98,7 @@ def carry(cell: Cell) -> tuple[float, float, float]:
 
 
 def test_part_is_carried_to_its_place_the_same_way_each_time(cell: Cell) -> None:
-    """Within half a millimetre, seen as gripped, released, placed.
-
-    Bitwise the same in another world.
-    """
+    """Within half a millimetre, gripped, released, placed; bitwise the same in another world."""
     first = carry(cell)
     x, y = WORK.pallet.places()[0]
     assert math.dist(first[:2], (x, y)) < WORK.task.tolerance_mm * 1e-3
@@ -112,10 +109,7 @@ def test_part_is_carried_to_its_place_the_same_way_each_time(cell: Cell) -> None
 
 
 def test_reset_takes_the_part_off_the_gripper_and_back_to_its_stand(cell: Cell) -> None:
-    """After a reset the cell is as it was at the start, also in the middle of a carry.
-
-    And it works again.
-    """
+    """As at the start, also in the middle of a carry; and it works again."""
     start = cell.place(NAME)
     cell.pick()
     cell.simulation.reset()

@@ -150,10 +150,7 @@ def test_the_loops_were_built() -> None:
     ("robot", "feed_forward"), [*((robot, True) for robot in ROBOTS), ("fanuc_sr6ia", False)]
 )
 def test_c_gives_the_bits_of_python(robot: str, feed_forward: bool) -> None:
-    """20 s of every command, with jumps, gaps, pauses, limits and columns counted from the end.
-
-    Without feed-forward: the article's plain PID.
-    """
+    """20 s of all commands with jumps, gaps, pauses, limits; and the article's plain PID."""
     by_c, by_python = (
         play(robot, STEPS, compiled=compiled, feed_forward=feed_forward)
         for compiled in (True, False)

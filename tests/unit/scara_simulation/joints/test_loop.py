@@ -78,10 +78,7 @@ def test_joint_starts_by_holding_its_position():
 
 @pytest.mark.parametrize("model_based", [True, False])
 def test_position_command_is_reached_and_reported(model_based):
-    """The position loop ends at the set point.
-
-    What is told is the command, and error is set point minus measured.
-    """
+    """What is told is the command, and error is set point minus measured."""
     joint = Joint(model_based=model_based)
     joint.loop.command_position(0.01)
     joint.run(1)
@@ -134,10 +131,7 @@ def test_joint_does_not_stick_beside_its_set_point(known):
 
 
 def test_a_jump_of_the_set_point_does_not_wind_up_the_integral():
-    """After a stall the set points go on somewhere else.
-
-    Wound up, the integral would carry the joint 5e-4 past them.
-    """
+    """Wound up by the jump, the integral would carry the joint 5e-4 past the set points."""
     joint = Joint()
     joint.run(10)
     joint.loop.command_track(track([joint.t], [(0.05, 0.0, 0.0)]), 0)
@@ -146,10 +140,7 @@ def test_a_jump_of_the_set_point_does_not_wind_up_the_integral():
 
 
 def test_new_gains_keep_the_effort_of_the_integral():
-    """The joint carries its load on without a jump.
-
-    The other loop's gains are those of the next hand-over.
-    """
+    """The load is carried on; the other loop's gains are those of the next hand-over."""
     joint = Joint(load=4.0).run(3000)
     other = LoopGains(
         position=PidGains(p=9000.0, i=30000.0, d=300.0, i_clamp=6.0), velocity=GAINS.velocity
@@ -223,10 +214,7 @@ def test_switching_the_mode_makes_no_jump_of_the_effort():
 
 
 def test_trajectory_with_feed_forward_is_followed_without_error():
-    """Position, velocity and acceleration of a set point are met.
-
-    Half a step of the integrator included.
-    """
+    """Position, velocity and acceleration are met, half a step of the integrator included."""
     joint = Joint()
     joint.loop.command_track(track([0.0, 0.4], [(0.0, 0.0, 0.0), (0.8, 0.0, 0.0)]), 0)
     worst = 0.0
@@ -317,10 +305,7 @@ def test_saturated_effort_is_limited_counted_and_stops_the_integral():
 
 
 def test_friction_is_overcome_in_the_direction_of_the_set_point_without_a_jump():
-    """Damping grows with the speed.
-
-    Dry friction sets in over the speed that counts as standing still.
-    """
+    """Damping grows with the speed; dry friction sets in over the speed of standing still."""
     model = JointModel("j", -1, 1, 3, 10, 100, standstill=0.01, damping=2.0, friction=0.5)
     assert model.friction_effort(0.0) == 0.0
     assert model.friction_effort(0.005) == pytest.approx(0.26)

@@ -9,10 +9,7 @@ from scara_simulation.tuning.stability import KINDS, Plant, spectral_radius
 
 
 def test_the_articles_robot_has_the_gains_of_its_file() -> None:
-    """J = 2.301 kg m^2 and w = 60 rad/s give p 8284, d 276.1.
-
-    pid_gains.yaml of fanuc_sr6ia, to rounding.
-    """
+    """J = 2.301 kg m^2 and w = 60 rad/s give p 8284, d 276.1: pid_gains.yaml, to rounding."""
     (proposal,) = propose(np.array([[[2.301]], [[0.6]]]), [1.0], 1e-3)
     assert proposal.bandwidth == 60.0
     assert (proposal.gains.position.p, proposal.gains.position.d) == (8284.0, 276.1)

@@ -185,11 +185,7 @@ def worst_pose(world, plant, gains):
 @pytest.mark.parametrize("joint", range(4))
 @pytest.mark.parametrize("model_based", [True, False])
 def test_physics_engine_agrees_about_the_largest_p(world, joint, model_based):
-    """A pushed joint comes to rest at 0.8 of the largest p, and never at 1.5 times it.
-
-    The largest p holds for any mix of loops, so with position loops alone there is a little room
-    beyond it.
-    """
+    """Stable at 0.8 of the largest p, never at 1.5: that p holds for any mix of loops."""
     plant = shipped_plant(world, CONFIG.tracking_bandwidth_rad_s if model_based else 0.0)
     _, high = stable_range(plant, GAINS, joint, "position", "p")
     rests = []

@@ -157,10 +157,7 @@ def test_dry_friction_holds_against_a_small_effort(world):
 
 
 def test_tool_stands_on_the_stand_and_goes_no_deeper(world):
-    """Below position 1 there is a stand.
-
-    The arm collides with what is around it, and with nothing at the start.
-    """
+    """A stand is below position 1: the arm touches what is around it, and nothing at first."""
     sim = simulation(world)
     sim.advance(10)
     assert world.contacts() == 0
@@ -222,10 +219,7 @@ STEPS = [
 
 @pytest.mark.parametrize(("joint", "step"), STEPS)
 def test_position_step_is_reached_without_overshoot(world, joint, step):
-    """Small or large, in deg or mm.
-
-    Overshoot below 2 %, 0.01 deg or mm off after a second, effort within its limit.
-    """
+    """Overshoot below 2 %, 0.01 deg or mm off after a second, effort within its limit."""
     sim, scale = simulation(world), ROBOT.joint(JOINTS[joint]).scale
     sim.control.command_position(JOINTS[joint], START[joint] + step * scale)
     travelled = [(s.positions[joint] - START[joint]) / scale for s in sim.advance(1000)]
@@ -236,10 +230,7 @@ def test_position_step_is_reached_without_overshoot(world, joint, step):
 
 @pytest.mark.parametrize("joint", [0, 1, 3])
 def test_plain_pid_is_the_articles_baseline(world, joint):
-    """Without feed-forward the set point steps and the gains alone do the work.
-
-    No overshoot, nothing left in the end.
-    """
+    """The gains alone do the work of a step: no overshoot, nothing left in the end."""
     sim, scale = simulation(world, feed_forward=False), ROBOT.joint(JOINTS[joint]).scale
     sim.control.command_position(JOINTS[joint], START[joint] + 2.0 * scale)
     travelled = [(s.positions[joint] - START[joint]) / scale for s in sim.advance(3000)]
@@ -265,10 +256,7 @@ def test_velocity_step_is_reached_without_overshoot(world, joint, speed):
 def test_tool_follows_fast_moves_by_feed_forward(
     world, feed_forward, at_most_percent, at_least_percent
 ):
-    """The error is percent of the reach.
-
-    Without the feed-forward it is more than ten times larger.
-    """
+    """It is percent of the reach; without the feed-forward more than ten times larger."""
     poses = (
         [START]
         + [[math.radians(q[0]), math.radians(q[1]), q[2], 0.5] for q, _ in POSITIONS[1:3]]
@@ -286,10 +274,7 @@ def test_tool_follows_fast_moves_by_feed_forward(
 
 @pytest.mark.parametrize("factor", [1.0, 2.0])
 def test_loops_are_stable_with_a_gain_margin_of_two(world, factor):
-    """All position loops together, sampled at the physics rate, at every elbow angle.
-
-    All poles well inside the circle.
-    """
+    """All position loops together, at the physics rate and every elbow angle."""
     dt, n = CONFIG.dt, len(JOINTS)
     p, d = (
         np.diag([getattr(gains.position, name) for gains in GAINS]) * factor for name in ("p", "d")

@@ -22,10 +22,7 @@ def rests(setpoint, q):
 
 
 def test_a_move_is_announced_then_driven_then_answered_then_silent():
-    """Announced as long as motion.yaml says, looks 0.13 s ahead; one packet at rest.
-
-    The outcome when the joints are there.
-    """
+    """As early as motion.yaml says, 0.13 s ahead; one packet at rest; then the outcome."""
     bench = Bench()
     assert bench.report.standing_still
     number = bench.move()
@@ -171,10 +168,7 @@ def test_pause_before_the_first_motion_holds_the_move():
 @settings(max_examples=40, deadline=None)
 @given(st.integers(1, 60), st.booleans())
 def test_stop_at_any_time_ramps_down_and_aborts_with_the_reason(after, emergency):
-    """Velocities change no faster than the accelerations allow, the joints stand.
-
-    The caller is answered at once.
-    """
+    """No velocity changes faster than accelerations allow; the caller is answered at once."""
     bench = Bench()
     bench.move()
     bench.tick(after)
@@ -316,10 +310,7 @@ def test_a_wrong_cap_is_refused():
 
 
 def test_a_move_starts_where_the_joints_were_left_by_somebody_else():
-    """After jogging the old set point means nothing.
-
-    A small rest of the PID does not count as that.
-    """
+    """After jogging the old set point means nothing; a small rest of the PID is no jogging."""
     bench = Bench()
     bench.move()
     bench.until("idle")

@@ -8,10 +8,7 @@ from scara_control.motion.commands import Command, MotionRefusedError
 
 
 def test_a_stream_is_forwarded_as_it_is_and_its_end_is_a_smooth_stop():
-    """At once, with its own stamps.
-
-    After the time-out a ramp from where the joints are by extrapolation.
-    """
+    """At once, with its own stamps; after the time-out a ramp from where the joints are by now."""
     bench = Bench()
     for k in range(30):
         bench.tick()
