@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import io
 import json
 import re
@@ -16,9 +17,9 @@ from rich.console import Console
 if str(ROOT) not in sys.path:
     sys.path.append(str(ROOT))
 
-from bench import demos, page, run
+from bench import demos, farm, page, run
+from bench.__main__ import main
 from bench.demo_tables import demo_table, p95
-from bench.goal_table import goal_table
 from bench.record import Beside, Goal, Record, interleaved, median, p99, spread_percent
 from bench.rows import GROUPS, names
 
@@ -111,7 +112,7 @@ def test_tables_show_all_rows_that_results_hold() -> None:
 
 
 def test_page_is_what_its_script_writes() -> None:
-    """One source: whoever changes a table writes page and tables again."""
+    """One source: whoever changes a table, or what it says of a figure, writes both again."""
     content, text = page.so_far(), page.PAGE.read_text()
     assert page.page(content, text) == text
     assert page.all_tables(content) == page.TABLES.read_text()
@@ -123,26 +124,6 @@ def test_every_row_that_is_not_reached_has_its_reason() -> None:
     reasons = re.findall(r"^- \*\*(.+?):\*\*", page.PAGE.read_text(), re.MULTILINE)
     named = {name for reason in reasons for name in reason.split(", ")}
     assert sorted({row["id"] for row in rows if not row["holds"]} - named) == []
-
-
-def test_demos_are_shown_with_median_worst_speed_and_plant() -> None:
-    """A label is part of a figure: plant, speed, date, commit and machine stand beside it."""
-    one = {"path_percent": 0.2, "positioning_percent": 0.001, "speed_percent": 50.5}
-    one |= {"undisturbed_percent": 0.15, "true_percent": None}
-    runs = [{"real_leads": one | {"path_percent": value}} for value in (0.1, 0.2, 0.9)]
-    for run_ in runs:
-        run_["twin_leads"] = one
-    told = {"date": "2026-01-02", "commit": "abc1234", "machine": "a machine"}
-    demos = {"robot": "a robot", "plant": "plant ideal: good", "asked_percent": 50.0, **told}
-    demos |= {"failed": 1, "runs": runs}
-    text = "\n".join(demo_table([demos]))
-    line = (
-        "| plant ideal, 50 % asked for: the real robot leads | 50 % of its largest speed "
-        "| 0.20 % | 0.90 % | 0.90 % | 0.15 % | 0.0010 % | not known |"
-    )
-    assert line in text
-    assert "3 runs" in text and "1 more ended without a report" in text
-    assert all(word in text for word in ("a robot", "ideal", *told.values()))
 
 
 IDEAL = {"name": "ideal", "description": "a perfect robot", "payload_kg": 0.0}
@@ -187,19 +168,7 @@ def test_p95_is_a_value_that_was_measured(count: int, place: int) -> None:
     assert p95([float(k) for k in range(count, 0, -1)]) == place
 
 
-def test_goals_name_the_worst_and_mark_what_is_beyond() -> None:
-    """Of all robots and speeds; a series that is too short says nothing of the worst."""
-    trial = {"variant": "field plant", "leader": "twin_leads", "robot": "one", "rest_percent": 0.1}
-    trial |= {"speed_percent": 50.0, "path_percent": 2.4, "ended": ""}
-    worse = trial | {"robot": "other", "speed_percent": 100.0, "path_percent": 2.6}
-    ended = trial | {"path_percent": None, "rest_percent": None, "ended": "STOPPED: why"}
-    run_ = {"real_leads": {"path_percent": 0.5, "true_percent": None}}
-    series = {"series": "ideal_50", "asked_percent": 50.0, "runs": [run_] * 19}
-    content = {"plants": {"trials": [trial, worse, ended]}, "demos": [series], "rows": []}
-    text = "\n".join(goal_table(content))
-    assert "| path, twin leads | 0.5 % | not measured | 2.5 % | **2.6 % (other, 100 %)** |" in text
-    assert "demo, path" not in text
-    series["runs"].append(run_)
-    found = "| demo, path, worst of 20 | 1 % | 0.5 % (real leads, 50 %) | 5 % | not measured |"
-    assert found in goal_table(content)
-    assert goal_table({}) == []
+def test_each_part_of_the_farm_can_be_asked_for_by_its_name() -> None:
+    """The help names them all."""
+    told = str(inspect.signature(main).parameters["farm"].annotation)
+    assert " ".join(farm.PARTS) in told.replace('" "', "").replace("' '", "")

@@ -80,3 +80,14 @@ def test_files_that_differ_from_the_commit_are_refused(monkeypatch: pytest.Monke
         done = CliRunner().invoke(app, words)
         assert done.exit_code == 2 and "cell differ from the commit" in done.output
     assert CliRunner().invoke(app, ["--list"]).exit_code == 0
+
+
+def test_a_page_that_was_written_makes_no_other_commit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A part that was measured before writes the page; other files that differ are told."""
+    monkeypatch.setattr(page, "commit_of", lambda _: "abc1234+")
+    monkeypatch.setattr(page, "changed_files", lambda root: {page.RESULTS, page.PAGE})
+    assert page.commit() == "abc1234"
+    monkeypatch.setattr(page, "changed_files", lambda root: {page.RESULTS, page.ROOT / "env.sh"})
+    assert page.commit() == "abc1234+"
+    monkeypatch.setattr(page, "commit_of", lambda _: "unknown")
+    assert page.commit() == ""

@@ -31,7 +31,7 @@ def series(**changed: Any) -> dict[str, Any]:
 
 
 def test_figures_of_the_readme_are_those_of_the_results() -> None:
-    """One source: what stands in README.md is what its script would write now."""
+    """One source: what stands in README.md is what its script would write now, labels included."""
     text = page.README.read_text()
     assert with_figures(text, page.so_far()) == text
 
@@ -49,17 +49,6 @@ def test_a_readme_without_its_blocks_is_refused(name: str, count: int) -> None:
     own = f"<!-- {name}: by a script -->\nold\n<!-- end of {name} -->\n"
     with pytest.raises(ValueError, match=rf"README\.md has {count} blocks of {name}, expected 1"):
         with_figures(BLOCKS.replace(own, count * own), {})
-
-
-def test_the_sentence_tells_the_worst_with_its_label() -> None:
-    """Of both experiments, and at rest of both lengths; a label is part of a figure."""
-    text = demo_sentence([series(series="ideal_50", runs=[]), series(failed=2)])
-    assert (
-        "at most **0.59 % of the reach**" in text and "0.022 % at rest" in text and "64 %" in text
-    )
-    assert "Worst of 1 runs of `./cell demo` at 100 % on a robot, field plant (late)" in text
-    assert "2 more ended without a report" in text
-    assert text.endswith("Measured 2026-01-02, commit abc1234, on a machine, 2 cores, 24 GB.")
 
 
 @pytest.mark.parametrize("known", [[], [series(runs=[])], [series(series="ideal_50")]])
