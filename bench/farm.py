@@ -5,8 +5,6 @@ Each part is measured by itself, kept in results.json and shown in bench/tables.
 
 from __future__ import annotations
 
-import os
-import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -53,19 +51,4 @@ def run(share: float, wanted: Sequence[str], folder: Path, console: Console) -> 
         folder: For the parts' files.
         console: For progress.
     """
-    rows = []
-    for name, measure in PARTS.items():
-        if wanted and name not in wanted:
-            continue
-        console.print(f"farm: {name} ...", highlight=False)
-        load_before, begun = os.getloadavg()[0], time.monotonic()
-        figures = measure(share, folder, console)
-        rows += [figure.row() for figure in figures]
-        if share < 1.0:
-            continue
-        told = {"part": name, "seconds": round(time.monotonic() - begun, 1)}
-        told["figures"] = [figure.record() for figure in figures]
-        known = {each["part"]: each for each in page.so_far().get("farm", ())}
-        known[name] = page.measured(told, load_before)
-        page.write({**page.so_far(), "farm": [known[each] for each in PARTS if each in known]})
-    return rows
+    return page.measure_parts("farm", PARTS, wanted, share, folder, console)

@@ -7,7 +7,7 @@ import json
 import os
 import platform
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -86,6 +86,37 @@ def measured(row: dict[str, Any], load: float) -> dict[str, Any]:
         "commit": commit(),
         "load_before": round(load, 2),
     }
+
+
+def measure_parts(
+    key: str, parts: Mapping[str, Callable[..., Sequence[Any]]], wanted: Sequence[str], *given: Any
+) -> list[Any]:
+    """Measure parts; keep the figures under ``key`` and write the pages, after each part anew.
+
+    Args:
+        key: Of results.json.
+        parts: By name, in the order of the page.
+        wanted: Some of them: the others stay as they were measured last; all if empty.
+        given: To each part; the first is its amount: a share below 1 is shown and not kept.
+
+    Returns:
+        The rows.
+    """
+    rows = []
+    for name, measure in parts.items():
+        if wanted and name not in wanted:
+            continue
+        load, begun = os.getloadavg()[0], time.monotonic()
+        figures = measure(*given)
+        rows += [figure.row() for figure in figures]
+        if given[0] < 1.0:
+            continue
+        told = {"part": name, "seconds": round(time.monotonic() - begun, 1)}
+        told["figures"] = [figure.record() for figure in figures]
+        known = {each["part"]: each for each in so_far().get(key, ())}
+        known[name] = measured(told, load)
+        write({**so_far(), key: [known[each] for each in parts if each in known]})
+    return rows
 
 
 def document(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:

@@ -5,8 +5,6 @@ Each part is measured by itself, kept in results.json and shown in bench/tables.
 
 from __future__ import annotations
 
-import os
-import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -49,16 +47,4 @@ def run(count: int, wanted: Sequence[str], folder: Path, console: Console) -> li
         folder: Gets what was judged wrongly, as text.
         console: For progress.
     """
-    rows = []
-    for name, measure in PARTS.items():
-        if wanted and name not in wanted:
-            continue
-        load, begun = os.getloadavg()[0], time.monotonic()
-        figures = measure(count, folder, console)
-        told = {"part": name, "seconds": round(time.monotonic() - begun, 1)}
-        told["figures"] = [figure.record() for figure in figures]
-        known = {each["part"]: each for each in page.so_far().get("what_if", ())}
-        known[name] = page.measured(told, load)
-        page.write({**page.so_far(), "what_if": [known[each] for each in PARTS if each in known]})
-        rows += [figure.row() for figure in figures]
-    return rows
+    return page.measure_parts("what_if", PARTS, wanted, count, folder, console)
