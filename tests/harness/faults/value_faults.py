@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import math
 import time
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from scara_config.robot import Joint
 from twin_controller.core.events import AnyEvent, TwinMeasured
@@ -27,33 +29,64 @@ TIMEOUT_S = 0.008
 """A small time-out makes the campaign quick: a third of the framing faults end in one."""
 STAMP_S = 0.04
 """By how much a wrong stamp can be off unnoticed: EARLY and a period."""
+ACCEPTED = "samples accepted [part of all"
+HEALED = 50
+"""So many samples are wanted once nobody lies any more."""
 SIGNALS = frozenset(("cmdenbl", "sysrdy"))
 
 
 @dataclass
 class Judge:
-    """Holds each sample against what was true at its clock.
+    """Holds each sample against what was true at its stamp.
 
     A deviation that is physically possible is no silent one.
     """
 
+    factor: ClassVar[float]
+    """The accelerations that a link takes for possible, as a multiple of the joint's own."""
     samples: int = 0
     wrong: list[str] = field(default_factory=list)
-    unnoticed: int = 0
     largest: float = 0.0
     _last: float = 0.0
 
+    def begin(self, now: float) -> float:
+        """Count a sample; return how long ago the one before it came [s]."""
+        self.samples += 1
+        span, self._last = now - self._last if self._last else 0.0, now
+        return span
+
+    def hold(
+        self, joint: Joint, span: float, at: tuple[float, float], true: tuple[float, float]
+    ) -> None:
+        """Compare position and speed of a joint, in border units, with what is possible.
+
+        They can change so far in ``span`` [s]; the stamp may be off by ``STAMP_S``.
+        """
+        off, off_speed = (abs(a - b) for a, b in zip(at, true))
+        speed = max(abs(at[1]), abs(true[1]))
+        acceleration, reach = self.factor * joint.acceleration / joint.scale, span + STAMP_S
+        possible = 0.5 * acceleration * reach**2 + speed * STAMP_S + 0.06
+        possible_speed = acceleration * reach + 11.0
+        self.largest = max(self.largest, off / possible, off_speed / possible_speed)
+        if not off <= possible or not off_speed <= possible_speed:
+            self.wrong.append(
+                f"{joint.name} is off by {off:.3f} {joint.unit},"
+                f" {off_speed:.1f} {joint.unit}/s in {span:.4f} s"
+            )
+
+
+class RobotJudge(Judge):
+    """Judges what the Modbus link gives."""
+
+    factor = REAL_ACCELERATION
+
     def take(self, sample: RobotSample, sent: float, received: float) -> None:
         """Check one sample."""
-        self.samples += 1
-        span, self._last = received - self._last if self._last else 0.0, received
+        span = self.begin(received)
         q, qdot = truth(sample.clock_ms)
         others = (
-            sample.control_type,
-            sample.program_speed,
-            sample.heartbeat_echo,
-            sample.watchdog_state,
-            sample.override,
+            *(sample.control_type, sample.program_speed, sample.heartbeat_echo),
+            *(sample.watchdog_state, sample.override),
         )
         if (
             others != (ControlType.PROGRAM, 50, 7, WatchdogState.ARMED, 80)
@@ -61,126 +94,42 @@ class Judge:
         ):
             self.wrong.append(f"{others} {sorted(sample.outputs)}")
         for k, joint in enumerate(ROBOT.joints):
-            off = abs(sample.motion.q[k] / joint.scale - q[k])
-            off_speed = abs(sample.motion.qdot[k] / joint.scale - qdot[k])
-            possible, possible_speed = _possible(
-                joint, span, max(abs(v) for v in (qdot[k], sample.motion.qdot[k] / joint.scale))
-            )
-            self.unnoticed += off > 1e-3 or off_speed > 1e-2
-            self.largest = max(self.largest, off / possible, off_speed / possible_speed)
-            if not off <= possible or not off_speed <= possible_speed:
-                self.wrong.append(
-                    f"{joint.name} is off by {off:.3f} {joint.unit},"
-                    f" {off_speed:.1f} {joint.unit}/s in {span:.4f} s"
-                )
+            at = (sample.motion.q[k] / joint.scale, sample.motion.qdot[k] / joint.scale)
+            self.hold(joint, span, at, (q[k], qdot[k]))
 
 
-def _possible(
-    joint: Joint, span: float, speed: float, factor: float = REAL_ACCELERATION
-) -> tuple[float, float]:
-    """Return how far position and speed can change in ``span`` [s], in border units.
+class TwinJudge(Judge):
+    """Judges what the twin controller's link gives to the core."""
 
-    The stamp may be off by ``STAMP_S``.
-    """
-    scale, acceleration = joint.scale, factor * joint.acceleration
-    reach = span + STAMP_S
-    return (
-        0.5 * acceleration / scale * reach**2 + speed * STAMP_S + 0.06,
-        acceleration / scale * reach + 11.0,
-    )
+    factor = TWIN_ACCELERATION
+
+    def take(self, event: AnyEvent) -> None:
+        """Check one input of the core."""
+        if not isinstance(event, TwinMeasured):
+            return
+        span = self.begin(event.now)
+        q, qdot = twin_truth(event.motion.time)
+        for k, joint in enumerate(SETUP.joints):
+            at = (event.motion.q[k] / joint.scale, event.motion.qdot[k] / joint.scale)
+            self.hold(joint, span, at, (q[k] / joint.scale, qdot[k] / joint.scale))
 
 
 def twin_lies(
     seed: int, count: int, progress: Callable[[int], None] = lambda done: None
 ) -> list[Row]:
     """Let a twin tell ``count`` lies to the twin controller's link; return what got through."""
-    judge, links = TwinJudge(), 0
-
-    def changed(side: str, up: bool, reason: str) -> None:
-        nonlocal links
-        links += up
-
-    with LyingTwin(seed) as twin, TwinLink(SETUP, judge.take, changed, twin.url):
-        while (told := sum(twin.lies.values())) < count:
-            progress(told)
-            time.sleep(0.5)
-            assert sum(twin.lies.values()) > told, f"the link does not come back after {told} lies"
-        twin.honest = True
-        healed = judge.samples
-        deadline = time.monotonic() + 5.0
-        while judge.samples < healed + 50 and time.monotonic() < deadline:
-            time.sleep(0.02)
-    name = f"{len(twin.lies)} kinds of lies of the twin"
-    return [
-        Row(name, "lies told", float(count), float(sum(twin.lies.values())), at_least=True),
-        Row(name, "silent wrong values", 0.0, float(len(judge.wrong)), always=True),
-        Row(
-            name,
-            "samples accepted [part of all packets]",
-            0.4,
-            judge.samples / twin.sent,
-            at_least=True,
-        ),
-        Row(
-            name,
-            "samples after it tells the truth again",
-            50.0,
-            float(judge.samples - healed),
-            at_least=True,
-        ),
-        Row(name, "largest unnoticed deviation [part of what is possible]", 1.0, judge.largest),
-    ]
-
-
-@dataclass
-class TwinJudge:
-    """Holds each joint state of the twin against what was true at its stamp."""
-
-    samples: int = 0
-    wrong: list[str] = field(default_factory=list)
-    largest: float = 0.0
-    _last: float = 0.0
-
-    def take(self, event: AnyEvent) -> None:
-        """Check one input of the core."""
-        if not isinstance(event, TwinMeasured):
-            return
-        self.samples += 1
-        span, self._last = event.now - self._last if self._last else 0.0, event.now
-        for k, joint in enumerate(SETUP.joints):
-            q, qdot = (row[k] for row in twin_truth(event.motion.time))
-            off, off_speed = (
-                abs(event.motion.q[k] - q) / joint.scale,
-                abs(event.motion.qdot[k] - qdot) / joint.scale,
-            )
-            possible, possible_speed = _possible(
-                joint,
-                span,
-                max(abs(qdot), abs(event.motion.qdot[k])) / joint.scale,
-                TWIN_ACCELERATION,
-            )
-            self.largest = max(self.largest, off / possible, off_speed / possible_speed)
-            if not off <= possible or not off_speed <= possible_speed:
-                self.wrong.append(
-                    f"{joint.name} is off by {off:.3f} {joint.unit},"
-                    f" {off_speed:.1f} {joint.unit}/s in {span:.4f} s"
-                )
+    judge = TwinJudge()
+    with LyingTwin(seed) as twin, TwinLink(SETUP, judge.take, lambda *_: None, twin.url):
+        healed = _lied(twin, judge, count, progress, lambda: None)
+    accepted = (0.4, f"{ACCEPTED} packets]", twin.sent)
+    return _rows("the twin", twin.lies, count, judge, healed, accepted)
 
 
 def robot_lies(
     seed: int, count: int, progress: Callable[[int], None] = lambda done: None
 ) -> list[Row]:
     """Let a robot tell ``count`` lies to the Modbus link; return what got through."""
-    judge, changes, rejected = Judge(), 0, 0
-
-    def changed(up: bool, reason: str) -> None:
-        nonlocal changes
-        changes += 1
-
-    def refuse(reason: str) -> None:
-        nonlocal rejected
-        rejected += 1
-
+    judge = RobotJudge()
     with LyingRobot(seed) as robot:
         settings = ModbusSettings(
             "127.0.0.1",
@@ -191,43 +140,60 @@ def robot_lies(
             retry_last=0.001,
             heartbeat=False,
         )
-        with ModbusLink(settings, LAYOUT, ROBOT, judge.take, changed, None, refuse) as link:
-            before = -1
-            while (told := sum(robot.lies.values())) < count:
-                assert told > before and link.failure is None, (
-                    f"after {told} lies: {link.failure!r}"
-                )
-                before = told
-                progress(told)
-                time.sleep(0.5)
-            robot.honest = True
-            healed = judge.samples
-            deadline = time.monotonic() + 5.0
-            while judge.samples < healed + 50 and time.monotonic() < deadline:
-                time.sleep(0.02)
-        told = sum(robot.lies.values())
-    name = f"{len(robot.lies)} kinds of lies of the robot"
+        taken = (judge.take, lambda *_: None, None, lambda _: None)
+        with ModbusLink(settings, LAYOUT, ROBOT, *taken) as link:
+            healed = _lied(robot, judge, count, progress, lambda: link.failure)
+    return _rows(
+        "the robot",
+        robot.lies,
+        count,
+        judge,
+        healed,
+        (0.1, f"true {ACCEPTED} answers]", robot.answers),
+    )
+
+
+def _lied(
+    liar: LyingRobot | LyingTwin,
+    judge: Judge,
+    count: int,
+    progress: Callable[[int], None],
+    failure: Callable[[], object],
+) -> int:
+    """Let somebody tell so many lies, then the truth for a while.
+
+    Return how many samples had been accepted when the lies ended.
+    """
+    while (told := sum(liar.lies.values())) < count:
+        progress(told)
+        time.sleep(0.5)
+        assert sum(liar.lies.values()) > told and failure() is None, (
+            f"the link does not come back after {told} lies: {failure()!r}"
+        )
+    liar.honest = True
+    healed = judge.samples
+    deadline = time.monotonic() + 5.0
+    while judge.samples < healed + HEALED and time.monotonic() < deadline:
+        time.sleep(0.02)
+    return healed
+
+
+def _rows(
+    who: str,
+    lies: Counter[str],
+    count: int,
+    judge: Judge,
+    healed: int,
+    accepted: tuple[float, str, int],
+) -> list[Row]:
+    """Return what got through; ``accepted``: the least share, its name, and of how many."""
+    name, (least, share, answers) = f"{len(lies)} kinds of lies of {who}", accepted
+    after = "samples after it tells the truth again"
+    largest = judge.largest if math.isfinite(judge.largest) else 9.9
     return [
-        Row(name, "lies told", float(count), float(told), at_least=True),
+        Row(name, "lies told", float(count), float(sum(lies.values())), at_least=True),
         Row(name, "silent wrong values", 0.0, float(len(judge.wrong)), always=True),
-        Row(
-            name,
-            "true samples accepted [part of all answers]",
-            0.1,
-            judge.samples / robot.answers,
-            at_least=True,
-        ),
-        Row(
-            name,
-            "samples after it tells the truth again",
-            50.0,
-            float(judge.samples - healed),
-            at_least=True,
-        ),
-        Row(
-            name,
-            "largest unnoticed deviation [part of what is possible]",
-            1.0,
-            judge.largest if math.isfinite(judge.largest) else 9.9,
-        ),
+        Row(name, share, least, judge.samples / answers, at_least=True),
+        Row(name, after, float(HEALED), float(judge.samples - healed), at_least=True),
+        Row(name, "largest unnoticed deviation [part of what is possible]", 1.0, largest),
     ]
