@@ -5,10 +5,9 @@ Every scenario with many seeds, sensor noise for minutes, then random faults.
 
 from __future__ import annotations
 
-import os
 import time
-from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from random import Random
 
@@ -17,8 +16,8 @@ from harness.faults.campaign import scenarios, storm
 from harness.faults.fault_cell import NODES, SET_UPS, FaultCell
 from harness.faults.roscore_faults import MasterCell, master_killed, master_stopped
 from harness.faults.rows import Row, repeated, worst
-from harness.ros import Master, Ros
-from harness.workspace import ROOT, workspace_environment
+from harness.ros import Master, Ros, own_master
+from harness.workspace import ROOT
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -62,7 +61,7 @@ def run(seeds: int, minutes: float, folder: Path, console: Console) -> list[Row]
         campaign = Campaign(journal, part, progress)
         campaign.values(seeds)
         campaign.without_master(seeds)
-        with roscore_of_its_own(part) as master:
+        with own_master(part / "master", "bench") as master:
             campaign.people(master, seeds)
             with closing(Ros(master, part / "cell", "faults")) as ros, FaultCell(ros) as cell:
                 campaign.scenarios(cell, seeds)
@@ -231,20 +230,3 @@ def _mend(cell: FaultCell) -> None:
         else:
             cell.go_on(node)
     cell.recover()
-
-
-@contextmanager
-def roscore_of_its_own(folder: Path) -> Iterator[Master]:
-    """Give a ROS master of its own, with this process as a node."""
-    import rospy
-
-    master = Master(folder / "master", workspace_environment())
-    os.environ.update(
-        {name: master.env[name] for name in ("ROS_MASTER_URI", "ROS_HOME", "ROS_LOG_DIR")}
-    )
-    rospy.init_node("bench", disable_signals=True)
-    try:
-        yield master
-    finally:
-        rospy.signal_shutdown("the campaign has ended")
-        master.close()

@@ -7,13 +7,12 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
 from harness.processes import Process, Stage, free_port, wait_until
-from harness.ros import Master, Ros
+from harness.ros import Ros, own_master
 from harness.workspace import workspace_environment
 from rich.console import Console
 from scara_config import Robot, load_robot
@@ -53,18 +52,9 @@ class Room:
     @functools.cached_property
     def ros(self) -> Ros:
         """Give a ROS master on a port of its own, with this process as a node of it."""
-        import rospy
-
-        master = Master(self.place("master"), workspace_environment())
-        self._ending.callback(master.close)
-        os.environ.update(
-            {name: master.env[name] for name in ("ROS_MASTER_URI", "ROS_HOME", "ROS_LOG_DIR")}
-        )
-        rospy.init_node("bench", disable_signals=True)
-        self._ending.callback(rospy.signal_shutdown, "the bench has ended")
+        master = self._ending.enter_context(own_master(self.place("master"), "bench"))
         ros = Ros(master, self.place("nodes"), "bench")
-        self._ending.callback(ros.close)
-        return ros
+        return self._ending.enter_context(contextlib.closing(ros))
 
     @contextlib.contextmanager
     def robot_stand_in(self) -> Iterator[int]:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from harness.faults.fault_cell import SET_UPS, FaultCell
 from harness.faults.rows import Row
-from harness.ros import Ros
+from harness.ros import Ros, own_master
 from harness.storm.crew import Crew, crew
 from harness.storm.rules.effects import EFFECTS
 from harness.storm.rules.monitor import timeline
@@ -17,7 +17,6 @@ from harness.storm.storm import STORM, Scene, Storm, summed
 from harness.workspace import ROOT
 from rich.console import Console
 
-from bench.faults import roscore_of_its_own
 from bench.journal import Journal
 
 EVIDENCE = "violations.txt"
@@ -53,7 +52,7 @@ def run(seeds: Seeds, folder: Path, console: Console) -> list[Row]:
     part = folder / time.strftime("part_%H-%M-%S")
     part.mkdir()
     with (
-        roscore_of_its_own(part) as master,
+        own_master(part / "master", "bench") as master,
         closing(Ros(master, part / "cell", "storm")) as ros,
         FaultCell(ros) as cell,
         crew(cell) as made,

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
 
 import pytest
-from harness.ros import Master, Ros
+from harness.ros import Master, Ros, own_master
 from harness.running import lanes
 from harness.running.plugin import Running
 from harness.running.thorough import SEARCH, examples
-from harness.workspace import enter_workspace, workspace_environment
+from harness.workspace import enter_workspace
 from hypothesis import HealthCheck, settings
 
 enter_workspace()
@@ -43,22 +44,15 @@ def pytest_configure(config: pytest.Config) -> None:
 @pytest.fixture(scope="session")
 def ros_master(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Master]:
     """Start one ROS master for the whole run and make this process its node ``/tests``."""
-    import rospy
-
-    master = Master(tmp_path_factory.mktemp("master"), workspace_environment())
-    os.environ.update(
-        {name: master.env[name] for name in ("ROS_MASTER_URI", "ROS_HOME", "ROS_LOG_DIR")}
-    )
-    rospy.init_node("tests", disable_signals=True)
-    yield master
-    rospy.signal_shutdown("the tests have ended")
-    master.close()
+    with own_master(tmp_path_factory.mktemp("master"), "tests") as master:
+        yield master
 
 
 @pytest.fixture
-def ros(ros_master: Master, tmp_path: object, request: pytest.FixtureRequest) -> Iterator[Ros]:
+def ros(ros_master: Master, tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Ros]:
     """Give one test its own namespace, processes and logs; see tests/ros/conftest.py."""
-    yield from _ros(ros_master, request.getfixturevalue("tmp_path"), request.node.name)
+    with closing(Ros(ros_master, tmp_path, request.node.name)) as handle:
+        yield handle
 
 
 @pytest.fixture(scope="module")
@@ -70,15 +64,8 @@ def ros_module(
     For nodes that are slow to start.
     """
     label = request.node.name.rsplit("/", 1)[-1].removesuffix(".py")
-    yield from _ros(ros_master, tmp_path_factory.mktemp(label), label)
-
-
-def _ros(master: Master, folder: object, label: str) -> Iterator[Ros]:
-    from pathlib import Path
-
-    handle = Ros(master, Path(str(folder)), label)
-    yield handle
-    handle.close()
+    with closing(Ros(ros_master, tmp_path_factory.mktemp(label), label)) as handle:
+        yield handle
 
 
 @pytest.hookimpl(hookwrapper=True)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import itertools
+import os
 import threading
 import time
 import xmlrpc.client
-from collections.abc import Callable, MutableSequence
+from collections.abc import Callable, Iterator, MutableSequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
 from harness.processes import Process, Stage, free_port, wait_until
+from harness.workspace import workspace_environment
 
 T = TypeVar("T")
 
@@ -47,6 +50,22 @@ class Master:
     def close(self) -> None:
         """End the master."""
         self.stage.close()
+
+
+@contextmanager
+def own_master(folder: Path, name: str) -> Iterator[Master]:
+    """Give a ROS master for the whole process, which becomes its node ``name``."""
+    import rospy
+
+    master = Master(folder, workspace_environment())
+    kept = ("ROS_MASTER_URI", "ROS_HOME", "ROS_LOG_DIR")
+    os.environ.update({each: master.env[each] for each in kept})
+    rospy.init_node(name, disable_signals=True)
+    try:
+        yield master
+    finally:
+        rospy.signal_shutdown(f"{name} has ended")
+        master.close()
 
 
 class Ros:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from random import Random
 
@@ -16,12 +16,8 @@ from harness.running.shared import GROUP
 @contextmanager
 def breakable_cell(master: Master, folder: Path) -> Iterator[FaultCell]:
     """Give a running cell, and end it."""
-    ros = Ros(master, folder, "faults")
-    try:
-        with FaultCell(ros) as cell:
-            yield cell
-    finally:
-        ros.close()
+    with closing(Ros(master, folder, "faults")) as ros, FaultCell(ros) as cell:
+        yield cell
 
 
 @pytest.fixture(scope="session")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import closing
 from random import Random
 
 import pytest
@@ -21,15 +22,12 @@ def person_and_cell(
 ) -> Iterator[tuple[Person, FaultCell]]:
     """Give a cell that monitors separation, and the person."""
     folder = tmp_path_factory.mktemp("separation")
-    ros = Ros(ros_master, folder, "separation")
-    try:
-        with (
-            Person(ros) as person,
-            FaultCell(ros, person_faults.monitored(folder / "config")) as cell,
-        ):
-            yield person, cell
-    finally:
-        ros.close()
+    with (
+        closing(Ros(ros_master, folder, "separation")) as ros,
+        Person(ros) as person,
+        FaultCell(ros, person_faults.monitored(folder / "config")) as cell,
+    ):
+        yield person, cell
 
 
 def test_robot_stands_before_somebody_who_walks_in_reaches_it(

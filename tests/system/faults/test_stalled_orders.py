@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import closing
 
 import pytest
 from harness.faults.fault_cell import NODES, FaultCell
@@ -22,13 +23,12 @@ FIRST = [Round(node, orders[0], 0.15, 0.5) for node, orders in ROUTES.items()]
 @pytest.fixture(scope="module")
 def orders(ros_master: Master, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Orders]:
     """Give a cell with all motion nodes."""
-    ros = Ros(ros_master, tmp_path_factory.mktemp("orders"), "orders")
-    try:
-        nodes = (*NODES, *MORE_NODES)
-        with FaultCell(ros, nodes=nodes) as cell, Orders(cell) as opened:
-            yield opened
-    finally:
-        ros.close()
+    with (
+        closing(Ros(ros_master, tmp_path_factory.mktemp("orders"), "orders")) as ros,
+        FaultCell(ros, nodes=(*NODES, *MORE_NODES)) as cell,
+        Orders(cell) as opened,
+    ):
+        yield opened
 
 
 @pytest.mark.parametrize("scene", [*FIRST, BY_WEB, *thorough(*((one,) for one in ROUNDS))])
