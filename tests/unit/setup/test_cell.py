@@ -112,20 +112,25 @@ def asked(**more: str) -> dict[str, str]:
     return {**own, "SLEEPS": "-", **more}
 
 
+def says(root: Path, script: str) -> None:
+    """Let the Python of a workspace be a script that says what it is asked."""
+    python = root / ".venv" / "bin" / "python"
+    python.parent.mkdir(parents=True, exist_ok=True)
+    python.write_text(f"#!/bin/bash\n{script}")
+    python.chmod(0o755)
+
+
 @pytest.fixture
 def parts(tmp_path: Path) -> str:
     """Give a script that runs the tests of a workspace whose Python says what it is asked."""
-    python = tmp_path / ".venv" / "bin" / "python"
-    python.parent.mkdir(parents=True)
-    python.write_text(
-        "#!/bin/bash\n"
+    says(
+        tmp_path,
         'echo "${CELL_TEST_PART:-named} $(ps -o nice= -p $$ | tr -d " "): $*"\n'
         'echo $$ >"pid_${CELL_TEST_PART:-named}"\n'
         '[ "$CELL_TEST_PART" != "$SLEEPS" ] || exec sleep 1000\n'
         '[ "$CELL_TEST_PART" != "${HEARS:--}" ] || kill -INT $PPID\n'
-        '[ "$CELL_TEST_PART" != "${FAILS% *}" ] || exit "${FAILS#* }"\n'
+        '[ "$CELL_TEST_PART" != "${FAILS% *}" ] || exit "${FAILS#* }"\n',
     )
-    python.chmod(0o755)
     (tmp_path / "build").mkdir()
     (tmp_path / "some_test.py").touch()
     text = (ROOT / "cell").read_text()
@@ -159,13 +164,12 @@ def test_single_nodes_run_beside_cells_on_request_and_never_beside_a_browser(
 ) -> None:
     """Beside a node of another worker a browser stopped going on."""
     (tmp_path / "build" / "ended").write_text("")
-    python = tmp_path / ".venv" / "bin" / "python"
-    python.write_text(
-        "#!/bin/bash\n"
+    says(
+        tmp_path,
         '[ "$CELL_TEST_PART" != cells ] || for _ in {1..100}; do\n'
         f"  grep -q nodes build/ended && break; {'sleep 0.1' if beside else 'break'}\n"
         "done\n"
-        'echo "$CELL_TEST_PART" >>build/ended\n'
+        'echo "$CELL_TEST_PART" >>build/ended\n',
     )
     assert run("bash", "-c", parts, env=asked(CELL_TEST_NODES=nodes)).returncode == 0
     ended = [part for part in (tmp_path / "build" / "ended").read_text().split() if part != "pure"]
@@ -200,17 +204,14 @@ def test_a_change_runs_what_it_reaches_beside_what_always_runs(
     tmp_path: Path, fails: str, code: int
 ) -> None:
     """Quick tests first, then what the change reaches, then the live core; all are run."""
-    python = tmp_path / ".venv" / "bin" / "python"
-    python.parent.mkdir(parents=True)
-    python.write_text(
-        "#!/bin/bash\n"
+    says(
+        tmp_path,
         'case "$*" in\n'
         '  *running.changed\\ HEAD~3) echo "tests/a.py"; echo "tests/b.py" ;;\n'
         '  -c*) echo "tests/core.py" ;;\n'
         f'  *) echo "ran $*"; [[ "$*" != *{fails}* ]] ;;\n'
-        "esac\n"
+        "esac\n",
     )
-    python.chmod(0o755)
     (tmp_path / "tests").mkdir()
     (function,) = re.findall(r"^run_changed\(\) \{.*?^\}", (ROOT / "cell").read_text(), re.M | re.S)
     script = f"root={tmp_path}; cd $root; set -u\n{function}\nrun_changed HEAD~3"

@@ -22,12 +22,14 @@ assert SPEC is not None and SPEC.loader is not None
 renew_pins = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(renew_pins)
 
-PINS_TEXT = (ROOT / "setup" / "pins.txt").read_text()
-PINS_FARM_TEXT = (ROOT / "setup" / "pins_farm.txt").read_text()
-PINS_TEST_TEXT = (ROOT / "setup" / "pins_test.txt").read_text()
-REQUIREMENTS = renew_pins.statements((ROOT / "setup" / "requirements.txt").read_text())
-REQUIREMENTS_FARM = renew_pins.statements((ROOT / "setup" / "requirements_farm.txt").read_text())
-REQUIREMENTS_TEST = renew_pins.statements((ROOT / "setup" / "requirements_test.txt").read_text())
+KINDS = {"": renew_pins.HEAD, "_farm": renew_pins.HEAD_FARM, "_test": renew_pins.HEAD_TEST}
+"""What each file of pins begins with: of a cell, the farm, the tests."""
+TEXTS = {kind: (ROOT / "setup" / f"pins{kind}.txt").read_text() for kind in KINDS}
+PINS = {kind: renew_pins.read_pins(text) for kind, text in TEXTS.items()}
+REQUIREMENTS = {
+    kind: renew_pins.statements((ROOT / "setup" / f"requirements{kind}.txt").read_text())
+    for kind in KINDS
+}
 A, B = "a" * 64, "b" * 64
 MISMATCH = """\
 ERROR: THESE PACKAGES DO NOT MATCH THE HASHES FROM THE REQUIREMENTS FILE. If you have updated ...
@@ -54,23 +56,15 @@ def installed_by(script: str, root: Path) -> subprocess.CompletedProcess[str]:
 
 def test_every_requirement_is_pinned_with_its_version() -> None:
     """Only pins.txt is installed: what it does not hold would be missing."""
-    for text, requirements in (
-        (PINS_TEXT, REQUIREMENTS),
-        (PINS_FARM_TEXT, REQUIREMENTS_FARM),
-        (PINS_TEST_TEXT, REQUIREMENTS_TEST),
-    ):
-        pins = renew_pins.read_pins(text)
+    for kind, pins in PINS.items():
         pinned = {f"{renew_pins.plain(name)}=={version}" for name, (version, _) in pins.items()}
-        asked = (line.split("==") for line in requirements)
+        asked = (line.split("==") for line in REQUIREMENTS[kind])
         assert [f"{n}=={v}" for n, v in asked if f"{renew_pins.plain(n)}=={v}" not in pinned] == []
 
 
 def test_what_tests_need_is_not_installed_for_a_cell() -> None:
     """No package is pinned twice, and the browser's driver is not among those of a cell."""
-    run, farm, test = (
-        {renew_pins.plain(name) for name in renew_pins.read_pins(text)}
-        for text in (PINS_TEXT, PINS_FARM_TEXT, PINS_TEST_TEXT)
-    )
+    run, farm, test = ({renew_pins.plain(name) for name in pins} for pins in PINS.values())
     assert run & farm == run & test == farm & test == set()
     assert {"pytest", "playwright", "mypy", "mkdocs"} <= test
     assert {"eclipse-zenoh", "duckdb", "pyarrow", "distributed"} <= farm
@@ -81,9 +75,8 @@ def test_what_tests_need_is_not_installed_for_a_cell() -> None:
 
 def test_every_pin_has_a_hash_and_none_twice() -> None:
     """The file is read strictly; it holds more than the project itself asks for."""
-    pins = renew_pins.read_pins(PINS_TEXT)
-    assert len(pins) > len(REQUIREMENTS)
-    assert [name for name, (_, hashes) in pins.items() if not hashes] == []
+    assert len(PINS[""]) > len(REQUIREMENTS[""])
+    assert [name for name, (_, hashes) in PINS[""].items() if not hashes] == []
 
 
 def version_there(name: str, pinned: set[str]) -> str:
@@ -110,10 +103,9 @@ def unmet(name: str, pinned: set[str]) -> Iterator[str]:
 
 def test_what_pinned_packages_need_is_there() -> None:
     """Pip is told to follow no needs: the pins, and Debian's packages, have to be complete."""
-    pins = renew_pins.read_pins(PINS_TEXT)
+    pins = PINS[""]
     assert [t for name in pins for t in unmet(name, set(map(renew_pins.plain, pins)))] == []
-    pins |= renew_pins.read_pins(PINS_FARM_TEXT)
-    pins |= renew_pins.read_pins(PINS_TEST_TEXT)
+    pins = pins | PINS["_farm"] | PINS["_test"]
     wrong = {name: v for name, (v, _) in pins.items() if importlib.metadata.version(name) != v}
     assert wrong == {}, "installed in another version"
     pinned = {renew_pins.plain(name) for name in pins}
@@ -133,11 +125,7 @@ def test_written_pins_are_read_back() -> None:
     text = renew_pins.pins_text(pins)
     assert renew_pins.read_pins(text) == pins
     assert text.index("alpha.b==1.0 \\\n    --hash=sha256:aaa") < text.index("Zeta==2")
-    assert renew_pins.pins_text(renew_pins.read_pins(PINS_TEXT)) == PINS_TEXT
-    farm = renew_pins.pins_text(renew_pins.read_pins(PINS_FARM_TEXT), renew_pins.HEAD_FARM)
-    assert farm == PINS_FARM_TEXT
-    tests = renew_pins.pins_text(renew_pins.read_pins(PINS_TEST_TEXT), renew_pins.HEAD_TEST)
-    assert tests == PINS_TEST_TEXT
+    assert {k: renew_pins.pins_text(pins, KINDS[k]) for k, pins in PINS.items()} == TEXTS
 
 
 @pytest.mark.parametrize(
