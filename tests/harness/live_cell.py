@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import math
 import re
-import struct
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from pathlib import Path
@@ -211,12 +210,6 @@ def forward(joints_deg_mm: list[float]) -> tuple[float, float, float]:
     q1, q12 = math.radians(joints_deg_mm[0]), math.radians(joints_deg_mm[0] + joints_deg_mm[1])
     x, y = 0.35 * math.cos(q1) + 0.30 * math.cos(q12), 0.35 * math.sin(q1) + 0.30 * math.sin(q12)
     return x, y, 0.160 + joints_deg_mm[2] / 1000.0
-
-
-def float_of_words(low: int, high: int) -> float:
-    """Join two registers, low word first, to a float32."""
-    value: float = struct.unpack(">f", struct.pack(">HH", high, low))[0]
-    return value
 
 
 def read_json(file: Path) -> Any:

@@ -98,8 +98,8 @@ class Cell:
         """The relay between twin controller and gateway."""
         return self.relays["web"]
 
-    def start_node(self, node: str, *prefix: str) -> Process:
-        """Start a node (again); ``prefix`` is a command that runs it."""
+    def start_node(self, node: str, *prefix: str, env: Mapping[str, str] | None = None) -> Process:
+        """Start a node (again); ``prefix`` is a command that runs it, ``env`` is its alone."""
         doors = {"modbus": self.modbus_port, "web": self.gateway_port}
         doors |= {wire: relay.port for wire, relay in self.relays.items()}
         words = {
@@ -111,7 +111,8 @@ class Cell:
             ),
         }.get(node, ())
         command = ("rosrun", PACKAGES[node], node, *words, *self.arguments.get(node, ()))
-        process = self.stage.start(*prefix, *command, name=node, env=self.environment)
+        own = {**self.environment, **(env or {})}
+        process = self.stage.start(*prefix, *command, name=node, env=own)
         self.processes[node] = process
         return process
 

@@ -12,9 +12,9 @@ from playwright.sync_api import Locator, Page, expect
 
 from harness.live_cell import LiveCell
 from harness.processes import Process, free_port, wait_until
+from harness.wires.operator_page import TOKEN, VARIABLE, wait_until_served
 from harness.yaml_files import changed_yaml, copy_configuration
 
-TOKEN = "token-of-the-tests"
 LONG_MS = 30_000  # a program of the robot, on a machine that does other things too
 PATIENCE: list[tuple[str, list[str | int], float]] = [
     ("emulator.yaml", ["heartbeat_timeout_ms"], 3000),
@@ -60,7 +60,7 @@ def cell_with_pages(
     """
     port = free_port()
     pages = ("--no-browser", "--panel-port", f"{port}", "--pendant-port", f"{free_port()}")
-    env = {"OPERATOR_PANEL_TOKEN": TOKEN, **(env or {})}
+    env = {VARIABLE: TOKEN, **(env or {})}
     with LiveCell(folder).ready(*pages, *words, env=env, people=True, timeout=timeout) as cell:
         yield cell, cell.bringup, port
 
@@ -75,17 +75,10 @@ class Panel:
 
     def start(self) -> None:
         """Start the node and wait until it listens."""
-        cell = self.cell
-        cell.environment["OPERATOR_PANEL_TOKEN"] = TOKEN
-        words = (f"_port:={self.port}", f"_runs_dir:={cell.folder / 'runs'}")
-        cell.arguments["operator_panel"] = words
-        process = self.process = cell.start_node("operator_panel")
-        wait_until(
-            lambda: "to watch" in process.output or process.poll() is not None,
-            30.0,
-            "the operator panel",
-        )
-        assert process.poll() is None, process.tail()
+        words = (f"_port:={self.port}", f"_runs_dir:={self.cell.folder / 'runs'}")
+        self.cell.arguments["operator_panel"] = words
+        self.process = self.cell.start_node("operator_panel", env={VARIABLE: TOKEN})
+        wait_until_served(self.process)
 
     @contextlib.contextmanager
     def standing_still(self) -> Iterator[None]:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
+
+from fanuc_emulator.pendant.pendant_link_io import PendantLink
 
 from harness.storm.hands import PERIOD_S, Attempt, Hands, joint
 from harness.storm.names import JOINTS
@@ -12,6 +15,14 @@ from harness.storm.names import JOINTS
 Do = Callable[..., None]
 DEEDS: dict[str, Do] = {}
 REAL_ONLY = ("real",)
+PULSES = {
+    "pendant program": "panel_run",
+    "pendant resume": "panel_start",
+    "pendant reset": "panel_reset",
+    "pendant abort": "panel_abort",
+}
+BUTTONS = {"press hold": ("panel_hold",), "press emergency stop": ("panel_imstp",)}
+RELEASED = {"release buttons": ("panel_imstp", "panel_hold")}
 
 
 def deed(*names: str) -> Callable[[Do], Do]:
@@ -36,36 +47,30 @@ def command_with_speed(hands: Hands, attempt: Attempt, percent: float) -> None:
     _command(hands, attempt, attempt.name, speed_percent=percent)
 
 
-@deed("MOVE")
+@deed("MOVE", "move_to", "gateway MOVE", "gateway move_to")
 def move(hands: Hands, attempt: Attempt, x: float, y: float, z: float, percent: float) -> None:
-    """Let the operator move both to a point."""
-    _command(hands, attempt, "MOVE", x=x, y=y, z=z, speed_percent=percent)
+    """Let the operator move both to a point, or move the twin; over the gateway as a stranger."""
+    call = _over_gateway if attempt.name.startswith("gateway") else Hands.call
+    attempt.waits = attempt.name.endswith("move_to")
+    service = "move_to" if attempt.waits else "twin_controller/command"
+    fields = {} if attempt.waits else {"command": "MOVE", "at_once": attempt.name == "MOVE"}
+    call(hands, attempt, service, **fields, x=x, y=y, z=z, speed_percent=percent)
 
 
-@deed("MOVE_JOINTS")
+@deed("MOVE_JOINTS", "joint move")
 def move_joints(hands: Hands, attempt: Attempt, *pose: float) -> None:
-    """Let the operator move both to a pose; its last number is the speed."""
-    _command(hands, attempt, "MOVE_JOINTS", joint_positions=list(pose[:-1]), speed_percent=pose[-1])
+    """Move both, or the twin, to a pose; its last number is the speed."""
+    fields = {"joint_positions": list(pose[:-1]), "speed_percent": pose[-1]}
+    if attempt.name == "MOVE_JOINTS":
+        _command(hands, attempt, "MOVE_JOINTS", **fields)
+    else:
+        attempt.waits = True
+        hands.call(attempt, "joint_pose_controller/move", **fields)
 
 
 def _command(hands: Hands, attempt: Attempt, command: str, **fields: Any) -> None:
     fields = {"command": command, "at_once": True, **fields}
     hands.call(attempt, "twin_controller/command", **fields)
-
-
-@deed("move_to")
-def move_to(hands: Hands, attempt: Attempt, x: float, y: float, z: float, percent: float) -> None:
-    """Move the twin to a point."""
-    attempt.waits = True
-    hands.call(attempt, "move_to", x=x, y=y, z=z, speed_percent=percent)
-
-
-@deed("joint move")
-def joint_move(hands: Hands, attempt: Attempt, *pose: float) -> None:
-    """Move the twin's joints."""
-    attempt.waits = True
-    fields = {"joint_positions": list(pose[:-1]), "speed_percent": pose[-1]}
-    hands.call(attempt, "joint_pose_controller/move", **fields)
 
 
 @deed("pose target")
@@ -142,29 +147,11 @@ def twins_button(hands: Hands, attempt: Attempt) -> None:
 def gateway_command(hands: Hands, attempt: Attempt) -> None:
     """Command as a client of the gateway."""
     command = attempt.name.removeprefix("gateway ")
-    _over_gateway(hands, attempt, "twin_controller/command", {"command": command})
+    _over_gateway(hands, attempt, "twin_controller/command", command=command)
 
 
-@deed("gateway MOVE")
-def gateway_move(
-    hands: Hands, attempt: Attempt, x: float, y: float, z: float, percent: float
-) -> None:
-    """Move both as a client of the gateway without a token: a stranger beside who holds control."""
-    fields = {"command": "MOVE", "x": x, "y": y, "z": z, "speed_percent": percent}
-    _over_gateway(hands, attempt, "twin_controller/command", fields)
-
-
-@deed("gateway move_to")
-def gateway_move_to(
-    hands: Hands, attempt: Attempt, x: float, y: float, z: float, percent: float
-) -> None:
-    """Move the twin as a client of the gateway."""
-    attempt.waits = True
-    fields = {"x": x, "y": y, "z": z, "speed_percent": percent}
-    _over_gateway(hands, attempt, "move_to", fields)
-
-
-def _over_gateway(hands: Hands, attempt: Attempt, service: str, fields: dict[str, Any]) -> None:
+def _over_gateway(hands: Hands, attempt: Attempt, service: str, **fields: Any) -> None:
+    """Call as a client without a token: a stranger beside who holds control."""
     with hands.gateway() as client:
         attempt.mark()
         packet = client.ask(op="call_service", service=service, args=fields)
@@ -212,65 +199,37 @@ def page_jog(hands: Hands, attempt: Attempt, name: str, part: float, seconds: fl
     attempt.said = hands.page.refused.get(press, "")
 
 
-@deed("pendant program")
-def pendant_program(hands: Hands, attempt: Attempt, number: str) -> None:
-    """Start a program on the robot's pendant."""
+@deed("pendant program", "pendant resume", "pendant reset", "pendant abort")
+def pendant_pulse(hands: Hands, attempt: Attempt, number: str = "") -> None:
+    """Start a program, let a held one go on, reset the alarms, or end the program."""
+    signal = PULSES[attempt.name] + number
+    with _at_the_robot(hands, attempt) as pendant:
+        pendant.pulse(signal)
+        if signal != "panel_abort":
+            attempt.mark()
+    if signal == "panel_abort":
+        attempt.close(True, "the signal was set")
+
+
+@deed("press hold", "press emergency stop", "release buttons", "pendant override")
+def pendant_setting(hands: Hands, attempt: Attempt, percent: float = 0.0) -> None:
+    """Press a button at the robot, which stays pressed; release both; or turn the override."""
+    pressed = BUTTONS.get(attempt.name, ())
+    with _at_the_robot(hands, attempt) as pendant:
+        if attempt.name == "pendant override":
+            pendant.write("override", [int(percent)])
+        for button in pressed or RELEASED.get(attempt.name, ()):
+            pendant.set_signal(button, not pressed)
+    attempt.close(True, "it is set")
+
+
+@contextmanager
+def _at_the_robot(hands: Hands, attempt: Attempt) -> Iterator[PendantLink]:
+    """Give the robot's pendant, which commands the robot alone; note when something leaves."""
     attempt.sides = REAL_ONLY
     with hands.pendant() as pendant:
         attempt.mark()
-        pendant.pulse(f"panel_run{number}")
-        attempt.mark()
-
-
-@deed("pendant resume", "pendant reset")
-def pendant_signal(hands: Hands, attempt: Attempt) -> None:
-    """Let a held program go on, or reset the robot's alarms."""
-    attempt.sides = REAL_ONLY
-    with hands.pendant() as pendant:
-        attempt.mark()
-        pendant.pulse("panel_start" if attempt.name == "pendant resume" else "panel_reset")
-        attempt.mark()
-
-
-@deed("pendant abort")
-def pendant_abort(hands: Hands, attempt: Attempt) -> None:
-    """End the robot's program."""
-    attempt.sides = REAL_ONLY
-    with hands.pendant() as pendant:
-        attempt.mark()
-        pendant.pulse("panel_abort")
-    attempt.close(True, "the signal was set")
-
-
-@deed("press hold", "press emergency stop")
-def press_button(hands: Hands, attempt: Attempt) -> None:
-    """Press a button at the robot; it stays pressed."""
-    attempt.sides = REAL_ONLY
-    with hands.pendant() as pendant:
-        attempt.mark()
-        pendant.set_signal("panel_hold" if attempt.name == "press hold" else "panel_imstp", False)
-    attempt.close(True, "the button is pressed")
-
-
-@deed("release buttons")
-def release_buttons(hands: Hands, attempt: Attempt) -> None:
-    """Release both buttons at the robot."""
-    attempt.sides = REAL_ONLY
-    with hands.pendant() as pendant:
-        attempt.mark()
-        pendant.set_signal("panel_imstp", True)
-        pendant.set_signal("panel_hold", True)
-    attempt.close(True, "the buttons are released")
-
-
-@deed("pendant override")
-def pendant_override(hands: Hands, attempt: Attempt, percent: float) -> None:
-    """Turn the robot's override."""
-    attempt.sides = REAL_ONLY
-    with hands.pendant() as pendant:
-        attempt.mark()
-        pendant.write("override", [int(percent)])
-    attempt.close(True, "the override is set")
+        yield pendant
 
 
 def _repeated(seconds: float) -> Iterator[None]:

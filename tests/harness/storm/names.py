@@ -95,45 +95,34 @@ def _stall(rng: Random) -> Arguments:
     return (rng.choice((0.05, 0.15, 0.3, 0.5)),)
 
 
+def _named(kind: str, draw: Callable[[Random], Arguments], *texts: str) -> tuple[Name, ...]:
+    return tuple(Name(text, kind, draw) for text in texts)
+
+
 MOTIONS = (
-    Name("MOVE", "motion", _point),
-    Name("MOVE_JOINTS", "motion", _pose),
-    Name("HOME", "motion", _percent),
-    Name("move_to", "motion", _point),
-    Name("joint move", "motion", _pose),
-    Name("pose target", "motion", _pose),
-    Name("joint velocity", "motion", _jog),
-    Name("joint position", "motion", _jog),
-    Name("jog", "motion", _jog),
-    Name("trajectory", "motion", _pose),
-    Name("gateway MOVE", "motion", _point),
-    Name("gateway move_to", "motion", _point),
-    Name("gateway jog", "motion", _jog),
-    Name("page jog", "motion", _page_jog),
-    Name("pendant program", "motion", _program),
+    *_named("motion", _point, "MOVE"),
+    *_named("motion", _pose, "MOVE_JOINTS"),
+    *_named("motion", _percent, "HOME"),
+    *_named("motion", _point, "move_to"),
+    *_named("motion", _pose, "joint move", "pose target"),
+    *_named("motion", _jog, "joint velocity", "joint position", "jog"),
+    *_named("motion", _pose, "trajectory"),
+    *_named("motion", _point, "gateway MOVE", "gateway move_to"),
+    *_named("motion", _jog, "gateway jog"),
+    *_named("motion", _page_jog, "page jog"),
+    *_named("motion", _program, "pendant program"),
 )
+WHOLE = ("STOP", "ESTOP", "PAUSE", "gateway STOP", "gateway PAUSE", "page STOP", "page ESTOP")
+"""Stops of the pair, given to the twin controller."""
 STOPS = (
-    Name("STOP", "stop", _nothing),
-    Name("ESTOP", "stop", _nothing),
-    Name("PAUSE", "stop", _nothing),
-    Name("gateway STOP", "stop", _nothing),
-    Name("gateway PAUSE", "stop", _nothing),
-    Name("page STOP", "stop", _nothing),
-    Name("page ESTOP", "stop", _nothing),
-    Name("twin's STOP", "other", _nothing),
-    Name("twin's PAUSE", "other", _nothing),
-    Name("pendant abort", "stop", _nothing),
-    Name("press hold", "stop", _nothing),
-    Name("press emergency stop", "stop", _nothing),
+    *_named("stop", _nothing, *WHOLE),
+    *_named("other", _nothing, "twin's STOP", "twin's PAUSE"),
+    *_named("stop", _nothing, "pendant abort", "press hold", "press emergency stop"),
 )
 RELEASES = (
-    Name("RESET", "release", _nothing),
-    Name("RESET", "release", _nothing),
-    Name("release buttons", "release", _nothing),
-    Name("pendant reset", "release", _nothing),
-    Name("twin's RESET", "release", _nothing),
-    Name("ACKNOWLEDGE", "release", _nothing),
-    Name("STOP", "stop", _nothing),
+    *_named("release", _nothing, "RESET", "RESET", "release buttons", "pendant reset"),
+    *_named("release", _nothing, "twin's RESET", "ACKNOWLEDGE"),
+    *_named("stop", _nothing, "STOP"),
 )
 READY_S = 0.25
 """A node stands still so long after that is due: lines to it are opened before."""
@@ -171,34 +160,23 @@ BEGINS = (
     "pendant resume",
 )
 """By these a person begins a motion of a pair that was stopped; ALIGN lets others lead again."""
-WHOLE = ("STOP", "ESTOP", "PAUSE", "gateway STOP", "gateway PAUSE", "page STOP", "page ESTOP")
-"""Stops of the pair, given to the twin controller."""
 LEADS_ON = (
-    Name("ALIGN", "release", _nothing),
-    Name("RESUME", "motion", _nothing),
-    Name("pendant resume", "motion", _nothing),
-    Name("twin's RESUME", "motion", _nothing),
-    Name("RESET", "release", _nothing),
+    *_named("release", _nothing, "ALIGN"),
+    *_named("motion", _nothing, "RESUME", "pendant resume", "twin's RESUME"),
+    *_named("release", _nothing, "RESET"),
 )
-WAY_BACK = (
-    Name("release buttons", "release", _nothing),
-    Name("RESET", "release", _nothing),
-    Name("ALIGN", "release", _nothing),
-)
+WAY_BACK = _named("release", _nothing, "release buttons", "RESET", "ALIGN")
 """What an operator does before the pair shall move again."""
 OTHERS = (
-    Name("SPEED", "other", _percent),
-    Name("pendant override", "other", _percent),
-    Name("ACKNOWLEDGE", "release", _nothing),
+    *_named("other", _percent, "SPEED", "pendant override"),
+    *_named("release", _nothing, "ACKNOWLEDGE"),
 )
 STRIKES = (
-    Name("halt", "strike", _halt),
-    Name("halt", "strike", _halt),
-    Name("kill", "strike", _kill),
-    Name("line", "strike", _line),
-    Name("line", "strike", _line),
-    Name("clock", "strike", _clock),
-    Name("stall", "strike", _stall),
+    *_named("strike", _halt, "halt", "halt"),
+    *_named("strike", _kill, "kill"),
+    *_named("strike", _line, "line", "line"),
+    *_named("strike", _clock, "clock"),
+    *_named("strike", _stall, "stall"),
 )
 EVERY = (*MOTIONS, *STOPS, *RELEASES, *LEADS_ON, *OTHERS)
 KINDS = {name.text: name.kind for name in EVERY}

@@ -33,12 +33,7 @@ class Panel:
         )
         env = {VARIABLE: TOKEN, **(env or {})}
         self.process: Process = ros.run("operator_panel", "operator_panel", *words, env=env)
-        wait_until(
-            lambda: "to watch" in self.process.output or self.process.poll() is not None,
-            30.0,
-            "the operator panel",
-        )
-        assert self.process.poll() is None, self.process.tail()
+        wait_until_served(self.process)
 
     def get(self, path: str, cookie: str = "") -> http.client.HTTPResponse:
         """Ask for a page."""
@@ -67,6 +62,16 @@ class Panel:
             f"ws://127.0.0.1:{self.port}/live?page={page or self.told(cookie)['page']}&tab=t",
             close_timeout=CLOSE_S,
         )
+
+
+def wait_until_served(panel: Process) -> None:
+    """Wait until a panel serves its page."""
+
+    def serves() -> bool:
+        assert panel.poll() is None, panel.tail()
+        return "to watch" in panel.output
+
+    wait_until(serves, 30.0, "the operator panel")
 
 
 def heard(live: ClientConnection, kind: str, timeout: float = 15.0) -> Any:
