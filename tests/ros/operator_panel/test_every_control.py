@@ -259,6 +259,7 @@ def programs(hand: Hand) -> None:
 def robot(hand: Hand) -> None:
     """Parts back after a question; registers, read and searched."""
     panel = hand.panel("Robot")
+    expect(panel.locator('[data-live="status.mode"]')).to_have_text("automatic")
     question = hand.page.locator(".confirm")
     hand.button("Put back", panel).click()
     expect(question).to_be_visible()
@@ -272,6 +273,8 @@ def robot(hand: Hand) -> None:
     expect(registers.nth(50)).to_be_attached()
     panel.get_by_label("Search").fill("imstp")
     expect(registers).to_have_count(2)
+    expect(registers.first).to_contain_text("input signal 6001, raw 1: *IMSTP")
+    assert hand.theatre.problems("registers") == []
     panel.get_by_label("Search").fill("")
 
 
@@ -308,6 +311,9 @@ def recordings(hand: Hand) -> None:
     hand.button("Cancel", question).click()
     expect(question).to_have_count(0)
     hand.button("Rename", row).click()
+    question.locator("input").fill("../out")
+    hand.button("Rename", question).click()
+    expect(question).to_contain_text("letters, digits")
     question.locator("input").fill("renamed")
     hand.button("Rename", question).click()
     row = panel.locator(".run").filter(has_text=re.compile("^renamed"))
@@ -319,7 +325,9 @@ def recordings(hand: Hand) -> None:
     with page.expect_download() as download:
         row.get_by_text("Download").click()
     assert download.value.suggested_filename.endswith(".bag")
+    assert download.value.path().read_bytes().startswith(b"#ROSBAG")
     other = panel.locator(".run").filter(has_text="to_go")
+    expect(other).to_contain_text("2 kB")
     hand.look()
     hand.button("Make report", other).click()
     hand.button("Report", other).click()
@@ -332,6 +340,7 @@ def recordings(hand: Hand) -> None:
     popup.value.close()
     hand.button("Close", report).click()
     expect(report).to_be_hidden()
+    expect(other).to_contain_text("The recording is damaged. Not read: its end.")
     for answer in ("Cancel", "Delete for ever"):
         hand.button("Delete", other).click()
         hand.look()
@@ -348,9 +357,11 @@ def events(hand: Hand) -> None:
     """Filters, acknowledgement of one and of all, the table; the last tab has no control."""
     hand.theatre.play("alarmed")
     panel = hand.panel("Events")
+    rows = panel.locator(".event")
     for name in ("All", "Warnings, faults", "Not acknowledged"):
         hand.choose(panel.get_by_role("tab", name=name))
-    rows = panel.locator(".event")
+        if name != "All":
+            expect(panel.locator(".event-info")).to_have_count(0)
     expect(rows.nth(1)).to_be_visible()
     one = hand.button("Acknowledge", panel).first
     number = one.get_attribute("data-acknowledge")
@@ -361,8 +372,12 @@ def events(hand: Hand) -> None:
     with hand.page.expect_download() as download:
         panel.get_by_text("Save as CSV").click()
     assert download.value.suggested_filename == "events.csv"
+    table = download.value.path().read_text(encoding="utf-8")
+    assert "came apart" in table and table.startswith("number,time,severity")
     hand.choose(panel.get_by_role("tab", name="All"))
-    hand.panel("Today")
+    expect(panel.locator(".event-by").first).to_contain_text("Acknowledged by operator")
+    parts = hand.panel("Today").locator('[data-live="today.parts"]')
+    expect(parts).to_have_text("real 0, twin 0")
 
 
 def commands(hand: Hand) -> None:

@@ -204,26 +204,8 @@ def test_report_is_served_and_the_token_of_a_run_is_not(ros_module: Ros, panel: 
 @pytest.mark.parametrize(
     ("query", "status", "content"),
     [
-        ("", 200, {"stamp": 0.0}),
         ("?time=-12.5", 200, {"stamp": -12.5}),
         ("?time=-300", 404, {"error": "is not remembered"}),
-        (
-            "?time=noon",
-            400,
-            {
-                "error": "time = 'noon' is no number of seconds: "
-                "0 is now, -5 five seconds ago, else ROS time"
-            },
-        ),
-        (
-            "?time=nan",
-            400,
-            {
-                "error": "time = 'nan' is no number of seconds: "
-                "0 is now, -5 five seconds ago, else ROS time"
-            },
-        ),
-        ("?at=1", 400, {"error": "unknown parameter at: there is time"}),
     ],
 )
 def test_pair_at_a_time_is_served_as_data(

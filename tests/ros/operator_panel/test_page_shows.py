@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import re
-
 import pytest
 from harness.page.theatre import SIZES, STAGE, Theatre
-from playwright.sync_api import Locator, expect
+from playwright.sync_api import expect
 
 # Whether the chart of one's own draws the speed of the scene.
 SPEED_SHOWN = """() => getElement(window.PANEL.charts.own).chart.getOption().series
@@ -53,67 +51,6 @@ def test_command_stays_until_its_end_and_a_refused_one_is_not_green(theatre: The
     assert any("Home" in text for text in shown), "what became of it stays"
 
 
-def test_events_are_filtered_acknowledged_and_saved(theatre: Theatre) -> None:
-    """Whoever comes back from lunch sees what has happened."""
-    theatre.resize("low")
-    theatre.play("ready")
-    theatre.play("alarmed")
-    theatre.open("Events")
-    events = theatre.page.locator(".event")
-    expect(events.first).to_be_visible()
-    theatre.page.get_by_role("tab", name="Warnings, faults").click()
-    expect(theatre.page.locator(".event-info")).to_have_count(0)
-    theatre.page.get_by_role("tab", name=re.compile("Not acknowledged")).click()
-    theatre.page.get_by_role("button", name="Acknowledge all").click()
-    expect(events).to_have_count(0)
-    theatre.page.get_by_role("tab", name="All", exact=True).click()
-    expect(theatre.page.locator(".event-by").first).to_contain_text("Acknowledged by operator")
-    table = theatre.page.request.get(f"{theatre.address}/events.csv")
-    assert table.headers["content-type"].startswith("text/csv")
-    assert "came apart" in table.text() and table.text().startswith("number,time,severity")
-
-
-def test_recording_gets_a_report_another_name_and_an_end(theatre: Theatre) -> None:
-    """Made here, looked at here; deleted only after a question."""
-    theatre.resize("low")
-    theatre.play("ready")
-    theatre.open("Recordings")
-
-    def row(name: str) -> Locator:
-        return theatre.page.locator(".run").filter(has_text=name)
-
-    expect(row("to_be_renamed")).to_contain_text("2 kB")
-    download = row("to_be_renamed").get_by_text("Download")
-    assert (
-        theatre.page.request.get(
-            f"{theatre.address}{download.locator('xpath=..').get_attribute('href')}"
-        ).body()
-        == b"x" * 2048
-    )
-    row("to_be_renamed").get_by_role("button", name="Rename").click()
-    question = theatre.page.locator(".confirm")
-    question.locator("input").fill("../out")
-    question.get_by_role("button", name="Rename").click()
-    expect(question).to_contain_text("letters, digits")
-    question.locator("input").fill("a_better_name")
-    question.get_by_role("button", name="Rename").click()
-    expect(row("a_better_name")).to_be_visible()
-    expect(row("to_be_renamed")).to_have_count(0)
-    row("a_better_name").get_by_role("button", name="Make report").click()
-    row("a_better_name").get_by_role("button", name="Report", exact=True).click()
-    report = theatre.page.frame_locator(".report-frame").locator("h1")
-    expect(report).to_have_text("Report of the stage")
-    theatre.page.get_by_role("button", name="Close").click()
-    expect(row("a_better_name")).to_contain_text("The recording is damaged. Not read: its end.")
-    row("to_go").get_by_role("button", name="Delete").click()
-    question.get_by_role("button", name="Cancel").click()
-    expect(question).to_have_count(0)
-    expect(row("to_go")).to_be_visible()
-    row("to_go").get_by_role("button", name="Delete").click()
-    question.get_by_role("button", name="Delete for ever").click()
-    expect(row("to_go")).to_have_count(0)
-
-
 def test_program_shows_its_lines_and_the_one_it_is_in(theatre: Theatre) -> None:
     """The scene's robot is in line 5 of ARTICLE: the second wait of the loop."""
     theatre.resize("low")
@@ -126,28 +63,6 @@ def test_program_shows_its_lines_and_the_one_it_is_in(theatre: Theatre) -> None:
     assert theatre.problems("listing") == []
     theatre.play("ready")
     expect(now).to_have_count(0)
-
-
-def test_robot_says_its_mode_and_parts_go_back_after_a_question(theatre: Theatre) -> None:
-    """Its words, not numbers; nothing is put back by one touch."""
-    theatre.resize("low")
-    theatre.play("ready")
-    theatre.open("Robot")
-    expect(theatre.page.locator('[data-live="status.mode"]')).to_have_text("automatic")
-    theatre.page.get_by_role("button", name="Put back").click()
-    theatre.page.locator(".confirm").get_by_role("button", name="Put back").click()
-    line = theatre.page.locator("[data-command='0']")
-    expect(line).to_contain_text("Put parts back")
-    expect(line).to_have_attribute("data-outcome", "done")
-    theatre.page.get_by_role("button", name="Read", exact=True).click()
-    registers = theatre.page.locator(".register")
-    expect(registers.nth(50)).to_be_attached()
-    theatre.page.get_by_label("Search").fill("imstp")
-    expect(registers).to_have_count(2)
-    expect(registers.first).to_contain_text("input signal 6001, raw 1: *IMSTP")
-    assert theatre.problems("registers") == []
-    theatre.open("Today")
-    expect(theatre.page.locator('[data-live="today.parts"]')).to_have_text("real 0, twin 0")
 
 
 def test_chart_that_is_frozen_stands_still_and_goes_on(theatre: Theatre) -> None:
