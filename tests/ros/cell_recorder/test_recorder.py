@@ -104,7 +104,9 @@ def test_stop_answers_the_count_of_a_complete_bag(
     publisher = ros_module.publisher("twin/joint_states", JointState, subscribers=0)
     started = start(path="stop.bag")
     assert (started.success, started.path) == (True, str(ros_module.folder / "stop.bag"))
-    assert publisher.get_num_connections() == 1, "start answers when published topics are connected"
+    # Start answers when published topics are connected: rospy's publisher has answered by then, and
+    # counts the connection a moment later.
+    ros_module.wait_until(lambda: publisher.get_num_connections() == 1, 0.5, "its connection")
     with joint_states(publisher) as sent:
         ros_module.wait_until(lambda: len(sent) >= 200, 10.0, "200 messages")
     time.sleep(0.2)  # the last message is on its way
