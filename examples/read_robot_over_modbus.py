@@ -8,7 +8,7 @@ import sys
 from pymodbus.client import ModbusTcpClient
 
 JOINTS = 5
-FIRST = 1000  # holding register of the first joint: a float in two registers, low word first
+FIRST = 11000  # holding register of the first joint: a float in two registers, low word first
 
 port = int(sys.argv[1]) if len(sys.argv) > 1 else 5020
 robot = ModbusTcpClient("127.0.0.1", port=port, retries=0)

@@ -155,7 +155,7 @@ class LiveCell(Cell):
     def real_joints(self) -> list[float]:
         """Read J1..J9 of the robot stand-in with mbpoll, in deg and mm."""
         command = ("mbpoll", "-m", "tcp", "-a", "1", "-p", str(self.modbus_port), "-1", "-q")
-        output = self.tool(*command, "-t", "4:float", "-r", "1001", "-c", "9", "127.0.0.1")
+        output = self.tool(*command, "-t", "4:float", "-r", "11001", "-c", "9", "127.0.0.1")
         return [float(value) for value in re.findall(r"^\[\d+\]:\s+(\S+)", output, re.MULTILINE)]
 
     def real_tool(self) -> tuple[float, float, float]:

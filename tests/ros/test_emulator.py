@@ -93,7 +93,7 @@ def running(ros_module: Ros) -> Iterator[Cell]:
 @pytest.fixture
 def cell(running: Cell) -> Cell:
     """Return an emulator without a program, a fault or a cap, ready for each test."""
-    if running.words(1210) != [0]:
+    if running.words(11210) != [0]:
         running.pendant("abort")
     assert running.pendant("reset") == (0, "ready\n")
     running.pendant("override", "100")
@@ -120,7 +120,7 @@ def test_mbpoll_reads_the_joints(standing: Cell) -> None:
     """An independent Modbus client reads J1..J5 as float32 low word first, and the signals."""
     read = ["mbpoll", "-m", "tcp", "-p", str(standing.port), "-a", "1", "-1", "127.0.0.1"]
     joints = subprocess.run(
-        [*read, "-t", "4:float", "-r", "1001", "-c", "9"],
+        [*read, "-t", "4:float", "-r", "11001", "-c", "9"],
         capture_output=True,
         text=True,
         timeout=20,
@@ -192,13 +192,13 @@ def test_watchdog_stops_the_robot_when_its_client_falls_silent(cell: Cell) -> No
     """
     cell.pendant("override", "5")
     assert cell.pendant("run", "TWO_POINT")[0] == 0
-    cell.client.write_register(1069, 1)
-    wait_until(lambda: cell.words(1043) == [2], 5.0, "the watchdog")
-    wait_until(lambda: cell.words(1210) == [0], 5.0, "the end of the program")
+    cell.client.write_register(11069, 1)
+    wait_until(lambda: cell.words(11043) == [2], 5.0, "the watchdog")
+    wait_until(lambda: cell.words(11210) == [0], 5.0, "the end of the program")
     assert cell.client.read_discrete_inputs(6005, count=1).bits[0]
-    pose = cell.words(1001, 18)
-    assert cell.words(1022, 18) == [0] * 18
-    assert cell.words(1001, 18) == pose
+    pose = cell.words(11001, 18)
+    assert cell.words(11022, 18) == [0] * 18
+    assert cell.words(11001, 18) == pose
     code, text = cell.pendant("status")
     assert code == 0 and "heartbeat lost" in text
 
@@ -230,7 +230,7 @@ def test_twin_controllers_link_streams_and_its_silence_stops_the_robot(cell: Cel
         assert samples[-1].watchdog_state.name == "ARMED"
         assert link.counters.rejected == link.counters.refused == 0
         link.close(disarm=False)
-    wait_until(lambda: cell.words(1043) == [2] and cell.words(1210) == [0], 5.0, "the watchdog")
+    wait_until(lambda: cell.words(11043) == [2] and cell.words(11210) == [0], 5.0, "the watchdog")
     assert cell.client.read_discrete_inputs(6005, count=1).bits[0]
 
 
@@ -271,7 +271,7 @@ def test_it_runs_without_a_roscore_and_ends_at_once(ros: Ros, number: signal.Sig
     client: Any = ModbusTcpClient("127.0.0.1", port=port, timeout=2.0, retries=0)
     wait_until(client.connect, 20.0)
     wait_until(lambda: "no roscore yet" in process.output, 20.0)
-    assert client.read_holding_registers(1018, count=1).registers == [1]
+    assert client.read_holding_registers(11018, count=1).registers == [1]
     client.close()
     process.signal(number)
     assert process.wait(3.0) == 0

@@ -27,7 +27,7 @@ async function exception (request) {
 run('jsmodbus', {
   connect: () => open(socket),
   'read the joints': async () => {
-    const words = await values(client.readHoldingRegisters(1000, 18))
+    const words = await values(client.readHoldingRegisters(11000, 18))
     same(Math.round(toFloat(words[4], words[5])), -160)
   },
   'read discrete inputs': async () => {
@@ -39,33 +39,33 @@ run('jsmodbus', {
     same((await values(client.readCoils(6000, 7))).slice(0, 7), [1, 1, 1, 0, 0, 0, 0])
   },
   'write and read registers': async () => {
-    await client.writeMultipleRegisters(1100, [50, 0])
-    await client.writeSingleRegister(1070, 55)
-    same(await values(client.readHoldingRegisters(1100, 2)), [50, 0])
-    same(await values(client.readHoldingRegisters(1070, 1)), [55])
+    await client.writeMultipleRegisters(11100, [50, 0])
+    await client.writeSingleRegister(11070, 55)
+    same(await values(client.readHoldingRegisters(11100, 2)), [50, 0])
+    same(await values(client.readHoldingRegisters(11070, 1)), [55])
   },
   'units 0 and 255': async () => {
     for (const unit of [0, 255]) {
       const line = new net.Socket()
       const other = new Modbus.client.TCP(line, unit, 3000)
       await open(line)
-      same(await values(other.readHoldingRegisters(1018, 1)), [1])
+      same(await values(other.readHoldingRegisters(11018, 1)), [1])
       line.end()
     }
   },
   'exceptions 2 and 3': async () => {
-    same(await exception(client.readHoldingRegisters(0, 1)), 2)
-    same(await exception(client.writeSingleRegister(1070, 101)), 3)
+    same(await exception(client.readDiscreteInputs(9000, 1)), 2)
+    same(await exception(client.writeSingleRegister(11070, 101)), 3)
   },
   'several requests at once': async () => {
-    const found = await Promise.all(Array.from({ length: 20 }, () => values(client.readHoldingRegisters(1018, 1))))
+    const found = await Promise.all(Array.from({ length: 20 }, () => values(client.readHoldingRegisters(11018, 1))))
     same(found, Array(20).fill([1]))
   },
   'assign registers': async () => {
-    for (const [address, words] of assignment(40, 5001, 2, 'R[100]', 0)) {
+    for (const [address, words] of assignment(40, 15001, 2, 'R[100]', 0)) {
       await client.writeMultipleRegisters(address, words)
     }
-    await client.writeMultipleRegisters(5000, float32(2.5))
-    same(await values(client.readHoldingRegisters(5000, 2)), float32(2.5))
+    await client.writeMultipleRegisters(15000, float32(2.5))
+    same(await values(client.readHoldingRegisters(15000, 2)), float32(2.5))
   }
 }).then(() => socket.end())

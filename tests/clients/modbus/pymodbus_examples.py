@@ -22,7 +22,7 @@ def check_connect() -> None:
 
 def check_read_the_joints() -> None:
     """Float32 values, the low word first."""
-    words = client.read_holding_registers(1000, count=18, device_id=1).registers
+    words = client.read_holding_registers(11000, count=18, device_id=1).registers
     values = client.convert_from_registers(words, client.DATATYPE.FLOAT32, word_order="little")
     assert abs(values[2] + 160.0) < 0.01, values
 
@@ -41,41 +41,41 @@ def check_write_and_read_coils() -> None:
 
 def check_write_and_read_registers() -> None:
     """Holding registers, one and several."""
-    assert not client.write_registers(1100, [50, 0], device_id=1).isError()
-    assert not client.write_register(1070, 55, device_id=1).isError()
-    assert client.read_holding_registers(1100, count=2, device_id=1).registers == [50, 0]
-    assert client.read_holding_registers(1070, count=1, device_id=1).registers == [55]
+    assert not client.write_registers(11100, [50, 0], device_id=1).isError()
+    assert not client.write_register(11070, 55, device_id=1).isError()
+    assert client.read_holding_registers(11100, count=2, device_id=1).registers == [50, 0]
+    assert client.read_holding_registers(11070, count=1, device_id=1).registers == [55]
 
 
 def check_functions_22_and_23() -> None:
     """Function 23, and 22."""
     answer = client.readwrite_registers(
-        read_address=1100, read_count=2, write_address=1100, values=[60, 0], device_id=1
+        read_address=11100, read_count=2, write_address=11100, values=[60, 0], device_id=1
     )
     assert answer.registers == [60, 0]
     assert not client.mask_write_register(
-        address=1069, and_mask=0, or_mask=7, device_id=1
+        address=11069, and_mask=0, or_mask=7, device_id=1
     ).isError()
 
 
 def check_units_0_and_255() -> None:
     """0 and 255."""
     for unit in (0, 255):
-        assert client.read_holding_registers(1018, count=1, device_id=unit).registers == [1]
+        assert client.read_holding_registers(11018, count=1, device_id=unit).registers == [1]
 
 
 def check_exceptions_2_and_3() -> None:
     """An address that does not exist, a value outside its range."""
-    assert client.read_holding_registers(0, count=1, device_id=1).exception_code == 2
-    assert client.write_register(1070, 101, device_id=1).exception_code == 3
+    assert client.read_coils(9000, count=1, device_id=1).exception_code == 2
+    assert client.write_register(11070, 101, device_id=1).exception_code == 3
 
 
 def check_assign_registers() -> None:
     """Assign by entry 80, write and read by the entry that was assigned."""
-    for address, words in assignment(40, 5001, 2, "R[100]", 0.0):
+    for address, words in assignment(40, 15001, 2, "R[100]", 0.0):
         assert not client.write_registers(address, words, device_id=1).isError()
-    assert not client.write_registers(5000, float32(2.5), device_id=1).isError()
-    assert client.read_holding_registers(5000, count=2, device_id=1).registers == float32(2.5)
+    assert not client.write_registers(15000, float32(2.5), device_id=1).isError()
+    assert client.read_holding_registers(15000, count=2, device_id=1).registers == float32(2.5)
 
 
 checks.run("pymodbus", __version__, globals())

@@ -80,7 +80,7 @@ def check_connect() -> None:
 
 def check_read_the_joints() -> None:
     """Float32 values, the low word first."""
-    assert abs(number(read(1001, 18)[4:6]) + 160.0) < 0.01
+    assert abs(number(read(11001, 18)[4:6]) + 160.0) < 0.01
 
 
 def check_read_discrete_inputs() -> None:
@@ -97,21 +97,21 @@ def check_write_and_read_coils() -> None:
 
 def check_write_and_read_registers() -> None:
     """Holding registers, one and several."""
-    write(1101, [50, 0])
-    ask(tcp.write_single_register(1, 1070, 55))
-    assert read(1101, 2) == [50, 0] and read(1071, 1) == [55]
+    write(11101, [50, 0])
+    ask(tcp.write_single_register(1, 11070, 55))
+    assert read(11101, 2) == [50, 0] and read(11071, 1) == [55]
 
 
 def check_units_0_and_255() -> None:
     """0 and 255."""
-    assert [read(1019, 1, unit) for unit in (0, 255)] == [[1], [1]]
+    assert [read(11019, 1, unit) for unit in (0, 255)] == [[1], [1]]
 
 
 def check_exceptions_2_and_3() -> None:
     """An address that does not exist, a value outside its range."""
     for request, error in (
-        (tcp.read_holding_registers(1, 0, 1), IllegalDataAddressError),
-        (tcp.write_single_register(1, 1070, 101), IllegalDataValueError),
+        (tcp.read_coils(1, 9000, 1), IllegalDataAddressError),
+        (tcp.write_single_register(1, 11070, 101), IllegalDataValueError),
     ):
         try:
             found = ask(request)
@@ -122,15 +122,15 @@ def check_exceptions_2_and_3() -> None:
 
 def check_assign_registers() -> None:
     """Assign by entry 80, write and read by the entry that was assigned."""
-    for address, words in assignment(40, 5001, 2, "R[100]", 0.0):
+    for address, words in assignment(40, 15001, 2, "R[100]", 0.0):
         write(address + 1, words)
-    write(5001, float32(2.5))
-    assert number(read(5001, 2)) == 2.5
+    write(15001, float32(2.5))
+    assert number(read(15001, 2)) == 2.5
 
 
 def check_layout_of_a_driver() -> None:
     """All entries but those that show entry 80 are written anew; the joints are where they were."""
-    joints = read(1001, 19)
+    joints = read(11001, 19)
     rest = [(0, 0, "", 1.0)] * (ENTRIES - len(LAYOUT))
     for slot, entry in enumerate((*LAYOUT, *rest), start=1):
         for address, words in assignment(slot, *entry):

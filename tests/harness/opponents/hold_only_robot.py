@@ -29,7 +29,7 @@ WAY = ((25.0, 30.0, -120.0, 0.0, 0.0), HOME, (25.0, 30.0, -120.0, 0.0, 0.0), HOM
 PROGRAM_PERCENT = 15.0
 COILS = {6001: "hold", 6003: "cstopi", 6004: "reset", 6005: "start", 6008: "rsr1"}
 OUTPUTS = ("cmdenbl", "sysrdy", "progrun", "paused", "held", "fault")
-CYCLE, POSITION, SETPOINT, OVERRIDE, PRG = 1000, 1000, 1050, 1100, 1200
+CYCLE, POSITION, SETPOINT, OVERRIDE, PRG = 11000, 11000, 11050, 11100, 11200
 
 
 class HoldOnlyRobot:
@@ -51,9 +51,9 @@ class HoldOnlyRobot:
         self._target = list(HOME)
         self._way: list[tuple[float, ...]] = []
         self._waits = 0
-        self._words = dict.fromkeys(range(1000, 1500), 0)
+        self._words = dict.fromkeys(range(11000, 11500), 0)
         self._put_floats(SETPOINT, HOME)
-        self._words[1070], self._words[OVERRIDE] = 100, 100
+        self._words[11070], self._words[OVERRIDE] = 100, 100
         self._levels = {"hold": True, "cstopi": False, "reset": False, "start": False}
         self._levels["rsr1"] = False
         self._since: dict[str, float] = {}
@@ -122,7 +122,7 @@ class HoldOnlyRobot:
         percent = self._words[OVERRIDE] * 0.01
         if self.state == RUNNING and self.kind == STREAM:
             self._target = self._floats(SETPOINT, len(HOME))
-            percent *= self._words[1070] * 0.01
+            percent *= self._words[11070] * 0.01
         elif self.state == RUNNING:
             self._go_its_way()
             percent *= PROGRAM_PERCENT * 0.01
@@ -189,14 +189,14 @@ class HoldOnlyRobot:
         """Bring the readable words up to date."""
         words = self._words
         self._put_floats(POSITION, self.q)
-        words[1018] = 1
+        words[11018] = 1
         high, low = divmod(time.monotonic_ns() // 1_000_000 % 2**31, 2**16)
-        words[1019], words[1020] = low, high
-        self._put_floats(1021, self.speed)
-        words[1039] = self.kind if self.state != ABORTED else NONE
-        words[1040] = self._words[1070] if self.kind == STREAM else round(PROGRAM_PERCENT)
-        words[1041], words[1042] = self._beat, 2 if self._silent else int(self._beat > 0)
-        words[1043] = words[OVERRIDE]
+        words[11019], words[11020] = low, high
+        self._put_floats(11021, self.speed)
+        words[11039] = self.kind if self.state != ABORTED else NONE
+        words[11040] = self._words[11070] if self.kind == STREAM else round(PROGRAM_PERCENT)
+        words[11041], words[11042] = self._beat, 2 if self._silent else int(self._beat > 0)
+        words[11043] = words[OVERRIDE]
         name = {NONE: b"", PROGRAM: b"ITSOWN", STREAM: b"FOLLOW"}[self.kind].ljust(16, b"\0")
         for k, word in enumerate(struct.unpack(">8H", name)):
             words[PRG + k] = words[PRG + 10 + k] = word
@@ -267,5 +267,5 @@ class HoldOnlyRobot:
         """Store what a client writes; a heartbeat that changes wakes the watchdog."""
         for k, word in enumerate(words):  # type: ignore[call-overload]
             self._words[at + k] = word
-            if at + k == 1069 and word != self._beat:
+            if at + k == 11069 and word != self._beat:
                 self._beat, self._beaten = word, time.monotonic()

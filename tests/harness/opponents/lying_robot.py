@@ -94,7 +94,7 @@ class LyingRobot:
     def _answer(self, request: bytes) -> bytes:
         function, address, count = struct.unpack(">BHH", request[:5])
         if function == 3:
-            words = self._words() if address == 1000 else [0] * 400
+            words = self._words() if address == 11000 else [0] * 400
             return struct.pack(f">BB{count}H", 3, 2 * count, *words[:count])
         if function == 2:
             packed = (0b11).to_bytes((count + 7) // 8, "little")
@@ -144,8 +144,8 @@ def _floats(values: list[float]) -> tuple[int, ...]:
 
 
 def _put_words(adu: bytearray, first: int, *words: int) -> bytes:
-    """Write registers into a state answer; ``first`` counts from 1001."""
-    at = 9 + 2 * (first - 1001)
+    """Write registers into a state answer; ``first`` counts from 11001."""
+    at = 9 + 2 * (first - 11001)
     adu[at : at + 2 * len(words)] = struct.pack(f">{len(words)}H", *words)
     return bytes(adu)
 
@@ -155,7 +155,7 @@ def _put_float(adu: bytearray, first: int, value: float) -> bytes:
 
 
 def _float_at(adu: bytearray, first: int) -> float:
-    at = 9 + 2 * (first - 1001)
+    at = 9 + 2 * (first - 11001)
     value: float = struct.unpack("<f", struct.pack("<2H", *struct.unpack(">2H", adu[at : at + 4])))[
         0
     ]
@@ -168,7 +168,7 @@ def _axis(rng: Random, base: int) -> int:
 
 
 def _any_float(value: Callable[[Random], float]) -> Lie:
-    return lambda rng, adu: _put_float(adu, _axis(rng, rng.choice((1001, 1022))), value(rng))
+    return lambda rng, adu: _put_float(adu, _axis(rng, rng.choice((11001, 11022))), value(rng))
 
 
 def _flipped_sign(base: int) -> Lie:
@@ -185,19 +185,19 @@ def _beyond(rng: Random, adu: bytearray) -> bytes:
     outside = bound + math.copysign(
         0.01 + 0.5 * rng.random(), 1.0 if bound == joint.upper / joint.scale else -1.0
     ) * ((joint.upper - joint.lower) / joint.scale)
-    return _put_float(adu, 1001 + 2 * (joint.axis_number - 1), outside)
+    return _put_float(adu, 11001 + 2 * (joint.axis_number - 1), outside)
 
 
 def _flipped_bit(rng: Random, adu: bytearray) -> bytes:
     """Flip one bit of one joint's position or speed: sometimes it is too small to be noticed."""
-    at = 9 + 2 * (_axis(rng, rng.choice((1001, 1022))) - 1001) + rng.randrange(4)
+    at = 9 + 2 * (_axis(rng, rng.choice((11001, 11022))) - 11001) + rng.randrange(4)
     adu[at] ^= 1 << rng.randrange(8)
     return bytes(adu)
 
 
 def _swapped(rng: Random, adu: bytearray) -> bytes:
     """Exchange the words of one joint's position: the other word order."""
-    at = 9 + 2 * (_axis(rng, 1001) - 1001)
+    at = 9 + 2 * (_axis(rng, 11001) - 11001)
     adu[at : at + 4] = adu[at + 2 : at + 4] + adu[at : at + 2]
     return bytes(adu)
 
@@ -206,7 +206,7 @@ def _shifted_clock(rng: Random, adu: bytearray) -> bytes:
     at = 9 + 2 * 19
     clock = struct.unpack("<i", struct.pack("<2H", *struct.unpack(">2H", adu[at : at + 4])))[0]
     shifted = (clock + rng.choice((-3_600_000, 3_600_000, -86_400_000, 400, -400))) % (1 << 31)
-    return _put_words(adu, 1020, *struct.unpack("<2H", struct.pack("<i", shifted)))
+    return _put_words(adu, 11020, *struct.unpack("<2H", struct.pack("<i", shifted)))
 
 
 def _resized(rng: Random, adu: bytearray, change: int) -> bytes:
@@ -251,20 +251,20 @@ VALUES: dict[str, Lie] = {
     "NaN": _any_float(lambda rng: math.nan),
     "infinite": _any_float(lambda rng: rng.choice((math.inf, -math.inf))),
     "huge": _any_float(lambda rng: rng.choice((-1, 1)) * 10.0 ** rng.uniform(5, 38)),
-    "65535": lambda rng, adu: _put_words(adu, rng.randint(1001, 1043), 65535, 65535),
-    "all 65535": lambda rng, adu: _put_words(adu, 1001, *(65535,) * 46),
-    "all zero": lambda rng, adu: _put_words(adu, 1001, *(0,) * 46),
-    "sign of a position": _flipped_sign(1001),
-    "sign of a speed": _flipped_sign(1022),
+    "65535": lambda rng, adu: _put_words(adu, rng.randint(11001, 11043), 65535, 65535),
+    "all 65535": lambda rng, adu: _put_words(adu, 11001, *(65535,) * 46),
+    "all zero": lambda rng, adu: _put_words(adu, 11001, *(0,) * 46),
+    "sign of a position": _flipped_sign(11001),
+    "sign of a speed": _flipped_sign(11022),
     "beyond the range": _beyond,
     "other word order": _swapped,
     "one bit": _flipped_bit,
-    "position not valid": lambda rng, adu: _put_words(adu, 1019, rng.choice((0, 2, 65535))),
-    "unknown control type": lambda rng, adu: _put_words(adu, 1040, rng.randint(3, 65535)),
-    "unknown watchdog state": lambda rng, adu: _put_words(adu, 1043, rng.randint(3, 65535)),
+    "position not valid": lambda rng, adu: _put_words(adu, 11019, rng.choice((0, 2, 65535))),
+    "unknown control type": lambda rng, adu: _put_words(adu, 11040, rng.randint(3, 65535)),
+    "unknown watchdog state": lambda rng, adu: _put_words(adu, 11043, rng.randint(3, 65535)),
     "percent beyond 100": lambda rng, adu: _put_words(
-        adu, rng.choice((1041, 1044)), rng.randint(101, 65535)
+        adu, rng.choice((11041, 11044)), rng.randint(101, 65535)
     ),
-    "negative clock": lambda rng, adu: _put_words(adu, 1021, rng.randint(0x8000, 0xFFFF)),
+    "negative clock": lambda rng, adu: _put_words(adu, 11021, rng.randint(0x8000, 0xFFFF)),
     "shifted clock": _shifted_clock,
 }

@@ -7,7 +7,7 @@ import struct
 import threading
 import time
 
-HEARTBEAT, ECHO, CLOCK = 1069, 1041, 1019
+HEARTBEAT, ECHO, CLOCK = 11069, 11041, 11019
 """PDU addresses of the heartbeat, of its copy and of the clock."""
 Written = tuple[int, int, tuple[int, ...]]
 
@@ -22,10 +22,10 @@ class Robot:
     """
 
     def __init__(self, port: int = 0) -> None:
-        self.words = {address: 0 for address in range(1000, 1401)}
-        self.words[1018] = self.words[1043] = 1
-        self.put_float(1004, -160.0)
-        self.words[1020] = 1
+        self.words = {address: 0 for address in range(11000, 11401)}
+        self.words[11018] = self.words[11043] = 1
+        self.put_float(11004, -160.0)
+        self.words[11020] = 1
         self.signals = 0b11
         self.written: list[Written] = []
         self.fault = ""

@@ -9,7 +9,7 @@ from harness.wires.damage import Piece
 from harness.wires.noise import STATE_BYTES
 
 CLOCK_WORD = 19
-"""Place of clock_ms in the state block (modbus_map.yaml: 1020 of 1001..), low word first."""
+"""Place of clock_ms in the state block (modbus_map.yaml: 11020 of 11001..), low word first."""
 WRAPS_MS = 2**31
 
 

@@ -49,8 +49,8 @@ def at(image: RegisterImage, layout: ModbusMap, name: str) -> object:
 def test_pose_stands_at_1001_in_degrees_and_millimetres_low_word_first(
     image: RegisterImage,
 ) -> None:
-    """J3 = -160 mm is 0xC3200000: 1005 holds 0x0000, 1006 holds 0xC320, 1019 says valid."""
-    assert image.first["holding_registers"] == 1000
+    """J3 = -160 mm is 0xC3200000: 11005 holds 0x0000, 11006 holds 0xC320, 11019 says valid."""
+    assert image.first["holding_registers"] == 11000
     assert held(image)[4:6] == [0x0000, 0xC320]
     assert held(image)[18] == 1
 
@@ -104,10 +104,10 @@ def test_alarm_block_names_code_severity_time_and_cause(
 def test_one_request_with_set_point_heartbeat_and_speed_reaches_the_controller(
     image: RegisterImage, bench: Bench
 ) -> None:
-    """1051-1071 in one request, as the twin controller writes it."""
+    """11051-11071 in one request, as the twin controller writes it."""
     axes = [11.459155902616466, 0.0, -160.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     words = list(struct.unpack("<18H", struct.pack("<9f", *axes))) + [1, 77, 60]
-    image.apply(bench.controller, image.take(1050, words))
+    image.apply(bench.controller, image.take(11050, words))
     bench.controller.write_input("rsr1", True)
     bench.run(0.118)
     assert (bench.now.heartbeat, bench.now.program_speed) == (77, 60)
@@ -140,19 +140,19 @@ def test_one_request_fills_the_ring_whatever_its_order(
 
 def test_half_a_value_keeps_its_other_half(image: RegisterImage) -> None:
     """A client may write words one by one; each write gives the value that the words make then."""
-    assert image.take(1051, [0x3F80]) == [("setpoint", (1.0,) + (0.0,) * 8)]
+    assert image.take(11051, [0x3F80]) == [("setpoint", (1.0,) + (0.0,) * 8)]
 
 
 @pytest.mark.parametrize(
     ("offset", "words", "text"),
     [
-        (1100, [0, 0], r"override = 0 is outside \[1, 100\]"),
-        (1100, [101, 0], r"override = 101 is outside"),
-        (1070, [0], r"stream_speed = 0 is outside"),
-        (1069, [0x8000], r"heartbeat = -32768 is outside"),
-        (1068, [2], r"setpoint_valid = 2 is outside"),
-        (1071, [0xFFFF], r"ring_write = -1 is outside \[0, 32760\]"),
-        (1071, [32761], r"ring_write = 32761 is outside"),
+        (11100, [0, 0], r"override = 0 is outside \[1, 100\]"),
+        (11100, [101, 0], r"override = 101 is outside"),
+        (11070, [0], r"stream_speed = 0 is outside"),
+        (11069, [0x8000], r"heartbeat = -32768 is outside"),
+        (11068, [2], r"setpoint_valid = 2 is outside"),
+        (11071, [0xFFFF], r"ring_write = -1 is outside \[0, 32760\]"),
+        (11071, [32761], r"ring_write = 32761 is outside"),
     ],
 )
 def test_a_value_outside_its_range_is_refused_and_not_kept(
@@ -176,7 +176,7 @@ def test_what_was_written_is_read_back_whatever_older_snapshot_comes(
     image: RegisterImage, layout: ModbusMap, bench: Bench
 ) -> None:
     """Function 23 writes and reads, and the next tick, which knew one of two, may come between."""
-    image.apply(bench.controller, image.take(1100, [50, 0]))
-    image.take(1100, [60, 0])
+    image.apply(bench.controller, image.take(11100, [50, 0]))
+    image.take(11100, [60, 0])
     image.show(bench.run(bench.config.dt))
     assert at(image, layout, "override") == (60,)

@@ -12,7 +12,7 @@ from scara_config.modbus_map import Register
 def register(kind: str, count: int = 1) -> Register:
     """Return a register of one kind."""
     return Register(
-        address=1001,
+        address=11001,
         type=kind,  # type: ignore[arg-type]
         unit="",
         meaning="",

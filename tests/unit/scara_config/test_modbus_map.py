@@ -18,13 +18,13 @@ MAP = load_modbus_map(SHIPPED)
 @pytest.mark.parametrize(
     ("name", "first", "last"),
     [
-        ("position", 1001, 1018),
-        ("position_valid", 1019, 1019),
-        ("setpoint", 1051, 1068),
-        ("override", 1101, 1102),
-        ("program_name", 1201, 1208),
-        ("alarm_id", 1301, 1301),
-        ("alarm_severity_text", 1392, 1400),
+        ("position", 11001, 11018),
+        ("position_valid", 11019, 11019),
+        ("setpoint", 11051, 11068),
+        ("override", 11101, 11102),
+        ("program_name", 11201, 11208),
+        ("alarm_id", 11301, 11301),
+        ("alarm_severity_text", 11392, 11400),
     ],
 )
 def test_registers_stand_where_the_controller_has_them(name: str, first: int, last: int) -> None:
@@ -75,13 +75,13 @@ def test_width_follows_from_type_and_count(kind: Any, count: int, words: int) ->
     [
         (
             ["holding_registers", "position_valid", "address"],
-            1018,
-            r"position_valid\.address = 1018: overlaps position, .*1018",
+            11018,
+            r"position_valid\.address = 11018: overlaps position, .*11018",
         ),
         (
             ["holding_registers", "position", "count"],
             10,
-            r"position_valid\.address = 1019: overlaps position",
+            r"position_valid\.address = 11019: overlaps position",
         ),
         (["holding_registers", "clock_ms", "address"], 0, r"clock_ms.* = 0: Expected `int` >= 1"),
         (

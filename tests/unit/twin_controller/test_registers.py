@@ -39,7 +39,7 @@ def low_first(*values: float) -> list[int]:
 def state_words(
     position: tuple[float, ...] = (10.0, 20.0, -160.0, 30.0, -40.0), **changed: int
 ) -> list[int]:
-    """Return an answer to the state block: 46 words from 1001 on."""
+    """Return an answer to the state block: 46 words from 11001 on."""
     words = low_first(*position, 0.0, 0.0, 0.0, 0.0) + [changed.get("valid", 1)]
     words += [0x5678, changed.get("clock_high", 0x1234)] + low_first(
         1.0, 2.0, 3.0, 4.0, 5.0, 0.0, 0.0, 0.0, 0.0
@@ -57,13 +57,13 @@ def state_words(
 
 
 def test_one_read_covers_the_state_and_one_write_the_set_point() -> None:
-    """1001-1046 is read, 1051-1071 written, UO[1..10] and the gripper read, each by one request.
+    """11001-11046 is read, 11051-11071 written, UO[1..10] and the gripper read, a request each.
 
     PDU addresses are one less.
     """
-    assert CODEC.state == Block(1000, 46)
-    assert CODEC.setpoint == Block(1050, 21)
-    assert CODEC.ring == Block(1069, 23)
+    assert CODEC.state == Block(11000, 46)
+    assert CODEC.setpoint == Block(11050, 21)
+    assert CODEC.ring == Block(11069, 23)
     assert CODEC.outputs == Block(6000, 24)
     assert CODEC.program.count <= 125 and CODEC.alarm.count <= 125
 
@@ -270,7 +270,7 @@ def test_wrong_status_blocks_are_refused(decode: str, words: list[int], text: st
 
 @pytest.mark.parametrize(
     ("name", "address", "text"),
-    [("override_now", 1200, "one request carries 125"), ("stream_speed", 1090, "without a gap")],
+    [("override_now", 11200, "one request carries 125"), ("stream_speed", 11090, "without a gap")],
 )
 def test_a_map_that_needs_more_than_one_request_is_refused(
     name: str, address: int, text: str

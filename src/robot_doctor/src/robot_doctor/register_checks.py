@@ -9,6 +9,7 @@ from collections.abc import Iterator
 
 from scara_config import ConfigError, Robot
 from scara_config.modbus_map import AXES, ModbusMap, Register, problems
+from scara_config.set_up.slots import slot_problems
 from twin_controller.registers import RegisterCodec
 
 from robot_doctor.finding import Finding, Group, fine, or_fine, wrong
@@ -43,7 +44,7 @@ def check_registers(robot: Robot, layout: ModbusMap, decimals: int) -> Iterator[
     """
     found = [
         wrong(Group.REGISTERS, f"modbus_map.yaml: {text}", _advice(text))
-        for text in problems(layout)
+        for text in (*problems(layout), *slot_problems(layout))
     ]
     yield from or_fine(found, Group.REGISTERS, "all quantities have registers, none overlap")
     yield from or_fine(
@@ -103,6 +104,8 @@ def _advice(text: str) -> str:
             "correct address, type or count: int32 and float32 take two words, a string one for "
             "two characters"
         )
+    if "$SNPX_ASG" in text or "delivered controller" in text:
+        return "a controller has 74 free slots, for registers from 10001 to 16299: move it there"
     return "correct the entry in modbus_map.yaml"
 
 

@@ -13,13 +13,14 @@ import pytest
 from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.registers import NoRegisterError, RegisterError, Value
 from fanuc_emulator.snpx.access import AssignedRegisters
-from fanuc_emulator.snpx.assignments import Assignment, AssignmentError, AssignmentTable, power_up
+from fanuc_emulator.snpx.assignments import AssignmentError, AssignmentTable, power_up
 from fanuc_emulator.snpx.variables import ValueKind, VariableError, parse
 from fanuc_emulator.snpx.words import encode
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_config import ConfigError
 from scara_config.modbus_map import ModbusMap, load_modbus_map
+from scara_config.set_up.slots import Assignment
 
 if TYPE_CHECKING:
     from conftest import Bench
@@ -94,13 +95,14 @@ def of_text(words: Sequence[int]) -> str:
 
 
 def test_power_up_content_is_the_map() -> None:
-    """Each register of the map is an entry; 76 to 79 show entry 80 from 16300 on."""
+    """Behind slot 1 as delivered; 76 to 79 show entry 80 from 16300 on."""
     entries = power_up(LAYOUT)
     assert len(entries) == 80
-    assert sum(entry.size for entry in entries[:75]) == sum(
+    assert entries[0] == Assignment(1, 10000, "R[1]@1.1", 1.0)
+    assert sum(entry.size for entry in entries[1:75]) == sum(
         register.words for register in LAYOUT.holding_registers.values()
     )
-    assert entries[0] == Assignment(1001, 18, "POS[0]@27.18", 0.0)
+    assert entries[1] == Assignment(11001, 19, "POS[0]@27.19", 0.0)
     assert entries[75:79] == [
         Assignment(16300, 2, "$SNPX_ASG[80].$ADDRESS", 1.0),
         Assignment(16302, 2, "$SNPX_ASG[80].$SIZE", 1.0),
@@ -150,8 +152,8 @@ def test_a_drivers_own_layout_is_read(client: Client) -> None:
     touched = client.write(at["PR[1]@27.19"], [*float32(1.5), *float32(-2.0), *[0] * 14, 1])
     setpoint = dict(touched)["setpoint"]
     assert setpoint[:3] == (1.5, -2.0, 0.0) and dict(touched)["setpoint_valid"] == (1,)
-    with pytest.raises(NoRegisterError, match="register 1900: nothing is assigned"):
-        client.read(1900, 1)
+    assert client.read(1900, 1) == [0], "nothing is assigned to it"
+    assert client.write(1900, [7]) == [] and client.registers.unassigned(1899, 1) == "1900 to 1900"
 
 
 def test_entries_are_read_back_through_entry_80(client: Client) -> None:
@@ -268,7 +270,7 @@ def test_registers_of_the_map_keep_their_meaning_wherever_they_are_assigned(clie
     client.assign(1, 5000, 4, "R[1]", 0.0)
     touched = dict(client.write(5000, [*float32(12.0), *float32(55.0)]))
     assert touched == {"heartbeat": (12,), "stream_speed": (55,)}
-    assert client.read(1070, 2) == [12, 55]
+    assert client.read(11070, 2) == [12, 55]
 
 
 def test_a_request_may_reach_over_entries_of_several_forms(client: Client) -> None:
@@ -283,17 +285,17 @@ def test_a_request_may_reach_over_entries_of_several_forms(client: Client) -> No
 def test_a_request_is_stored_whole_or_not_at_all(client: Client) -> None:
     """R[1] = 12 would do, R[2] = 101 is outside its range; the whole request is refused."""
     client.assign(1, 5000, 6, "R[1]", 1.0)
-    before = client.read(1070, 2)
+    before = client.read(11070, 2)
     with pytest.raises(RegisterError, match=r"stream_speed = 101 is outside \[1, 100\]"):
         client.write(5000, [*int32(12), *int32(101)])
-    assert client.read(1070, 2) == before
+    assert client.read(11070, 2) == before
 
 
 def test_overlapping_entries_the_lower_number_wins(client: Client) -> None:
     """And what it leaves free is still the other's."""
-    client.assign(40, 5000, 4, "R[60]", 1.0)
-    client.assign(41, 5000, 6, "R[70]", 1.0)
-    client.write(5000, [*int32(1), *int32(2), *int32(3)])
+    client.assign(40, 15000, 4, "R[60]", 1.0)
+    client.assign(41, 15000, 6, "R[70]", 1.0)
+    client.write(15000, [*int32(1), *int32(2), *int32(3)])
     client.assign(1, 6000, 26, "R[60]", 1.0)
     assert client.read(6000, 4) == [*int32(1), *int32(2)]
     assert client.read(6024, 2) == int32(3), "R[72]"
@@ -414,13 +416,13 @@ def test_a_map_with_a_wrong_variable_is_refused(
 
 
 def test_a_map_with_more_registers_than_entries_is_refused() -> None:
-    """75 entries are free for it; the message says so."""
+    """74 entries are free for it; the message says so."""
     register = LAYOUT.holding_registers["heartbeat"]
     registers = {
-        f"r{k}": msgspec.structs.replace(register, address=2000 + 2 * k) for k in range(76)
+        f"r{k}": msgspec.structs.replace(register, address=12000 + 2 * k) for k in range(75)
     }
     layout: ModbusMap = msgspec.structs.replace(LAYOUT, holding_registers=registers)
-    with pytest.raises(ConfigError, match=r"has 76 registers .*: \$SNPX_ASG takes 75$"):
+    with pytest.raises(ConfigError, match=r"take 75 slots: \$SNPX_ASG has 74 that are free$"):
         power_up(layout)
-    del registers["r75"]
+    del registers["r74"]
     assert len(power_up(layout)) == 80

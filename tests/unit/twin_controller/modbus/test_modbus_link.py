@@ -109,8 +109,8 @@ def test_samples_come_with_the_times_of_their_request_and_answer(
 def test_heartbeat_changes_each_cycle_and_the_end_disarms(robot: Robot, owner: Owner) -> None:
     """The robot's watchdog sees a counter that never repeats, and 0 as a farewell."""
     with owner.link(robot.port):
-        wait_until(lambda: len(robot.writes(1069)) >= 10)
-    beats = [values[0] for values in robot.writes(1069)]
+        wait_until(lambda: len(robot.writes(11069)) >= 10)
+    beats = [values[0] for values in robot.writes(11069)]
     assert beats[-1] == 0
     assert beats[:-1] == list(range(1, len(beats)))
 
@@ -120,21 +120,21 @@ def test_an_owner_that_hangs_gets_no_heartbeat(robot: Robot, owner: Owner) -> No
     alive = threading.Event()
     alive.set()
     with owner.link(robot.port, alive=alive.is_set):
-        wait_until(lambda: len(robot.writes(1069)) >= 3)
+        wait_until(lambda: len(robot.writes(11069)) >= 3)
         alive.clear()
         seen = len(owner.samples)
         wait_until(lambda: len(owner.samples) > seen + 2)
-        beats = len(robot.writes(1069))
+        beats = len(robot.writes(11069))
         wait_until(lambda: len(owner.samples) > seen + 12)
-        assert len(robot.writes(1069)) == beats
+        assert len(robot.writes(11069)) == beats
 
 
 def test_close_without_disarm_leaves_the_watchdog_armed(robot: Robot, owner: Owner) -> None:
     """The robot then stops by itself."""
     with owner.link(robot.port) as link:
-        wait_until(lambda: robot.writes(1069))
+        wait_until(lambda: robot.writes(11069))
         link.close(disarm=False)
-    assert robot.writes(1069)[-1] != (0,)
+    assert robot.writes(11069)[-1] != (0,)
 
 
 def test_what_was_left_before_the_end_is_written_before_the_farewell(
@@ -147,29 +147,29 @@ def test_what_was_left_before_the_end_is_written_before_the_farewell(
         link.send(Number("setpoint_valid", 0))
         link.send(Signal("hold", True))
     written = [(at, values) for _, at, values in robot.written]
-    assert [each for each in written if each[0] != 1069][-4:] == [
+    assert [each for each in written if each[0] != 11069][-4:] == [
         (6003, (0xFF00,)),
-        (1068, (0,)),
+        (11068, (0,)),
         (6001, (0xFF00,)),
         (6003, (0,)),
     ]
-    assert written[-1] == (1069, (0,))
+    assert written[-1] == (11069, (0,))
 
 
 def test_a_set_point_goes_out_in_one_request_with_the_heartbeat(robot: Robot, owner: Owner) -> None:
     """PR[1] in deg and mm, valid, R[1], R[2]; joint_4, which the twin lacks, stays where it is."""
-    robot.put_float(1006, 33.0)
+    robot.put_float(11006, 33.0)
     with owner.link(robot.port) as link:
         owner.wait_for(UP)
         link.write_now((math.pi / 2, 0.0, -0.1, 0.5), 50.0)
-        (words,) = wait_until(lambda: robot.writes(1050))
+        (words,) = wait_until(lambda: robot.writes(11050))
     axes = struct.unpack("<9f", struct.pack("<18H", *words[:18]))
     assert axes == pytest.approx(
         (90.0, 0.0, -100.0, 33.0, math.degrees(0.5), 0.0, 0.0, 0.0, 0.0), rel=1e-6
     )
     assert words[18] == 1 and words[19] > 0
     assert words[20] == 50, "R[2] is the speed that is allowed: the robot is no faster"
-    beats = [values[0] for _, at, values in robot.written if at == 1069] + [words[19]]
+    beats = [values[0] for _, at, values in robot.written if at == 11069] + [words[19]]
     assert len(set(beats)) == len(beats)
 
 
@@ -178,9 +178,9 @@ def test_the_latest_set_point_wins(robot: Robot, owner: Owner, link: ModbusLink)
     for k in range(200):
         link.write_now((0.001 * k, 0.0, 0.0, 0.0), 50.0)
     wait_until(
-        lambda: robot.writes(1050) and robot.writes(1050)[-1][0:2] == _words(math.degrees(0.199))
+        lambda: robot.writes(11050) and robot.writes(11050)[-1][0:2] == _words(math.degrees(0.199))
     )
-    assert len(robot.writes(1050)) < 200
+    assert len(robot.writes(11050)) < 200
 
 
 def _words(value: float) -> tuple[int, ...]:
@@ -211,7 +211,7 @@ def test_a_bad_set_point_never_reaches_the_wire(
     assert text in owner.rejects[0] and link.counters.refused == 1
     seen = len(owner.samples)
     wait_until(lambda: len(owner.samples) > seen + 2)
-    assert robot.writes(1050) == []
+    assert robot.writes(11050) == []
 
 
 def test_signals_pulses_and_integers_are_written_in_order(
@@ -223,12 +223,12 @@ def test_signals_pulses_and_integers_are_written_in_order(
     link.send(Number("override", 80))
     link.send(Number("setpoint_valid", 0))
     wait_until(lambda: (5, 6004, (0,)) in robot.written)
-    commands = [entry for entry in robot.written if entry[1] != 1069]
+    commands = [entry for entry in robot.written if entry[1] != 11069]
     assert commands == [
         (5, 6001, (0,)),
         (5, 6004, (0xFF00,)),
-        (16, 1100, (80, 0)),
-        (16, 1068, (0,)),
+        (16, 11100, (80, 0)),
+        (16, 11068, (0,)),
         (5, 6004, (0,)),
     ]
 
@@ -255,7 +255,7 @@ def test_what_the_map_does_not_mark_is_never_written(
     [
         ("silent", "did not answer in time"),
         ("short", "answered 45 words instead of 46"),
-        ("exception", r"refused to read (1001|6001): exception 2"),
+        ("exception", r"refused to read (11001|6001): exception 2"),
         ("transaction", "did not answer in time"),
         ("device", "did not answer in time"),
         ("close", "closed|was lost"),
@@ -307,7 +307,7 @@ def test_nothing_is_replayed_after_a_reconnect(robot: Robot, owner: Owner) -> No
         owner.wait_for(UP, DOWN, UP)
         assert link.counters.dropped == 2
         assert owner.rejects == ["2 writes dropped: there was no link"]
-    assert robot.writes(1050) == [] and robot.writes(6008) == []
+    assert robot.writes(11050) == [] and robot.writes(6008) == []
 
 
 def test_a_refused_write_is_told_and_the_link_stays(robot: Robot, owner: Owner) -> None:
@@ -331,14 +331,14 @@ def test_a_refused_write_is_told_and_the_link_stays(robot: Robot, owner: Owner) 
 def test_a_write_that_is_confirmed_wrongly_ends_the_link(
     robot: Robot, owner: Owner, fault: str, signal: bool
 ) -> None:
-    """A STOP that was not understood is not given; the heartbeat at 1070 shows it of registers."""
+    """A STOP that was not understood is not given; the heartbeat at 11070 shows it of registers."""
     with owner.link(robot.port, heartbeat=not signal) as link:
         owner.wait_for(UP)
         robot.fault = fault
         if signal:
             link.send(Signal("hold", False))
         owner.wait_for(UP, DOWN)
-        where = "coil at 6002" if signal else "registers at 1070"
+        where = "coil at 6002" if signal else "registers at 11070"
         assert f"confirmed another write than {where}" in owner.changes[1][1], owner.changes
         robot.fault = ""
         owner.wait_for(UP, DOWN, UP)
@@ -348,7 +348,7 @@ def test_a_sample_that_is_not_believed_is_counted_and_kept_out(
     robot: Robot, owner: Owner, link: ModbusLink
 ) -> None:
     """NaN in a position: no sample, a reason, the link stays."""
-    robot.put_float(1000, math.nan)
+    robot.put_float(11000, math.nan)
     wait_until(lambda: owner.rejects)
     assert "joint_1 = nan deg" in owner.rejects[0]
     assert link.connected and link.counters.rejected >= 1
@@ -359,7 +359,7 @@ def test_status_is_read_at_first_and_when_its_signals_change(robot: Robot, owner
     """FAULT brings the alarm at once, not after a second."""
     with owner.link(robot.port, status_period=1000.0):
         wait_until(lambda: owner.statuses)
-        robot.words[1300], robot.words[1301], robot.words[1311] = 11, 37, 0x4142
+        robot.words[11300], robot.words[11301], robot.words[11311] = 11, 37, 0x4142
         robot.signals |= 1 << 5
         wait_until(lambda: len(owner.statuses) == 2)
     assert owner.statuses[0][1].text == ""
@@ -377,7 +377,7 @@ def test_a_robot_without_all_outputs_tells_by_its_program(robot: Robot, owner: O
 
     with owner.link(robot.port, profile=profile, status_period=1000.0):
         for state, name in ((2, "progrun"), (1, "paused"), (2, "progrun")):
-            robot.words[1209] = state
+            robot.words[11209] = state
             wait_until(lambda name=name: shown() == {"sysrdy", name})
 
 
@@ -422,7 +422,7 @@ def test_the_next_poll_is_placed_by_the_stamps_that_were_believed(
     monkeypatch.setattr(PollTimes, "polled", take)
     with owner.link(robot.port):
         wait_until(lambda: len(owner.samples) >= 10)
-        robot.put_float(1000, math.nan)
+        robot.put_float(11000, math.nan)
         wait_until(lambda: len(owner.rejects) >= 3)
     believed = [(sample.clock_ms, sent, received) for sample, sent, received in owner.samples]
     assert [each for each in seen if each[0] is not None] == believed

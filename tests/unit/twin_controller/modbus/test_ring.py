@@ -70,9 +70,9 @@ def test_places_times_and_number_stand_where_the_map_says() -> None:
     robot = Robot("fanuc_sr6ia")
     ahead = StreamAhead(robot.points([(9, 900, 0.5), (10, 1000, 0.5), (11, 1100, 0.5)]), 11, 50.7)
     requests = list(robot.client.setpoints(ahead))
-    assert [(offset, len(words)) for offset, words in requests] == [(1500, 18), (1644, 36)]
+    assert [(offset, len(words)) for offset, words in requests] == [(11500, 18), (11644, 36)]
     offset, words = robot.client.times(ahead, 7)
-    assert (offset, words[:3]) == (1069, [7, 50, 11])
+    assert (offset, words[:3]) == (11069, [7, 50, 11])
     times = [low + (high << 16) for low, high in zip(words[3::2], words[4::2], strict=True)]
     assert times == [1100, *[EMPTY & 0xFFFFFFFF] * 7, 900, 1000]
 
@@ -82,7 +82,7 @@ def test_neighbouring_places_go_in_one_request_as_far_as_it_carries_them() -> No
     robot = Robot("fanuc_sr6ia")
     points = robot.points([(number, 100 * number, 0.5) for number in range(1, 9)])
     requests = list(robot.client.setpoints(StreamAhead(points, 8, 50.0)))
-    assert [(offset, len(words)) for offset, words in requests] == [(1500, 108), (1608, 36)]
+    assert [(offset, len(words)) for offset, words in requests] == [(11500, 108), (11608, 36)]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -139,7 +139,7 @@ def test_a_set_point_out_of_range_is_not_sent() -> None:
 def test_a_gap_in_the_written_block_is_refused() -> None:
     """It would be written too."""
     layout = load_modbus_map(ROBOTS / "fanuc_sr6ia")
-    moved = msgspec.structs.replace(layout.holding_registers["ring_clock_ms"], address=1080)
+    moved = msgspec.structs.replace(layout.holding_registers["ring_clock_ms"], address=11080)
     registers = {**layout.holding_registers, "ring_clock_ms": moved}
     layout = msgspec.structs.replace(layout, holding_registers=registers)
     with pytest.raises(ConfigError, match="heartbeat, stream_speed, ring_write, ring_clock_ms"):

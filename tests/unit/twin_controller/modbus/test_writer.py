@@ -67,7 +67,7 @@ def test_set_points_come_before_their_times(line: tuple[Writer, Outbox, Port]) -
     box.put(START)
     writer._write_all()
     coil = LAYOUT.coils["rsr1"].offset
-    assert port.written == [("words", 1500), ("words", 1572), ("words", TIMES), ("coil", coil)]
+    assert port.written == [("words", 11500), ("words", 11572), ("words", TIMES), ("coil", coil)]
 
 
 @pytest.mark.parametrize("request_number", [1, 2])
@@ -98,4 +98,4 @@ def test_another_command_takes_nothing_back(line: tuple[Writer, Outbox, Port]) -
     box.put_ahead(nine())
     writer._write_all()
     override = LAYOUT.holding_registers["override"].offset
-    assert port.written[1:] == [("words", override), ("words", 1572), ("words", TIMES)]
+    assert port.written[1:] == [("words", override), ("words", 11572), ("words", TIMES)]

@@ -11,13 +11,13 @@ from functools import partial
 
 from pymodbus.constants import ExcCodes
 from scara_config.modbus_map import Bit, ModbusMap
+from scara_config.set_up.slots import has_slots
 
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.drives.servo_loop_io import ServoLoop
 from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.registers import NoRegisterError, RegisterError
 from fanuc_emulator.snpx.access import AssignedRegisters
-from fanuc_emulator.snpx.assignments import assigns
 from fanuc_emulator.snpx.variables import FAMILIES
 
 READ_COILS, READ_DISCRETE, READ_INPUT, WRITE_COIL, WRITE_COILS = 1, 2, 4, 5, 15
@@ -49,7 +49,7 @@ class Datastore:
         self._inputs = {bit.offset: name for name, bit in layout.coils.items()}
         # As they were written last, in whatever way the robot obeyed.
         self._coils = _between(layout.coils)
-        has_table = assigns(layout)
+        has_table = has_slots(layout)
         # Free signals: DI[1..] hear coil 1.., DO[1..] are off, for no program here sets them.
         self._free = [False] * (FAMILIES["DI"].highest if has_table else 0)
         self.assigned = AssignedRegisters(layout, image, self._free) if has_table else None
@@ -82,6 +82,8 @@ class Datastore:
             if self.assigned is not None:
                 self._image.show(self._servo.snapshot)
                 touched = self.assigned.write(address, words, self._servo.snapshot)
+                if lost := self.assigned.unassigned(address, len(words)):
+                    self._refuse(f"holding registers {lost}: nothing is assigned to them")
             else:
                 self._image.check_writable(address, len(words))
                 touched = self._image.take(address, words)

@@ -24,6 +24,8 @@ from fanuc_emulator.snpx.variables import FAMILIES, Cell, Field, ValueKind, pars
 from fanuc_emulator.snpx.words import decode, encode, signed
 
 _TABLE: Table = "holding_registers"
+_LAST = 65536
+"""The last address that a request can name."""
 _KEPT = 256
 """So many requests are kept with their parts."""
 _JOINT_FORM = range(27, 46)
@@ -35,6 +37,14 @@ _FAST_CLOCK_MS = 2
 @dataclass(slots=True)
 class Stretch:
     """Registers in a row that stand in the image as they are."""
+
+    offset: int
+    count: int
+
+
+@dataclass(slots=True)
+class Gap:
+    """Registers in a row to which nothing is assigned: they read 0, and a write is lost."""
 
     offset: int
     count: int
@@ -57,6 +67,9 @@ class Piece:
     count: int
     multiply: float
     short: bool
+
+
+Part = Stretch | Gap | Piece
 
 
 @dataclass(slots=True)
@@ -93,14 +106,19 @@ class AssignedRegisters:
         self._version = self.table.version
 
     def read(self, offset: int, count: int, snapshot: Snapshot) -> list[int]:
-        """Return ``count`` registers from PDU address ``offset`` on.
+        """Return ``count`` registers from PDU address ``offset`` on; 0 where nothing is assigned.
 
         Raises:
-            NoRegisterError: To one of them nothing is assigned.
+            NoRegisterError: The request goes on behind the last address.
+
+        Source:
+            The maker's manual of the HMI device, section 3.2.1: docs/sources.md.
         """
         words: list[int] = []
         for part in self._request(offset, count):
-            if isinstance(part, Stretch):
+            if isinstance(part, Gap):
+                words += [0] * part.count
+            elif isinstance(part, Stretch):
                 begin = part.offset - self._image.first[_TABLE]
                 words += self._image.tables[_TABLE][begin : begin + part.count]
             else:
@@ -113,7 +131,7 @@ class AssignedRegisters:
         """Store words from PDU address ``offset`` on; return the image's registers they touch.
 
         Raises:
-            NoRegisterError: To one of them nothing is assigned, or what may not be written.
+            NoRegisterError: One of them may not be written, or is behind the last address.
             RegisterError: A value is outside its range; nothing is stored.
         """
         changes, at = Changes(), 0
@@ -122,7 +140,7 @@ class AssignedRegisters:
             at += part.count
             if isinstance(part, Stretch):
                 changes.image.append((part.offset, given))
-            else:
+            elif isinstance(part, Piece):
                 self._change(part, given, snapshot, changes)
         touched = self._store(changes.image)
         for slot, name, value in changes.table:
@@ -130,16 +148,23 @@ class AssignedRegisters:
         self._others |= changes.others
         return touched
 
-    def _request(self, offset: int, count: int) -> list[Stretch | Piece]:
+    def unassigned(self, offset: int, count: int) -> str:
+        """Return those of ``count`` registers to which nothing is assigned, counted from 1."""
+        gaps = [part for part in self._request(offset, count) if isinstance(part, Gap)]
+        return ", ".join(f"{gap.offset + 1} to {gap.offset + gap.count}" for gap in gaps)
+
+    def _request(self, offset: int, count: int) -> list[Part]:
         """Return the parts of a request."""
         if self._version != self.table.version:
             self._parts.cache_clear()
             self._version = self.table.version
         return self._parts(offset, count)
 
-    def _find(self, offset: int, count: int) -> list[Stretch | Piece]:
+    def _find(self, offset: int, count: int) -> list[Part]:
         """Find the parts of a request, word by word."""
-        parts: list[Stretch | Piece] = []
+        if offset + count > _LAST:
+            raise NoRegisterError(_LAST + 1, "there is none behind the last address")
+        parts: list[Part] = []
         for address in range(offset + 1, offset + 1 + count):
             part = self._part(address)
             last = parts[-1] if parts else None
@@ -149,11 +174,11 @@ class AssignedRegisters:
                 last.count += 1
         return parts
 
-    def _part(self, address: int) -> Stretch | Piece:
+    def _part(self, address: int) -> Part:
         """Return what stands at one register, counted from 1."""
         found = self.table.at(address)
         if found is None:
-            raise NoRegisterError(address, "nothing is assigned to it")
+            return Gap(address - 1, 1)
         entry, variable = found
         word = address - entry.address
         packed = (
@@ -161,7 +186,7 @@ class AssignedRegisters:
         )
         place = variable.place(word * _SIGNALS_A_WORD if packed else word)
         if place is None:
-            raise NoRegisterError(address, f"{entry.name} ends before it")
+            return Gap(address - 1, 1)
         cell, within = place
         end = variable.first + variable.words
         short = cell.field.kind is ValueKind.NUMBER and end < cell.field.first + cell.field.words
@@ -251,10 +276,10 @@ class AssignedRegisters:
         return list(touched.items())
 
 
-def _joins(last: Stretch | Piece, part: Stretch | Piece) -> bool:
+def _joins(last: Part, part: Part) -> bool:
     """Return whether the one word ``part`` goes on where ``last`` ends."""
-    if isinstance(last, Stretch) or isinstance(part, Stretch):
-        same = isinstance(last, Stretch) and isinstance(part, Stretch)
+    if not isinstance(last, Piece) or not isinstance(part, Piece):
+        same = type(last) is type(part)
         return same and last.offset + last.count == part.offset  # type: ignore[union-attr]
     same = (last.cell, last.multiply, last.short) == (part.cell, part.multiply, part.short)
     return same and last.first + last.count == part.first

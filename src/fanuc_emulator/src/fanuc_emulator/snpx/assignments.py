@@ -6,83 +6,43 @@ Where entries overlap, the one with the lower number wins.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from scara_config import ConfigError
-from scara_config.modbus_map import ModbusMap, Register
+from scara_config.modbus_map import ModbusMap
+from scara_config.set_up.slots import (
+    ADDRESSES,
+    NAME_LENGTH,
+    SLOTS,
+    Assignment,
+    slot_problems,
+    slot_table,
+)
 
 from fanuc_emulator.registers import RegisterError
-from fanuc_emulator.snpx.variables import NAME_LENGTH, SLOTS, Variable, VariableError, parse
-
-ADDRESSES = 16384
-"""The controller has so many registers %R."""
-BOOTSTRAP = 16300
-"""Here entries 76 to 79 show the four values of entry 80, by which a client reaches all others."""
-_FIRST_BOOTSTRAP, _REACHED = 76, 80
+from fanuc_emulator.snpx.variables import Variable, VariableError, parse
 
 
 class AssignmentError(RegisterError):
     """A value does not fit an entry; the text names entry, value and allowed range."""
 
 
-@dataclass(frozen=True, slots=True)
-class Assignment:
-    """One entry.
-
-    Attributes:
-        address: Of its first register, counted from 1; 0: the entry is empty.
-        size: How many registers; 0: the entry is empty.
-        name: The variable, ``$VAR_NAME``.
-        multiply: 0: float32; else int32 of the value times this; texts take any.
-    """
-
-    address: int = 0
-    size: int = 0
-    name: str = ""
-    multiply: float = 1.0
-
-
-def assigns(layout: ModbusMap) -> bool:
-    """Return whether the robot of this map has the table: its registers name variables."""
-    return any(register.variable for register in layout.holding_registers.values())
-
-
 def power_up(layout: ModbusMap) -> list[Assignment]:
     """Return the entries by which the registers stand where modbus_map.yaml says.
 
     Raises:
-        ConfigError: A register has no variable, or one that does not fit; there are too many.
+        ConfigError: A register has no variable, one that does not fit or a hidden address; there
+            are too many.
     """
-    registers = sorted(layout.holding_registers.items(), key=lambda item: item[1].address)
-    entries = [_entry(name, register) for name, register in registers]
-    if len(entries) >= _FIRST_BOOTSTRAP:
-        raise ConfigError(
-            f"modbus_map.yaml: holding_registers has {len(entries)} registers with a variable: "
-            f"$SNPX_ASG takes {_FIRST_BOOTSTRAP - 1}"
-        )
-    entries += [Assignment()] * (_FIRST_BOOTSTRAP - 1 - len(entries))
-    reached = f"$SNPX_ASG[{_REACHED}]"
-    return [
-        *entries,
-        Assignment(BOOTSTRAP, 2, f"{reached}.$ADDRESS", 1.0),
-        Assignment(BOOTSTRAP + 2, 2, f"{reached}.$SIZE", 1.0),
-        Assignment(BOOTSTRAP + 4, 40, f"{reached}.$VAR_NAME", -1.0),
-        Assignment(BOOTSTRAP + 44, 2, f"{reached}.$MULTIPLY", 0.0),
-        Assignment(),
-    ]
-
-
-def _entry(name: str, register: Register) -> Assignment:
-    """Return the entry of one register of the map."""
-    key = f"modbus_map.yaml: holding_registers.{name}"
-    if not register.variable:
-        raise ConfigError(f"{key}.variable: is missing, but other registers have one")
-    try:
-        parse(register.variable)
-    except VariableError as error:
-        raise ConfigError(f"{key}.variable = {error}") from error
-    multiply = {"float32": 0.0, "string": -1.0}.get(register.type, 1.0 / register.scale)
-    return Assignment(register.address, register.words, register.variable, multiply)
+    for problem in slot_problems(layout):
+        raise ConfigError(f"modbus_map.yaml: {problem}")
+    for name, register in layout.holding_registers.items():
+        try:
+            parse(register.variable)
+        except VariableError as error:
+            key = f"holding_registers.{name}.variable"
+            raise ConfigError(f"modbus_map.yaml: {key} = {error}") from error
+    return slot_table(layout)
 
 
 class AssignmentTable:

@@ -16,10 +16,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from typing import NamedTuple
 
-NAME_LENGTH = 37
-"""$VAR_NAME is a STRING[37]."""
-SLOTS = 80
-"""$SNPX_ASG has so many entries."""
+from scara_config.set_up.slots import SLOTS
 
 
 class VariableError(ValueError):

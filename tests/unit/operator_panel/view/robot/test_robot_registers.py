@@ -48,7 +48,7 @@ def test_every_register_and_signal_of_the_map_is_listed_once(layout: ModbusMap) 
     )
     assert len(listed) == len({(one.table, one.name) for one in listed}) == expected
     found = {(one.table, one.name): one.address for one in listed}
-    assert found["holding_registers", "position"] == 1001
+    assert found["holding_registers", "position"] == 11001
     assert found["coils", "imstp"] == 6001
 
 
@@ -60,7 +60,7 @@ def test_search_finds_by_name_address_meaning_and_value(layout: ModbusMap) -> No
         else with_words(one, layout, [0] * one.count)
         for one in entries(layout)
     ]
-    assert [one.name for one in matching(listed, "1001")] == ["position"]
+    assert [one.name for one in matching(listed, "11001")] == ["position"]
     assert [one.name for one in matching(listed, "servo POWER immediate")] == ["imstp"]
     signals = [one.name for one in matching(listed, "signal off imstp")]
     assert signals == ["imstp", "panel_imstp"], "off stands in the meaning of one, is the other"
