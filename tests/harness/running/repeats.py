@@ -70,6 +70,7 @@ def played(
     looks: Looks = MACHINE,
     notes: Notes = NOTES,
     may_repeat: Callable[[], bool] = lambda: True,
+    folder: Path | None = None,
 ) -> T:
     """Play a scene, and again where it failed while the machine stood still.
 
@@ -80,10 +81,13 @@ def played(
         looks: Who knows when the machine stood still.
         notes: Where a repeat is noted.
         may_repeat: Asked after a failure; what must hold besides.
+        folder: What an attempt writes here is taken away before the next one: no attempt reads the
+            log of another.
 
     Raises:
         AssertionError: The scene failed for good.
     """
+    before = set(folder.rglob("*")) if folder is not None else set()
     for attempt in range(1, ATTEMPTS + 1):
         begun = looks.now()
         try:
@@ -94,6 +98,9 @@ def played(
                 played_out(error)
                 raise
             notes.add(f"{why}; {first_words(error)}")
+        if folder is not None:
+            for path in sorted(set(folder.rglob("*")) - before, reverse=True):
+                path.rmdir() if path.is_dir() and not path.is_symlink() else path.unlink()
     raise AssertionError("no attempt was made")
 
 
@@ -112,16 +119,20 @@ def first_words(error: BaseException) -> str:
     return " ".join(str(error).split())[:WORDS] or repr(error)
 
 
-def counted_on(repeated: list[str], scenes: int, kept: Path) -> tuple[list[str], int]:
+def counted_on(
+    repeated: list[str], scenes: int, kept: Path, parts: int = 1
+) -> tuple[list[str], int, bool]:
     """Add to what the parts of one run have counted that ended before this one; keep the sum.
 
     Args:
         repeated: What this part repeated.
         scenes: How many scenes this part had.
         kept: File that the parts of a run share; it need not be there yet.
+        parts: So many parts a run has.
 
     Returns:
-        What was repeated, and how many scenes there were, up to here.
+        What was repeated, how many scenes there were up to here, and whether this part was the
+        last one: the budget is that of the whole run, so only the last one can judge it.
     """
     with kept.open("a+", encoding="utf-8") as file:
         fcntl.flock(file, fcntl.LOCK_EX)  # two parts may end at once
@@ -129,9 +140,10 @@ def counted_on(repeated: list[str], scenes: int, kept: Path) -> tuple[list[str],
         before = json.loads(file.read() or "{}")
         repeated = [*before.get("repeated", []), *repeated]
         scenes += before.get("scenes", 0)
+        ended = before.get("ended", 0) + 1
         file.truncate(0)
-        file.write(json.dumps({"repeated": repeated, "scenes": scenes}))
-    return repeated, scenes
+        file.write(json.dumps({"repeated": repeated, "scenes": scenes, "ended": ended}))
+    return repeated, scenes, ended >= parts
 
 
 def allowed(scenes: int) -> int:
@@ -144,10 +156,14 @@ def too_many(repeats: int, scenes: int) -> bool:
     return repeats > allowed(scenes)
 
 
-def summary(repeats: list[str], scenes: int) -> list[str]:
-    """Return the lines at the end of a run: how many scenes were repeated, each with its reason."""
-    lines = [f"{len(repeats)} repeats in {scenes} scenes, allowed are {allowed(scenes)}"]
+def summary(repeats: list[str], scenes: int, judges: bool = True) -> list[str]:
+    """Return the lines at the end of a run: how many scenes were repeated, each with its reason.
+
+    A part that does not judge says only what was counted up to here.
+    """
+    limit = f"allowed are {allowed(scenes)}" if judges else "judged at the end of the last part"
+    lines = [f"{len(repeats)} repeats in {scenes} scenes, {limit}"]
     lines += [f"  {line}" for line in repeats]
-    if too_many(len(repeats), scenes):
+    if judges and too_many(len(repeats), scenes):
         lines.append("FAILED: too many scenes were repeated; this machine is too late to judge by")
     return lines

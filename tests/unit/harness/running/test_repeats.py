@@ -153,9 +153,29 @@ def test_a_gap_between_two_looks_is_a_standstill() -> None:
 
 
 def test_parts_of_one_run_count_together(tmp_path: Path) -> None:
-    """A part with few scenes has the budget of the whole run up to there."""
+    """The budget is that of the whole run: the part that ends last judges it, none before."""
     kept = tmp_path / "count.json"
-    assert counted_on(["a"], 170, kept) == (["a"], 170)
-    repeated_, scenes = counted_on(["b", "c"], 149, kept)
-    assert (repeated_, scenes) == (["a", "b", "c"], 319)
-    assert too_many(3, 149) and not too_many(3, scenes)
+    assert counted_on(["a"], 170, kept, parts=2) == (["a"], 170, False)
+    assert counted_on(["b", "c"], 149, kept, parts=2) == (["a", "b", "c"], 319, True)
+    assert too_many(3, 149) and not too_many(3, 319)
+    assert (
+        summary(["a"], 3, judges=False)[0]
+        == "1 repeats in 3 scenes, judged at the end of the last part"
+    )
+    assert len(summary(["a", "b"], 3, judges=False)) == 3, "no verdict yet"
+
+
+def test_an_attempt_does_not_see_what_the_one_before_has_written(tmp_path: Path) -> None:
+    """What stood in the folder before the first attempt stays."""
+    (tmp_path / "given").mkdir()
+    (tmp_path / "given" / "log").write_text("of a fixture\n", encoding="utf-8")
+    seen: list[list[str]] = []
+
+    def scene() -> None:
+        seen.append(sorted(path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*")))
+        (tmp_path / "own" / "log").mkdir(parents=True)
+        (tmp_path / "given" / "more").symlink_to(tmp_path / "given")
+        assert len(seen) > 1, "the first one fails"
+
+    played(scene, LATE, Notes(), folder=tmp_path)
+    assert seen == [["given", "given/log"]] * 2
