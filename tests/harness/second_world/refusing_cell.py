@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import json
+import queue
+import threading
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -23,7 +26,6 @@ from harness.live_cell import LiveCell
 from harness.processes import wait_until
 from harness.second_world.gated_nodes import FREE, HOME, PATIENCE_MS
 from harness.wires.damage import Piece
-from harness.wires.gateway_client import TIMEOUT_S
 from harness.wires.proxy import modbus_units
 from harness.wires.relay import Relay
 from harness.yaml_files import CONFIG, changed_yaml, copy_configuration
@@ -36,6 +38,8 @@ JUDGED = "REFUSED at"
 QUIET_S = 1.0
 """A cell that has sent no set point for so long stands."""
 SETPOINTS = "twin/joint_setpoints"
+HEARD_MS = 100
+"""One set point in so long is heard: it tells as well that some were sent."""
 WRITE, READ_AND_WRITE = 16, 23
 """Function codes of Modbus that write registers."""
 WRITTEN_AT = {WRITE: 8, READ_AND_WRITE: 12}
@@ -136,26 +140,24 @@ class RefusingCell:
         changed_yaml(what_if, self.config, ["gate_timeout_ms"], PATIENCE_MS)
         self.cell = LiveCell(folder)
         self._numbers = itertools.count(1)
+        self._answers: queue.Queue[dict[str, Any]] = queue.Queue()
+        self._ends = contextlib.ExitStack()
         self.setpoints = 0
-        """So many set points came from the motion nodes."""
+        """So many set points of the motion nodes were heard."""
 
     def __enter__(self) -> Self:
         self._relay = Relay(self.cell.modbus_port, modbus_units)
+        self._ends.callback(self._relay.close)
+        self._ends.callback(self.cell.close)
         try:
             self._start()
         except BaseException:
-            self.close()
+            self._ends.close()
             raise
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._line.close()
-        self.close()
-
-    def close(self) -> None:
-        """End everything."""
-        self.cell.close()
-        self._relay.close()
+        self._ends.close()
 
     def _start(self) -> None:
         words = ("up", "--without", "twin_controller")
@@ -169,10 +171,14 @@ class RefusingCell:
         wait_until(lambda: "is ready" in judge_node.output, LONG_S, "a judge")
         self.cell.make_ready()
         address = f"ws://127.0.0.1:{self.cell.gateway_port}"
-        self._line = websocket.create_connection(
-            address, timeout=LONG_S + TIMEOUT_S, suppress_origin=True
-        )
-        self._line.send(json.dumps({"op": "subscribe", "topic": SETPOINTS}))
+        self._line = websocket.create_connection(address, timeout=LONG_S, suppress_origin=True)
+        reader = threading.Thread(target=self._read, name="refusing")
+        reader.start()
+        self._ends.callback(reader.join)
+        self._ends.callback(self._line.abort)
+        # Each has up to 14 kB, a hundred come a second: who is late with them is left.
+        heard = {"op": "subscribe", "topic": SETPOINTS, "throttle_rate": HEARD_MS}
+        self._line.send(json.dumps(heard))
         self._relay.disturb(SetpointWrites(setpoint_places()))
         wait_until(self._is_quiet, LONG_S, "a cell that stands")
 
@@ -194,12 +200,20 @@ class RefusingCell:
         call = {"op": "call_service", "service": service, "args": request, "id": number}
         self._line.send(json.dumps(call))
         while True:
-            packet = json.loads(self._line.recv())
-            if packet["op"] == "publish":
-                self.setpoints += packet["topic"].endswith(SETPOINTS)
-            elif packet["op"] == "service_response" and packet.get("id") == number:
+            packet = self._answers.get(timeout=LONG_S)
+            if packet.get("id") == number:
                 values = packet["values"]
                 return values if isinstance(values, dict) else {"message": str(values)}
+
+    def _read(self) -> None:
+        """Take what comes, all the time: the gateway leaves a client that takes nothing for 1 s."""
+        with contextlib.suppress(OSError, websocket.WebSocketException):
+            while True:
+                packet = json.loads(self._line.recv())
+                if packet["op"] == "publish":
+                    self.setpoints += packet["topic"].endswith(SETPOINTS)
+                elif packet["op"] == "service_response":
+                    self._answers.put(packet)
 
     def refuse(self, requests: Sequence[tuple[str, dict[str, Any]]]) -> list[str]:
         """Ask for refused motions; return what was not refused."""
@@ -216,14 +230,17 @@ class RefusingCell:
             request = {"command": "MOVE_JOINTS", "joint_positions": target}
             answer = self.ask("twin_controller/command", request)
             assert answer.get("success") is True, answer
-            wait_until(lambda: self._mode() != "IDLE", LONG_S, "a motion")
-            wait_until(lambda: self._mode() == "IDLE", LONG_S, "its end")
+            wait_until(lambda target=target: self._has_come(target), LONG_S, f"{target}, at rest")
         self._drain()
 
-    def _mode(self) -> str:
-        """Return the mode; a client that reads nothing meanwhile would be cut off."""
-        self._drain()
-        return self.cell.mode()
+    def _has_come(self, target: Target) -> bool:
+        """Return whether the robot stands there and the pair is ready for the next motion.
+
+        The mode alone does not tell: a motion may end between two looks.
+        """
+        shoulder_elbow = np.rad2deg(target[:2])
+        at_place = np.allclose(self.cell.real_joints()[:2], shoulder_elbow, atol=0.1)
+        return bool(at_place) and self.cell.mode() == "IDLE"
 
     def _drain(self) -> None:
         """Read what the gateway has sent by now: it comes before this answer."""
