@@ -91,7 +91,7 @@ def find_needles(
         peaks, shape = find_peaks(
             seen.deviation_mm[part], prominence=floor, width=(None, WIDEST_S * rate), rel_height=0.5
         )
-        speeds = _speeds(seen, part)
+        speeds = tool_speeds(seen, part)
         instants = seen.aligned.instants[part]
         for number, peak in enumerate(peaks):
             at, half = float(instants[peak]), float(shape["widths"][number]) / rate
@@ -101,7 +101,7 @@ def find_needles(
     return tuple(found)
 
 
-def _speeds(seen: Trace, part: slice) -> Array:
+def tool_speeds(seen: Trace, part: slice) -> Array:
     """Return the speed of the faster tool [m/s]."""
     if part.stop - part.start < 2:
         return np.zeros(part.stop - part.start)

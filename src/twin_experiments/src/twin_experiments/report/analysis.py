@@ -24,6 +24,7 @@ from twin_experiments.metrics.pauses import Pause, pauses_within, undisturbed
 from twin_experiments.metrics.series import Array, MetricsError, Motion, SampleGap
 from twin_experiments.metrics.tracks import first_to_move
 from twin_experiments.metrics.true_positions import TrueArm, TruePositioning, true_positioning
+from twin_experiments.metrics.unseen import UnseenDelay, unseen_delay
 from twin_experiments.palletising import SIDES, Handled, SideOutcome, outcome, shortcomings
 from twin_experiments.report.record import Age, RecordError, Run, Span, cut, pick
 
@@ -64,6 +65,8 @@ class Result:
             known.
         true_positioning: Error at rest against the robot's true geometry; None if it is not known.
         needles: Short peaks of the tools' distance.
+        unseen: Delay that the figures cannot show; None where the truth was recorded, or where
+            nobody knows.
     """
 
     span: Span
@@ -80,6 +83,7 @@ class Result:
     path_undisturbed: ErrorSummary | None = None
     true_positioning: TruePositioning | None = None
     needles: tuple[Needle, ...] = ()
+    unseen: UnseenDelay | None = None
 
     @property
     def passed(self) -> bool:
@@ -135,6 +139,12 @@ def analyse(
             percent = float(100.0 * (np.abs(leader.velocities) / largest).max())
             result = replace(result, speed_percent=percent)
         result = _with_needles(_with_pauses(result, run.pauses, robot.reach_mm), run)
+        if run.clock_half_widths is not None and result.comparison is not None:
+            times, half_widths = run.clock_half_widths
+            during = (span.start <= times) & (times <= span.end)
+            readings = cut(run.real, span.start, span.end).stamps
+            found_unseen = unseen_delay(result.comparison.trace, readings, half_widths[during])
+            result = replace(result, unseen=found_unseen)
         if arm is not None and result.comparison is not None:
             found = true_positioning(result.comparison, tool, arm, visited, settings)
             result = replace(result, true_positioning=found)

@@ -53,6 +53,8 @@ def _experiment(result: Result, reach_mm: float) -> dict[str, Any]:
         "leader": result.leader,
         **figures,
         **_true_positioning(result, reach_mm),
+        "unseen_delay_ms": None if result.unseen is None else list(result.unseen.bounds_ms),
+        "unseen_delay_mm": None if result.unseen is None else list(result.unseen.bounds_mm),
         **_pauses(result),
         "needles": [_needle(needle, result.span.start) for needle in result.needles],
         "verdict": "pass" if result.passed else "fail",

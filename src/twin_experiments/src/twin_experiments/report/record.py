@@ -67,6 +67,8 @@ class Run:
     ``configuration`` and its digest are empty if the bag holds none; ``plant`` is None if no
     stand-in said it. ``real_is_truth`` is False where the real side is what the robot reads.
     ``real`` and ``twin`` are in stamp order, columns as ``joint_names``.
+    ``clock_half_widths``: times and half widths of the interval that holds the robot's clock [s],
+    where the real side is what the robot reads.
     ``missing`` says what of a damaged bag could not be read.
     """
 
@@ -90,6 +92,7 @@ class Run:
     real_is_truth: bool = True
     predictions: tuple[Foretold, ...] = ()
     missing: tuple[str, ...] = ()
+    clock_half_widths: tuple[Array, Array] | None = None
 
 
 def whole_span(real: Motion, twin: Motion) -> Span:

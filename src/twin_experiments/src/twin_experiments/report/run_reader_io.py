@@ -12,7 +12,7 @@ import numpy as np
 from cell_recorder.reading.bag_reader_io import Bag, BagError
 
 from twin_experiments.metrics.pauses import Pause, find_pauses
-from twin_experiments.metrics.series import Motion
+from twin_experiments.metrics.series import Array, Motion
 from twin_experiments.parts_reader_io import read_handled
 from twin_experiments.report.label.plant import PLANT, PlantError, RecordedPlant, parse_plant
 from twin_experiments.report.predictions import Both, Foretold
@@ -32,6 +32,7 @@ MEASURED = "real/joint_states"
 """Stands for the real side where nobody knows the truth: at a real robot."""
 AGED = (MEASURED, "joint_pose_controller/follow")
 PREDICTIONS = "what_if/outcomes"
+STATE = "twin_controller/state"
 CONFIGURATION, DECISIONS, DIAGNOSTICS = (
     "twin_controller/configuration",
     "twin_controller/decisions",
@@ -78,6 +79,7 @@ def read_run(bag: Bag, joint_names: list[str]) -> Run:
         configuration_digest=read_configuration_digest(bag),
         pauses=read_pauses(bag),
         predictions=read_predictions(bag),
+        clock_half_widths=None if real_topic == REAL else _clock_half_widths(bag, origin),
     )
     # Only who has read all topics knows what is missing of them.
     return replace(run, missing=tuple(bag.missing))
@@ -150,6 +152,18 @@ def _age(bag: Bag, topic: str, origin: float) -> Age:
         received.append(at - origin)
         age.append(at - origin - due)
     return Age(np.array(received), np.array(age))
+
+
+def _clock_half_widths(bag: Bag, origin: float) -> tuple[Array, Array]:
+    """Return times, and how well the robot's clock was known then: half widths [s]."""
+    known = [
+        (at - origin, link.clock_uncertainty)
+        for at, message in bag.messages(STATE)
+        for link in message.links
+        if link.name == "real" and link.connected
+    ]
+    times, half_widths = np.array(known, dtype=np.float64).reshape(-1, 2).T
+    return times, half_widths
 
 
 def _decisions(bag: Bag, origin: float) -> tuple[Event, ...]:

@@ -6,6 +6,7 @@ from collections import Counter
 
 from twin_experiments.metrics.needles import WIDEST_S
 from twin_experiments.metrics.pauses import AFTERMATH_S, LONGEST_SILENCE_S, longest_ms
+from twin_experiments.metrics.unseen import UnseenDelay
 from twin_experiments.report.analysis import Result
 
 MS = 1e3
@@ -14,7 +15,20 @@ MS = 1e3
 def notes(result: Result, reach_mm: float) -> list[str]:
     """Return what a reader must know before taking the figures of an experiment for granted."""
     found = [positioning_note(result, reach_mm), pause_note(result)]
+    if result.unseen is not None:
+        found.append(unseen_note(result.unseen))
     return [*found, needle_note(result)] if result.comparison is not None else found
+
+
+def unseen_note(unseen: UnseenDelay) -> str:
+    """Say what the figures of a robot without ground truth cannot see, as time and as way."""
+    (early, late), (less, more) = unseen.bounds_ms, unseen.bounds_mm
+    return (
+        "The real positions are what the robot's registers said. When they were true is known "
+        f"from {early:+.1f} to {late:+.1f} ms: the clocks agree no better, and a reading may be as "
+        f"old as the one before it. At {unseen.speed:.2f} m/s, the largest speed here, these "
+        f"figures cannot see from {less:+.1f} to {more:+.1f} mm: measure it once (acceptance, F3)."
+    )
 
 
 def positioning_note(result: Result, reach_mm: float) -> str:
