@@ -80,7 +80,7 @@ class Stage:
     def pulse(self, name: str) -> None:
         """Switch an input on and off again, for as long as the robot wants to see it."""
         self.controller.write_input(name, True)
-        self.run(self.config.shortest_pulse_ms / 1000)
+        self.run(self.config.settings.shortest_pulse_ms / 1000)
         self.controller.write_input(name, False)
         self.run(0.004)
 

@@ -25,6 +25,7 @@ FARM = "farm"
 PLANTS = "plants"
 PLANT_CHOICE = "SCARA_PLANT"
 DEFAULT_PLANT = "ideal"
+SETTINGS = "settings"
 SETTINGS_CHOICE = "SCARA_SETTINGS"
 
 
@@ -97,7 +98,7 @@ def files_in_force(directory: Path | str | None = None) -> dict[str, Path]:
         for place in (folder, robot_folder(folder))
         for path in sorted(place.glob("*.yaml"))
     }
-    for kind in (PROGRAMS, PLANTS, FARM):
+    for kind in (PROGRAMS, PLANTS, SETTINGS, FARM):
         for path in sorted(locate(kind, folder).glob("*.yaml")):
             found[f"{kind}/{path.name}"] = path
     return found
@@ -131,13 +132,30 @@ def plant_path(directory: Path | str | None = None, name: str | None = None) -> 
     Raises:
         ConfigError: There is no such robot or plant; the text lists those that exist.
     """
-    folder = locate(PLANTS, directory)
+    return _one_of(PLANTS, "plant", name or chosen_plant(), directory)
+
+
+def settings_path(directory: Path | str | None, name: str) -> Path:
+    """Return the file that says how the chosen robot's controller was set up.
+
+    Args:
+        directory: Folder with all YAML files; None: the package scara_config.
+        name: Of the settings.
+
+    Raises:
+        ConfigError: There is no such robot or file; the text lists those that exist.
+    """
+    return _one_of(SETTINGS, "settings", name, directory)
+
+
+def _one_of(kind: str, what: str, wanted: str, directory: Path | str | None) -> Path:
+    """Return the file called ``wanted`` in the chosen robot's folder of a kind."""
+    folder = locate(kind, directory)
     known = {path.stem: path for path in sorted(folder.glob("*.yaml"))}
-    wanted = name or chosen_plant()
     if wanted not in known:
         there = ", ".join(known) or "none"
         raise ConfigError(
-            f"unknown plant {wanted!r}: {folder} has {there}{_meant(wanted, list(known))}"
+            f"unknown {what} {wanted!r}: {folder} has {there}{_meant(wanted, list(known))}"
         )
     return known[wanted]
 

@@ -31,6 +31,7 @@ CAPABILITY_VERSION_3 = 0x20080522
 LOADERS = loaders(ROBOT)
 LOADERS["programs/article.yaml"] = loader("programs", ROBOT)
 LOADERS["plants/ideal.yaml"] = loader("emulator.yaml", ROBOT)
+LOADERS["settings/ready.yaml"] = loader("emulator.yaml", ROBOT)
 
 
 class Bad(NamedTuple):
@@ -284,7 +285,9 @@ def test_what_is_no_file_gives_one_sentence(kind: str, bench: Path) -> None:
         file.write_text(shipped, encoding="utf-8")
         if "programs/" in name and kind == "nothing":
             continue  # one program less is no fault
-        if lacking(sentence, file if "plants/" not in name else bench, Bad(b"", 0)):
+        if lacking(
+            sentence, bench if name.startswith(("plants/", "settings/")) else file, Bad(b"", 0)
+        ):
             offenders.append(f"{name}: {sentence or 'loads'}")
     assert offenders == []
 

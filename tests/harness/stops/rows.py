@@ -68,7 +68,7 @@ class Row(msgspec.Struct, frozen=True):
     """What one command did.
 
     Attributes:
-        cstopi_for_abort: As emulator.yaml spells it.
+        cstopi_for_abort: As settings/ spell it.
         imstp_assigned: Likewise.
         moved: The robot moved at all until the command, by the scene's own leader.
         led: The twin led it.
@@ -178,8 +178,9 @@ def _ramp(cell: VirtualCell) -> float:
 def _set_up(cell: VirtualCell, cstopi: bool, imstp: bool) -> None:
     """Change what somebody changes on the robot's screen System > Config."""
     robot = cell.real.robot
-    changed = msgspec.structs.replace(robot._config, cstopi_for_abort=cstopi, imstp_assigned=imstp)
-    robot._config = robot._inputs._settings = changed
+    settings = robot._settings
+    changed = msgspec.structs.replace(settings, cstopi_for_abort=cstopi, imstp_assigned=imstp)
+    robot._settings = robot._inputs._settings = changed
     cell.setup.cuts_drives = imstp and cell.setup.cuts_drives
 
 

@@ -154,10 +154,10 @@ def test_settings_of_one_run_go_before_the_file(
 ) -> None:
     """As text by SCARA_SETTINGS, or given; what is not named stays as filed."""
     monkeypatch.setenv("SCARA_SETTINGS", "uop: simple, cstopi_for_abort: false")
-    config = load_emulator(robot, CONFIG)
+    config = load_emulator(robot, CONFIG).settings
     assert (config.uop, config.cstopi_for_abort, config.imstp_assigned) == ("simple", False, True)
-    assert load_emulator(robot, CONFIG, settings={"uop": "none"}).uop == "none"
-    assert load_emulator(robot, CONFIG, settings="").cstopi_for_abort
+    assert load_emulator(robot, CONFIG, settings={"uop": "none"}).settings.uop == "none"
+    assert load_emulator(robot, CONFIG, settings="").settings.cstopi_for_abort
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,8 @@ WAIT_LINE = 5
 
 def set_up(bench: Bench, **settings: object) -> Bench:
     """Return a robot that was set up otherwise."""
-    config = msgspec.structs.replace(bench.config, **settings)
+    changed = msgspec.structs.replace(bench.config.settings, **settings)
+    config = msgspec.structs.replace(bench.config, settings=changed)
     made = type(bench)(config, bench.robot, load_programs(bench.robot))
     made.controller.write_override(100)
     made.run(0.01)

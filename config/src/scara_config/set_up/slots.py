@@ -67,6 +67,29 @@ WAY_IN = (
 """Slots 76 to 79: with these four typed, a client can write all others."""
 
 
+_FIRST_WATCHED = 13001
+_NUMBERS = (
+    "$SNPX_PARAM.$NUM_ASG",
+    "$SNPX_PARAM.$NUM_MODBUS",
+    "$RMT_MASTER",
+    "$OPWORK.$UOP_DISABLE",
+    "$SHELL_CFG.$USE_ABORT",
+    "$SHELL_CFG.$CONT_ONLY",
+    "$SHELL_CFG.$JOB_BASE",
+    "$SHELL_CFG.$RSR_ENABLE[1]",
+    "$SHELL_CFG.$NUM_RSR[1]",
+)
+_SIGNALS = {"SI[0]": 1, "SO[0]": 1, "UI[1]": 2, "UO[1]": 2}
+"""Sixteen signals a word."""
+WATCHED = tuple(
+    Assignment(_FIRST_WATCHED + 2 * at, 2, name, 1.0) for at, name in enumerate(_NUMBERS)
+) + tuple(
+    Assignment(_FIRST_WATCHED + 2 * (len(_NUMBERS) + at), size, name, 0.0)
+    for at, (name, size) in enumerate(_SIGNALS.items())
+)
+"""By these a client sees how the controller is set up, without writing anything."""
+
+
 def has_slots(layout: ModbusMap) -> bool:
     """Return whether the robot of this map has the table: its registers name variables."""
     return any(register.variable for register in layout.holding_registers.values())
@@ -84,7 +107,7 @@ def own_slots(layout: ModbusMap) -> list[Assignment]:
 
 def slot_table(layout: ModbusMap) -> list[Assignment]:
     """Return all 80 slots of a controller that is set up for a map."""
-    own = own_slots(layout)
+    own = [*own_slots(layout), *WATCHED]
     empty = [Assignment()] * (LAST_OWN - 1 - len(own))
     return [FACTORY, *own, *empty, *WAY_IN, Assignment()]
 
@@ -108,16 +131,13 @@ def slot_problems(layout: ModbusMap) -> Iterator[str]:
         if register.address <= FACTORY.last:
             yield (
                 f"{key}.address = {register.address}: slot 1 of a delivered controller hides it; "
-                f"take {FACTORY.last + 1} to {BOOTSTRAP - 1}"
+                f"take {FACTORY.last + 1} to {_FIRST_WATCHED - 1}"
             )
-        elif last >= BOOTSTRAP:
-            yield f"{key}: ends at {last}, the last that is free is {BOOTSTRAP - 1}"
-    count = len(own_slots(layout))
-    if count > LAST_OWN - FIRST_OWN + 1:
-        yield (
-            f"holding_registers take {count} slots: $SNPX_ASG has {LAST_OWN - FIRST_OWN + 1} "
-            "that are free"
-        )
+        elif last >= _FIRST_WATCHED:
+            yield f"{key}: ends at {last}, the last that is free is {_FIRST_WATCHED - 1}"
+    count, free = len(own_slots(layout)), LAST_OWN - FIRST_OWN + 1 - len(WATCHED)
+    if count > free:
+        yield f"holding_registers take {count} slots: $SNPX_ASG has {free} that are free"
 
 
 def _slot(register: Register) -> Assignment:

@@ -8,20 +8,17 @@ from typing import Annotated
 
 import msgspec
 from msgspec import Meta
-from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
 from scara_config import ConfigError, Robot, load, locate
-from scara_config.profile import chosen_settings
 from scara_config.programs.files import joint_positions, read_program
 from scara_config.quantities import Port
 
 from fanuc_emulator.plant.config import Plant, load_plant
 from fanuc_emulator.program import Program
-from fanuc_emulator.uop import UopSettings
+from fanuc_emulator.settings import ControllerSettings, load_settings
 
 
-class EmulatorFile(UopSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The file emulator.yaml: how the robot was set up."""
+class EmulatorFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The file emulator.yaml: where the stand-in is, and its own patience."""
 
     host: str
     port: Port
@@ -43,9 +40,10 @@ class PendantPageFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class EmulatorConfig(EmulatorFile, frozen=True, kw_only=True):
-    """The file emulator.yaml, and the plant that says how the robot moves."""
+    """The file emulator.yaml, the plant: how the robot moves, and how its controller was set up."""
 
     plant: Plant
+    settings: ControllerSettings
 
     @property
     def dt(self) -> float:
@@ -65,8 +63,7 @@ def load_emulator(
         robot: robot.yaml.
         directory: Folder with all YAML files.
         plant: Its name; default: what ``SCARA_PLANT`` says, else ``ideal``.
-        settings: Fields of :class:`UopSettings` that are to be other than in the file, also as
-            text: ``uop: simple, cstopi_for_abort: false``; default: what ``SCARA_SETTINGS`` says.
+        settings: See :func:`~fanuc_emulator.settings.load_settings`.
 
     Raises:
         ConfigError: A file or a setting is missing or wrong, or the start position is out of range.
@@ -74,36 +71,12 @@ def load_emulator(
     path = locate("emulator.yaml", directory)
     file = load(path, EmulatorFile)
     joint_positions(file.start_position, robot, lambda _: f"{path}: start_position")
-    fields = {name: getattr(file, name) for name in EmulatorFile.__struct_fields__}
-    fields |= _settings(file, settings)
-    return EmulatorConfig(plant=load_plant(robot, directory, plant), **fields)
-
-
-def _settings(
-    file: UopSettings, given: str | Mapping[str, object] | None = None
-) -> dict[str, object]:
-    """Return the settings of the file with those that were given.
-
-    Raises:
-        ConfigError: A given one is unknown or does not fit.
-    """
-    if given is None:
-        given = chosen_settings()
-    if isinstance(given, str):
-        try:
-            given = YAML(typ="safe").load("{" + given + "}")
-        except YAMLError as error:
-            raise ConfigError(f"settings {given!r}: are no YAML of the form key: value") from error
-    assert not isinstance(given, str) and given is not None
-    fields = {name: getattr(file, name) for name in UopSettings.__struct_fields__}
-    for name in given:
-        if name not in fields:
-            raise ConfigError(f"settings: {name}: unknown, allowed are {', '.join(fields)}")
-    try:
-        checked = msgspec.convert({**fields, **given}, UopSettings)
-    except msgspec.ValidationError as error:
-        raise ConfigError(f"settings: {error}") from error
-    return {name: getattr(checked, name) for name in fields}
+    fields = msgspec.structs.asdict(file)
+    return EmulatorConfig(
+        plant=load_plant(robot, directory, plant),
+        settings=load_settings(directory, settings),
+        **fields,
+    )
 
 
 def on_a_desk(config: EmulatorConfig) -> EmulatorConfig:

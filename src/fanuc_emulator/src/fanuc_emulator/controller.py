@@ -13,6 +13,7 @@ import numpy as np
 from scara_config import Robot
 from scara_config.programs.files import joint_positions
 from scara_config.programs.lines import GripperStep, MoveStep
+from scara_config.set_up.settings import STREAM_RSR
 
 from fanuc_emulator import alarms
 from fanuc_emulator.alarms import Alarm, AlarmCode, AlarmList, Severity
@@ -62,7 +63,7 @@ class Controller:
         self.parts = parts
         self._gripper = False
         self._gripper_wait = 0.0
-        self._config = config
+        self._config, self._settings = config, config.settings
         self._robot = robot
         self._boot_seconds = boot_seconds
         self._dt = config.dt
@@ -82,14 +83,14 @@ class Controller:
         self._zero = [zero_offset(plant, joint) for joint in robot.joints]
         self._executor = Executor()
         self._jobs = Jobs(
-            {**programs, 1: Program(config.stream_program, 1, (StreamStep(1),))},
+            {**programs, STREAM_RSR: Program(config.stream_program, STREAM_RSR, (StreamStep(1),))},
             self._executor,
             plant.start_delay_ms / 1000.0,
-            config.start_for_continue,
+            config.settings.start_for_continue,
             self._start_obstacle,
         )
-        self._inputs = Inputs(config)
-        self._unlit = dict.fromkeys(unlit(config.uop), False)
+        self._inputs = Inputs(config.settings)
+        self._unlit = dict.fromkeys(unlit(config.settings.uop), False)
         self._alarms = AlarmList()
         self._watchdog = Watchdog(config.heartbeat_timeout_ms)
         self._override = config.cold_start_override_percent
@@ -98,12 +99,15 @@ class Controller:
         # The drives were cut on the way of a move: whoever resumes it plans the rest anew.
         self._cut = False
         self._tick = 0
+        for name in config.settings.unwired:
+            self.write_input(name, False)
         self._show()
 
     @property
     def override(self) -> int:
         """Override in force [percent]."""
-        cap = 100 if self._inputs["sfspd"] else self._config.safety_speed_percent
+        fast = self._inputs["sfspd"] and self._settings.mode != "T1"
+        cap = 100 if fast else self._config.safety_speed_percent
         return min(self._override, cap)
 
     def write_input(self, name: str, value: bool) -> None:
@@ -128,7 +132,7 @@ class Controller:
                     stops[request]()
                 case UopRequest.CYCLE_STOP:
                     self._jobs.clear()
-                    if self._config.cstopi_for_abort:
+                    if self._settings.cstopi_for_abort:
                         self._abort()
                 case UopRequest.RESET:
                     self._reset()
@@ -136,7 +140,11 @@ class Controller:
                     until_ms = self._now_ms + self._config.start_wait_ms
                     self._try(partial(self._jobs.run_here, number, until_ms))
                 case _:
-                    self._try(partial(self._jobs.ask, request, number))
+                    refusal = self._settings.refuses(request, number, STREAM_RSR)
+                    if refusal:
+                        self._raise(alarms.START_REFUSED, refusal)
+                    else:
+                        self._try(partial(self._jobs.ask, request, number))
 
     def _try(self, start: Callable[[], str | None]) -> None:
         """Start a program or let it go on; a refusal is a warning that says why."""
@@ -170,7 +178,9 @@ class Controller:
         self.source.speed_percent = percent
 
     def write_heartbeat(self, heartbeat: int) -> None:
-        """Set R[1]."""
+        """Set R[1]; a background program watches it."""
+        if self._settings.programs == "none":
+            return
         self._watchdog.beat(heartbeat, self._now_ms)
         if self._watchdog.state is WatchdogState.ARMED:
             self._alarms.drop(alarms.HEARTBEAT_SILENT)
@@ -278,7 +288,8 @@ class Controller:
     def _enabled(self) -> bool:
         """CMDENBL: a remote start is possible."""
         ready = self._motion.powered and not self._alarms.fault
-        return ready and self._inputs["sfspd"] and self._inputs["enbl"]
+        remote = not self._settings.local
+        return ready and remote and self._inputs["sfspd"] and self._inputs["enbl"]
 
     def _outputs(self) -> Outputs:
         state = self._executor.state
@@ -291,7 +302,7 @@ class Controller:
             held=not (self._inputs["hold"] and self._inputs["panel_hold"]),
             fault=self._alarms.fault,
             atperch=self._motion.at(self._home),
-            tpenbl=False,
+            tpenbl=self._settings.tp_enabled,
             batalm=False,
             busy=running or not self._motion.standing,
             panel_estop=not self._inputs["panel_imstp"],

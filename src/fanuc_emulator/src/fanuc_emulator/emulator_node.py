@@ -7,8 +7,8 @@ Parameters (as ``_name:=value`` on the command line, so that they hold without r
     ~config_dir: Folder with the YAML files; default: the package scara_config.
     ~host, ~port: Address to listen on.
     ~plant: How the robot behaves, a file of plants/; default: ``SCARA_PLANT``, else ``ideal``.
-    ~settings: How the robot was set up, where it differs from emulator.yaml, for example
-        ``uop: simple, cstopi_for_abort: false``; default: what ``SCARA_SETTINGS`` says.
+    ~settings: How the robot was set up: a file of settings/ and what differs from it, for example
+        ``delivered, num_modbus: 8``; default: what ``SCARA_SETTINGS`` says, else ``ready``.
     ~links: ``desk`` for the patience of emulator.yaml with a client on the same machine;
         default: strict.
 
@@ -215,7 +215,7 @@ def run(
     image = RegisterImage(layout, robot, config.plant.payload_kg)
     go_first()
     loop = ServoLoop(controller, config.dt, config.plant.clock.drift_ppm, truth.observe)
-    with loop, RobotServer(*address, layout, image, loop, answers):
+    with loop, RobotServer(*address, layout, image, loop, answers, settings=config.settings):
         started = {1: config.stream_program} | {
             number: program.name for number, program in sorted(programs.items())
         }

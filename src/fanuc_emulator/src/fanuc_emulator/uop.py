@@ -29,6 +29,8 @@ class UopSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
             program too, in the line where it stands.
         shortest_pulse_ms: START, PROD_START and PNSTROBE that are on for less are not seen. RSR is
             taken at its rising edge, whatever its length.
+        enable_ui: Inputs UI count at all.
+        unwired: Inputs UI to which nothing is wired: they are off until a client writes them.
     """
 
     cstopi_for_abort: bool
@@ -36,6 +38,8 @@ class UopSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     uop: Literal["none", "simple", "full"]
     start_for_continue: bool
     shortest_pulse_ms: Annotated[int, Meta(ge=0, le=1000)]
+    enable_ui: bool = True
+    unwired: tuple[Literal["imstp", "hold", "sfspd", "enbl"], ...] = ()
 
 
 class UopRequest(Enum):
@@ -154,7 +158,10 @@ class Inputs:
         """Return the inputs that a signal drives, as they are allocated."""
         if name in PANEL:
             return (name,)
-        if self._settings.uop == "none" or (name == "imstp" and not self._settings.imstp_assigned):
+        settings = self._settings
+        if settings.uop == "none" or not settings.enable_ui:
+            return ()
+        if name == "imstp" and not settings.imstp_assigned:
             return ()
         return _SIMPLE.get(name, ()) if self._settings.uop == "simple" else (name,)
 

@@ -105,7 +105,7 @@ def _advice(text: str) -> str:
             "two characters"
         )
     if "$SNPX_ASG" in text or "delivered controller" in text:
-        return "a controller has 74 free slots, for registers from 10001 to 16299: move it there"
+        return "a controller has 61 free slots, for registers from 10001 to 13000: move it there"
     return "correct the entry in modbus_map.yaml"
 
 

@@ -100,7 +100,7 @@ def test_a_delivered_table_has_one_slot_and_the_kits_keeps_it() -> None:
     ("row", "problem"),
     [
         ((10000, "int16", 1, "R[1]@1.1"), "= 10000: slot 1 of a delivered controller hides it"),
-        ((16299, "int32", 1, "R[1]"), "ends at 16300, the last that is free is 16299"),
+        ((13000, "int32", 1, "R[1]"), "ends at 13001, the last that is free is 13000"),
         ((10001, "int16", 1, "$A" * 19), "is longer than 37 characters"),
         ((10001, "int16", 1, ""), "variable: is missing, but other registers have one"),
     ],

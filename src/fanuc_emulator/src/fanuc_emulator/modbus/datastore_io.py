@@ -17,6 +17,7 @@ from fanuc_emulator.controller import Controller
 from fanuc_emulator.drives.servo_loop_io import ServoLoop
 from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.registers import NoRegisterError, RegisterError
+from fanuc_emulator.settings import ControllerSettings
 from fanuc_emulator.snpx.access import AssignedRegisters
 from fanuc_emulator.snpx.variables import FAMILIES
 
@@ -32,6 +33,7 @@ class Datastore:
         image: Words of its registers.
         servo: Gives snapshots, takes writes.
         tell: Hears why a write was refused.
+        settings: Of the controller; None: as the kit has them.
 
     Raises:
         ConfigError: A register names a variable that does not exist.
@@ -43,6 +45,7 @@ class Datastore:
         image: RegisterImage,
         servo: ServoLoop,
         tell: Callable[[str], object],
+        settings: ControllerSettings | None = None,
     ) -> None:
         self._layout, self._image, self._servo, self._tell = layout, image, servo, tell
         self._told = ""
@@ -52,7 +55,9 @@ class Datastore:
         has_table = has_slots(layout)
         # Free signals: DI[1..] hear coil 1.., DO[1..] are off, for no program here sets them.
         self._free = [False] * (FAMILIES["DI"].highest if has_table else 0)
-        self.assigned = AssignedRegisters(layout, image, self._free) if has_table else None
+        self.assigned: AssignedRegisters | None = None
+        if has_table:
+            self.assigned = AssignedRegisters(layout, image, self._free, settings)
 
     async def async_getValues(
         self, device_id: int, func_code: int, address: int, count: int = 1

@@ -26,6 +26,7 @@ from fanuc_emulator.modbus.modbus_requests_io import RequestParser
 from fanuc_emulator.plant.delays import AnswerTimes
 from fanuc_emulator.program import ProgramState
 from fanuc_emulator.register_image import RegisterImage
+from fanuc_emulator.settings import ControllerSettings
 
 _HEADER = struct.Struct(">HHHB")
 """MBAP: transaction, protocol, bytes that follow with the unit among them, unit."""
@@ -53,6 +54,7 @@ class RobotServer:
         loop: Gives snapshots, takes writes.
         answers: How long each takes; None: no time.
         tell: Hears what was refused, a line each.
+        settings: Of the controller; None: as the kit has them, for any number of clients.
 
     Raises:
         ConfigError: A register of the map names a variable that does not exist.
@@ -67,6 +69,7 @@ class RobotServer:
         loop: ServoLoop,
         answers: AnswerTimes | None = None,
         tell: Callable[[str], object] = say,
+        settings: ControllerSettings | None = None,
     ) -> None:
         self._address = (host, port)
         self._unit = layout.device_id
@@ -74,7 +77,10 @@ class RobotServer:
         self._servo = loop
         self._answers = answers
         self._tell = tell
-        self._datastore = Datastore(layout, image, loop, tell)
+        self._datastore = Datastore(layout, image, loop, tell, settings)
+        self._most = settings.num_modbus if settings is not None else None
+        # Open connections, the one that has been silent for longest in front.
+        self._open: list[asyncio.StreamWriter] = []
         self._requests = RequestParser(
             layout.device_id, bool(layout.coils), bool(layout.discrete_inputs)
         )
@@ -90,6 +96,8 @@ class RobotServer:
         Raises:
             PortError: The port is taken, needs rights, or the address is not this machine's.
         """
+        if self._most == 0:
+            return self  # $SNPX_PARAM.$NUM_MODBUS is 0: nobody listens
         pymodbus.pymodbus_apply_logging_config("CRITICAL")
         self._image.show(self._servo.snapshot)
         self._thread.start()
@@ -125,6 +133,9 @@ class RobotServer:
 
     async def _connection(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Answer one client's requests, each after the other."""
+        self._open.append(writer)
+        if self._most is not None and len(self._open) > self._most:
+            self._open.pop(0).close()
         try:
             while True:
                 transaction, protocol, length, unit = _HEADER.unpack(
@@ -135,6 +146,9 @@ class RobotServer:
                     self._tell(f"closed the connection of {peer}: {length} bytes are no request")
                     return
                 pdu = await reader.readexactly(length - 1)
+                if writer in self._open:
+                    self._open.remove(writer)
+                    self._open.append(writer)
                 if protocol != 0:
                     continue  # not Modbus; the standard says to let it pass
                 answer = await self._answer(unit, pdu)
@@ -147,6 +161,8 @@ class RobotServer:
             return  # we end
         finally:
             writer.close()
+            if writer in self._open:
+                self._open.remove(writer)
 
     async def _answer(self, unit: int, pdu: bytes) -> ModbusPDU:
         """Answer one request, in the time that the robot takes for it."""

@@ -13,13 +13,16 @@ from functools import lru_cache
 
 import msgspec
 from scara_config.modbus_map import INPUTS, OUTPUTS, WORDS, ModbusMap, Register, Table
+from scara_config.set_up.slots import delivered_table
 
 from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.registers import NoRegisterError, RegisterError, Value
 from fanuc_emulator.registers import decode as decode_register
 from fanuc_emulator.registers import encode as encode_register
+from fanuc_emulator.settings import ControllerSettings
 from fanuc_emulator.snapshot import Snapshot
 from fanuc_emulator.snpx.assignments import AssignmentTable, power_up
+from fanuc_emulator.snpx.screens import panel_inputs, panel_outputs, variable
 from fanuc_emulator.snpx.variables import FAMILIES, Cell, Field, ValueKind, parse
 from fanuc_emulator.snpx.words import decode, encode, signed
 
@@ -88,19 +91,33 @@ class AssignedRegisters:
         layout: modbus_map.yaml; each of its registers names its variable.
         image: Words of those registers.
         digital_inputs: Levels of DI[1], DI[2] and so on, as the coils hold them.
+        settings: Of the controller; None: the table and the programs of the kit, and no variable
+            that shows a setting.
 
     Raises:
         ConfigError: A register has no variable, or one that does not fit.
     """
 
     def __init__(
-        self, layout: ModbusMap, image: RegisterImage, digital_inputs: Sequence[bool] = ()
+        self,
+        layout: ModbusMap,
+        image: RegisterImage,
+        digital_inputs: Sequence[bool] = (),
+        settings: ControllerSettings | None = None,
     ) -> None:
-        self.table = AssignmentTable(power_up(layout))
+        factory = settings is not None and settings.slots == "factory"
+        self.table = AssignmentTable(delivered_table() if factory else power_up(layout))
+        self._settings = settings
         self._image = image
         self._low_first = layout.word_order == "low_first"
         self._digital_inputs = digital_inputs
-        self._homes = dict(_homes(layout.holding_registers.values()))
+        # R[] that only a background program writes keep 0 where there is none.
+        bare = settings is not None and settings.programs == "none"
+        self._homes = {
+            cell: register
+            for cell, register in _homes(layout.holding_registers.values())
+            if not bare or cell.family != "R" or register.write
+        }
         self._others: dict[Cell, float | str] = {}
         self._parts = lru_cache(maxsize=_KEPT)(self._find)
         self._version = self.table.version
@@ -218,6 +235,10 @@ class AssignedRegisters:
             return snapshot.clock_ms // _FAST_CLOCK_MS
         if cell.field.kind is ValueKind.SIGNAL:
             return float(self._level(cell.family, cell.element, snapshot))
+        if self._settings is not None:
+            shown = variable(self._settings, cell.family, cell.element)
+            if shown is not None:
+                return shown
         return self._others.get(cell, "" if cell.field.kind is ValueKind.TEXT else 0)
 
     def _level(self, family: str, index: int, snapshot: Snapshot) -> bool:
@@ -226,6 +247,9 @@ class AssignedRegisters:
             return INPUTS[index - 1] in snapshot.inputs
         if family == "UO":
             return index <= len(OUTPUTS) and bool(getattr(snapshot.outputs, OUTPUTS[index - 1]))
+        if self._settings is not None and family in ("SI", "SO"):
+            lit = panel_inputs(self._settings)
+            return index in (lit if family == "SI" else panel_outputs(self._settings, snapshot))
         if family == "DI":
             return index <= len(self._digital_inputs) and self._digital_inputs[index - 1]
         wired = {"RO": snapshot.outputs.gripper, "RI": snapshot.outputs.vacuum}

@@ -104,6 +104,17 @@ FAMILIES = {
     "RO": Family("RO[{}]", 1, 8, _SIGNAL),
     "$MCR.$GENOVERRIDE": Family("$MCR.$GENOVERRIDE", 1, 1, _NUMBER),
     "$FAST_CLOCK": Family("$FAST_CLOCK", 1, 1, _NUMBER),
+    "SI": Family("SI[{}]", 0, 15, _SIGNAL),
+    "SO": Family("SO[{}]", 0, 15, _SIGNAL),
+    "$RMT_MASTER": Family("$RMT_MASTER", 1, 1, _NUMBER),
+    "$OPWORK.$UOP_DISABLE": Family("$OPWORK.$UOP_DISABLE", 1, 1, _NUMBER),
+    "$SHELL_CFG.$USE_ABORT": Family("$SHELL_CFG.$USE_ABORT", 1, 1, _NUMBER),
+    "$SHELL_CFG.$CONT_ONLY": Family("$SHELL_CFG.$CONT_ONLY", 1, 1, _NUMBER),
+    "$SHELL_CFG.$JOB_BASE": Family("$SHELL_CFG.$JOB_BASE", 1, 1, _NUMBER),
+    "$SHELL_CFG.$RSR_ENABLE": Family("$SHELL_CFG.$RSR_ENABLE[{}]", 1, 8, _NUMBER),
+    "$SHELL_CFG.$NUM_RSR": Family("$SHELL_CFG.$NUM_RSR[{}]", 1, 8, _NUMBER),
+    "$SNPX_PARAM.$NUM_ASG": Family("$SNPX_PARAM.$NUM_ASG", 1, 1, _NUMBER),
+    "$SNPX_PARAM.$NUM_MODBUS": Family("$SNPX_PARAM.$NUM_MODBUS", 1, 1, _NUMBER),
     "$SNPX_ASG.$ADDRESS": Family("$SNPX_ASG[{}].$ADDRESS", 1, SLOTS, _NUMBER),
     "$SNPX_ASG.$SIZE": Family("$SNPX_ASG[{}].$SIZE", 1, SLOTS, _NUMBER),
     "$SNPX_ASG.$VAR_NAME": Family(
@@ -112,7 +123,7 @@ FAMILIES = {
     "$SNPX_ASG.$MULTIPLY": Family("$SNPX_ASG[{}].$MULTIPLY", 1, SLOTS, _NUMBER),
 }
 _NAME = re.compile(
-    r"(?P<begin>\$?[A-Z_]+)(?:\[(?P<index>\d{1,5})\])?(?P<end>\.\$[A-Z_]+)?"
+    r"(?P<begin>\$?[A-Z_]+)(?:\[(?P<index>\d{1,5})\])?(?P<end>\.\$[A-Z_]+)?(?:\[(?P<last>\d{1,5})\])?"
     r"(?:@(?P<first>\d{1,3})\.(?P<words>\d{1,3}))?",
     re.ASCII,
 )
@@ -159,6 +170,13 @@ class Variable:
         return Cell(self.family, index, field), at - field.first
 
 
+def _fits(found: re.Match[str], family: Family) -> bool:
+    """Return whether an index stands where the variable has its own, and nowhere else."""
+    last = found["end"] is not None and family.form.endswith("[{}]")
+    first = "[{}]" in family.form and not last
+    return (found["index"] is not None) == first and (found["last"] is not None) == last
+
+
 def parse(name: str) -> Variable:
     """Return the variable called ``name``.
 
@@ -168,10 +186,10 @@ def parse(name: str) -> Variable:
     found = _NAME.fullmatch(name)
     key = (found["begin"] + (found["end"] or "")) if found else ""
     family = FAMILIES.get(key)
-    if found is None or family is None or (found["index"] is None) == ("[{}]" in family.form):
+    if found is None or family is None or not _fits(found, family):
         known = ", ".join(family.form.format("n") for family in FAMILIES.values())
         raise VariableError(f"{name!r} is no variable of the stand-in: there are {known}")
-    index = int(found["index"] or 1)
+    index = int(found["index"] or found["last"] or 1)
     if not family.lowest <= index <= family.highest:
         raise VariableError(f"{name!r}: the index is outside [{family.lowest}, {family.highest}]")
     if found["first"] is None:

@@ -1,0 +1,237 @@
+"""What is set on a robot's screens so that the pair can follow and lead it, and where it shows.
+
+The kit prints this table, the doctor names its rows, and the stand-in's files of settings hold its
+values.
+
+Source:
+    The maker's operator's manual B-83284EN/09, sections 3.3, 3.8, 3.15: docs/sources.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from scara_config.set_up.slots import WATCHED, Assignment
+
+READY, DELIVERED = "ready", "delivered"
+DEFAULT = READY
+"""Files of a robot's folder settings/."""
+STREAM_RSR = 1
+"""This RSR starts the stream program."""
+STREAM_NUMBER = 101
+"""Its registration number: the program is RSR0101."""
+CONNECTIONS = 8
+"""Wanted of $SNPX_PARAM.$NUM_MODBUS."""
+CONNECTIONS_NEEDED = 3
+"""The twin controller reads and writes by one each, the pendant has one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """One thing to set.
+
+    Attributes:
+        key: As the stand-in's files of settings name it.
+        menu: Where it is set, from the MENU key on.
+        wanted: What to set there.
+        why: What goes wrong otherwise.
+        section: Of the manual B-83284EN/09; empty: the HMI device's own.
+        restart: It counts after the controller was switched off and on.
+        leads: Only a robot that is led needs it; to be followed it does without.
+    """
+
+    key: str
+    menu: str
+    wanted: str
+    why: str
+    section: str
+    restart: bool = False
+    leads: bool = True
+
+
+_VARIABLES = "SYSTEM > Variables"
+_CONFIG = "SYSTEM > Config"
+_SELECT = "SETUP > Prog Select"
+SETTINGS = (
+    Setting(
+        "num_modbus",
+        f"{_VARIABLES} > $SNPX_PARAM > $NUM_MODBUS",
+        str(CONNECTIONS),
+        "0: the Modbus server answers nobody; fewer than needed: clients push each other out",
+        "",
+        restart=True,
+        leads=False,
+    ),
+    Setting(
+        "slots",
+        f"{_VARIABLES} > $SNPX_ASG",
+        "the sheet of slots",
+        "what is assigned to nothing reads 0: no position, no clock",
+        "",
+        leads=False,
+    ),
+    Setting(
+        "uop",
+        f"{_CONFIG} > UOP auto assignment",
+        "Full",
+        "Simple: no RSR, no SYSRDY, CSTOPI and RESET are one signal. None: no stop from outside. "
+        "Changing it clears all I/O assignments",
+        "3.3",
+        restart=True,
+    ),
+    Setting(
+        "imstp_assigned",
+        "I/O > UOP > UI[1] *IMSTP",
+        "an input of its own",
+        "tied on: an emergency stop from outside leaves the drives on",
+        "3.3",
+    ),
+    Setting(
+        "unwired",
+        "I/O > UOP > CONFIG, UI[1], UI[2], UI[3], UI[8]",
+        "assigned to what can be switched on, and on",
+        "an input without a wire is off: *IMSTP no drives, *HOLD and ENBL no motion, *SFSPD slow",
+        "3.3",
+    ),
+    Setting(
+        "enable_ui",
+        f"{_CONFIG} > Enable UI signals",
+        "TRUE",
+        "FALSE: no signal from outside counts, no stop either",
+        "3.15",
+    ),
+    Setting(
+        "cstopi_for_abort",
+        f"{_CONFIG} > CSTOPI for ABORT",
+        "TRUE",
+        "FALSE: CSTOPI waits for the program's own end; an endless stream never ends",
+        "3.15",
+    ),
+    Setting(
+        "start_for_continue",
+        f"{_CONFIG} > START for CONTINUE only",
+        "TRUE",
+        "FALSE: START may begin another program than the paused one",
+        "3.15",
+    ),
+    Setting(
+        "remote",
+        f"{_CONFIG} > Remote/Local setup",
+        "Remote",
+        "Local: nothing is started from outside",
+        "3.15",
+    ),
+    Setting(
+        "rmt_master",
+        f"{_VARIABLES} > $RMT_MASTER",
+        "0",
+        "another value gives the start to a terminal or a host computer",
+        "3.8",
+    ),
+    Setting(
+        "mode",
+        "the mode switch",
+        "AUTO",
+        "T1, T2: nothing is started from outside",
+        "3.8",
+    ),
+    Setting(
+        "tp_enabled",
+        "the teach pendant's switch",
+        "OFF",
+        "ON: nothing is started from outside",
+        "3.8",
+    ),
+    Setting(
+        "select_mode",
+        f"{_SELECT} > Program select mode",
+        "RSR",
+        "another mode: RSR1 starts nothing",
+        "3.8.4",
+        restart=True,
+    ),
+    Setting(
+        "rsr",
+        f"{_SELECT} > RSR > DETAIL > RSR1 program number",
+        f"ENABLE, {STREAM_NUMBER}",
+        f"else RSR1 does not start RSR{STREAM_NUMBER:04d}, the stream program",
+        "3.8.1",
+    ),
+    Setting(
+        "job_base",
+        f"{_SELECT} > RSR > DETAIL > Base number",
+        "0",
+        "it is added to the number of the program",
+        "3.8.1",
+    ),
+    Setting(
+        "programs",
+        "SELECT > CREATE, then SETUP > BG Logic",
+        "the sheet of programs",
+        "without them no joint speeds, no watchdog, nothing to lead by",
+        "4",
+    ),
+)
+"""In the order in which they are set: what ends a connection or clears others comes first."""
+
+
+def setting(key: str) -> Setting:
+    """Return the row of a key.
+
+    Raises:
+        KeyError: There is none.
+    """
+    return {row.key: row for row in SETTINGS}[key]
+
+
+@dataclass(frozen=True, slots=True)
+class Watched:
+    """Settings as a client reads them, from the slots ``WATCHED``.
+
+    Attributes:
+        num_asg: $SNPX_PARAM.$NUM_ASG, 80 on each controller; else these slots are not there.
+        num_modbus, rmt_master, ui_disabled, use_abort, continue_only, job_base, rsr_enabled,
+            rsr_number: The variables of these names.
+        si, so: Levels of SI[0..15] and SO[0..15], the operator's panel.
+        ui, uo: Levels of UI[1..18] and UO[1..20].
+    """
+
+    num_asg: int
+    num_modbus: int
+    rmt_master: int
+    ui_disabled: int
+    use_abort: int
+    continue_only: int
+    job_base: int
+    rsr_enabled: int
+    rsr_number: int
+    si: tuple[bool, ...]
+    so: tuple[bool, ...]
+    ui: tuple[bool, ...]
+    uo: tuple[bool, ...]
+
+    @property
+    def there(self) -> bool:
+        """The slots are there."""
+        return self.num_asg == 80
+
+
+WATCHED_COUNT = WATCHED[-1].last - WATCHED[0].address + 1
+
+
+def watched_of(words: list[int]) -> Watched:
+    """Return the settings in the ``WATCHED_COUNT`` words of these slots."""
+
+    def of(slot: Assignment) -> list[int]:
+        begin = slot.address - WATCHED[0].address
+        return words[begin : begin + slot.size]
+
+    def bits(slot: Assignment, count: int) -> tuple[bool, ...]:
+        whole = sum(word << 16 * at for at, word in enumerate(of(slot)))
+        return tuple(bool(whole >> bit & 1) for bit in range(count))
+
+    *numbers, si, so, ui, uo = WATCHED
+    values = [of(slot)[0] | of(slot)[1] << 16 for slot in numbers]
+    asg, clients, master, disabled, abort, only, base, enabled, number = values
+    signals = bits(si, 16), bits(so, 16), bits(ui, 18), bits(uo, 20)
+    return Watched(asg, clients, master, disabled, abort, only, base, enabled, number, *signals)

@@ -1,0 +1,49 @@
+"""What clients read of the controller's settings: its system variables, and its panel's signals.
+
+Source:
+    B-83284EN/09, section 3.8 (SI, SO); the variables' names: docs/sources.md.
+"""
+
+from __future__ import annotations
+
+from scara_config.set_up.slots import SLOTS
+
+from fanuc_emulator.settings import ControllerSettings
+from fanuc_emulator.snapshot import Snapshot
+
+
+def variable(settings: ControllerSettings, family: str, index: int) -> int | None:
+    """Return the value of a system variable; None: it shows no setting.
+
+    Args:
+        settings: Of the controller.
+        family: Key of ``FAMILIES``.
+        index: Of the element, from 1.
+    """
+    match family:
+        case "$SHELL_CFG.$NUM_RSR":
+            return settings.rsr[index - 1]
+        case "$SHELL_CFG.$RSR_ENABLE":
+            return int(settings.rsr[index - 1] > 0)
+    values = {
+        "$RMT_MASTER": settings.rmt_master,
+        "$OPWORK.$UOP_DISABLE": int(not settings.enable_ui),
+        "$SHELL_CFG.$USE_ABORT": int(settings.cstopi_for_abort),
+        "$SHELL_CFG.$CONT_ONLY": int(settings.start_for_continue),
+        "$SHELL_CFG.$JOB_BASE": settings.job_base,
+        "$SNPX_PARAM.$NUM_ASG": SLOTS,
+        "$SNPX_PARAM.$NUM_MODBUS": settings.num_modbus,
+    }
+    return values.get(family)
+
+
+def panel_inputs(settings: ControllerSettings) -> frozenset[int]:
+    """Return which of SI[0..15] are on: 2 remote, 8 and 9 in AUTO; T1 and T2 are assumed."""
+    mode = {"AUTO": {8, 9}, "T1": set(), "T2": {9}}[settings.mode]
+    return frozenset(mode | ({2} if settings.remote else set()))
+
+
+def panel_outputs(settings: ControllerSettings, snapshot: Snapshot) -> frozenset[int]:
+    """Return which of SO[0..15] are on: 0 remote, 3 fault, 7 the teach pendant's switch."""
+    lit = {0: not settings.local, 3: snapshot.alarm is not None, 7: settings.tp_enabled}
+    return frozenset(number for number, on in lit.items() if on)
