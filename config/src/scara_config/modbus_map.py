@@ -16,6 +16,7 @@ import msgspec
 from msgspec import Meta
 
 from scara_config.loader import ConfigError, load
+from scara_config.map_entries import ENTRIES, FAST_CLOCK, FAST_CLOCK_MS, WHOLE, WRITTEN
 from scara_config.profile import locate
 
 Address = Annotated[int, Meta(ge=1, le=65536)]
@@ -24,28 +25,7 @@ Table = Literal["holding_registers", "input_registers"]
 TABLES: tuple[Table, ...] = ("holding_registers", "input_registers")
 WORDS = {"int16": 1, "int32": 2, "float32": 2, "string": 1}
 
-# What both sides need to find in the map; addresses are free, more registers are welcome.
 AXES = ("position", "velocity", "setpoint")
-_WHOLE = ("int16", "int32")
-_NEEDED: dict[str, tuple[str, ...]] = {
-    **dict.fromkeys(AXES, ("float32", "int32")),
-    **dict.fromkeys(
-        ("position_valid", "control_type", "program_speed", "heartbeat_echo", "watchdog_state"),
-        _WHOLE,
-    ),
-    **dict.fromkeys(
-        ("override_now", "setpoint_valid", "heartbeat", "stream_speed", "override", "clock_ms"),
-        _WHOLE,
-    ),
-    **dict.fromkeys(("program_line", "program_state", "alarm_id", "alarm_number"), _WHOLE),
-    **dict.fromkeys(("program_name", "alarm_message"), ("string",)),
-}
-# What a robot may leave out; the reader then shows nothing in its place.
-_OPTIONAL: dict[str, tuple[str, ...]] = {
-    **dict.fromkeys(("program_caller", "alarm_cause", "alarm_severity_text"), ("string",)),
-    **dict.fromkeys(("alarm_severity", "alarm_time"), _WHOLE),
-    "payload_mass": ("float32", *_WHOLE),
-}
 # A robot may take set points ahead of their time: then it has all of these, else none. Those that
 # tell of all places hold one value, or one set point, for each.
 RING = ("ring_setpoint", "ring_clock_ms", "ring_write", "ring_read", "ring_underruns")
@@ -53,7 +33,6 @@ RING_NUMBERS = 32760
 """Set points ahead are numbered 1..32760, then from 1 again; number n stands in place (n - 1)
 modulo the number of places."""
 _RING_WRITTEN = ("ring_setpoint", "ring_clock_ms", "ring_write")
-_WRITTEN = ("setpoint", "setpoint_valid", "heartbeat", "stream_speed", "override")
 INPUTS = (
     ("imstp", "hold", "sfspd", "cstopi", "fault_reset", "start", "home", "enbl")
     + tuple(f"rsr{number}" for number in range(1, 9))
@@ -97,6 +76,12 @@ class Register(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     scale: Annotated[float, Meta(ge=1e-9, le=1e9)] = 1.0
     write: bool = False
     variable: str = ""
+
+    @property
+    def multiply(self) -> float:
+        """``$MULTIPLY`` of its slot in ``$SNPX_ASG``: texts take any, 0 is a float32."""
+        of_a_count = FAST_CLOCK_MS if self.variable == FAST_CLOCK else 1.0
+        return {"float32": 0.0, "string": -1.0}.get(self.type, of_a_count / self.scale)
 
     @property
     def words(self) -> int:
@@ -189,6 +174,20 @@ class ModbusMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
         return self.holding_registers.get(name) or self.input_registers.get(name)
 
     @property
+    def leads(self) -> bool:
+        """Something of it is written: the map is of a robot that may be led."""
+        return any(register.write for register in self.holding_registers.values())
+
+    def left_out(self) -> Iterator[tuple[str, str]]:
+        """Yield each quantity that the robot does not give, and what stands in its place."""
+        yield from ((name, one.instead) for name, one in ENTRIES.items() if not self.find(name))
+
+    @property
+    def has_outputs(self) -> bool:
+        """The robot shows its signals."""
+        return bool(self.discrete_inputs) or self.status_word is not None
+
+    @property
     def ring_places(self) -> int:
         """How many set points ahead of their time the robot takes; 0: none."""
         times = self.find("ring_clock_ms")
@@ -258,20 +257,20 @@ def _overlaps(table: str, registers: dict[str, Register]) -> Iterator[str]:
 
 def _wrong_registers(layout: ModbusMap) -> Iterator[str]:
     """Yield registers that both sides use and that are missing or not of the kind they use."""
-    for name, kinds in {**_NEEDED, **_OPTIONAL}.items():
+    for name, entry in ENTRIES.items():
         register, table = layout.find(name), layout.table_of(name)
         if register is None:
-            if name in _NEEDED:
+            if entry.need == "follow" or (entry.need == "lead" and layout.leads):
                 yield f"holding_registers.{name}: is missing"
-        elif register.type not in kinds:
-            yield f"{table}.{name} = {register.type}: must be {' or '.join(kinds)}"
+        elif register.type not in entry.types:
+            yield f"{table}.{name} = {register.type}: must be {' or '.join(entry.types)}"
         elif (
             name not in AXES
             and register.type != "string"
             and register.count != (6 if name == "alarm_time" else 1)
         ):
             yield f"{table}.{name} = {register.type}, count {register.count}: must be one number"
-        elif name in _WRITTEN and (table != "holding_registers" or not register.write):
+        elif name in WRITTEN and (table != "holding_registers" or not register.write):
             yield f"{table}.{name}: must be a holding register with write: true"
     counts = {name: register.count for name in AXES if (register := layout.find(name)) is not None}
     if len(set(counts.values())) > 1:
@@ -290,7 +289,7 @@ def _wrong_ring(layout: ModbusMap) -> Iterator[str]:
         yield f"holding_registers.{name}: is missing, but {next(iter(found))} is there"
     for name, register in found.items():
         table = layout.table_of(name)
-        if name != "ring_setpoint" and register.type not in _WHOLE:
+        if name != "ring_setpoint" and register.type not in WHOLE:
             yield f"{table}.{name} = {register.type}: must be int16 or int32"
         if name in _RING_WRITTEN and (table != "holding_registers" or not register.write):
             yield f"{table}.{name}: must be a holding register with write: true"
@@ -315,6 +314,8 @@ def _wrong_ring(layout: ModbusMap) -> Iterator[str]:
 
 
 def _wrong_outputs(layout: ModbusMap) -> Iterator[str]:
+    if not (layout.leads or layout.has_outputs):
+        return
     names = OUTPUTS + (GRIPPER_OUTPUTS if layout.has_gripper else ())
     names += PANEL_OUTPUTS if layout.has_panel else ()
     if layout.status_word is None:
@@ -338,7 +339,8 @@ def _wrong_inputs(layout: ModbusMap) -> Iterator[str]:
     word, gripper = layout.command_word, GRIPPER_INPUTS if layout.has_gripper else ()
     panel = PANEL_INPUTS if layout.has_panel else ()
     if word is None:
-        yield from _wrong_coils(layout.coils, gripper, panel)
+        if layout.leads or layout.coils:
+            yield from _wrong_coils(layout.coils, gripper, panel)
         return
     if layout.coils:
         yield "command_word: there are coils too"

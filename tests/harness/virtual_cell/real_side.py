@@ -191,7 +191,7 @@ class RealSide:
 
     def _told(self) -> frozenset[str]:
         """Return what program and alarm tell of outputs that are not allocated."""
-        if self._files.robot.stopping.shows_all:
+        if self._files.robot.stopping.shows_all and self._files.layout.has_outputs:
             return frozenset()
         blocks = [self._block(block) for block in (self._codec.program, self._codec.alarm)]
         program, alarm = blocks
@@ -215,8 +215,8 @@ class RealSide:
         self._waiting = [left for left in self._waiting if left.send_at > action.send_at]
         self._heartbeat = self._heartbeat % 32767 + 1
         filled = self._filled(action.setpoint.q)
-        words = self._codec.encode_setpoint(filled, self._heartbeat, action.speed_percent)
-        self._write.send(partial(self._take, self._codec.setpoint.offset, words))
+        request = self._codec.encode_setpoint(filled, self._heartbeat, action.speed_percent)
+        self._write.send(partial(self._take, *request))
 
     def _filled(self, q: Row) -> Row:
         """Return all joints of the robot; those without a twin stay where they were."""

@@ -7,11 +7,13 @@ import struct
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import msgspec
 import pytest
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.registers import RegisterError, Value, decode
 from fanuc_emulator.streaming.ring import EMPTY
+from harness.followed import FOLLOW_MAP
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 
 if TYPE_CHECKING:
@@ -180,3 +182,14 @@ def test_what_was_written_is_read_back_whatever_older_snapshot_comes(
     image.take(11100, [60, 0])
     image.show(bench.run(bench.config.dt))
     assert at(image, layout, "override") == (60,)
+
+
+def test_a_delivered_robot_shows_its_own_clock_and_no_register_of_a_program(bench: Bench) -> None:
+    """$FAST_CLOCK counts whole ticks of 2 ms; speeds, echo and watchdog have no register."""
+    image = RegisterImage(FOLLOW_MAP, bench.robot)
+    shown = []
+    for offset in range(4):
+        image.show(msgspec.structs.replace(bench.now, clock_ms=1000001 + offset))
+        shown.append(at(image, FOLLOW_MAP, "clock_ms"))
+    assert shown == [(1000000.0,), (1000002.0,), (1000002.0,), (1000004.0,)]
+    assert len(held(image)) == 400 and not FOLLOW_MAP.leads

@@ -5,11 +5,20 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
+from harness.followed import FOLLOW_MAP
 from harness.workspace import ROOT
 from harness.yaml_files import REMOVED, changed_yaml, shipped
 from scara_config import ConfigError
-from scara_config.modbus_map import Register, load_modbus_map
+from scara_config.map_entries import ENTRIES
+from scara_config.modbus_map import (
+    ModbusMap,
+    Register,
+    load_modbus_map,
+    problems,
+)
+from scara_config.set_up.slots import own_slots, slot_problems
 
 SHIPPED = ROOT / "config"
 MAP = load_modbus_map(SHIPPED)
@@ -241,3 +250,77 @@ def test_wrong_map_of_another_controller_is_refused(
     """Words, bits and command codes are checked as registers and coils are."""
     with pytest.raises(ConfigError, match=rf"modbus_map\.yaml: .*{text}"):
         load_modbus_map(changed_yaml(SIX, tmp_path, path, value))
+
+
+def written(folder: Path, layout: ModbusMap) -> Path:
+    """Write a map into ``folder`` and return the folder."""
+    (folder / "modbus_map.yaml").write_bytes(msgspec.yaml.encode(layout))
+    return folder
+
+
+def without(layout: ModbusMap, *names: str) -> ModbusMap:
+    """Return a map that lacks some of its holding registers."""
+    kept = {name: one for name, one in layout.holding_registers.items() if name not in names}
+    return msgspec.structs.replace(layout, holding_registers=kept)
+
+
+NEEDED = {name: entry.need for name, entry in ENTRIES.items()}
+
+
+@pytest.mark.parametrize("name", ENTRIES)
+def test_a_map_lacks_only_what_its_robot_need_not_have(tmp_path: Path, name: str) -> None:
+    """Each entry of the map of a robot that is led, one by one."""
+    folder = written(tmp_path, without(MAP, name))
+    if not NEEDED[name]:
+        assert dict(load_modbus_map(folder).left_out()).keys() == {name}
+        return
+    with pytest.raises(ConfigError, match=rf"modbus_map\.yaml: holding_registers\.{name}: is miss"):
+        load_modbus_map(folder)
+
+
+@pytest.mark.parametrize("name", [name for name, need in NEEDED.items() if need == "follow"])
+def test_a_robot_that_is_followed_needs_what_each_controller_gives(
+    tmp_path: Path, name: str
+) -> None:
+    """Nothing of it is written, and each entry says from which variable it comes."""
+    layout = load_modbus_map(written(tmp_path, FOLLOW_MAP))
+    assert not layout.leads and not layout.has_outputs
+    family = layout.holding_registers[name].variable.partition("@")[0]
+    assert family in ("POS[0]", "PRG[1]", "ALM[1]", "$MCR.$GENOVERRIDE", "$FAST_CLOCK")
+    left = dict(layout.left_out())
+    assert left["velocity"].startswith("differences") and "heartbeat_echo" in left
+    with pytest.raises(ConfigError, match=rf"holding_registers\.{name}: is missing"):
+        load_modbus_map(written(tmp_path, without(FOLLOW_MAP, name)))
+
+
+def test_who_writes_one_register_needs_all_that_leading_needs(tmp_path: Path) -> None:
+    """A set point without a heartbeat, or without signals that stop the robot, moves nothing."""
+    setpoint = MAP.holding_registers["setpoint"]
+    registers = {**FOLLOW_MAP.holding_registers, "setpoint": setpoint}
+    layout = msgspec.structs.replace(FOLLOW_MAP, holding_registers=registers)
+    found = list(problems(layout))
+    assert "holding_registers.heartbeat: is missing" in found
+    assert "coils.hold: is missing" in found and "discrete_inputs.fault: is missing" in found
+
+
+def test_a_slot_multiplies_what_its_variable_counts() -> None:
+    """$FAST_CLOCK counts 2 ms at a time: as it is, or times 2 where the register tells ms."""
+    clock = FOLLOW_MAP.holding_registers["clock_ms"]
+    assert (clock.scale, clock.multiply) == (2.0, 1.0)
+    assert msgspec.structs.replace(clock, scale=1.0).multiply == 2.0
+    assert FOLLOW_MAP.holding_registers["position"].multiply == 0.0
+    assert FOLLOW_MAP.holding_registers["program_name"].multiply == -1.0
+    assert MAP.holding_registers["clock_ms"].multiply == 1.0
+
+
+def test_five_slots_hold_a_robot_that_is_followed() -> None:
+    """What a person types, as the map's own head says."""
+    slots = [(slot.address, slot.size, slot.name, slot.multiply) for slot in own_slots(FOLLOW_MAP)]
+    assert slots == [
+        (11001, 19, "POS[0]@27.19", 0.0),
+        (11020, 2, "$FAST_CLOCK", 1.0),
+        (11022, 2, "$MCR.$GENOVERRIDE", 1.0),
+        (11201, 18, "PRG[1]", -1.0),
+        (11301, 100, "ALM[1]", -1.0),
+    ]
+    assert not list(slot_problems(FOLLOW_MAP))

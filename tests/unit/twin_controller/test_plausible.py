@@ -143,3 +143,16 @@ def test_a_clock_that_wraps_goes_on() -> None:
         fed(still(10.0, 20.0, remote=WRAP - 0.002), still(10.01, 20.0, remote=0.008))[1][-1]
         is Verdict.ACCEPTED
     )
+
+
+def test_a_robot_that_tells_no_speeds_is_judged_by_how_far_it_can_have_come() -> None:
+    """1.5 times its greatest speed for 10 ms and the slack is 10 deg of joint 1."""
+
+    def told(local: float, degrees: float) -> Reading:
+        reading = still(local, degrees)
+        motion = JointMotion.measured(reading.motion.q, (), reading.motion.time)
+        return Reading(motion, local)
+
+    _, verdicts = fed(told(0.0, 0.0), told(POLL, 9.0), told(2 * POLL, -0.5), told(3 * POLL, 10.0))
+    refused = [Verdict.ACCEPTED, Verdict.ACCEPTED, Verdict.ACCEPTED, Verdict.REFUSED]
+    assert verdicts == refused

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from harness.followed import FOLLOW_MAP
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_config import ConfigError, Robot, load_robot
@@ -166,12 +167,12 @@ def test_set_points_stand_low_word_first_in_degrees_and_millimetres() -> None:
 
     A speed is rounded down to whole percent: it is the most that is allowed.
     """
-    words = CODEC.encode_setpoint((math.pi / 2, 0.0, -0.160, 0.0, 0.0), 4711, 79.2)
+    _, words = CODEC.encode_setpoint((math.pi / 2, 0.0, -0.160, 0.0, 0.0), 4711, 79.2)
     assert words[0:2] == [0x0000, 0x42B4]
     assert words[4:6] == [0x0000, 0xC320]
     assert words[6:18] == [0] * 12
     assert words[18:] == [1, 4711, 79]
-    assert CODEC.encode_setpoint((0.0, 0.0, -0.160, 0.0, 0.0), 4711, 0.4)[20] == 1, "not less"
+    assert CODEC.encode_setpoint((0.0, 0.0, -0.160, 0.0, 0.0), 4711, 0.4)[1][20] == 1, "not less"
 
 
 @pytest.mark.parametrize(
@@ -213,7 +214,7 @@ def test_a_set_point_at_the_end_of_its_range_may_be_off_by_what_rounding_loses(s
 )
 def test_what_is_written_is_read_back_by_the_same_layout(positions: tuple[float, ...]) -> None:
     """PR[1] and POS[0] have one layout: the words of a set point are a legal position block."""
-    written = CODEC.encode_setpoint(positions, 1, 100.0)[:18]
+    written = CODEC.encode_setpoint(positions, 1, 100.0)[1][:18]
     sample = CODEC.decode_sample(written + state_words()[18:], SIGNALS)
     assert sample.motion.q == pytest.approx(positions, rel=1e-6, abs=1e-9)
 
@@ -221,7 +222,7 @@ def test_what_is_written_is_read_back_by_the_same_layout(positions: tuple[float,
 def test_high_word_first_is_obeyed() -> None:
     """Another controller may order its words the other way."""
     swapped = RegisterCodec(msgspec.structs.replace(LAYOUT, word_order="high_first"), ROBOT)
-    assert swapped.encode_setpoint((math.pi / 2, 0.0, 0.0, 0.0, 0.0), 1, 50.0)[0:2] == [
+    assert swapped.encode_setpoint((math.pi / 2, 0.0, 0.0, 0.0, 0.0), 1, 50.0)[1][0:2] == [
         0x42B4,
         0x0000,
     ]
@@ -282,3 +283,37 @@ def test_a_map_that_needs_more_than_one_request_is_refused(
     }
     with pytest.raises(ConfigError, match=text):
         RegisterCodec(msgspec.structs.replace(LAYOUT, holding_registers=registers), ROBOT)
+
+
+FOLLOWED = RegisterCodec(FOLLOW_MAP, ROBOT)
+
+
+def followed_words(clock: int = 1000) -> list[int]:
+    """Return an answer of a delivered robot: POS[0], $FAST_CLOCK, the override."""
+    position = low_first(10.0, 20.0, -160.0, 30.0, -40.0, 0.0, 0.0, 0.0, 0.0)
+    return [*position, 1, clock & 0xFFFF, clock >> 16 & 0xFFFF, 77, 0]
+
+
+@pytest.mark.parametrize(
+    ("told", "control"),
+    [((), ControlType.NONE), (("progrun",), ControlType.PROGRAM), (("paused",), 1)],
+)
+def test_what_a_robot_does_not_give_is_unknown_or_told_by_prg(
+    told: tuple[str, ...], control: ControlType
+) -> None:
+    """Never 0 and never true: an echo of 0 would be a watchdog that nobody keeps awake."""
+    sample = FOLLOWED.decode_sample(followed_words(), (), frozenset(told))
+    assert sample.motion.q[0] == pytest.approx(math.radians(10))
+    assert (sample.motion.qdot, sample.clock_ms, sample.override) == ((), 2000, 77)
+    assert (sample.program_speed, sample.speed_percent) == (None, None)
+    assert (sample.heartbeat_echo, sample.watchdog_state) == (None, None)
+    assert sample.control_type is ControlType(control) and sample.outputs == set(told)
+    assert FOLLOWED.setpoint is None and FOLLOWED.outputs is None
+
+
+@pytest.mark.parametrize(
+    ("ticks", "clock_ms"), [(2**30 - 1, 2**31 - 2), (2**30, 0), (-(2**31), 0), (-1, 2**31 - 2)]
+)
+def test_the_controllers_own_clock_begins_again_where_ours_does(ticks: int, clock_ms: int) -> None:
+    """It counts 2 ms at a time: after 24 days it is beyond our wrap, after 49 negative."""
+    assert FOLLOWED.decode_sample(followed_words(ticks)).clock_ms == clock_ms

@@ -12,11 +12,14 @@ from harness.parts import changed
 from scara_control.kinematics.screws import forward_kinematics
 from scara_ros.diagnosis import Level
 from twin_controller.core.actions import Decided
+from twin_controller.core.events import Tick
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.lead.table import LEADING
 from twin_controller.core.safety.divergence import DelayState
 from twin_controller.core.sides.pairing import paired
 from twin_controller.core.state import CoreState
+from twin_controller.core.step import step
+from twin_controller.reporting.robot_status import scaling_factor
 from twin_controller.view import alarm_text, decision_text, state_view, statuses
 
 replace = msgspec.structs.replace
@@ -212,3 +215,14 @@ def test_a_decision_is_told_in_plain_words(
     """Who led, both onsets, their uncertain difference; positive: the real robot was first."""
     text = decision_text(replace(BASE, onset_real=real, onset_twin=twin, onset_uncertainty=0.0015))
     assert expected in text and text.startswith("#7 12.346 s IDLE -> REAL_LEADS")
+
+
+def test_a_speed_that_the_robot_does_not_tell_is_unknown(pair: Pair) -> None:
+    """Not 0 %, and not the override, which is told."""
+    pair.start_program(ramp(HOME, AWAY, 2.0), run=0.5)
+    state = changed(pair.state, sides__real__flags__speed_percent=None)
+    state, _ = step(SETUP, state, Tick(pair.now + 0.001))
+    view = state_view(SETUP, state, pair.now)
+    assert view.leader == "real" and view.real_override_percent == 100.0
+    assert math.isnan(view.speed_requested_percent) and math.isnan(view.speed_applied_percent)
+    assert scaling_factor(state) == 1.0

@@ -142,8 +142,7 @@ def slot_problems(layout: ModbusMap) -> Iterator[str]:
 
 def _slot(register: Register) -> Assignment:
     """Return the slot of one register."""
-    multiply = {"float32": 0.0, "string": -1.0}.get(register.type, 1.0 / register.scale)
-    return Assignment(register.address, register.words, register.variable, multiply)
+    return Assignment(register.address, register.words, register.variable, register.multiply)
 
 
 def _joined(before: Assignment, slot: Assignment) -> Assignment | None:

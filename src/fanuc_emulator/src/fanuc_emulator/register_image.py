@@ -71,6 +71,7 @@ class RegisterImage:
         self._override_waits = False
         self._sequence = 0
         self._codes = _codes(layout)
+        self._tick_ms = round(self._registers["clock_ms"].scale)
         self._put("position_valid", (1,))
         self._put("stream_speed", (100,))
         self._put("payload_mass", (payload_kg,))
@@ -87,6 +88,8 @@ class RegisterImage:
         for name, field in _NUMBERS.items():
             number = getattr(snapshot, field)
             if before is None or getattr(before, field) != number:
+                # A clock that ticks in longer steps shows the last one.
+                number -= number % self._tick_ms if name == "clock_ms" else 0
                 self._put(name, (number,))
         percent = snapshot.general_override
         if self._override_waits:

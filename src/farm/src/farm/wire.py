@@ -43,7 +43,7 @@ class CellState(msgspec.Struct, frozen=True):
         why: The reason of the mode, or what is wrong.
         alarm: Active alarm, with what to do; or empty.
         holder: Who holds control, or empty.
-        speed_percent: Cap of both sides' speed.
+        speed_percent: Cap of both sides' speed; None: not known.
         deviation_mm: Between both tools at the same instant; None: not known.
         remote: Whether the local switch lets the farm move this cell.
     """
@@ -57,7 +57,7 @@ class CellState(msgspec.Struct, frozen=True):
     why: str = ""
     alarm: str = ""
     holder: str = ""
-    speed_percent: float = 0.0
+    speed_percent: float | None = 0.0
     deviation_mm: float | None = None
     remote: bool = False
 

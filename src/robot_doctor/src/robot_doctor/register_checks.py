@@ -80,11 +80,14 @@ def check_registers(robot: Robot, layout: ModbusMap, decimals: int) -> Iterator[
         Group.REGISTERS,
         f"the state is one request of {codec.state.count} {where} from {codec.state.offset + 1}",
     )
-    yield fine(
-        Group.REGISTERS,
-        f"the set point is one request of {codec.setpoint.count} words from "
-        f"{codec.setpoint.offset + 1}",
-    )
+    if codec.setpoint is not None:
+        yield fine(
+            Group.REGISTERS,
+            f"the set point is one request of {codec.setpoint.count} words from "
+            f"{codec.setpoint.offset + 1}",
+        )
+    for name, instead in layout.left_out():
+        yield fine(Group.REGISTERS, f"{name} is left out: {instead}")
 
 
 def _advice(text: str) -> str:

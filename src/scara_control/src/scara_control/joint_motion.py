@@ -21,7 +21,8 @@ class JointMotion(msgspec.Struct, frozen=True, array_like=True):
 
     Attributes:
         q: Joint positions [rad], prismatic [m].
-        qdot: Velocities; empty only in a goal that leaves them to the planner.
+        qdot: Velocities; empty only in a goal that leaves them to the planner, and in a reading of
+            a robot that tells none.
         qddot: Accelerations; likewise.
         time: The instant [s], on the axis of whoever holds the motion. It stays 0 where something
             else tells the instant: a path or a drive.
@@ -63,9 +64,9 @@ class JointMotion(msgspec.Struct, frozen=True, array_like=True):
         return tuple(q + v * (now - self.time) for q, v in zip(self.q, self.qdot))
 
     def select(self, columns: Sequence[int]) -> JointMotion:
-        """Return the motion of only some joints."""
+        """Return the motion of only some joints; what was left out stays so."""
         q, qdot, qddot = (
-            tuple([values[column] for column in columns])
+            tuple([values[column] for column in columns]) if values else ()
             for values in (self.q, self.qdot, self.qddot)
         )
         return JointMotion(q, qdot, qddot, self.time)

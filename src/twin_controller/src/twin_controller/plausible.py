@@ -10,7 +10,8 @@ is by how much the last one was later than the promptest of the last seconds. An
    \qquad |\dot q - \dot q_0| \le k_a a_{max} \Delta t + r / s,
    \qquad |q - q_0 - \dot q_0 \Delta t_r| \le \tfrac12 k_a a_{max} \Delta t^2 + |\dot q_0| s + r
 
-with :math:`r` the resolution and :math:`s` the slack. A single reading that does not fit is
+with :math:`r` the resolution and :math:`s` the slack; of a robot that tells no speeds only the
+first. A single reading that does not fit is
 refused. Readings that go on fitting each other mean that the robot or its clock has really jumped,
 and then nothing known of it holds. The first reading has none before it: it counts once a second
 one fits it.
@@ -175,7 +176,8 @@ class _Follows(msgspec.Struct, frozen=True):
             return f"the clock went on by {remote:.3f} s in {local:.3f} s"
         span = max(local, remote) + SLACK
         old, new = before.motion, reading.motion
-        rows = zip(self.joints, old.q, new.q, old.qdot, new.qdot)
+        unknown = (None,) * len(self.joints)
+        rows = zip(self.joints, old.q, new.q, old.qdot or unknown, new.qdot or unknown)
         found = (
             _jump(joint, q1 - q0, v0, v1, remote, span, self.acceleration)
             for joint, q0, q1, v0, v1 in rows
@@ -184,18 +186,28 @@ class _Follows(msgspec.Struct, frozen=True):
 
 
 def _jump(
-    joint: Joint, step: float, v0: float, v1: float, remote: float, span: float, acceleration: float
+    joint: Joint,
+    step: float,
+    v0: float | None,
+    v1: float | None,
+    remote: float,
+    span: float,
+    acceleration: float,
 ) -> str:
     """Return why a joint cannot have moved by ``step`` within ``span`` [s].
 
-    Its speed went from ``v0`` to ``v1`` meanwhile.
+    Its speed went from ``v0`` to ``v1`` meanwhile; None: it tells none.
     """
     resolution, limit = RESOLUTION * joint.scale, acceleration * joint.acceleration
-    reach = SPEED_FACTOR * joint.velocity * span
-    off = abs(step - v0 * remote)
-    if abs(step) > reach + resolution or off > 0.5 * limit * span**2 + abs(v0) * SLACK + resolution:
+    far = abs(step) > SPEED_FACTOR * joint.velocity * span + resolution
+    if v0 is not None:
+        off = abs(step - v0 * remote)
+        far = far or off > 0.5 * limit * span**2 + abs(v0) * SLACK + resolution
+    if far:
         moved = f"{abs(step) / joint.scale:.3f} {joint.unit}"
         return f"{joint.name} jumped by {moved} in {1e3 * span:.0f} ms"
+    if v0 is None or v1 is None:
+        return ""
     if abs(v1 - v0) > limit * span + resolution / SLACK:
         change = f"{abs(v1 - v0) / joint.scale:.1f} {joint.unit}/s"
         return f"{joint.name} changed its speed by {change} in {1e3 * span:.0f} ms"

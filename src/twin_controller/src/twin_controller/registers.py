@@ -26,6 +26,7 @@ from twin_controller.modbus.blocks import (
 )
 from twin_controller.modbus.words import numbers, text_of, to_words
 from twin_controller.robot_sample import (
+    CLOCK_WRAP_MS,
     NUMBERS,
     AlarmStatus,
     ControlType,
@@ -48,7 +49,7 @@ class RegisterCodec:
 
     Attributes:
         state: Read in each cycle.
-        setpoint: Written in each cycle of a stream.
+        setpoint: Written in each cycle of a stream; None: the robot is only followed.
         ring: Written behind set points ahead; None: the robot takes none.
         program: Read when it may have changed.
         alarm: Read when it may have changed.
@@ -104,27 +105,36 @@ class RegisterCodec:
             raise SampleError(f"{len(bits)} signals instead of {self.outputs.count}")
         if self._number("position_valid", words) != 1:
             raise SampleError("the robot says that its position is not valid")
-        try:
-            control = ControlType(self._number("control_type", words))
-            watchdog = WatchdogState(self._number("watchdog_state", words))
-        except ValueError as error:
-            raise SampleError(str(error)) from error
         q = positions_of(self._floats("position", words), self._joints, self._tolerance)
-        qdot = velocities_of(self._floats("velocity", words), self._joints)
+        qdot: Sequence[float] = ()
+        if "velocity" in self._registers:
+            qdot = velocities_of(self._floats("velocity", words), self._joints)
         clock_ms = self._clock(words)
         on = frozenset(name for name, place in self._outputs.items() if bits[place])
         if self._status is not None:
             _, (word,) = self._take(self._status.register, words, None)
             on = frozenset(name for name, bit in self._status.bits.items() if word >> bit & 1)
+        on |= told
+        # Nothing of ours runs on a robot that does not tell what kind of program runs.
+        control = ControlType.PROGRAM if on & {"progrun", "paused"} else ControlType.NONE
+        watchdog = None
+        try:
+            if (number := self.given("control_type", words)) is not None:
+                control = ControlType(number)
+            if (number := self.given("watchdog_state", words)) is not None:
+                watchdog = WatchdogState(number)
+        except ValueError as error:
+            raise SampleError(str(error)) from error
+        speed = "program_speed"
         return RobotSample(
             motion=JointMotion.measured(q, qdot, clock_ms * 1e-3),
             clock_ms=clock_ms,
             control_type=control,
-            program_speed=self._percent("program_speed", words),
+            program_speed=self._percent(speed, words) if speed in self._registers else None,
             override=self._percent("override_now", words),
-            heartbeat_echo=self._number("heartbeat_echo", words),
+            heartbeat_echo=self.given("heartbeat_echo", words),
             watchdog_state=watchdog,
-            outputs=on | told,
+            outputs=on,
             command_echo=self._number(self._command.echo, words) if self._command else 0,
             ring_places=self._places,
             **{name: self._number(name, words) for name in NUMBERS if name in self._registers},
@@ -138,9 +148,9 @@ class RegisterCodec:
         """
         return self._clock(words)
 
-    def echo_of(self, words: Sequence[int]) -> int:
-        """Return the echo of the heartbeat in an answer to ``state``, whatever else is in it."""
-        return self._number("heartbeat_echo", words)
+    def given(self, name: str, words: Sequence[int]) -> int | None:
+        """Return a number in an answer to ``state``; None if the robot does not give it."""
+        return self._number(name, words) if name in self._registers else None
 
     def decode_program(self, words: Sequence[int]) -> ProgramStatus:
         """Return what the program block says.
@@ -176,8 +186,8 @@ class RegisterCodec:
 
     def encode_setpoint(
         self, positions: Sequence[float], heartbeat: int, speed_percent: float
-    ) -> list[int]:
-        """Return the words of ``setpoint``: PR[1], its validity, R[1] and R[2].
+    ) -> tuple[int, list[int]]:
+        """Return PDU address and words of ``setpoint``: PR[1], its validity, R[1] and R[2].
 
         Args:
             positions: Joint positions in the order of robot.yaml [rad or m].
@@ -191,13 +201,14 @@ class RegisterCodec:
         axes = axes_of(positions, self._joints, self._registers["setpoint"].count)
         if not 0.0 < speed_percent <= 100.0:
             raise SetpointError(f"set point: speed_percent = {speed_percent} is outside (0, 100]")
+        assert self.setpoint is not None
         values = {
             "setpoint": axes,
             "setpoint_valid": [1.0],
             "heartbeat": [float(heartbeat & 0x7FFF)],
             "stream_speed": [float(max(1, math.floor(speed_percent)))],
         }
-        return self._block(self.setpoint, values)
+        return self.setpoint.offset, self._block(self.setpoint, values)
 
     def encode_positions(self, positions: Sequence[float]) -> list[int]:
         """Return the words of one set point [rad or m], as it stands in a place of the ring.
@@ -249,6 +260,8 @@ class RegisterCodec:
         """Return the words of all registers of a block."""
         words = [0] * block.count
         for name, given in values.items():
+            if name not in self._registers:
+                continue
             begin = self._registers[name].offset - block.offset
             encoded = [word for value in given for word in self._encode(name, value)]
             words[begin : begin + len(encoded)] = encoded
@@ -284,6 +297,9 @@ class RegisterCodec:
 
     def _clock(self, words: Sequence[int]) -> int:
         clock = self._number("clock_ms", words)
+        if self._registers["clock_ms"].scale != 1.0:
+            # A controller's own clock counts on where ours, of milliseconds, begins again.
+            return clock % CLOCK_WRAP_MS
         if clock < 0:
             raise SampleError(f"clock_ms = {clock} is negative")
         return clock

@@ -9,6 +9,8 @@ from scara_control.joint_motion import JointMotion
 
 _WARNS = ("", "NONE", "WARN")
 """Severities that stop nothing."""
+CLOCK_WRAP_MS = 2**31
+"""Where the robot's clock begins again at 0."""
 _DRIVES_OFF = ("SERVO", "SYSTEM")
 """Severities that switch the drives off."""
 
@@ -46,10 +48,11 @@ class ProgramState(IntEnum):
 
 
 class RobotSample(msgspec.Struct, frozen=True):
-    """One checked reading of the robot.
+    """One checked reading of the robot; None: it does not tell.
 
     Attributes:
         motion: Of all joints in the order of robot.yaml; its time is the robot's own clock [s].
+            Without velocities where the robot gives none.
         clock_ms: That clock, as it was read.
         program_speed: Programmed speed of the running motion [percent].
         override: Override in force [percent].
@@ -63,15 +66,20 @@ class RobotSample(msgspec.Struct, frozen=True):
     motion: JointMotion
     clock_ms: int
     control_type: ControlType
-    program_speed: int
+    program_speed: int | None
     override: int
-    heartbeat_echo: int
-    watchdog_state: WatchdogState
+    heartbeat_echo: int | None
+    watchdog_state: WatchdogState | None
     outputs: frozenset[str]
     command_echo: int = 0
     ring_places: int = 0
     ring_read: int = 0
     ring_underruns: int = 0
+
+    @property
+    def speed_percent(self) -> float | None:
+        """Override times programmed speed [percent]."""
+        return None if self.program_speed is None else self.override * self.program_speed * 1e-2
 
     @property
     def moved_by(self) -> ControlType:

@@ -85,8 +85,8 @@ def state_view(
         real_position=real,
         twin_position=twin,
         deviation=tuple(round(a - b, decimals) for a, b in zip(real, twin)),
-        speed_requested_percent=speeds.requested,
-        speed_applied_percent=speeds.applied,
+        speed_requested_percent=math.nan if speeds.requested is None else speeds.requested,
+        speed_applied_percent=math.nan if speeds.applied is None else speeds.applied,
         speed_limited=speeds.limited,
         speed_reason=speeds.reason,
         real_override_percent=0.0

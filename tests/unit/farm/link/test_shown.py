@@ -27,12 +27,13 @@ def test_the_cell_judges_how_bad_it_is(said: Mode, level: Level) -> None:
 
 
 def test_what_the_controller_says_is_told_in_the_same_words() -> None:
-    """Only an unknown distance is none, and the speed is the one that is driven."""
+    """Only an unknown distance or speed is none, and the speed is the one that is driven."""
     words = {"mode": Mode.IDLE, "leader": "real", "why": "w", "alarm": "a", "holder": "ann"}
     state = told_by(Mode(**words, speed_applied_percent=40.0, deviation_mm=0.3))
     assert {name: getattr(state, name) for name in words} == words
     assert (state.speed_percent, state.deviation_mm) == (40.0, 0.3)
-    assert told_by(Mode(deviation_mm=float("nan"))).deviation_mm is None
+    unknown = told_by(Mode(deviation_mm=float("nan"), speed_applied_percent=float("nan")))
+    assert (unknown.deviation_mm, unknown.speed_percent) == (None, None)
 
 
 def test_revision_follows_what_a_command_is_based_on() -> None:

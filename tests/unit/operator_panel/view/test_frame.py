@@ -239,3 +239,13 @@ def test_people_are_in_the_frame_for_a_second() -> None:
     }
     assert frame_of(people=people)["people"] == [[0.9, 0.1, 0.2]]
     assert "people" not in frame_of()
+
+
+def test_a_speed_that_the_robot_does_not_tell_is_no_number() -> None:
+    """A robot without programs of ours tells its override alone."""
+    unknown = float("nan")
+    told = {"speed_requested_percent": unknown, "speed_applied_percent": unknown}
+    state = msgspec.structs.replace(STATE, speed_limited=False, **told)
+    text = frame_of(state)["text"]
+    assert text["speed.applied"] == "\N{EN DASH} %"
+    assert text["speed.reason"] == "the robot does not tell its program's speed"

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 import msgspec
+from scara_config.map_entries import FAST_CLOCK, FAST_CLOCK_MS
 from scara_config.modbus_map import INPUTS, OUTPUTS, WORDS, ModbusMap, Register, Table
 from scara_config.set_up.slots import delivered_table
 
@@ -34,7 +35,6 @@ _KEPT = 256
 _JOINT_FORM = range(27, 46)
 """Words of a position that say where its joints are: the stand-in keeps no Cartesian form."""
 _SIGNALS_A_WORD = 16
-_FAST_CLOCK_MS = 2
 
 
 @dataclass(slots=True)
@@ -223,6 +223,8 @@ class AssignedRegisters:
 
     def _value(self, cell: Cell, snapshot: Snapshot) -> float | str:
         """Return one value as it is now."""
+        if cell.family == FAST_CLOCK:
+            return snapshot.clock_ms // round(FAST_CLOCK_MS)
         home = self._homes.get(cell)
         if home is not None:
             begin = home.offset - self._image.first[_TABLE]
@@ -231,8 +233,6 @@ class AssignedRegisters:
             return value if isinstance(value, str) else value[0]
         if cell.family.startswith("$SNPX_ASG"):
             return self.table.value(cell.element, cell.family.partition(".")[2])
-        if cell.family == "$FAST_CLOCK":
-            return snapshot.clock_ms // _FAST_CLOCK_MS
         if cell.field.kind is ValueKind.SIGNAL:
             return float(self._level(cell.family, cell.element, snapshot))
         if self._settings is not None:
@@ -332,4 +332,4 @@ def _same_form(home: Register, field: Field, multiply: float, short: bool) -> bo
         return multiply == 0.0 and not short
     if home.type == "int16":
         return short and multiply in (1.0, -1.0) and home.scale == 1.0
-    return multiply in (1.0 / home.scale, -1.0) and not short
+    return multiply in (home.multiply, -1.0) and not short

@@ -216,10 +216,10 @@ def _card(row: Row, short: Mapping[str, str]) -> Card:
 
 
 def _facts(state: CellState) -> list[str]:
-    apart = state.deviation_mm
+    apart, speed = state.deviation_mm, state.speed_percent
     return [
         *([f"{apart:.2f} mm apart"] if apart is not None else []),
-        f"speed cap {state.speed_percent:.0f} %",
+        *([f"speed cap {speed:.0f} %"] if speed is not None else []),
         *([f"{state.holder} is in control"] if state.holder else []),
         *(["the farm may move it"] if state.remote else []),
     ]

@@ -42,7 +42,7 @@ class Shown:
 
 def told_by(message: Any) -> CellState:
     """Return the state that a scara_msgs/TwinControllerState tells; nothing has counted it yet."""
-    apart = message.deviation_mm
+    apart, speed = message.deviation_mm, message.speed_applied_percent
     level = LEVELS.get(message.mode, Level.GOOD)
     if message.diverged:
         level = Level.BAD
@@ -53,7 +53,7 @@ def told_by(message: Any) -> CellState:
         stamp=message.header.stamp.to_sec(),
         revision=0,
         level=level,
-        speed_percent=message.speed_applied_percent,
+        speed_percent=speed if math.isfinite(speed) else None,
         deviation_mm=apart if math.isfinite(apart) else None,
         **{name: getattr(message, name) for name in BASED_ON},
     )

@@ -104,6 +104,8 @@ def motion_text(state: CellState) -> str:
 
 def speed_reason(state: CellState) -> str:
     """Return what speed was asked for, and why the pair does not get it."""
+    if not math.isfinite(state.speed_requested_percent):
+        return "the robot does not tell its program's speed"
     asked = percent(state.speed_requested_percent)
     if not state.speed_limited:
         return "of full speed, as asked for"

@@ -49,7 +49,8 @@ class RealMeasured(Event, frozen=True, tag="real"):
         sent: When the read was sent.
         received: When the answer was complete.
         clock_ms: The robot's own clock when the motion was true.
-        motion: The twin's joints; its time is that clock [s], with its wrap.
+        motion: The twin's joints; its time is that clock [s], with its wrap. Without velocities
+            where the robot gives none.
         own_program: The robot moves by a program of its own, not by our set points.
         streaming: The robot's stream program runs and follows our set points.
         paused: A program is paused, or the robot is held.
@@ -57,7 +58,7 @@ class RealMeasured(Event, frozen=True, tag="real"):
         fault: An alarm stops the robot.
         held_there: Somebody holds the robot at its pendant; only he lets it go.
         estop_pressed: The emergency stop button at the robot is pressed.
-        speed_percent: Override times programmed speed.
+        speed_percent: Override times programmed speed; None: the robot does not tell.
         gripper: The suction is on; None: the robot has no gripper.
         vacuum: It holds a part.
         ring_places: How many set points it takes ahead of their time; 0: none.
@@ -78,7 +79,7 @@ class RealMeasured(Event, frozen=True, tag="real"):
     fault: bool = False
     held_there: bool = False
     estop_pressed: bool = False
-    speed_percent: float = 0.0
+    speed_percent: float | None = 0.0
     override_percent: float = 0.0
     gripper: bool | None = None
     vacuum: bool = False

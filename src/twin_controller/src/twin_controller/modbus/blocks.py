@@ -10,16 +10,10 @@ from scara_config.modbus_map import ModbusMap, Table
 
 from twin_controller.robot_sample import NUMBERS
 
+# As far as the robot gives them.
 STATE = (
-    "position",
-    "position_valid",
-    "clock_ms",
-    "velocity",
-    "control_type",
-    "program_speed",
-    "heartbeat_echo",
-    "watchdog_state",
-    "override_now",
+    *("position", "position_valid", "clock_ms", "velocity", "control_type"),
+    *("program_speed", "heartbeat_echo", "watchdog_state", "override_now"),
 )
 SETPOINT = ("setpoint", "setpoint_valid", "heartbeat", "stream_speed")
 # Set points ahead: written in one request behind what has changed.
@@ -56,17 +50,17 @@ def state_block(layout: ModbusMap) -> Block:
     """Return the block that is read in each cycle; signals that stand in a word are part of it."""
     shown = [layout.status_word.register] if layout.status_word else []
     echo = [layout.command_word.echo] if layout.command_word else []
-    numbers = [name for name in NUMBERS if layout.find(name)]
-    return span(layout, (*STATE, *numbers, *shown, *echo), MOST_WORDS)
+    names = [name for name in (*STATE, *NUMBERS) if layout.find(name)]
+    return span(layout, (*names, *shown, *echo), MOST_WORDS)
 
 
-def setpoint_block(layout: ModbusMap) -> Block:
-    """Return the block that is written in each cycle of a stream.
+def setpoint_block(layout: ModbusMap) -> Block | None:
+    """Return the block that is written in each cycle of a stream; None: the robot takes none.
 
     Raises:
         ConfigError: It has a gap, which would be written too.
     """
-    return _written(layout, SETPOINT)
+    return _written(layout, SETPOINT) if layout.leads else None
 
 
 def ring_block(layout: ModbusMap) -> Block | None:
@@ -78,7 +72,8 @@ def ring_block(layout: ModbusMap) -> Block | None:
     return _written(layout, RING) if layout.ring_places else None
 
 
-def _written(layout: ModbusMap, expected: Sequence[str]) -> Block:
+def _written(layout: ModbusMap, names: Sequence[str]) -> Block:
+    expected = [name for name in names if layout.find(name)]
     block = span(layout, expected, MOST_WRITTEN)
     registers = [layout.find(name) for name in expected]
     if block.count != sum(register.words for register in registers if register is not None):

@@ -10,10 +10,10 @@ from scara_config.modbus_map import RING_NUMBERS, ModbusMap
 from twin_controller.core.actions import RobotSetpoint, StreamAhead
 from twin_controller.modbus.blocks import MOST_WRITTEN
 from twin_controller.registers import RegisterCodec
+from twin_controller.robot_sample import CLOCK_WRAP_MS
 
 EMPTY = -1
 """The time of a place that holds no set point."""
-CLOCK_WRAP_MS = 2**31
 
 
 class RingCodec:

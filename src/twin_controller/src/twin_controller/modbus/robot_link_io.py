@@ -69,7 +69,9 @@ class ModbusRobotLink:
         self._echo = Echo()
         self._disarm = True
         self._signals: list[bool] | None = None
-        self._shows_all, self._told = robot.stopping.shows_all, frozenset[str]()
+        # Else program and alarm tell what its outputs would.
+        self._shows_all = robot.stopping.shows_all and layout.has_outputs
+        self._told = frozenset[str]()
         self._outputs: frozenset[str] | None = None
         self._status_due = 0.0
         self._retry = settings.retry_first
@@ -109,7 +111,8 @@ class ModbusRobotLink:
 
     def take_back_setpoints(self) -> None:
         """Tell the robot that none of its set points counts any longer."""
-        self.write_integer("setpoint_valid", 0)
+        if self._layout.find("setpoint_valid"):
+            self.write_integer("setpoint_valid", 0)
         if self._layout.ring_places:
             self.write_integer("ring_write", 0)
 
@@ -199,7 +202,9 @@ class ModbusRobotLink:
             while not self._outbox.closed and time.monotonic() < quiet_since + self._settings.alone:
                 self._writer.wait(time.monotonic() + self._settings.poll_period)
                 before = self._echo.shown
-                shown = self._codec.echo_of(self._port.read_words(self._codec.state))
+                words = self._port.read_words(self._codec.state)
+                shown = self._codec.given("heartbeat_echo", words)
+                assert shown is not None  # nobody else could be told without it
                 self._echo, _ = heard(self._echo, shown, self._writer.beat)
                 if shown != before:
                     quiet_since = time.monotonic()
@@ -242,9 +247,9 @@ class ModbusRobotLink:
         self._counters.round_trip = received - sent
         self._counters.longest_round_trip = max(self._counters.longest_round_trip, received - sent)
         sample, clock_ms = self._decode(words, signals), None
-        if sample is not None and self._settings.heartbeat:
+        shown = sample.heartbeat_echo if sample is not None else None
+        if shown is not None and self._settings.heartbeat:
             # An echo that is none of ours tells of somebody else who writes.
-            shown = sample.heartbeat_echo
             self._echo, stranger = heard(self._echo, shown, self._writer.beat)
             if stranger:
                 raise StrangerError(stranger_text(self._layout, shown))

@@ -167,8 +167,8 @@ class Writer:
     def _write_setpoint(self, action: StreamReal) -> None:
         """Write PR[1] with the heartbeat in one request."""
         heartbeat = self._next_heartbeat()
-        words = self._codec.encode_setpoint(action.setpoint.q, heartbeat, action.speed_percent)
-        self._port.write_words(self._codec.setpoint.offset, words)
+        request = self._codec.encode_setpoint(action.setpoint.q, heartbeat, action.speed_percent)
+        self._port.write_words(*request)
         self._counters.setpoints += 1
         self._beaten()
 

@@ -131,7 +131,8 @@ class Publishing:
                 age = batch.now - batch.state.sides.real.last.time
                 true_at = rospy.Time.from_sec(batch.stamp.to_sec() - age)
                 message = JointState(header=_header(true_at), name=list(self._setup.names))
-                message.position, message.velocity = list(event.motion.q), list(event.motion.qdot)
+                qdot = event.motion.qdot or batch.state.sides.real.last.qdot
+                message.position, message.velocity = list(event.motion.q), list(qdot)
                 self._joints.publish(message)
 
     def publish_state(
@@ -196,7 +197,7 @@ class Publishing:
         A change of the position alone does not count.
         """
         kind = {0: "none", 1: "program", 2: "stream"}.get(sample.control_type, "unknown")
-        speed = sample.override * sample.program_speed * 1e-2
+        speed = sample.speed_percent
         running = "progrun" in sample.outputs
         ready = "sysrdy" in sample.outputs and "fault" not in sample.outputs
         self._status.pendant_enabled = "tpenbl" in sample.outputs
@@ -207,7 +208,7 @@ class Publishing:
         joints = self._robot.joints
         message = RobotData(
             control_type=kind,
-            speed_percent=speed,
+            speed_percent=NAN if speed is None else speed,
             ready=ready,
             running=running,
             program=program,

@@ -83,4 +83,6 @@ def scaling_factor(state: CoreState) -> float:
     if state.lead.mode is Mode.PAUSED:
         return 0.0
     speed = state.orders.speeds
-    return min(max(speed.applied / speed.requested, 0.0), 1.0) if speed.requested > 0.0 else 1.0
+    if not speed.requested or speed.applied is None:
+        return 1.0
+    return min(max(speed.applied / speed.requested, 0.0), 1.0)

@@ -7,19 +7,18 @@ from collections.abc import Sequence
 import msgspec
 from scara_config import Robot
 from scara_config.robot import Joint
+from scara_control.joint_motion import JointMotion
 
 from twin_controller.core.events import RealMeasured
 from twin_controller.plausible import Plausibility, Reading, Verdict, judge
 from twin_controller.robot_sample import (
+    CLOCK_WRAP_MS,
     AlarmStatus,
     ControlType,
     ProgramStatus,
     RobotSample,
     SetpointError,
 )
-
-CLOCK_WRAP = 2.0**31 * 1e-3
-"""Where the robot's clock, a whole number of milliseconds, begins again at 0 [s]."""
 
 PASSED_ON = ({*RobotSample.__struct_fields__} & {*RealMeasured.__struct_fields__}) - {"motion"}
 """What both have under one name; a sample's motion is of all joints."""
@@ -58,7 +57,7 @@ def take(
         What is known now, and the verdict. ``plausible.reason`` says why a sample was refused.
     """
     reading = Reading(sample.motion, received)
-    plausible, verdict = judge(intake.plausible, reading, joints, wrap=CLOCK_WRAP)
+    plausible, verdict = judge(intake.plausible, reading, joints, wrap=1e-3 * CLOCK_WRAP_MS)
     resting = intake.resting
     streams = sample.control_type is ControlType.STREAM
     if verdict is Verdict.ACCEPTED and not (streams and resting):
@@ -120,12 +119,27 @@ def measured(
         fault="fault" in sample.outputs,
         held_there="panel_held" in sample.outputs,
         estop_pressed="panel_estop" in sample.outputs,
-        speed_percent=sample.override * sample.program_speed * 1e-2,
+        speed_percent=sample.speed_percent,
         override_percent=float(sample.override),
         gripper="gripper" in sample.outputs if has_gripper else None,
         vacuum="vacuum" in sample.outputs,
         **{name: getattr(sample, name) for name in PASSED_ON},
     )
+
+
+SLOW = 0.005
+"""A joint below this part of its largest speed stands: readings are noisy. Our choice."""
+
+
+def stands(before: JointMotion, motion: JointMotion, joints: Sequence[Joint]) -> bool:
+    """Return whether no joint moved from one reading to the next, also where none tells speeds."""
+    qdot: Sequence[float] = motion.qdot
+    if not qdot:
+        dt = motion.time - before.time
+        if dt <= 0.0:
+            return False
+        qdot = [(new - old) / dt for old, new in zip(before.q, motion.q)]
+    return all(abs(v) < SLOW * joint.velocity for v, joint in zip(qdot, joints))
 
 
 def is_paused(sample: RobotSample) -> bool:

@@ -9,12 +9,20 @@ import time
 from collections.abc import Callable
 
 from scara_config import Robot
+from scara_control.joint_motion import JointMotion
 from typing_extensions import Self
 
 from twin_controller.core.actions import Command, StreamAhead, StreamReal
 from twin_controller.core.events import AnyEvent, RealAlarm
 from twin_controller.robot.checked_link_io import CheckedLink
-from twin_controller.robot.intake import alarm_text, is_paused, is_stopping, measured, program_text
+from twin_controller.robot.intake import (
+    alarm_text,
+    is_paused,
+    is_stopping,
+    measured,
+    program_text,
+    stands,
+)
 from twin_controller.robot.link import Connect
 from twin_controller.robot.signals import (
     UI_SIGNALS,
@@ -28,8 +36,6 @@ from twin_controller.robot_sample import AlarmStatus, ControlType, ProgramStatus
 _LOG = logging.getLogger("rosout.real_link")
 REST = 1.0
 """A stream that ends with the controller has so long to come to rest [s]. Our choice."""
-SLOW = 0.005
-"""A joint below this part of its largest speed stands: readings are noisy. Our choice."""
 OnData = Callable[[RobotSample, str, str, int], None]
 
 
@@ -67,6 +73,7 @@ class RealLink:
         self._paused = False
         # Our stream program runs, as of the last sample; once the link ends nothing is streamed.
         self._streams = self._ends = False
+        self._before: JointMotion | None = None
         # A sample was read that showed the robot stopped.
         self._rests = threading.Event()
         self._link = CheckedLink(
@@ -131,8 +138,8 @@ class RealLink:
     def _sampled(self, sample: RobotSample, sent: float, received: float) -> None:
         self._paused = is_paused(sample)
         self._streams = sample.moved_by is ControlType.STREAM
-        slow = zip(sample.motion.qdot, self._robot.joints)
-        if "progrun" not in sample.outputs and all(abs(v) < SLOW * j.velocity for v, j in slow):
+        before, self._before = self._before or sample.motion, sample.motion
+        if "progrun" not in sample.outputs and stands(before, sample.motion, self._robot.joints):
             self._rests.set()
         program = self._program_name
         self._put(measured(sample, sent, received, self._robot, self._has_gripper, program))

@@ -43,7 +43,7 @@ MOST_SHIFT_S = 0.03
 """A motion may begin so much earlier or later in its path [s]: of rest nobody sees the end."""
 
 Key = tuple[str, float]
-"""Program and its speed with the override [percent]."""
+"""Program and its speed with the override [percent]; the override alone where only that is told."""
 
 
 class RememberedPath(msgspec.Struct, frozen=True):
@@ -118,7 +118,8 @@ def note_sample(setup: Setup, remembered: Remembered, sides: Sides) -> Remembere
             paths = _kept(setup, paths, motion, sample)
         return Remembered(paths)
     # Only programs of the robot repeat themselves; a jog does not.
-    key = (flags.program, flags.speed_percent) if flags.own_program else None
+    speed = flags.override_percent if flags.speed_percent is None else flags.speed_percent
+    key = (flags.program, speed) if flags.own_program else None
     if motion is None or sample.time - motion.samples[-1].time > AHEAD_S:
         motion = _begun(setup, remembered.paths, sides.real.history, key)
     elif sample.time > motion.samples[-1].time:

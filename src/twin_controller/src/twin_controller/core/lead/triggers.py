@@ -27,6 +27,7 @@ from twin_controller.core.sides import change
 from twin_controller.core.sides.pairing import deviation
 from twin_controller.core.sides.side import Side
 from twin_controller.core.state import CoreState
+from twin_controller.estimation.rhythm import ENOUGH
 
 UNLED = (Mode.OFFLINE, Mode.FAULT)
 """Nobody leads and the mode stays; the real robot's own side can start it all the same."""
@@ -73,6 +74,10 @@ def link_triggers(setup: Setup, state: CoreState) -> list[Trigger]:
         sides.real.clock.samples >= config.real.samples
         and sides.twin.clock.samples >= config.twin.probes
     )
+    if sides.real.flags is not None and not sides.real.flags.motion.qdot:
+        # Speeds are differences over its clock, which is too rough before its rhythm is known; that
+        # all stamps are even tells of the clock's ticks alone.
+        known = known and sides.real.rhythm.count >= ENOUGH
     seeing = not state.safety.separation.silent
     ready = state.lead.mode is Mode.OFFLINE and sides.usable and known and seeing
     if ready:

@@ -27,8 +27,9 @@ class Speeds(msgspec.Struct, frozen=True):
     # The operator's cap for both sides.
     cap: float = 100.0
     # What the leader asks for and what it gets; shown and published, nothing is decided by them.
-    requested: float = 0.0
-    applied: float = 0.0
+    # None: a robot leads that does not tell.
+    requested: float | None = 0.0
+    applied: float | None = 0.0
     limited: bool = False
     reason: str = ""
     # The cap that the twin was sent last; forgotten with its link, so that a new twin is told.
@@ -118,8 +119,10 @@ def _judged(
         ours = speeds.real is not None and speeds.real.wanted >= flags.override_percent
         held = real_cap(setup, speeds, safety, leader.name, flags.own_program)
         if speeds.own_override is not None and speeds.real is not None:
-            applied, limited = min(requested, speeds.real.wanted), True
-            requested, reason = max(requested, speeds.own_override), held.reason
+            limited, reason = True, held.reason
+            if requested is not None:
+                applied = min(requested, speeds.real.wanted)
+                requested = max(requested, speeds.own_override)
         elif ours and held.percent <= flags.override_percent < 100.0:
             limited, reason = True, held.reason
     else:

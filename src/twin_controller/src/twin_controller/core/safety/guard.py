@@ -150,7 +150,7 @@ def _reached(setup: Setup, real: RealSide, braking: Braking) -> Joints:
     # A program is never faster than its override lets it, nor than it says itself; one that is
     # already faster than it says counts its speed in another way.
     share, percent = _share(setup, qdot), max(flags.override_percent, 1.0)
-    if flags.speed_percent > 0.0 and share <= PERCENT_MARGIN * flags.speed_percent * 1e-2:
+    if flags.speed_percent and share <= PERCENT_MARGIN * flags.speed_percent * 1e-2:
         percent = min(percent, PERCENT_MARGIN * flags.speed_percent)
     most = tuple(v * percent * 1e-2 for v in setup.velocity)
     reached = speed_reached(qdot, slope, braking.delay, (math.inf,) * len(qdot))
@@ -166,6 +166,8 @@ def _asked(real: RealSide) -> float:
     """Return the part of its joints' largest speed that the robot's program asks for."""
     flags = real.flags
     if flags is None or not flags.own_program or flags.override_percent <= 0.0:
+        return 1.0
+    if flags.speed_percent is None:
         return 1.0
     return min(1.0, max(flags.speed_percent / flags.override_percent, CRAWL))
 

@@ -34,6 +34,7 @@ from twin_controller.core.sides.side import (
     Sides,
     TwinSide,
 )
+from twin_controller.core.sides.speeds import speeds
 from twin_controller.estimation.rhythm import heard
 
 replace = msgspec.structs.replace
@@ -223,10 +224,18 @@ def _sampled(setup: Setup, side: S, sample: JointMotion) -> S:
     # A side that counts as standing may still move by its tolerance.
     reach = settle.tolerance + 2.0 * config.still_tolerance
     known = change.settle(side.change, sample.time, config, settle.timeout_ms * 1e-3, reach)
+    found = change.update(known, sample.time, border, config, echo=own)
+    if not sample.qdot:
+        # What stands by its positions has no speed: noise over a few milliseconds would be one.
+        qdot = (0.0,) * len(sample.q)
+        if not change.stands_still(found, sample.time, config):
+            noise = tuple(side.noise * scale for scale in setup.scale)
+            qdot = speeds(side.history, sample, noise, setup.velocity)
+        sample = replace(sample, qdot=qdot)
     return replace(
         side,
         history=(*side.history, sample)[-HISTORY:],
-        change=change.update(known, sample.time, border, config, echo=own),
+        change=found,
         echoed=side.echoed + own,
     )
 

@@ -1,0 +1,52 @@
+"""The quantities that modbus_map.yaml places: what each may stand in, and who needs it.
+
+A delivered controller gives what a twin needs to follow it. Speeds, an echo, a watchdog and a ring
+want a program of the robot's own: where they are left out, something else stands in their place,
+and nothing is ever taken for 0.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+FAST_CLOCK, FAST_CLOCK_MS = "$FAST_CLOCK", 2.0
+"""A controller's own clock counts so many milliseconds at a time."""
+WHOLE = ("int16", "int32")
+_AXIS = ("float32", "int32")
+_TEXT = ("string",)
+
+
+class Entry(NamedTuple):
+    """What a quantity of the map may stand in, and who needs it.
+
+    Attributes:
+        types: Of its register.
+        need: ``follow``: a twin that follows needs it, and each R-30iB has it without a program of
+            its own. ``lead``: who leads the robot needs it too. Empty: it may be left out.
+        instead: What stands in its place where it is left out.
+    """
+
+    types: tuple[str, ...]
+    need: Literal["follow", "lead", ""] = ""
+    instead: str = "not shown"
+
+
+# Addresses are free, more registers are welcome.
+ENTRIES: dict[str, Entry] = {
+    "position": Entry(_AXIS, "follow"),
+    **dict.fromkeys(("position_valid", "clock_ms", "override_now"), Entry(WHOLE, "follow")),
+    **dict.fromkeys(("program_line", "program_state"), Entry(WHOLE, "follow")),
+    **dict.fromkeys(("alarm_id", "alarm_number"), Entry(WHOLE, "follow")),
+    **dict.fromkeys(("program_name", "alarm_message"), Entry(_TEXT, "follow")),
+    # Kept by a program of the robot's own, or written for one.
+    "setpoint": Entry(_AXIS, "lead"),
+    **dict.fromkeys(("heartbeat", "stream_speed", "override"), Entry(WHOLE, "lead")),
+    "control_type": Entry(WHOLE, "lead", "by PRG[1]: no program of ours runs"),
+    "velocity": Entry(_AXIS, instead="differences of positions, over the robot's clock"),
+    "setpoint_valid": Entry(WHOLE, instead="not written"),
+    **dict.fromkeys(("program_speed", "heartbeat_echo", "watchdog_state"), Entry(WHOLE)),
+    **dict.fromkeys(("program_caller", "alarm_cause", "alarm_severity_text"), Entry(_TEXT)),
+    **dict.fromkeys(("alarm_severity", "alarm_time"), Entry(WHOLE)),
+    "payload_mass": Entry(("float32", *WHOLE)),
+}
+WRITTEN = ("setpoint", "setpoint_valid", "heartbeat", "stream_speed", "override")

@@ -1,0 +1,101 @@
+"""Speeds of a robot that tells positions alone."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scara_config import load_robot
+from scara_control.joint_motion import JointMotion
+from twin_controller.config import load_twin_controller
+from twin_controller.core.events import LinkChanged, RealMeasured
+from twin_controller.core.setup import Setup
+from twin_controller.core.sides.measure import take_in
+from twin_controller.core.sides.side import RealSide, Sides
+from twin_controller.core.sides.speeds import FEWEST, MOST, slope_weights, speeds
+
+CONFIG = Path(__file__).resolve().parents[5] / "config"
+ROBOT = load_robot(CONFIG)
+SETUP = Setup(ROBOT, load_twin_controller(ROBOT, CONFIG))
+PERIOD = 0.008
+MOST_SPEED = (math.radians(440.0),)
+
+
+def readings(rows: np.ndarray, period: float = PERIOD) -> list[JointMotion]:
+    """Return positions [rad], shape (n,) or (n, joints), as readings without speeds."""
+    table = rows.reshape(len(rows), -1)
+    return [JointMotion.measured(row, (), k * period) for k, row in enumerate(table.tolist())]
+
+
+def found(rows: np.ndarray, noise: float = 0.0) -> float:
+    """Return the speed at the last of some positions of one joint."""
+    *before, newest = readings(rows)
+    return speeds(before, newest, (noise,), MOST_SPEED)[0]
+
+
+@pytest.mark.parametrize("count", [2, 3, FEWEST, 40])
+def test_an_even_motion_has_its_speed(count: int) -> None:
+    """From the second reading on."""
+    assert found(0.3 - 2.0 * PERIOD * np.arange(count)) == pytest.approx(-2.0)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4])
+def test_a_motion_that_speeds_up_has_the_speed_of_its_newest_reading(noise: float) -> None:
+    """A difference of two readings alone would be half a period old."""
+    t = PERIOD * np.arange(20)
+    assert found(0.5 * 30.0 * t**2, noise) == pytest.approx(30.0 * t[-1])
+
+
+def test_one_reading_has_no_speed() -> None:
+    """Nor has one long after those before it."""
+    assert found(np.array([0.3])) == 0.0
+    *before, newest = readings(np.array([0.0, 0.1, 0.2]), period=1.0)
+    assert speeds(before, newest, (0.0,), MOST_SPEED) == (0.0,)
+
+
+@pytest.mark.parametrize("noise_deg", [0.001, 0.003, 0.01])
+def test_noise_is_averaged_as_far_as_it_must_be(noise_deg: float) -> None:
+    """A speed is wrong by a quarter of a percent of the largest one, or by what 16 readings give.
+
+    0.01 deg rms in four readings of 8 ms would be 1.9 deg/s.
+    """
+    noise, random = math.radians(noise_deg), np.random.default_rng(7)
+    wrong = [found(random.normal(0.0, noise, 40), noise) for _ in range(500)]
+    assert np.std(wrong) <= 1.1 * 0.0025 * MOST_SPEED[0]
+    few = noise * np.linalg.norm(slope_weights(-PERIOD * np.arange(FEWEST)[::-1]))
+    most = noise * np.linalg.norm(slope_weights(-PERIOD * np.arange(MOST)[::-1]))
+    assert 0.9 * most <= np.std(wrong) <= 1.1 * few
+
+
+@pytest.mark.parametrize(("noise_deg", "noise_mm"), [(0.001, 0.002), (0.01, 0.02)])
+def test_noise_of_a_robot_that_stands_is_no_speed_and_a_slow_motion_is_one(
+    noise_deg: float, noise_mm: float
+) -> None:
+    """The field plant's readings, each 8 ms: whole counts of the encoder and noise.
+
+    What stands by its positions has a speed of exactly 0, whatever differences say.
+    """
+    random = np.random.default_rng(3)
+    noises = [noise_deg if joint.unit == "deg" else noise_mm for joint in SETUP.joints]
+    spread = np.array(noises) * SETUP.scale
+    sides = take_in(SETUP, Sides(), LinkChanged(0.0, "real", True, ""))
+    home, way = np.array(SETUP.home), np.zeros(len(SETUP.home))
+    shown = []
+    for k in range(900):
+        moves = k > 600
+        way[0] = math.radians(5.0) * PERIOD * max(0, k - 600)
+        q = home + way + random.normal(0.0, spread)
+        at = 10.0 + k * PERIOD
+        motion = JointMotion.measured(q.tolist(), (), k * PERIOD)
+        event = RealMeasured(at + 0.004, at, at + 0.004, 8 * k, motion)
+        sides = take_in(SETUP, sides, event)
+        if k > 300:
+            shown.append((moves, sides.real.last.qdot))
+    real: RealSide = sides.real
+    assert real.noise == pytest.approx(max(noise_deg, noise_mm), rel=0.3)
+    assert {qdot for moves, qdot in shown if not moves} == {(0.0,) * len(home)}
+    last = np.array([qdot[0] for moves, qdot in shown if moves][50:])
+    assert last.mean() == pytest.approx(math.radians(5.0), rel=0.1)
+    assert last.std() <= 1.2 * 0.0025 * SETUP.velocity[0]
