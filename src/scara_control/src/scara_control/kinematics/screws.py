@@ -82,6 +82,12 @@ class ScrewModel:
         return tuple((any(row[:3]), tuple(row[:3]), tuple(row[3:])) for row in rows)
 
     @cached_property
+    def screw_matrices(self) -> tuple[tuple[bool, FloatArray], ...]:
+        """For each joint, tool to base: whether it turns, and its screw's matrix, transposed."""
+        axes = reversed(self.screw_axes.T)
+        return tuple((bool(axis[:3].any()), twist_matrix(axis).T) for axis in axes)
+
+    @cached_property
     def home_origin(self) -> Point:
         """The tool's origin in the base frame at zero joints [m]."""
         x, y, z = self.home_pose[:3, 3].tolist()
@@ -240,12 +246,11 @@ def _joint_matrix(arm: ScrewModel, q: ArrayLike) -> FloatArray:
 
 def _move(arm: ScrewModel, q: FloatArray, points: FloatArray) -> FloatArray:
     """Carry homogeneous ``points``, shape ``(m, k, 4)``, through the joints, last joint first."""
-    for axis, angle in zip(arm.screw_axes.T[::-1], q.T[::-1]):
-        screw = twist_matrix(axis).T
+    for (turning, screw), angle in zip(arm.screw_matrices, q.T[::-1]):
         angle = angle[:, None, None]
         first = points @ screw
         points = points + angle * first
-        if axis[:3].any():
+        if turning:
             second = first @ screw
             points = (
                 points
