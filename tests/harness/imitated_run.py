@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Callable, Iterable
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -55,16 +56,21 @@ class Sample(NamedTuple):
     message: Any
 
 
+@cache
+def _types() -> Any:
+    """Return the standard types and those of the cell."""
+    store, folder = get_typestore(Stores.ROS1_NOETIC), ROOT / "src" / "scara_msgs" / "msg"
+    for place in ("Decision", "CoreInput", "what_if/MotionOutcome"):
+        text, name = (folder / f"{place}.msg").read_text(), Path(place).name
+        store.register(get_types_from_msg(text, f"scara_msgs/msg/{name}"))
+    return store
+
+
 class BagMaker:
     """Collects messages and writes them in order of time."""
 
     def __init__(self, namespace: str = "") -> None:
-        """Know the standard types and those of the cell."""
-        self.store = get_typestore(Stores.ROS1_NOETIC)
-        folder = ROOT / "src" / "scara_msgs" / "msg"
-        for place in ("Decision", "CoreInput", "what_if/MotionOutcome"):
-            text, name = (folder / f"{place}.msg").read_text(), Path(place).name
-            self.store.register(get_types_from_msg(text, f"scara_msgs/msg/{name}"))
+        self.store = _types()
         self.namespace = namespace
         self.samples: list[Sample] = []
 

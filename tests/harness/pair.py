@@ -7,8 +7,10 @@ constant delay.
 from __future__ import annotations
 
 import heapq
+from collections import deque
 from collections.abc import Callable
-from functools import partial
+from copy import copy
+from functools import cache, partial
 from itertools import count
 from typing import Any, TypeVar
 
@@ -73,6 +75,7 @@ WATCHED = Setup(
 """With one sensor that sees people; it has no name."""
 HOME = SETUP.home
 PLAN_ROWS = 16
+KEEPS = (list, dict, set, deque)
 Kind = TypeVar("Kind", bound=Action)
 
 
@@ -381,8 +384,18 @@ class Pair(RealSide, TwinSide):
 
 def idle_pair(**arguments: Any) -> Pair:
     """Return a connected pair, IDLE at home; see :class:`Pair` for the arguments."""
+    made = copy(_connected(**arguments))
+    # What the core gives is never changed; what the pair keeps it in is.
+    vars(made).update({k: copy(v) for k, v in vars(made).items() if isinstance(v, KEEPS)})
+    return made
+
+
+@cache
+def _connected(**arguments: Any) -> Pair:
+    """Return a pair that has just come up, for copies of it."""
     made = Pair(**arguments)
     made.connect()
+    assert not made._due, "what is under way would come to the pair that is copied"
     return made
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -79,9 +80,8 @@ def test_position_is_the_integral_of_velocity_all_the_way_to_rest(point):
     """No jump hides at the end of the extrapolation or of the ramp."""
     path = track([0.0], [point], stop=20.0)
     dt = 1e-4
-    for k in range(8000):
-        q0, v0, _ = path.sample_joint(0, k * dt)
-        q1, v1, _ = path.sample_joint(0, (k + 1) * dt)
+    samples = [path.sample_joint(0, k * dt) for k in range(8001)]
+    for (q0, v0, _), (q1, v1, _) in pairwise(samples):
         assert q1 - q0 == pytest.approx(0.5 * (v0 + v1) * dt, abs=1e-6)
 
 

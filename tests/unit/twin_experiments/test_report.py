@@ -34,6 +34,7 @@ DESIGNED = set(
     )
 )
 VISITS = ["P1", "P2", "P3", "P1", "P2", "P3", "P1"]
+FIRST = ("real_leads",)
 
 
 class Written(NamedTuple):
@@ -214,7 +215,8 @@ def test_a_pause_of_the_machine_is_told_and_its_error_is_given_apart(make_bag: M
 
     The follower is 6.5 mm too high in the pause and 0.1 s after it: 1 % of 650 mm.
     """
-    written = write(make_bag(lag_s=0.0, pause=(1.0, 1.04), kick=(1.0, 1.14, 0.0065)))
+    options = {"pause": (1.0, 1.04), "kick": (1.0, 1.14, 0.0065)}
+    written = write(make_bag(experiments=FIRST, lag_s=0.0, **options))
     for experiment in written.document["experiments"]:
         assert experiment["pauses"] == 1
         assert experiment["longest_pause_ms"] == pytest.approx(44.0, abs=0.01)
@@ -262,7 +264,7 @@ def test_the_path_error_is_lag_times_speed_and_vanishes_without_the_lag(
     make_bag: MakeBag, largest_tool_speed: float
 ) -> None:
     """For a short lag the largest distance is the largest tool speed times the lag."""
-    first = analyse(make_bag(lag_s=0.001))["experiments"][0]
+    first = analyse(make_bag(experiments=FIRST, lag_s=0.001))["experiments"][0]
     assert first["path_error_max_mm"] == pytest.approx(1e3 * largest_tool_speed * 0.001, rel=1e-2)
     assert first["path_error_max_after_lag_mm"] < 0.01
 
@@ -272,7 +274,7 @@ def test_an_offset_of_the_follower_is_its_positioning_error(make_bag: MakeBag) -
 
     The leader has 0.
     """
-    first = analyse(make_bag(offset=(0.0, 0.0, 0.0005, 0.0)))["experiments"][0]
+    first = analyse(make_bag(experiments=FIRST, offset=(0.0, 0.0, 0.0005, 0.0)))["experiments"][0]
     assert first["positioning_error_max_mm"] == pytest.approx(0.5, abs=1e-3)
     assert first["positioning_error_max_percent"] == pytest.approx(100.0 * 0.5 / 650.0, abs=1e-3)
     for rest in first["positions"]:
@@ -296,7 +298,7 @@ def test_a_limit_that_is_missed_is_the_reason_to_fail(
     make_bag: MakeBag, options: dict[str, Any], reason: str
 ) -> None:
     """The verdict says by how much."""
-    document = analyse(make_bag(**options))
+    document = analyse(make_bag(experiments=FIRST, **options))
     for experiment in document["experiments"]:
         assert experiment["verdict"] == "fail"
         assert any(re.search(reason, text) for text in experiment["reasons"])
@@ -311,7 +313,7 @@ def test_the_configuration_in_the_bag_is_used(
     files["experiments.yaml"] = files["experiments.yaml"].replace(
         "path_error_percent: 2.0", "path_error_percent: 0.01"
     )
-    report, _, page = write(make_bag(configuration=json.dumps(files)))
+    report, _, page = write(make_bag(configuration=json.dumps(files), experiments=FIRST))
     assert report.configuration.origin == "in the bag"
     assert "limit 0.01 %" in report.results[0].reasons[0]
     assert "modbus_map.yaml" in page and "Analysed with the configuration in the bag." in page
@@ -336,7 +338,8 @@ def test_a_wrong_configuration_in_the_bag_is_named(
 ) -> None:
     """It is no excuse to take another one; the text lists what is known."""
     with pytest.raises(error, match=text):
-        analyse(make_bag(configuration=recorded_configuration.replace(old, new, 1)))
+        configuration = recorded_configuration.replace(old, new, 1)
+        analyse(make_bag(experiments=("twin_leads",), configuration=configuration))
 
 
 @pytest.mark.parametrize(
@@ -357,7 +360,7 @@ def test_what_a_bag_lacks_or_has_wrong_is_named(
 ) -> None:
     """No figure is made up, and a figure without its label is no figure."""
     with pytest.raises(BagError, match=f"run.bag: {error}"):
-        analyse(make_bag(**options))
+        analyse(make_bag(experiments=FIRST, **options))
 
 
 class _Page(HTMLParser):
@@ -435,7 +438,9 @@ def test_the_charts_show_bands_limits_and_each_joint_on_a_scale_of_its_own(
     """
     in_page = [json.loads(text) for text in re.findall(r'json">({.*?})</script>', written.page)]
     assert len(in_page) == 6 and "limit" not in in_page[0]["panels"][0]
-    _, chosen, results = analyse_bag(make_bag(lag_s=0.03, pause=(1.0, 1.04)), CONFIG)
+    _, chosen, results = analyse_bag(
+        make_bag(experiments=FIRST, lag_s=0.03, pause=(1.0, 1.04)), CONFIG
+    )
     charts = report_charts(results[0], chosen.robot, 2.0)
     errors, joints = charts["errors"]["panels"], charts["deviations"]["panels"]
     assert in_page[1]["panels"][0]["y"] == joints[0]["y"]

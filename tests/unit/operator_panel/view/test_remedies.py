@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import cache, partial
 
 import pytest
-from harness.pair import HOME, ROBOT, SETUP, Pair, ramp, shifted
+from harness.pair import HOME, ROBOT, SETUP, Pair, idle_pair, ramp, shifted
 from harness.parts import changed
 from harness.scenes.copies import copied
 from harness.sides import Joints
@@ -170,8 +170,7 @@ def do(pair: Pair, act: str) -> None:
 @cache
 def together(situation: str) -> Pair:
     """Return a pair in a situation; what is done to it is done to copies."""
-    pair = Pair()
-    pair.connect()
+    pair = idle_pair()
     begin, mode = SITUATIONS[situation]
     begin(pair)
     assert pair.state.lead.mode is mode
@@ -200,8 +199,7 @@ def test_each_remedy_is_accepted_in_its_mode_and_ends_its_alarm(situation: str) 
 
 def test_a_twin_too_far_away_to_follow_parts_again_until_stop_and_align() -> None:
     """RESUME does not bring it back; a pair that was stopped is not asked to acknowledge."""
-    pair = Pair()
-    pair.connect()
+    pair = idle_pair()
     apart("", pair, AWAY)
     mend(pair)
     (alarm,) = [one for one in alarms(pair) if one.source.endswith("pair")]
@@ -220,8 +218,7 @@ def test_a_twin_too_far_away_to_follow_parts_again_until_stop_and_align() -> Non
 
 def test_a_warning_is_no_reason_of_a_later_stop() -> None:
     """What the robot refused a while ago does not explain what stops it now."""
-    pair = Pair()
-    pair.connect()
+    pair = idle_pair()
     warned(nothing, pair)
     pair.raise_alarm()
     pair.run(0.5)

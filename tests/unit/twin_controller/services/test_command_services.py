@@ -7,7 +7,7 @@ from typing import Any
 
 import msgspec
 import pytest
-from harness.pair import HOME, SETUP, Pair, ramp, shifted
+from harness.pair import HOME, SETUP, idle_pair, ramp, shifted
 from scara_ros.gate.permit import Permit
 from scara_ros.standstill import Standstill, said
 from twin_controller.core.actions import MoveTwin, Reply
@@ -29,8 +29,7 @@ class Cell:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, held_by: str) -> None:
         """Connect; ``held_by``: what takes its time, "persons" or "judge"."""
-        self.pair = Pair()
-        self.pair.connect()
+        self.pair = idle_pair()
         self._held_by, self._standstill = held_by, Standstill(self.pair.now)
         self.meanwhile: Any = lambda: None
         clock = SimpleNamespace(monotonic=lambda: self.pair.now)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 import pytest
-from harness.pair import SETUP, Pair
+from harness.pair import SETUP, idle_pair
 from harness.parts import changed
 from twin_controller.core.actions import AnyAction, Decided, Grip
 from twin_controller.core.events import GripAnswered, TwinGripper
@@ -20,8 +20,7 @@ class Grippers:
     """A connected pair whose grippers the test shows."""
 
     def __init__(self) -> None:
-        self.pair = Pair()
-        self.pair.connect()
+        self.pair = idle_pair()
         self.pair.until(Mode.IDLE, 30.0)
         self.real_shows(False)
         self.twin_shows(False)
