@@ -99,10 +99,14 @@ def given(ros: Ros) -> list[tuple[str, str]]:
     return [*ENV.items(), *((name, ros.env[name]) for name in names)]
 
 
+@pytest.mark.thorough
 def test_cmake_builds_a_fresh_clone_with_the_interpreter_of_its_venv(
     clone: Path, ros: Ros, tmp_path: Path
 ) -> None:
-    """Two lines and no ./cell: all packages are built, and a node starts by rosrun."""
+    """Two lines and no ./cell: all packages are built, and a node starts by rosrun.
+
+    Each time the set-up builds this folder by the same two lines.
+    """
     give_libraries(clone)
     told = run(["cmake", "-S", ".", "-B", "build"], clone, tmp_path)
     assert f"traversing {len(NAMES)} packages in topological order" in told, told[:3000]

@@ -17,7 +17,8 @@ from harness.virtual_cell.cell import VirtualCell
 
 APART_MM = 0.05 * 650.0
 """5 % of the reach."""
-EACH_TIME = (("move_to", -10), ("operator", -10), ("move_to", 0), ("operator", 4))
+EACH_TIME = (("operator", -10), ("move_to", 0))
+"""Each millisecond of two ideal sides is a matter of core/test_arbitration."""
 OTHERS = ("move_to", "operator")
 BEGIN_S = 0.2
 LEADS = ("REAL_LEADS", "TWIN_LEADS", "OPERATOR_LEADS")

@@ -75,8 +75,12 @@ def test_two_runs_are_equal_to_the_last_digit() -> None:
     assert again["real_leads"] == shipped("fanuc_sr6ia")["real_leads"]
 
 
+@pytest.mark.thorough
 def test_a_common_shift_of_all_clocks_changes_next_to_nothing() -> None:
-    """What counts is when things were true, not what a clock shows: a float's last digits alone."""
+    """What counts is when things were true, not what a clock shows: a float's last digits alone.
+
+    Each time core/test_arbitration holds the core to it.
+    """
     clocks = replace(CLOCKS, controller_offset=70.0, twin_offset=1_600_000_000.0)
     moved = measure("fanuc_sr6ia", ("real_leads",), lambda robot: VirtualCell(robot, clocks=clocks))
     as_baseline = Baseline("today", "shipped", {"fanuc_sr6ia": shipped("fanuc_sr6ia")})
@@ -128,7 +132,7 @@ def beside(action: AnyAction) -> AnyAction:
 @pytest.mark.parametrize(
     ("experiment", "tamper", "make", "figure"),
     [
-        ("real_leads", without_acceleration, VirtualCell, "path_max_mm"),
+        *thorough(("real_leads", without_acceleration, VirtualCell, "path_max_mm")),
         ("real_leads", five_ms_older, VirtualCell, "path_max_mm"),
         # What stands aside all the way is seen best where nothing moves.
         ("twin_leads", beside, one_move, "positioning_mm"),

@@ -17,7 +17,7 @@ PATH_PERCENT = 2.5
 """Of reach."""
 
 
-@pytest.mark.parametrize("variant", [IDEAL, FIELD], ids=["ideal", "field"])
+@pytest.mark.parametrize("variant", [*thorough(IDEAL), FIELD], ids=["ideal", "field"])
 @pytest.mark.parametrize("speed_percent", [*thorough(60.0), 100.0])
 def test_program_that_heads_for_the_table_is_slowed_and_not_stopped(
     variant: Variant, speed_percent: float

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from harness.plants.known_robot import knowing
 from harness.plants.variants import FIELD
+from harness.running.thorough import thorough
 from harness.scenes.copies import copied
 from harness.scenes.troubled import TroubledCell
 from harness.workspace import ROOT
@@ -116,7 +117,7 @@ def stopped_after(cell: Jogged, command: str) -> tuple[float, float]:
     return real, twin
 
 
-@pytest.mark.parametrize("command", ["STOP", "ESTOP", "PAUSE"])
+@pytest.mark.parametrize("command", ["STOP", *thorough("ESTOP", "PAUSE")])
 def test_a_stop_does_not_wait(cells: dict[bool, Jogged], command: str) -> None:
     """What waits is forgotten: the twin stands as soon as without, and so does the robot."""
     took = {

@@ -19,7 +19,6 @@ from harness.plants.variants import (
     Variant,
 )
 from harness.running.thorough import SEARCH, thorough
-from harness.virtual_cell.cell import VirtualCell
 
 PATH_PERCENT, REST_PERCENT = 5.0, 2.0
 """The article's errors, percent of reach."""
@@ -59,8 +58,12 @@ def test_the_articles_limits_hold_on_a_robot_made_different(leader: str, variant
     assert trial.rest_percent is not None and trial.rest_percent <= REST_PERCENT, trial
 
 
+@pytest.mark.thorough
 def test_pauses_of_the_controller_cost_less_than_the_articles_limit() -> None:
-    """A twin that leads, 20 ms each second: it matters when they come, so the median counts."""
+    """A twin that leads, 20 ms each second: it matters when they come, so the median counts.
+
+    Each time test_ahead plays longer ones, on a later robot.
+    """
     variant = BY_NAME["controller pauses for 20 ms each second"]
     trials = [
         run_trial("fanuc_sr6ia", replace(variant, first_pause=phase), "twin_leads", 50.0, SHORT)
@@ -71,9 +74,13 @@ def test_pauses_of_the_controller_cost_less_than_the_articles_limit() -> None:
     assert len(found) == len(PHASES_S) and median(found) <= PATH_PERCENT, found
 
 
-@pytest.mark.parametrize("robot", ["fanuc_sr6ia", *thorough("fanuc_sr3ia", "articulated_six")])
+@pytest.mark.thorough
+@pytest.mark.parametrize("robot", ["fanuc_sr6ia", "fanuc_sr3ia", "articulated_six"])
 def test_a_field_robot_that_leads_is_followed_within_the_articles_limits(robot: str) -> None:
-    """The twin follows by position, speed and time of each reading, however late they are."""
+    """The twin follows by position, speed and time of each reading, however late they are.
+
+    Each time test_remembered and test_full_speed hold it to less.
+    """
     trial = run_trial(robot, FIELD, "real_leads", 50.0)
     assert not trial.ended, trial
     assert trial.path_percent is not None and trial.path_percent <= PATH_PERCENT, trial
@@ -89,34 +96,25 @@ def test_a_field_robot_that_follows_is_measured_and_stays_within_the_goals(robot
     assert trial.rest_percent is not None and trial.rest_percent <= 0.2, trial
 
 
+@pytest.mark.thorough
 def test_a_robot_that_is_late_is_measured_and_stays_within_the_goal() -> None:
-    """It was 12.8 % of reach, without an alarm."""
+    """It was 12.8 % of reach, without an alarm; each time the later field robot is held to it."""
     trial = run_trial("fanuc_sr6ia", BY_NAME["lag 88 ms"], "twin_leads", 50.0, SHORT)
     assert not trial.ended, trial
     assert trial.path_percent is not None and trial.path_percent <= 2.5, trial
 
 
-@pytest.mark.thorough
-def test_noise_alone_makes_nobody_lead() -> None:
-    """Readings of 0.01 deg rms at rest: the thresholds follow from the noise that is measured.
-
-    Each time test_calm plays it, with rough stamps besides.
-    """
-    with VirtualCell(BY_NAME["encoder noise 0.01 deg rms"].files("fanuc_sr6ia")) as cell:
-        cell.connect()
-        begun = len(cell.decisions)
-        cell.schedule.run(60.0)
-        assert cell.decisions[begun:] == []
-
-
-@pytest.mark.parametrize(("leader", "reached"), [("real_leads", 100.0), ("twin_leads", 76.0)])
+@pytest.mark.parametrize(
+    ("leader", "reached"), [("real_leads", 100.0), *thorough(("twin_leads", 76.0))]
+)
 @pytest.mark.parametrize("robot", ["fanuc_sr6ia", *thorough("articulated_six")])
 def test_long_moves_reach_the_speed_that_they_are_named_after(
     robot: str, leader: str, reached: float
 ) -> None:
     """A label is part of a figure: the article's moves are too short for 100 %.
 
-    An arm that touches what stands around it is thrown beyond that speed.
+    An arm that touches what stands around it is thrown beyond that speed. test_ahead holds the twin
+    that leads to it each time.
     """
     trial = run_trial(robot, IDEAL, leader, 100.0)
     assert trial.fastest_percent == pytest.approx(reached, abs=0.5)
