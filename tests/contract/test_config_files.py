@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 from fanuc_emulator.config import load_programs
+from harness.running.thorough import examples
 from harness.workspace import ROOT
 from harness.yaml_files import copy_configuration, leaves, loaders, replaced, shipped
 from ruamel.yaml import YAML
@@ -59,8 +60,9 @@ def unnamed(text: str, *wanted: str) -> list[str]:
     return [word for word in wanted if word not in text]
 
 
-def some(name: str, numbers_only: bool = False, at_most: int = 12) -> list[Path_]:
+def some(name: str, numbers_only: bool = False) -> list[Path_]:
     """Choose values spread evenly over a file."""
+    at_most = examples(4, 12)
     paths = [
         path
         for path, value in leaves(TREES[name])

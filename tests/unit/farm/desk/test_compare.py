@@ -16,6 +16,7 @@ from farm.desk.history_io import History, Kept
 from farm.desk.questions import QuestionError, week
 from farm.keys import CellName
 from farm.wire import Event
+from harness.running.thorough import thorough
 
 DAY = 86400.0
 NOON = datetime(2026, 11, 18, 12, tzinfo=timezone.utc)
@@ -65,13 +66,13 @@ def marked(found: dict[str, Difference]) -> set[str]:
     return {each.figure for each in found.values() if each.differs}
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", [*range(5), *thorough(*range(5, 20))])
 def test_two_weeks_of_a_steady_cell_do_not_differ(compare: Compare, seed: int) -> None:
     """Though the days do."""
     assert marked(compare(side(seed), side(seed + 1000, jams=1))) == set()
 
 
-@pytest.mark.parametrize("seed", range(7))
+@pytest.mark.parametrize("seed", [0, 1, *thorough(*range(2, 7))])
 @pytest.mark.parametrize(
     ("change", "figure"),
     [

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import msgspec
 import pytest
+from harness.running.thorough import thorough
 from harness.virtual_cell.files import CellFiles, load_files
 from harness.virtual_cell.simulator import build_simulation, open_world
 from scara_control.joint_motion import JointMotion
@@ -22,7 +23,6 @@ from scara_simulation.joints.control import JointControl
 from scara_simulation.joints.loop import JointLoop
 from scara_simulation.simulation import Simulation
 
-ROBOTS = ("fanuc_sr6ia", "fanuc_sr3ia", "articulated_six")
 CHUNK, STEPS = 10, 20_000
 """Steps between two packets, and in all: 20 s."""
 WITHOUT_C = """
@@ -147,7 +147,12 @@ def test_the_loops_were_built() -> None:
 
 
 @pytest.mark.parametrize(
-    ("robot", "feed_forward"), [*((robot, True) for robot in ROBOTS), ("fanuc_sr6ia", False)]
+    ("robot", "feed_forward"),
+    [
+        ("articulated_six", True),
+        ("fanuc_sr6ia", False),
+        *thorough(("fanuc_sr6ia", True), ("fanuc_sr3ia", True)),
+    ],
 )
 def test_c_gives_the_bits_of_python(robot: str, feed_forward: bool) -> None:
     """20 s of all commands with jumps, gaps, pauses, limits; and the article's plain PID."""

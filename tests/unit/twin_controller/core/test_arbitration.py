@@ -21,7 +21,7 @@ OFFSETS = st.tuples(
     st.floats(-25.0, 25.0), st.floats(-35.0, 35.0), st.floats(-25.0, 90.0), st.floats(-15.0, 15.0)
 )
 HARMLESS = {"LINK_LOST", "LINKS_READY", "ALIGNED"}
-FEW = settings(max_examples=examples(4, 12), deadline=None)
+FEW = settings(max_examples=examples(3, 12), deadline=None)
 """A run of some virtual seconds costs some tens of milliseconds."""
 
 
@@ -226,7 +226,7 @@ def same_way(here: list[StreamReal], there: list[StreamReal]) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=examples(3, 6), deadline=None)
+@settings(max_examples=examples(1, 6), deadline=None)
 @given(shift=SHIFTS)
 @example(shift=-1776)
 def test_a_common_shift_of_both_clocks_changes_nothing(shift: int) -> None:
@@ -247,7 +247,7 @@ def test_a_common_shift_of_both_clocks_changes_nothing(shift: int) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=examples(3, 6), deadline=None)
+@settings(max_examples=examples(2, 6), deadline=None)
 @given(start=st.integers(0, 10**6))
 def test_the_controllers_own_clock_may_begin_anywhere(start: int) -> None:
     """Monotonic time has no meaning of its own."""
@@ -294,7 +294,7 @@ def test_clocks_that_jump_drift_stand_or_run_backwards_make_nobody_lead(
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("side", "drift"),
-    [("real", 200e-6), ("twin", -200e-6), *thorough(("real", -200e-6), ("twin", 200e-6))],
+    [("real", 200e-6), *thorough(("twin", -200e-6), ("real", -200e-6), ("twin", 200e-6))],
 )
 def test_drifting_clocks_keep_the_pair_together(side: str, drift: float) -> None:
     """After 20 s at 200 ppm the twin follows to the same place, and the drift is known."""

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from harness.running.thorough import thorough
 from harness.yaml_files import CONFIG
 from scara_config.profile import CHOICE
 from what_if.cell_files_io import read_cell
@@ -88,7 +89,7 @@ def posts() -> Iterator[tuple[float, float]]:
             yield float(radius * np.cos(angle)), float(radius * np.sin(angle))
 
 
-@pytest.mark.parametrize("radius", [1e-4, 2e-3])
+@pytest.mark.parametrize("radius", [1e-4, *thorough(2e-3)])
 def test_a_thin_post_is_never_missed(world: World, radius: float) -> None:
     """A post of 0.2 mm that a stretched arm sweeps over in one turn, wherever it stands."""
     way = straight((-2.4, 0.0, -0.05, 0.0), (2.4, 0.0, -0.05, 0.0))

@@ -7,6 +7,7 @@ from dataclasses import replace
 from statistics import NormalDist
 
 import pytest
+from harness.running.thorough import examples
 from harness.yaml_files import CONFIG
 from what_if.cell_files_io import find_program
 from what_if.errors import WhatIfError
@@ -20,7 +21,8 @@ from what_if.verdict import Outcome
 from what_if.world import World
 
 PERSON = Spread("person_mm", "person", 50.0, "mm", ASSUMED, 2)
-WORLDS = 300
+WORLDS = examples(120, 300)
+TWO_LOTS = many_worlds.LOT + 4
 TURN = JointTarget((1.2, 0.0, -0.05, 0.0))
 
 
@@ -56,10 +58,10 @@ def test_the_chance_of_a_hit_is_that_of_the_gap(
 def test_the_same_seed_gives_the_same_chances_whatever_the_workers(world: World) -> None:
     """One process or two; another seed gives others."""
     motion = ProgramRun(find_program(world.cell, "ARTICLE", CONFIG))
-    one, two = (chances(world, motion, 45, 3, workers, CONFIG) for workers in (1, 2))
+    one, two = (chances(world, motion, TWO_LOTS, 3, workers, CONFIG) for workers in (1, 2))
     assert one == two
     assert one.collision == 0.0 and one.duration_spread_s > 0.0
-    assert chances(world, motion, 45, 4, 2, CONFIG).duration_s != one.duration_s
+    assert chances(world, motion, 5, 4, 1, CONFIG).duration_s != one.duration_s
 
 
 def test_processes_that_are_killed_are_begun_once_more(

@@ -13,7 +13,7 @@ from what_if.cell_files_io import find_program
 from what_if.errors import WhatIfError
 from what_if.motions import JointTarget, ProgramRun
 from what_if.uncertainty import far_worlds_io as far_worlds
-from what_if.uncertainty.many_worlds_io import chances
+from what_if.uncertainty.many_worlds_io import LOT, chances
 from what_if.world import World
 
 TURN = JointTarget((0.4, -0.3, -0.1, 0.2))
@@ -41,7 +41,7 @@ def test_workers_of_a_scheduler_give_the_same_chances(world: World) -> None:
     article = ProgramRun(find_program(world.cell, "ARTICLE", CONFIG))
     told: list[int] = []
     with scheduler(1) as address:
-        for motion, count in ((article, 45), (TURN, 41)):
+        for motion, count in ((article, LOT + 1), (TURN, 2 * LOT + 1)):
             here = chances(world, motion, count, 3, 1, CONFIG)
             there = chances(world, motion, count, 3, 0, CONFIG, told.append, address)
             assert there == here
