@@ -84,8 +84,7 @@ class ScrewModel:
     @cached_property
     def screw_matrices(self) -> tuple[tuple[bool, FloatArray], ...]:
         """For each joint, tool to base: whether it turns, and its screw's matrix, transposed."""
-        axes = reversed(self.screw_axes.T)
-        return tuple((bool(axis[:3].any()), twist_matrix(axis).T) for axis in axes)
+        return tuple((bool(s[:3].any()), twist_matrix(s).T) for s in self.screw_axes.T[::-1])
 
     @cached_property
     def home_origin(self) -> Point:
@@ -246,8 +245,7 @@ def _joint_matrix(arm: ScrewModel, q: ArrayLike) -> FloatArray:
 
 def _move(arm: ScrewModel, q: FloatArray, points: FloatArray) -> FloatArray:
     """Carry homogeneous ``points``, shape ``(m, k, 4)``, through the joints, last joint first."""
-    for (turning, screw), angle in zip(arm.screw_matrices, q.T[::-1]):
-        angle = angle[:, None, None]
+    for (turning, screw), angle in zip(arm.screw_matrices, q.T[::-1, :, None, None]):
         first = points @ screw
         points = points + angle * first
         if turning:
