@@ -133,14 +133,15 @@ def helpers_of(tree: ast.Module) -> list[str]:
     """Return the private functions of at most six lines that one place calls."""
     uses: Counter[str] = Counter()
     calls: Counter[str] = Counter()
-    for node in ast.walk(tree):
+    nodes = list(ast.walk(tree))
+    for node in nodes:
         if isinstance(node, (ast.Name, ast.Attribute)):
             uses[node.id if isinstance(node, ast.Name) else node.attr] += 1
         if isinstance(node, ast.Call):
             calls[getattr(node.func, "id", getattr(node.func, "attr", ""))] += 1
     return [
         node.name
-        for node in ast.walk(tree)
+        for node in nodes
         if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))
         and node.name.startswith("_")
         and not node.name.startswith("__")
