@@ -28,7 +28,7 @@ from harness.virtual_cell.baseline import (
 from harness.virtual_cell.cell import CellError, VirtualCell
 from harness.virtual_cell.experiments import Figures, measure
 from harness.virtual_cell.files import load_files
-from harness.virtual_cell.timing import CLOCKS, Delays
+from harness.virtual_cell.timing import Delays
 from twin_controller.core.actions import (
     AnyAction,
     FollowTwin,
@@ -73,18 +73,6 @@ def test_two_runs_are_equal_to_the_last_digit() -> None:
     """Nothing reads a clock, a random source or the order of a hash."""
     again = measure("fanuc_sr6ia", ("real_leads",))
     assert again["real_leads"] == shipped("fanuc_sr6ia")["real_leads"]
-
-
-@pytest.mark.thorough
-def test_a_common_shift_of_all_clocks_changes_next_to_nothing() -> None:
-    """What counts is when things were true, not what a clock shows: a float's last digits alone.
-
-    Each time core/test_arbitration holds the core to it.
-    """
-    clocks = replace(CLOCKS, controller_offset=70.0, twin_offset=1_600_000_000.0)
-    moved = measure("fanuc_sr6ia", ("real_leads",), lambda robot: VirtualCell(robot, clocks=clocks))
-    as_baseline = Baseline("today", "shipped", {"fanuc_sr6ia": shipped("fanuc_sr6ia")})
-    assert worse("fanuc_sr6ia", "real_leads", moved["real_leads"], as_baseline) == []
 
 
 def with_first(action: FollowTwin, **changes: tuple[float, ...]) -> FollowTwin:

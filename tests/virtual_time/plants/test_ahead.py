@@ -58,13 +58,6 @@ def test_thirty_pauses_of_the_controller_cost_next_to_nothing(
     assert found.path_percent <= WORSE * calm.path_percent, (calm, found)
 
 
-@pytest.mark.thorough
-def test_without_set_points_ahead_pauses_are_seen() -> None:
-    """The same pauses, one set point at a time: the test above can fail."""
-    found = run_trial(ROBOT, shaken(ONE_BY_ONE[0]), "twin_leads", 100.0)
-    assert found.ended or (found.path_percent or 0.0) > 1.0, found
-
-
 @contextmanager
 def moving(variant: Variant, delay_ms: float) -> Iterator[VirtualCell]:
     """Give a cell in full motion, to be stopped."""

@@ -5,9 +5,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from statistics import median
-
 import pytest
 from harness.plants.trials import run_trial
 from harness.plants.variants import (
@@ -18,7 +15,7 @@ from harness.plants.variants import (
     VARIANTS,
     Variant,
 )
-from harness.running.thorough import SEARCH, thorough
+from harness.running.thorough import thorough
 
 PATH_PERCENT, REST_PERCENT = 5.0, 2.0
 """The article's errors, percent of reach."""
@@ -36,7 +33,6 @@ ONE_BY_ONE = [
 ]
 SHORT = 4
 """A twin that leads goes to so many places: the first move and three that follow a measured one."""
-PHASES_S = (0.1, 0.3, 0.5, 0.7, 0.9) if SEARCH else (0.1, 0.5, 0.9)
 
 
 @pytest.mark.parametrize(
@@ -59,22 +55,6 @@ def test_the_articles_limits_hold_on_a_robot_made_different(leader: str, variant
 
 
 @pytest.mark.thorough
-def test_pauses_of_the_controller_cost_less_than_the_articles_limit() -> None:
-    """A twin that leads, 20 ms each second: it matters when they come, so the median counts.
-
-    Each time test_ahead plays longer ones, on a later robot.
-    """
-    variant = BY_NAME["controller pauses for 20 ms each second"]
-    trials = [
-        run_trial("fanuc_sr6ia", replace(variant, first_pause=phase), "twin_leads", 50.0, SHORT)
-        for phase in PHASES_S
-    ]
-    assert not [trial for trial in trials if trial.ended]
-    found = [trial.path_percent for trial in trials if trial.path_percent is not None]
-    assert len(found) == len(PHASES_S) and median(found) <= PATH_PERCENT, found
-
-
-@pytest.mark.thorough
 @pytest.mark.parametrize("robot", ["fanuc_sr6ia", "fanuc_sr3ia", "articulated_six"])
 def test_a_field_robot_that_leads_is_followed_within_the_articles_limits(robot: str) -> None:
     """The twin follows by position, speed and time of each reading, however late they are.
@@ -94,14 +74,6 @@ def test_a_field_robot_that_follows_is_measured_and_stays_within_the_goals(robot
     assert not trial.ended, trial
     assert trial.path_percent is not None and trial.path_percent <= 2.5, trial
     assert trial.rest_percent is not None and trial.rest_percent <= 0.2, trial
-
-
-@pytest.mark.thorough
-def test_a_robot_that_is_late_is_measured_and_stays_within_the_goal() -> None:
-    """It was 12.8 % of reach, without an alarm; each time the later field robot is held to it."""
-    trial = run_trial("fanuc_sr6ia", BY_NAME["lag 88 ms"], "twin_leads", 50.0, SHORT)
-    assert not trial.ended, trial
-    assert trial.path_percent is not None and trial.path_percent <= 2.5, trial
 
 
 @pytest.mark.parametrize(
