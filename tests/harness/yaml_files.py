@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -65,6 +65,30 @@ def changed_yaml(source: Path, folder: Path, path: list[str | int], value: Any) 
     else:
         branch[path[-1]] = value
     yaml.dump(tree, folder / source.name)
+    return folder
+
+
+def changed_values(source: Path, folder: Path, values: Mapping[str, Any]) -> Path:
+    """Write ``source`` with values replaced into ``folder``; return the folder.
+
+    Args:
+        source: A shipped file; its comments get lost.
+        folder: Where the copy is written.
+        values: By their keys, a point between each.
+
+    Raises:
+        KeyError: The file has no such key.
+    """
+    tree = YAML(typ="safe").load(source)
+    for path, value in values.items():
+        *branches, last = path.split(".")
+        branch = tree
+        for key in branches:
+            branch = branch[key]
+        if last not in branch:
+            raise KeyError(f"{source.name}: {path}")
+        branch[last] = value
+    YAML(typ="safe").dump(tree, folder / source.name)
     return folder
 
 

@@ -15,13 +15,7 @@ from harness.page.acts import (
     take_control,
 )
 from harness.wires.browser import chromium
-from harness.yaml_files import changed_yaml
 from playwright.sync_api import Browser, Page, expect
-
-DIVERGENCE: list[tuple[list[str | int], float]] = [
-    (["divergence", "path_mm"], 200.0),
-    (["divergence", "rest_mm"], 50.0),
-]
 
 
 @pytest.fixture(scope="module")
@@ -29,8 +23,6 @@ def patient_cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveCell]
     """Give a ready cell with patient time-outs and gains of its own to change."""
     cell = LiveCell(tmp_path_factory.mktemp("cell"))
     config = patient_configuration(cell.folder / "patient")
-    for path, value in DIVERGENCE:
-        changed_yaml(config / "twin_controller.yaml", config, path, value)
     # Page and controller know the same token of the person.
     with cell.ready(config=config, env={"OPERATOR_PANEL_TOKEN": TOKEN}):
         yield cell
@@ -53,37 +45,84 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
         yield started
 
 
-@pytest.fixture
-def open_page(browser: Browser, panel: Panel) -> Iterator[Callable[..., Page]]:
-    """Give a function that opens the page in a browser of its own.
+class Pages:
+    """The pages of one panel in one browser."""
 
-    Nothing may be asked of another machine.
-    """
-    contexts = []
+    def __init__(self, browser: Browser, panel: Panel) -> None:
+        """Open none yet."""
+        self.address = f"http://127.0.0.1:{panel.port}/"
+        self.asked: set[str] = set()
+        """Who was asked for something by a page: host and port."""
+        self._browser = browser
+        self._kept: dict[str, Page] = {}
 
-    def open_one(token: str = TOKEN) -> Page:
-        context = browser.new_context(viewport={"width": 1280, "height": 720})
-        contexts.append(context)
+    def open(self, token: str = TOKEN) -> Page:
+        """Open the page in a context of its own, as another browser would; empty: without token."""
+        context = self._browser.new_context(viewport={"width": 1280, "height": 720})
         page = context.new_page()
-        page.on("request", lambda request: asked.add(request.url.split("/")[2]))
-        page.goto(f"http://127.0.0.1:{panel.port}/" + (f"?token={token}" if token else ""))
+        page.on("request", lambda request: self.asked.add(request.url.split("/")[2]))
+        page.goto(self.address + (f"?token={token}" if token else ""))
         expect(page.locator("[data-panel].shown")).to_be_visible()
+        page.wait_for_function("() => window.did_handshake")  # else NiceGUI may load it again
         return page
 
-    asked: set[str] = set()
-    yield open_one
-    for context in contexts:
-        for page in context.pages:
-            print(page.locator("body").inner_text())  # pytest shows it where a test failed
-        context.close()
-    assert asked == {f"127.0.0.1:{panel.port}"}
+    def kept(self, token: str) -> Page:
+        """Give the page that the tests share: a page takes four seconds to load."""
+        page = self._kept.get(token)
+        if page is None or page.is_closed():
+            page = self._kept[token] = self.open(token)
+        return page
+
+    def texts(self) -> str:
+        """Return what stands on all open pages."""
+        pages = (page for context in self._browser.contexts for page in context.pages)
+        return "\n\n".join(page.locator("body").inner_text() for page in pages)
+
+
+@pytest.fixture(scope="module")
+def pages(browser: Browser, panel: Panel) -> Iterator[Pages]:
+    """Give the pages of all tests of this file; none asks another machine for anything."""
+    made = Pages(browser, panel)
+    yield made
+    assert {f"http://{host}/" for host in made.asked} == {made.address}
 
 
 @pytest.fixture
-def operator(open_page: Callable[..., Page]) -> Page:
+def open_page(pages: Pages) -> Iterator[Callable[..., Page]]:
+    """Give a function that opens one more page, for the length of a test."""
+    opened: list[Page] = []
+
+    def open_one(token: str = TOKEN) -> Page:
+        opened.append(pages.open(token))
+        return opened[-1]
+
+    yield open_one
+    for page in opened:
+        page.context.close()
+
+
+@pytest.fixture
+def viewer(pages: Pages) -> Page:
+    """Give the page of one who only watches."""
+    return pages.kept("")
+
+
+@pytest.fixture
+def operator(pages: Pages) -> Page:
     """Give the page of an operator in control, with the pair ready."""
-    page = open_page()
-    expect(page.locator(".control-text")).to_have_text(re.compile("Nobody is in control"))
+    page = pages.kept(TOKEN)
+    # A page that was closed gives control back after a while.
+    expect(page.locator(".control-text")).to_have_text(re.compile("Nobody is|: in control"))
     take_control(page)
     make_ready(page)
     return page
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
+    """Show what stood on the pages where a test failed."""
+    report = yield
+    pages = getattr(item, "funcargs", {}).get("pages")
+    if report.when == "call" and report.failed and pages is not None:
+        report.sections.append(("pages", pages.texts()))
+    return report

@@ -1,47 +1,27 @@
-"""What one page shows at one moment agrees with itself, and with the report of the same run."""
+"""What a page shows of a robot of the field agrees with itself, and with the report of the run.
+
+Each time on the cell of test_operator_page.py, in a run without a report.
+"""
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
 import rosbag
-from harness.live_cell import LiveCell, forward, read_json
-from harness.page.acts import TOKEN, cell_with_pages, number
+from harness.live_cell import LiveCell, read_json
+from harness.page.acts import TOKEN, cell_with_pages
+from harness.page.samples import judge_samples, listen, today
 from harness.processes import wait_until
-from harness.running.thorough import thorough
 from harness.wires.browser import chromium
 from harness.yaml_files import copy_configuration
 from playwright.sync_api import Page
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
-JOINTS = ("joint_1", "joint_2", "joint_3", "table_joint")
-AGREE = 0.02  # mm and deg
+COUNT = 1000  # samples
 LARGEST_MM = 0.2  # between the largest distance on the page and in the report
-SHORT = 200  # samples
-HUNDREDTH = 0.005 + 1e-9  # a number with two digits after the point is rough by that
-TENTH = 0.05 + 1e-9
-ROUNDED_MM = AGREE + math.radians(HUNDREDTH) * (650.0 + 300.0)
-"""Joints are told in hundredths of a degree, as in the article; the tools are not rounded so."""
-LISTEN = """(joints) => {
-    const { live } = window.panel;
-    const { frame } = live.handlers;
-    const text = (key) => document.querySelector(`[data-live="${key}"]`).textContent;
-    const keys = ["deviation", "tool.real", "tool.twin"];
-    for (const joint of joints) keys.push(`${joint}.real`, `${joint}.twin`, `${joint}.deviation`);
-    window.samples = [];
-    live.handlers.frame = (told) => {
-        frame(told);
-        const shown = Object.fromEntries(keys.map((key) => [key, text(key)]));
-        window.samples.push({ shown, point: told.point, tool: told.tool, pose: told.pose });
-    };
-}"""
 
 
 @pytest.fixture
@@ -57,15 +37,10 @@ def cell(tmp_path: Path) -> Iterator[tuple[LiveCell, int]]:
         yield made, port
 
 
-@pytest.mark.parametrize("count", [SHORT, *thorough(1000)])
-def test_all_that_the_page_shows_agrees(
-    cell: tuple[LiveCell, int], tmp_path: Path, count: int
-) -> None:
+def test_all_that_the_page_shows_agrees(cell: tuple[LiveCell, int], tmp_path: Path) -> None:
     """Joints, tools, picture and chart in each sample; its largest distance with the report's.
 
-    The latter in the long run only: where a machine stands still the clocks are known less well
-    while it happens than afterwards. Virtual time holds it to the digit in each run:
-    tests/virtual_time/plants/test_peak.py.
+    Virtual time holds the latter to the digit in each run: tests/virtual_time/plants/test_peak.py.
     """
     made, port = cell
     output = tmp_path / f"measured_{len(list(tmp_path.glob('measured_*')))}"  # again: another one
@@ -73,29 +48,21 @@ def test_all_that_the_page_shows_agrees(
         page = browser.new_page()
         page.goto(f"http://127.0.0.1:{port}/?token={TOKEN}")
         page.wait_for_function("() => window.panel?.live.open")
-        page.evaluate(LISTEN, list(JOINTS))
-        words = ("real_leads", "--repeat", f"{1 + count // 250}", "--output", str(output))
+        listen(page)
+        words = ("real_leads", "--repeat", f"{1 + COUNT // 250}", "--output", str(output))
         command = ("rosrun", "twin_experiments", "run_experiment", *words)
         run = made.stage.start(*command, env=made.environment)
         wait_until(lambda: run.poll() is not None or worked(page), 300.0, "the runs")
-        samples = page.evaluate("() => window.samples")
-        today = page.locator("[data-live='today.deviation']").text_content() or ""
-    assert (output / "report.json").is_file(), run.tail()
-    charted = sum(sample["point"] is not None for sample in samples)  # a chart has fewer points
-    assert len(samples) >= count and charted >= count // 5, (len(samples), charted)
-    for sample in samples:
-        judge(sample)
-    shown = max(number(sample["shown"]["deviation"]) for sample in samples)
+        assert (output / "report.json").is_file(), run.tail()
+        shown, worst = judge_samples(page, at_least=COUNT), today(page)
     report(made, output)
     reported = max(
         experiment["path_error_max_mm"]
         for found in tmp_path.glob("measured_*/readings/report.json")  # the page remembers them all
         for experiment in read_json(found)["experiments"]
     )
-    worst = number(today)
-    print(f"{len(samples)} samples; largest: page {shown}, today {worst}, report {reported:.3f} mm")
-    if count > SHORT:
-        assert worst == pytest.approx(reported, abs=LARGEST_MM)
+    print(f"largest: page {shown}, today {worst}, report {reported:.3f} mm")
+    assert worst == pytest.approx(reported, abs=LARGEST_MM)
     assert shown <= worst  # what is shown ten times a second may miss a peak, never exceed it
 
 
@@ -117,35 +84,3 @@ def worked(page: Page) -> bool:
     """Let the page work for a moment; that alone is no end."""
     page.wait_for_timeout(100)
     return False
-
-
-def judge(sample: dict[str, Any]) -> None:
-    """Hold every number of one sample to every other one that says the same."""
-    shown, point, pose = sample["shown"], sample["point"], sample["pose"]
-    tools_mm = {side: 1e3 * np.array(place) for side, place in sample["tool"].items()}
-    apart_mm = float(np.linalg.norm(tools_mm["real"] - tools_mm["twin"]))
-    read = {
-        side: [number(shown[f"{joint}.{side}"]) for joint in JOINTS] for side in ("real", "twin")
-    }
-    assert number(shown["deviation"]) == pytest.approx(apart_mm, abs=AGREE), sample
-    for side, values in read.items():
-        drawn = [in_page_units(joint, pose[side][joint]) for joint in JOINTS]
-        assert drawn == pytest.approx(values, abs=AGREE), sample
-        place = [number(word) for word in re.findall(r"[xyz] (\S+)", shown[f"tool.{side}"])]
-        assert place == pytest.approx(tools_mm[side], abs=TENTH), sample
-    for index, joint in enumerate(JOINTS):
-        difference = read["real"][index] - read["twin"][index]
-        assert number(shown[f"{joint}.deviation"]) == pytest.approx(difference, abs=AGREE), sample
-    if point is None:
-        return
-    assert point["pair"][0] == pytest.approx(apart_mm, abs=AGREE), sample
-    for index, (side, values) in enumerate(read.items()):
-        charted = [point[joint][index] for joint in JOINTS]
-        assert charted == pytest.approx(values, abs=HUNDREDTH), sample
-        closed_mm = 1e3 * np.array(forward(charted))
-        assert closed_mm == pytest.approx(tools_mm[side], abs=ROUNDED_MM), sample
-
-
-def in_page_units(joint: str, value: float) -> float:
-    """Return rad in deg, m in mm."""
-    return 1e3 * value if joint == "joint_3" else float(np.degrees(value))

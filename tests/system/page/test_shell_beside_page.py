@@ -1,15 +1,26 @@
-"""A shell of this machine beside the operator's open page is the same person; others are not."""
+"""A cell as it first starts: its page, and a shell of this machine beside the open page.
+
+The shell is the same person as the page; others are not.
+"""
 
 from __future__ import annotations
 
 import re
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from harness.live_cell import LiveCell
-from harness.page.acts import TOKEN, cell_with_pages, is_mode, press
+from harness.page.acts import (
+    TOKEN,
+    cell_with_pages,
+    is_mode,
+    patient_configuration,
+    press,
+    preview_of,
+)
 from harness.processes import Process, wait_until
 from harness.wires.browser import chromium
 from harness.wires.gateway_client import command_over, connect
@@ -19,13 +30,24 @@ pytestmark = pytest.mark.system
 
 ACTIONLIB = Path(__file__).parents[1] / "clients" / "actionlib_client.py"
 PATIENT_MS = 120_000  # on a machine that does other things too
+MINUTE_S = 60.0
 JOG = "{joint_names: [joint_1], velocities: [0.05]}"
 
 
 @pytest.fixture(scope="module")
-def bringup(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[LiveCell, Process, int]]:
+def begun() -> float:
+    """Give the time at which the start begins [s, monotonic]."""
+    return time.monotonic()
+
+
+@pytest.fixture(scope="module")
+def bringup(
+    begun: float, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[tuple[LiveCell, Process, int]]:
     """Start a cell as ``./cell up`` does; give what it prints and its page's port too."""
-    with cell_with_pages(tmp_path_factory.mktemp("cell")) as started:
+    folder = tmp_path_factory.mktemp("cell")
+    config = patient_configuration(folder / "patient")  # nobody judges times here
+    with cell_with_pages(folder, env={"SCARA_CONFIG_DIR": str(config)}) as started:
         yield started
 
 
@@ -107,8 +129,19 @@ def typed(cell: LiveCell, page: Page, lines: list[str]) -> None:
     type_line(program)
     until(cell, "REAL_LEADS")
     assert "decisions" in type_line(decisions)
-    cell.tool("rosrun", "fanuc_emulator", "pendant", "abort")
+    assert cell.call("/twin_controller/command", "{command: STOP}")["success"]
     wait_until(lambda: aligned(cell), 60.0, "a pair that is ready again", period=0.2)
+
+
+def test_preview_of_article_plays_in_the_first_minute(begun: float, page: Page) -> None:
+    """Start, page, button, verdict and ghost, without another command in between."""
+    page.get_by_role("tab", name="Programs", exact=True).click()
+    page.get_by_role("button", name="Preview ARTICLE").click()
+    preview_of(page, re.compile("Program ARTICLE: OK"))
+    slider = page.locator("[data-motion-range]")
+    first = slider.input_value()
+    expect(slider).not_to_have_value(first)
+    assert time.monotonic() - begun < MINUTE_S
 
 
 def test_each_printed_line_works_while_a_page_only_watches(

@@ -45,7 +45,7 @@ def test_each_step_turns_the_tool_of_both_and_keeps_its_place(operator: Page) ->
     operator.get_by_role("tab", name="Step tool").click()
     steps = operator.locator("[data-way-panel=steps]")
     steps.get_by_role("tab", name="10", exact=True).click()
-    for frame, axis, sign in (("Tool", 2, 1), ("World", 0, 1), ("Tool", 1, -1), ("World", 2, -1)):
+    for frame, axis, sign in (("Tool", 1, -1), ("World", 0, 1)):
         steps.get_by_role("tab", name=frame, exact=True).click()
         begin = {side: tool_of(operator, side) for side in ("twin", "real")}
         name = "XYZ"[axis]
