@@ -3,8 +3,8 @@
     .venv/bin/python tests/harness/page/stage.py PORT FOLDER [ROBOT]
 
 ``GET /scene/NAME`` changes the scene, ``GET /jogged`` tells what was jogged since it was asked
-last; ``GET /answers/hold`` holds back what is said of typed positions until ``/answers/give``.
-Everything else is the page's own.
+last; ``GET /answers/hold`` holds back what is said of typed positions until ``/answers/give``;
+``GET /begin`` makes it as at its start. Everything else is the page's own.
 """
 
 from __future__ import annotations
@@ -236,6 +236,12 @@ def main() -> None:
         door.scene, door.answered = name, False
         return PlainTextResponse(name)
 
+    async def begin() -> PlainTextResponse:
+        door.scene, door.answered, door.holder = "ready", False, ""
+        door.jogged = []
+        door.answers.set()
+        return PlainTextResponse("ready")
+
     async def jogged() -> list[dict[str, float]]:
         told, door.jogged = door.jogged, []
         return told
@@ -248,6 +254,7 @@ def main() -> None:
         return PlainTextResponse(what)
 
     app.add_api_route("/answers/{what}", answers, methods=["GET"])
+    app.add_api_route("/begin", begin, methods=["GET"])
     app.add_api_route("/scene/{name}", choose, methods=["GET"])
     app.add_api_route("/jogged", jogged, methods=["GET"])
     doors = {"operator": PageDoor("operator_panel", "127.0.0.1", port, TOKEN)}

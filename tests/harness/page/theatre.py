@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 import time
 import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from playwright.sync_api import Page, TimeoutError, expect
 
 from harness.processes import Stage, free_port, wait_until
+from harness.running.shared import BROWSERS
 from harness.wires.browser import kept_chromium
 from harness.workspace import ROOT, workspace_environment
 
@@ -20,6 +23,7 @@ STAGE = ROOT / "tests" / "harness" / "page" / "stage.py"
 MEASURE = (STAGE.parent / "measure.js").read_text(encoding="utf-8")
 DRAWN = (STAGE.parent / "chart_texts.js").read_text(encoding="utf-8")
 TOKEN = "token-of-the-stage"
+RUNS = "runs"
 SIZES = {"phone": (390, 844), "tablet": (768, 1024), "low": (1280, 720), "wide": (1920, 1080)}
 ALARMS = 4
 PATIENCE_MS = 15_000
@@ -43,9 +47,9 @@ PLACES = """() => [...document.querySelectorAll(
 class Theatre:
     """The page of a stage whose scenes can be chosen."""
 
-    def __init__(self, page: Page, address: str) -> None:
-        """Open it as an operator."""
-        self.page, self.address = page, address
+    def __init__(self, page: Page, address: str, runs: Path) -> None:
+        """Open it as an operator; ``runs`` is the folder of its recordings."""
+        self.page, self.address, self.runs = page, address, runs
         page.goto(f"{address}/?token={TOKEN}")
         expect(page.locator("[data-panel].shown")).to_be_visible(timeout=30_000)
         expect(page.locator(".control-text")).to_have_text("Nobody is in control")
@@ -116,21 +120,59 @@ def open_theatre(folder: Path, draws: bool = False, robot: str = "") -> Iterator
         draws: Whether the browser draws the model; it does so without a graphics card.
         robot: Folder of config/robots; empty: the article's.
     """
-    for name in ("a_recording_with_quite_a_long_name_2026-03-01", "to_be_renamed", "to_go"):
-        (folder / "runs" / name).mkdir(parents=True)
-        (folder / "runs" / name / "run.bag").write_bytes(b"x" * 2048)
-    stage = Stage(folder / "log", workspace_environment())
+    with started_stage(folder, robot) as address, kept_chromium(draws) as browser:
+        yield Theatre(browser.new_page(), address, folder / RUNS)
+
+
+@contextmanager
+def kept_theatre(draws: bool = False) -> Iterator[Theatre]:
+    """Open a page of the stage that this process keeps; its scene is ready, nobody in control.
+
+    Args:
+        draws: Whether the browser draws the model; it does so without a graphics card.
+    """
+    with kept_chromium(draws) as browser:
+        address, folder = BROWSERS.get("stage", _kept_stage)
+        fill(folder / RUNS)
+        with urllib.request.urlopen(f"{address}/begin", timeout=10.0):
+            pass
+        yield Theatre(browser.new_page(), address, folder / RUNS)
+
+
+@contextmanager
+def _kept_stage() -> Iterator[tuple[str, Path]]:
+    with TemporaryDirectory(prefix="stage_") as folder, started_stage(Path(folder)) as address:
+        yield address, Path(folder)
+
+
+@contextmanager
+def started_stage(folder: Path, robot: str = "") -> Iterator[str]:
+    """Start a stage; give its address.
+
+    Args:
+        folder: For logs and recordings.
+        robot: Folder of config/robots; empty: the article's.
+    """
+    fill(folder / RUNS)
+    made = Stage(folder / "log", workspace_environment())
     port = free_port()
     try:
-        words = [str(STAGE), str(port), str(folder / "runs"), *([robot] if robot else [])]
-        process = stage.start(sys.executable, *words)
+        words = [str(STAGE), str(port), str(folder / RUNS), *([robot] if robot else [])]
+        process = made.start(sys.executable, *words)
         address = f"http://127.0.0.1:{port}"
         wait_until(lambda: answers(address) or process.poll() is not None, 30.0, "the stage")
         assert process.poll() is None, process.tail()
-        with kept_chromium(draws) as browser:
-            yield Theatre(browser.new_page(), address)
+        yield address
     finally:
-        stage.close()
+        made.close()
+
+
+def fill(runs: Path) -> None:
+    """Let these recordings be all that there are; none of them can be read."""
+    shutil.rmtree(runs, ignore_errors=True)
+    for name in ("a_recording_with_quite_a_long_name_2026-03-01", "to_be_renamed", "to_go"):
+        (runs / name).mkdir(parents=True)
+        (runs / name / "run.bag").write_bytes(b"x" * 2048)
 
 
 def until(page: Page, condition: str, given: Any = None) -> None:

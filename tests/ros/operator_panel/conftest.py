@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 from harness.page.stand_in import StandIn, in_control
-from harness.page.theatre import Theatre, open_theatre
+from harness.page.theatre import Theatre, kept_theatre
 from harness.processes import wait_until
 from harness.ros import Ros
 from harness.wires.operator_page import Panel, heard
@@ -44,7 +44,7 @@ def operator(panel: Panel, stand_in: StandIn) -> Iterator[ClientConnection]:
 
 
 @pytest.fixture(scope="module")
-def theatre(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Theatre]:
+def theatre() -> Iterator[Theatre]:
     """Give one page of a stage for all tests of a file; its browser cannot draw the model."""
-    with open_theatre(tmp_path_factory.mktemp("stage")) as made:
+    with kept_theatre() as made:
         yield made

@@ -5,11 +5,10 @@ from __future__ import annotations
 import re
 import shutil
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 from harness.page import recorded
-from harness.page.theatre import SIZES, Theatre, open_theatre
+from harness.page.theatre import SIZES, Theatre, kept_theatre
 from playwright.sync_api import expect
 from scara_config import load_robot
 
@@ -28,10 +27,9 @@ CHART = """() => getElement(window.PANEL.charts.motion).chart.getOption().series
 @pytest.fixture(scope="module")
 def theatre(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Theatre]:
     """Give a page whose browser draws the model, with a recording among its runs."""
-    folder = tmp_path_factory.mktemp("look_back")
-    bag = recorded.write_recording(folder / "run.bag", load_robot())
-    with open_theatre(folder, draws=True) as made:
-        shutil.copy(bag, Path(folder) / "runs" / RUN / "run.bag")
+    bag = recorded.write_recording(tmp_path_factory.mktemp("look_back") / "run.bag", load_robot())
+    with kept_theatre(draws=True) as made:
+        shutil.copy(bag, made.runs / RUN / "run.bag")
         yield made
 
 

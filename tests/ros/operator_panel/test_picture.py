@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import pytest
 from harness.page.acts import GHOST, preview_of
-from harness.page.theatre import Theatre, open_theatre
+from harness.page.hand import Hand
+from harness.page.theatre import Theatre, kept_theatre
 from playwright.sync_api import expect
 
 # Opacity of each zone, and whether it hides what is behind it; none while it is not drawn yet.
@@ -25,9 +26,9 @@ PEOPLE = """() => window.panel.scene.view.scene.children.filter(({ name }) => na
 
 
 @pytest.fixture(scope="module")
-def drawn(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Theatre]:
+def drawn() -> Iterator[Theatre]:
     """Give a page whose browser draws the model."""
-    with open_theatre(tmp_path_factory.mktemp("drawn"), draws=True) as made:
+    with kept_theatre(draws=True) as made:
         yield made
 
 
@@ -67,6 +68,25 @@ def test_both_tools_and_the_ghost_are_in_sight(drawn: Theatre, size: str) -> Non
     drawn.settle()
     assert page.evaluate(HIDDEN) == [], "preview"
     page.locator("[data-motion-close]").click()
+
+
+VIEWS = ("Top", "Front", "Side", "Whole")
+EYE = "() => window.panel.scene.view.camera.position.toArray().map((v) => v.toFixed(3)).join()"
+
+
+def test_each_view_moves_the_eye(drawn: Theatre) -> None:
+    """All controls of the picture: four views, and one that follows the tool."""
+    drawn.resize("wide")
+    drawn.play("ready")
+    page, hand = drawn.page, Hand(drawn)
+    page.wait_for_function("() => window.panel?.scene.view?.camera")
+    shown = page.locator(".views").get_by_role("button").locator("visible=true")
+    assert sorted(shown.all_inner_texts()) == sorted((*VIEWS, "Follow"))
+    for view in VIEWS:
+        before = page.evaluate(EYE)
+        hand.button(view).click()
+        page.wait_for_function(f"() => ({EYE})() !== {before!r}")
+    hand.switch(page.locator("[data-follow]"))
 
 
 @pytest.mark.parametrize("colours", ["dark", "light"])
