@@ -28,7 +28,7 @@ PATH_PERCENT, REST_PERCENT = 5.0, 2.0
 """The article's errors, percent of reach."""
 SERIES = (("ideal", 50.0), ("ideal", 100.0), ("field", 50.0), ("field", 100.0))
 """Plant, and speed of the programs [percent of the joints' largest]."""
-SPEED = re.compile(r"\bspeed_percent: [0-9.]+")
+SPEED = re.compile(r"(\bspeed_percent: |\bJ P\[.*\] )[0-9.]+")
 
 
 def series_name(plant: str, speed: float) -> str:
@@ -154,10 +154,10 @@ def _set_speed(config: Path, speed: float) -> None:
     Raises:
         ValueError: A file has no line to set.
     """
-    for path in (config / "programs" / "article.yaml", config / "experiments.yaml"):
-        text, count = SPEED.subn(f"speed_percent: {speed:g}", path.read_text(encoding="utf-8"))
+    for path in (config / "programs" / "ARTICLE.LS", config / "experiments.yaml"):
+        text, count = SPEED.subn(rf"\g<1>{speed:g}", path.read_text(encoding="utf-8"))
         if not count:
-            raise ValueError(f"{path}: no line names a speed_percent")
+            raise ValueError(f"{path}: no line names a speed")
         path.write_text(text, encoding="utf-8")
 
 

@@ -28,7 +28,7 @@ from harness.ros import Master, Ros  # noqa: E402
 from harness.second_world.followed_page import programs  # noqa: E402
 from harness.wires.browser import chromium  # noqa: E402
 from harness.wires.operator_page import TOKEN, Panel  # noqa: E402
-from harness.yaml_files import copy_configuration  # noqa: E402
+from harness.yaml_files import add_program, copy_configuration  # noqa: E402
 from playwright.sync_api import Page, expect  # noqa: E402
 from what_if.cell_files_io import find_program, resting_cell  # noqa: E402
 from what_if.judging import judge  # noqa: E402
@@ -48,7 +48,7 @@ def draw_moments(config: Path, out: Path) -> dict[str, float]:
     times = {}
     with resting_cell(config) as (world, _):
         for file in programs():
-            name = file.removesuffix(".yaml")
+            name = file.removesuffix(".LS").lower()
             motion = ProgramRun(find_program(world.cell, name, config))
             verdict = judge(world, motion)
             moment = worst_moment(world, motion, verdict)
@@ -82,8 +82,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         config = copy_configuration(folder / "config")
-        for name, text in programs().items():
-            (config / "programs" / name).write_text(text, encoding="utf-8")
+        for text in programs().values():
+            add_program(config, text)
         times = draw_moments(config, out)
         master = Master(folder / "master", workspace_environment())
         names = ("ROS_MASTER_URI", "ROS_HOME", "ROS_LOG_DIR")

@@ -19,6 +19,7 @@ from harness.yaml_files import copy_configuration, leaves, loaders, replaced, sh
 from ruamel.yaml import YAML
 from scara_config import ConfigError, files_in_force, load_robot, locate
 from scara_config.profile import CHOICE, PLANT_CHOICE, known_robots
+from scara_config.programs.files import program_files
 from scara_config.readers import check_files
 
 CONFIG = ROOT / "config"
@@ -26,7 +27,6 @@ ROBOT = load_robot(CONFIG)
 
 
 LOADERS = loaders(ROBOT)
-PROGRAMS = sorted(file.name for file in locate("programs", CONFIG).glob("*.yaml"))
 TREES: dict[str, Any] = {name: YAML(typ="safe").load(shipped(name)) for name in LOADERS}
 Path_ = tuple[str | int, ...]
 
@@ -94,7 +94,7 @@ def test_files_of_every_robot_and_plant_are_found_right(monkeypatch: pytest.Monk
 def test_shipped_programs_load() -> None:
     """Every program of the robot stand-in is read by its loader."""
     loaded = {program.name for program in load_programs(ROBOT, CONFIG).values()}
-    assert {name.removesuffix(".yaml").upper() for name in PROGRAMS} <= loaded
+    assert set(program_files(CONFIG)) <= loaded
 
 
 def accepted(bench: Bench, value: Any, *said: str, numbers_only: bool = False) -> list[str]:

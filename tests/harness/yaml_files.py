@@ -22,7 +22,7 @@ CONFIG = ROOT / "config"
 def shipped(name: str) -> Path:
     """Return where a shipped file of the article's robot is.
 
-    For example ``robot.yaml`` or ``programs/article.yaml``.
+    For example ``robot.yaml`` or ``programs/ARTICLE.LS``.
     """
     return locate(name, CONFIG)
 
@@ -90,6 +90,14 @@ def changed_values(source: Path, folder: Path, values: Mapping[str, Any]) -> Pat
         branch[last] = value
     YAML(typ="safe").dump(tree, folder / source.name)
     return folder
+
+
+def add_program(config: Path, text: str) -> None:
+    """Put a program into a flat copy of the configuration, with the next free number of an RSR."""
+    name = text.split()[1]
+    (config / "programs" / f"{name}.LS").write_text(text, encoding="utf-8")
+    names = YAML(typ="safe").load(config / "emulator.yaml")["rsr_programs"]
+    changed_yaml(config / "emulator.yaml", config, ["rsr_programs"], [*names, name])
 
 
 def leaves(tree: Any, path: tuple[str | int, ...] = ()) -> Iterator[tuple[Any, Any]]:

@@ -76,10 +76,10 @@ def standing(ros_module: Ros) -> Iterator[Cell]:
 def running(ros_module: Ros) -> Iterator[Cell]:
     """Return a running emulator whose program ARTICLE is short."""
     folder = copy_configuration(ros_module.folder / "config")
-    program = folder / "programs" / "article.yaml"
+    program = folder / "programs" / "ARTICLE.LS"
     text = program.read_text()
-    assert "wait_s: 0.7" in text and "times: 2" in text
-    program.write_text(text.replace("wait_s: 0.7", "wait_s: 0.1").replace("times: 2", "times: 1"))
+    assert ".70(sec)" in text and "1 TO 2" in text
+    program.write_text(text.replace(".70(sec)", ".10(sec)").replace("1 TO 2", "1 TO 1"))
     cell = Cell(
         ros_module,
         f"_config_dir:={folder}",

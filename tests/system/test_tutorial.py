@@ -11,7 +11,7 @@ import pytest
 from fanuc_emulator.config import load_programs
 from harness.live_cell import LiveCell
 from harness.workspace import ROOT
-from harness.yaml_files import copy_configuration
+from harness.yaml_files import add_program, copy_configuration
 from scara_config import load_robot
 
 pytestmark = pytest.mark.system
@@ -21,9 +21,11 @@ EXAMPLES = sorted(file.name for file in (ROOT / "examples").glob("*.py"))
 
 
 def own_program(config: Path) -> None:
-    """Write the tutorial's program where it says."""
-    (text,) = re.findall(r"<!-- program: .*?-->\n```yaml\n(.*?)```", TUTORIAL, re.DOTALL)
-    (config / "programs" / "mine.yaml").write_text(text)
+    """Write the tutorial's program where it says, and give it its number as it says."""
+    (text,) = re.findall(r"<!-- program: .*?-->\n```\n(.*?)```", TUTORIAL, re.DOTALL)
+    assert "programs/MINE.LS`" in TUTORIAL
+    assert "rsr_programs: [STREAM, ARTICLE, TWO_POINT, PALLETISE, MINE]" in TUTORIAL
+    add_program(config, text)
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from harness.scenes.steps import ROBOT
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import load_files
 from harness.zones.moves import Outcome, ZoneCell
-from scara_config.programs.lines import MoveStep
+from scara_config.programs.steps import MoveStep
 
 FEW, MANY, EACH = 8, 2000, 8
 MOVES = int(os.environ.get("ZONE_MOVES", MANY if "HYPOTHESIS_SEARCH" in os.environ else FEW))
@@ -67,7 +67,7 @@ def test_straight_down_towards_a_zone_that_is_not_entered_goes_to_its_end(
     up = (0.0, 0.0, -0.02, 0.0)
     down = (0.0, 0.0, -0.16 + DEEPEST_MM * 1e-3, 0.0)
     step = MoveStep(1, (*down[:3], 0.0, 0.0), speed_percent, True)
-    files = replace(load_files(ROBOT), programs={NUMBER: Program("DOWN", NUMBER, (step,))})
+    files = replace(load_files(ROBOT), programs={NUMBER: Program("DOWN", (step,))})
     with VirtualCell(files) as cell:
         cell.connect()
         cell.real.robot.write_override(100)

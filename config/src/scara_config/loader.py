@@ -84,7 +84,7 @@ def load(path: Path | str, kind: type[T]) -> T:
         ConfigError: The file cannot be read, is no YAML, or a value does not fit ``kind``.
     """
     path = Path(path)
-    text = _read(path)
+    text = load_text(path)
     try:
         tree = copy.deepcopy(_parsed(text))
     except YamlTextError as error:
@@ -92,7 +92,7 @@ def load(path: Path | str, kind: type[T]) -> T:
     return convert(tree, kind, str(path), text or "\n")
 
 
-def _read(path: Path) -> str:
+def load_text(path: Path) -> str:
     """Return the text of a file.
 
     Raises:

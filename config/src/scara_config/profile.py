@@ -20,6 +20,7 @@ CHOICE = "SCARA_ROBOT"
 DEFAULT = "fanuc_sr6ia"
 FOLDER = "robots"
 PROGRAMS = "programs"
+PROGRAM_ENDING = ".LS"
 FARM = "farm"
 """Folder of what a cell tells a farm, and keeps for it."""
 PLANTS = "plants"
@@ -85,9 +86,9 @@ def locate(name: str, directory: Path | str | None = None) -> Path:
 
 
 def files_in_force(directory: Path | str | None = None) -> dict[str, Path]:
-    """Return every YAML file of the chosen robot's cell by its name.
+    """Return every YAML file and every program of the chosen robot's cell by its name.
 
-    ``programs/article.yaml``, ``plants/ideal.yaml`` and ``farm/journal.yaml`` are among them.
+    ``programs/ARTICLE.LS``, ``plants/ideal.yaml`` and ``farm/journal.yaml`` are among them.
 
     Raises:
         ConfigError: There is no such robot.
@@ -98,8 +99,9 @@ def files_in_force(directory: Path | str | None = None) -> dict[str, Path]:
         for place in (folder, robot_folder(folder))
         for path in sorted(place.glob("*.yaml"))
     }
-    for kind in (PROGRAMS, PLANTS, SETTINGS, FARM):
-        for path in sorted(locate(kind, folder).glob("*.yaml")):
+    endings = {PROGRAMS: PROGRAM_ENDING, PLANTS: ".yaml", SETTINGS: ".yaml", FARM: ".yaml"}
+    for kind, ending in endings.items():
+        for path in sorted(locate(kind, folder).glob(f"*{ending}")):
             found[f"{kind}/{path.name}"] = path
     return found
 

@@ -10,7 +10,7 @@ from fanuc_emulator.config import load_programs
 from harness.workspace import ROOT
 from scara_config import ConfigError, load_robot
 from scara_config.palletise import find_palletise, load_palletise
-from scara_config.programs.lines import MoveStep
+from scara_config.programs.steps import MoveStep
 from scara_control.kinematics.scara import Scara, tool_position
 
 CONFIG = ROOT / "config"

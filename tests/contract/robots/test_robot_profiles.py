@@ -20,7 +20,7 @@ from robot_doctor.profile_files_io import read_profile
 from scara_config import Robot, load, load_robot, locate
 from scara_config.modbus_map import load_modbus_map
 from scara_config.profile import CHOICE, known_robots
-from scara_config.programs.lines import MoveStep
+from scara_config.programs.steps import MoveStep
 from scara_control.kinematics.tool import tool_kinematics
 from scara_description.body import load_body, urdf_of
 from scara_simulation.config import load_gains, load_simulation

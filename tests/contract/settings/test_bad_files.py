@@ -30,7 +30,6 @@ CAPABILITY_VERSION_3 = 0x20080522
 
 
 LOADERS = loaders(ROBOT)
-LOADERS["programs/article.yaml"] = loader("programs", ROBOT)
 LOADERS["plants/ideal.yaml"] = loader("emulator.yaml", ROBOT)
 LOADERS["settings/ready.yaml"] = loader("emulator.yaml", ROBOT)
 
@@ -291,8 +290,6 @@ def test_what_is_no_file_gives_one_sentence(kind: str, bench: Path) -> None:
         else:
             file.unlink(missing_ok=True)
         file.write_text(shipped, encoding="utf-8")
-        if "programs/" in name and kind == "nothing":
-            continue  # one program less is no fault
         if lacking(
             sentence, bench if name.startswith(("plants/", "settings/")) else file, Bad(b"", 0)
         ):

@@ -12,7 +12,7 @@ from fanuc_emulator.config import load_emulator
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.program import Program, ProgramState
 from fanuc_emulator.snapshot import ControlType
-from scara_config.programs.lines import MoveStep
+from scara_config.programs.steps import MoveStep
 from scara_control.joint_motion import JointMotion
 from twin_controller.core.actions import AnyAction, Command, OverrideReal, SendReal, StreamReal
 from twin_controller.core.events import RealMeasured
@@ -28,6 +28,8 @@ COLUMNS = [k for k, joint in enumerate(ROBOT.joints) if joint.twin]
 PULSE_S = 0.12
 WRITE_S = 0.002
 """From a command until the robot has it [s]."""
+RSR = 2
+"""What starts the program."""
 
 
 def moves(*targets: dict[str, float], speed_percent: float = 100.0) -> Program:
@@ -41,7 +43,6 @@ def moves(*targets: dict[str, float], speed_percent: float = 100.0) -> Program:
     ]
     return Program(
         "MOVES",
-        2,
         tuple(MoveStep(k + 1, pose, speed_percent, True) for k, pose in enumerate(poses)),
     )
 
@@ -55,15 +56,14 @@ class EmulatedPair(Pair):
     def __init__(self, program: Program, override: int = 100, setup: Setup = SETUP) -> None:
         """Let the stand-in stand at home with one program, at ``override`` percent."""
         super().__init__(setup=setup)
-        self.robot = Controller(EMULATOR, ROBOT, {program.rsr: program}, boot_seconds=0.0)
+        self.robot = Controller(EMULATOR, ROBOT, {RSR: program}, boot_seconds=0.0)
         self.robot.write_override(override)
         self.shown = self.robot.step()
         self.track: list[tuple[Joints, Joints]] = []
-        self._number = program.rsr
 
     def start(self) -> None:
         """Start the program on the robot's own side."""
-        self._pulse(f"rsr{self._number}")
+        self._pulse(f"rsr{RSR}")
 
     @property
     def standing(self) -> bool:

@@ -39,7 +39,7 @@ WATCHED_S = 1.5
 GAP_S = 0.1
 """Both sides begin within this."""
 TWO_POINT = 3
-"""RSR number of that program in config/robots/fanuc_sr6ia/programs/two_point.yaml."""
+"""RSR number of that program in config/robots/fanuc_sr6ia/emulator.yaml."""
 LEADERS = ("REAL_LEADS", "TWIN_LEADS", "OPERATOR_LEADS")
 
 

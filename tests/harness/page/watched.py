@@ -13,17 +13,20 @@ from harness.processes import Process
 from harness.ros import Ros
 from harness.second_world.played_robot import PlayedRobot
 from harness.wires.operator_page import TOKEN, Panel
-from harness.yaml_files import changed_yaml, copy_configuration
+from harness.yaml_files import add_program, changed_yaml, copy_configuration
 
-LOW = """name: LOW
-rsr: 8
-comment: into the part below P1
-positions:
-  AWAY: {joint_1_deg: 10, joint_2_deg: 0, joint_3_mm: -160, joint_4_deg: 0, table_joint_deg: 0}
-  PART: {joint_1_deg: 0, joint_2_deg: 0, joint_3_mm: -182, joint_4_deg: 0, table_joint_deg: 0}
-lines:
-  - {do: move, position: AWAY, speed_percent: 50, termination: fine}
-  - {do: move, position: PART, speed_percent: 50, termination: fine}
+LOW = """/PROG LOW
+/ATTR
+COMMENT = "into a part";
+/MN
+  1:J P[1] 50% FINE ;
+  2:J P[2] 50% FINE ;
+/POS
+P[1]{ GP1: UF : 0, UT : 1, J1= 10 deg, J2= 0 deg, J3= -160 mm, J4= 0 deg, E1= 0 deg
+};
+P[2]{ GP1: UF : 0, UT : 1, J1= 0 deg, J2= 0 deg, J3= -182 mm, J4= 0 deg, E1= 0 deg
+};
+/END
 """
 """A program that must not be run: the nozzle would hit a part."""
 JUDGE = "what_if.yaml"
@@ -47,7 +50,7 @@ class Watched:
         changes: Mapping[tuple[str, ...], Any] | None = None,
     ) -> None:
         config = copy_configuration(folder)
-        (config / "programs" / "low.yaml").write_text(LOW)
+        add_program(config, LOW)
         for path, value in (changes or {}).items():
             changed_yaml(config / JUDGE, config, list(path), value)
         self.robot = PlayedRobot(ros)

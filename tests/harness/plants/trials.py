@@ -9,7 +9,7 @@ from itertools import cycle
 import msgspec
 import numpy as np
 from fanuc_emulator.program import Program
-from scara_config.programs.lines import MoveStep, WaitStep
+from scara_config.programs.steps import MoveStep, WaitStep
 from scara_control.kinematics.screws import ScrewModel, tool_positions
 
 from harness.plants.variants import Variant
@@ -143,7 +143,7 @@ def long_moves(files: CellFiles, speed_percent: float) -> CellFiles:
     return replace(
         files,
         robot=robot,
-        programs={**files.programs, number: Program("ARTICLE", number, tuple(steps))},
+        programs={**files.programs, number: Program("ARTICLE", tuple(steps))},
         experiments=msgspec.structs.replace(files.experiments, experiments=experiments),
     )
 

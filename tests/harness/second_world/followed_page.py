@@ -27,10 +27,16 @@ class Typed:
 
 
 def programs() -> dict[str, str]:
-    """Return the page's programs by the name of the file as which they are saved."""
-    blocks = BLOCK.findall(PAGE.read_text(encoding="utf-8"))
-    texts = [text for kind, text in blocks if kind == "yaml" and text.startswith("name: ")]
-    return {f"{text.split()[1].lower()}.yaml": text for text in texts}
+    """Return the page's programs by the name of the file as which they are saved.
+
+    The second is the first, lifted higher as the page says.
+    """
+    page = PAGE.read_text(encoding="utf-8")
+    (carry,) = [text for _, text in BLOCK.findall(page) if text.startswith("/PROG ")]
+    (high, low) = re.findall(r"`CARRY_HIGH\.LS` with `(.*?)` for `(.*?)`", page)[0]
+    assert low in carry
+    lifted = carry.replace(low, high).replace("/PROG CARRY", "/PROG CARRY_HIGH")
+    return {"CARRY.LS": carry, "CARRY_HIGH.LS": lifted}
 
 
 def commands() -> list[Typed]:

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from scara_config import KeepOut
 from scara_config.programs.files import ProgramSteps
-from scara_config.programs.lines import GripperStep, MoveStep, WaitStep
+from scara_config.programs.steps import GripperStep, MoveStep, WaitStep
 from what_if.cell_files_io import find_program
 from what_if.motions import ProgramRun
 from what_if.world import Obstacle, World
@@ -99,7 +99,7 @@ def moves(targets: Sequence[Vector], world: World, first: int = 1) -> list[MoveS
 
 def program(*lines: MoveStep | WaitStep | GripperStep) -> ProgramRun:
     """Return lines as a program."""
-    return ProgramRun(ProgramSteps("RANDOM", 8, lines))
+    return ProgramRun(ProgramSteps("RANDOM", lines))
 
 
 def free_case(bench: Bench) -> Case:

@@ -11,7 +11,7 @@ from harness.machines.far_lab import POINTS, SLOW, FarLab
 from harness.machines.namespaces import Machines, missing
 from harness.workspace import ROOT
 
-PROGRAM = "config/robots/fanuc_sr6ia/programs/article.yaml"
+PROGRAM = "config/robots/fanuc_sr6ia/programs/ARTICLE.LS"
 pytestmark = [
     pytest.mark.system,
     pytest.mark.thorough,
@@ -42,7 +42,7 @@ def test_files_of_the_desk_are_there_by_their_content(far: FarLab) -> None:
     """A program's file, and a recording that is none: what is said of it names the desk's file."""
     own = far.labs[0].folder / "own programs"
     own.mkdir()
-    program, broken = own / "mine.yaml", own / "run.bag"
+    program, broken = own / "ARTICLE.LS", own / "run.bag"
     shutil.copyfile(ROOT / PROGRAM, program)
     broken.write_bytes(b"no bag" * 2_000_000)
     for name, words, code in (

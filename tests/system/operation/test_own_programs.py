@@ -11,25 +11,30 @@ import pytest
 from harness.live_cell import LiveCell
 from harness.processes import wait_until
 from harness.wires.gateway_client import command_over, state_over
-from harness.yaml_files import changed_yaml, copy_configuration
+from harness.yaml_files import add_program, changed_yaml, copy_configuration
 
 pytestmark = pytest.mark.system
 
 AWAY_MM, NEAR_MM = -160.0, -169.5
-OTHERS = "joint_2_deg: 0, joint_4_deg: 0, table_joint_deg: 0"
-NARROW = f"""name: NARROW
-rsr: 8
-comment: the nozzle comes to 0.5 mm above parts that it does not stand over
-positions:
-  AWAY: {{joint_1_deg: 20, joint_3_mm: {AWAY_MM}, {OTHERS}}}
-  P1: {{joint_1_deg: 0, joint_3_mm: {AWAY_MM}, {OTHERS}}}
-  NEAR: {{joint_1_deg: 0, joint_3_mm: {NEAR_MM}, {OTHERS}}}
-lines:
-  - {{do: move, position: AWAY, speed_percent: 2, termination: fine}}
-  - {{do: move, position: P1, speed_percent: 20, termination: fine}}
-  - {{do: move, position: NEAR, speed_percent: 10, termination: fine}}
+P = "GP1: UF : 0, UT : 1, J2= 0 deg, J4= 0 deg, E1= 0 deg"
+NARROW = f"""/PROG NARROW
+/MN
+  1:J P[1] 2% FINE ;
+  2:J P[2] 20% FINE ;
+  3:J P[3] 10% FINE ;
+/POS
+P[1]{{ {P}, J1= 20 deg, J3= {AWAY_MM} mm
+}};
+P[2]{{ {P}, J1= 0 deg, J3= {AWAY_MM} mm
+}};
+P[3]{{ {P}, J1= 0 deg, J3= {NEAR_MM} mm
+}};
+/END
 """
-"""Slow at first, so that it is judged long before its last line; nothing is touched by it."""
+"""The nozzle comes to 0.5 mm above parts that it does not stand over; nothing is touched by it.
+
+Slow at first, so that it is judged long before its last line.
+"""
 SAID = "the robot's own program NARROW"
 WHY = "the nozzle would hit part_"
 
@@ -38,7 +43,7 @@ WHY = "the nozzle would hit part_"
 def judged_cell(folder: Path, hold: bool) -> Iterator[LiveCell]:
     """Give a ready cell with a judge, and with the program on the robot's pendant."""
     config = copy_configuration(folder / "changed")
-    (config / "programs" / "narrow.yaml").write_text(NARROW, encoding="utf-8")
+    add_program(config, NARROW)
     changed_yaml(config / "what_if.yaml", config, ["hold_own_programs"], hold)
     changed_yaml(config / "what_if.yaml", config, ["gate_program_timeout_ms"], 20000.0)
     with LiveCell(folder).ready(config=config) as cell:

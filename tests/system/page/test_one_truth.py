@@ -28,9 +28,9 @@ LARGEST_MM = 0.2  # between the largest distance on the page and in the report
 def cell(tmp_path: Path) -> Iterator[tuple[LiveCell, int]]:
     """Give a cell with a robot of the field, its programs at full speed, and its page's port."""
     config = copy_configuration(tmp_path / "changed")
-    program = config / "programs" / "article.yaml"
+    program = config / "programs" / "ARTICLE.LS"
     slow = program.read_text(encoding="utf-8")
-    program.write_text(slow.replace("speed_percent: 50", "speed_percent: 100"), encoding="utf-8")
+    program.write_text(slow.replace("] 50%", "] 100%"), encoding="utf-8")
     without = ("--without", "camera", "--without", "what_if")
     env = {"SCARA_CONFIG_DIR": str(config), "SCARA_PLANT": "field"}
     with cell_with_pages(tmp_path, *without, env=env) as (made, _, port):

@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs, on_a_desk
 from fanuc_emulator.plant.config import axis_parameters
-from harness.yaml_files import REMOVED, changed_yaml, shipped
+from harness.yaml_files import REMOVED, changed_yaml, copy_configuration, shipped
 from msgspec.structs import replace
 from scara_config import ConfigError, Robot
-from scara_config.programs.lines import MoveStep
+from scara_config.programs.steps import MoveStep
 
 CONFIG = Path(__file__).resolve().parents[3] / "config"
-ARTICLE = shipped("programs/article.yaml")
+ARTICLE = shipped("programs/ARTICLE.LS")
 
 
 def test_article_positions_give_the_articles_coordinates(robot: Robot) -> None:
@@ -67,7 +67,8 @@ def test_drives_can_do_more_than_the_twin_asks_for(config: EmulatorConfig, robot
             r"start_position.joint_3_mm = 5.0: outside \[-210.0, 0.0\] mm",
         ),
         (["start_position", "joint_1_deg"], REMOVED, r"start_position.joint_1_deg: is missing"),
-        (["stream_program"], "lower case", r"stream_program"),
+        (["rsr_programs", 1], "lower case", r"rsr_programs\[1\] = 'lower case'"),
+        (["rsr_programs"], [], r"rsr_programs = \[\]: Expected `array` of length >= 1"),
     ],
 )
 def test_a_wrong_emulator_yaml_is_refused(
@@ -80,61 +81,68 @@ def test_a_wrong_emulator_yaml_is_refused(
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "text"),
+    ("old", "new", "text"),
     [
+        ("J3=      .000  mm", "J3= 1.0 mm", r"line 53: P\[3\]\.J3 = 1 mm: outside \[-210.0, 0.0\]"),
+        ("J3=      .000  mm", "J3= 0.0 deg", r"P\[3\]\.J3 = 0 deg: joint_3 is in mm"),
+        ("J1= -49.15770074", "J7= 5", r"P\[3\]\.J7: unknown, allowed are J1, J2, J3, J4, E1"),
+        ("J1= -49.15770074 deg,", "", r"line 50: P\[3\]\.J1: is missing"),
+        ("J1= -49.15770074", "J1= ********", r"line 53: P\[3\]\.J1: is missing"),
+        ("J1= -49.15770074", "J1= 150.5", r"P\[3\]\.J1 = 150.5 deg: outside \[-148.0, 148.0\]"),
+        ("P[3:P3] 50%", "P[4] 50%", r"line 6 of ARTICLE: .*P\[4\] is not taught, there are P\[1\]"),
+        ("P[3:P3] 50%", "P[3] 101%", r"line 6 of ARTICLE: .*: a speed of 101 % is outside"),
+        ("J P[3:P3] 50%", "L P[3] 50mm/sec", r"line 6 of ARTICLE: .*: only J P\[n\] or PR\[n\]"),
+        ("J P[3:P3]", "K P[3]", r"line 27: line 6 of the program: .*no instruction begins so"),
+        ("PROG  ARTICLE", "PROG  OTHER", r"/PROG OTHER: a file has the name of its program"),
+        ("10:  ENDFOR", "10:  END", r"ARTICLE.LS: line 3 of ARTICLE: FOR .*: has no end"),
         (
-            ["positions", "P3", "joint_3_mm"],
-            1.0,
-            r"positions.P3.joint_3_mm = 1.0: outside \[-210.0, 0.0\] mm",
+            "11:  !",
+            "11:  JMP LBL[1] ;\n  12:  !",
+            r"line 11 of ARTICLE: JMP LBL\[1\]: there is no LBL",
         ),
-        (
-            ["positions", "P1", "joint_7_deg"],
-            1.0,
-            r"positions.P1.joint_7_deg = 1.0: unknown, allowed are joint_1_deg",
-        ),
-        (["positions", "P1", "joint_4_deg"], REMOVED, r"positions.P1.joint_4_deg: is missing"),
-        (["positions", "P1"], REMOVED, r"line 1: position 'P1' is unknown, there are P2, P3"),
-        (["name"], "A_NAME_OF_17_CHAR", r"name = 'A_NAME_OF_17_CHAR'"),
-        (["rsr"], 1, r"rsr = 1: Expected `int` >= 2"),
-        (["lines", 0, "speed_percent"], 101, r"speed_percent = 101: Expected `float` <= 100"),
-        (["lines", 0, "do"], "jump", r"Invalid value 'jump'"),
-        (["lines"], [], r"lines = \[\]"),
     ],
 )
 def test_a_wrong_program_is_refused(
-    tmp_path: Path, robot: Robot, path: list[str | int], value: Any, text: str
+    tmp_path: Path, robot: Robot, old: str, new: str, text: str
 ) -> None:
     """A position outside the range names file, line, joint, value and range."""
-    (tmp_path / "programs").mkdir()
-    changed_yaml(ARTICLE, tmp_path / "programs", path, value)
+    folder = copy_configuration(tmp_path)
+    article = ARTICLE.read_text()
+    assert old in article
+    (folder / "programs" / "ARTICLE.LS").write_text(article.replace(old, new))
     with pytest.raises(ConfigError, match=text):
-        load_programs(robot, tmp_path)
+        load_programs(robot, folder)
 
 
-def test_a_position_out_of_range_names_the_line_of_the_file(tmp_path: Path, robot: Robot) -> None:
-    """File, line, joint, value and range: nobody has to search."""
-    (tmp_path / "programs").mkdir()
-    text = ARTICLE.read_text().replace("joint_1_deg: -14.321759156", "joint_1_deg: 150.0")
-    line = next(number for number, row in enumerate(text.splitlines(), 1) if "150.0" in row)
-    (tmp_path / "programs" / "bad.yaml").write_text(text)
-    with pytest.raises(
-        ConfigError,
-        match=(
-            rf"bad.yaml, line {line}: positions.P2.joint_1_deg = 150.0: outside \[-148.0, "
-            r"148.0\] deg"
+@pytest.mark.parametrize(
+    ("names", "text"),
+    [
+        (["STREAM", "ARTICLE", "ARTICLE"], r"rsr_programs\[2\] = 'ARTICLE': is there twice"),
+        (
+            ["STREAM", "OTHER"],
+            r"rsr_programs\[1\] = 'OTHER': unknown, allowed are ARTICLE, PALLETISE",
         ),
-    ):
-        load_programs(robot, tmp_path)
-
-
-def test_two_programs_may_not_share_a_number(tmp_path: Path, robot: Robot) -> None:
+    ],
+)
+def test_a_number_starts_one_program_that_is_there(
+    tmp_path: Path, robot: Robot, names: list[str], text: str
+) -> None:
     """RSR2 starts one program only."""
-    (tmp_path / "programs").mkdir()
-    shutil.copy(ARTICLE, tmp_path / "programs" / "a.yaml")
-    shutil.copy(ARTICLE, tmp_path / "programs" / "b.yaml")
-    said = r"/b.yaml: name ARTICLE, rsr 2: a.yaml has name ARTICLE, rsr 2; change one of the two"
-    with pytest.raises(ConfigError, match=said):
-        load_programs(robot, tmp_path)
+    folder = copy_configuration(tmp_path)
+    changed_yaml(folder / "emulator.yaml", folder, ["rsr_programs"], names)
+    with pytest.raises(ConfigError, match=text):
+        load_programs(robot, folder)
+
+
+def test_a_program_without_a_number_is_read_all_the_same(tmp_path: Path, robot: Robot) -> None:
+    """Small letters do not make it another one."""
+    folder = copy_configuration(tmp_path)
+    other = folder / "programs" / "other.LS"
+    other.write_text(ARTICLE.read_text().replace("PROG  ARTICLE", "PROG  OTHER"))
+    assert set(load_programs(robot, folder)) == {2, 3, 4}
+    shutil.copy(ARTICLE, folder / "programs" / "article.LS")
+    with pytest.raises(ConfigError, match=r"article\.LS: ARTICLE\.LS is there too; rename one"):
+        load_programs(robot, folder)
 
 
 def test_a_stand_in_on_a_desk_waits_longer_for_its_client(robot: Robot) -> None:

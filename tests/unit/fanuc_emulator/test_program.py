@@ -1,34 +1,17 @@
-"""Programs: line numbers, loops, waits and states."""
+"""Programs: moves, waits and states."""
 
 import pytest
 from fanuc_emulator.program import Executor, Program, ProgramState, StreamStep
-from scara_config.programs.lines import (
-    MoveLine,
-    MoveStep,
-    RepeatLine,
-    WaitLine,
-    WaitStep,
-    count_lines,
-    unroll,
-)
+from scara_config.programs.steps import MoveStep, WaitStep
 
 MOVE = MoveStep(1, (0.0,), 50.0, True)
 NEXT = MoveStep(2, (1.0,), 50.0, False)
 
 
-def test_lines_are_numbered_as_in_the_listing_and_run_as_often_as_said() -> None:
-    """A repeat takes a line of its own; its lines keep their numbers in every round."""
-    a, b, c = MoveLine("A", 10.0), WaitLine(0.5), MoveLine("C", 20.0)
-    lines = [a, RepeatLine(2, [b, RepeatLine(2, [a])]), c]
-    assert count_lines(lines) == 6
-    numbers = [(number, line) for number, line in unroll(lines)]
-    assert numbers == [(1, a), (3, b), (5, a), (5, a), (3, b), (5, a), (5, a), (6, c)]
-
-
 def start(*steps: MoveStep | WaitStep | StreamStep, delay: float = 0.0) -> Executor:
     """Return an executor that runs the steps."""
     executor = Executor()
-    executor.start(Program("TEST", 2, tuple(steps)), delay)
+    executor.start(Program("TEST", tuple(steps)), delay)
     return executor
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 from pathlib import Path
 
@@ -84,7 +83,7 @@ def test_each_finding_of_another_arm_names_its_file_and_the_next_command(
     told = {
         "joint_1: velocity 180 deg/s is not the URDF's 250": f"{own}/robot.yaml, then: rosrun",
         "joint_2: screw_axis": f"{own}/body.yaml: at_mm of the link that it moves",
-        "article.yaml: positions.P1 brings the tool to": f"correct {own}/programs/article.yaml: ",
+        "ARTICLE.LS: P[1:P1] brings the tool to": f"correct {own}/programs/ARTICLE.LS: ",
     }
     for what, advice in told.items():
         (found,) = [wrong[each] for each in wrong if each.startswith(what)]
@@ -101,11 +100,12 @@ def test_the_joint_values_that_the_doctor_gives_are_right(
     """Whoever types them into the program has no finding left."""
     monkeypatch.setenv(CHOICE, "articulated_six")
     own = config / "robots" / "articulated_six"
-    robot, program = own / "robot.yaml", own / "programs" / "article.yaml"
+    robot, program = own / "robot.yaml", own / "programs" / "ARTICLE.LS"
     moved = robot.read_text().replace("P2: [0.34, 0.18, 0.32]", "P2: [0.30, 0.21, 0.35]")
     robot.write_text(moved)
     (found,) = [f for f in examine(read_profile(config)) if f.level is Level.WRONG]
     values = found.advice.partition("gets there with ")[2]
-    text = re.sub(r"P2: \{[^}]*\}", f"P2: {{{values}}}", program.read_text())
-    program.write_text(text)
+    text, begin = program.read_text(), 'P[2:"P2"]{\n   GP1:\n\tUF : 0, UT : 1,\t\n'
+    before, _, rest = text.partition(begin)
+    program.write_text(f"{before}{begin}\t{values}\n}};{rest.partition('};')[2]}")
     assert is_healthy(examine(read_profile(config)))

@@ -25,7 +25,7 @@ CONFIG = ROOT / "config"
 ROBOT = load_robot(CONFIG)
 LAYOUT = load_modbus_map(CONFIG)
 CONTROLLER = load_twin_controller(ROBOT, CONFIG)
-PROFILE, MAP, ARTICLE = "robot.yaml", "modbus_map.yaml", "programs/article.yaml"
+PROFILE, MAP = "robot.yaml", "modbus_map.yaml"
 ROBOTS, REGISTERS, SIMULATION = Group.ROBOT, Group.REGISTERS, Group.SIMULATION
 SWAPPED = msgspec.structs.replace(LAYOUT, word_order="high_first")
 RADIANS = {"lower_deg": -2.583, "upper_deg": 2.583, "velocity_deg_s": 7.68}
@@ -66,7 +66,6 @@ def wrongs(findings: Any) -> list[Finding]:
         (MAP, "holding_registers.stream_speed.write", False, REGISTERS, "stream_speed: must be"),
         (MAP, "discrete_inputs.sysrdy", REMOVED, REGISTERS, "discrete_inputs.sysrdy: is missing"),
         ("pid_gains.yaml", "joint_3", REMOVED, SIMULATION, "pid_gains.yaml: joint_3 is missing"),
-        (ARTICLE, "positions.P3.joint_1_deg", 160.0, ROBOTS, "P3.joint_1_deg = 160 is outside"),
     ],
     ids=lambda value: value if isinstance(value, str) and value.islower() else "",
 )
@@ -86,6 +85,25 @@ def test_a_planted_error_is_found_with_advice(
     found = wrongs(examine(read_profile(folder)))
     assert all(finding.advice for finding in found)
     assert any(finding.group is group and re.search(text, finding.what) for finding in found), found
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        ("J1= -49.15770074", "J1= 160.0", r"P\[3\]\.J1 = 160 deg: outside"),
+        ("  ENDFOR", "  ENDLESS", "line 10 of the program"),
+    ],
+)
+def test_an_error_in_a_program_is_found_with_advice(
+    tmp_path: Path, old: str, new: str, text: str
+) -> None:
+    """A position that the joint cannot reach, a line that is none."""
+    file = copy_configuration(tmp_path) / "programs" / "ARTICLE.LS"
+    assert old in file.read_text()
+    file.write_text(file.read_text().replace(old, new))
+    (finding,) = wrongs(examine(read_profile(tmp_path)))
+    assert finding.group is ROBOTS and re.search(text, finding.what)
+    assert finding.advice.startswith(f"correct {file}")
 
 
 @pytest.mark.parametrize("file", ["robot.yaml", "modbus_map.yaml", "pid_gains.yaml"])

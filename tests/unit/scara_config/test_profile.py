@@ -16,12 +16,12 @@ from scara_config.profile import known_robots
 def shared(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Give a folder with two robots, the second of which brings its own motion.yaml."""
     monkeypatch.delenv("SCARA_ROBOT", raising=False)
-    files = ("motion.yaml", "robots/fanuc_sr6ia/robot.yaml", "robots/fanuc_sr6ia/programs/a.yaml")
+    files = ("motion.yaml", "robots/fanuc_sr6ia/robot.yaml", "robots/fanuc_sr6ia/programs/A.LS")
     for name in (
         *files,
         "robots/other/robot.yaml",
         "robots/other/motion.yaml",
-        "robots/other/programs/b.yaml",
+        "robots/other/programs/B.LS",
     ):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(f"where: {name}\n")
@@ -45,7 +45,7 @@ def test_a_robot_brings_what_is_its_own_and_shares_the_rest(
     assert found == {
         "motion.yaml": "robots/other/motion.yaml",
         "robot.yaml": "robots/other/robot.yaml",
-        "programs/b.yaml": "robots/other/programs/b.yaml",
+        "programs/B.LS": "robots/other/programs/B.LS",
     }
 
 

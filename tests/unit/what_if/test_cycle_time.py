@@ -9,7 +9,7 @@ import pytest
 from harness.second_world.cycles import measured, run
 from harness.yaml_files import CONFIG
 from scara_config.programs.files import ProgramSteps
-from scara_config.programs.lines import MoveStep
+from scara_config.programs.steps import MoveStep
 from what_if.cell_files_io import find_program
 from what_if.errors import WhatIfError
 from what_if.judging import judge
@@ -49,7 +49,7 @@ def test_a_program_of_the_robot_is_not_held_at_a_followers_cap(world: World) -> 
         MoveStep(step.line, step.target, 100.0, step.fine) if isinstance(step, MoveStep) else step
         for step in found.steps
     )
-    fast = ProgramRun(ProgramSteps(found.name, found.rsr, steps))
+    fast = ProgramRun(ProgramSteps(found.name, steps))
     open_world = replace(world, cap_percent=100.0)
     assert judge(world, fast) == judge(open_world, fast)
 

@@ -11,7 +11,7 @@ from harness.yaml_files import CONFIG
 from scara_config import KeepOut
 from scara_config.payload import load_payloads
 from scara_config.programs.files import ProgramSteps
-from scara_config.programs.lines import GripperStep, MoveStep, WaitStep
+from scara_config.programs.steps import GripperStep, MoveStep, WaitStep
 from scara_control.dynamics.planner import Planner
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.keep_out.zones import judge_way
@@ -28,7 +28,7 @@ WALL = KeepOut("wall", (400.0, 200.0, -300.0), (420.0, 500.0, 500.0))
 
 def steps(*lines: MoveStep | WaitStep | GripperStep) -> ProgramRun:
     """Return lines as a program."""
-    return ProgramRun(ProgramSteps("TEST", 8, lines))
+    return ProgramRun(ProgramSteps("TEST", lines))
 
 
 def move(number: int, *q: float) -> MoveStep:

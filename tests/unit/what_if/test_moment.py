@@ -58,7 +58,7 @@ def test_refused_motion_shows_the_two_bodies_where_they_meet(world: World) -> No
 
 def test_moment_behind_a_switch_has_the_part_in_hand(world: World, tmp_path: Path) -> None:
     """The program of docs/what_if.md comes nearest at the instant at which it has gripped."""
-    file = tmp_path / "carry_high.yaml"
+    file = tmp_path / "CARRY_HIGH.LS"
     file.write_text(programs()[file.name], encoding="utf-8")
     motion = ProgramRun(find_program(world.cell, str(file), CONFIG))
     near, moment = judge(world, motion).clearance, moment_of(world, motion)

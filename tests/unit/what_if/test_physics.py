@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from harness.yaml_files import CONFIG
 from scara_config.programs.files import ProgramSteps
-from scara_config.programs.lines import GripperStep, MoveStep, WaitStep
+from scara_config.programs.steps import GripperStep, MoveStep, WaitStep
 from what_if.cell_files_io import find_program
 from what_if.errors import WhatIfError
 from what_if.judging import judge
@@ -50,7 +50,7 @@ def test_a_part_is_gripped_lifted_and_placed(world: World, second: SecondWorld) 
     """The first part of PALLETISE; the world begins anew for each motion, twice the same."""
     steps = find_program(world.cell, "PALLETISE", CONFIG).steps
     switches = [k for k, step in enumerate(steps) if isinstance(step, GripperStep)]
-    motion = ProgramRun(ProgramSteps("ONE", 8, tuple(steps[: switches[1] + 2])))
+    motion = ProgramRun(ProgramSteps("ONE", tuple(steps[: switches[1] + 2])))
     first, again = second.run(world, motion), second.run(world, motion)
     texts = [seen.text for seen in first.seen]
     assert texts == ["part_1 was gripped", "part_1 was let go", "part_1 was placed on pallet"]
@@ -61,7 +61,7 @@ def test_a_part_is_gripped_lifted_and_placed(world: World, second: SecondWorld) 
 def test_a_part_let_go_in_the_air_falls(world: World, second: SecondWorld) -> None:
     """With its line and time, as the verdict by geometry says beforehand."""
     lines = (*lines_until_lift(world), GripperStep(99, False))
-    motion = ProgramRun(ProgramSteps("DROP", 8, lines))
+    motion = ProgramRun(ProgramSteps("DROP", lines))
     found = second.run(world, motion)
     assert found.outcome is judge(world, motion).outcome is Outcome.REFUSED
     assert "part_1 was dropped" in found.sentence

@@ -11,7 +11,7 @@ from harness.running.thorough import thorough
 from harness.scenes.troubled import TroubledCell
 from harness.virtual_cell.experiments import run_experiments
 from harness.virtual_cell.files import CellFiles
-from scara_config.programs.lines import MoveStep
+from scara_config.programs.steps import MoveStep
 
 PATH_PERCENT = 2.5
 """Of reach."""

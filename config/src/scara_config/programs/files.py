@@ -1,70 +1,142 @@
-"""Read files of config/programs/, checked against robot.yaml."""
+"""Read the robot's programs, ``programs/NAME.LS``, checked against robot.yaml."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import partial
+import re
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import msgspec
-from ruamel.yaml import YAML
 
-from scara_config.loader import ConfigError, load
-from scara_config.programs.lines import (
-    GripperLine,
-    GripperStep,
-    MoveStep,
-    ProgramFile,
-    WaitLine,
-    WaitStep,
-    unroll,
-)
-from scara_config.robot import Robot
+from scara_config.loader import ConfigError, load_text
+from scara_config.profile import PROGRAM_ENDING, PROGRAMS, locate
+from scara_config.programs.steps import Step
+from scara_config.programs.tp.execution import Flow, flow_of
+from scara_config.programs.tp.listing import Position, Program
+from scara_config.programs.tp.reader import read
+from scara_config.programs.walk import walk
+from scara_config.robot import Joint, Robot
+
+
+class Taught(msgspec.Struct, frozen=True):
+    """A program that was read and checked.
+
+    Attributes:
+        flow: Its lines.
+        positions: Joint positions by number: [rad or m] in the order of robot.yaml, all joints.
+    """
+
+    flow: Flow
+    positions: dict[int, tuple[float, ...]]
 
 
 class ProgramSteps(msgspec.Struct, frozen=True):
-    """A program of a file: its loops are unrolled, its positions are [rad] or [m].
+    """What a program makes the robot do: its loops are unrolled.
 
     Attributes:
         name: As the robot calls it.
-        rsr: The number of the signal that starts it.
-        steps: In the order of execution; joint positions in the order of robot.yaml, all joints.
+        steps: In the order of execution.
     """
 
     name: str
-    rsr: int
-    steps: tuple[MoveStep | WaitStep | GripperStep, ...]
+    steps: tuple[Step, ...]
 
 
-def read_program(path: Path, robot: Robot) -> ProgramSteps:
+def program_files(directory: Path | str | None = None) -> dict[str, Path]:
+    """Return the files of the chosen robot's programs by the program's name.
+
+    Args:
+        directory: Folder with all YAML files; default: the package scara_config.
+
+    Raises:
+        ConfigError: Two files have the same name but for small letters.
+    """
+    found: dict[str, Path] = {}
+    for path in sorted(locate(PROGRAMS, directory).glob(f"*{PROGRAM_ENDING}")):
+        if path.stem.upper() in found:
+            raise ConfigError(f"{path}: {found[path.stem.upper()].name} is there too; rename one")
+        found[path.stem.upper()] = path
+    return found
+
+
+def read_listing(path: Path) -> Program:
+    """Read one file of programs/ as it stands there.
+
+    Raises:
+        ConfigError: It cannot be read, is no program, or its program has another name.
+    """
+    program = read(load_text(path), str(path))
+    if program.name != path.stem.upper():
+        raise ConfigError(f"{path}: /PROG {program.name}: a file has the name of its program")
+    return program
+
+
+def read_taught(path: Path, robot: Robot) -> Taught:
     """Read one file of programs/.
 
     Raises:
-        ConfigError: The file is wrong, or a position is out of range or unknown.
+        ConfigError: The file is wrong, or a position is out of range.
     """
-    file = load(path, ProgramFile)
-    positions = {
-        name: joint_positions(values, robot, partial(_place, path, name))
-        for name, values in file.positions.items()
+    program = read_listing(path)
+    for position in program.positions:
+        for coordinate, fault in position_faults(position, robot):
+            place = f"{path}{_row_of(path, position.number, coordinate)}"
+            raise ConfigError(f"{place}: P[{position.number}].{fault}")
+    positions = {position.number: joint_values(position, robot) for position in program.positions}
+    return Taught(flow_of(program, str(path)), positions)
+
+
+def read_program(path: Path, robot: Robot) -> ProgramSteps:
+    """Read one file of programs/ and return what it makes the robot do.
+
+    Raises:
+        ConfigError: The file is wrong, or what the program does depends on its inputs.
+    """
+    taught = read_taught(path, robot)
+    try:
+        steps = tuple(walk(taught.flow, taught.positions))
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from error
+    return ProgramSteps(taught.flow.program.name, steps)
+
+
+def axis_names(robot: Robot) -> dict[str, Joint]:
+    """Return the joints by the names of a position's coordinates.
+
+    The arm's are J1, J2 ..; what does not move the tool is an external axis, E1.
+    """
+    arm = [joint for joint in robot.joints if joint.screw_axis is not None]
+    external = [joint for joint in robot.joints if joint.screw_axis is None]
+    return {f"J{joint.axis_number}": joint for joint in arm} | {
+        f"E{number}": joint for number, joint in enumerate(external, start=1)
     }
-    steps: list[MoveStep | WaitStep | GripperStep] = []
-    for number, line in unroll(file.lines):
-        if isinstance(line, WaitLine):
-            steps.append(WaitStep(number, line.wait_s))
-        elif isinstance(line, GripperLine):
-            steps.append(GripperStep(number, line.value == "on"))
-        elif line.position in positions:
-            steps.append(
-                MoveStep(
-                    number, positions[line.position], line.speed_percent, line.termination == "fine"
-                )
-            )
-        else:
-            raise ConfigError(
-                f"{path}: line {number}: position {line.position!r} is unknown, there are "
-                f"{', '.join(positions)}"
-            )
-    return ProgramSteps(file.name, file.rsr, tuple(steps))
+
+
+def position_faults(position: Position, robot: Robot) -> Iterator[tuple[str, str]]:
+    """Yield what is wrong with a position: the coordinate, and a text that begins with it."""
+    axes = axis_names(robot)
+    given = {each.name: each for each in position.groups[0].coordinates}
+    for name in given:
+        if name not in axes:
+            yield name, f"{name}: unknown, allowed are {', '.join(axes)}"
+    for name, joint in axes.items():
+        coordinate = given.get(name)
+        if coordinate is None or coordinate.value is None:
+            yield name, f"{name}: is missing"
+            continue
+        low, high = round(joint.lower / joint.scale, 6), round(joint.upper / joint.scale, 6)
+        shown = f"{name} = {coordinate.value:.10g} {coordinate.unit}"
+        if coordinate.unit != joint.unit:
+            yield name, f"{shown}: {joint.name} is in {joint.unit}"
+        elif not joint.lower <= coordinate.value * joint.scale <= joint.upper:
+            yield name, f"{shown}: outside [{low}, {high}] {joint.unit}"
+
+
+def joint_values(position: Position, robot: Robot) -> tuple[float, ...]:
+    """Return a position without faults as joint positions [rad or m], in robot.yaml's order."""
+    given = {each.name: each.value or 0.0 for each in position.groups[0].coordinates}
+    values = {joint.name: given[name] * joint.scale for name, joint in axis_names(robot).items()}
+    return tuple(values[joint.name] for joint in robot.joints)
 
 
 def joint_positions(
@@ -102,15 +174,14 @@ def joint_positions(
     return tuple(positions)
 
 
-def _place(path: Path, position: str, key: str) -> str:
-    """Return file, line and section of ``key``.
-
-    If the key is not there, return those of the position.
-    """
-    section = YAML(typ="rt").load(path)["positions"]
-    line = (
-        section[position].lc.key(key)[0]
-        if key in section[position]
-        else section.lc.key(position)[0]
-    )
-    return f"{path}, line {line + 1}: positions.{position}"
+def _row_of(path: Path, number: int, coordinate: str) -> str:
+    """Return where a position's coordinate stands; if it does not, where the position begins."""
+    found = ""
+    inside = False
+    for row, text in enumerate(load_text(path).splitlines(), start=1):
+        if re.match(r"P\[\d+", text):
+            inside = bool(re.match(rf"P\[{number}[:\]]", text))
+            found = f", line {row}" if inside else found
+        elif inside and re.search(rf"\b{coordinate}\s*=", text):
+            return f", line {row}"
+    return found

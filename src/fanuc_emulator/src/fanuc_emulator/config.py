@@ -1,4 +1,4 @@
-"""Read emulator.yaml and config/programs/*.yaml, checked against robot.yaml."""
+"""Read emulator.yaml and the programs, programs/NAME.LS, checked against robot.yaml."""
 
 from __future__ import annotations
 
@@ -9,16 +9,22 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 from scara_config import ConfigError, Robot, load, locate
-from scara_config.programs.files import joint_positions, read_program
+from scara_config.programs.files import joint_positions, program_files, read_program
 from scara_config.quantities import Port
 
 from fanuc_emulator.plant.config import Plant, load_plant
 from fanuc_emulator.program import Program
 from fanuc_emulator.settings import ControllerSettings, load_settings
 
+ProgramName = Annotated[str, Meta(pattern=r"^[A-Z][A-Z0-9_]{0,15}\Z")]
+
 
 class EmulatorFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The file emulator.yaml: where the stand-in is, and its own patience."""
+    """The file emulator.yaml: where the stand-in is, and its own patience.
+
+    Attributes:
+        rsr_programs: What RSR1, RSR2 .. start; the first one follows the client's set points.
+    """
 
     host: str
     port: Port
@@ -28,7 +34,7 @@ class EmulatorFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
     heartbeat_timeout_ms: Annotated[int, Meta(ge=10, le=10000)]
     gripper_timeout_ms: Annotated[int, Meta(ge=10, le=10000)]
     start_wait_ms: Annotated[int, Meta(ge=0, le=10000)]
-    stream_program: Annotated[str, Meta(pattern=r"^[A-Z][A-Z0-9_]{0,15}\Z")]
+    rsr_programs: Annotated[list[ProgramName], Meta(min_length=1, max_length=8)]
     desk_heartbeat_timeout_ms: Annotated[int, Meta(ge=10, le=10000)] | None = None
 
 
@@ -86,25 +92,29 @@ def on_a_desk(config: EmulatorConfig) -> EmulatorConfig:
 
 
 def load_programs(robot: Robot, directory: Path | str | None = None) -> dict[int, Program]:
-    """Read all files of programs/ in ``directory`` and return them by RSR number.
+    """Read all files of programs/ in ``directory``.
+
+    Return those that emulator.yaml gives a number by this number, but for the stream program.
 
     Raises:
-        ConfigError: A file is wrong, a position is out of range or unknown, a name or RSR number
-            occurs twice.
+        ConfigError: A file is wrong, a position is out of range or unknown, emulator.yaml names a
+            program that is not there, or one twice.
     """
-    programs: dict[int, Program] = {}
-    paths: dict[int, Path] = {}
-    for path in sorted(locate("programs", directory).glob("*.yaml")):
-        file = read_program(path, robot)
-        program = Program(file.name, file.rsr, file.steps)
-        for other in programs.values():
-            if other.rsr == program.rsr or other.name == program.name:
-                raise ConfigError(
-                    f"{path}: name {program.name}, rsr {program.rsr}: {paths[other.rsr].name} has "
-                    f"name {other.name}, rsr {other.rsr}; change one of the two files"
-                )
-        programs[program.rsr], paths[program.rsr] = program, path
-    return programs
+    read = {name: read_program(path, robot) for name, path in program_files(directory).items()}
+    path = locate("emulator.yaml", directory)
+    numbered = load(path, EmulatorFile).rsr_programs
+    for index, name in enumerate(numbered):
+        if name in numbered[:index]:
+            raise ConfigError(f"{path}: rsr_programs[{index}] = {name!r}: is there twice")
+        if index and name not in read:
+            raise ConfigError(
+                f"{path}: rsr_programs[{index}] = {name!r}: unknown, allowed are {', '.join(read)}"
+            )
+    return {
+        number: Program(name, read[name].steps)
+        for number, name in enumerate(numbered, start=1)
+        if number > 1
+    }
 
 
 def load_pendant_page(directory: Path | str | None = None) -> PendantPageFile:

@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 from scara_config import Robot
 from scara_config.programs.files import joint_positions
-from scara_config.programs.lines import GripperStep, MoveStep
+from scara_config.programs.steps import GripperStep, MoveStep
 from scara_config.set_up.settings import STREAM_RSR
 
 from fanuc_emulator import alarms
@@ -83,7 +83,7 @@ class Controller:
         self._zero = [zero_offset(plant, joint) for joint in robot.joints]
         self._executor = Executor()
         self._jobs = Jobs(
-            {**programs, STREAM_RSR: Program(config.stream_program, STREAM_RSR, (StreamStep(1),))},
+            {**programs, STREAM_RSR: Program(config.rsr_programs[0], (StreamStep(1),))},
             self._executor,
             plant.start_delay_ms / 1000.0,
             config.settings.start_for_continue,

@@ -216,7 +216,7 @@ def run(
     go_first()
     loop = ServoLoop(controller, config.dt, config.plant.clock.drift_ppm, truth.observe)
     with loop, RobotServer(*address, layout, image, loop, answers, settings=config.settings):
-        started = {1: config.stream_program} | {
+        started = {1: config.rsr_programs[0]} | {
             number: program.name for number, program in sorted(programs.items())
         }
         listed = ", ".join(f"RSR{number} {name}" for number, name in started.items())

@@ -1,6 +1,6 @@
 """Programs of the robot and the executor that runs them line by line.
 
-What stands in a program's file: :mod:`scara_config.programs.lines`.
+What a program's file makes the robot do: :mod:`scara_config.programs.steps`.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from enum import IntEnum
 from functools import cached_property
 
 import msgspec
-from scara_config.programs.lines import GripperStep, MoveStep, WaitStep
+from scara_config.programs.steps import GripperStep, MoveStep, WaitStep
 
 
 class StreamStep(msgspec.Struct, frozen=True):
@@ -25,7 +25,6 @@ class Program(msgspec.Struct, frozen=True, dict=True):
     """A program ready to run: its loops are unrolled, each step knows its line in the listing."""
 
     name: str
-    rsr: int
     steps: tuple[Step, ...]
 
     @cached_property

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import msgspec
 from msgspec import Meta
 from scara_config import Robot, load, locate
 from scara_config.palletise import find_palletise
+from scara_config.programs.files import program_files, read_listing
+from scara_config.programs.tp.listing import Program
 from scara_config.quantities import (
     CoarseTolerance,
     DivergenceMm,
@@ -78,14 +80,6 @@ class Door(msgspec.Struct, frozen=True):
     port: Port
 
 
-class Program(msgspec.Struct, frozen=True):
-    """Name, comment and lines of a program of the real robot."""
-
-    name: str
-    comment: str = ""
-    lines: list[dict[str, Any]] = []
-
-
 class _Control(msgspec.Struct, frozen=True):
     keep_ms: PatienceMs
 
@@ -124,7 +118,7 @@ class Surroundings(msgspec.Struct, frozen=True):
         home_percent: Program speed of HOME.
         jog_limit_percent: What joint_vel_controller accepts, percent of the joint's speed.
         positions: Named tool positions (x, y, z) [m].
-        programs: Programs of the real robot, by name.
+        programs: The real robot's own, by name.
         has_parts: Whether there are parts that can be put back.
     """
 
@@ -153,9 +147,6 @@ def load_surroundings(robot: Robot, directory: Path | str | None = None) -> Surr
     Raises:
         ConfigError: A file is missing, or a value that is needed here does not fit.
     """
-    programs = [
-        load(file, Program) for file in sorted(locate("programs", directory).glob("*.yaml"))
-    ]
     controller = load(locate("twin_controller.yaml", directory), _TwinController)
     return Surroundings(
         real=controller.real,
@@ -164,6 +155,6 @@ def load_surroundings(robot: Robot, directory: Path | str | None = None) -> Surr
         home_percent=controller.home.speed_percent,
         jog_limit_percent=load(locate("motion.yaml", directory), _Motion).jog.speed_percent,
         positions=robot.positions_m,
-        programs=tuple(sorted(programs, key=lambda program: program.name)),
+        programs=tuple(read_listing(file) for file in program_files(directory).values()),
         has_parts=find_palletise(directory) is not None,
     )

@@ -8,6 +8,7 @@ from typing import Any
 import msgspec
 from scara_config import ConfigError, Robot
 from scara_config.modbus_map import ModbusMap
+from scara_config.programs.tp.listing import Program
 
 from robot_doctor.chain import DescribedArmError, read_description
 from robot_doctor.finding import Finding, Group, Places, fine, write_urdf, wrong
@@ -27,7 +28,7 @@ class RobotProfile(msgspec.Struct, frozen=True):
         robot: robot.yaml, or why it cannot be used.
         layout: modbus_map.yaml, not yet checked, or why it cannot be read.
         gains: pid_gains.yaml, parsed, or why not.
-        programs: programs/*.yaml by name, parsed.
+        programs: By the name of the file, or why one cannot be read.
         urdf: Text of the URDF, or why it cannot be read.
         decimals: To so many in deg and mm positions are compared.
         places: Of the files.
@@ -37,7 +38,7 @@ class RobotProfile(msgspec.Struct, frozen=True):
     robot: Robot | ConfigError
     layout: ModbusMap | ConfigError
     gains: Any
-    programs: Mapping[str, Any]
+    programs: Mapping[str, Program | ConfigError]
     urdf: str | ConfigError
     decimals: int
     places: Places

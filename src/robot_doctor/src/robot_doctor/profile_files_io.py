@@ -9,6 +9,8 @@ from typing import Any, TypeVar
 from scara_config import ConfigError, Robot, load, load_robot, locate
 from scara_config.modbus_map import ModbusMap
 from scara_config.profile import PROGRAMS, known_robots, robot_folder
+from scara_config.programs.files import program_files, read_listing
+from scara_config.programs.tp.listing import Program
 from twin_controller.config import load_twin_controller
 
 from robot_doctor.examine import RobotProfile
@@ -35,10 +37,11 @@ def read_profile(folder: Path) -> RobotProfile:
     if not isinstance(robot, ConfigError):
         controller = _attempt(lambda: load_twin_controller(robot, folder))
         decimals = DECIMALS if isinstance(controller, ConfigError) else controller.change.decimals
-    programs: dict[str, Any] = {}
-    for path in sorted(locate(PROGRAMS, folder).glob("*.yaml")):
-        tree = _attempt(lambda path=path: load(path, dict[str, Any]))  # type: ignore[misc]
-        programs[path.name] = {} if isinstance(tree, ConfigError) else tree
+    files = _attempt(lambda: program_files(folder))
+    programs: dict[str, Program | ConfigError] = {}
+    if not isinstance(files, ConfigError):
+        for path in files.values():
+            programs[path.name] = _attempt(lambda path=path: read_listing(path))  # type: ignore[misc]
     return RobotProfile(
         folder=own.name if known_robots(folder) else "",
         robot=robot,

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 import numpy as np
-from scara_config import Joint, Robot
+from scara_config import ConfigError, Joint, Robot
+from scara_config.profile import PROGRAM_ENDING
+from scara_config.programs.files import axis_names, joint_values, position_faults
+from scara_config.programs.tp.listing import Position, Program
 from scara_control.errors import ScaraControlError
 from scara_control.kinematics.screws import ScrewModel, forward_kinematics
 from scara_control.kinematics.tool import ScaraTool, ToolKinematics, tool_kinematics
@@ -86,25 +88,30 @@ def check_kinematics(robot: Robot) -> Iterator[Finding]:
     )
 
 
-def check_programs(robot: Robot, programs: Mapping[str, Any], places: Places) -> Iterator[Finding]:
+def check_programs(
+    robot: Robot, programs: Mapping[str, Program | ConfigError], places: Places
+) -> Iterator[Finding]:
     """Check the joint values of the robot's programs.
 
     Args:
         robot: The profile.
-        programs: Parsed files by name.
+        programs: By the name of the file, or why one cannot be read.
         places: Of the files.
     """
     if not programs:
         yield note(
             Group.ROBOT,
-            "no programs/*.yaml",
-            f"write {places.programs}/article.yaml with the name ARTICLE, which ./cell demo runs",
+            f"no programs/*{PROGRAM_ENDING}",
+            f"write {places.programs}/ARTICLE{PROGRAM_ENDING}, which ./cell demo runs",
         )
-    keys = {f"{joint.name}_{joint.unit}": joint for joint in robot.joints}
-    for file, tree in programs.items():
-        positions = tree.get("positions", {}) if isinstance(tree, Mapping) else {}
+    for file, program in programs.items():
+        if isinstance(program, ConfigError):
+            yield wrong(Group.ROBOT, str(program), f"correct {places.programs}/{file}")
+            continue
         found = [
-            text for name, values in positions.items() for text in _wrong_values(keys, name, values)
+            f"P[{position.number}].{text}"
+            for position in program.positions
+            for _, text in position_faults(position, robot)
         ]
         for text in found:
             yield wrong(
@@ -113,74 +120,65 @@ def check_programs(robot: Robot, programs: Mapping[str, Any], places: Places) ->
                 f"correct {places.programs}/{file}: deg for a turning joint, mm for a sliding one",
             )
         if not found:
-            yield fine(Group.ROBOT, f"{file}: {len(positions)} positions within the joints' limits")
+            said = f"{file}: {len(program.positions)} positions within the joints' limits"
+            yield fine(Group.ROBOT, said)
 
 
 def check_set_positions(
-    robot: Robot, programs: Mapping[str, Any], places: Places
+    robot: Robot, programs: Mapping[str, Program | ConfigError], places: Places
 ) -> Iterator[Finding]:
-    """Check that programs go to the set positions whose names they use.
+    """Check that programs go to the set positions whose names their positions have.
 
     Args:
         robot: The profile.
-        programs: Parsed files by name.
+        programs: By the name of the file.
         places: Of the files.
     """
     try:
         tool = tool_kinematics(robot)
     except ScaraControlError:
         return  # check_kinematics says why
-    for file, tree in programs.items():
-        positions = tree.get("positions", {}) if isinstance(tree, Mapping) else {}
-        for name, values in positions.items():
-            if name in robot.positions_m and isinstance(values, Mapping):
-                yield from _elsewhere(robot, tool, f"{places.programs}/{file}", name, values)
+    for file, program in programs.items():
+        for position in () if isinstance(program, ConfigError) else program.positions:
+            if position.comment in robot.positions_m:
+                yield from _elsewhere(robot, tool, f"{places.programs}/{file}", position)
 
 
 def _elsewhere(
-    robot: Robot, tool: ToolKinematics, path: str, name: str, values: Mapping[str, Any]
+    robot: Robot, tool: ToolKinematics, path: str, position: Position
 ) -> Iterator[Finding]:
-    """Yield a program's position that is not the set position of that name."""
-    told = [values.get(f"{joint.name}_{joint.unit}") for joint in tool.joints]
-    if not all(isinstance(value, int | float) for value in told):
-        return  # check_programs says which is missing
-    q = [float(value or 0.0) * joint.scale for value, joint in zip(told, tool.joints, strict=True)]
-    place, wanted = tool.position(q), robot.positions_m[name]
+    """Yield a program's position that is not the set position of its name."""
+    if any(position_faults(position, robot)):
+        return  # check_programs says so
+    values = dict(zip(robot.joints, joint_values(position, robot)))
+    place, wanted = (
+        tool.position([values[joint] for joint in tool.joints]),
+        robot.positions_m[position.comment],
+    )
     apart = float(np.linalg.norm(np.subtract(place, wanted)))
     if apart <= SAME_PLACE_M:
         return
     shown = ", ".join(f"{1e3 * value:.1f}" for value in place)
     what = (
-        f"{path.rpartition('/')[2]}: positions.{name} brings the tool to ({shown}) mm, "
-        f"{1e3 * apart:.1f} mm from positions_m.{name} of robot.yaml"
+        f"{path.rpartition('/')[2]}: P[{position.number}:{position.comment}] brings the tool to "
+        f"({shown}) mm, {1e3 * apart:.1f} mm from positions_m.{position.comment} of robot.yaml"
     )
     yield wrong(Group.ROBOT, what, f"correct {path}: {_values_for(robot, tool, wanted)}")
 
 
 def _values_for(robot: Robot, tool: ToolKinematics, wanted: tuple[float, float, float]) -> str:
     """Return joint values for a set position, or why there are none."""
+    names = {joint.name: name for name, joint in axis_names(robot).items()}
     seed = [robot.home[joint.name] * joint.scale for joint in tool.joints]
     try:
         solved = tool.inverse(*wanted, None, seed).chosen.q
     except ScaraControlError as error:
         return str(error)
     shown = ", ".join(
-        f"{joint.name}_{joint.unit}: {round(value / joint.scale, 6) + 0.0:.10g}"
+        f"{names[joint.name]}= {round(value / joint.scale, 6) + 0.0:.10g} {joint.unit}"
         for joint, value in zip(tool.joints, solved, strict=True)
     )
     return f"the tool as at home gets there with {shown}"
-
-
-def _wrong_values(keys: Mapping[str, Joint], name: str, values: Any) -> Iterator[str]:
-    if not isinstance(values, Mapping):
-        yield f"positions.{name} is no mapping"
-        return
-    for key in sorted(set(keys) ^ set(values)):
-        yield f"positions.{name}.{key} is {'missing' if key in keys else 'no joint with its unit'}"
-    for key, joint in keys.items():
-        value, low, high = values.get(key), joint.lower / joint.scale, joint.upper / joint.scale
-        if isinstance(value, int | float) and not low - 1e-9 <= value <= high + 1e-9:
-            yield f"positions.{name}.{key} = {value:g} is outside [{low:g}, {high:g}] {joint.unit}"
 
 
 def _check_units(joint: Joint) -> Iterator[Finding]:

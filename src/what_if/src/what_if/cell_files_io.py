@@ -9,8 +9,8 @@ from pathlib import Path
 from scara_config import ConfigError, config_directory, load_robot
 from scara_config.palletise import find_palletise
 from scara_config.payload import Payload, Payloads, load_payloads
-from scara_config.profile import PROGRAMS, locate
-from scara_config.programs.files import ProgramSteps, read_program
+from scara_config.profile import PROGRAM_ENDING
+from scara_config.programs.files import ProgramSteps, program_files, read_program
 from scara_control.config import load_motion
 from scara_control.dynamics.arm_model_io import ArmModel
 
@@ -128,17 +128,15 @@ def resting_cell(directory: Path | str | None = None) -> Iterator[tuple[World, M
 
 
 def find_program(cell: Cell, name: str, directory: Path | str | None = None) -> ProgramSteps:
-    """Return a program of config/programs by its name, or of a file.
+    """Return what a program of the robot does, by its name or from a file ``NAME.LS``.
 
     Raises:
-        ConfigError: There is none, or its file is wrong; the text lists those that exist.
+        ConfigError: There is none, its file is wrong, or what it does depends on its inputs; the
+            text lists those that exist.
     """
-    if name.endswith((".yaml", ".yml")):
+    if name.upper().endswith(PROGRAM_ENDING):
         return read_program(Path(name), cell.robot)
-    known = {}
-    for path in sorted(locate(PROGRAMS, directory).glob("*.yaml")):
-        program = read_program(path, cell.robot)
-        known[program.name] = program
+    known = program_files(directory)
     if name.upper() not in known:
         raise ConfigError(f"unknown program {name!r}: there are {', '.join(known)}")
-    return known[name.upper()]
+    return read_program(known[name.upper()], cell.robot)

@@ -51,7 +51,7 @@ class JointTarget:
 
 @dataclass(frozen=True)
 class ProgramRun:
-    """Run a program of config/programs on the robot."""
+    """Run one of the robot's own programs."""
 
     program: ProgramSteps
 

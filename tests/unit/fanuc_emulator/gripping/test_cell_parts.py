@@ -17,7 +17,7 @@ from fanuc_emulator.program import Program, ProgramState
 from fanuc_emulator.snapshot import Snapshot
 from scara_config import load_robot
 from scara_config.palletise import load_palletise
-from scara_config.programs.lines import GripperStep
+from scara_config.programs.steps import GripperStep
 
 from fanuc_emulator import alarms
 
@@ -173,7 +173,7 @@ def controller(steps: tuple[GripperStep, ...]) -> Controller:
     Nothing is near enough to be gripped.
     """
     config = load_emulator(ROBOT, CONFIG)
-    made = Controller(config, ROBOT, {2: Program("GRIP", 2, steps)}, 0.0, CellParts(WORK, ROBOT))
+    made = Controller(config, ROBOT, {2: Program("GRIP", steps)}, 0.0, CellParts(WORK, ROBOT))
     made.write_input("rsr2", True)
     return made
 

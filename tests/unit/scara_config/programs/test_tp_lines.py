@@ -149,6 +149,7 @@ def test_a_line_is_one_struct(text: str, line: object) -> None:
         ("JMP LABEL", "LBL is expected at 'LABEL'"),
         ("IF R[1]=1", "a comma or THEN is expected"),
         ("FOR R[1]=1 UP 3", "TO or DOWNTO is expected"),
+        ("R[1]=" + 1000 * "(" + "1", "more than 40 operands stand within each other"),
         ("WAIT DI[1]=ON TIMEOUT,5", "LBL is expected at '5'"),
     ],
 )

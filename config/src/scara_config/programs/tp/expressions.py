@@ -27,6 +27,8 @@ NAMES = (
     *("UFRAME_NUM", "UTOOL_NUM", "LINEAR_MAX_SPEED", "ERR_NUM"),
 )
 """Words without a bracket."""
+DEEPEST = 40
+"""Brackets within each other [our]: controllers' own files have four."""
 _LEVELS = (
     ("OR",),
     ("AND",),
@@ -53,6 +55,8 @@ class Cursor:
 
     def __init__(self, text: str) -> None:
         self.text, self.at = text, 0
+        # Operands that have begun within each other.
+        self.depth = 0
 
     @property
     def rest(self) -> str:
@@ -106,8 +110,17 @@ def operand(cursor: Cursor) -> Expression:
     """Read one operand.
 
     Raises:
-        LineError: There is none.
+        LineError: There is none, or it stands in too many brackets.
     """
+    if cursor.depth == DEEPEST:
+        raise LineError(f"more than {DEEPEST} operands stand within each other")
+    cursor.depth += 1
+    found = _operand(cursor)
+    cursor.depth -= 1
+    return found
+
+
+def _operand(cursor: Cursor) -> Expression:
     if sign := cursor.find(r"[!-]"):
         inner = operand(cursor)
         if sign[0] == "-" and isinstance(inner, float):

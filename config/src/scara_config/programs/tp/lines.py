@@ -117,7 +117,7 @@ def _target(cursor: Cursor) -> Indexed | Name | None:
     try:
         found = operand(cursor)
     except LineError:
-        found = None
+        found, cursor.depth = None, 0
     if isinstance(found, Indexed | Name) and cursor.rest.startswith("="):
         return found
     cursor.at = here

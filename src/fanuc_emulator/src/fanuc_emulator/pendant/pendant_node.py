@@ -72,7 +72,7 @@ def run(
         numbers = {
             program.name: number for number, program in load_programs(robot, config_dir).items()
         }
-        numbers[config.stream_program] = 1
+        numbers[config.rsr_programs[0]] = 1
         if name not in numbers:
             raise PendantError(f"no program {name!r}: there are {', '.join(sorted(numbers))}")
         _check_startable(link)

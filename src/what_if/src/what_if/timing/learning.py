@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import msgspec
 import numpy as np
-from scara_config.programs.lines import MoveStep
+from scara_config.programs.steps import MoveStep
 
 from what_if.config import ProgramConfig
 from what_if.errors import WhatIfError

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scara_config.programs.lines import GripperStep, MoveStep
+from scara_config.programs.steps import GripperStep, MoveStep
 from scara_control.dynamics.effort import load_of
 from scara_control.dynamics.planner import Planner
 from scara_control.errors import JointLimitError, ScaraControlError

@@ -9,6 +9,8 @@ from operator_panel.config import load_surroundings
 from operator_panel.view.robot.program_lines import listing, program_text
 from operator_panel.view.snapshot import RobotPackage
 from scara_config import load_robot
+from scara_config.programs.tp.lines import read_line
+from scara_config.programs.tp.listing import Program
 
 CONFIG = ROOT / "config"
 
@@ -17,26 +19,28 @@ def test_lines_have_the_numbers_that_the_robot_says() -> None:
     """A step of the robot's own executor is a line of the same number here, a move a move."""
     robot = load_robot(CONFIG)
     shown = {
-        program.name: {line.number: line.text for line in listing(program.lines)}
+        program.name: {line.number: line.text for line in listing(program)}
         for program in load_surroundings(robot, CONFIG).programs
     }
-    words = {"MoveStep": "Move to", "WaitStep": "Wait"}
+    begins = {"MoveStep": "J P[", "WaitStep": "WAIT", "GripperStep": "WAIT RI[1"}
     for program in load_programs(robot, CONFIG).values():
         for step in program.steps:
-            text = shown[program.name][step.line]
-            assert text.startswith(words.get(type(step).__name__, ("Grip", "Let go")))
+            assert shown[program.name][step.line].startswith(begins[type(step).__name__])
 
 
-def test_loop_takes_a_number_and_its_lines_stand_deeper() -> None:
-    """As FOR .. ENDFOR does."""
-    move = {"do": "move", "position": "A", "speed_percent": 30, "termination": "cnt"}
-    inner = [move, {"do": "gripper", "value": "on"}]
-    found = listing([{"do": "wait", "wait_s": 0.5}, {"do": "repeat", "times": 2, "lines": inner}])
-    assert [(line.number, line.depth, line.text) for line in found] == [
-        (1, 0, "Wait 0.5 s"),
-        (2, 0, "Repeat 2 times:"),
-        (3, 1, "Move to A at 30 %, pass by"),
-        (4, 1, "Grip"),
+def test_what_stands_in_a_block_stands_deeper() -> None:
+    """Lines as on the robot's pendant."""
+    texts = ("FOR R[51]=1 TO 2", "J P[1:over] 30% CNT0", "IF (DI[1]) THEN", "ELSE", "PAUSE")
+    program = Program("TEST", tuple(map(read_line, (*texts, "ENDIF", "ENDFOR", "END"))))
+    assert [(line.number, line.depth, line.text) for line in listing(program)] == [
+        (1, 0, "FOR R[51]=1 TO 2"),
+        (2, 1, "J P[1:over] 30% CNT0"),
+        (3, 1, "IF (DI[1]) THEN"),
+        (4, 1, "ELSE"),
+        (5, 2, "PAUSE"),
+        (6, 1, "ENDIF"),
+        (7, 0, "ENDFOR"),
+        (8, 0, "END"),
     ]
 
 

@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 from scara_config import KeepOut
-from scara_config.programs.lines import MoveStep
+from scara_config.programs.steps import MoveStep
 from scara_control.keep_out.points import positions
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.safety.stopping import speed_reached

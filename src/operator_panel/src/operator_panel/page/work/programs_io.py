@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import partial
 
 from nicegui import ui
+from scara_config.programs.tp.listing import Program
 from scara_ros.page.page_library_io import plain
 
-from operator_panel.config import Program
 from operator_panel.control.fields import error_text, parse_number
 from operator_panel.page.preview.asking_io import ask, needs_judge, play
 from operator_panel.page.preview.motion_line_io import build_gate_line
@@ -69,7 +69,7 @@ def _lines(program: Program) -> None:
         with ui.element("summary"):
             ui.label(f"Lines of {program.name}")
         with ui.element("ol").props(f'data-program="{program.name}"'):
-            for line in listing(program.lines):
+            for line in listing(program):
                 with ui.element("li").props(f"data-line={line.number} value={line.number}"):
                     ui.label(line.text).style(f"padding-left: {line.depth}rem")
 

@@ -1,0 +1,315 @@
+"""What a line of a program does: to registers and signals, and to which line comes next.
+
+What takes time is not done here: the line itself is handed to whoever executes the program, the
+stand-in of the robot or the judge that walks through it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Protocol
+
+import msgspec
+
+from scara_config.loader import ConfigError
+from scara_config.programs.tp.listing import (
+    AssignLine,
+    Binary,
+    Blank,
+    Bracket,
+    Call,
+    Case,
+    Condition,
+    Expression,
+    For,
+    If,
+    IfThen,
+    Indexed,
+    Jump,
+    Label,
+    Line,
+    MotionLine,
+    Name,
+    Notice,
+    Numbered,
+    Program,
+    PulseTime,
+    Remark,
+    Select,
+    Unary,
+    Unknown,
+    Wait,
+    WaitUntil,
+    Word,
+)
+from scara_config.programs.tp.printer import print_line
+
+Value = float | bool
+
+
+class ExecutionError(ConfigError):
+    """A line cannot be executed; the text says why."""
+
+
+class Memory(Protocol):
+    """Registers and signals."""
+
+    def read(self, place: Indexed | Name) -> Value:
+        """Return what stands there; an index is a number.
+
+        Raises:
+            ExecutionError: There is nothing of that name, or it is not known.
+        """
+
+    def write(self, place: Indexed | Name, value: Value | PulseTime) -> None:
+        """Set what stands there.
+
+        Raises:
+            ExecutionError: It cannot be set.
+        """
+
+
+class Flow(msgspec.Struct, frozen=True):
+    """A program and where its lines lead to.
+
+    Attributes:
+        program: What is executed.
+        labels: Index of the line of each label.
+        partners: IF -> its ELSE or ENDIF, ELSE -> ENDIF, FOR -> ENDFOR, ENDFOR -> FOR.
+    """
+
+    program: Program
+    labels: dict[int, int]
+    partners: dict[int, int]
+
+    def named(self, index: int, why: str) -> str:
+        """Return an error's text with the program's name, the line's number and its text."""
+        text = print_line(self.program.lines[index]).strip()
+        return f"line {index + 1} of {self.program.name}: {text}: {why}"
+
+
+def flow_of(program: Program, source: str) -> Flow:
+    """Return where the lines of a program lead to.
+
+    Raises:
+        ConfigError: A label is missing or there twice, or a block has no end; the text names file
+            and line.
+    """
+    labels: dict[int, int] = {}
+    partners: dict[int, int] = {}
+    flow = Flow(program, labels, partners)
+    blocks: list[int] = []
+
+    def refused(index: int, why: str) -> ConfigError:
+        return ConfigError(f"{source}: {flow.named(index, why)}")
+
+    for index, line in enumerate(program.lines):
+        if isinstance(line, Unknown):
+            raise refused(index, "is not understood")
+        if isinstance(line, Label):
+            number = line.label.index[0]
+            if not isinstance(number, float) or int(number) in labels:
+                raise refused(index, "is no new label")
+            labels[int(number)] = index
+        elif isinstance(line, IfThen | For):
+            blocks.append(index)
+        elif isinstance(line, Word) and line.words in _ENDS:
+            begin, blocks = (blocks[-1], blocks[:-1]) if blocks else (-1, blocks)
+            if begin < 0 or not isinstance(program.lines[begin], _ENDS[line.words]):
+                raise refused(index, "nothing that it ends has begun")
+            partners[begin] = index
+            if line.words == "ELSE":
+                blocks.append(index)
+            elif line.words == "ENDFOR":
+                partners[index] = begin
+    if blocks:
+        raise refused(blocks[-1], "has no end")
+    for index, line in enumerate(program.lines):
+        if isinstance(line, If | Select | Case):
+            line = line.action
+        for label in (getattr(line, "label", None), getattr(line, "timeout", None)):
+            wanted = label.index[0] if label is not None else None
+            if isinstance(wanted, float) and int(wanted) not in labels:
+                raise refused(index, f"there is no LBL[{int(wanted)}]")
+    return flow
+
+
+_ENDS: dict[str, tuple[type, ...]] = {
+    "ELSE": (IfThen,),
+    "ENDIF": (IfThen, Word),
+    "ENDFOR": (For,),
+}
+"""What may have begun before each word that ends a block; ELSE is a word."""
+
+
+def execute(flow: Flow, index: int, memory: Memory) -> tuple[int, Line | None]:
+    """Execute one line.
+
+    Returns:
+        Index of the line that comes next, and the line if it asks for something that takes time
+        or another program: a motion, a wait, a call, PAUSE, ABORT, END, an alarm. Its indices and
+        numbers are as they were written: :func:`evaluate` gives their values.
+
+    Raises:
+        ExecutionError: It cannot be executed; the text names program and line.
+    """
+    try:
+        return _execute(flow, index, memory)
+    except ExecutionError as error:
+        raise ExecutionError(flow.named(index, str(error))) from error
+
+
+def _execute(flow: Flow, index: int, memory: Memory) -> tuple[int, Line | None]:
+    line, after = flow.program.lines[index], index + 1
+    match line:
+        case Remark() | Blank() | Label() | Notice():
+            return after, None
+        case If():
+            if truth(line.condition, memory):
+                return _act(flow, line.action, after, memory)
+            return after, None
+        case IfThen():
+            return (after if truth(line.condition, memory) else flow.partners[index] + 1), None
+        case Select():
+            return _select(flow, index, line, memory)
+        case Case():
+            while after < len(flow.program.lines) and isinstance(flow.program.lines[after], Case):
+                after += 1
+            return after, None
+        case For():
+            first, last = number(line.first, memory), number(line.last, memory)
+            memory.write(resolved(line.counter, memory), first)
+            runs = first * line.step <= last * line.step
+            return (after if runs else flow.partners[index] + 1), None
+        case Word(words="ELSE"):
+            return flow.partners[index] + 1, None
+        case Word(words="ENDFOR"):
+            return _endfor(flow, index, memory), None
+        case Word(words="ENDIF" | "LOCK PREG" | "UNLOCK PREG"):
+            return after, None
+    return _act(flow, line, after, memory)
+
+
+def _act(flow: Flow, line: Line, after: int, memory: Memory) -> tuple[int, Line | None]:
+    """Do what may also stand behind a condition."""
+    match line:
+        case Jump():
+            label = int(number(line.label.index[0], memory))
+            if label not in flow.labels:
+                raise ExecutionError(f"there is no LBL[{label}]")
+            return flow.labels[label], None
+        case AssignLine():
+            value = line.value
+            if not isinstance(value, PulseTime):
+                value = evaluate(value, memory)
+            memory.write(resolved(line.target, memory), value)
+            return after, None
+        case MotionLine() | Wait() | WaitUntil() | Call() | Numbered() | Condition() | Word():
+            return after, line
+    raise ExecutionError("cannot be executed")
+
+
+def _select(flow: Flow, index: int, line: Select, memory: Memory) -> tuple[int, Line | None]:
+    """Find the case that fits; the line behind the cases comes after it."""
+    lines = flow.program.lines
+    after = index + 1
+    cases: list[Select | Case] = [line]
+    while after < len(lines) and isinstance(case := lines[after], Case):
+        cases.append(case)
+        after += 1
+    subject = number(line.subject, memory)
+    for each in cases:
+        if each.value is None or number(each.value, memory) == subject:
+            return _act(flow, each.action, after, memory)
+    return after, None
+
+
+def _endfor(flow: Flow, index: int, memory: Memory) -> int:
+    """Count on and return the line that comes next."""
+    begin = flow.partners[index]
+    line = flow.program.lines[begin]
+    assert isinstance(line, For)
+    counter = resolved(line.counter, memory)
+    counted, last = number(counter, memory), number(line.last, memory)
+    if counted * line.step >= last * line.step:
+        return index + 1
+    memory.write(counter, counted + line.step)
+    return begin + 1
+
+
+def resolved(place: Indexed | Name, memory: Memory) -> Indexed | Name:
+    """Return a variable with numbers as indices, and without its comment."""
+    if isinstance(place, Name):
+        return place
+    if not place.comment and all(isinstance(index, float) for index in place.index):
+        return place
+    index = tuple(number(each, memory) for each in place.index)
+    return Indexed(place.kind, index, place.group)
+
+
+def truth(expression: Expression, memory: Memory) -> bool:
+    """Return whether a condition holds.
+
+    Raises:
+        ExecutionError: It is no condition.
+    """
+    found = evaluate(expression, memory)
+    if not isinstance(found, bool):
+        raise ExecutionError(f"{found:g} is neither ON nor OFF")
+    return found
+
+
+def number(expression: Expression, memory: Memory) -> float:
+    """Return a number; ON is 1, OFF is 0."""
+    return float(evaluate(expression, memory))
+
+
+def evaluate(expression: Expression, memory: Memory) -> Value:
+    """Return the value of an expression.
+
+    Raises:
+        ExecutionError: It has none: a text, a division by zero, ON where a number belongs.
+    """
+    match expression:
+        case float():
+            return expression
+        case Name(word="ON"):
+            return True
+        case Name(word="OFF"):
+            return False
+        case Name() | Indexed():
+            return memory.read(resolved(expression, memory))
+        case Bracket():
+            return evaluate(expression.inner, memory)
+        case Unary(operator="!"):
+            return not truth(expression.operand, memory)
+        case Unary():
+            return -number(expression.operand, memory)
+        case Binary(operator="AND"):
+            return truth(expression.left, memory) and truth(expression.right, memory)
+        case Binary(operator="OR"):
+            return truth(expression.left, memory) or truth(expression.right, memory)
+        case Binary():
+            left = number(expression.left, memory)
+            right = number(expression.right, memory)
+            if expression.operator in ("/", "DIV", "MOD") and right == 0.0:
+                raise ExecutionError("division by zero")
+            return _OPERATIONS[expression.operator](left, right)
+    raise ExecutionError("has no value here")
+
+
+_OPERATIONS: dict[str, Callable[[float, float], Value]] = {
+    "=": lambda a, b: a == b,
+    "<>": lambda a, b: a != b,
+    "<": lambda a, b: a < b,
+    ">": lambda a, b: a > b,
+    "<=": lambda a, b: a <= b,
+    ">=": lambda a, b: a >= b,
+    "+": lambda a, b: a + b,
+    "-": lambda a, b: a - b,
+    "*": lambda a, b: a * b,
+    "/": lambda a, b: a / b,
+    "DIV": lambda a, b: float(math.trunc(a / b)),
+    "MOD": lambda a, b: math.fmod(a, b),
+}

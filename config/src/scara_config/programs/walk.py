@@ -1,0 +1,164 @@
+"""Walk through a program without a robot: what it does, as long as no input decides that."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from scara_config.loader import ConfigError
+from scara_config.programs.steps import GripperStep, MoveStep, Step, WaitStep
+from scara_config.programs.tp.execution import (
+    ExecutionError,
+    Flow,
+    Memory,
+    Value,
+    execute,
+    number,
+    truth,
+)
+from scara_config.programs.tp.listing import (
+    Indexed,
+    Line,
+    MotionLine,
+    Name,
+    Numbered,
+    PulseTime,
+    Wait,
+    WaitUntil,
+    Word,
+)
+from scara_config.programs.tp.printer import print_expression
+
+MOST_LINES = 100_000
+"""A program that executes more lines does not end, as far as a judge can know [our]."""
+GRIPPER, VACUUM = Indexed("RO", (1.0,)), Indexed("RI", (1.0,))
+"""The suction and its answer."""
+ENDS = (Word("END"), Word("ABORT"))
+"""What ends a program before its last line."""
+
+
+def walk(flow: Flow, positions: Mapping[int, tuple[float, ...]]) -> Iterator[Step]:
+    """Yield what a program does, from its first line to its end.
+
+    Registers are known once the program has set them. The vacuum follows the suction.
+
+    Args:
+        flow: The program.
+        positions: Joint positions by the number of P[n] [rad or m].
+
+    Raises:
+        ConfigError: What it does depends on an input or on a register that it has not set, it
+            does not end, or a line asks for what cannot be judged; the text names program and line.
+    """
+    memory = _Known()
+    index, lines = 0, flow.program.lines
+    for _ in range(MOST_LINES):
+        line: Line | None = Word("END")
+        here = index
+        if index < len(lines):
+            memory.line = here + 1
+            index, line = execute(flow, here, memory)
+        if line is None:
+            continue
+        try:
+            step = _step(line, here + 1, memory, positions)
+        except ExecutionError as error:
+            raise ConfigError(flow.named(here, str(error))) from error
+        if memory.switched is not None:
+            yield memory.switched
+            memory.switched = None
+        if step is not None:
+            yield step
+        elif line in ENDS:
+            return
+    raise ConfigError(f"{flow.program.name}: {MOST_LINES} lines do not lead to its end")
+
+
+def _step(
+    line: Line, shown: int, memory: _Known, positions: Mapping[int, tuple[float, ...]]
+) -> Step | None:
+    """Return what a line asks for; None: nothing that takes time.
+
+    Raises:
+        ExecutionError: It cannot be told beforehand.
+    """
+    match line:
+        case MotionLine():
+            return _move(line, shown, memory, positions)
+        case Wait():
+            return WaitStep(shown, number(line.seconds, memory))
+        case WaitUntil():
+            if not truth(line.condition, memory):
+                raise ExecutionError("nothing that the program does makes this true")
+            # The answer of the suction is what it waits for: it takes its time in this line.
+            if memory.switched is not None:
+                memory.switched = GripperStep(shown, memory.switched.on)
+            return None
+        case Numbered() if line.instruction.kind == "PAYLOAD":
+            return None
+        case Word() if line in ENDS:
+            return None
+    raise ExecutionError("what follows cannot be told beforehand")
+
+
+def _move(
+    line: MotionLine, shown: int, memory: Memory, positions: Mapping[int, tuple[float, ...]]
+) -> MoveStep:
+    target, percent = move_of(line, memory)
+    if target.kind != "P":
+        raise ExecutionError(f"{print_expression(target)} is not known beforehand")
+    place = int(number(target.index[0], memory))
+    if place not in positions:
+        raise ExecutionError(f"P[{place}] is not taught, there are {_listed(positions)}")
+    return MoveStep(shown, positions[place], percent, line.cnt is None)
+
+
+def move_of(line: MotionLine, memory: Memory) -> tuple[Indexed, float]:
+    """Return where a joint motion goes to, and its speed [percent].
+
+    Raises:
+        ExecutionError: It is another motion, or has options: only ``J`` with ``%`` is executed.
+    """
+    if line.kind != "J" or line.unit != "%" or line.speed is None or line.options:
+        raise ExecutionError("only J P[n] or PR[n] with a speed in % and no option is executed")
+    percent = number(line.speed, memory)
+    if not 0.0 < percent <= 100.0:
+        raise ExecutionError(f"a speed of {percent:g} % is outside ]0, 100]")
+    return line.targets[0], percent
+
+
+def _listed(positions: Mapping[int, tuple[float, ...]]) -> str:
+    return ", ".join(f"P[{number}]" for number in positions) or "none"
+
+
+class _Known:
+    """Registers and signals that the program itself has set."""
+
+    def __init__(self) -> None:
+        self._values: dict[tuple[str, tuple[object, ...]], Value] = {}
+        # Number of the line that is executed.
+        self.line = 0
+        # How the suction was switched, until something that takes time comes behind it.
+        self.switched: GripperStep | None = None
+
+    def read(self, place: Indexed | Name) -> Value:
+        """Return what the program has put there.
+
+        Raises:
+            ExecutionError: It has put nothing there.
+        """
+        key = _key(GRIPPER if place == VACUUM else place)
+        if key not in self._values:
+            raise ExecutionError(f"depends on {print_expression(place)}, which is not known")
+        return self._values[key]
+
+    def write(self, place: Indexed | Name, value: Value | PulseTime) -> None:
+        """Note what is there from now on."""
+        if isinstance(value, PulseTime):
+            value = False  # at its end
+        self._values[_key(place)] = value
+        if place == GRIPPER:
+            self.switched = GripperStep(self.line, bool(value))
+
+
+def _key(place: Indexed | Name) -> tuple[str, tuple[object, ...]]:
+    return (place.kind, place.index) if isinstance(place, Indexed) else (place.word, ())

@@ -1,0 +1,113 @@
+"""A program walked through without a robot: what it does, and why that cannot always be told."""
+
+from __future__ import annotations
+
+import pytest
+from scara_config.loader import ConfigError
+from scara_config.programs.steps import GripperStep, MoveStep, Step, WaitStep
+from scara_config.programs.tp.execution import flow_of
+from scara_config.programs.tp.lines import read_line
+from scara_config.programs.tp.listing import Program
+from scara_config.programs.walk import walk
+
+POSITIONS = {1: (0.1, 0.2), 2: (0.3, 0.4), 3: (0.5, 0.6)}
+
+
+def walked(*lines: str) -> list[Step]:
+    """Return what a program of these lines does."""
+    program = Program("TEST", tuple(map(read_line, lines)))
+    return list(walk(flow_of(program, "TEST.LS"), POSITIONS))
+
+
+def waits(*lines: str) -> list[float]:
+    """Return how long a program of these lines waits, one after the other."""
+    return [step.seconds for step in walked(*lines) if isinstance(step, WaitStep)]
+
+
+def test_steps_have_the_numbers_of_their_lines_in_every_round() -> None:
+    """Remarks and the words of loops take numbers too."""
+    lines = ("!twice", "FOR R[51]=1 TO 2", "J P[1] 50% FINE", "FOR R[52]=1 TO 2")
+    found = walked(*lines, "J P[2] 20% CNT0", "ENDFOR", "WAIT .5(sec)", "ENDFOR")
+    inner = [MoveStep(3, POSITIONS[1], 50.0, True), *[MoveStep(5, POSITIONS[2], 20.0, False)] * 2]
+    assert found == [*inner, WaitStep(7, 0.5)] * 2
+
+
+def test_registers_give_positions_and_speeds() -> None:
+    """As the program itself has set them."""
+    found = walked("R[1]=2", "R[2]=R[1]*10+5", "J P[R[1]] R[2]% FINE")
+    assert found == [MoveStep(3, POSITIONS[2], 25.0, True)]
+
+
+@pytest.mark.parametrize(
+    ("lines", "seconds"),
+    [
+        (["FOR R[1]=3 DOWNTO 1", "WAIT R[1]", "ENDFOR", "WAIT R[1]"], [3.0, 2.0, 1.0, 1.0]),
+        (["FOR R[1]=2 TO 1", "WAIT R[1]", "ENDFOR", "WAIT 9(sec)"], [9.0]),
+        (["R[1]=0", "LBL[1]", "R[1]=R[1]+1", "WAIT R[1]", "IF R[1]<3,JMP LBL[1]"], [1, 2, 3]),
+        (["F[1]=(ON)", "IF (F[1]) THEN", "WAIT 1(sec)", "ELSE", "WAIT 2(sec)", "ENDIF"], [1.0]),
+        (["F[1]=(OFF)", "IF (F[1]) THEN", "WAIT 1(sec)", "ELSE", "WAIT 2(sec)", "ENDIF"], [2.0]),
+        (["F[1]=(OFF)", "IF (F[1]) THEN", "WAIT 1(sec)", "ENDIF", "WAIT 2(sec)"], [2.0]),
+        (["R[1]=2", "SELECT R[1]=1,R[2]=5", "=2,R[2]=6", "ELSE,R[2]=7", "WAIT R[2]"], [6.0]),
+        (["R[1]=3", "SELECT R[1]=1,R[2]=5", "=2,R[2]=6", "ELSE,R[2]=7", "WAIT R[2]"], [7.0]),
+        (["R[1]=3", "SELECT R[1]=1,JMP LBL[1]", "WAIT 1(sec)", "LBL[1]", "WAIT 2(sec)"], [1, 2]),
+        (["R[1]=1", "SELECT R[1]=1,JMP LBL[1]", "WAIT 1(sec)", "LBL[1]", "WAIT 2(sec)"], [2.0]),
+        (["R[1]=(-7) DIV 2", "R[2]=7 MOD 4", "WAIT (R[2]-R[1])(sec)"], [6.0]),
+        (["R[1]=5", "R[R[1]]=8", "WAIT R[5]"], [8.0]),
+        (["WAIT 1(sec)", "END", "WAIT 2(sec)"], [1.0]),
+        (["R[1]=DO[1]", "WAIT R[1]"], None),
+    ],
+)
+def test_branches_and_loops_go_as_the_manual_says(
+    lines: list[str], seconds: list[float] | None
+) -> None:
+    """ENDFOR leaves the counter at its last value; only the case that fits is taken."""
+    if seconds is None:
+        with pytest.raises(
+            ConfigError, match=r"line 1 of TEST: R\[1\]=DO\[1\]: depends on DO\[1\]"
+        ):
+            waits(*lines)
+    else:
+        assert waits(*lines) == seconds
+
+
+def test_the_suction_is_switched_in_the_line_that_waits_for_its_answer() -> None:
+    """Without such a line in its own, before anything else."""
+    move = ("J P[1] 50% FINE", MoveStep)
+    found = walked("RO[1]=ON", "WAIT RI[1]=ON", move[0], "RO[1:suction]=OFF", "WAIT .1(sec)")
+    assert [found[0], *found[2:]] == [
+        GripperStep(2, True),
+        GripperStep(4, False),
+        WaitStep(5, 0.1),
+    ]
+    assert walked("RO[1]=OFF") == [GripperStep(1, False)]
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        (["WAIT DI[1]=ON"], r"line 1 of TEST: WAIT DI\[1\]=ON: depends on DI\[1\], which is not"),
+        (["IF R[1]=1,JMP LBL[1]", "LBL[1]"], r"line 1 of TEST: .*depends on R\[1\]"),
+        (["J PR[1] 50% FINE"], r"line 1 of TEST: .*PR\[1\] is not known beforehand"),
+        (["J P[9] 50% FINE"], r"P\[9\] is not taught, there are P\[1\], P\[2\], P\[3\]"),
+        (["L P[1] 50mm/sec FINE"], r"only J P\[n\] or PR\[n\] with a speed in % and no option"),
+        (["J P[1] 50% FINE INC"], "and no option is executed"),
+        (["J P[1] 500% FINE"], r"a speed of 500 % is outside \]0, 100\]"),
+        (["CALL OTHER"], r"line 1 of TEST: CALL OTHER: what follows cannot be told beforehand"),
+        (["PAUSE"], "cannot be told beforehand"),
+        (["RO[1]=ON", "WAIT RI[1]=OFF"], "nothing that the program does makes this true"),
+        (["LBL[1]", "JMP LBL[1]"], "TEST: 100000 lines do not lead to its end"),
+        (["R[1]=1/0"], "line 1 of TEST: .*: division by zero"),
+        (["IF R[1],JMP LBL[1]", "LBL[1]"], r"depends on R\[1\]"),
+        (["R[1]=5", "IF (R[1]),JMP LBL[1]", "LBL[1]"], "5 is neither ON nor OFF"),
+        (["R[1]=7", "JMP LBL[R[1]]"], r"line 2 of TEST: JMP LBL\[R\[1\]\]: there is no LBL\[7\]"),
+        (["JMP LBL[3]"], r"TEST\.LS: line 1 of TEST: JMP LBL\[3\]: there is no LBL\[3\]"),
+        (["LBL[1]", "LBL[1]"], "line 2 of TEST: .*: is no new label"),
+        (["ENDIF"], "line 1 of TEST: ENDIF: nothing that it ends has begun"),
+        (["FOR R[1]=1 TO 2", "ENDIF"], "line 2 of TEST: ENDIF: nothing that it ends has begun"),
+        (["IF (R[1]=1) THEN"], r"line 1 of TEST: .* has no end"),
+    ],
+)
+def test_what_cannot_be_told_is_named_with_its_line(lines: list[str], said: str) -> None:
+    """Program, line and reason."""
+    with pytest.raises(ConfigError, match=said):
+        walked(*lines)
