@@ -19,6 +19,7 @@ from scara_config import ConfigError, config_directory, load
 from scara_config.modbus_map import ModbusMap, problems
 from scara_config.profile import chosen_robot, locate
 from scara_config.readers import check_files
+from scara_config.set_up.slots import has_slots
 from scara_ros.shell.command_line_io import CommandLine, ConfigDir, RobotName, choose_robot
 from scara_ros.shell.program_io import WRONG
 from twin_controller.config import TwinControllerConfig, load_twin_controller
@@ -31,9 +32,13 @@ from robot_doctor.link_checks import check_answers
 from robot_doctor.new_profile_io import make_profile
 from robot_doctor.profile_files_io import read_profile
 from robot_doctor.robot_probe_io import Mover, ask
+from robot_doctor.set_up_checks import check_set_up
+from robot_doctor.set_up_probe_io import probe_set_up
 from robot_doctor.twin_probe_io import ask_twin
 
 SECONDS = 2.0
+PATIENCE_S = 1.0
+"""For one answer while the set-up is read: slow is not wrong there."""
 COLOURS = {Level.FINE: "green", Level.NOTE: "yellow", Level.WRONG: "bold red"}
 app = CommandLine(
     "doctor",
@@ -193,6 +198,13 @@ def _robot(
         return
     real = config.real
     try:
+        if has_slots(layout):
+            led = not profile.robot.stopping.only_followed(address[0])
+            shown = probe_set_up(layout, *address, max(real.timeout_ms * 1e-3, PATIENCE_S))
+            gaps = list(check_set_up(layout, shown, led))
+            yield from gaps
+            if not is_healthy(gaps):
+                return
         answers = ask(
             profile.robot,
             layout,

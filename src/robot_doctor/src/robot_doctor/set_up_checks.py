@@ -1,0 +1,175 @@
+"""The fourth group, before all else: is the robot's controller set up for the pair?
+
+A gap is named with the menu where it is closed. All of it is read: nothing is written, and nothing
+moves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import msgspec
+from scara_config.modbus_map import ModbusMap
+from scara_config.set_up.settings import (
+    CONNECTIONS_NEEDED,
+    STREAM_NUMBER,
+    Setting,
+    Watched,
+    setting,
+    watched_of,
+)
+from scara_config.set_up.slots import WATCHED, Assignment, own_slots, slot_table
+
+from robot_doctor.finding import Finding, Group, Level, fine, note
+
+Words = tuple[int, ...]
+_SMALL, _LARGE = 0x0DA24260, 0x7F800000
+"""1e-30 and infinity as bits of a float32."""
+_LEVELS = {0: "UI[1] *IMSTP", 1: "UI[2] *HOLD", 2: "UI[3] *SFSPD", 7: "UI[8] ENBL"}
+
+
+class SetUp(msgspec.Struct, frozen=True):
+    """What a robot shows of its set-up.
+
+    Attributes:
+        served: So many of ``CONNECTIONS_NEEDED`` clients were served at once; 0: nobody listens.
+        words: Of each slot of the map, at one time and a while later, by its address.
+        watched: Words of the slots ``WATCHED``.
+    """
+
+    served: int
+    words: Mapping[int, tuple[Words, Words]]
+    watched: Words
+
+
+def check_set_up(layout: ModbusMap, found: SetUp, led: bool) -> Iterator[Finding]:
+    """Yield each gap between a robot and its set-up, or that there is none.
+
+    Args:
+        layout: modbus_map.yaml; its registers name variables.
+        found: What the robot shows.
+        led: The pair may lead this robot; else what only leading needs is but to be looked at.
+    """
+    gaps = list(_gaps(layout, found))
+    for row, what in gaps:
+        advice = f"MENU > {row.menu}: {row.wanted}" + ", then switch off and on" * row.restart
+        level = Level.WRONG if led or not row.leads else Level.NOTE
+        yield Finding(Group.LINKS, level, what, advice)
+    if found.served and watched_of(list(found.watched)).there:
+        yield note(
+            Group.LINKS,
+            "two settings cannot be seen from here",
+            f"MENU > {setting('select_mode').menu}: RSR; MENU > {setting('imstp_assigned').menu}",
+        )
+    if not gaps:
+        yield fine(Group.LINKS, "the controller is set up as the kit says")
+
+
+def _gaps(layout: ModbusMap, found: SetUp) -> Iterator[tuple[Setting, str]]:
+    """Yield gaps as far as they can be told apart: who is not served sees no slot."""
+    if not found.served:
+        yield setting("num_modbus"), "no Modbus server: $SNPX_PARAM.$NUM_MODBUS is 0, as delivered"
+        return
+    if found.served < CONNECTIONS_NEEDED:
+        yield (
+            setting("num_modbus"),
+            f"{found.served} of {CONNECTIONS_NEEDED} clients are served at once, as "
+            "$SNPX_PARAM.$NUM_MODBUS says",
+        )
+        return
+    watched = watched_of(list(found.watched))
+    if not any(found.watched) and not any(any(first) for first, _ in found.words.values()):
+        yield setting("slots"), "none of our slots is there: $SNPX_ASG is as delivered"
+        return
+    yield from _slots(layout, found)
+    if watched.there:
+        yield from _settings(watched)
+    else:
+        slot = _named(slot_table(layout), WATCHED[0])
+        yield setting("slots"), f"{slot} reads {watched.num_asg}, not 80: settings cannot be judged"
+
+
+def _slots(layout: ModbusMap, found: SetUp) -> Iterator[tuple[Setting, str]]:
+    """Yield slots whose words cannot be what they should."""
+    table = slot_table(layout)
+    for slot in own_slots(layout):
+        first, later = found.words[slot.address]
+        problem = ""
+        if slot.name.startswith("POS[0]") and slot.size >= 19:
+            problem = _position(first)
+        elif slot.name == "$MCR.$GENOVERRIDE":
+            percent = first[0] | first[1] << 16
+            if not percent:
+                problem = "reads 0, an override is 1 to 100"
+            elif percent > 100:
+                problem = f"reads {percent}, an override is 1 to 100: $MULTIPLY must be 1"
+        elif _is_clock(layout, slot) and first == later:
+            if any(first):
+                yield setting("programs"), f"the clock in {slot.name} stands still"
+            else:
+                yield setting("programs"), f"{slot.name} is 0: no background program, or no slot"
+        if problem:
+            yield setting("slots"), f"{_named(table, slot)} {problem}"
+
+
+def _position(words: Words) -> str:
+    """Say what is wrong with POS[0], or nothing."""
+    if not any(words):
+        return "reads 0"
+    if words[18] != 1:
+        return f"calls its position not valid ({words[18]})"
+    numbers = [words[at] | words[at + 1] << 16 for at in range(0, 18, 2)]
+    # A float32 of a usual size has bits in its exponent; a small whole number has none.
+    signs = [number & 0x7FFFFFFF for number in numbers if number]
+    if any(not _SMALL <= number <= _LARGE for number in signs):
+        return "holds whole numbers: $MULTIPLY must be 0"
+    return ""
+
+
+def _settings(found: Watched) -> Iterator[tuple[Setting, str]]:
+    """Yield settings that are not as they should be, in the order in which they are set."""
+    if found.ui_disabled:
+        yield setting("enable_ui"), "the inputs UI are disabled"
+    for index, name in _LEVELS.items():
+        if not found.ui[index]:
+            yield setting("unwired"), f"{name} is off: without a wire, or somebody switched it off"
+    if not found.use_abort:
+        yield setting("cstopi_for_abort"), "CSTOPI does not end a program"
+    if not found.continue_only:
+        yield setting("start_for_continue"), "START may begin another program"
+    remote = list(_remote(found))
+    yield from remote
+    if not found.rsr_enabled:
+        yield setting("rsr"), "RSR1 is disabled"
+    elif found.job_base:
+        yield setting("job_base"), f"RSR1 starts RSR{found.rsr_number + found.job_base:04d}"
+    elif found.rsr_number != STREAM_NUMBER:
+        yield setting("rsr"), f"RSR1 starts RSR{found.rsr_number:04d}"
+    if found.uo[0] and not found.uo[1]:
+        yield setting("uop"), "CMDENBL is on without SYSRDY: UOP is Simple"
+    elif not any(found.uo) and found.so[0] and not found.so[3]:
+        yield setting("uop"), "no output UO is on, and nothing is wrong: UOP is None"
+
+
+def _remote(found: Watched) -> Iterator[tuple[Setting, str]]:
+    """Yield why no signal from outside may start a program."""
+    if not (found.si[8] and found.si[9]):
+        yield setting("mode"), "the mode switch is not at AUTO"
+    if found.so[7]:
+        yield setting("tp_enabled"), "the teach pendant is enabled"
+    if not found.si[2]:
+        yield setting("remote"), "the robot is Local"
+    if found.rmt_master:
+        yield setting("rmt_master"), f"$RMT_MASTER is {found.rmt_master}"
+
+
+def _is_clock(layout: ModbusMap, slot: Assignment) -> bool:
+    """Return whether a slot is the clock that a background program keeps."""
+    clock = layout.holding_registers.get("clock_ms")
+    return clock is not None and clock.variable == slot.name and slot.name.startswith("R[")
+
+
+def _named(table: Sequence[Assignment], slot: Assignment) -> str:
+    """Return a slot as the kit's sheet has it."""
+    at = f"address {slot.address}, size {slot.size}, $MULTIPLY {slot.multiply:g}"
+    return f"slot {table.index(slot) + 1} ({slot.name}: {at})"

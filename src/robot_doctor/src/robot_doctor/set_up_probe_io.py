@@ -1,0 +1,81 @@
+"""Read what a robot shows of its set-up; nothing is written."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import struct
+import time
+
+from scara_config.modbus_map import ModbusMap
+from scara_config.set_up.settings import CONNECTIONS_NEEDED, WATCHED_COUNT
+from scara_config.set_up.slots import WATCHED, own_slots
+from twin_controller.modbus.blocks import MOST_WORDS, Block
+from twin_controller.modbus.port_io import LinkLostError, ModbusPort
+
+from robot_doctor.set_up_checks import SetUp
+
+LATER_S = 0.05
+"""A clock of milliseconds has gone on after it."""
+_WATCHED = Block(WATCHED[0].address - 1, WATCHED_COUNT)
+
+
+def probe_set_up(layout: ModbusMap, host: str, port: int, timeout: float) -> SetUp:
+    """Ask a robot how it is set up.
+
+    Args:
+        layout: modbus_map.yaml; its registers name variables.
+        host: The robot's address.
+        port: Of its Modbus server.
+        timeout: For one answer [s].
+
+    Raises:
+        LinkLostError: It serves its first client and does not answer.
+    """
+    one = ModbusPort(host, port, layout.device_id, timeout)
+    try:
+        one.open()
+    except LinkLostError:
+        return SetUp(0, {}, (0,) * WATCHED_COUNT)
+    try:
+        first, watched = _slots(one, layout), one.read_words(_WATCHED)
+        time.sleep(LATER_S)
+        later = _slots(one, layout)
+    finally:
+        one.close()
+    words = {address: (first[address], later[address]) for address in first}
+    return SetUp(_served(host, port, layout.device_id, timeout), words, tuple(watched))
+
+
+def _slots(port: ModbusPort, layout: ModbusMap) -> dict[int, tuple[int, ...]]:
+    """Return the words of each slot of the map, as many as one request carries."""
+    return {
+        slot.address: tuple(port.read_words(Block(slot.address - 1, min(slot.size, MOST_WORDS))))
+        for slot in own_slots(layout)
+    }
+
+
+def _served(host: str, port: int, unit: int, timeout: float) -> int:
+    """Return how many of the clients that the pair needs are served at once.
+
+    Plain sockets: a Modbus client would connect again where it was put out.
+    """
+    request = struct.pack(">HHHBBHH", 1, 0, 6, unit, 3, _WATCHED.offset, 1)
+    with contextlib.ExitStack() as lines:
+        clients = []
+        for _ in range(CONNECTIONS_NEEDED):
+            with contextlib.suppress(OSError):
+                line = socket.create_connection((host, port), timeout=timeout)
+                clients.append(lines.enter_context(line))
+        # Whoever answers has been accepted: only then has one too many put another one out.
+        for line in clients:
+            _answers(line, request)
+        return sum([_answers(line, request) for line in clients])
+
+
+def _answers(line: socket.socket, request: bytes) -> bool:
+    """Return whether a connection is served."""
+    with contextlib.suppress(OSError):
+        line.sendall(request)
+        return len(line.recv(len(request))) > 0
+    return False

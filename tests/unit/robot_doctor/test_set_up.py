@@ -1,0 +1,166 @@
+"""What is not set on a robot is found by reading, gap by gap, with the menu that closes it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+import pytest
+from fanuc_emulator.config import load_emulator, load_programs
+from fanuc_emulator.controller import Controller
+from fanuc_emulator.drives.servo_loop_io import ServoLoop
+from fanuc_emulator.modbus.modbus_server_io import RobotServer
+from fanuc_emulator.register_image import RegisterImage
+from fanuc_emulator.snpx.assignments import AssignmentTable
+from harness.processes import free_port
+from harness.workspace import ROOT
+from robot_doctor.doctor_node import _robot
+from robot_doctor.finding import Finding, Level
+from robot_doctor.profile_files_io import read_profile
+from scara_config import load_robot
+from scara_config.modbus_map import load_modbus_map
+from scara_config.set_up.settings import SETTINGS, setting
+from twin_controller.config import load_twin_controller
+
+CONFIG = ROOT / "config"
+ROBOT, LAYOUT = load_robot(CONFIG), load_modbus_map(CONFIG)
+CONTROLLER = load_twin_controller(ROBOT, CONFIG)
+PROFILE = read_profile(CONFIG)
+ROUNDING = 1e-6
+"""A drive that holds its axis moves it by less [rad or m]."""
+
+
+@dataclass
+class Seen:
+    """What came of a look at a robot."""
+
+    findings: list[Finding]
+    writes: int
+    moved: bool
+
+    @property
+    def wrong(self) -> list[Finding]:
+        """The gaps."""
+        return [finding for finding in self.findings if finding.level is Level.WRONG]
+
+
+@contextmanager
+def robot(settings: str, mistype: Callable[[AssignmentTable], None]) -> Iterator[Any]:
+    """Run a stand-in that was set up so, with slots that somebody typed wrongly."""
+    config = load_emulator(ROBOT, CONFIG, settings=settings)
+    controller = Controller(config, ROBOT, load_programs(ROBOT, CONFIG), 1.7e9)
+    loop, port = ServoLoop(controller, config.dt, 0.0), free_port()
+    image = RegisterImage(LAYOUT, ROBOT)
+    server = RobotServer(
+        "127.0.0.1", port, LAYOUT, image, loop, tell=lambda _: None, settings=config.settings
+    )
+    store, written = server._datastore, []
+    assert store.assigned is not None
+    mistype(store.assigned.table)
+    write = store.async_setValues
+
+    async def counted(*request: Any) -> Any:
+        written.append(request)
+        return await write(*request)
+
+    store.async_setValues = counted  # type: ignore[method-assign]
+    with loop, server:
+        yield port, loop, written
+    assert loop.failure is None
+
+
+def look(settings: str, mistype: Callable[[AssignmentTable], None] = lambda _: None) -> Seen:
+    """Let the doctor look at a robot."""
+    with robot(settings, mistype) as (port, loop, written):
+        before = loop.snapshot.positions
+        found = list(_robot(PROFILE, LAYOUT, CONTROLLER, ("127.0.0.1", port), move=False))
+        way = max(abs(a - b) for a, b in zip(loop.snapshot.positions, before))
+        return Seen(found, len(written), way > ROUNDING)
+
+
+def slot(number: int, field: str, value: float | str) -> Callable[[AssignmentTable], None]:
+    """Return what mistypes one value of a slot."""
+    return lambda table: table.put(number, field, value)
+
+
+READY = "ready"
+GAPS: list[tuple[str, str, Callable[[AssignmentTable], None], str, str]] = [
+    ("Modbus off", "ready, num_modbus: 0", lambda _: None, "num_modbus", "no Modbus server"),
+    ("one client", "ready, num_modbus: 1", lambda _: None, "num_modbus", "1 of 3 clients"),
+    ("two clients", "ready, num_modbus: 2", lambda _: None, "num_modbus", "2 of 3 clients"),
+    ("no slot", "ready, slots: factory", lambda _: None, "slots", "as delivered"),
+    ("no position", READY, slot(2, "$SIZE", 0), "slots", "slot 2 (POS[0]@27.19"),
+    ("position elsewhere", READY, slot(2, "$ADDRESS", 1001), "slots", "slot 2 (POS[0]@27.19"),
+    ("position whole", READY, slot(2, "$MULTIPLY", 1.0), "slots", "$MULTIPLY must be 0"),
+    ("no override", READY, slot(11, "$ADDRESS", 0), "slots", "slot 11 ($MCR.$GENOVERRIDE"),
+    ("override real", READY, slot(11, "$MULTIPLY", 0.0), "slots", "$MULTIPLY must be 1"),
+    ("not watched", READY, slot(16, "$ADDRESS", 9001), "slots", "slot 16 ($SNPX_PARAM.$NUM_ASG"),
+    ("no programs", "ready, programs: none", lambda _: None, "programs", "no background program"),
+    ("simple", "ready, uop: simple", lambda _: None, "uop", "UOP is Simple"),
+    ("none", "ready, uop: none", lambda _: None, "uop", "UOP is None"),
+    ("UI off", "ready, enable_ui: false", lambda _: None, "enable_ui", "are disabled"),
+    ("no wire 1", "ready, unwired: [imstp]", lambda _: None, "unwired", "UI[1] *IMSTP"),
+    ("no wire 2", "ready, unwired: [hold]", lambda _: None, "unwired", "UI[2] *HOLD"),
+    ("no wire 3", "ready, unwired: [sfspd]", lambda _: None, "unwired", "UI[3] *SFSPD"),
+    ("no wire 8", "ready, unwired: [enbl]", lambda _: None, "unwired", "UI[8] ENBL"),
+    ("T1", "ready, mode: T1", lambda _: None, "mode", "not at AUTO"),
+    ("T2", "ready, mode: T2", lambda _: None, "mode", "not at AUTO"),
+    ("pendant", "ready, tp_enabled: true", lambda _: None, "tp_enabled", "is enabled"),
+    ("local", "ready, remote: false", lambda _: None, "remote", "is Local"),
+    ("master", "ready, rmt_master: 1", lambda _: None, "rmt_master", "$RMT_MASTER is 1"),
+    ("abort", "ready, cstopi_for_abort: false", lambda _: None, "cstopi_for_abort", "CSTOPI"),
+    ("start", "ready, start_for_continue: false", lambda _: None, "start_for_continue", "START"),
+    ("RSR off", f"ready, rsr: {[0] * 8}", lambda _: None, "rsr", "RSR1 is disabled"),
+    ("RSR number", f"ready, rsr: {[1] * 8}", lambda _: None, "rsr", "RSR1 starts RSR0001"),
+    ("RSR base", "ready, job_base: 100", lambda _: None, "job_base", "RSR1 starts RSR0201"),
+]
+
+
+@pytest.mark.parametrize(
+    ("settings", "mistype", "key", "what"),
+    [gap[1:] for gap in GAPS],
+    ids=[gap[0].replace(" ", "_") for gap in GAPS],
+)
+def test_a_gap_is_named_with_its_menu_without_a_write_or_a_motion(
+    settings: str, mistype: Callable[[AssignmentTable], None], key: str, what: str
+) -> None:
+    """It alone; and what to set there."""
+    seen = look(settings, mistype)
+    assert len(seen.wrong) == 1, seen.wrong
+    (gap,) = seen.wrong
+    row = setting(key)
+    assert what in gap.what and row.menu in gap.advice and row.wanted in gap.advice
+    assert seen.writes == 0 and not seen.moved
+
+
+def test_a_ready_robot_has_no_gap() -> None:
+    """And is polled as before; two settings that no client sees are named."""
+    seen = look(READY)
+    assert seen.wrong == [] and seen.writes == 0
+    texts = [finding.what for finding in seen.findings]
+    assert "the controller is set up as the kit says" in texts
+    assert "two settings cannot be seen from here" in texts
+
+
+def test_a_delivered_robot_is_led_through_gap_by_gap() -> None:
+    """What is closed first is named first; behind the table all others show at once."""
+    assert "no Modbus server" in look("delivered").wrong[0].what
+    assert "as delivered" in look("delivered, num_modbus: 8").wrong[0].what
+    found = look("delivered, num_modbus: 8, slots: kit, programs: kit").wrong
+    named = {row.key for row in SETTINGS for gap in found if row.menu in gap.advice}
+    hidden = {"imstp_assigned", "select_mode"}
+    missing = {"mode", "tp_enabled", "remote", "cstopi_for_abort", "start_for_continue", "rsr"}
+    assert missing <= named and not hidden & named
+
+
+def test_a_robot_that_is_only_followed_needs_less() -> None:
+    """What only leading needs is but to be looked at."""
+    joint = msgspec.structs.replace(ROBOT.stopping, tried={})
+    profile = msgspec.structs.replace(PROFILE, robot=msgspec.structs.replace(ROBOT, stopping=joint))
+    with robot("ready, remote: false, uop: simple", lambda _: None) as (port, _, _):
+        found = list(_robot(profile, LAYOUT, CONTROLLER, ("127.0.0.1", port), move=False))
+    assert [finding for finding in found if finding.level is Level.WRONG] == []
+    assert any("the robot is Local" in finding.what for finding in found)
