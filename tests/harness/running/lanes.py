@@ -43,6 +43,7 @@ TIMED = (
     "tests/unit/fanuc_emulator/modbus/",
     "tests/unit/fanuc_emulator/modbus/test_modbus_server.py",
     "tests/unit/fanuc_emulator/other/",
+    "tests/unit/fanuc_kit/test_kit.py",
     "tests/unit/farm/desk/test_alarm_desk.py",
     "tests/unit/farm/desk/test_comparing.py",
     "tests/unit/farm/desk/test_example.py",

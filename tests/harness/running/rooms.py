@@ -26,6 +26,7 @@ ROOMS: dict[str, set[str]] = {
     "twin_controller": NODE | {"scara_control"},
     "cell_recorder": NODE,
     "robot_doctor": FLOOR | {"scara_control", "scara_description", "twin_controller"},
+    "fanuc_kit": FLOOR,
     "what_if": FLOOR
     | {"scara_msgs", "scara_control", "scara_description", "scara_simulation"}
     | {"cell_recorder"},
@@ -40,8 +41,8 @@ ROOMS: dict[str, set[str]] = {
 """For each room the others that it may import. scara_bringup reaches nodes by rosrun only."""
 
 RINGS: dict[str, set[str]] = {
-    "cell": set(ROOMS) - {"robot_doctor", "what_if", "twin_analysis", "farm"},
-    "tools": {"robot_doctor", "what_if", "twin_analysis"},
+    "cell": set(ROOMS) - {"robot_doctor", "fanuc_kit", "what_if", "twin_analysis", "farm"},
+    "tools": {"robot_doctor", "fanuc_kit", "what_if", "twin_analysis"},
     "farm": {"farm"},
 }
 """The cell needs neither tools nor farm; tools stand on the cell; the farm on messages alone."""

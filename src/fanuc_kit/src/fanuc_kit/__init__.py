@@ -1,0 +1,1 @@
+"""What a delivered controller needs, on paper and over the wire, from the doctor's own tables."""

@@ -1,0 +1,109 @@
+"""Hold a controller's printouts against its set-up, and propose values of robot.yaml."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from scara_config import Robot
+from scara_config.modbus_map import ModbusMap
+from scara_config.set_up.settings import CONNECTIONS_NEEDED, STREAM_NUMBER, setting
+from scara_config.set_up.slots import Assignment, slot_table
+
+from fanuc_kit.printouts import Printout, Value
+
+HMI_DEVICE = "R553"
+"""The option without which there is no Modbus server of this kind."""
+_WANTED: tuple[tuple[str, str, Value], ...] = (
+    ("enable_ui", "$OPWORK.$UOP_DISABLE", 0),
+    ("cstopi_for_abort", "$SHELL_CFG.$USE_ABORT", True),
+    ("start_for_continue", "$SHELL_CFG.$CONT_ONLY", True),
+    ("rmt_master", "$RMT_MASTER", 0),
+    ("rsr", "$SHELL_CFG.$RSR_ENABLE[1]", True),
+    ("rsr", "$SHELL_CFG.$NUM_RSR[1]", STREAM_NUMBER),
+    ("job_base", "$SHELL_CFG.$JOB_BASE", 0),
+)
+_LIMITS = (
+    ("lower", "$PARAM_GROUP[1].$LOWERLIMS[{}]"),
+    ("upper", "$PARAM_GROUP[1].$UPPERLIMS[{}]"),
+    ("velocity", "$PARAM_GROUP[1].$JNTVELLIM[{}]"),
+)
+
+
+def missing(layout: ModbusMap, found: Printout) -> Iterator[str]:
+    """Yield what the printouts show that is not set, each with its menu.
+
+    What no printout says is not judged.
+    """
+    if found.options and HMI_DEVICE not in found.options:
+        yield f"option {HMI_DEVICE}, HMI Device (SNPX), is not there: order it from the maker"
+    clients = found.variables.get("$SNPX_PARAM.$NUM_MODBUS")
+    if isinstance(clients, int) and clients < CONNECTIONS_NEEDED:
+        yield _line("num_modbus", f"$SNPX_PARAM.$NUM_MODBUS is {clients}")
+    if "$SNPX_ASG[1].$ADDRESS" in found.variables:
+        yield from _slots(layout, found)
+    for key, name, wanted in _WANTED:
+        value = found.variables.get(name, wanted)
+        if value != wanted:
+            yield _line(key, f"{name} is {value}")
+    inputs = found.signals.get("UI")
+    if inputs is not None and len(inputs) < 18:
+        have = ", ".join(map(str, sorted(inputs)))
+        yield _line("uop", f"only UI {have or 'none'} are allocated")
+    for number in (1, 2, 3, 8):
+        if inputs is not None and inputs.get(number) is False:
+            yield _line("unwired", f"UI[{number}] is off")
+
+
+def unheard(found: Printout) -> list[str]:
+    """Return what no printout said, so that it was not judged."""
+    names = ["$SNPX_PARAM.$NUM_MODBUS", "$SNPX_ASG[1].$ADDRESS", *[name for _, name, _ in _WANTED]]
+    silent = [name for name in names if name not in found.variables]
+    silent += ["options"] * (not found.options) + ["UI"] * ("UI" not in found.signals)
+    return silent
+
+
+def proposals(robot: Robot, found: Printout) -> Iterator[str]:
+    """Yield values of robot.yaml that differ from what the printouts show."""
+    motors = {axis for group, axis in found.axes if group == 1}
+    for joint in robot.joints:
+        number = joint.axis_number
+        if motors and number not in motors:
+            yield f"joints.{joint.name}: axis {number} has no motor; leave the joint out"
+        for key, form in _LIMITS:
+            shown = found.variables.get(form.format(number))
+            if not isinstance(shown, (int, float)) or isinstance(shown, bool):
+                continue
+            filed = getattr(joint, key) / joint.scale
+            unit = joint.unit if key != "velocity" else f"{joint.unit}_s"
+            if abs(filed - shown) > 0.005:
+                yield f"joints.{joint.name}.{key}_{unit}: {shown:g}   # filed: {filed:g}"
+    for number in sorted(motors - {joint.axis_number for joint in robot.joints}):
+        yield f"joints: axis {number} has a motor, and no joint"
+
+
+def _slots(layout: ModbusMap, found: Printout) -> Iterator[str]:
+    """Yield slots that differ from the kit's sheet."""
+    for number, slot in enumerate(slot_table(layout), start=1):
+        shown = _shown(found, number)
+        if slot.size and shown != slot:
+            what = f"{shown.name} at {shown.address}, {shown.size}" if shown.size else "empty"
+            wanted = f"{slot.name} at {slot.address}, {slot.size}, $MULTIPLY {slot.multiply:g}"
+            yield _line("slots", f"slot {number} is {what}; wanted {wanted}")
+
+
+def _shown(found: Printout, number: int) -> Assignment:
+    """Return a slot as it was printed."""
+
+    def of(name: str, other: Value) -> Value:
+        return found.variables.get(f"$SNPX_ASG[{number}].{name}") or other
+
+    address, size, multiply = of("$ADDRESS", 0), of("$SIZE", 0), of("$MULTIPLY", 0.0)
+    assert isinstance(address, int) and isinstance(size, int)
+    assert isinstance(multiply, (int, float))
+    return Assignment(address, size, str(of("$VAR_NAME", "")), float(multiply))
+
+
+def _line(key: str, what: str) -> str:
+    """Return a gap with its menu."""
+    row = setting(key)
+    return f"{what} -> MENU > {row.menu}: {row.wanted}"

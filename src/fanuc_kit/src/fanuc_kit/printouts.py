@@ -1,0 +1,183 @@
+"""Read what a controller prints of itself: signals, variables, version, positions, registers.
+
+Each line of a printout is understood or named: what is not read is not left out in silence.
+
+Source:
+    The forms of printouts that controllers of V7.70 to V9.40 made: docs/sources.md.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from html import unescape
+
+Value = int | float | bool | str | None
+"""None: the controller calls it uninitialized."""
+Open = int | str
+"""What goes on in the next line: an array's name, or the number of a position register; 0: none,
+-1: one of another group."""
+
+_PRE = re.compile(r"<pre[^>]*>(.*?)</pre>", re.DOTALL | re.IGNORECASE)
+_TAG = re.compile(r"<[^>]*>")
+_HEAD = re.compile(
+    r"(F Number|VERSION|\$VERSION|DATE|[A-Z0-9 .]+::?\s*$|[A-Z/ ]+:\s+[A-Z].*:\s*$).*"
+)
+_SIGNAL = re.compile(r"([A-Z]+)\[\s*(\d+)\]\s+(ON|OFF|-?[\d.]+|\*+)(?:[ \t]+(.*?))?[ \t]*$")
+_TWO_SIGNALS = re.compile(r"([A-Z]+)\[\s*(\d+)\]\s+(ON|OFF)\s+([A-Z]+)\[\s*(\d+)\]\s+(ON|OFF)\s*$")
+_VARIABLE = re.compile(
+    r"\[\*\w+\*\](\$\w+)\s+Storage:.*?Access:\s*\w+\s*:\s*([^=]+?)\s*(?:=\s*(.*))?$"
+)
+_FIELD = re.compile(r"\s*Field:\s*(\$\S+)\s+Access:\s*\w+\s*:\s*([^=]+?)\s*(?:=\s*(.*))?$")
+_ELEMENT = re.compile(r"\s*\[([\d,]+)\]\s*=\s*(.*?)(?:\s+'(.*)')?\s*$")
+_GROUP = re.compile(r"\s*(?:Group|Config):")
+_OPTION = re.compile(r"(.{22})([A-Z0-9]{4})\s*$")
+_AXIS = re.compile(r"\s*(\d+)\s+(\d+)\s+(\S.*?)\s*$")
+_JOINT = re.compile(r"Joint\s+(\d+):\s+(-?[\d.]+)\s*$")
+_COORDINATE = re.compile(r"([XYZWPR]|E\d):\s+(-?[\d.]+)\s*$")
+_POSITION = re.compile(r"\s*\[(\d+),(\d+)\]\s*=\s*'(.*?)'\s*(.*?)\s*$")
+_PAIR = re.compile(r"(J\d|[XYZWPR]|EXT\d|E\d)\s*[=:]\s*(-?\d*\.?\d+|\*+)\s*(deg|mm)?")
+
+
+@dataclass
+class Printout:
+    """What printouts say.
+
+    Attributes:
+        signals: Of each kind, UI and others, by number: level or value.
+        variables: System variables by name, fields and elements with theirs.
+        options: Names of options by their order numbers.
+        axes: Group and axis of each motor.
+        joints: Of the first group, by axis [deg or mm], as the controller shows them.
+        pose: X, Y, Z, W, P, R of the tool in the world [mm, deg].
+        registers: R[] by number.
+        positions: PR[] of the first group by number; each a coordinate by its name [mm, deg].
+        unread: Lines that were not understood, with their numbers.
+    """
+
+    signals: dict[str, dict[int, Value]] = field(default_factory=dict)
+    variables: dict[str, Value] = field(default_factory=dict)
+    options: dict[str, str] = field(default_factory=dict)
+    axes: list[tuple[int, int]] = field(default_factory=list)
+    joints: dict[int, float] = field(default_factory=dict)
+    pose: dict[str, float] = field(default_factory=dict)
+    registers: dict[int, Value] = field(default_factory=dict)
+    positions: dict[int, dict[str, float]] = field(default_factory=dict)
+    unread: list[str] = field(default_factory=list)
+
+
+def read_printout(text: str, name: str, into: Printout) -> None:
+    """Add what a printout says.
+
+    Args:
+        text: Of the file; a page of the controller's web server is taken too.
+        name: Of the file, for what is not read.
+        into: Gets what is said.
+    """
+    found = _PRE.search(text)
+    lines = unescape(_TAG.sub("", found[1]) if found else text).splitlines()
+    section = ""
+    last: Open = 0
+    for number, line in enumerate(lines, start=1):
+        if not line.strip():
+            continue
+        if "::" in line and line.strip().endswith("::"):
+            section = line.strip().rstrip(":")
+            continue
+        if line.startswith("[*") and "]$" in line:
+            section = "VARIABLES"
+        taken, last = _take(line, section, last, into)
+        if not taken and not _HEAD.fullmatch(line.strip()):
+            into.unread.append(f"{name}, line {number}: {line.strip()}")
+
+
+def _take(line: str, section: str, last: Open, into: Printout) -> tuple[bool, Open]:
+    """Take one line; return whether it was understood, and what goes on in the next one."""
+    match section:
+        case "IO STATUS":
+            return _take_signals(line, into), 0
+        case "VARIABLES":
+            return _take_variable(line, last, into)
+        case "CONFIG" | "CONFIG2":
+            option = _OPTION.fullmatch(line.rstrip().ljust(26)[:80]) or re.fullmatch(
+                r"(\S.*?)\s+([A-Z0-9]{4})\s*", line
+            )
+            if option is not None:
+                into.options[option[2]] = option[1].strip()
+            return option is not None or line.startswith(("FEATURE", "DEMO")), 0
+        case "MOTOR" | "SERVO":
+            axis = _AXIS.fullmatch(line)
+            if axis is not None and section == "MOTOR":
+                into.axes.append((int(axis[1]), int(axis[2])))
+            return axis is not None or "AXIS" in line or "GR:" in line, 0
+        case "VERSION INFORMATION":
+            return True, 0
+        case "CURRENT ROBOT POSITION":
+            return _take_position(line, into), 0
+    return False, 0
+
+
+def _take_signals(line: str, into: Printout) -> bool:
+    two = _TWO_SIGNALS.fullmatch(line.rstrip())
+    if two is not None:
+        for kind, number, level in ((two[1], two[2], two[3]), (two[4], two[5], two[6])):
+            into.signals.setdefault(kind, {})[int(number)] = level == "ON"
+        return True
+    one = _SIGNAL.fullmatch(line.rstrip())
+    if one is None:
+        return False
+    into.signals.setdefault(one[1], {})[int(one[2])] = value_of(one[3])
+    return True
+
+
+def _take_variable(line: str, last: Open, into: Printout) -> tuple[bool, Open]:
+    """Take a line of a file of variables; ``last`` is the array or position that goes on."""
+    whole = _VARIABLE.fullmatch(line.rstrip()) or _FIELD.fullmatch(line.rstrip())
+    if whole is not None:
+        if whole[3] is None or not whole[3].strip():
+            return True, str(whole[1])
+        into.variables[whole[1]] = value_of(whole[3])
+        return True, 0
+    if (position := _POSITION.fullmatch(line)) is not None:
+        group, number = int(position[1]), int(position[2])
+        if group == 1 and "Uninitialized" not in position[4]:
+            into.positions[number] = {}
+        return True, number if group == 1 else -1
+    if isinstance(last, int) and last and (_GROUP.match(line) or _PAIR.search(line)):
+        for name, value, _ in _PAIR.findall(line.partition("Config:")[0]):
+            if last > 0 and not value.startswith("*"):
+                into.positions.setdefault(last, {})[name] = float(value)
+        return True, last
+    if (element := _ELEMENT.fullmatch(line)) is not None and isinstance(last, str):
+        if last == "$NUMREG":
+            into.registers[int(element[1])] = value_of(element[2])
+        else:
+            into.variables[f"{last}[{element[1]}]"] = value_of(element[2])
+        return True, last
+    return False, last
+
+
+def _take_position(line: str, into: Printout) -> bool:
+    """Take a line of the current position: joints and pose of the first group."""
+    if (joint := _JOINT.fullmatch(line.strip())) is not None:
+        into.joints.setdefault(int(joint[1]), float(joint[2]))
+        return True
+    if (one := _COORDINATE.fullmatch(line.strip())) is not None:
+        into.pose[one[1]] = float(one[2])  # that of the world comes last
+        return True
+    return line.strip().startswith(("Group #", "CURRENT", "Frame #", "Tool #", "CFG:"))
+
+
+def value_of(text: str) -> Value:
+    """Return a value as the controller prints it."""
+    text = text.strip()
+    if text in ("Uninitialized", "") or set(text) == {"*"}:
+        return None
+    if text in ("ON", "TRUE", "OFF", "FALSE"):
+        return text in ("ON", "TRUE")
+    if text.startswith("'"):
+        return text.strip("'")
+    try:
+        return float(text) if re.search(r"[.eE]", text) else int(text)
+    except ValueError:
+        return text

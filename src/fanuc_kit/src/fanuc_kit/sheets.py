@@ -1,0 +1,147 @@
+"""The sheets of the kit: what to set, to type and to try, each from the table of who judges it."""
+
+from __future__ import annotations
+
+from scara_config import Robot
+from scara_config.modbus_map import INPUTS, OUTPUTS, ModbusMap
+from scara_config.set_up.settings import SETTINGS
+from scara_config.set_up.slots import WAY_IN, Assignment, slot_table
+
+from fanuc_kit.programs import programs
+from fanuc_kit.sheet import Boxes, Listing, Sheet, Table, Text
+
+_FIRST_OF_WAY_IN = 76
+_NO_SAFETY = (
+    "None of this is a safety function. Guards, enabling device, emergency stop and the robot's "
+    "own limits work without it. No real robot has been set up by these sheets yet."
+)
+
+
+def sheets_of(robot: Robot, layout: ModbusMap) -> list[Sheet]:
+    """Return all sheets, in the order in which they are used."""
+    return [_settings(robot), _slots(layout), _signals(layout), _programs(), _acceptance(robot)]
+
+
+def _settings(robot: Robot) -> Sheet:
+    rows = tuple(
+        (
+            "☐",
+            row.menu,
+            row.wanted,
+            row.why,
+            f"B-83284EN/09, {row.section}" if row.section else "HMI device",
+            ("off and on" if row.restart else "") + ("" if row.leads else " also to follow"),
+        )
+        for row in SETTINGS
+    )
+    head = ("", "MENU >", "set to", "else", "manual", "")
+    return Sheet("1_settings", f"{robot.name}: settings", (Text(_NO_SAFETY), Table(head, rows)))
+
+
+def _slots(layout: ModbusMap) -> Sheet:
+    table = slot_table(layout)
+    rows = tuple(_slot(at, slot) for at, slot in enumerate(table, start=1) if slot.size)
+    return Sheet(
+        "2_slots",
+        "Slots: MENU > SYSTEM > Variables > $SNPX_ASG",
+        (
+            Text(
+                f"Slot 1 is as delivered: leave it. Type slots {_FIRST_OF_WAY_IN} to "
+                f"{_FIRST_OF_WAY_IN + len(WAY_IN) - 1}; `rosrun fanuc_kit write ADDRESS` writes "
+                "the others through them, and reads all back. Or type them all."
+            ),
+            Table(("slot", "$ADDRESS", "$SIZE", "$VAR_NAME", "$MULTIPLY"), rows),
+        ),
+    )
+
+
+def _slot(number: int, slot: Assignment) -> tuple[str, ...]:
+    return str(number), str(slot.address), str(slot.size), slot.name, f"{slot.multiply:g}"
+
+
+def _signals(layout: ModbusMap) -> Sheet:
+    inputs = tuple(
+        (
+            f"UI[{number}]",
+            name.upper(),
+            f"F[{number}]",
+            str(bit.address),
+            "ON" if bit.normal else "OFF",
+            "the pair" if bit.write else "",
+        )
+        for number, name in enumerate(INPUTS, start=1)
+        if (bit := layout.coils.get(name)) is not None
+    )
+    outputs = tuple(
+        (f"UO[{number}]", name.upper(), str(bit.address))
+        for number, name in enumerate(OUTPUTS, start=1)
+        if (bit := layout.discrete_inputs.get(name)) is not None
+    )
+    return Sheet(
+        "3_signals",
+        "Signals: MENU > I/O > UOP, MENU > I/O > Interconnect",
+        (
+            Text(
+                "A client cannot switch an input whose source is a wire: it falls back at the next "
+                "scan. I/O > UOP > CONFIG: assign UI[1] to UI[18] to rack 34, slot 1, start 1, so "
+                "that each input is the flag of its number. Then switch the power off and on."
+            ),
+            Text(
+                "Two texts of the maker differ on where a client finds them. Switch F[2] at the "
+                "pendant and read the coil of UI[2] below, and coil 20002: the one that follows is "
+                "the right table. Write its numbers into modbus_map.yaml before anything is led."
+            ),
+            Table(("input", "name", "flag", "coil in the map", "at rest", "written by"), inputs),
+            Table(("output", "name", "discrete input in the map"), outputs),
+            Text(
+                "I/O > Interconnect, ES to DO: EMGOP, EMGTP, FENCE. No client sees an emergency "
+                "stop of the panel otherwise."
+            ),
+        ),
+    )
+
+
+def _programs() -> Sheet:
+    blocks = [Listing(text) for text in programs().values()]
+    return Sheet(
+        "4_programs",
+        "Programs to type",
+        (
+            Text(
+                "RSR0101: MENU > SELECT > CREATE, group mask 1. BGTWIN: group mask *, then MENU > "
+                "SETUP > BG Logic, program BGTWIN, RUN. Joint speeds, clock and the ring of set "
+                "points need more than can be typed: leave their registers out of modbus_map.yaml "
+                "where the pair allows it."
+            ),
+            *blocks,
+        ),
+    )
+
+
+def _acceptance(robot: Robot) -> Sheet:
+    check = f"rosrun robot_doctor doctor --robot {robot.name} --host ADDRESS --port 502"
+    return Sheet(
+        "5_acceptance",
+        "Acceptance: override 10 %, nobody inside the guard",
+        (
+            Text("Stop where a step shows something else. Date, names:"),
+            Boxes(
+                (
+                    f"`{check}`: no WRONG; nothing was written, nothing moved",
+                    "five poses, jogged by the pendant: real/joint_states agrees to the last digit",
+                    "a slow program on the pendant: the twin follows",
+                    "the robot's own emergency stop: it stops by itself, the twin freezes",
+                    "released and reset: nothing moves",
+                    "HOLD on the pendant, 10 s, resume: both stand, both go on",
+                    "STOP on the page: both ramp down, the program is aborted or paused",
+                    "E-STOP on the page: the drives go off",
+                    "the network plug out while a program runs: the robot stops by BGTWIN",
+                    "plugged in again: nothing moves",
+                    "what stopped the robot is in stopping.tried of robot.yaml, with its address",
+                    "MOVE of 5 degrees, each joint: signs and ends are right",
+                    "STOP during such a move: both ramp down; ALIGN moves the twin alone",
+                )
+            ),
+            Text("All steps with their limits: docs/operating/acceptance.md"),
+        ),
+    )

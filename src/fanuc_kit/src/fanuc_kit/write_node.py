@@ -1,0 +1,53 @@
+"""Write the slots of $SNPX_ASG into a controller: rosrun fanuc_kit write ADDRESS.
+
+Slots 76 to 79 must be typed before, and Modbus must be on. What differs is shown and written once
+somebody agrees; then all is read back. Exit code 0: the slots are there, 1: they are not, 2: the
+controller cannot be asked.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from scara_config import ConfigError
+from scara_config.modbus_map import load_modbus_map
+from scara_config.set_up.slots import slot_table
+from scara_ros.shell.command_line_io import CommandLine, ConfigDir, RobotName, choose_robot
+from scara_ros.shell.program_io import WRONG
+
+from fanuc_kit.slots_io import SlotError, SlotWriter
+
+app = CommandLine("write", {ConfigError: WRONG, SlotError: WRONG}, help="Write the slots.")
+
+
+@app.command()
+def write(
+    host: Annotated[str, typer.Argument(help="The robot.")],
+    port: Annotated[int, typer.Option(help="Its Modbus port.", min=1, max=65535)] = 502,
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask.")] = False,
+    robot: RobotName = None,
+    config_dir: ConfigDir = None,
+) -> None:
+    """Write the slots of $SNPX_ASG into a controller."""
+    choose_robot(robot)
+    layout = load_modbus_map(config_dir)
+    console = Console(highlight=False, soft_wrap=True)
+    with SlotWriter(host, port, layout.device_id) as writer:
+        wanted = dict(enumerate(slot_table(layout)[:75], start=1))
+        differ = {number: slot for number, slot in wanted.items() if writer.read(number) != slot}
+        for number, slot in differ.items():
+            at = f"{slot.name or 'empty'} at {slot.address}, {slot.size}, {slot.multiply:g}"
+            console.print(f"slot {number}: {at}", markup=False)
+        if differ and not yes and not typer.confirm(f"Write {len(differ)} slots to {host}?"):
+            raise typer.Exit(1)
+        for number, slot in differ.items():
+            writer.write(number, slot)
+        left = [number for number, slot in wanted.items() if writer.read(number) != slot]
+    said = f"not as written: slots {', '.join(map(str, left))}" if left else "all slots are there"
+    console.print(f"{len(differ)} written; {said}", markup=False)
+    raise typer.Exit(1 if left else 0)
+
+
+main = app.run

@@ -1,0 +1,142 @@
+"""What is printed is what the doctor asks for; what is written is what was printed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from fanuc_emulator.config import load_emulator, load_programs
+from fanuc_emulator.controller import Controller
+from fanuc_emulator.drives.servo_loop_io import ServoLoop
+from fanuc_emulator.modbus.modbus_server_io import RobotServer
+from fanuc_emulator.register_image import RegisterImage
+from fanuc_emulator.snpx.assignments import AssignmentTable
+from fanuc_kit.make_node import app as make
+from fanuc_kit.programs import MOST_LINES, programs
+from fanuc_kit.read_node import app as read
+from fanuc_kit.sheet import Boxes, Listing, Sheet, Table, Text, html, markdown
+from fanuc_kit.write_node import app as write
+from harness.processes import free_port
+from harness.workspace import ROOT
+from scara_config import load_robot
+from scara_config.modbus_map import load_modbus_map
+from scara_config.profile import CHOICE
+from scara_config.programs.tp.reader import read as read_program
+from scara_config.set_up.settings import SETTINGS
+from scara_config.set_up.slots import WAY_IN, delivered_table, slot_table
+from typer.testing import CliRunner
+
+CONFIG = ROOT / "config"
+ROBOT, LAYOUT = load_robot(CONFIG), load_modbus_map(CONFIG)
+
+
+@pytest.fixture(autouse=True)
+def own_choice(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Forget which robot a command chose."""
+    monkeypatch.setenv(CHOICE, "fanuc_sr6ia")
+
+
+@contextmanager
+def delivered(way_in: bool) -> Iterator[tuple[int, AssignmentTable]]:
+    """Run a robot as delivered with Modbus on; with slots 76 to 79 typed, or not."""
+    config = load_emulator(ROBOT, CONFIG, settings="delivered, num_modbus: 8")
+    controller = Controller(config, ROBOT, load_programs(ROBOT, CONFIG), 1.7e9)
+    loop, port = ServoLoop(controller, config.dt, 0.0), free_port()
+    image = RegisterImage(LAYOUT, ROBOT)
+    server = RobotServer(
+        "127.0.0.1", port, LAYOUT, image, loop, tell=lambda _: None, settings=config.settings
+    )
+    assigned = server._datastore.assigned
+    assert assigned is not None
+    for number, slot in enumerate(WAY_IN if way_in else (), start=76):
+        assigned.table.put(number, "$ADDRESS", slot.address)
+        assigned.table.put(number, "$SIZE", slot.size)
+        assigned.table.put(number, "$VAR_NAME", slot.name)
+        assigned.table.put(number, "$MULTIPLY", slot.multiply)
+    with loop, server:
+        yield port, assigned.table
+
+
+def test_the_kit_has_a_page_for_each_thing_to_do(tmp_path: Path) -> None:
+    """Every setting, every slot, every program, and boxes to tick; as a page that prints too."""
+    done = CliRunner().invoke(make, ["fanuc_sr6ia", "--out", str(tmp_path / "kit")])
+    assert done.exit_code == 0, done.output
+    texts = {path.name: path.read_text() for path in (tmp_path / "kit").iterdir()}
+    for row in SETTINGS:
+        assert row.menu in texts["1_settings.md"] and row.wanted in texts["1_settings.md"]
+    for number, slot in enumerate(slot_table(LAYOUT), start=1):
+        line = f"| {number} | {slot.address} | {slot.size} | {slot.name} | {slot.multiply:g} |"
+        assert (line in texts["2_slots.md"]) == (slot.size > 0), line
+    assert texts["5_acceptance.md"].count("- [ ]") > 10
+    assert all(f"{name}.LS" in texts for name in programs())
+    for word in ("UI[2]", "rack 34", "RSR0101", "BGTWIN", "<section>"):
+        assert word in texts["kit.html"]
+
+
+def test_programs_are_short_and_read_as_they_were_printed() -> None:
+    """A person types them."""
+    for name, text in programs().items():
+        program = read_program(text, name)
+        assert program.name == name and len(program.lines) <= MOST_LINES
+    assert "J PR[1] R[2]% CNT100" in programs()["RSR0101"]
+
+
+def test_a_robot_of_another_maker_has_no_kit(tmp_path: Path) -> None:
+    """With the reason; nothing is made."""
+    done = CliRunner().invoke(make, ["articulated_six", "--out", str(tmp_path / "kit")])
+    assert done.exit_code == 2 and "no variables of this maker" in done.output
+    assert not (tmp_path / "kit").exists()
+
+
+def test_a_sheet_is_the_same_in_both_forms() -> None:
+    """What is special in one form is escaped in it."""
+    blocks = (Table(("a|b", "<c>"), (("1", "2"),)), Text("t"), Listing("l\n"), Boxes(("x",)))
+    sheet = Sheet("s", "A & B", blocks)
+    expected = (
+        "# A & B\n\n| a\\|b | <c> |\n| --- | --- |\n| 1 | 2 |\n\nt\n\n```\nl\n```\n\n- [ ] x\n"
+    )
+    assert markdown(sheet) == expected
+    page = html("k", [sheet])
+    assert "<h1>A &amp; B</h1>" in page and "<th>&lt;c&gt;</th>" in page and "<li>x</li>" in page
+
+
+def test_slots_are_written_once_somebody_agrees_and_read_back() -> None:
+    """Into a delivered table with its way in; the second time nothing differs."""
+    with delivered(way_in=True) as (port, table):
+        command = ["127.0.0.1", "--port", str(port)]
+        refused = CliRunner().invoke(write, command, input="n\n")
+        assert refused.exit_code == 1 and table[2].size == 0
+        done = CliRunner().invoke(write, [*command, "--yes"])
+        assert done.exit_code == 0 and "27 written; all slots are there" in done.output, done.output
+        assert [table[number] for number in range(1, 81)] == slot_table(LAYOUT)
+        again = CliRunner().invoke(write, command)
+        assert "0 written; all slots are there" in again.output
+
+
+def test_without_the_way_in_nothing_is_written() -> None:
+    """And it is said what to type first."""
+    with delivered(way_in=False) as (port, table):
+        done = CliRunner().invoke(write, ["127.0.0.1", "--port", str(port), "--yes"])
+        assert done.exit_code == 2 and "slots 76 to 79 are not there" in done.output
+        assert [table[number] for number in range(1, 81)] == delivered_table()
+
+
+def test_nobody_there_is_told() -> None:
+    """With what to look at."""
+    done = CliRunner().invoke(write, ["127.0.0.1", "--port", str(free_port()), "--yes"])
+    assert done.exit_code == 2 and "accepts no connection: is Modbus on?" in done.output
+
+
+def test_printouts_of_a_folder_are_read(tmp_path: Path) -> None:
+    """The exit code says whether something is missing; another file is no printout."""
+    (tmp_path / "system.va").write_text(
+        "[*SYSTEM*]$RMT_MASTER  Storage: CMOS  Access: RW  : INTEGER = 3\n"
+    )
+    (tmp_path / "picture.png").write_bytes(b"\x89")
+    done = CliRunner().invoke(read, [str(tmp_path)])
+    assert done.exit_code == 1 and "$RMT_MASTER is 3 -> MENU > SYSTEM > Variables" in done.output
+    (tmp_path / "system.va").unlink()
+    done = CliRunner().invoke(read, [str(tmp_path)])
+    assert done.exit_code == 2 and "no printout" in done.output
