@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import msgspec
 import pytest
+from harness.running.thorough import thorough
 from harness.second_world.cycles import measured, run
 from harness.yaml_files import CONFIG
 from scara_config.programs.files import ProgramSteps
@@ -54,8 +55,14 @@ def test_a_program_of_the_robot_is_not_held_at_a_followers_cap(world: World) -> 
     assert judge(world, fast) == judge(open_world, fast)
 
 
-@pytest.mark.parametrize("plant", ["ideal", "field"])
-@pytest.mark.parametrize("name", ["ARTICLE", "PALLETISE"])
+@pytest.mark.parametrize(
+    ("plant", "name"),
+    [
+        ("ideal", "ARTICLE"),
+        ("field", "PALLETISE"),
+        *thorough(("ideal", "PALLETISE"), ("field", "ARTICLE")),
+    ],
+)
 def test_one_measured_cycle_teaches_the_others(world: World, plant: str, name: str) -> None:
     """Within 1 %, the issue's goal: of the plant nothing is known but what four moves took."""
     seen = ProgramRun(find_program(world.cell, "TWO_POINT", CONFIG))

@@ -19,7 +19,6 @@ from harness.stops.rows import (
     ROBOT,
     SCENES,
     SETTINGS,
-    UOPS,
     Instant,
     Row,
     measure,
@@ -35,7 +34,16 @@ AFTER = {"STOP": "STOPPED", "ESTOP": "ESTOP", "PAUSE": "PAUSED"}
 
 FOLLOWED = [scene for scene in SCENES if scene != "twin leads"]
 """With an allocation that is not full no twin leads."""
-EACH_TIME = set(pairs(UOPS, SCENES, PLANTS))
+EACH_TIME = {
+    ("full", "real leads", "ideal"),
+    ("full", "twin leads", "field"),
+    ("full", "in a WAIT", "field"),
+    ("full", "between two moves", "ideal"),
+    ("simple", "real leads", "field"),
+    ("simple", "between two moves", "ideal"),
+    ("none", "in a WAIT", "field"),
+}
+"""By day: each scene where all is allocated, and what HOLD alone and what nothing stops."""
 TRIED = tuple(ALL if SEARCH else pairs(COMMANDS, *SETTINGS))
 
 
@@ -56,7 +64,7 @@ def found(instant: Instant, command: str) -> list[Row]:
 def by_command(uop: str, scenes: Sequence[str]) -> list[Any]:
     """Return each command at the instants of an allocation: each scene on either plant.
 
-    Those of :func:`pairs` each time, the others by ``./cell test --thorough``.
+    Those of ``EACH_TIME`` each time, the others by ``./cell test --thorough``.
     """
     return [
         pytest.param(

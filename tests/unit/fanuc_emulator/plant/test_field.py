@@ -13,6 +13,7 @@ from fanuc_emulator.controller import Controller
 from fanuc_emulator.drives.axis import Axis, AxisParameters, Friction
 from fanuc_emulator.program import ProgramState
 from fanuc_emulator.snapshot import ControlType
+from harness.running.thorough import thorough
 from scara_config import load_robot
 from scara_config.profile import CHOICE, known_robots
 
@@ -22,7 +23,11 @@ SWING = 0.3
 """How far joint_1 goes to and fro [rad]."""
 
 
-@pytest.fixture(params=known_robots(CONFIG))
+ROBOTS = [k if k != "fanuc_sr3ia" else thorough(k)[0] for k in known_robots(CONFIG)]
+"""By day one of both SCARAs."""
+
+
+@pytest.fixture(params=ROBOTS)
 def field(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Controller:
     """Give the field plant of each robot, at 100 % override."""
     monkeypatch.setenv(CHOICE, request.param)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from harness.running.thorough import thorough
 from scara_config import Robot, load_robot
 from scara_config.payload import Payload, load_payloads
 from scara_config.profile import CHOICE
@@ -27,7 +28,7 @@ from scara_control.motion.time_scaling import ScaleBounds, TimeBase, advance, mo
 from scara_control.trajectory.goal import GoalError, check_efforts, plan_path
 
 CONFIG = Path(__file__).parents[4] / "config"
-ROBOTS = ["fanuc_sr6ia", "fanuc_sr3ia", "articulated_six"]
+ROBOTS = ["fanuc_sr6ia", *thorough("fanuc_sr3ia"), "articulated_six"]
 PERCENT = load_motion(CONFIG).move.effort_percent
 ROOM = 100.0 / PERCENT
 """What a joint has, in what a plan may ask of it."""

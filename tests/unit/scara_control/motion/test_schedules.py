@@ -1,11 +1,12 @@
-"""200 random schedules: a request from before an acknowledged STOP never begins after it."""
+"""Random schedules: a request from before an acknowledged STOP never begins after it."""
 
 from __future__ import annotations
 
 import pytest
+from harness.running.thorough import examples
 from harness.scenes.late_requests import BY_WEB, KINDS, UNSTAMPED, WIRE_S, Begun, Schedule
 
-SCHEDULES = 200
+SCHEDULES = examples(100, 200)
 REQUESTS = 12
 QUIET_S = 4.0
 """Behind all standstills: from 10.1 to 12.0 s, and two stop after each other."""

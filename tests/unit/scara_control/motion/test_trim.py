@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from harness.running.thorough import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scara_config import load_robot
@@ -48,7 +49,7 @@ class StickyTwin:
         self.q = self.q + self.qdot * DT
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(10, 40), deadline=None)
 @pytest.mark.parametrize("delay", [1, 3, 6])
 @pytest.mark.parametrize("point", POINTS.values(), ids=POINTS)
 @given(OFFSET)

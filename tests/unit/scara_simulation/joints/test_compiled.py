@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import msgspec
 import pytest
-from harness.running.thorough import thorough
+from harness.running.thorough import examples, thorough
 from harness.virtual_cell.files import CellFiles, load_files
 from harness.virtual_cell.simulator import build_simulation, open_world
 from scara_control.joint_motion import JointMotion
@@ -23,7 +23,7 @@ from scara_simulation.joints.control import JointControl
 from scara_simulation.joints.loop import JointLoop
 from scara_simulation.simulation import Simulation
 
-CHUNK, STEPS = 10, 20_000
+CHUNK, STEPS = 10, examples(8_000, 20_000)
 """Steps between two packets, and in all: 20 s."""
 WITHOUT_C = """
 import sys
@@ -155,7 +155,7 @@ def test_the_loops_were_built() -> None:
     ],
 )
 def test_c_gives_the_bits_of_python(robot: str, feed_forward: bool) -> None:
-    """20 s of all commands with jumps, gaps, pauses, limits; and the article's plain PID."""
+    """All commands with jumps, gaps, pauses, limits, 20 s by night; and the article's plain PID."""
     by_c, by_python = (
         play(robot, STEPS, compiled=compiled, feed_forward=feed_forward)
         for compiled in (True, False)

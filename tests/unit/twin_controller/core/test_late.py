@@ -90,8 +90,14 @@ def test_resume_after_pause_goes_on_once(pair: Pair, lead: Callable[[Pair], None
     assert pair.far() < 0.05
 
 
-@pytest.mark.parametrize("resumed_by", ["operator", "twin"])
-@pytest.mark.parametrize("lead", [twin_leads, operator_leads])
+@pytest.mark.parametrize(
+    ("lead", "resumed_by"),
+    [
+        (twin_leads, "operator"),
+        (operator_leads, "twin"),
+        *thorough((twin_leads, "twin"), (operator_leads, "operator")),
+    ],
+)
 def test_a_pause_on_the_twins_side_is_resumed_once(
     pair: Pair, lead: Callable[[Pair], None], resumed_by: str
 ) -> None:
@@ -175,8 +181,15 @@ def test_a_stop_ends_all_motion_and_a_new_command_leads_again(
     assert pair.far() < 0.05
 
 
-@pytest.mark.parametrize("lead", LEADS)
-@pytest.mark.parametrize("side", ["real", "twin"])
+@pytest.mark.parametrize(
+    ("lead", "side"),
+    [
+        (real_leads, "twin"),
+        (twin_leads, "real"),
+        (operator_leads, "twin"),
+        *thorough((real_leads, "real"), (twin_leads, "twin"), (operator_leads, "real")),
+    ],
+)
 def test_a_link_that_was_lost_comes_back_to_an_aligned_pair(
     pair: Pair, lead: Callable[[Pair], None], side: str
 ) -> None:
@@ -198,7 +211,7 @@ def test_a_link_that_was_lost_comes_back_to_an_aligned_pair(
     assert pair.far() < 0.1
 
 
-BEHIND_MS = ((30, 0), (60, 20), (120, 40), (30, 80), (120, 0))
+BEHIND_MS = ((30, 80), (60, 20), (120, 0))
 
 
 @pytest.mark.parametrize(

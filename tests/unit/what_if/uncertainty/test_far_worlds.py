@@ -41,7 +41,7 @@ def test_workers_of_a_scheduler_give_the_same_chances(world: World) -> None:
     article = ProgramRun(find_program(world.cell, "ARTICLE", CONFIG))
     told: list[int] = []
     with scheduler(1) as address:
-        for motion, count in ((article, LOT + 1), (TURN, 2 * LOT + 1)):
+        for motion, count in ((article, 5), (TURN, 2 * LOT + 1)):
             here = chances(world, motion, count, 3, 1, CONFIG)
             there = chances(world, motion, count, 3, 0, CONFIG, told.append, address)
             assert there == here

@@ -10,7 +10,7 @@ from fanuc_emulator.config import load_programs
 from harness.emulated.emulated_pair import EmulatedPair, moves
 from harness.pair import ROBOT, SETUP
 from harness.running.pairs import by_pairs
-from harness.running.thorough import thorough
+from harness.running.thorough import examples, thorough
 from harness.workspace import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
@@ -78,13 +78,13 @@ def test_a_program_that_plunges_into_the_table_stands_before_it(
 
 @pytest.mark.parametrize("name", ["ARTICLE", "PALLETISE"])
 def test_the_shipped_programs_are_let_through_at_full_override(name: str) -> None:
-    """They come near the table on purpose; the first two dozen moves of each."""
+    """They come near the table on purpose; the first moves of each."""
     program = next(
         program
         for program in load_programs(ROBOT, ROOT / "config").values()
         if program.name == name
     )
-    steps = tuple(step for step in program.steps if isinstance(step, MoveStep))[:24]
+    steps = tuple(step for step in program.steps if isinstance(step, MoveStep))[: examples(12, 24)]
     pair = EmulatedPair(replace(program, steps=steps))
     pair.connect()
     pair.start()
