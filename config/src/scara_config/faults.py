@@ -104,7 +104,7 @@ def line_of(text: str, keys: Keys) -> int | None:
     None: there are no such keys. For an empty ``keys`` this is the first line with content, or 1.
     """
     try:
-        node = YAML().compose(text)
+        node = YAML(typ="safe", pure=True).compose(text)
     except YAMLError:
         return None
     line = node.start_mark.line + 1 if node is not None else 1
