@@ -21,7 +21,7 @@ from harness.yaml_files import changed_yaml, copy_configuration, leaves, replace
 from operator_panel.config import PanelConfig
 from rosbridge_gateway.config import GatewayConfig
 from ruamel.yaml import YAML
-from scara_config import ConfigError, load_robot, loader
+from scara_config import ConfigError, load_robot
 from scara_config.profile import known_robots
 from scara_config.readers import READERS_WITH_ROBOT, check_files, reader
 from scara_config.rollout.change import Change
@@ -127,13 +127,6 @@ def test_every_number_has_a_lower_and_an_upper_bound(kind: Any) -> None:
 def test_the_core_is_made_of_robot_and_controller_numbers() -> None:
     """The list of types is taken from the code, and it is the whole one."""
     assert {kind.__name__ for kind in OF_THE_CORE} == {"Robot", "TwinControllerConfig"}
-
-
-@pytest.fixture
-def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the loader read JSON, which is YAML, and name no lines: both take most of its time."""
-    monkeypatch.setattr(loader, "_parsed", json.loads)
-    monkeypatch.setattr(loader, "line_of", lambda text, keys: None)
 
 
 def accepted(place: Path, folder: Path) -> Iterator[str]:
