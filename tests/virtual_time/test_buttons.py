@@ -84,13 +84,13 @@ def test_stop_does_not_release_the_hold_of_the_person_at_the_robot(cell: Virtual
     cell.real.signal("panel_hold", True)
     nothing_moves(cell, rested)
     cell.wait_whatever(lambda: cell.mode == "IDLE", 10.0, "IDLE")
-    go(cell, 20.0)
+    go(cell, 60.0)
     cell.wait_whatever(lambda: cell.mode == "IDLE", 20.0, "the end of the move")
 
 
 def test_resume_says_that_the_robot_is_held_at_its_pendant(cell: VirtualCell) -> None:
     """The operator's RESUME releases the operator's pause alone."""
-    go(cell, 10.0)
+    go(cell, 40.0)
     cell.schedule.run(0.3)
     assert cell.operate("PAUSE").success
     both_stood(cell, cell.schedule.now)

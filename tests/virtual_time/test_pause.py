@@ -81,7 +81,7 @@ def test_pause_ends_a_direct_command_of_the_twin_for_the_robot(cell: PausedCell)
 
 def test_a_jog_of_a_paused_twin_is_refused_and_the_same_path_goes_on(cell: PausedCell) -> None:
     """The twin is paused too, whoever commands it; the refusal says how to go on."""
-    go(cell, 10.0)
+    go(cell, 30.0)
     cell.schedule.run(0.5)
     assert cell.operate("PAUSE").success
     both_stood(cell, cell.schedule.now)
