@@ -146,17 +146,22 @@ def test_third_cell_in_a_taken_namespace_is_refused(
     cells: tuple[Shown, Shown, list[Process]], ros_master: Master, tmp_path: Path
 ) -> None:
     """However it is spelled; what is no name is refused too."""
-    for spelling, said in (
-        ("/cell_2/", "run already in namespace /cell_2"),
-        ("cell-2", "ROS_NAMESPACE = 'cell-2': allowed are"),
-    ):
-        third = LiveCell(tmp_path / said[:3], ros_master.uri, spelling)
-        try:
-            refused = third.start()
-            assert refused.wait(20.0) == 1
-            assert said in refused.output
-        finally:
-            third.close()
+    refused = {
+        "/cell_2/": "run already in namespace /cell_2",
+        "cell-2": "ROS_NAMESPACE = 'cell-2': allowed are",
+    }
+    third = [
+        LiveCell(tmp_path / str(number), ros_master.uri, name)
+        for number, name in enumerate(refused)
+    ]
+    try:
+        started = [cell.start() for cell in third]
+        for bringup, said in zip(started, refused.values()):
+            assert bringup.wait(20.0) == 1
+            assert said in bringup.output
+    finally:
+        for cell in third:
+            cell.close()
 
 
 def test_each_node_says_once_that_it_is_ready(
