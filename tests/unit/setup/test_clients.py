@@ -32,7 +32,7 @@ def ensure(root: Path, before: str = "") -> subprocess.CompletedProcess[str]:
     """Make the environments."""
     script = f"root=$PWD; source {ROOT}/setup/clients.sh; {STAND_INS}\n{before}\nensure_clients"
     return subprocess.run(
-        ["bash", "-uc", script], cwd=root, capture_output=True, text=True, timeout=30
+        ["bash", "-uc", script], cwd=root, capture_output=True, text=True, timeout=200
     )
 
 

@@ -33,6 +33,9 @@ ONLY_COMPUTES = {
     "tests/unit/scara_simulation/joints/test_compiled.py": "a compiler, whose end it waits for",
     "tests/unit/scara_simulation/simulator/test_real_time_runner.py": "a thread",
     "tests/unit/scara_simulation/simulator/test_world.py": "two processes, whose end it waits for",
+    "tests/unit/setup/test_clients.py": "git and a build, whose end it waits for",
+    "tests/unit/setup/test_pins.py": "pip, whose end it waits for",
+    "tests/unit/setup/test_site.py": "a build of the site, whose end it waits for",
     "tests/unit/twin_experiments/test_mcap.py": "rosbags' converter, whose end it waits for",
     "tests/unit/twin_experiments/label/test_workspace.py": "git, whose end it waits for",
 }
