@@ -33,6 +33,17 @@ expect.set_options(timeout=PATIENCE_MS)
 PLAYED = """([scene, alarms]) =>
     document.querySelector('[data-live="jog"]')?.textContent === scene &&
     document.querySelectorAll(".alarm.warn, .alarm.error").length === alarms"""
+# What opens or fades is shown as it is in the end, without the time that it takes.
+SETTLE = """async () => {
+    window.scrollTo(0, 0);
+    for (let frames = 0; frames < 300; frames += 1) {
+        const running = document.getAnimations().filter(({ playState }) => playState === "running");
+        for (const one of running) one.finish();
+        await new Promise(requestAnimationFrame);
+        if (!running.length && !document.querySelector("[class*=-enter-active]")) return true;
+    }
+    return false;
+}"""
 # All that must stand still while alarms, commands and troubles come and go.
 PLACES = """() => [...document.querySelectorAll(
     ".card, .strip, .bar, .bar-stop button, .theme, .commands button, .tabs button, " +
@@ -77,13 +88,8 @@ class Theatre:
         self.settle()
 
     def settle(self) -> None:
-        """Go to the upper end, and wait until transitions are over."""
-        self.page.evaluate("window.scrollTo(0, 0)")
-        expect(self.page.locator("[class*=-enter-active]")).to_have_count(0)  # an opening dialog
-        self.page.evaluate(
-            "() => Promise.all(document.getAnimations().map((a) => a.finished.catch(() => 0)))"
-            ".then(() => new Promise(requestAnimationFrame))"
-        )
+        """Go to the upper end, and let each transition be at its end."""
+        assert self.page.evaluate(SETTLE), "transitions that do not end"
 
     def problems(self, where: str, only: str = "") -> list[str]:
         """Return what is wrong with the page as it is now.

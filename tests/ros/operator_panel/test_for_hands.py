@@ -98,7 +98,7 @@ UNCOVERED = """() => {
     const kept = over.map((element) => element.style.pointerEvents);
     for (const element of over) element.style.pointerEvents = "auto";
     // Roberts' sequence covers the plane evenly, without rows that a straight edge lies along.
-    const POINTS = 1500; // more would stop the page for too long
+    const POINTS = 600; // more would stop the page for too long
     let seen = 0;
     for (let k = 0; k < POINTS; k += 1) {
         const [x, y] = [(0.5 + k * 0.7548776662466927) % 1, (0.5 + k * 0.5698402909980532) % 1];
