@@ -6,12 +6,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import msgspec
 import pytest
 from fanuc_emulator.config import load_emulator, load_programs
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.drives.servo_loop_io import ServoLoop
 from fanuc_emulator.modbus.modbus_server_io import RobotServer
 from fanuc_emulator.register_image import RegisterImage
+from fanuc_emulator.settings import load_settings
 from fanuc_emulator.snpx.assignments import AssignmentTable
 from fanuc_kit.make_node import app as make
 from fanuc_kit.programs import MOST_LINES, programs
@@ -73,6 +75,54 @@ def test_the_kit_has_a_page_for_each_thing_to_do(tmp_path: Path) -> None:
     assert all(f"{name}.LS" in texts for name in programs())
     for word in ("UI[2]", "rack 34", "RSR0101", "BGTWIN", "<section>"):
         assert word in texts["kit.html"]
+
+
+TYPED: dict[str, dict[str, object]] = {
+    "num_modbus": {"8": 8},
+    "slots": {"the sheet of slots": "kit"},
+    "programs": {"the sheet of programs": "kit"},
+    "uop": {"Full": "full"},
+    "imstp_assigned": {"an input of its own": True},
+    "unwired": {"assigned to what can be switched on, and on": ()},
+    "enable_ui": {"TRUE": True},
+    "cstopi_for_abort": {"TRUE": True},
+    "start_for_continue": {"TRUE": True},
+    "remote": {"Remote": True},
+    "rmt_master": {"0": 0},
+    "mode": {"AUTO": "AUTO"},
+    "tp_enabled": {"OFF": False},
+    "select_mode": {"RSR": "RSR"},
+    "rsr": {"ENABLE, 101": (101, *range(102, 109))},
+    "job_base": {"0": 0},
+}
+"""What a person's keys make of the words in the sheet."""
+
+
+def test_who_types_what_is_printed_makes_a_delivered_robot_ready(tmp_path: Path) -> None:
+    """Slots and settings, from the sheets alone."""
+    done = CliRunner().invoke(make, ["fanuc_sr6ia", "--out", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    table = AssignmentTable(delivered_table())
+    for cells in rows(tmp_path / "2_slots.md"):
+        number = int(cells[0])
+        table.put(number, "$ADDRESS", float(cells[1]))
+        table.put(number, "$SIZE", float(cells[2]))
+        table.put(number, "$VAR_NAME", cells[3])
+        table.put(number, "$MULTIPLY", float(cells[4]))
+    assert [table[number] for number in range(1, 81)] == slot_table(LAYOUT)
+    keys = {row.menu: row.key for row in SETTINGS}
+    typed = {
+        keys[cells[1]]: TYPED[keys[cells[1]]][cells[2]]
+        for cells in rows(tmp_path / "1_settings.md")
+    }
+    delivered_one = load_settings(CONFIG, "delivered")
+    assert msgspec.structs.replace(delivered_one, **typed) == load_settings(CONFIG, "ready")
+
+
+def rows(sheet: Path) -> list[list[str]]:
+    """Return the cells of a sheet's table, without its heads."""
+    lines = [line for line in sheet.read_text().splitlines() if line.startswith("|")]
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:]]
 
 
 def test_programs_are_short_and_read_as_they_were_printed() -> None:

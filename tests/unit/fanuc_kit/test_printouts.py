@@ -182,6 +182,7 @@ def test_a_line_that_is_not_understood_is_named() -> None:
     """With its file and number."""
     found = read("IO STATUS::\n\nDIN[   1] PERHAPS\n")
     assert found.unread == ["made up, line 3: DIN[   1] PERHAPS"]
+    assert read("Shopping list\n").unread == ["made up: no printout that is known"]
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,7 @@ class Setting:
 
     Attributes:
         key: As the stand-in's files of settings name it.
-        menu: Where it is set, from the MENU key on.
+        menu: Where it is set, from the MENU key on, or which switch it is.
         wanted: What to set there.
         why: What goes wrong otherwise.
         section: Of the manual B-83284EN/09; empty: the HMI device's own.
@@ -47,6 +47,12 @@ class Setting:
     section: str
     restart: bool = False
     leads: bool = True
+
+    @property
+    def advice(self) -> str:
+        """Say what to do, and where."""
+        place = self.menu if self.menu.startswith("the ") else f"MENU > {self.menu}"
+        return f"{place}: {self.wanted}" + ", then switch off and on" * self.restart
 
 
 _VARIABLES = "SYSTEM > Variables"

@@ -105,5 +105,4 @@ def _shown(found: Printout, number: int) -> Assignment:
 
 def _line(key: str, what: str) -> str:
     """Return a gap with its menu."""
-    row = setting(key)
-    return f"{what} -> MENU > {row.menu}: {row.wanted}"
+    return f"{what} -> {setting(key).advice}"

@@ -20,9 +20,6 @@ Open = int | str
 
 _PRE = re.compile(r"<pre[^>]*>(.*?)</pre>", re.DOTALL | re.IGNORECASE)
 _TAG = re.compile(r"<[^>]*>")
-_HEAD = re.compile(
-    r"(F Number|VERSION|\$VERSION|DATE|[A-Z0-9 .]+::?\s*$|[A-Z/ ]+:\s+[A-Z].*:\s*$).*"
-)
 _SIGNAL = re.compile(r"([A-Z]+)\[\s*(\d+)\]\s+(ON|OFF|-?[\d.]+|\*+)(?:[ \t]+(.*?))?[ \t]*$")
 _TWO_SIGNALS = re.compile(r"([A-Z]+)\[\s*(\d+)\]\s+(ON|OFF)\s+([A-Z]+)\[\s*(\d+)\]\s+(ON|OFF)\s*$")
 _VARIABLE = re.compile(
@@ -86,9 +83,13 @@ def read_printout(text: str, name: str, into: Printout) -> None:
             continue
         if line.startswith("[*") and "]$" in line:
             section = "VARIABLES"
+        if not section:
+            continue  # who printed it, and when
         taken, last = _take(line, section, last, into)
-        if not taken and not _HEAD.fullmatch(line.strip()):
+        if not taken:
             into.unread.append(f"{name}, line {number}: {line.strip()}")
+    if not section:
+        into.unread.append(f"{name}: no printout that is known")
 
 
 def _take(line: str, section: str, last: Open, into: Printout) -> tuple[bool, Open]:

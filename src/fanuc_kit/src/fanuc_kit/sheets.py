@@ -34,7 +34,7 @@ def _settings(robot: Robot) -> Sheet:
         )
         for row in SETTINGS
     )
-    head = ("", "MENU >", "set to", "else", "manual", "")
+    head = ("", "MENU > ..., or a switch", "set to", "else", "manual", "")
     return Sheet("1_settings", f"{robot.name}: settings", (Text(_NO_SAFETY), Table(head, rows)))
 
 

@@ -52,14 +52,13 @@ def check_set_up(layout: ModbusMap, found: SetUp, led: bool) -> Iterator[Finding
     """
     gaps = list(_gaps(layout, found))
     for row, what in gaps:
-        advice = f"MENU > {row.menu}: {row.wanted}" + ", then switch off and on" * row.restart
         level = Level.WRONG if led or not row.leads else Level.NOTE
-        yield Finding(Group.LINKS, level, what, advice)
+        yield Finding(Group.LINKS, level, what, row.advice)
     if found.served and watched_of(list(found.watched)).there:
         yield note(
             Group.LINKS,
             "two settings cannot be seen from here",
-            f"MENU > {setting('select_mode').menu}: RSR; MENU > {setting('imstp_assigned').menu}",
+            f"{setting('select_mode').advice}; {setting('imstp_assigned').advice}",
         )
     if not gaps:
         yield fine(Group.LINKS, "the controller is set up as the kit says")
