@@ -239,6 +239,14 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     watched_points: list[WatchedPointEntry] = []
     keep_out: list[KeepOut] = []
     geometry: Geometry | None = None
+    lead: bool = True
+    """False: it is only followed, and nothing is ever written to it."""
+
+    def only_followed(self, address: str) -> str:
+        """Return why the robot at ``address`` is never led, and what to do; empty: it may be."""
+        if not self.lead:
+            return "robot.yaml: lead is false: nothing is ever written to the robot"
+        return self.stopping.only_followed(address)
 
     @property
     def description(self) -> Path:

@@ -82,6 +82,8 @@ class RealSide:
         self._paused = False
         self._here: Row = ()
         self._heartbeat = 0
+        # So often its client wrote to it; what is done at its pendant is no write.
+        self.writes = 0
         self.truth: list[tuple[float, Row, Row]] = []
         quartz = SideClock(schedule, 0.0, files.emulator.plant.clock.drift_ppm)
         schedule.every(quartz.period(files.emulator.dt), self._servo, first=0.0007)
@@ -110,9 +112,9 @@ class RealSide:
         points = tuple(replace(point, q=self._filled(point.q)) for point in action.points)
         ahead = replace(action, points=points)
         for offset, words in self._ring.setpoints(ahead):
-            self._write.send(partial(self._take, offset, words))
+            self._tell(partial(self._take, offset, words))
         self._heartbeat = self._heartbeat % 32767 + 1
-        self._write.send(partial(self._take, *self._ring.times(ahead, self._heartbeat)))
+        self._tell(partial(self._take, *self._ring.times(ahead, self._heartbeat)))
 
     def perform(self, command: Command) -> None:
         """Carry out one command by the product's own table, as RealLink does."""
@@ -122,24 +124,29 @@ class RealSide:
                     self._waiting = []
                 case TakeBack():
                     self._ring.empty()
-                    self._write.send(partial(self.robot.write_setpoint_valid, False))
-                    self._write.send(partial(self.robot.source.ring.write_newest, 0))
+                    self._tell(partial(self.robot.write_setpoint_valid, False))
+                    self._tell(partial(self.robot.source.ring.write_newest, 0))
                 case StandHere():
                     here = self._here
-                    self._write.send(partial(self.robot.write_setpoint, here))
+                    self._tell(partial(self.robot.write_setpoint, here))
                 case Signal():
-                    self._write.send(partial(self.signal, step.name, step.level))
+                    self._tell(partial(self.signal, step.name, step.level))
                 case Pulse():
                     if step.behind and self._waiting:
                         self._due(self._waiting[0])
-                    self._write.send(partial(self.signal, step.name, None))
+                    self._tell(partial(self.signal, step.name, None))
                 case Number():
                     take = getattr(self.robot, f"write_{step.name}")
-                    self._write.send(partial(take, step.value))
+                    self._tell(partial(take, step.value))
+
+    def _tell(self, write: Callable[[], object]) -> None:
+        """Write to the robot, as a client."""
+        self.writes += 1
+        self._write.send(write)
 
     def override(self, speed_percent: float) -> None:
         """Set the override."""
-        self._write.send(partial(self.robot.write_override, round(speed_percent)))
+        self._tell(partial(self.robot.write_override, round(speed_percent)))
 
     def _servo(self) -> None:
         """Step the stand-in by one of its own periods; each second state is the published truth."""
@@ -156,8 +163,9 @@ class RealSide:
     def _request(self) -> None:
         """Send a read; the heartbeat goes on the other connection."""
         sent = self._clock()
-        self._heartbeat = self._heartbeat % 32767 + 1
-        self._write.send(partial(self.robot.write_heartbeat, self._heartbeat))
+        if self._files.robot.lead:
+            self._heartbeat = self._heartbeat % 32767 + 1
+            self._tell(partial(self.robot.write_heartbeat, self._heartbeat))
         # The network's part is that of the delays, the robot's own that of the plant.
         busy = self.shown.program_state is ProgramState.RUNNING
         half = 0.5 * (self._delays.request + self._answers.next(busy))
@@ -216,7 +224,7 @@ class RealSide:
         self._heartbeat = self._heartbeat % 32767 + 1
         filled = self._filled(action.setpoint.q)
         request = self._codec.encode_setpoint(filled, self._heartbeat, action.speed_percent)
-        self._write.send(partial(self._take, *request))
+        self._tell(partial(self._take, *request))
 
     def _filled(self, q: Row) -> Row:
         """Return all joints of the robot; those without a twin stay where they were."""

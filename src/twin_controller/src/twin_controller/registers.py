@@ -17,7 +17,7 @@ from twin_controller.modbus.axes import axes_of, positions_of, velocities_of
 from twin_controller.modbus.blocks import (
     Block,
     alarm_block,
-    check_axes,
+    check_robot,
     outputs_block,
     program_block,
     ring_block,
@@ -57,7 +57,8 @@ class RegisterCodec:
 
     Raises:
         ConfigError: A block has more words than one request may carry or lies in two tables, the
-            written block has a gap, or the robot has an axis without a place.
+            written block has a gap, the robot has an axis without a place, or it is to be led by
+            a map without a register that is written.
     """
 
     def __init__(self, layout: ModbusMap, robot: Robot, tolerance: float = 0.001) -> None:
@@ -73,7 +74,7 @@ class RegisterCodec:
         self._places = layout.ring_places
         self.program = program_block(layout)
         self.alarm = alarm_block(layout)
-        check_axes(layout, robot)
+        check_robot(layout, robot)
         self.outputs = outputs_block(layout)
         # Where each signal stands in the answer to ``outputs``.
         self._outputs = {

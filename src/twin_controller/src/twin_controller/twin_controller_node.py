@@ -265,7 +265,7 @@ def main() -> None:
         persons = Persons(load_persons(folder))
         gate = load_gate(folder)
     rospy.loginfo(links_text(config))
-    only_followed = robot.stopping.only_followed(config.real.host)
+    only_followed = robot.only_followed(config.real.host)
     if only_followed:
         rospy.logwarn("the robot is followed, and never led: %s", only_followed)
     publisher, configuration = _publish_configuration(folder, config)

@@ -103,6 +103,7 @@ def state_view(
         diverged=state.safety.divergence.alarm,
         real_standing_still=change.stands_still(sides.real.change, now, setup.config.change),
         twin_standing_still=change.stands_still(sides.twin.change, now, setup.config.change),
+        only_followed=setup.only_followed,
         alarm=alarm_text(state),
         real_gripper=gripper_text(sides.real.gripper),
         twin_gripper=gripper_text(sides.twin.gripper),

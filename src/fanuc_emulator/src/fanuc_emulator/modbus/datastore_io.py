@@ -35,6 +35,9 @@ class Datastore:
         tell: Hears why a write was refused.
         settings: Of the controller; None: as the kit has them.
 
+    Attributes:
+        writes: How many requests came that write, refused ones too.
+
     Raises:
         ConfigError: A register names a variable that does not exist.
     """
@@ -49,6 +52,7 @@ class Datastore:
     ) -> None:
         self._layout, self._image, self._servo, self._tell = layout, image, servo, tell
         self._told = ""
+        self.writes = 0
         self._inputs = {bit.offset: name for name, bit in layout.coils.items()}
         # As they were written last, in whatever way the robot obeyed.
         self._coils = _between(layout.coils)
@@ -80,6 +84,7 @@ class Datastore:
         self, device_id: int, func_code: int, address: int, values: Sequence[int] | Sequence[bool]
     ) -> ExcCodes | None:
         """Store values from PDU address ``address`` on, all or none; return what is wrong."""
+        self.writes += 1
         if func_code in _BITS:
             return self._write_coils(address, [bool(value) for value in values])
         words = [int(value) for value in values]

@@ -110,6 +110,11 @@ class RobotServer:
             raise PortError(text) from self._failure
         return self
 
+    @property
+    def writes(self) -> int:
+        """How many requests of any client came that write."""
+        return self._datastore.writes
+
     def __exit__(self, *_: object) -> None:
         if self._asyncio is not None and self._thread.is_alive():
             self._asyncio.call_soon_threadsafe(self._stop.set)

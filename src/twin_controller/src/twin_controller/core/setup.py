@@ -45,7 +45,9 @@ class Setup:
         self.keep_out = tuple(robot.keep_out)
         self.cuts_drives = robot.stopping.cuts_drives
         # Why the real robot is followed and never led; empty: it may be led.
-        self.only_followed = robot.stopping.only_followed(config.real.host)
+        self.only_followed = robot.only_followed(config.real.host)
+        # False: nothing is ever written to the real robot, not even a stop.
+        self.writes = robot.lead
 
     @cached_property
     def tool(self) -> ToolKinematics:

@@ -84,7 +84,7 @@ def step(setup: Setup, before: CoreState, event: AnyEvent) -> Result:
         lead.mode is Mode.REAL_LEADS,
     )
     lead = note_stopped(lead, told, orders.stop)
-    lead, actions = note_ended(lead, event, setup.config.decision_history)
+    lead, actions = note_ended(setup, lead, event)
     lead = note_pauses(lead, sides)
     sides = agree_when_stopped(setup, lead, sides, now)
     state = CoreState(sides, lead, orders, safety, follow)

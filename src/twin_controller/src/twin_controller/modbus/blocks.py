@@ -121,12 +121,16 @@ def span(layout: ModbusMap, names: Sequence[str], most: int) -> Block:
     return Block(first, count, table)
 
 
-def check_axes(layout: ModbusMap, robot: Robot) -> None:
-    """Refuse a robot that has an axis without a place in the registers.
+def check_robot(layout: ModbusMap, robot: Robot) -> None:
+    """Refuse a robot that has an axis without a place, or is to be led by a map of one that is not.
 
     Raises:
-        ConfigError: There is one.
+        ConfigError: It is so.
     """
+    if robot.lead and not layout.leads:
+        raise ConfigError(
+            "modbus_map.yaml: no register has write: true, so robot.yaml must say lead: false"
+        )
     position = layout.find("position")
     axes = position.count if position is not None else 0
     for joint in robot.joints:

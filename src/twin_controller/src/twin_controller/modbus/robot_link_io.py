@@ -64,7 +64,11 @@ class ModbusRobotLink:
         self._codec = RegisterCodec(layout, robot)
         self._port = ModbusPort(settings.host, settings.port, layout.device_id, settings.timeout)
         self._outbox = Outbox()
-        self._writer = Writer(settings, layout, self._codec, self._outbox, self._counters, listener)
+        # A robot that is only followed hears nothing at all.
+        self._writes = robot.lead
+        self._writer = Writer(
+            settings, layout, self._codec, self._outbox, self._counters, listener, self._writes
+        )
         self._times = PollTimes(settings.poll_period, settings.drift_ppm)
         self._echo = Echo()
         self._disarm = True
@@ -99,10 +103,12 @@ class ModbusRobotLink:
 
     def write_setpoint(self, setpoint: StreamReal) -> None:
         """Write a set point of all joints at its time; forget those for then or later."""
+        self._may_write()
         self._outbox.put_setpoint(setpoint)
 
     def write_ahead(self, ahead: StreamAhead) -> None:
         """Write set points ahead of their time."""
+        self._may_write()
         self._outbox.put_ahead(ahead)
 
     def drop_setpoints(self) -> None:
@@ -122,6 +128,7 @@ class ModbusRobotLink:
         Raises:
             NotWritableError: The map does not mark it ``write: true``, or it is no single integer.
         """
+        self._may_write()
         register = self._layout.find(name)
         if register is None or register.type not in ("int16", "int32") or register.count != 1:
             raise NotWritableError(f"{name}: modbus_map.yaml has no integer register of this name")
@@ -149,7 +156,12 @@ class ModbusRobotLink:
         self._check_signal(name)
         self._command(Command(name, True, True, behind))
 
+    def _may_write(self) -> None:
+        if not self._writes:
+            raise NotWritableError("robot.yaml: lead is false: nothing is written to the robot")
+
     def _check_signal(self, name: str) -> None:
+        self._may_write()
         if name not in signal_names(self._layout):
             raise NotWritableError(f"{name}: modbus_map.yaml has no signal of this name")
 
@@ -248,7 +260,7 @@ class ModbusRobotLink:
         self._counters.longest_round_trip = max(self._counters.longest_round_trip, received - sent)
         sample, clock_ms = self._decode(words, signals), None
         shown = sample.heartbeat_echo if sample is not None else None
-        if shown is not None and self._settings.heartbeat:
+        if shown is not None and self._settings.heartbeat and self._writes:
             # An echo that is none of ours tells of somebody else who writes.
             self._echo, stranger = heard(self._echo, shown, self._writer.beat)
             if stranger:

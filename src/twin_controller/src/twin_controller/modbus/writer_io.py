@@ -39,6 +39,7 @@ class Writer:
         codec: Makes words of set points.
         outbox: What is to be written.
         counters: Where set points and refusals are counted.
+        writes: False: nothing is ever written, and there is no connection for it.
         listener: Told of a write that did not go through; without a living one there is no
             heartbeat.
 
@@ -56,7 +57,9 @@ class Writer:
         outbox: Outbox,
         counters: RobotCounters,
         listener: RobotListener,
+        writes: bool = True,
     ) -> None:
+        self._writes = writes
         self.echo: int | None = None
         self.beat = 0
         self.beats = settings.heartbeat
@@ -79,6 +82,8 @@ class Writer:
         Raises:
             LinkLostError: Nobody accepts the connection in time.
         """
+        if not self._writes:
+            return
         self._port.open()
         self._ring.empty()
         self.echo = None

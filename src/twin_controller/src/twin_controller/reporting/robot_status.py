@@ -57,7 +57,8 @@ def robot_status(
     if flags is None or not real.history:
         return RobotStatus()
     error = flags.fault or lead.mode is Mode.FAULT
-    stopped = lead.mode is Mode.ESTOP or not flags.drives_on
+    # An emergency stop that does not reach the robot is none of it.
+    stopped = (lead.mode is Mode.ESTOP and setup.writes) or not flags.drives_on
     possible = flags.drives_on and not error and not stopped and not flags.paused
     still = change.stands_still(real.change, now, setup.config.change)
     mode = (

@@ -84,8 +84,6 @@ def carry_out(
             return replace(state, orders=orders), []
         case Command.RELEASE_TWIN:
             return state, [SendTwin(command, reason)]
-        case Command.RESET_REAL:
-            state = replace(state, lead=replace(state.lead, reset_since=now))
         case Command.MOVE_TWIN if asked is not None:
             state = replace(state, lead=replace(state.lead, move_pending=True, move_failed=""))
             do, target, speed = asked.command, asked.target, asked.speed_percent

@@ -8,13 +8,15 @@ from twin_controller.core.actions import AnyAction, Reply
 from twin_controller.core.events import Operator
 from twin_controller.core.lead.commands.judging import invalid_target, judge_move
 from twin_controller.core.lead.modes import EVERY_COMMAND, Trigger
-from twin_controller.core.lead.table import look_up
-from twin_controller.core.lead.transition import detail, transition
+from twin_controller.core.lead.transition import detail, row_of, transition
 from twin_controller.core.lead.triggers import operator_trigger
 from twin_controller.core.orders.speed import real_cap, speed_answer
 from twin_controller.core.orders.stream import unstartable
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState
+
+AT_THE_ROBOT = ("PAUSE", "SPEED")
+"""Commands that do nothing where the real robot does not hear them."""
 
 replace = msgspec.structs.replace
 Result = tuple[CoreState, list[AnyAction]]
@@ -34,6 +36,8 @@ def operate(setup: Setup, state: CoreState, event: Operator, judge_target: bool 
     Returns:
         The state after, and the actions with the answer last.
     """
+    if event.command in AT_THE_ROBOT and not setup.writes:
+        return state, [Reply(event.id, False, f"{setup.only_followed}; do it at its own pendant")]
     if event.command == "SPEED":
         return _cap(setup, state, event)
     trigger = operator_trigger(setup, state, event)
@@ -46,7 +50,7 @@ def operate(setup: Setup, state: CoreState, event: Operator, judge_target: bool 
         invalid = judge_move(setup, state.sides.twin, event).refusal
     if invalid:
         return state, [Reply(event.id, False, invalid)]
-    row = look_up(state.lead.mode, trigger, state.lead.paused)
+    row = row_of(setup, state.lead, trigger)
     state, actions = transition(setup, state, trigger, event.now, event)
     text = row.why or trigger.value
     if row.refused:

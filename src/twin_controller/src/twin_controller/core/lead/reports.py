@@ -27,13 +27,16 @@ from twin_controller.core.state import CoreState
 replace = msgspec.structs.replace
 
 
-def note_ended(lead: Lead, event: AnyEvent, history: int) -> tuple[Lead, list[AnyAction]]:
+def note_ended(setup: Setup, lead: Lead, event: AnyEvent) -> tuple[Lead, list[AnyAction]]:
     """Note that the operator's move or the robot's own program has ended.
 
+    Where nothing stops the robot from here, a program that pauses has ended too: whoever lets it go
+    on stands there.
+
     Args:
+        setup: Profile and numbers.
         lead: The lead before.
         event: The input.
-        history: So many decisions are kept.
 
     Returns:
         The lead after; the decision MOVE_FAILED if an accepted move did not reach its target.
@@ -42,8 +45,8 @@ def note_ended(lead: Lead, event: AnyEvent, history: int) -> tuple[Lead, list[An
         case MoveEnded(success=True):
             return replace(lead, move_pending=False, move_failed=""), []
         case MoveEnded():
-            return _move_failed(lead, event, history)
-        case RealMeasured(own_program=False):
+            return _move_failed(lead, event, setup.config.decision_history)
+        case RealMeasured() if not event.own_program or (event.paused and not setup.writes):
             return replace(lead, program_was_off=True), []
     return lead, []
 
@@ -77,11 +80,19 @@ def note_stopped(lead: Lead, before: StopOrder | None, after: StopOrder | None) 
 
 
 def agree_when_stopped(setup: Setup, lead: Lead, sides: Sides, now: float) -> Sides:
-    """Agree on the position of each side that has come to rest after a stop or a pause."""
+    """Agree on the position of each side that has come to rest after a stop or a pause.
+
+    Not of a robot whose program goes on, for no stop from here reaches it: where that stands for a
+    moment it has not ended, and whoever moves it has not come since.
+    """
     stops = lead.mode in (Mode.STOPPED, Mode.PAUSED)
     if not stops or now - lead.since < setup.config.settle.minimum_ms * 1e-3:
         return sides
-    return Sides(agree_at_rest(setup, sides.real, now), agree_at_rest(setup, sides.twin, now))
+    flags, real = sides.real.flags, sides.real
+    goes_on = flags is not None and flags.own_program and not lead.program_was_off
+    if setup.writes or not goes_on:
+        real = agree_at_rest(setup, real, now)
+    return Sides(real, agree_at_rest(setup, sides.twin, now))
 
 
 def side_triggers(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
@@ -104,9 +115,9 @@ def side_triggers(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
     if latched:
         stands = real_stands(setup, state, flags, now)
         late = now - lead.since > config.estop.shown_ms * 1e-3
-        if late and not lead.helpless and not stands:
+        if late and not lead.helpless and not stands and setup.writes:
             found.append(Trigger.ESTOP_IGNORED)
-        off = not flags.drives_on or (stands and not setup.cuts_drives)
+        off = not flags.drives_on or (stands and not setup.cuts_drives) or not setup.writes
         if estop_missed(state.orders.estop, off, motion, old, now):
             found.append(Trigger.ESTOP_MISSED)
     if state.safety.divergence.alarm and config.divergence.pause and lead.mode in LEADING:
@@ -142,11 +153,15 @@ def _reset_reports(
 
 
 def moved_since_pause(setup: Setup, state: CoreState) -> bool:
-    """Return whether a side of a paused pair does not stand where it came to rest."""
+    """Return whether a side of a paused pair does not stand where it came to rest.
+
+    A robot that was not told to pause may not have come to rest at all.
+    """
     sides = state.sides
     moved = (change.moved(side.change, setup.config.change) for side in (sides.real, sides.twin))
     defies = moves_on(state.orders.twin_stop)
-    return state.lead.mode is Mode.PAUSED and (defies or any(moved))
+    goes_on = not setup.writes and not sides.real.change.baseline
+    return state.lead.mode is Mode.PAUSED and (defies or goes_on or any(moved))
 
 
 def _twin_reports(setup: Setup, state: CoreState, motion: TwinMotion, now: float) -> list[Trigger]:

@@ -11,13 +11,14 @@ from twin_controller.core.events import Operator
 from twin_controller.core.lead import triggers
 from twin_controller.core.lead.effects import carry_out
 from twin_controller.core.lead.modes import ONSET_TRIGGERS, SAFETY_TRIGGERS, Mode, Trigger
-from twin_controller.core.lead.state import end_epoch, record
+from twin_controller.core.lead.state import Lead, end_epoch, record
 from twin_controller.core.lead.table import (
     FOLLOWS_TWIN,
     LEADERS,
     RESUMING,
     Row,
     look_up,
+    unheard,
 )
 from twin_controller.core.orders.order import tell
 from twin_controller.core.orders.stop import defied_text, defy, safety_patience
@@ -62,7 +63,7 @@ def transition(
         The state after, and the actions; none if the row is silent.
     """
     before = state.lead
-    row = look_up(before.mode, trigger, before.paused)
+    row = row_of(setup, before, trigger)
     if row.silent:
         return state, []
     why = trigger.value
@@ -94,6 +95,12 @@ def transition(
     )
     lead = record(replace(lead, why=why), decision, setup.config.decision_history)
     return replace(state, lead=lead), [decision, *actions]
+
+
+def row_of(setup: Setup, lead: Lead, trigger: Trigger) -> Row:
+    """Return what a trigger does in the present mode to the sides that hear it."""
+    row = look_up(lead.mode, trigger, lead.paused)
+    return row if setup.writes else unheard(row, lead.mode)
 
 
 def _who(control: Control, trigger: Trigger, asked: Operator | None) -> str:
@@ -233,6 +240,8 @@ def _forget_cause(setup: Setup, state: CoreState, trigger: Trigger, now: float) 
     if trigger is Trigger.REAL_TOOK_OVER:
         # Where the mode stays it is told once, and not at each sample of that program.
         lead = replace(lead, program_was_off=False)
+    if trigger is Trigger.RESET:
+        lead = replace(lead, reset_since=now)
     if trigger in (Trigger.RESET_FAILED, Trigger.LINK_LOST):
         lead = replace(lead, reset_since=None)
     if trigger is Trigger.ESTOP_IGNORED:

@@ -95,7 +95,7 @@ def cap_speeds(
     """
     actions: list[AnyAction] = []
     flags, motion = sides.real.flags, sides.twin.motion
-    if flags is not None:
+    if flags is not None and setup.writes:
         allowed = real_cap(setup, speeds, safety, leader.name, flags.own_program).percent
         speeds, actions = _override_real(setup, speeds, flags, allowed, now)
     if motion is None or not sides.twin.connected:

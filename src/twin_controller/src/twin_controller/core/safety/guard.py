@@ -133,10 +133,14 @@ def _zone_ahead(setup: Setup, guard: Guard, real: RealSide, ahead: Ways) -> tupl
         return "", 1.0
     flags, cell = real.flags, setup.config.cell
     own = flags is not None and flags.own_program
-    braking = Braking(setup.braking, cell.braking_delay_ms * 1e-3, together=own)
+    # A robot to which nothing is written is stopped there, with no way from here in between.
+    delay = cell.braking_delay_ms * 1e-3 if setup.writes else 0.0
+    braking = Braking(setup.braking, delay, together=own)
     reached = _reached(setup, real, braking)
     stop = stop_from(q, real.last.qdot, reached, braking)
     violation = heads_into(setup.points, setup.keep_out, q, stop)
+    if not setup.writes:
+        return violation, 1.0
     # The override is slower than a stop: by then the robot may be faster, too.
     slowing = Braking(setup.braking, cell.slowing_delay_ms * 1e-3, together=own)
     return violation, _allowed_share(setup, guard, q, _reached(setup, real, slowing), _asked(real))
