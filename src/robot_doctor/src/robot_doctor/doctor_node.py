@@ -222,7 +222,13 @@ def _robot(
         return
     found = list(check_answers(profile.robot, layout, answers, config))
     yield from found
-    if move and is_healthy(found):
+    if move and not profile.robot.lead:
+        yield wrong(
+            Group.LINKS,
+            "the robot is only followed: robot.yaml says lead: false",
+            "nothing is written to it: leave --move out",
+        )
+    elif move and is_healthy(found):
         with Mover(profile.robot, layout, config, *address) as mover:
             yield from mover.nudge_all()
     elif not move:

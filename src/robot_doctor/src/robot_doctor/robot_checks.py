@@ -45,6 +45,9 @@ def check_robot(robot: Robot, folder: str) -> Iterator[Finding]:
         Group.ROBOT,
         f"{robot.name}: {len(robot.joints)} joints, {len(robot.twin_joints)} of them in the twin",
     )
+    if not robot.lead:
+        text = "lead is false: the twin follows only, and nothing is ever written to the robot"
+        yield fine(Group.ROBOT, text)
     for joint in robot.joints:
         yield from _check_units(joint)
     yield from _check_screws(robot)

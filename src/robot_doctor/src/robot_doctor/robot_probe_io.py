@@ -274,7 +274,9 @@ class Mover:
         while (passed := time.monotonic() - started) < SETTLE_S:
             share = min(passed / RAMP_S, 1.0)
             self._tell([a + share * (b - a) for a, b in zip(begin, end)], SPEED_PERCENT)
-            here = self._sample.motion.qdot[self._columns[index]]
+            motion, column = self._sample.motion, self._columns[index]
+            # Only its sign counts, which the way also has where the robot tells no speeds.
+            here = motion.qdot[column] if motion.qdot else motion.q[column] - begin[index]
             speed = here if abs(here) > abs(speed) else speed
             rest = abs(self._positions()[index] - end[index])
             if (

@@ -8,6 +8,7 @@ import pytest
 from harness.workspace import ROOT
 from operator_panel.control.mode_table import ROWS, RUN, next_step
 from operator_panel.view.snapshot import CellState
+from operator_panel.view.words import roles
 from scara_ros.page.page_words import MODES
 
 PAGE = (ROOT / "docs" / "operator.md").read_text(encoding="utf-8")
@@ -44,3 +45,18 @@ def test_the_button_is_named_in_the_words(row: object) -> None:
 def test_a_pair_that_came_apart_is_looked_at_first(mode: str, diverged: bool, button: str) -> None:
     """Resume is refused until somebody has acknowledged."""
     assert next_step(CellState(mode, diverged=diverged))[1] == button
+
+
+@pytest.mark.parametrize(("mode", "told"), [("IDLE", True), ("REAL_LEADS", True), ("FAULT", False)])
+def test_a_robot_that_is_only_followed_says_so_and_why(mode: str, told: bool) -> None:
+    """Where a person would move the pair or hold it; a fault has its own words."""
+    words, button = next_step(CellState(mode=mode, only_followed="lead is false"))
+    assert (words == "The robot is only followed: lead is false. STOP stops the twin.") == told
+    assert (button == "STOP") == told
+
+
+@pytest.mark.parametrize(("stands", "said"), [(True, "is held"), (False, "moves on")])
+def test_a_paused_page_holds_no_robot_that_moves(stands: bool, said: str) -> None:
+    """Nothing from here reaches it."""
+    paused = CellState(mode="PAUSED", only_followed="lead is false", real_standing_still=stands)
+    assert roles(paused)[0] == said

@@ -97,5 +97,7 @@ def next_step(state: CellState) -> tuple[str, str]:
     """
     if state.diverged and state.mode in _APART:
         return _APART[state.mode]
+    if state.only_followed and state.mode in (Mode.IDLE, Mode.REAL_LEADS):
+        return f"The robot is only followed: {state.only_followed}. STOP stops the twin.", "STOP"
     row = _BY_MODE.get(state.mode)
     return (row.press, row.button) if row else ("", "")

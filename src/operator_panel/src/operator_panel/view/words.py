@@ -116,6 +116,8 @@ def roles(state: CellState) -> tuple[str, str, str]:
     """Return what the real robot does, an arrow towards the follower, what the twin does."""
     if state.mode == Mode.ALIGNING:
         return "waits", "\N{RIGHTWARDS ARROW}", "comes closer"
+    if state.mode == Mode.PAUSED and state.only_followed and not state.real_standing_still:
+        return "moves on", "\N{MIDDLE DOT}", "is held"
     if state.mode == Mode.PAUSED:
         return "is held", "\N{MIDDLE DOT}", "is held"
     return ROLES.get(state.leader, ROLES[""])

@@ -1,0 +1,55 @@
+"""What the doctor says of a robot that is only followed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import msgspec
+import pytest
+from harness.followed import FOLLOW_MAP
+from harness.workspace import ROOT
+from robot_doctor.examine import examine
+from robot_doctor.finding import Finding, Level
+from robot_doctor.profile_files_io import read_profile
+from robot_doctor.register_checks import check_registers
+from scara_config import load_robot
+from twin_controller.config import load_twin_controller
+
+from robot_doctor import doctor_node
+
+CONFIG = ROOT / "config"
+SHIPPED = load_robot(CONFIG)
+ROBOT = msgspec.structs.replace(SHIPPED, lead=False)
+
+
+def test_it_is_said_with_what_stands_in_the_place_of_what_is_left_out() -> None:
+    """All is fine: nothing of it is a fault."""
+    profile = msgspec.structs.replace(read_profile(CONFIG), robot=ROBOT, layout=FOLLOW_MAP)
+    found = list(examine(profile))
+    assert {finding.level for finding in found} == {Level.FINE}
+    said = [finding.what for finding in found]
+    assert "lead is false: the twin follows only, and nothing is ever written to the robot" in said
+    assert "velocity is left out: differences of positions, over the robot's clock" in said
+    assert "watchdog_state is left out: not shown" in said
+
+
+def test_a_robot_that_shall_lead_needs_a_map_for_it() -> None:
+    """The same map with a profile that does not say lead: false."""
+    found = list(check_registers(SHIPPED, FOLLOW_MAP, 2))
+    assert any("robot.yaml must say lead: false" in finding.what for finding in found)
+
+
+def test_it_is_never_asked_to_move(monkeypatch: pytest.MonkeyPatch) -> None:
+    """--move would write; the links were asked before, which writes nothing."""
+
+    def healthy(*_: object) -> Iterator[Finding]:
+        return iter(())
+
+    monkeypatch.setattr(doctor_node, "ask", lambda *_: [])
+    monkeypatch.setattr(doctor_node, "check_answers", healthy)
+    monkeypatch.setattr(doctor_node, "Mover", None)
+    profile = msgspec.structs.replace(read_profile(CONFIG), robot=ROBOT)
+    config = load_twin_controller(ROBOT, CONFIG)
+    address = (config.real.host, config.real.port)
+    (found,) = doctor_node._robot(profile, FOLLOW_MAP, config, address, True)
+    assert found.level is Level.WRONG and "lead: false" in found.what
