@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from cell_recorder.journal.entries import Cycle, Decision, Start
 from cell_recorder.journal.reader_io import read
-from harness.processes import ROSRUN, Stage, wait_until
+from harness.processes import ROSRUN, Process, Stage, wait_until
 from harness.workspace import workspace_environment
 from scara_bringup.config import load_doors
 
@@ -46,7 +46,10 @@ def test_cell_with_a_name_finds_ports_and_its_journal_tells_its_stops(
 
     def ask(*words: str) -> str:
         """Return what a command prints, whether it ends well or not."""
-        process = stage.start(*words)
+        return said_by(stage.start(*words))
+
+    def said_by(process: Process) -> str:
+        """Return what a command has printed at its end."""
         process.wait(30.0)
         return process.output
 
@@ -67,12 +70,11 @@ def test_cell_with_a_name_finds_ports_and_its_journal_tells_its_stops(
     told = json.loads(link.read_text())
     assert told["namespace"] == "/milk_2"
     assert not told["addresses"]["Twin's web socket"].endswith(f":{gateway}")
-    assert "milk_2 runs already" in ask(
-        ROSRUN, "scara_bringup", "cell", "up", "--name", "milk_2", "--anyway"
-    )
-    assert "milk_2: fanuc_sr6ia" in ask(
-        ROSRUN, "scara_bringup", "cell", "status", "--name", "milk_2"
-    )
+    name = ("--name", "milk_2")
+    again = stage.start(ROSRUN, "scara_bringup", "cell", "up", *name, "--anyway")
+    status = stage.start(ROSRUN, "scara_bringup", "cell", "status", *name)
+    assert "milk_2 runs already" in said_by(again)
+    assert "milk_2: fanuc_sr6ia" in said_by(status)
 
     own = {"ROS_MASTER_URI": told["master_uri"], "ROS_NAMESPACE": "/milk_2"}
     command = "/milk_2/twin_controller/command"
@@ -95,5 +97,5 @@ def test_cell_with_a_name_finds_ports_and_its_journal_tells_its_stops(
     assert [entry.number for entry in entries] == list(range(1, len(entries) + 1))
     assert [type(entry) for entry in entries].count(Start) == 1
     assert not [entry for entry in entries if isinstance(entry, Cycle)]
-    said = ask(ROSRUN, "scara_bringup", "cell", *why, "--name", "milk_2")
+    said = ask(ROSRUN, "scara_bringup", "cell", *why, *name)
     assert "ESTOP by the operator" in said and "-> ESTOP since then" in said, said

@@ -53,7 +53,6 @@ def test_the_tutorials_program_runs(cell: LiveCell) -> None:
             assert f"rosrun fanuc_emulator pendant {line}\n" in TUTORIAL
             cell.tool("rosrun", "fanuc_emulator", "pendant", *line.split())
         assert "MINE" in cell.tool("rosrun", "fanuc_emulator", "pendant", "status")
-        cell.tool("rosrun", "fanuc_emulator", "pendant", "abort")
         cell.make_ready()
 
     cell.beside_lost_links(scene)
