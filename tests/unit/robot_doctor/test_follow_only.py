@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import msgspec
-import pytest
 from harness.followed import FOLLOW_MAP
 from harness.workspace import ROOT
 from robot_doctor.examine import examine
-from robot_doctor.finding import Finding, Level
+from robot_doctor.finding import Level
 from robot_doctor.profile_files_io import read_profile
 from robot_doctor.register_checks import check_registers
 from scara_config import load_robot
@@ -39,17 +36,10 @@ def test_a_robot_that_shall_lead_needs_a_map_for_it() -> None:
     assert any("robot.yaml must say lead: false" in finding.what for finding in found)
 
 
-def test_it_is_never_asked_to_move(monkeypatch: pytest.MonkeyPatch) -> None:
-    """--move would write; the links were asked before, which writes nothing."""
-
-    def healthy(*_: object) -> Iterator[Finding]:
-        return iter(())
-
-    monkeypatch.setattr(doctor_node, "ask", lambda *_: [])
-    monkeypatch.setattr(doctor_node, "check_answers", healthy)
-    monkeypatch.setattr(doctor_node, "Mover", None)
+def test_it_is_never_asked_to_move() -> None:
+    """--move would write: it is refused before anybody connects."""
     profile = msgspec.structs.replace(read_profile(CONFIG), robot=ROBOT)
+    nowhere = ("127.0.0.1", 1)
     config = load_twin_controller(ROBOT, CONFIG)
-    address = (config.real.host, config.real.port)
-    (found,) = doctor_node._robot(profile, FOLLOW_MAP, config, address, True)
+    (found,) = doctor_node._robot(profile, FOLLOW_MAP, config, nowhere, True)
     assert found.level is Level.WRONG and "lead: false" in found.what

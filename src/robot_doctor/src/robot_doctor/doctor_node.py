@@ -196,10 +196,17 @@ def _robot(
     """Yield what the robot answers, and where it goes."""
     if isinstance(profile.robot, ConfigError):
         return
+    if move and not profile.robot.lead:
+        yield wrong(
+            Group.LINKS,
+            "the robot is only followed: robot.yaml says lead: false",
+            "nothing is written to it: leave --move out",
+        )
+        return
     real = config.real
     try:
         if has_slots(layout):
-            led = not profile.robot.stopping.only_followed(address[0])
+            led = not profile.robot.only_followed(address[0])
             shown = probe_set_up(layout, *address, max(real.timeout_ms * 1e-3, PATIENCE_S))
             gaps = list(check_set_up(layout, shown, led))
             yield from gaps
@@ -222,13 +229,7 @@ def _robot(
         return
     found = list(check_answers(profile.robot, layout, answers, config))
     yield from found
-    if move and not profile.robot.lead:
-        yield wrong(
-            Group.LINKS,
-            "the robot is only followed: robot.yaml says lead: false",
-            "nothing is written to it: leave --move out",
-        )
-    elif move and is_healthy(found):
+    if move and is_healthy(found):
         with Mover(profile.robot, layout, config, *address) as mover:
             yield from mover.nudge_all()
     elif not move:
