@@ -17,9 +17,9 @@ import pytest
 from fanuc_emulator.config import load_emulator, load_programs
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.gripping.cell_parts import CellParts
-from fanuc_emulator.program import ProgramState
 from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.snapshot import Snapshot
+from fanuc_emulator.tp.executor import ProgramState
 from ruamel.yaml import YAML
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
@@ -180,7 +180,7 @@ def stream_of_set_points(stage: Stage) -> None:
     wave(0.7, 0.45)
     stage.aim([joint.upper + 5e-7 for joint in stage.robot.joints])
     beat(2.0)
-    stage.controller.write_stream_speed(20)
+    stage.controller.source.speed_percent = 20
     stage.aim([joint.lower for joint in stage.robot.joints])
     beat(0.5)
     stage.controller.write_setpoint_valid(False)
@@ -194,7 +194,7 @@ def stream_of_set_points(stage: Stage) -> None:
     beat(0.1)
     stage.controller.write_input("hold", True)
     stage.controller.write_override(100)
-    stage.controller.write_stream_speed(100)
+    stage.controller.source.speed_percent = 100
     stage.pulse("start")
     beat(2.0)
     wave(0.3, 0.1)
@@ -205,7 +205,7 @@ def stream_of_set_points(stage: Stage) -> None:
 def jogs(stage: Stage) -> None:
     """Each joint alone in small steps, with rests; as the operator's page does it."""
     stage.controller.write_override(100)
-    stage.controller.write_stream_speed(60)
+    stage.controller.source.speed_percent = 60
     stage.aim(list(stage.home))
     stage.pulse("rsr1")
     stage.run(0.1)

@@ -12,7 +12,7 @@ from collections import Counter
 from dataclasses import replace
 
 import pytest
-from fanuc_emulator.program import Program
+from harness.programs import program_of
 from harness.running.thorough import thorough
 from harness.scenes.steps import ROBOT
 from harness.virtual_cell.cell import VirtualCell
@@ -67,7 +67,7 @@ def test_straight_down_towards_a_zone_that_is_not_entered_goes_to_its_end(
     up = (0.0, 0.0, -0.02, 0.0)
     down = (0.0, 0.0, -0.16 + DEEPEST_MM * 1e-3, 0.0)
     step = MoveStep(1, (*down[:3], 0.0, 0.0), speed_percent, True)
-    files = replace(load_files(ROBOT), programs={NUMBER: Program("DOWN", (step,))})
+    files = replace(load_files(ROBOT), programs={NUMBER: program_of("DOWN", [step])})
     with VirtualCell(files) as cell:
         cell.connect()
         cell.real.robot.write_override(100)

@@ -19,8 +19,8 @@ from fanuc_emulator.config import load_emulator, load_programs
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.drives.servo_loop_io import ServoLoop
 from fanuc_emulator.modbus.modbus_server_io import RobotServer
-from fanuc_emulator.program import ProgramState
 from fanuc_emulator.register_image import RegisterImage
+from fanuc_emulator.tp.executor import ProgramState
 from harness.clients.environments import INSTALLED, NOT_BUILT, workspace
 from harness.processes import Process, wait_until
 from harness.ros import Ros

@@ -7,6 +7,7 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 from fanuc_emulator.config import load_programs
+from harness.programs import steps_of
 from harness.workspace import ROOT
 from scara_config import ConfigError, load_robot
 from scara_config.palletise import find_palletise, load_palletise
@@ -54,7 +55,7 @@ def test_program_goes_to_the_places_of_the_file() -> None:
     program = next(
         program for program in load_programs(ROBOT, CONFIG).values() if program.name == "PALLETISE"
     )
-    targets = [step.target for step in program.steps if isinstance(step, MoveStep)]
+    targets = [step.target for step in steps_of(program) if isinstance(step, MoveStep)]
     travel, near, wanted = WORK.task.travel_mm * 1e-3, WORK.task.near_mm * 1e-3, []
     for (_, _, angle, pick), place in zip(WORK.picks(), WORK.pallet.places()):
         over, above = (*pick, travel, angle), (*place, travel, angle)

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import rosparam
 from fanuc_emulator.config import load_emulator, load_programs
+from harness.programs import steps_of
 from harness.workspace import ROOT
 from robot_doctor.examine import examine
 from robot_doctor.finding import Level
@@ -70,7 +71,7 @@ def test_each_experiments_program_is_there_and_visits_its_positions(robot: Robot
     programs = {program.name: program for program in load_programs(robot, CONFIG).values()}
     experiment = load_experiments(robot, CONFIG).experiments["real_leads"]
     assert isinstance(experiment, RealLeads)
-    moves = [step for step in programs[experiment.program].steps if isinstance(step, MoveStep)]
+    moves = [step for step in steps_of(programs[experiment.program]) if isinstance(step, MoveStep)]
     assert len(moves) == len(experiment.visits)
     for visit, move in zip(experiment.visits, moves):
         assert tool.position([move.target[k] for k in columns]) == pytest.approx(

@@ -10,8 +10,8 @@ from collections.abc import Callable
 
 from fanuc_emulator.config import load_emulator
 from fanuc_emulator.controller import Controller
-from fanuc_emulator.program import Program, ProgramState
 from fanuc_emulator.snapshot import ControlType
+from fanuc_emulator.tp.executor import Program, ProgramState
 from scara_config.programs.steps import MoveStep
 from scara_control.joint_motion import JointMotion
 from twin_controller.core.actions import AnyAction, Command, OverrideReal, SendReal, StreamReal
@@ -20,6 +20,7 @@ from twin_controller.core.setup import Setup
 from twin_controller.robot.signals import UI_SIGNALS, Number, Pulse, Signal, TakeBack, steps
 
 from harness.pair import ROBOT, SETUP, Pair
+from harness.programs import program_of
 from harness.sides import Joints
 from harness.workspace import ROOT
 
@@ -41,10 +42,8 @@ def moves(*targets: dict[str, float], speed_percent: float = 100.0) -> Program:
         tuple(target.get(joint.name, 0.0) * joint.scale for joint in ROBOT.joints)
         for target in targets
     ]
-    return Program(
-        "MOVES",
-        tuple(MoveStep(k + 1, pose, speed_percent, True) for k, pose in enumerate(poses)),
-    )
+    steps = [MoveStep(k, pose, speed_percent, True) for k, pose in enumerate(poses, start=1)]
+    return program_of("MOVES", steps)
 
 
 class EmulatedPair(Pair):
@@ -126,7 +125,7 @@ class EmulatedPair(Pair):
             pose[column] = value
         self.robot.write_setpoint(pose)
         self.robot.write_setpoint_valid(True)
-        self.robot.write_stream_speed(min(100, math.ceil(action.speed_percent * 1.25)))
+        self.robot.source.speed_percent = min(100, math.ceil(action.speed_percent * 1.25))
 
     def _perform(self, command: Command) -> None:
         """Carry out one command by the product's own table, as RealLink does."""

@@ -8,11 +8,11 @@ from itertools import cycle
 
 import msgspec
 import numpy as np
-from fanuc_emulator.program import Program
 from scara_config.programs.steps import MoveStep, WaitStep
 from scara_control.kinematics.screws import ScrewModel, tool_positions
 
 from harness.plants.variants import Variant
+from harness.programs import program_of
 from harness.scenes.troubled import TroubledCell
 from harness.virtual_cell.cell import CellError
 from harness.virtual_cell.experiments import run_experiments
@@ -143,7 +143,7 @@ def long_moves(files: CellFiles, speed_percent: float) -> CellFiles:
     return replace(
         files,
         robot=robot,
-        programs={**files.programs, number: Program("ARTICLE", tuple(steps))},
+        programs={**files.programs, number: program_of("ARTICLE", steps)},
         experiments=msgspec.structs.replace(files.experiments, experiments=experiments),
     )
 

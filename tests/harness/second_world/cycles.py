@@ -6,7 +6,7 @@ import numpy as np
 from fanuc_emulator.config import load_emulator, load_programs
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.gripping.cell_parts import CellParts
-from fanuc_emulator.program import ProgramState
+from fanuc_emulator.tp.executor import ProgramState
 from what_if.world import World
 
 from harness.yaml_files import CONFIG

@@ -14,7 +14,7 @@ from functools import partial
 from itertools import product
 
 import msgspec
-from fanuc_emulator.program import ProgramState
+from fanuc_emulator.tp.executor import ProgramState
 from scara_config import Robot
 from scara_config.robot import ALLOCATED, Stopping
 from twin_controller.core.events import LinkChanged

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs
-from fanuc_emulator.program import Program
+from fanuc_emulator.tp.executor import Program
 from scara_config import Robot, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 from scara_config.profile import DEFAULT_PLANT

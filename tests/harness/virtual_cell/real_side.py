@@ -9,8 +9,8 @@ import msgspec
 import numpy as np
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.plant.delays import AnswerTimes
-from fanuc_emulator.program import ProgramState
 from fanuc_emulator.register_image import RegisterImage
+from fanuc_emulator.tp.executor import ProgramState
 from twin_controller.core.actions import Command, StreamAhead, StreamReal
 from twin_controller.core.events import RealMeasured
 from twin_controller.modbus.blocks import Block

@@ -13,11 +13,11 @@ from random import Random
 
 import msgspec
 import numpy as np
-from fanuc_emulator.program import Program
 from scara_config import KeepOut
 from scara_config.programs.steps import MoveStep
 from twin_controller.core.events import AnyEvent, RealMeasured, TwinMeasured
 
+from harness.programs import program_of
 from harness.starter import way_out
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import CellFiles, load_files
@@ -74,7 +74,7 @@ class ZoneCell(VirtualCell):
         files = load_files(ROBOT)
         self.targets = {number: self._pose(files) for number in NUMBERS}
         programs = {
-            number: Program(f"P{number}", (MoveStep(1, self._full(files, q), 100.0, True),))
+            number: program_of(f"P{number}", [MoveStep(1, self._full(files, q), 100.0, True)])
             for number, q in self.targets.items()
         }
         super().__init__(replace(files, programs=programs), Delays(jitter=JITTER_S), seed=seed)

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs
 from fanuc_emulator.controller import Controller
-from fanuc_emulator.program import Program
 from fanuc_emulator.snapshot import Snapshot
+from fanuc_emulator.tp.executor import Program
 from scara_config import Robot, load_robot
 from scara_config.modbus_map import load_modbus_map
 

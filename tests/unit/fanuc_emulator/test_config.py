@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs, on_a_desk
 from fanuc_emulator.plant.config import axis_parameters
+from harness.programs import steps_of
 from harness.yaml_files import REMOVED, changed_yaml, copy_configuration, shipped
 from msgspec.structs import replace
 from scara_config import ConfigError, Robot
@@ -26,7 +27,9 @@ def test_article_positions_give_the_articles_coordinates(robot: Robot) -> None:
     """Forward kinematics of the program's P1, P2, P3 hits the article's points within 1 um."""
     l1, l2, h = (getattr(robot.geometry, name) / 1000 for name in ("l1_mm", "l2_mm", "h_mm"))
     p1, p2, p3 = (0.65, 0.0, 0.0), (0.51, 0.16, 0.10), (0.51, -0.16, 0.16)
-    moves = [step for step in load_programs(robot, CONFIG)[2].steps if isinstance(step, MoveStep)]
+    moves = [
+        step for step in steps_of(load_programs(robot, CONFIG)[2]) if isinstance(step, MoveStep)
+    ]
     for step, point in zip(moves, (p1, p2, p3, p1, p2, p3, p1), strict=True):
         q1, q2, q3 = step.target[:3]
         x, y = l1 * np.cos(q1) + l2 * np.cos(q1 + q2), l1 * np.sin(q1) + l2 * np.sin(q1 + q2)
@@ -43,7 +46,7 @@ def test_shipped_programs_have_their_own_rsr_and_two_point_goes_there_and_back(
         3: "TWO_POINT",
         4: "PALLETISE",
     }
-    moves = [step for step in programs[3].steps if isinstance(step, MoveStep)]
+    moves = [step for step in steps_of(programs[3]) if isinstance(step, MoveStep)]
     assert len({step.target for step in moves}) == 2
     assert {step.speed_percent for step in moves if step.target == moves[1].target} == {30.0}
     assert {step.speed_percent for step in moves[1:] if step.target == moves[0].target} == {60.0}

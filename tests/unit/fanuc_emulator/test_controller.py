@@ -7,8 +7,8 @@ import statistics
 from typing import TYPE_CHECKING
 
 import pytest
-from fanuc_emulator.program import ProgramState
 from fanuc_emulator.snapshot import ControlType
+from fanuc_emulator.tp.executor import ProgramState
 from fanuc_emulator.watchdog import WatchdogState
 
 from fanuc_emulator import alarms
@@ -281,7 +281,7 @@ def test_stream_follows_set_points_after_the_start_delay(bench: Bench) -> None:
 
 def test_stream_speed_and_override_limit_a_far_set_point(bench: Bench) -> None:
     """R[2] and the override multiply, as for any joint move."""
-    bench.controller.write_stream_speed(40)
+    bench.controller.source.speed_percent = 40
     bench.controller.write_override(50)
     start_stream(bench)
     bench.stream_to("joint_1", 1.5)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
-from fanuc_emulator.program import ProgramState
+from fanuc_emulator.tp.executor import ProgramState
 
 from fanuc_emulator import alarms
 

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import msgspec
 import pytest
 from fanuc_emulator.config import load_programs
-from fanuc_emulator.program import ProgramState
 from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.settings import ControllerSettings, load_settings
 from fanuc_emulator.snapshot import ControlType, Snapshot
 from fanuc_emulator.snpx.access import AssignedRegisters
+from fanuc_emulator.tp.executor import ProgramState
 from harness.workspace import ROOT
 from scara_config import ConfigError
 from scara_config.modbus_map import load_modbus_map

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import msgspec
 import pytest
 from fanuc_emulator.config import load_programs
-from fanuc_emulator.program import ProgramState
+from fanuc_emulator.tp.executor import ProgramState
 from fanuc_emulator.uop import UO
 
 from fanuc_emulator import alarms

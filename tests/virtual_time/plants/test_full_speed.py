@@ -7,6 +7,7 @@ from dataclasses import replace
 import msgspec
 import pytest
 from harness.plants.variants import FIELD, IDEAL, Variant
+from harness.programs import program_of, steps_of
 from harness.running.thorough import thorough
 from harness.scenes.troubled import TroubledCell
 from harness.virtual_cell.experiments import run_experiments
@@ -37,13 +38,10 @@ def test_program_that_heads_for_the_table_is_slowed_and_not_stopped(
 def faster(files: CellFiles, speed_percent: float) -> CellFiles:
     """Return a cell whose program ARTICLE asks for another speed."""
     number = files.program_number("ARTICLE")
-    program = files.programs[number]
-    steps = tuple(
+    steps = [
         msgspec.structs.replace(step, speed_percent=speed_percent)
         if isinstance(step, MoveStep)
         else step
-        for step in program.steps
-    )
-    return replace(
-        files, programs=files.programs | {number: msgspec.structs.replace(program, steps=steps)}
-    )
+        for step in steps_of(files.programs[number])
+    ]
+    return replace(files, programs=files.programs | {number: program_of("ARTICLE", steps)})

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from fanuc_emulator.program import ProgramState
+from fanuc_emulator.tp.executor import ProgramState
 from harness.scenes.steps import (
     AT_REST_DEG_MM,
     ROBOT,

@@ -14,7 +14,7 @@ from scara_config.programs.steps import Step
 from scara_config.programs.tp.execution import Flow, flow_of
 from scara_config.programs.tp.listing import Position, Program
 from scara_config.programs.tp.reader import read
-from scara_config.programs.walk import walk
+from scara_config.programs.walk import check_motions, walk
 from scara_config.robot import Joint, Robot
 
 
@@ -28,6 +28,11 @@ class Taught(msgspec.Struct, frozen=True):
 
     flow: Flow
     positions: dict[int, tuple[float, ...]]
+
+    @property
+    def name(self) -> str:
+        """As the robot calls it."""
+        return self.flow.program.name
 
 
 class ProgramSteps(msgspec.Struct, frozen=True):
@@ -83,7 +88,9 @@ def read_taught(path: Path, robot: Robot) -> Taught:
             place = f"{path}{_row_of(path, position.number, coordinate)}"
             raise ConfigError(f"{place}: P[{position.number}].{fault}")
     positions = {position.number: joint_values(position, robot) for position in program.positions}
-    return Taught(flow_of(program, str(path)), positions)
+    flow = flow_of(program, str(path))
+    check_motions(flow, positions, str(path))
+    return Taught(flow, positions)
 
 
 def read_program(path: Path, robot: Robot) -> ProgramSteps:
@@ -97,7 +104,7 @@ def read_program(path: Path, robot: Robot) -> ProgramSteps:
         steps = tuple(walk(taught.flow, taught.positions))
     except ConfigError as error:
         raise ConfigError(f"{path}: {error}") from error
-    return ProgramSteps(taught.flow.program.name, steps)
+    return ProgramSteps(taught.name, steps)
 
 
 def axis_names(robot: Robot) -> dict[str, Joint]:

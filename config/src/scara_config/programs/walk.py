@@ -73,6 +73,25 @@ def walk(flow: Flow, positions: Mapping[int, tuple[float, ...]]) -> Iterator[Ste
     raise ConfigError(f"{flow.program.name}: {MOST_LINES} lines do not lead to its end")
 
 
+def check_motions(flow: Flow, positions: Mapping[int, tuple[float, ...]], source: str) -> None:
+    """Refuse motions that no robot of this kind could make, whatever its registers hold.
+
+    Raises:
+        ConfigError: A position is not taught, a speed out of range, a motion is not executed; the
+            text names file, program and line.
+    """
+    memory = _Known()
+    for index, line in enumerate(flow.program.lines):
+        if not isinstance(line, MotionLine) or (line.kind == "J" and line.targets[0].kind == "PR"):
+            continue
+        try:
+            _move(line, index + 1, memory, positions)
+        except UnknownValueError:
+            continue
+        except ExecutionError as error:
+            raise ConfigError(f"{source}: {flow.named(index, str(error))}") from error
+
+
 def _step(
     line: Line, shown: int, memory: _Known, positions: Mapping[int, tuple[float, ...]]
 ) -> Step | None:
@@ -130,6 +149,10 @@ def _listed(positions: Mapping[int, tuple[float, ...]]) -> str:
     return ", ".join(f"P[{number}]" for number in positions) or "none"
 
 
+class UnknownValueError(ExecutionError):
+    """What stands in a register or signal cannot be told without the robot."""
+
+
 class _Known:
     """Registers and signals that the program itself has set."""
 
@@ -148,7 +171,7 @@ class _Known:
         """
         key = _key(GRIPPER if place == VACUUM else place)
         if key not in self._values:
-            raise ExecutionError(f"depends on {print_expression(place)}, which is not known")
+            raise UnknownValueError(f"depends on {print_expression(place)}, which is not known")
         return self._values[key]
 
     def write(self, place: Indexed | Name, value: Value | PulseTime) -> None:

@@ -9,12 +9,12 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 from scara_config import ConfigError, Robot, load, locate
-from scara_config.programs.files import joint_positions, program_files, read_program
+from scara_config.programs.files import joint_positions, program_files, read_taught
 from scara_config.quantities import Port
 
 from fanuc_emulator.plant.config import Plant, load_plant
-from fanuc_emulator.program import Program
 from fanuc_emulator.settings import ControllerSettings, load_settings
+from fanuc_emulator.tp.executor import Program
 
 ProgramName = Annotated[str, Meta(pattern=r"^[A-Z][A-Z0-9_]{0,15}\Z")]
 
@@ -100,7 +100,7 @@ def load_programs(robot: Robot, directory: Path | str | None = None) -> dict[int
         ConfigError: A file is wrong, a position is out of range or unknown, emulator.yaml names a
             program that is not there, or one twice.
     """
-    read = {name: read_program(path, robot) for name, path in program_files(directory).items()}
+    read = {name: read_taught(path, robot) for name, path in program_files(directory).items()}
     path = locate("emulator.yaml", directory)
     numbered = load(path, EmulatorFile).rsr_programs
     for index, name in enumerate(numbered):
@@ -110,11 +110,7 @@ def load_programs(robot: Robot, directory: Path | str | None = None) -> dict[int
             raise ConfigError(
                 f"{path}: rsr_programs[{index}] = {name!r}: unknown, allowed are {', '.join(read)}"
             )
-    return {
-        number: Program(name, read[name].steps)
-        for number, name in enumerate(numbered, start=1)
-        if number > 1
-    }
+    return {number: read[name] for number, name in enumerate(numbered, start=1) if number > 1}
 
 
 def load_pendant_page(directory: Path | str | None = None) -> PendantPageFile:

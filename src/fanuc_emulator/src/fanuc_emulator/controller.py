@@ -12,7 +12,8 @@ import msgspec
 import numpy as np
 from scara_config import Robot
 from scara_config.programs.files import joint_positions
-from scara_config.programs.steps import GripperStep, MoveStep
+from scara_config.programs.steps import MoveStep
+from scara_config.programs.tp.execution import ExecutionError
 from scara_config.set_up.settings import STREAM_RSR
 
 from fanuc_emulator import alarms
@@ -25,9 +26,11 @@ from fanuc_emulator.plant.config import axes_of, zero_offset
 from fanuc_emulator.plant.delays import LateSignals
 from fanuc_emulator.plant.interpreter import interpreter_of
 from fanuc_emulator.plant.readings import Readings
-from fanuc_emulator.program import Executor, Program, ProgramState, StreamStep
 from fanuc_emulator.snapshot import ControlType, Snapshot
 from fanuc_emulator.streaming.source import SetpointRefusedError, StreamSource
+from fanuc_emulator.tp.executor import Executor, Program, ProgramState, StreamStep
+from fanuc_emulator.tp.registers import Registers
+from fanuc_emulator.tp.stream import stream_program, streams
 from fanuc_emulator.uop import NORMALLY_ON, Asked, Inputs, Outputs, UopRequest, unlit
 from fanuc_emulator.watchdog import Watchdog, WatchdogState
 
@@ -62,10 +65,8 @@ class Controller:
     ) -> None:
         self.parts = parts
         self._gripper = False
-        self._gripper_wait = 0.0
         self._config, self._settings = config, config.settings
-        self._robot = robot
-        self._boot_seconds = boot_seconds
+        self._robot, self._boot_seconds = robot, boot_seconds
         self._dt = config.dt
         self._home = joint_positions(config.start_position, robot, lambda _: "start_position")
         plant = config.plant
@@ -81,9 +82,22 @@ class Controller:
         # What late signals show; None: everything is shown at once.
         self._shown: tuple[Outputs, Alarm | None] | None = None
         self._zero = [zero_offset(plant, joint) for joint in robot.joints]
-        self._executor = Executor()
+        self.source = StreamSource(robot.joints, self._home, ring_places)
+        registers = Registers(
+            {
+                "R[1]": lambda: float(self._watchdog.heartbeat),
+                "R[2]": lambda: float(self.source.speed_percent),
+                "RO[1]": lambda: self._gripper,
+                "RI[1]": lambda: self._vacuum,
+            },
+            {
+                "OVERRIDE": lambda value: self.write_override(round(value)),
+                "RO[1]": lambda on: self.write_input("gripper", bool(on)),
+            },
+        )
+        self._executor = Executor(registers, {each.name: each for each in programs.values()})
         self._jobs = Jobs(
-            {**programs, STREAM_RSR: Program(config.rsr_programs[0], (StreamStep(1),))},
+            {**programs, STREAM_RSR: stream_program(config.rsr_programs[0])},
             self._executor,
             plant.start_delay_ms / 1000.0,
             config.settings.start_for_continue,
@@ -94,7 +108,6 @@ class Controller:
         self._alarms = AlarmList()
         self._watchdog = Watchdog(config.heartbeat_timeout_ms)
         self._override = config.cold_start_override_percent
-        self.source = StreamSource(robot.joints, self._home, ring_places)
         self._aborting = False
         # The drives were cut on the way of a move: whoever resumes it plans the rest anew.
         self._cut = False
@@ -163,19 +176,12 @@ class Controller:
         self._override = percent
 
     def write_setpoint(self, positions: Sequence[float]) -> None:
-        """Set PR[1]: joint positions in the order of robot.yaml [rad or m].
-
-        Judged when a program uses it.
-        """
+        """Set PR[1] [rad or m], in the order of robot.yaml; it is judged when it is used."""
         self.source.write(positions)
 
     def write_setpoint_valid(self, valid: bool) -> None:
         """Say whether PR[1] is complete; an incomplete one is not used."""
         self.source.valid = valid
-
-    def write_stream_speed(self, percent: int) -> None:
-        """Set R[2], the speed of the stream program, 1..100."""
-        self.source.speed_percent = percent
 
     def write_heartbeat(self, heartbeat: int) -> None:
         """Set R[1]; a background program watches it."""
@@ -274,7 +280,7 @@ class Controller:
         program = self._executor.program
         if program is None or self._executor.state is ProgramState.ABORTED:
             return ControlType.NONE
-        return ControlType.STREAM if program.streams else ControlType.PROGRAM
+        return ControlType.STREAM if streams(program) else ControlType.PROGRAM
 
     @property
     def _program_speed(self) -> int:
@@ -284,18 +290,13 @@ class Controller:
             return self.source.speed_percent
         return round(step.speed_percent) if isinstance(step, MoveStep) else 0
 
-    @property
-    def _enabled(self) -> bool:
-        """CMDENBL: a remote start is possible."""
-        ready = self._motion.powered and not self._alarms.fault
-        remote = not self._settings.local
-        return ready and remote and self._inputs["sfspd"] and self._inputs["enbl"]
-
     def _outputs(self) -> Outputs:
         state = self._executor.state
         running = state is ProgramState.RUNNING
         outputs = Outputs(
-            cmdenbl=self._enabled,
+            # A remote start is possible.
+            cmdenbl=not (self._alarms.fault or self._settings.local)
+            and all([self._motion.powered, self._inputs["sfspd"], self._inputs["enbl"]]),
             sysrdy=self._motion.powered,
             progrun=running,
             paused=state is ProgramState.PAUSED,
@@ -315,25 +316,22 @@ class Controller:
     def _execute(self) -> None:
         """Let the program go on, and start what its line asks for."""
         motion = self._motion
-        step = self._executor.advance(self._dt, motion.path_done, motion.arrived, self._vacuum)
+        try:
+            step = self._executor.advance(self._dt, motion.path_done, motion.arrived)
+        except ExecutionError as error:
+            self._raise(alarms.LINE_REFUSED, str(error))
+            return
         if isinstance(step, MoveStep):
             motion.start_move(step.target, step.speed_percent / 100.0)
-        elif isinstance(step, GripperStep):
-            self._gripper, self._gripper_wait = step.on, 0.0
-        elif isinstance(self._executor.step, GripperStep):
-            # The program pauses when the gripper has not answered in time; START waits again.
-            self._gripper_wait += self._dt
-            if self._gripper_wait > self._config.gripper_timeout_ms * 1e-3:
-                self._gripper_wait, waits = 0.0, self._executor.step
-                level = "ON" if waits.on else "OFF"
-                self._raise(alarms.NO_VACUUM, f"RI[1] is not {level} in line {waits.line}")
         elif isinstance(self._executor.step, StreamStep):
             try:
                 wanted = self.source.wanted(self._clock_at(self._now_ms))
+                motion.stream(wanted, self._executor.step.speed_percent / 100.0)
             except SetpointRefusedError as refused:
                 self._raise(refused.code, str(refused))
-            else:
-                motion.stream(wanted, self.source.speed_percent / 100.0)
+        elif late := self._executor.overdue(self._config.gripper_timeout_ms * 1e-3):
+            # The program pauses when the gripper has not answered in time; START waits again.
+            self._raise(alarms.NO_VACUUM, late)
 
     def _raise(self, code: AlarmCode, cause: str) -> None:
         """Make an alarm active and do what its severity asks for."""

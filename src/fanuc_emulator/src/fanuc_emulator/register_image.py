@@ -173,7 +173,7 @@ class RegisterImage:
                 case "heartbeat":
                     controller.write_heartbeat(int(value[0]))
                 case "stream_speed":
-                    controller.write_stream_speed(round(float(value[0])))
+                    controller.source.speed_percent = round(float(value[0]))
                 case "override":
                     controller.write_override(round(float(value[0])))
                 case "ring_setpoint":

@@ -7,7 +7,7 @@ from enum import IntEnum
 import msgspec
 
 from fanuc_emulator.alarms import Alarm
-from fanuc_emulator.program import ProgramState
+from fanuc_emulator.tp.executor import ProgramState
 from fanuc_emulator.uop import Outputs
 from fanuc_emulator.watchdog import WatchdogState
 

@@ -13,8 +13,9 @@ from fanuc_emulator.config import load_emulator, load_programs
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.gripping.cell_parts import CellParts
 from fanuc_emulator.gripping.surroundings import Surroundings
-from fanuc_emulator.program import Program, ProgramState
 from fanuc_emulator.snapshot import Snapshot
+from fanuc_emulator.tp.executor import ProgramState
+from harness.programs import program_of
 from scara_config import load_robot
 from scara_config.palletise import load_palletise
 from scara_config.programs.steps import GripperStep
@@ -173,7 +174,7 @@ def controller(steps: tuple[GripperStep, ...]) -> Controller:
     Nothing is near enough to be gripped.
     """
     config = load_emulator(ROBOT, CONFIG)
-    made = Controller(config, ROBOT, {2: Program("GRIP", steps)}, 0.0, CellParts(WORK, ROBOT))
+    made = Controller(config, ROBOT, {2: program_of("GRIP", steps)}, 0.0, CellParts(WORK, ROBOT))
     made.write_input("rsr2", True)
     return made
 
@@ -191,7 +192,7 @@ def test_program_waits_for_the_vacuum_and_pauses_with_an_alarm() -> None:
     assert now.program_state is ProgramState.PAUSED
     assert now.alarm is not None
     assert now.alarm.code is alarms.NO_VACUUM
-    assert "RI[1] is not ON in line 1" in now.alarm.cause
+    assert "RI[1] is not ON in line 2" in now.alarm.cause
     assert now.outputs.gripper and not now.outputs.vacuum
 
 

@@ -11,8 +11,9 @@ import pytest
 from fanuc_emulator.config import load_emulator, load_programs
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.drives.axis import Axis, AxisParameters, Friction
-from fanuc_emulator.program import ProgramState
 from fanuc_emulator.snapshot import ControlType
+from fanuc_emulator.tp.executor import ProgramState
+from harness.programs import steps_of
 from harness.running.thorough import thorough
 from scara_config import load_robot
 from scara_config.profile import CHOICE, known_robots
@@ -132,9 +133,10 @@ def test_a_program_ends_within_a_window_and_does_not_snap(monkeypatch: pytest.Mo
         if ended is not None and now.tick > ended + 500:
             break
     assert ended is not None
-    target = programs[2].steps[-1]
+    steps = steps_of(programs[2])
+    target = steps[-1]
     while not hasattr(target, "target"):
-        target = programs[2].steps[programs[2].steps.index(target) - 1]
+        target = steps[steps.index(target) - 1]
     left = [abs(axis.position - q) for axis, q in zip(controller._motion.axes, target.target)]
     assert not any(now.velocities)
     assert 0.0 < max(left[:2]) < config.plant.fine_tolerance_deg * robot.joints[0].scale

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs
 from fanuc_emulator.controller import Controller
-from fanuc_emulator.program import ProgramState
+from fanuc_emulator.tp.executor import ProgramState
 from scara_config import Robot, load_robot
 from scara_config.modbus_map import load_modbus_map
 

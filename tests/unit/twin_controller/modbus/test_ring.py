@@ -35,15 +35,11 @@ class Robot:
         self.client = RingCodec(self.layout, self.codec)
         self.ring = SetpointRing(self.layout.ring_places)
         self.source = self
-        self.heartbeat = self.speed = -1
+        self.heartbeat = self.speed_percent = -1
 
     def write_heartbeat(self, heartbeat: int) -> None:
         """Take R[1]."""
         self.heartbeat = heartbeat
-
-    def write_stream_speed(self, percent: int) -> None:
-        """Take R[2]."""
-        self.speed = percent
 
     def write(self, ahead: StreamAhead, heartbeat: int = 7) -> None:
         """Write as the link does."""
@@ -101,7 +97,7 @@ def test_the_stand_in_drives_what_was_written(
     early = tuple(replace(p, q=points[0].q) for p in points[:cut])
     robot.write(StreamAhead(early, early[-1].number, 100.0))
     robot.write(StreamAhead(points, points[-1].number, 42.9), heartbeat=32767)
-    assert (robot.heartbeat, robot.speed) == (32767, 42)
+    assert (robot.heartbeat, robot.speed_percent) == (32767, 42)
     for point in points:
         seen = robot.ring.at(point.clock_ms % 2**31)
         assert seen == pytest.approx(point.q, abs=2e-5)

@@ -163,6 +163,11 @@ def execute(flow: Flow, index: int, memory: Memory) -> tuple[int, Line | None]:
 def _execute(flow: Flow, index: int, memory: Memory) -> tuple[int, Line | None]:
     line, after = flow.program.lines[index], index + 1
     match line:
+        # The stream program's own lines first: they are executed in each period.
+        case MotionLine():
+            return after, line
+        case Jump():
+            return _jump(flow, line, memory), None
         case Remark() | Blank() | Label() | Notice():
             return after, None
         case If():
@@ -195,19 +200,23 @@ def _act(flow: Flow, line: Line, after: int, memory: Memory) -> tuple[int, Line 
     """Do what may also stand behind a condition."""
     match line:
         case Jump():
-            label = int(number(line.label.index[0], memory))
-            if label not in flow.labels:
-                raise ExecutionError(f"there is no LBL[{label}]")
-            return flow.labels[label], None
+            return _jump(flow, line, memory), None
         case AssignLine():
             value = line.value
             if not isinstance(value, PulseTime):
                 value = evaluate(value, memory)
             memory.write(resolved(line.target, memory), value)
             return after, None
-        case MotionLine() | Wait() | WaitUntil() | Call() | Numbered() | Condition() | Word():
+        case Wait() | WaitUntil() | Call() | Numbered() | Condition() | Word():
             return after, line
     raise ExecutionError("cannot be executed")
+
+
+def _jump(flow: Flow, line: Jump, memory: Memory) -> int:
+    label = int(number(line.label.index[0], memory))
+    if label not in flow.labels:
+        raise ExecutionError(f"there is no LBL[{label}]")
+    return flow.labels[label]
 
 
 def _select(flow: Flow, index: int, line: Select, memory: Memory) -> tuple[int, Line | None]:

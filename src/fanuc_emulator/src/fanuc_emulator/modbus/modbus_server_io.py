@@ -24,9 +24,9 @@ from fanuc_emulator.drives.servo_loop_io import ServoLoop
 from fanuc_emulator.modbus.datastore_io import Datastore
 from fanuc_emulator.modbus.modbus_requests_io import RequestParser
 from fanuc_emulator.plant.delays import AnswerTimes
-from fanuc_emulator.program import ProgramState
 from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.settings import ControllerSettings
+from fanuc_emulator.tp.executor import ProgramState
 
 _HEADER = struct.Struct(">HHHB")
 """MBAP: transaction, protocol, bytes that follow with the unit among them, unit."""

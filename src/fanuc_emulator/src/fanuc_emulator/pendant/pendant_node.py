@@ -24,7 +24,7 @@ from scara_ros.shell.program_io import FAILED, WRONG
 from fanuc_emulator.alarms import Severity
 from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs
 from fanuc_emulator.pendant.pendant_link_io import PendantError, PendantLink
-from fanuc_emulator.program import ProgramState
+from fanuc_emulator.tp.executor import ProgramState
 
 app = CommandLine(
     "pendant",

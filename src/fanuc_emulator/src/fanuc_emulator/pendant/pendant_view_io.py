@@ -15,7 +15,7 @@ from scara_ros.page.page_library_io import app, run, serve_pages, ui
 
 from fanuc_emulator.pendant.pendant_link_io import PendantLink
 from fanuc_emulator.pendant.pendant_station_io import PendantStation, expire_heartbeat
-from fanuc_emulator.program import Program
+from fanuc_emulator.tp.executor import Program
 
 REFRESH_S = 0.2
 LAMPS = ("sysrdy", "cmdenbl", "progrun", "paused", "held", "fault", "atperch", "busy")

@@ -19,8 +19,8 @@ import msgspec
 import numpy as np
 from fanuc_emulator.config import EmulatorConfig
 from fanuc_emulator.controller import Controller
-from fanuc_emulator.program import ProgramState
 from fanuc_emulator.snapshot import ControlType, Snapshot
+from fanuc_emulator.tp.executor import ProgramState
 from scara_config import Robot
 from twin_experiments.metrics.series import Array, Mask, Motion, interpolate
 from twin_experiments.report.record import RecordError

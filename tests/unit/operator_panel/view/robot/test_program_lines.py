@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from fanuc_emulator.config import load_programs
+from harness.programs import steps_of
 from harness.workspace import ROOT
 from operator_panel.config import load_surroundings
 from operator_panel.view.robot.program_lines import listing, program_text
@@ -24,7 +25,7 @@ def test_lines_have_the_numbers_that_the_robot_says() -> None:
     }
     begins = {"MoveStep": "J P[", "WaitStep": "WAIT", "GripperStep": "WAIT RI[1"}
     for program in load_programs(robot, CONFIG).values():
-        for step in program.steps:
+        for step in steps_of(program):
             assert shown[program.name][step.line].startswith(begins[type(step).__name__])
 
 

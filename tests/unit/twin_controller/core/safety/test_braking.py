@@ -9,12 +9,12 @@ import pytest
 from fanuc_emulator.config import load_programs
 from harness.emulated.emulated_pair import EmulatedPair, moves
 from harness.pair import ROBOT, SETUP
+from harness.programs import program_of, steps_of
 from harness.running.pairs import by_pairs
 from harness.running.thorough import examples, thorough
 from harness.workspace import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
-from msgspec.structs import replace
 from scara_config import KeepOut
 from scara_config.programs.steps import MoveStep
 from scara_control.keep_out.points import positions
@@ -84,8 +84,8 @@ def test_the_shipped_programs_are_let_through_at_full_override(name: str) -> Non
         for program in load_programs(ROBOT, ROOT / "config").values()
         if program.name == name
     )
-    steps = tuple(step for step in program.steps if isinstance(step, MoveStep))[: examples(12, 24)]
-    pair = EmulatedPair(replace(program, steps=steps))
+    steps = [step for step in steps_of(program) if isinstance(step, MoveStep)]
+    pair = EmulatedPair(program_of(name, steps[: examples(12, 24)]))
     pair.connect()
     pair.start()
     pair.run(0.2)

@@ -1,0 +1,278 @@
+"""Execute one of the robot's programs, line by line.
+
+What stands in a program's file: :mod:`scara_config.programs.tp.listing`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import IntEnum
+from typing import TypeAlias
+
+import msgspec
+from scara_config.programs.files import Taught
+from scara_config.programs.steps import MoveStep, WaitStep
+from scara_config.programs.tp.execution import (
+    ExecutionError,
+    Memory,
+    Value,
+    evaluate,
+    execute,
+    number,
+    truth,
+)
+from scara_config.programs.tp.listing import (
+    Call,
+    Expression,
+    Indexed,
+    Line,
+    MotionLine,
+    Name,
+    Numbered,
+    Wait,
+    WaitUntil,
+    Word,
+)
+from scara_config.programs.tp.printer import print_expression
+from scara_config.programs.walk import move_of
+
+from fanuc_emulator.tp.registers import CalledRegisters
+
+Program: TypeAlias = Taught
+MOST_LINES = 100
+"""Lines without motion and wait that are executed in one period [our]; an endless loop goes on in
+the next one."""
+DEEPEST = 10
+"""Programs that have called each other [our]."""
+
+
+class StreamStep(msgspec.Struct, frozen=True):
+    """``J PR[1] R[2]% CNT100``: go on to the client's set point, as it is now."""
+
+    line: int
+    speed_percent: float
+
+
+class UntilStep(msgspec.Struct, frozen=True):
+    """A condition is waited for; ``jump`` is where the program goes when that lasts too long."""
+
+    line: int
+    condition: Expression
+    jump: Indexed | None
+
+
+Step = MoveStep | WaitStep | UntilStep | StreamStep
+
+
+class ProgramState(IntEnum):
+    """What the register ``program_state`` says."""
+
+    ABORTED = 0
+    PAUSED = 1
+    RUNNING = 2
+
+
+class Frame:
+    """A program that runs, or that waits for one which it has called.
+
+    Attributes:
+        index: Of the line that comes next.
+    """
+
+    def __init__(self, program: Program, index: int, memory: Memory) -> None:
+        self.program, self.index, self.memory = program, index, memory
+
+
+class Executor:
+    """Run one program at a time.
+
+    Args:
+        memory: Registers and signals.
+        library: Programs that can be called, by name.
+
+    Attributes:
+        cursor: Index of the line at which the last program was ended; 0 after its own end.
+        line: Number of the line that runs or ran last, of the program that was started; 0 before
+            the first.
+        waited: For how long a condition has been waited for [s].
+    """
+
+    def __init__(self, memory: Memory, library: Mapping[str, Program] | None = None) -> None:
+        self.cursor = 0
+        self.line = 0
+        self.state = ProgramState.ABORTED
+        self.program: Program | None = None
+        self._memory, self._library = memory, library or {}
+        self._frames: list[Frame] = []
+        self._step: Step | None = None
+        self._delay = 0.0
+        self.waited = 0.0
+
+    @property
+    def step(self) -> Step | None:
+        """What is being executed now, None while nothing runs or the start delay lasts."""
+        return None if self.state is ProgramState.ABORTED else self._step
+
+    def start(self, program: Program, delay: float, index: int = 0) -> None:
+        """Begin ``program`` at a line, which starts after ``delay`` [s]."""
+        self.program = program
+        self.state = ProgramState.RUNNING
+        self.line = index + 1
+        self._frames = [Frame(program, index, self._memory)]
+        self._step = None
+        self._delay = delay
+
+    def pause(self) -> None:
+        """RUNNING -> PAUSED."""
+        if self.state is ProgramState.RUNNING:
+            self.state = ProgramState.PAUSED
+
+    def resume(self) -> None:
+        """PAUSED -> RUNNING."""
+        if self.state is ProgramState.PAUSED:
+            self.state = ProgramState.RUNNING
+
+    def abort(self) -> None:
+        """End the program here."""
+        self.state = ProgramState.ABORTED
+        self.cursor = max(0, self.line - 1)
+
+    def advance(self, dt: float, path_done: bool, arrived: bool) -> Step | None:
+        """Go on for ``dt`` and return a step that begins now, if one does.
+
+        Args:
+            dt: Step [s].
+            path_done: The last move's path is finished.
+            arrived: ... and the motors are there.
+
+        Raises:
+            ExecutionError: A line cannot be executed; the text names program and line.
+        """
+        if self.state is not ProgramState.RUNNING:
+            return None
+        if self._delay > 0.0:
+            self._delay -= dt
+            if self._delay > 1e-9:
+                return None
+        if self._step is not None and not self._finished(self._step, dt, path_done, arrived):
+            return None
+        self._step = None
+        for _ in range(MOST_LINES):
+            frame = self._frames[-1]
+            here, lines = frame.index, frame.program.flow.program.lines
+            if here >= len(lines):
+                self._return()
+            else:
+                frame.index, line = execute(frame.program.flow, here, frame.memory)
+                if line is not None:
+                    self._begin(frame, line, here)
+            if self._step is not None or self.state is not ProgramState.RUNNING:
+                return self._step
+        return None
+
+    def overdue(self, patience: float) -> str:
+        """Return which answer of the gripper has been waited for longer than this [s], or "".
+
+        It is waited for anew then. A line with a TIMEOUT of its own knows what to do.
+        """
+        step = self._step
+        if not isinstance(step, UntilStep) or step.jump is not None or self.waited <= patience:
+            return ""
+        condition = print_expression(step.condition)
+        if not condition.startswith("RI["):
+            return ""
+        self.waited = 0.0
+        return f"{condition.replace('=', ' is not ')} in line {step.line}"
+
+    def _begin(self, frame: Frame, line: Line, here: int) -> None:
+        """Begin what takes time or leads to another program.
+
+        Raises:
+            ExecutionError: The stand-in cannot do it.
+        """
+        try:
+            self._step = self._step_of(frame, line, here + 1)
+        except ExecutionError as error:
+            raise ExecutionError(frame.program.flow.named(here, str(error))) from error
+        if self._step is not None or line == Word("PAUSE"):
+            self.waited = 0.0
+            if frame is self._frames[0]:
+                self.line = here + 1
+
+    def _step_of(self, frame: Frame, line: Line, shown: int) -> Step | None:
+        match line:
+            case MotionLine():
+                return _motion(frame, line, shown)
+            case Wait():
+                self._delay = number(line.seconds, frame.memory)
+                return WaitStep(shown, self._delay)
+            case WaitUntil():
+                return UntilStep(shown, line.condition, line.timeout)
+            case Call(beside=False):
+                self._call(line, frame)
+            case Word(words="END"):
+                self._return()
+            case Word(words="ABORT"):
+                self._frames = self._frames[:1]
+                self._return()
+            case Word(words="PAUSE"):
+                self.pause()
+            case Numbered() if line.instruction.kind == "PAYLOAD":
+                pass
+            case _:
+                raise ExecutionError("is not executed by the stand-in")
+        return None
+
+    def _call(self, line: Call, frame: Frame) -> None:
+        if not isinstance(line.program, str) or line.program not in self._library:
+            raise ExecutionError(f"unknown, there are {', '.join(self._library)}")
+        if len(self._frames) == DEEPEST:
+            raise ExecutionError(f"more than {DEEPEST} programs have called each other")
+        arguments: list[Value] = [evaluate(each, frame.memory) for each in line.arguments]
+        memory = CalledRegisters(self._memory, arguments)
+        self._frames.append(Frame(self._library[line.program], 0, memory))
+
+    def _return(self) -> None:
+        """Go back to the program that called this one; without one it ends."""
+        if len(self._frames) > 1:
+            self._frames.pop()
+            return
+        self.state = ProgramState.ABORTED
+        self.cursor = 0
+
+    def _finished(self, step: Step, dt: float, path_done: bool, arrived: bool) -> bool:
+        """Tell whether ``step`` is done.
+
+        A wait is done when its delay has run out. A set point is done at once: the next round of
+        the program's loop takes the newest.
+        """
+        if isinstance(step, MoveStep):
+            return arrived if step.fine else path_done
+        if not isinstance(step, UntilStep):
+            return True
+        frame = self._frames[-1]
+        if truth(step.condition, frame.memory):
+            return True
+        self.waited += dt
+        if step.jump is None or self.waited < 0.01 * number(Name("$WAITTMOUT"), frame.memory):
+            return False
+        frame.index = frame.program.flow.labels[int(number(step.jump.index[0], frame.memory))]
+        return True
+
+
+def _motion(frame: Frame, line: MotionLine, shown: int) -> MoveStep | StreamStep:
+    """Return what a motion asks for.
+
+    Raises:
+        ExecutionError: It is not taught, or another register than PR[1].
+    """
+    target, percent = move_of(line, frame.memory)
+    place = int(number(target.index[0], frame.memory))
+    if target.kind == "PR":
+        if place != 1 or line.cnt is None:
+            raise ExecutionError(f"{print_expression(target)}: only PR[1] with CNT is followed")
+        return StreamStep(shown, percent)
+    positions = frame.program.positions
+    if place not in positions:
+        raise ExecutionError(f"P[{place}] is not taught")
+    return MoveStep(shown, positions[place], percent, line.cnt is None)

@@ -1,0 +1,237 @@
+"""Programs, executed: moves, waits, calls, states."""
+
+from __future__ import annotations
+
+import pytest
+from fanuc_emulator.tp.executor import MOST_LINES, Executor, ProgramState, Step, StreamStep
+from fanuc_emulator.tp.registers import Registers
+from harness.programs import program_of
+from scara_config.programs.files import Taught
+from scara_config.programs.steps import MoveStep, WaitStep
+from scara_config.programs.tp.execution import ExecutionError, flow_of
+from scara_config.programs.tp.lines import read_line
+from scara_config.programs.tp.listing import Indexed, Program
+
+MOVE = MoveStep(1, (0.0,), 50.0, True)
+NEXT = MoveStep(2, (1.0,), 50.0, False)
+POSITIONS = {1: (0.0,), 2: (1.0,)}
+DT = 0.002
+
+
+def taught(*lines: str, name: str = "TEST") -> Taught:
+    """Return a program of these lines."""
+    program = Program(name, tuple(map(read_line, lines)))
+    return Taught(flow_of(program, name), POSITIONS)
+
+
+def start(*steps: MoveStep | WaitStep, delay: float = 0.0) -> Executor:
+    """Return an executor that runs the steps."""
+    executor = Executor(Registers())
+    executor.start(program_of("TEST", steps), delay)
+    return executor
+
+
+def run(*lines: str, memory: Registers | None = None, called: Taught | None = None) -> Executor:
+    """Return an executor that runs the lines."""
+    executor = Executor(memory or Registers(), {called.name: called} if called else None)
+    executor.start(taught(*lines), 0.0)
+    return executor
+
+
+def stepped(executor: Executor, count: int = 1) -> list[Step | None]:
+    """Let periods pass in which all motion is at its end."""
+    return [executor.advance(DT, True, True) for _ in range(count)]
+
+
+def test_first_step_waits_for_the_start_delay() -> None:
+    """Nothing begins before the delay is over, counted in whole steps."""
+    executor = start(MOVE, delay=0.006)
+    assert stepped(executor, 3) == [None, None, MOVE]
+    assert executor.step == MOVE
+
+
+@pytest.mark.parametrize(
+    ("step", "path_done", "arrived", "goes_on"),
+    [
+        (MOVE, False, False, False),
+        (MOVE, True, False, False),
+        (MOVE, True, True, True),
+        (NEXT, False, False, False),
+        (NEXT, True, False, True),
+    ],
+)
+def test_a_move_ends_by_its_termination(
+    step: MoveStep, path_done: bool, arrived: bool, goes_on: bool
+) -> None:
+    """FINE waits for the motors, CNT for the path only."""
+    executor = start(step, MOVE)
+    assert stepped(executor) != [None]
+    began = executor.advance(DT, path_done, arrived)
+    assert began == (MoveStep(2, (0.0,), 50.0, True) if goes_on else None)
+
+
+def test_a_wait_lasts_its_time_and_the_program_ends_after_its_last_step() -> None:
+    """After the last line the state is ABORTED, the line stays."""
+    executor = start(WaitStep(1, 0.01), NEXT)
+    assert stepped(executor, 7).index(NEXT) == 5
+    assert executor.state is ProgramState.ABORTED
+    assert executor.line == 2
+
+
+def test_a_paused_program_stands_still_and_goes_on_where_it_was() -> None:
+    """Pause freezes waits too; resume does not start anything anew."""
+    executor = start(WaitStep(1, 0.004), NEXT)
+    stepped(executor)
+    executor.pause()
+    assert stepped(executor, 100) == [None] * 100
+    executor.resume()
+    assert stepped(executor, 2) == [None, NEXT]
+
+
+def test_stream_takes_a_set_point_in_each_period() -> None:
+    """Its loop is executed; R[2] counts as it is then, and nothing but an abort ends it."""
+    speed = [50.0]
+    memory = Registers({"R[2]": lambda: speed[0]})
+    executor = run("LBL[1]", "J PR[1] R[2]% CNT100", "JMP LBL[1]", memory=memory)
+    assert stepped(executor, 2) == [StreamStep(2, 50.0)] * 2
+    speed[0] = 20.0
+    assert stepped(executor) == [StreamStep(2, 20.0)]
+    assert executor.state is ProgramState.RUNNING
+
+
+def test_endless_loop_without_motion_goes_on_in_the_next_period() -> None:
+    """The controller never hangs in it, and it can be ended."""
+    memory = Registers()
+    executor = run("LBL[1]", "R[5]=R[5]+1", "JMP LBL[1]", memory=memory)
+    assert stepped(executor, 3) == [None] * 3
+    assert memory.read(Indexed("R", (5.0,))) == pytest.approx(MOST_LINES, abs=1)
+    assert executor.state is ProgramState.RUNNING
+    executor.abort()
+    assert executor.state is ProgramState.ABORTED
+
+
+def test_condition_is_waited_for() -> None:
+    """It is asked in each period, from the next one on."""
+    vacuum = [False]
+    switched: list[object] = []
+    memory = Registers({"RI[1]": lambda: vacuum[0]}, {"RO[1]": switched.append})
+    executor = run("RO[1]=ON", "WAIT RI[1]=ON", "J P[2] 50% CNT0", memory=memory)
+    began = stepped(executor, 3)
+    assert switched == [True] and executor.line == 2
+    assert began[1:] == [None, None]
+    vacuum[0] = True
+    assert stepped(executor) == [MoveStep(3, (1.0,), 50.0, False)]
+
+
+def test_answer_of_the_gripper_that_is_overdue_is_told_once() -> None:
+    """With its line; it is waited for anew then, and a line with a TIMEOUT is left alone."""
+    executor = run("RO[1]=ON", "WAIT RI[1:vacuum]=ON")
+    stepped(executor, 5)
+    assert executor.overdue(0.0071) == "RI[1:vacuum] is not ON in line 2"
+    assert executor.overdue(0.0) == ""
+    stepped(executor)
+    assert executor.overdue(0.001) != ""
+    other = run("WAIT RI[1]=ON TIMEOUT,LBL[1]", "LBL[1]")
+    stepped(other, 5)
+    assert other.overdue(0.0) == ""
+
+
+def test_condition_that_takes_too_long_leads_to_its_label() -> None:
+    """After $WAITTMOUT, in hundredths of a second."""
+    lines = ("$WAITTMOUT=2", "WAIT DI[1]=ON TIMEOUT,LBL[1]", "J P[1] 50% FINE", "LBL[1]")
+    executor = run(*lines, "J P[2] 50% FINE")
+    assert stepped(executor, 12)[10] == MoveStep(5, (1.0,), 50.0, True)
+
+
+def test_called_program_runs_with_its_arguments_and_comes_back() -> None:
+    """The line that is shown is that of the program that was started."""
+    called = taught("J P[AR[1]] AR[2]% FINE", "END", "J P[1] 1% FINE", name="OTHER")
+    executor = run("R[1]=2", "CALL OTHER(R[1],30)", "J P[1] 50% FINE", called=called)
+    assert stepped(executor, 2) == [
+        MoveStep(1, (1.0,), 30.0, True),
+        MoveStep(3, (0.0,), 50.0, True),
+    ]
+    assert executor.line == 3
+    assert stepped(executor) == [None] and executor.state is ProgramState.ABORTED
+
+
+def test_words_pause_and_end_a_program() -> None:
+    """PAUSE is left by a resume, in the line behind it; ABORT ends the caller too."""
+    executor = run("PAUSE", "J P[1] 50% FINE")
+    assert stepped(executor, 2) == [None, None]
+    assert (executor.state, executor.line) == (ProgramState.PAUSED, 1)
+    executor.resume()
+    assert stepped(executor) == [MoveStep(2, (0.0,), 50.0, True)]
+    ended = run("CALL OTHER", "J P[1] 50% FINE", called=taught("ABORT", name="OTHER"))
+    assert stepped(ended) == [None] and ended.state is ProgramState.ABORTED
+
+
+def test_started_at_its_cursor_a_program_begins_with_the_line_that_was_ended() -> None:
+    """Registers are as they were: a loop goes on with its round."""
+    memory = Registers()
+    executor = run("FOR R[51]=1 TO 2", "J P[1] 50% FINE", "ENDFOR", memory=memory)
+    stepped(executor, 2)
+    executor.abort()
+    assert (executor.cursor, memory.read(Indexed("R", (51.0,)))) == (1, 2.0)
+    assert executor.program is not None
+    executor.start(executor.program, 0.0, executor.cursor)
+    assert stepped(executor, 2) == [MoveStep(2, (0.0,), 50.0, True), None]
+    assert (executor.state, executor.cursor) == (ProgramState.ABORTED, 0)
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("J P[9] 50% FINE", r"line 1 of TEST: J P\[9\] 50% FINE: P\[9\] is not taught"),
+        ("J PR[2] 50% CNT0", r"PR\[2\]: only PR\[1\] with CNT is followed"),
+        ("J PR[1] 50% FINE", r"only PR\[1\] with CNT is followed"),
+        ("L P[1] 50mm/sec FINE", "only J P"),
+        ("CALL OTHER", "CALL OTHER: unknown, there are"),
+        ("RUN OTHER", "is not executed by the stand-in"),
+        ("UALM[1]", "is not executed by the stand-in"),
+        ("DI[1]=ON", r"DI\[1\] cannot be set"),
+        ("R[201]=1", r"the stand-in keeps no R\[201\]"),
+        ("PR[1]=LPOS", "the stand-in keeps no LPOS"),
+        ("DO[1]=PULSE,.5sec", r"DO\[1\]: the stand-in makes no pulses"),
+        ("R[1]=AR[1]", r"the stand-in keeps no AR\[1\]"),
+    ],
+)
+def test_what_is_not_executed_is_named(line: str, said: str) -> None:
+    """With program and line; nothing is left out silently."""
+    with pytest.raises(ExecutionError, match=said):
+        stepped(run(line))
+
+
+def test_programs_that_call_each_other_without_an_end_are_stopped() -> None:
+    """Before the machine's memory is used up."""
+    with pytest.raises(ExecutionError, match="more than 10 programs have called each other"):
+        stepped(run("CALL OTHER", called=taught("CALL OTHER", name="OTHER")))
+
+
+@pytest.mark.parametrize(
+    ("before", "do", "after"),
+    [
+        ("running", "pause", ProgramState.PAUSED),
+        ("running", "resume", ProgramState.RUNNING),
+        ("running", "abort", ProgramState.ABORTED),
+        ("paused", "pause", ProgramState.PAUSED),
+        ("paused", "resume", ProgramState.RUNNING),
+        ("paused", "abort", ProgramState.ABORTED),
+        ("aborted", "pause", ProgramState.ABORTED),
+        ("aborted", "resume", ProgramState.ABORTED),
+        ("aborted", "abort", ProgramState.ABORTED),
+    ],
+)
+def test_every_state_answers_every_command(before: str, do: str, after: ProgramState) -> None:
+    """An ended program cannot be resumed."""
+    executor = start(MOVE)
+    if before != "running":
+        getattr(executor, "pause" if before == "paused" else "abort")()
+    getattr(executor, do)()
+    assert executor.state is after
+
+
+def test_before_the_first_program_there_is_no_line() -> None:
+    """Line 0 and no step, so that a reader cannot take it for a running program."""
+    executor = Executor(Registers())
+    assert (executor.line, executor.step, executor.advance(DT, True, True)) == (0, None, None)
