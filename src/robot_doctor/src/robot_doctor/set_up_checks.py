@@ -67,7 +67,10 @@ def check_set_up(layout: ModbusMap, found: SetUp, led: bool) -> Iterator[Finding
 def _gaps(layout: ModbusMap, found: SetUp) -> Iterator[tuple[Setting, str]]:
     """Yield gaps as far as they can be told apart: who is not served sees no slot."""
     if not found.served:
-        yield setting("num_modbus"), "no Modbus server: $SNPX_PARAM.$NUM_MODBUS is 0, as delivered"
+        yield (
+            setting("num_modbus"),
+            "no Modbus server: $SNPX_PARAM.$NUM_MODBUS is 0, or nothing runs",
+        )
         return
     if found.served < CONNECTIONS_NEEDED:
         yield (

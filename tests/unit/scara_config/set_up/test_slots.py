@@ -78,7 +78,7 @@ def test_each_word_of_the_map_is_what_its_register_names() -> None:
         ),
         (
             [(10001, "int32", 1, "$MCR.$GENOVERRIDE"), (10003, "int32", 1, "$FAST_CLOCK")],
-            [Assignment(10001, 2, "$MCR.$GENOVERRIDE"), Assignment(10003, 2, "$FAST_CLOCK")],
+            [Assignment(10001, 2, "$MCR.$GENOVERRIDE"), Assignment(10003, 2, "$FAST_CLOCK", 2.0)],
         ),
     ],
 )
