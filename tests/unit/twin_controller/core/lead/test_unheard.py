@@ -116,3 +116,15 @@ def test_the_operators_speed_is_no_order_to_the_robot(pair: Pair) -> None:
     pair.end_program()
     pair.until(Mode.IDLE)
     assert silent(pair)
+
+
+def test_a_limit_lowers_no_override_that_cannot_be_written() -> None:
+    """The Cartesian limit would halve it; a robot that is led is sent so."""
+    cell = msgspec.structs.replace(SETUP.config.cell, cartesian_speed_mm_s=250.0)
+    config = msgspec.structs.replace(SETUP.config, cell=cell)
+    lowered = []
+    for robot in (ROBOT, FOLLOWED_ROBOT):
+        pair = Pair(setup=Setup(robot, config))
+        pair.connect()
+        lowered.append(bool(pair.made(OverrideReal)))
+    assert lowered == [True, False]
