@@ -34,7 +34,7 @@ def one_round(folder: Path) -> dict[str, str]:
     """Return the environment of a configuration whose experiments make one round instead of two."""
     config = copy_configuration(folder)
     for file, two, one in (
-        ("programs/article.yaml", "times: 2", "times: 1"),
+        ("programs/ARTICLE.LS", "=1 TO 2", "=1 TO 1"),
         ("experiments.yaml", "P1, P2, P3, P1]", "P1]"),
     ):
         text = (config / file).read_text(encoding="utf-8")
