@@ -52,14 +52,14 @@ def test_command_stays_until_its_end_and_a_refused_one_is_not_green(theatre: The
 
 
 def test_program_shows_its_lines_and_the_one_it_is_in(theatre: Theatre) -> None:
-    """The scene's robot is in line 5 of ARTICLE: the second wait of the loop."""
+    """The scene's robot is in line 5 of ARTICLE, which stands as on its own pendant."""
     theatre.resize("low")
     theatre.play("following")
     theatre.open("Programs")
     theatre.page.get_by_text("Lines of ARTICLE").click()
     now = theatre.page.locator("[data-line][aria-current]")
     expect(now).to_have_count(1)
-    expect(now).to_have_text("Wait 0.7 s")
+    expect(now).to_have_text("WAIT .70(sec)")
     assert theatre.problems("listing") == []
     theatre.play("ready")
     expect(now).to_have_count(0)
