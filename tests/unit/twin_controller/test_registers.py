@@ -285,7 +285,7 @@ def test_a_map_that_needs_more_than_one_request_is_refused(
         RegisterCodec(msgspec.structs.replace(LAYOUT, holding_registers=registers), ROBOT)
 
 
-FOLLOWED = RegisterCodec(FOLLOW_MAP, ROBOT)
+FOLLOWED = RegisterCodec(FOLLOW_MAP, msgspec.structs.replace(ROBOT, lead=False))
 
 
 def followed_words(clock: int = 1000) -> list[int]:

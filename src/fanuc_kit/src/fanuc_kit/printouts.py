@@ -20,19 +20,19 @@ Open = int | str
 
 _PRE = re.compile(r"<pre[^>]*>(.*?)</pre>", re.DOTALL | re.IGNORECASE)
 _TAG = re.compile(r"<[^>]*>")
-_SIGNAL = re.compile(r"([A-Z]+)\[\s*(\d+)\]\s+(ON|OFF|-?[\d.]+|\*+)(?:[ \t]+(.*?))?[ \t]*$")
-_TWO_SIGNALS = re.compile(r"([A-Z]+)\[\s*(\d+)\]\s+(ON|OFF)\s+([A-Z]+)\[\s*(\d+)\]\s+(ON|OFF)\s*$")
+_SIGNAL = re.compile(r"([A-Z]+)\[\s*(\d+)\]\s+(ON|OFF|-?[\d.]+|\*+)(?:[ \t]+(.*?))?[ \t]*")
+_TWO_SIGNALS = re.compile(r"([A-Z]+)\[\s*(\d+)\]\s+(ON|OFF)\s+([A-Z]+)\[\s*(\d+)\]\s+(ON|OFF)\s*")
 _VARIABLE = re.compile(
-    r"\[\*\w+\*\](\$\w+)\s+Storage:.*?Access:\s*\w+\s*:\s*([^=]+?)\s*(?:=\s*(.*))?$"
+    r"\[\*\w+\*\](\$\w+)\s+Storage:.*?Access:\s*\w+\s*:\s*([^=]+?)\s*(?:=\s*(.*))?"
 )
-_FIELD = re.compile(r"\s*Field:\s*(\$\S+)\s+Access:\s*\w+\s*:\s*([^=]+?)\s*(?:=\s*(.*))?$")
-_ELEMENT = re.compile(r"\s*\[([\d,]+)\]\s*=\s*(.*?)(?:\s+'(.*)')?\s*$")
+_FIELD = re.compile(r"\s*Field:\s*(\$\S+)\s+Access:\s*\w+\s*:\s*([^=]+?)\s*(?:=\s*(.*))?")
+_ELEMENT = re.compile(r"\s*\[([\d,]+)\]\s*=\s*(.*?)(?:\s+'(.*)')?\s*")
 _GROUP = re.compile(r"\s*(?:Group|Config):")
-_OPTION = re.compile(r"(.{22})([A-Z0-9]{4})\s*$")
-_AXIS = re.compile(r"\s*(\d+)\s+(\d+)\s+(\S.*?)\s*$")
-_JOINT = re.compile(r"Joint\s+(\d+):\s+(-?[\d.]+)\s*$")
-_COORDINATE = re.compile(r"([XYZWPR]|E\d):\s+(-?[\d.]+)\s*$")
-_POSITION = re.compile(r"\s*\[(\d+),(\d+)\]\s*=\s*'(.*?)'\s*(.*?)\s*$")
+_OPTION = re.compile(r"(.{22})([A-Z0-9]{4})\s*")
+_AXIS = re.compile(r"\s*(\d+)\s+(\d+)\s+(\S.*?)\s*")
+_JOINT = re.compile(r"Joint\s+(\d+):\s+(-?[\d.]+)\s*")
+_COORDINATE = re.compile(r"([XYZWPR]|E\d):\s+(-?[\d.]+)\s*")
+_POSITION = re.compile(r"\s*\[(\d+),(\d+)\]\s*=\s*'(.*?)'\s*(.*?)\s*")
 _PAIR = re.compile(r"(J\d|[XYZWPR]|EXT\d|E\d)\s*[=:]\s*(-?\d*\.?\d+|\*+)\s*(deg|mm)?")
 
 
