@@ -139,12 +139,7 @@ def analyse(
             percent = float(100.0 * (np.abs(leader.velocities) / largest).max())
             result = replace(result, speed_percent=percent)
         result = _with_needles(_with_pauses(result, run.pauses, robot.reach_mm), run)
-        if run.clock_half_widths is not None and result.comparison is not None:
-            times, half_widths = run.clock_half_widths
-            during = (span.start <= times) & (times <= span.end)
-            readings = cut(run.real, span.start, span.end).stamps
-            found_unseen = unseen_delay(result.comparison.trace, readings, half_widths[during])
-            result = replace(result, unseen=found_unseen)
+        result = _with_unseen(result, run)
         if arm is not None and result.comparison is not None:
             found = true_positioning(result.comparison, tool, arm, visited, settings)
             result = replace(result, true_positioning=found)
@@ -199,6 +194,17 @@ def _with_pauses(result: Result, pauses: tuple[Pause, ...], reach_mm: float) -> 
     if not counted.any():
         return result
     return replace(result, path_undisturbed=summarize(seen.deviation_mm[counted], reach_mm))
+
+
+def _with_unseen(result: Result, run: Run) -> Result:
+    """Add the delay that a recording without ground truth cannot show."""
+    if run.clock_half_widths is None or result.comparison is None or result.motions is None:
+        return result
+    times, half_widths = run.clock_half_widths
+    during = (result.span.start <= times) & (times <= result.span.end)
+    real, _ = result.motions
+    found = unseen_delay(result.comparison.trace, real.stamps, half_widths[during])
+    return replace(result, unseen=found)
 
 
 def _with_needles(result: Result, run: Run) -> Result:
