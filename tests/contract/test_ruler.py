@@ -14,7 +14,6 @@ SLACK = 0.01
 
 REASONS = {
     "cell_recorder/config.py": "each package has its numbers under this name",
-    "fanuc_emulator/tp/stream.py": "three lines that join the robot's own programs",
     "farm/__main__.py": "python -m farm: the one place that knows all tools of the farm",
     "rosbridge_gateway/wire/ros_encoders_node.py": "all that wire/ knows of ROS's classes",
     "scara_bringup/processes/master_node.py": "an executable has a module of its name",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property
 from pathlib import Path
 
 import msgspec
@@ -12,13 +13,13 @@ from scara_config.loader import ConfigError, load_text
 from scara_config.profile import PROGRAM_ENDING, PROGRAMS, locate
 from scara_config.programs.steps import Step
 from scara_config.programs.tp.execution import Flow, flow_of
-from scara_config.programs.tp.listing import Position, Program
+from scara_config.programs.tp.listing import MotionLine, Position, Program
 from scara_config.programs.tp.reader import read
 from scara_config.programs.walk import check_motions, walk
 from scara_config.robot import Joint, Robot
 
 
-class Taught(msgspec.Struct, frozen=True):
+class Taught(msgspec.Struct, frozen=True, dict=True):
     """A program that was read and checked.
 
     Attributes:
@@ -33,6 +34,12 @@ class Taught(msgspec.Struct, frozen=True):
     def name(self) -> str:
         """As the robot calls it."""
         return self.flow.program.name
+
+    @cached_property
+    def streams(self) -> bool:
+        """It follows PR[1]."""
+        lines = self.flow.program.lines
+        return any(isinstance(line, MotionLine) and line.targets[0].kind == "PR" for line in lines)
 
 
 class ProgramSteps(msgspec.Struct, frozen=True):

@@ -20,6 +20,8 @@ STREAM_RSR = 1
 """This RSR starts the stream program."""
 STREAM_NUMBER = 101
 """Its registration number: the program is RSR0101."""
+STREAM_LINES = ("LBL[1]", "J PR[1] R[2]% CNT100", "JMP LBL[1]")
+"""Its loop, as published clients of R553 have it [src]: MisoRobotics/fanuc-hmi-jointstreaming."""
 CONNECTIONS = 8
 """Wanted of $SNPX_PARAM.$NUM_MODBUS."""
 CONNECTIONS_NEEDED = 3

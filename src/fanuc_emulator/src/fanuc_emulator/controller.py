@@ -28,9 +28,8 @@ from fanuc_emulator.plant.interpreter import interpreter_of
 from fanuc_emulator.plant.readings import Readings
 from fanuc_emulator.snapshot import ControlType, Snapshot
 from fanuc_emulator.streaming.source import SetpointRefusedError, StreamSource
-from fanuc_emulator.tp.executor import Executor, Program, ProgramState, StreamStep
+from fanuc_emulator.tp.executor import Executor, Program, ProgramState, StreamStep, stream_program
 from fanuc_emulator.tp.registers import Registers
-from fanuc_emulator.tp.stream import stream_program, streams
 from fanuc_emulator.uop import NORMALLY_ON, Asked, Inputs, Outputs, UopRequest, unlit
 from fanuc_emulator.watchdog import Watchdog, WatchdogState
 
@@ -280,7 +279,7 @@ class Controller:
         program = self._executor.program
         if program is None or self._executor.state is ProgramState.ABORTED:
             return ControlType.NONE
-        return ControlType.STREAM if streams(program) else ControlType.PROGRAM
+        return ControlType.STREAM if program.streams else ControlType.PROGRAM
 
     @property
     def _program_speed(self) -> int:

@@ -6,7 +6,6 @@ from collections import deque
 from collections.abc import Callable, Mapping
 
 from fanuc_emulator.tp.executor import Executor, Program, ProgramState
-from fanuc_emulator.tp.stream import streams
 from fanuc_emulator.uop import UopRequest
 
 LONGEST_QUEUE = 8
@@ -88,7 +87,7 @@ class Jobs:
         """
         program = self._executor.program
         over = program is None or self._executor.state is ProgramState.ABORTED
-        if not over and program is not None and streams(program):
+        if not over and program is not None and program.streams:
             self._here = number, until_ms
             return None
         return self.run(number)

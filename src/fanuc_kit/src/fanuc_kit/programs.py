@@ -5,7 +5,7 @@ from __future__ import annotations
 from scara_config.programs.tp.lines import read_line
 from scara_config.programs.tp.listing import Program
 from scara_config.programs.tp.printer import print_program
-from scara_config.set_up.settings import STREAM_NUMBER
+from scara_config.set_up.settings import STREAM_LINES, STREAM_NUMBER
 
 MOST_LINES = 30
 """More is not typed without a mistake; our choice."""
@@ -16,9 +16,7 @@ STREAM = (
     "!Where it stands, until a set",
     "!point comes",
     "PR[1]=JPOS",
-    "LBL[1]",
-    "J PR[1] R[2]% CNT100",
-    "JMP LBL[1]",
+    *STREAM_LINES,
 )
 WATCH = (
     "!R[1] heartbeat, R[8] its echo",

@@ -18,9 +18,11 @@ from scara_config.programs.tp.execution import (
     Value,
     evaluate,
     execute,
+    flow_of,
     number,
     truth,
 )
+from scara_config.programs.tp.lines import read_line
 from scara_config.programs.tp.listing import (
     Call,
     Expression,
@@ -33,8 +35,10 @@ from scara_config.programs.tp.listing import (
     WaitUntil,
     Word,
 )
+from scara_config.programs.tp.listing import Program as Listing
 from scara_config.programs.tp.printer import print_expression
 from scara_config.programs.walk import move_of
+from scara_config.set_up.settings import STREAM_LINES
 
 from fanuc_emulator.tp.registers import CalledRegisters
 
@@ -70,6 +74,12 @@ class ProgramState(IntEnum):
     ABORTED = 0
     PAUSED = 1
     RUNNING = 2
+
+
+def stream_program(name: str) -> Program:
+    """Return the program that follows the client's set points."""
+    lines = tuple(map(read_line, STREAM_LINES))
+    return Taught(flow_of(Listing(name, lines), name), {})
 
 
 class Frame:
