@@ -138,12 +138,11 @@ def position_faults(position: Position, robot: Robot) -> Iterator[tuple[str, str
         if coordinate is None or coordinate.value is None:
             yield name, f"{name}: is missing"
             continue
-        low, high = round(joint.lower / joint.scale, 6), round(joint.upper / joint.scale, 6)
         shown = f"{name} = {coordinate.value:.10g} {coordinate.unit}"
         if coordinate.unit != joint.unit:
             yield name, f"{shown}: {joint.name} is in {joint.unit}"
-        elif not joint.lower <= coordinate.value * joint.scale <= joint.upper:
-            yield name, f"{shown}: outside [{low}, {high}] {joint.unit}"
+        elif outside := _outside(joint, coordinate.value):
+            yield name, f"{shown}: {outside}"
 
 
 def joint_values(position: Position, robot: Robot) -> tuple[float, ...]:
@@ -178,14 +177,18 @@ def joint_positions(
     for key, joint in keys.items():
         if key not in values:
             raise ConfigError(f"{source(key)}.{key}: is missing")
-        position = values[key] * joint.scale
-        if not joint.lower <= position <= joint.upper:
-            low, high = round(joint.lower / joint.scale, 6), round(joint.upper / joint.scale, 6)
-            raise ConfigError(
-                f"{source(key)}.{key} = {values[key]}: outside [{low}, {high}] {joint.unit}"
-            )
-        positions.append(position)
+        if outside := _outside(joint, values[key]):
+            raise ConfigError(f"{source(key)}.{key} = {values[key]}: {outside}")
+        positions.append(values[key] * joint.scale)
     return tuple(positions)
+
+
+def _outside(joint: Joint, value: float) -> str:
+    """Say that a position in the joint's own unit is outside its range, or nothing."""
+    if joint.lower <= value * joint.scale <= joint.upper:
+        return ""
+    low, high = round(joint.lower / joint.scale, 6), round(joint.upper / joint.scale, 6)
+    return f"outside [{low}, {high}] {joint.unit}"
 
 
 def _row_of(path: Path, number: int, coordinate: str) -> str:

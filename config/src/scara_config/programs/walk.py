@@ -85,7 +85,7 @@ def check_motions(flow: Flow, positions: Mapping[int, tuple[float, ...]], source
         if not isinstance(line, MotionLine) or (line.kind == "J" and line.targets[0].kind == "PR"):
             continue
         try:
-            _move(line, index + 1, memory, positions)
+            taught_move(line, index + 1, memory, positions)
         except UnknownValueError:
             continue
         except ExecutionError as error:
@@ -102,7 +102,7 @@ def _step(
     """
     match line:
         case MotionLine():
-            return _move(line, shown, memory, positions)
+            return taught_move(line, shown, memory, positions)
         case Wait():
             return WaitStep(shown, number(line.seconds, memory))
         case WaitUntil():
@@ -119,9 +119,20 @@ def _step(
     raise ExecutionError("what follows cannot be told beforehand")
 
 
-def _move(
+def taught_move(
     line: MotionLine, shown: int, memory: Memory, positions: Mapping[int, tuple[float, ...]]
 ) -> MoveStep:
+    """Return the step of a motion to a taught position.
+
+    Args:
+        line: The motion.
+        shown: Its number.
+        memory: Registers and signals.
+        positions: Joint positions by the number of P[n] [rad or m].
+
+    Raises:
+        ExecutionError: It goes to no taught position, or is no motion that is executed.
+    """
     target, percent = move_of(line, memory)
     if target.kind != "P":
         raise ExecutionError(f"{print_expression(target)} is not known beforehand")

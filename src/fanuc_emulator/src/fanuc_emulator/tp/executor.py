@@ -37,7 +37,7 @@ from scara_config.programs.tp.listing import (
 )
 from scara_config.programs.tp.listing import Program as Listing
 from scara_config.programs.tp.printer import print_expression
-from scara_config.programs.walk import move_of
+from scara_config.programs.walk import move_of, taught_move
 from scara_config.set_up.settings import STREAM_LINES
 
 from fanuc_emulator.tp.registers import CalledRegisters
@@ -276,13 +276,9 @@ def _motion(frame: Frame, line: MotionLine, shown: int) -> MoveStep | StreamStep
     Raises:
         ExecutionError: It is not taught, or another register than PR[1].
     """
+    if line.targets[0].kind != "PR":
+        return taught_move(line, shown, frame.memory, frame.program.positions)
     target, percent = move_of(line, frame.memory)
-    place = int(number(target.index[0], frame.memory))
-    if target.kind == "PR":
-        if place != 1 or line.cnt is None:
-            raise ExecutionError(f"{print_expression(target)}: only PR[1] with CNT is followed")
-        return StreamStep(shown, percent)
-    positions = frame.program.positions
-    if place not in positions:
-        raise ExecutionError(f"P[{place}] is not taught")
-    return MoveStep(shown, positions[place], percent, line.cnt is None)
+    if int(number(target.index[0], frame.memory)) != 1 or line.cnt is None:
+        raise ExecutionError(f"{print_expression(target)}: only PR[1] with CNT is followed")
+    return StreamStep(shown, percent)
