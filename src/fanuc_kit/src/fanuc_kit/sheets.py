@@ -5,12 +5,11 @@ from __future__ import annotations
 from scara_config import Robot
 from scara_config.modbus_map import INPUTS, OUTPUTS, ModbusMap
 from scara_config.set_up.settings import SETTINGS
-from scara_config.set_up.slots import WAY_IN, Assignment, slot_table
+from scara_config.set_up.slots import LAST_OWN, WAY_IN, Assignment, slot_table
 
 from fanuc_kit.programs import programs
 from fanuc_kit.sheet import Boxes, Listing, Sheet, Table, Text
 
-_FIRST_OF_WAY_IN = 76
 _NO_SAFETY = (
     "None of this is a safety function. Guards, enabling device, emergency stop and the robot's "
     "own limits work without it. No real robot has been set up by these sheets yet."
@@ -46,8 +45,8 @@ def _slots(layout: ModbusMap) -> Sheet:
         "Slots: MENU > SYSTEM > Variables > $SNPX_ASG",
         (
             Text(
-                f"Slot 1 is as delivered: leave it. Type slots {_FIRST_OF_WAY_IN} to "
-                f"{_FIRST_OF_WAY_IN + len(WAY_IN) - 1}; `rosrun fanuc_kit write ADDRESS` writes "
+                f"Slot 1 is as delivered: leave it. Type slots {LAST_OWN + 1} to "
+                f"{LAST_OWN + len(WAY_IN)}; `rosrun fanuc_kit write ADDRESS` writes "
                 "the others through them, and reads all back. Or type them all."
             ),
             Table(("slot", "$ADDRESS", "$SIZE", "$VAR_NAME", "$MULTIPLY"), rows),

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
-from typing import Any
 
-import pymodbus
-from pymodbus.client import ModbusTcpClient
-from pymodbus.exceptions import ModbusException
-from scara_config.set_up.slots import BOOTSTRAP, Assignment
+from scara_config.modbus_map import Register
+from scara_config.set_up.slots import BOOTSTRAP, LAST_OWN, Assignment
+from twin_controller.modbus.blocks import Block
+from twin_controller.modbus.port_io import LinkLostError, ModbusPort
+from twin_controller.modbus.words import numbers, text_of, to_words
 
 _SHOWN = 16000
 """Here slot 80 shows one value at a time; below slots 76 to 79, above all else; our choice."""
-_FIELDS = (("$ADDRESS", 2), ("$SIZE", 2), ("$VAR_NAME", 40), ("$MULTIPLY", 2))
-_TEXT = 40
+_WHOLE = Register(_SHOWN, "int32", "", "$ADDRESS or $SIZE")
+_FACTOR = Register(_SHOWN, "float32", "", "$MULTIPLY")
+_NAME = Register(_SHOWN, "string", "", "$VAR_NAME", count=40)
 
 
 class SlotError(Exception):
@@ -32,100 +32,74 @@ class SlotWriter:
     """
 
     def __init__(self, host: str, port: int, unit: int, timeout: float = 2.0) -> None:
-        pymodbus.pymodbus_apply_logging_config("CRITICAL")
-        self._client: Any = ModbusTcpClient(host, port=port, timeout=timeout, retries=0)
-        self._unit, self._name = unit, f"{host}:{port}"
+        self._port = ModbusPort(host, port, unit, timeout)
 
     def __enter__(self) -> SlotWriter:
         """Connect.
 
         Raises:
-            SlotError: Nobody answers, or slots 76 to 79 are not typed.
+            SlotError: Nobody accepts the connection, or slots 76 to 79 are not typed.
+            LinkLostError: No answer, or an exception.
+            WriteRefusedError: The controller answers with an exception.
         """
-        if not self._client.connect():
-            raise SlotError(f"{self._name} accepts no connection: is Modbus on?")
-        self._reach(76, "$ADDRESS", 2)
-        if _whole(self._read(_SHOWN, 2)) != BOOTSTRAP:
-            self._client.close()
-            raise SlotError(f"{self._name}: slots 76 to 79 are not there: type them first")
+        try:
+            self._port.open()
+        except LinkLostError as error:
+            name = self._port.name
+            raise SlotError(f"{name} accepts no connection: is Modbus on?") from error
+        if self._read(LAST_OWN + 1, "$ADDRESS", _WHOLE) != [BOOTSTRAP, 0]:
+            self._port.close()
+            raise SlotError(f"{self._port.name}: slots 76 to 79 are not there: type them first")
         return self
 
     def __exit__(self, *_: object) -> None:
         """Leave slot 80 empty, and disconnect."""
-        self._write(BOOTSTRAP, [0, 0, 0, 0, *_text(""), *_float(1.0)])
-        self._client.close()
+        self._port.write_words(BOOTSTRAP - 1, [0, 0, 0, 0, *_text(""), *_words(_FACTOR, 1.0)])
+        self._port.close()
 
     def read(self, number: int) -> Assignment:
         """Return a slot.
 
         Raises:
-            SlotError: It cannot be read.
+            LinkLostError, WriteRefusedError: It cannot be read.
         """
-        words = {}
-        for field, size in _FIELDS:
-            self._reach(number, field, size)
-            words[field] = self._read(_SHOWN, size)
-        text = struct.pack(f">{_TEXT}H", *words["$VAR_NAME"]).split(b"\0")[0]
-        name = text.decode("ascii", "replace")
-        (multiply,) = struct.unpack("<f", struct.pack("<2H", *words["$MULTIPLY"]))
-        return Assignment(_whole(words["$ADDRESS"]), _whole(words["$SIZE"]), name, multiply)
+        (address,) = numbers(_WHOLE, self._read(number, "$ADDRESS", _WHOLE), low_first=True)
+        (size,) = numbers(_WHOLE, self._read(number, "$SIZE", _WHOLE), low_first=True)
+        name = text_of(self._read(number, "$VAR_NAME", _NAME))
+        (multiply,) = numbers(_FACTOR, self._read(number, "$MULTIPLY", _FACTOR), low_first=True)
+        return Assignment(int(address), int(size), name, multiply)
 
     def write(self, number: int, slot: Assignment) -> None:
         """Write a slot, its size last: until then it is empty.
 
         Raises:
-            SlotError: It cannot be written.
+            LinkLostError, WriteRefusedError: It cannot be written.
         """
-        values = {
-            "$ADDRESS": _words(slot.address),
-            "$VAR_NAME": _text(slot.name),
-            "$MULTIPLY": _float(slot.multiply),
-            "$SIZE": _words(slot.size),
-        }
-        self._reach(number, "$SIZE", 2)
-        self._write(_SHOWN, _words(0))
-        for field, words in values.items():
-            self._reach(number, field, len(words))
-            self._write(_SHOWN, words)
+        for field, register, words in (
+            ("$SIZE", _WHOLE, _words(_WHOLE, 0)),
+            ("$ADDRESS", _WHOLE, _words(_WHOLE, slot.address)),
+            ("$VAR_NAME", _NAME, _text(slot.name)),
+            ("$MULTIPLY", _FACTOR, _words(_FACTOR, slot.multiply)),
+            ("$SIZE", _WHOLE, _words(_WHOLE, slot.size)),
+        ):
+            self._reach(number, field, register)
+            self._port.write_words(_SHOWN - 1, words)
 
-    def _reach(self, number: int, field: str, size: int) -> None:
+    def _read(self, number: int, field: str, register: Register) -> list[int]:
+        self._reach(number, field, register)
+        return self._port.read_words(Block(register.offset, register.words))
+
+    def _reach(self, number: int, field: str, register: Register) -> None:
         """Let slot 80 show one value of a slot."""
-        factor = {"$VAR_NAME": -1.0, "$MULTIPLY": 0.0}.get(field, 1.0)
-        name = _text(f"$SNPX_ASG[{number}].{field}")
-        self._write(BOOTSTRAP, [*_words(_SHOWN), *_words(size), *name, *_float(factor)])
-
-    def _read(self, address: int, count: int) -> list[int]:
-        try:
-            answer = self._client.read_holding_registers(
-                address - 1, count=count, device_id=self._unit
-            )
-        except ModbusException as error:
-            raise SlotError(f"{self._name} does not answer: {error}") from error
-        if answer.isError() or len(answer.registers) != count:
-            raise SlotError(f"{self._name} refuses to read {address}: {answer}")
-        found: list[int] = answer.registers
-        return found
-
-    def _write(self, address: int, words: Sequence[int]) -> None:
-        try:
-            answer = self._client.write_registers(address - 1, list(words), device_id=self._unit)
-        except ModbusException as error:
-            raise SlotError(f"{self._name} does not answer: {error}") from error
-        if answer.isError():
-            raise SlotError(f"{self._name} refuses to write {address}: {answer}")
+        place = [*_words(_WHOLE, _SHOWN), *_words(_WHOLE, register.words)]
+        form = [*_text(f"$SNPX_ASG[{number}].{field}"), *_words(_FACTOR, register.multiply)]
+        self._port.write_words(BOOTSTRAP - 1, [*place, *form])
 
 
-def _whole(words: Sequence[int]) -> int:
-    return words[0] | words[1] << 16
-
-
-def _words(value: int) -> list[int]:
-    return [value & 0xFFFF, value >> 16]
-
-
-def _float(value: float) -> list[int]:
-    return list(struct.unpack("<2H", struct.pack("<f", value)))
+def _words(register: Register, value: float) -> list[int]:
+    return to_words(register.meaning, register, value, low_first=True)
 
 
 def _text(value: str) -> list[int]:
-    return list(struct.unpack(f">{_TEXT}H", value.encode("ascii").ljust(2 * _TEXT, b"\0")))
+    size = _NAME.words
+    return list(struct.unpack(f">{size}H", value.encode("ascii").ljust(2 * size, b"\0")))

@@ -13,13 +13,15 @@ import typer
 from rich.console import Console
 from scara_config import ConfigError
 from scara_config.modbus_map import load_modbus_map
-from scara_config.set_up.slots import slot_table
+from scara_config.set_up.slots import LAST_OWN, slot_table
 from scara_ros.shell.command_line_io import CommandLine, ConfigDir, RobotName, choose_robot
 from scara_ros.shell.program_io import WRONG
+from twin_controller.modbus.port_io import LinkLostError, WriteRefusedError
 
 from fanuc_kit.slots_io import SlotError, SlotWriter
 
-app = CommandLine("write", {ConfigError: WRONG, SlotError: WRONG}, help="Write the slots.")
+FAILURES = (ConfigError, SlotError, LinkLostError, WriteRefusedError)
+app = CommandLine("write", dict.fromkeys(FAILURES, WRONG), help="Write the slots.")
 
 
 @app.command()
@@ -35,7 +37,7 @@ def write(
     layout = load_modbus_map(config_dir)
     console = Console(highlight=False, soft_wrap=True)
     with SlotWriter(host, port, layout.device_id) as writer:
-        wanted = dict(enumerate(slot_table(layout)[:75], start=1))
+        wanted = dict(enumerate(slot_table(layout)[:LAST_OWN], start=1))
         differ = {number: slot for number, slot in wanted.items() if writer.read(number) != slot}
         for number, slot in differ.items():
             at = f"{slot.name or 'empty'} at {slot.address}, {slot.size}, {slot.multiply:g}"
