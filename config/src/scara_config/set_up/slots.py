@@ -88,6 +88,10 @@ WATCHED = tuple(
     for at, (name, size) in enumerate(_SIGNALS.items())
 )
 """By these a client sees how the controller is set up, without writing anything."""
+FREE_SLOTS = LAST_OWN - FIRST_OWN + 1 - len(WATCHED)
+"""So many are left for a map."""
+FREE = range(FACTORY.last + 1, _FIRST_WATCHED)
+"""Addresses that a map may take."""
 
 
 def has_slots(layout: ModbusMap) -> bool:
@@ -128,16 +132,16 @@ def slot_problems(layout: ModbusMap) -> Iterator[str]:
             yield f"{key}.variable: is missing, but other registers have one"
         elif len(register.variable) > NAME_LENGTH:
             yield f"{key}.variable = {register.variable}: is longer than {NAME_LENGTH} characters"
-        if register.address <= FACTORY.last:
+        if register.address < FREE.start:
             yield (
                 f"{key}.address = {register.address}: slot 1 of a delivered controller hides it; "
-                f"take {FACTORY.last + 1} to {_FIRST_WATCHED - 1}"
+                f"take {FREE.start} to {FREE.stop - 1}"
             )
-        elif last >= _FIRST_WATCHED:
-            yield f"{key}: ends at {last}, the last that is free is {_FIRST_WATCHED - 1}"
-    count, free = len(own_slots(layout)), LAST_OWN - FIRST_OWN + 1 - len(WATCHED)
-    if count > free:
-        yield f"holding_registers take {count} slots: $SNPX_ASG has {free} that are free"
+        elif last >= FREE.stop:
+            yield f"{key}: ends at {last}, the last that is free is {FREE.stop - 1}"
+    count = len(own_slots(layout))
+    if count > FREE_SLOTS:
+        yield f"holding_registers take {count} slots: $SNPX_ASG has {FREE_SLOTS} that are free"
 
 
 def _slot(register: Register) -> Assignment:

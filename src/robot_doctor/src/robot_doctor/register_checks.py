@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 from scara_config import ConfigError, Robot
 from scara_config.modbus_map import AXES, ModbusMap, Register, problems
-from scara_config.set_up.slots import slot_problems
+from scara_config.set_up.slots import FREE, FREE_SLOTS, slot_problems
 from twin_controller.registers import RegisterCodec
 
 from robot_doctor.finding import Finding, Group, fine, or_fine, wrong
@@ -108,7 +108,10 @@ def _advice(text: str) -> str:
             "two characters"
         )
     if "$SNPX_ASG" in text or "delivered controller" in text:
-        return "a controller has 61 free slots, for registers from 10001 to 13000: move it there"
+        return (
+            f"a controller has {FREE_SLOTS} free slots, for registers from {FREE.start} to "
+            f"{FREE.stop - 1}: move it there"
+        )
     return "correct the entry in modbus_map.yaml"
 
 

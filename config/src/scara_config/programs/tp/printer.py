@@ -89,12 +89,13 @@ def attributes_of(program: Program) -> dict[str, str]:
 
 
 def _attributes(program: Program) -> Iterator[str]:
-    for name, value in attributes_of(program).items():
+    attributes = attributes_of(program)
+    for name, value in attributes.items():
         if name not in TASK:
             yield f"{name}" + ("\t" if len(name) > 7 else "\t\t") + f"= {value};"
         elif name == TASK[0]:
-            task = {each: attributes_of(program)[each] for each in TASK}
-            yield "TCD:  " + ",\n      ".join(f"{each}\t= {task[each]}" for each in TASK) + ";"
+            rows = (f"{each}\t= {attributes[each]}" for each in TASK)
+            yield "TCD:  " + ",\n      ".join(rows) + ";"
 
 
 def print_line(line: Line) -> str:
