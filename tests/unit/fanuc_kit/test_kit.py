@@ -142,14 +142,19 @@ def test_a_robot_of_another_maker_has_no_kit(tmp_path: Path) -> None:
 
 def test_a_sheet_is_the_same_in_both_forms() -> None:
     """What is special in one form is escaped in it."""
-    blocks = (Table(("a|b", "<c>"), (("1", "2"),)), Text("t"), Listing("l\n"), Boxes(("x",)))
+    blocks = (Table(("a|b", "<c>"), (("1", "2"),)), Text("`t`"), Listing("l\n"), Boxes(("x",)))
     sheet = Sheet("s", "A & B", blocks)
     expected = (
-        "# A & B\n\n| a\\|b | <c> |\n| --- | --- |\n| 1 | 2 |\n\nt\n\n```\nl\n```\n\n- [ ] x\n"
+        "# A & B\n\n| a\\|b | <c> |\n| --- | --- |\n| 1 | 2 |\n\n`t`\n\n```\nl\n```\n\n- [ ] x\n"
     )
     assert markdown(sheet) == expected
     page = html("k", [sheet])
-    assert "<h1>A &amp; B</h1>" in page and "<th>&lt;c&gt;</th>" in page and "<li>x</li>" in page
+    assert (
+        "<h1>A &amp; B</h1>" in page
+        and "<th>&lt;c&gt;</th>" in page
+        and "<li>x</li>" in page
+        and "<p><code>t</code></p>" in page
+    )
 
 
 def test_slots_are_written_once_somebody_agrees_and_read_back() -> None:

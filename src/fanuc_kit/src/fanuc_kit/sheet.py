@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -111,6 +112,11 @@ def _html(block: Block) -> str:
         case Listing(text):
             return f"<pre>{escape(text.rstrip())}</pre>"
         case Boxes(things):
-            return "<ul>" + "".join(f"<li>{escape(thing)}</li>" for thing in things) + "</ul>"
+            return "<ul>" + "".join(f"<li>{_spoken(thing)}</li>" for thing in things) + "</ul>"
         case Text(text):
-            return f"<p>{escape(text)}</p>"
+            return f"<p>{_spoken(text)}</p>"
+
+
+def _spoken(text: str) -> str:
+    """Return a sentence for the page; what Markdown has between backticks is typed as it stands."""
+    return re.sub("`([^`]*)`", r"<code>\1</code>", escape(text))

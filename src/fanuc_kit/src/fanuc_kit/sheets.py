@@ -29,7 +29,7 @@ def _settings(robot: Robot) -> Sheet:
             row.wanted,
             row.why,
             f"B-83284EN/09, {row.section}" if row.section else "HMI device",
-            ("off and on" if row.restart else "") + ("" if row.leads else " also to follow"),
+            ", ".join(["then off and on"] * row.restart + ["also to follow"] * (not row.leads)),
         )
         for row in SETTINGS
     )
