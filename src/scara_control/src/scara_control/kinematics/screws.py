@@ -245,14 +245,20 @@ def _joint_matrix(arm: ScrewModel, q: ArrayLike) -> FloatArray:
 
 def _move(arm: ScrewModel, q: FloatArray, points: FloatArray) -> FloatArray:
     """Carry homogeneous ``points``, shape ``(m, k, 4)``, through the joints, last joint first."""
-    for (turning, screw), angle in zip(arm.screw_matrices, q.T[::-1, :, None, None]):
-        first = points @ screw
-        points = points + angle * first
+    # One product of all rows is quicker than one for each pose, and has the same bits.
+    flat = points.reshape(-1, 4)
+
+    def each(factors: FloatArray) -> FloatArray:
+        return np.repeat(factors, points.shape[1])[:, None]
+
+    for (turning, screw), angle in zip(arm.screw_matrices, q.T[::-1]):
+        first = flat @ screw
+        flat = flat + each(angle) * first
         if turning:
             second = first @ screw
-            points = (
-                points
-                + (2.0 * np.sin(angle / 2.0) ** 2) * second
-                + (angle - np.sin(angle)) * (second @ screw)
+            flat = (
+                flat
+                + each(2.0 * np.sin(angle / 2.0) ** 2) * second
+                + each(angle - np.sin(angle)) * (second @ screw)
             )
-    return points
+    return flat.reshape(points.shape)
