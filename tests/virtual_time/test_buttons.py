@@ -21,9 +21,10 @@ PRESSED = "the emergency stop at the robot is pressed"
 
 @pytest.fixture
 def cell() -> Iterator[VirtualCell]:
-    """Give an idle cell."""
+    """Give an idle cell whose robot runs at its full override."""
     with VirtualCell(ROBOT) as made:
         made.connect()
+        made.real.robot.write_override(100)
         yield made
 
 
@@ -140,6 +141,7 @@ def arrived() -> Iterator[VirtualCell]:
     """Give a cell whose robot has just arrived behind a move of the twin; for copies of it."""
     with VirtualCell(ROBOT) as cell:
         cell.connect()
+        cell.real.robot.write_override(100)
         begun = cell.schedule.now
         go(cell, 80.0)
         cell.schedule.run(1.0)

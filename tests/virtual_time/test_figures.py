@@ -120,8 +120,10 @@ def beside(action: AnyAction) -> AnyAction:
 @pytest.mark.parametrize(
     ("experiment", "tamper", "make", "figure"),
     [
-        *thorough(("real_leads", without_acceleration, VirtualCell, "path_max_mm")),
-        ("real_leads", five_ms_older, VirtualCell, "path_max_mm"),
+        *thorough(
+            ("real_leads", without_acceleration, VirtualCell, "path_max_mm"),
+            ("real_leads", five_ms_older, VirtualCell, "path_max_mm"),
+        ),
         # What stands aside all the way is seen best where nothing moves.
         ("twin_leads", beside, one_move, "positioning_mm"),
     ],

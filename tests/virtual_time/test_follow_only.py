@@ -12,6 +12,7 @@ from collections.abc import Iterator
 import msgspec
 import pytest
 from harness.followed import FOLLOW_MAP
+from harness.running.thorough import thorough
 from harness.scenes.steps import AT_REST_DEG_MM, ROBOT
 from harness.scenes.truth import travel
 from harness.virtual_cell.cell import VirtualCell
@@ -62,7 +63,7 @@ def twin_stands(cell: VirtualCell, within: float = 0.5) -> float:
 
 @pytest.mark.parametrize(
     ("plant", "uop"),
-    [("field", "simple"), ("ideal", "simple"), ("field", "none"), ("field", "full")],
+    [("field", "simple"), *thorough(("ideal", "simple"), ("field", "none"), ("field", "full"))],
 )
 def test_the_twin_follows_within_one_percent_of_reach(plant: str, uop: str) -> None:
     """ARTICLE on the robot's side; nothing is written, not even a heartbeat."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs
@@ -45,7 +46,7 @@ def load_files(
     plant: str = DEFAULT_PLANT,
     settings: str | Mapping[str, object] = "",
 ) -> CellFiles:
-    """Read all files of the cell of ``robot``.
+    """Read all files of the cell of ``robot``, each cell's once: nothing changes what is read.
 
     Args:
         robot: Name of a profile.
@@ -53,12 +54,21 @@ def load_files(
         plant: How its stand-in moves.
         settings: How its stand-in was set up, where it differs from emulator.yaml.
     """
+    told = settings if isinstance(settings, str) else tuple(settings.items())
+    return _load(robot, folder, plant, told)
+
+
+@lru_cache(maxsize=16)
+def _load(
+    robot: str, folder: Path, plant: str, settings: str | tuple[tuple[str, object], ...]
+) -> CellFiles:
     with chosen(robot):
         profile = load_robot(folder)
+        set_up = settings if isinstance(settings, str) else dict(settings)
         return CellFiles(
             profile,
             load_modbus_map(folder),
-            load_emulator(profile, folder, plant, settings),
+            load_emulator(profile, folder, plant, set_up),
             load_programs(profile, folder),
             load_simulation(profile, folder),
             load_gains(profile, folder),

@@ -29,6 +29,7 @@ def cell() -> Iterator[VirtualCell]:
     """Give an idle cell whose robot only HOLD stops."""
     with VirtualCell(load_files(ROBOT, settings=HOLD_ONLY)) as made:
         made.connect()
+        made.real.robot.write_override(100)
         yield made
 
 

@@ -38,12 +38,10 @@ EACH_TIME = {
     ("full", "real leads", "ideal"),
     ("full", "twin leads", "field"),
     ("full", "in a WAIT", "field"),
-    ("full", "between two moves", "ideal"),
-    ("simple", "real leads", "field"),
     ("simple", "between two moves", "ideal"),
     ("none", "in a WAIT", "field"),
 }
-"""By day: each scene where all is allocated, and what HOLD alone and what nothing stops."""
+"""By day: each scene once, HOLD alone in the one where a next move could begin."""
 TRIED = tuple(ALL if SEARCH else pairs(COMMANDS, *SETTINGS))
 
 
