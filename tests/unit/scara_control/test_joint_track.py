@@ -7,7 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
+from harness.running.thorough import examples
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scara_control.joint_track import JointTrack, SetpointError
 
@@ -75,6 +76,7 @@ def test_extrapolation_is_bounded_and_ends_at_rest(point, age):
     assert path.sample_joint(0, LIMIT + braking_time + 1e-6)[1:] == (0.0, 0.0)
 
 
+@settings(max_examples=examples(10, 100))
 @given(st.tuples(NUMBER, NUMBER, NUMBER))
 def test_position_is_the_integral_of_velocity_all_the_way_to_rest(point):
     """No jump hides at the end of the extrapolation or of the ramp."""

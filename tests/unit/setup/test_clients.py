@@ -97,6 +97,8 @@ def test_a_workspace_is_built_from_the_commit_that_is_named(tree: Path, reposito
 
 def test_a_workspace_that_is_not_built_shows_why(tree: Path, repository: str) -> None:
     """The last lines of the build, and a failed verb; so does a repository that is not there."""
+    wanted = tree / "setup" / "clients" / "workspace.git"
+    wanted.write_text(wanted.read_text().replace("# PyPI: four==4.0\n", ""))
     failed = ensure(tree, "catkin_make() { echo no compiler; return 1; }")
     assert failed.returncode == 1 and "no compiler" in failed.stderr
     (tree / "three").rename(tree / "elsewhere")

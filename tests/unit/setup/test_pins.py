@@ -206,6 +206,7 @@ def wheel(folder: Path) -> str:
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 def test_file_with_another_hash_is_not_installed_even_over_the_same_version(tmp_path: Path) -> None:
     """Real pip, on a wheel of the test's own: the right hash passes, then a wrong one fails."""
     digest = wheel(tmp_path)

@@ -14,6 +14,8 @@ from urllib.parse import unquote
 import pytest
 from harness.workspace import ROOT
 
+pytestmark = [pytest.mark.slow, pytest.mark.thorough]
+"""contract/test_docs.py holds names and links of the sources each time; a build takes 20 s."""
 NO_FILE = re.compile(r"[a-z]+:|//")
 
 
@@ -75,13 +77,11 @@ def broken(site: Path) -> Iterator[str]:
                 yield f"{page.relative_to(site)}: {link}"
 
 
-@pytest.mark.slow
 def test_every_link_of_the_site_leads_somewhere(site: Path) -> None:
     """To a file and an anchor of the site."""
     assert sorted(set(broken(site))) == []
 
 
-@pytest.mark.slow
 def test_the_site_has_messages_modules_and_the_tutorial(site: Path) -> None:
     """What is generated is there, with content."""
     messages = (site / "reference" / "messages.html").read_text()
@@ -92,7 +92,6 @@ def test_the_site_has_messages_modules_and_the_tutorial(site: Path) -> None:
     assert "Start it" in (site / "index.html").read_text()
 
 
-@pytest.mark.slow
 def test_the_index_has_headings_and_the_words_of_the_glossary(site: Path) -> None:
     """A heading leads to its place, a word to the glossary; what stands in a code block is none."""
     index = (site / "reference" / "a_to_z.html").read_text()
@@ -102,7 +101,6 @@ def test_the_index_has_headings_and_the_words_of_the_glossary(site: Path) -> Non
     assert "first shell: the desk" not in index and ">1. The first move" not in index
 
 
-@pytest.mark.slow
 def test_formulas_are_drawn_and_references_are_names(site: Path) -> None:
     """Nobody reads ``.. math::``; a page that is opened without a network draws nothing itself."""
     pages = {page.name: page.read_text() for page in (site / "reference" / "modules").iterdir()}
@@ -115,7 +113,6 @@ def test_formulas_are_drawn_and_references_are_names(site: Path) -> None:
     ]
 
 
-@pytest.mark.slow
 def test_the_site_fetches_nothing_from_elsewhere(site: Path) -> None:
     """A page that needs another place for a picture or a script says nothing without it."""
     pages = [page.read_text() for page in site.rglob("*.html")]

@@ -9,7 +9,7 @@ from harness.yaml_files import CONFIG
 
 
 @pytest.mark.parametrize(
-    ("count", "seed"), [(24, 3), pytest.param(1000, 29, marks=pytest.mark.thorough)]
+    ("count", "seed"), [(12, 3), pytest.param(1000, 29, marks=pytest.mark.thorough)]
 )
 def test_planted_harm_is_refused_and_a_free_program_is_not(count: int, seed: int) -> None:
     """What is true is found by MuJoCo. The goals are 0 missed and at most 1 % refused wrongly."""
