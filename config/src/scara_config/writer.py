@@ -10,9 +10,10 @@ import io
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap
 from ruamel.yaml.error import YAMLError
 
 from scara_config.files.whole_file import write_whole
@@ -21,13 +22,24 @@ from scara_config.loader import ConfigError
 Key = tuple[str, ...]
 
 
+class Noted(NamedTuple):
+    """A value with the comment that shall stand behind it."""
+
+    value: Any
+    note: str
+
+
+DROPPED = object()
+"""In the place of a value: its key goes, with the comment behind it."""
+
+
 def changed_text(path: Path | str, changes: Mapping[Key, Any]) -> str:
     """Return the text of ``path`` with some values changed.
 
     Args:
         path: YAML file.
-        changes: Key path, for example ``("joint_1", "position", "p")``, to the new value. Missing
-            keys are added.
+        changes: Key path, for example ``("joint_1", "position", "p")``, to the new value, one with
+            a comment, or ``DROPPED``. Missing keys are added.
 
     Raises:
         ConfigError: The file cannot be read or is no YAML, or a key path leads through a value that
@@ -50,10 +62,43 @@ def changed_text(path: Path | str, changes: Mapping[Key, Any]) -> str:
             node = node.setdefault(part, {})
             if not isinstance(node, dict):
                 raise ConfigError(f"{path}: {'.'.join(key)}: {part} is no mapping")
-        node[key[-1]] = value
+        if value is DROPPED:
+            _drop(node, key[-1])
+        elif isinstance(value, Noted):
+            node[key[-1]] = value.value
+            _remark(node, key[-1], f"# {value.note}\n")
+        else:
+            node[key[-1]] = value
     text = io.StringIO()
     yaml.dump(tree, text)
     return text.getvalue()
+
+
+def _drop(node: CommentedMap, key: str) -> None:
+    """Take a key out; whole lines of comment below it stay, below the key before it."""
+    if key not in node:
+        return
+    below = _remarks(node, key).partition("\n")[2]
+    keys = list(node)
+    before = keys[keys.index(key) - 1]
+    del node[key]
+    if below and before != key:
+        _remark(node, before, _remarks(node, before) + below)
+
+
+def _remark(node: CommentedMap, key: str, text: str) -> None:
+    """Put a comment behind a key's value; lines below the old one stay where it has but one."""
+    old = node.ca.items.get(key, [None] * 3)[2]
+    column = old.start_mark.column if old is not None else None
+    below = "" if text.count("\n") > 1 else _remarks(node, key).partition("\n")[2]
+    node.yaml_add_eol_comment(text.rstrip("\n"), key, column=column)
+    node.ca.items[key][2].value = text + below
+
+
+def _remarks(node: CommentedMap, key: str) -> str:
+    """Return the comment behind a key's value, with the lines of comment below it."""
+    token = node.ca.items.get(key, [None] * 3)[2]
+    return token.value if token is not None else ""
 
 
 def _null(representer: Any, _: None) -> Any:

@@ -8,7 +8,7 @@ import pytest
 from harness.yaml_files import shipped
 from scara_config import ConfigError
 from scara_config.files.whole_file import OWNER_ONLY, whole_file, write_whole
-from scara_config.writer import changed_text, replace_file, write_values
+from scara_config.writer import DROPPED, Noted, changed_text, replace_file, write_values
 
 TEXT = """\
 # gains of the twin
@@ -109,3 +109,15 @@ def test_a_file_that_could_not_be_ended_is_as_it_was(tmp_path: Path) -> None:
         raise ZeroDivisionError
     assert file.read_bytes() == b"old" and list(tmp_path.iterdir()) == [file]
     assert file.stat().st_mode & 0o777 == OWNER_ONLY
+
+
+def test_a_value_is_written_with_its_comment_and_another_goes(tmp_path: Path) -> None:
+    """Lines of comment below both stay, and the comment stands where the old one did."""
+    path = tmp_path / "robot.yaml"
+    path.write_text(
+        "stops:\n  hold: here   # once\n  # between\n  imstp: here  # too\n# below\nb: 1\n"
+    )
+    changes = {("stops", "hold"): Noted("there", "today"), ("stops", "imstp"): DROPPED}
+    assert changed_text(path, changes) == (
+        "stops:\n  hold: there  # today\n  # between\n# below\nb: 1\n"
+    )
