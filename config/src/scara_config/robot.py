@@ -173,7 +173,7 @@ ALLOCATED: dict[str, tuple[Means, ...]] = {
     "none": (),
 }
 """Which of them an allocation of the user operator panel has."""
-_TRY = "try one (docs/operating/acceptance.md, C5), then write it there with this address"
+_TRY = "try: rosrun robot_doctor doctor --stops (docs/operating/real_robot.md)"
 
 
 class Stopping(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

@@ -73,6 +73,7 @@ TIMED = (
     "tests/unit/operator_panel/retelling/test_run_folders.py",
     "tests/unit/operator_panel/view/test_live.py",
     "tests/unit/robot_doctor/test_set_up.py",
+    "tests/unit/robot_doctor/test_stop_trials.py",
     "tests/unit/rosbridge_gateway/admission/",
     "tests/unit/rosbridge_gateway/server/",
     "tests/unit/scara_bringup/",

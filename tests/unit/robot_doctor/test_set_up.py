@@ -2,31 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import msgspec
 import pytest
-from fanuc_emulator.config import load_emulator, load_programs
-from fanuc_emulator.controller import Controller
-from fanuc_emulator.drives.servo_loop_io import ServoLoop
-from fanuc_emulator.modbus.modbus_server_io import RobotServer
-from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.snpx.assignments import AssignmentTable
-from harness.processes import free_port
-from harness.workspace import ROOT
+from harness.emulated.served import CONFIG, LAYOUT, ROBOT, served
 from robot_doctor.doctor_node import _robot
 from robot_doctor.finding import Finding, Level
 from robot_doctor.profile_files_io import read_profile
-from scara_config import load_robot
-from scara_config.modbus_map import load_modbus_map
 from scara_config.set_up.settings import SETTINGS, setting
 from twin_controller.config import load_twin_controller
 
-CONFIG = ROOT / "config"
-ROBOT, LAYOUT = load_robot(CONFIG), load_modbus_map(CONFIG)
 CONTROLLER = load_twin_controller(ROBOT, CONFIG)
 PROFILE = read_profile(CONFIG)
 ROUNDING = 1e-6
@@ -47,34 +35,9 @@ class Seen:
         return [finding for finding in self.findings if finding.level is Level.WRONG]
 
 
-@contextmanager
-def robot(settings: str, mistype: Callable[[AssignmentTable], None]) -> Iterator[Any]:
-    """Run a stand-in that was set up so, with slots that somebody typed wrongly."""
-    config = load_emulator(ROBOT, CONFIG, settings=settings)
-    controller = Controller(config, ROBOT, load_programs(ROBOT, CONFIG), 1.7e9)
-    loop, port = ServoLoop(controller, config.dt, 0.0), free_port()
-    image = RegisterImage(LAYOUT, ROBOT)
-    server = RobotServer(
-        "127.0.0.1", port, LAYOUT, image, loop, tell=lambda _: None, settings=config.settings
-    )
-    store, written = server._datastore, []
-    assert store.assigned is not None
-    mistype(store.assigned.table)
-    write = store.async_setValues
-
-    async def counted(*request: Any) -> Any:
-        written.append(request)
-        return await write(*request)
-
-    store.async_setValues = counted  # type: ignore[method-assign]
-    with loop, server:
-        yield port, loop, written
-    assert loop.failure is None
-
-
 def look(settings: str, mistype: Callable[[AssignmentTable], None] = lambda _: None) -> Seen:
     """Let the doctor look at a robot."""
-    with robot(settings, mistype) as (port, loop, written):
+    with served(settings, mistype) as (port, loop, written):
         before = loop.snapshot.positions
         found = list(_robot(PROFILE, LAYOUT, CONTROLLER, ("127.0.0.1", port), move=False))
         way = max(abs(a - b) for a, b in zip(loop.snapshot.positions, before))
@@ -160,7 +123,7 @@ def test_a_robot_that_is_only_followed_needs_less() -> None:
     """What only leading needs is but to be looked at."""
     joint = msgspec.structs.replace(ROBOT.stopping, tried={})
     profile = msgspec.structs.replace(PROFILE, robot=msgspec.structs.replace(ROBOT, stopping=joint))
-    with robot("ready, remote: false, uop: simple", lambda _: None) as (port, _, _):
+    with served("ready, remote: false, uop: simple") as (port, _, _):
         found = list(_robot(profile, LAYOUT, CONTROLLER, ("127.0.0.1", port), move=False))
     assert [finding for finding in found if finding.level is Level.WRONG] == []
     assert any("the robot is Local" in finding.what for finding in found)

@@ -136,7 +136,7 @@ def _acceptance(robot: Robot) -> Sheet:
                     "E-STOP on the page: the drives go off",
                     "the network plug out while a program runs: the robot stops by BGTWIN",
                     "plugged in again: nothing moves",
-                    "what stopped the robot is in stopping.tried of robot.yaml, with its address",
+                    f"`{check} --stops`: each input that stops the robot is in its robot.yaml",
                     "MOVE of 5 degrees, each joint: signs and ends are right",
                     "STOP during such a move: both ramp down; ALIGN moves the twin alone",
                 )

@@ -2,12 +2,14 @@
 
 The article's methodology as checks, in four groups: the robot, its simulation, its registers, the
 links. Without ``--move`` nothing is written to the robot. Exit code 0 nothing is wrong, 1 something
-is, 2 there is no such profile. ``doctor new NAME --from ROBOT`` copies the files of a robot that is
-there, renames it in them and writes its URDF.
+is, 2 there is no such profile. ``doctor --stops`` tries what stops the robot, one means after the
+other and each after a question, and offers to write what it saw into robot.yaml. ``doctor new NAME
+--from ROBOT`` copies the files of a robot that is there, renames it in them and writes its URDF.
 """
 
 from __future__ import annotations
 
+import datetime
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,11 +17,12 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from scara_config import ConfigError, config_directory, load
-from scara_config.modbus_map import ModbusMap, problems
+from scara_config import ConfigError, Robot, config_directory, load
+from scara_config.modbus_map import ModbusMap, load_modbus_map, problems
 from scara_config.profile import chosen_robot, locate
 from scara_config.readers import check_files
 from scara_config.set_up.slots import has_slots
+from scara_config.writer import write_values
 from scara_ros.shell.command_line_io import CommandLine, ConfigDir, RobotName, choose_robot
 from scara_ros.shell.program_io import WRONG
 from twin_controller.config import TwinControllerConfig, load_twin_controller
@@ -34,11 +37,17 @@ from robot_doctor.profile_files_io import read_profile
 from robot_doctor.robot_probe_io import Mover, ask
 from robot_doctor.set_up_checks import check_set_up
 from robot_doctor.set_up_probe_io import probe_set_up
+from robot_doctor.stop_trials import allocation, changes, proposal
+from robot_doctor.stop_trials_io import StopTrials, UnexpectedError
 from robot_doctor.twin_probe_io import ask_twin
 
 SECONDS = 2.0
 PATIENCE_S = 1.0
 """For one answer while the set-up is read: slow is not wrong there."""
+STOPS_BEGIN = """\
+What stops the robot at {}:{}? Nobody inside the guard, a hand on its emergency stop.
+The override goes to 1 %. Enter leaves a step out; what is neither y nor n ends all, held.
+"""
 COLOURS = {Level.FINE: "green", Level.NOTE: "yellow", Level.WRONG: "bold red"}
 app = CommandLine(
     "doctor",
@@ -65,6 +74,9 @@ def doctor(
     move: Annotated[
         bool, typer.Option("--move", help="Send each joint a hair away and back, and swing it.")
     ] = False,
+    stops: Annotated[
+        bool, typer.Option("--stops", help="Try what stops the robot, asking before each trial.")
+    ] = False,
     offline: Annotated[bool, typer.Option("--offline", help="Look at the files only.")] = False,
     config_dir: ConfigDir = None,
 ) -> None:
@@ -79,6 +91,8 @@ def doctor(
     except ConfigError as error:
         hint = f"        -> a new robot: {new_command(chosen_robot())}"
         raise ConfigError(f"{error}\n{hint}") from error
+    if stops:
+        raise typer.Exit(0 if _stops(console, profile, folder, host, port) else 1)
     findings = list(examine(profile))
     findings += other_files(folder, findings)
     if not offline:
@@ -128,6 +142,14 @@ def other_files(folder: Path, found: list[Finding]) -> Iterator[Finding]:
             yield wrong(Group.FILES, fault, mend(fault, chosen_robot()))
 
 
+def tell(console: Console, finding: Finding) -> None:
+    """Print one finding, and what to do."""
+    said = f"  {finding.level.value:5} {finding.what}"
+    console.print(said, style=COLOURS[finding.level], markup=False)
+    if finding.advice:
+        console.print(f"        -> {finding.advice}", markup=False)
+
+
 def show(console: Console, profile: RobotProfile, findings: list[Finding]) -> None:
     """Print the findings by group, and what to do."""
     name = chosen_robot() if isinstance(profile.robot, ConfigError) else profile.robot.name
@@ -136,13 +158,7 @@ def show(console: Console, profile: RobotProfile, findings: list[Finding]) -> No
         if found:
             console.print(f"{group.value}", style="bold", markup=False)
         for finding in found:
-            console.print(
-                f"  {finding.level.value:5} {finding.what}",
-                style=COLOURS[finding.level],
-                markup=False,
-            )
-            if finding.advice:
-                console.print(f"        -> {finding.advice}", markup=False)
+            tell(console, finding)
     counts = {level: sum(finding.level is level for finding in findings) for level in Level}
     verdict = (
         f"{counts[Level.FINE]} fine, {counts[Level.NOTE]} to look at, {counts[Level.WRONG]} wrong"
@@ -152,6 +168,68 @@ def show(console: Console, profile: RobotProfile, findings: list[Finding]) -> No
         style=COLOURS[Level.WRONG if counts[Level.WRONG] else Level.FINE],
         markup=False,
     )
+
+
+def _stops(
+    console: Console, profile: RobotProfile, folder: Path, host: str | None, port: int | None
+) -> bool:
+    """Try what stops the robot, and offer to write it down; return whether all of it worked."""
+    robot = profile.robot
+    if isinstance(robot, ConfigError):
+        raise robot
+    if not robot.lead:
+        raise ConfigError("robot.yaml: lead is false: nothing is ever written to the robot")
+    config = load_twin_controller(robot, folder)
+    layout = load_modbus_map(folder)
+    address = (host or config.real.host, port or config.real.port)
+    patience = max(config.real.timeout_ms * 1e-3, PATIENCE_S)
+    # Only what is needed to read anything: all else is tried.
+    gaps = has_slots(layout) and list(
+        check_set_up(layout, probe_set_up(layout, *address, patience), led=False)
+    )
+    if gaps and not is_healthy(gaps):
+        show(console, profile, [gap for gap in gaps if gap.level is Level.WRONG])
+        return False
+    console.print(STOPS_BEGIN.format(*address), markup=False)
+    findings = []
+    with StopTrials(robot, layout, config, address, answer) as trials:
+        for finding in trials.run():
+            findings.append(finding)
+            tell(console, finding)
+    _write_stops(console, robot, folder, address[0], trials)
+    return is_healthy(findings)
+
+
+def _write_stops(
+    console: Console, robot: Robot, folder: Path, host: str, trials: StopTrials
+) -> None:
+    """Show what robot.yaml should say, and write it once somebody agrees."""
+    path = locate("robot.yaml", folder)
+    uop = allocation(trials.outputs, trials.results, robot.stopping.uop)
+    found = proposal(robot.stopping, host, trials.results, uop)
+    means = ", ".join(f"{name}: {place}" for name, place in found.tried.items())
+    console.print(f"{path}, stopping:\n  uop: {found.uop}\n  tried: {{{means}}}", markup=False)
+    if found == robot.stopping:
+        console.print("it says so already", markup=False)
+    elif answer("Write this?"):
+        today = datetime.date.today().isoformat()
+        write_values(path, changes(robot.stopping, host, found, today))
+        console.print(f"written: {path}", markup=False)
+
+
+def answer(text: str) -> bool:
+    """Ask one question; Enter is no.
+
+    Raises:
+        UnexpectedError: The answer is neither yes nor no.
+    """
+    try:
+        said = input(f"{text} [y/N] ").strip().lower()
+    except EOFError as error:
+        raise UnexpectedError("no answer") from error
+    if said not in ("y", "yes", "n", "no", ""):
+        raise UnexpectedError(f"{said!r} is neither yes nor no")
+    return said.startswith("y")
 
 
 def _links(

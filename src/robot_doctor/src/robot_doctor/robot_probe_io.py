@@ -24,7 +24,7 @@ from twin_controller.robot_sample import (
 
 from robot_doctor.delay_checks import DelayStretch, check_delays
 from robot_doctor.finding import Finding, Group, wrong
-from robot_doctor.link_checks import Answer, Nudge, check_nudge
+from robot_doctor.link_checks import MOVED_LEAST, Answer, Nudge, check_nudge
 
 HAIR = {"deg": 0.5, "mm": 1.0}
 SWING, SWING_S, LISTEN_S = {"deg": 10.0, "mm": 20.0}, 0.8, 0.5
@@ -39,6 +39,8 @@ FIRST_S = 3.0
 AHEAD_S = 0.04
 """So far ahead of their time set points are sent to a robot that takes them so; our choice."""
 SPEED_PERCENT = 10.0
+SLOW = 5.0
+"""Where it is first tried to move the robot: so far, within a second [deg or mm]."""
 
 
 def ask(
@@ -154,6 +156,24 @@ class Mover:
             self._config,
         )
 
+    def try_stream(self) -> tuple[str, float]:
+        """Start the stream program and send the first joint away and back, at 5 deg/s or mm/s.
+
+        Returns:
+            Why that is not possible, or an empty text; how far the joint went [deg or mm].
+        """
+        if reason := self._start():
+            return reason, 0.0
+        joint, start = self._joints[0], self._positions()
+        asked = SLOW * joint.scale * self._inwards(start, 0, joint)
+        away = (start[0] + asked, *start[1:])
+        self._go(start, away, 0, 1.0, 100.0)
+        there = self._positions()[0] - start[0]
+        self._go(away, start, 0, 1.0, 100.0)
+        missed = abs(there - asked) > (1.0 - MOVED_LEAST) * abs(asked)
+        way = there / joint.scale
+        return f"{joint.name} went {way:+.2f} only" if missed else "", way
+
     def _take(self, sample: RobotSample, sent: float, received: float) -> None:
         self._newest = sample, received
         if self._stretch is not None:
@@ -265,15 +285,22 @@ class Mover:
         """Return the sign of the way from the nearer limit."""
         return 1.0 if start[index] < 0.5 * (joint.lower + joint.upper) else -1.0
 
-    def _go(self, begin: tuple[float, ...], end: tuple[float, ...], index: int) -> float:
+    def _go(
+        self,
+        begin: tuple[float, ...],
+        end: tuple[float, ...],
+        index: int,
+        ramp_s: float = RAMP_S,
+        percent: float = SPEED_PERCENT,
+    ) -> float:
         """Stream from one pose to another, wait until the robot stands there or the time is over.
 
         Return the largest speed.
         """
         speed, started = 0.0, time.monotonic()
         while (passed := time.monotonic() - started) < SETTLE_S:
-            share = min(passed / RAMP_S, 1.0)
-            self._tell([a + share * (b - a) for a, b in zip(begin, end)], SPEED_PERCENT)
+            share = min(passed / ramp_s, 1.0)
+            self._tell([a + share * (b - a) for a, b in zip(begin, end)], percent)
             motion, column = self._sample.motion, self._columns[index]
             # Only its sign counts, which the way also has where the robot tells no speeds.
             here = motion.qdot[column] if motion.qdot else motion.q[column] - begin[index]
@@ -282,7 +309,7 @@ class Mover:
             if (
                 share == 1.0
                 and rest < CLOSE * abs(end[index] - begin[index])
-                and passed > RAMP_S + 0.2
+                and passed > ramp_s + 0.2
             ):
                 break
             time.sleep(PERIOD_S)

@@ -1,0 +1,221 @@
+"""What of trying a robot's means of stopping is no wire: what was seen, and what follows from it.
+
+A means has stopped the robot only if it moved before, stands within ``PATIENCE_S``, and its program
+does not run on. What did not stop it is named so, and no profile will say otherwise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from enum import Enum
+from typing import Any
+
+import msgspec
+from scara_config import Robot
+from scara_config.robot import ALLOCATED, Means, Stopping
+from scara_config.set_up.settings import setting
+from scara_config.writer import DROPPED, Key, Noted
+from twin_controller.robot_sample import ProgramState
+
+from robot_doctor.finding import Finding, Group, fine, note, wrong
+
+SPEED = 5.0
+"""At which each means is tried [deg/s or mm/s]; our choice."""
+TOO_FAST = {"deg": 10.0, "mm": 50.0}
+"""Above it the trial ends [deg/s, mm/s]; our choice."""
+WINDOW_S, MOVES, STILL = 0.3, 0.3, 0.1
+"""So far at least a joint goes in a window where it moves, at most where it stands [deg or mm]."""
+PATIENCE_S = 2.0
+"""At ``SPEED`` a robot needs far less to stand; our choice."""
+
+
+class Trial(Enum):
+    """What is tried, in this order: what stops the robot comes before what moves it."""
+
+    HOLD = "HOLD"
+    START = "START"
+    CSTOPI = "CSTOPI"
+    IMSTP = "*IMSTP"
+    WATCHDOG = "the watchdog"
+    RSR = "RSR1"
+
+
+MEANS: Mapping[Trial, Means] = {
+    Trial.HOLD: "hold",
+    Trial.CSTOPI: "cstopi",
+    Trial.IMSTP: "imstp",
+}
+"""Those that a profile names."""
+_DOES = {
+    Trial.HOLD: "HOLD is taken away",
+    Trial.START: "START lets the paused program go on; HOLD pauses it again",
+    Trial.CSTOPI: "CSTOPI is pulsed",
+    Trial.IMSTP: "*IMSTP is switched off: the drives go off",
+    Trial.WATCHDOG: "The heartbeat ends: the robot must stop itself",
+    Trial.RSR: f"RSR1 starts the stream program, one joint goes {SPEED:g} away and back",
+}
+
+_DECIDES = {
+    Trial.HOLD: "uop",
+    Trial.START: "remote",
+    Trial.CSTOPI: "cstopi_for_abort",
+    Trial.IMSTP: "imstp_assigned",
+    Trial.WATCHDOG: "programs",
+    Trial.RSR: "rsr",
+}
+"""What on the robot's screens decides whether it works."""
+
+
+class Outcome(Enum):
+    """What came of a trial."""
+
+    WORKED = "worked"
+    FAILED = "failed"
+    LEFT_OUT = "not tried"
+
+
+class Result(msgspec.Struct, frozen=True):
+    """What came of one trial, in words."""
+
+    trial: Trial
+    outcome: Outcome
+    what: str
+
+    def finding(self) -> Finding:
+        """Return it as the doctor tells it."""
+        if self.outcome is Outcome.WORKED:
+            return fine(Group.LINKS, self.what)
+        if self.outcome is Outcome.LEFT_OUT:
+            return note(Group.LINKS, f"{self.trial.value}: not tried: {self.what}", "ask again")
+        return wrong(Group.LINKS, self.what, setting(_DECIDES[self.trial]).advice)
+
+
+class Look(msgspec.Struct, frozen=True):
+    """One reading: when [s], the twin's joints [deg or mm], what the program does."""
+
+    at: float
+    places: tuple[float, ...]
+    state: ProgramState
+
+
+def moves(looks: Sequence[Look]) -> bool:
+    """Return whether a joint moves at the newest look."""
+    return max(_ways(looks), default=0.0) >= MOVES
+
+
+def stands(looks: Sequence[Look]) -> bool:
+    """Return whether all joints have stood for a window at the newest look."""
+    whole = bool(looks) and looks[-1].at - looks[0].at >= WINDOW_S
+    return whole and max(_ways(looks), default=0.0) <= STILL
+
+
+def too_fast(looks: Sequence[Look], robot: Robot) -> str:
+    """Name a joint that is faster than it may be while something is tried; empty: none is."""
+    for joint, way in zip(robot.twin_joints, _ways(looks)):
+        if way / WINDOW_S > TOO_FAST[joint.unit]:
+            return f"{joint.name} moves at {way / WINDOW_S:.0f} {joint.unit}/s"
+    return ""
+
+
+def judge_stop(trial: Trial, looks: Sequence[Look], sent: float) -> Result:
+    """Return whether a means has stopped the robot.
+
+    Args:
+        trial: What was tried while the robot moved.
+        looks: From then on until it stood, or until ``PATIENCE_S`` were over.
+        sent: When it was sent [s].
+    """
+    name, after = trial.value, [look for look in looks if look.at >= sent]
+    state = after[-1].state.name.lower() if after else "not told"
+    if not stands(after):
+        what = f"{name} did not stop the robot within {PATIENCE_S:g} s; its program is {state}"
+        return Result(trial, Outcome.FAILED, what)
+    if after[-1].state is ProgramState.RUNNING:
+        what = f"{name} did not stop the robot: it stands, but its program runs on"
+        return Result(trial, Outcome.FAILED, what)
+    end = after[-1].places
+    last = max((look.at for look in after if _apart(look.places, end) > STILL), default=sent)
+    way, within = _apart(after[0].places, end), 0.1 * math.ceil(10.0 * (last - sent) + 0.5)
+    what = f"{name} stopped the robot within {within:.1f} s and {way:.2f} deg or mm; {state}"
+    return Result(trial, Outcome.WORKED, what)
+
+
+def question(trial: Trial, state: ProgramState, starts: bool) -> str:
+    """Return what is asked before a trial.
+
+    Args:
+        trial: What is tried next.
+        state: Of the robot's program.
+        starts: START was seen to let a paused program go on.
+    """
+    if trial is Trial.START:
+        first = ""
+    elif trial is Trial.RSR:
+        first = "" if state is ProgramState.ABORTED else "End the program at the pendant (ABORT). "
+    elif state is ProgramState.ABORTED:
+        first = "Start a program that moves, at the pendant. "
+    elif state is ProgramState.PAUSED and not starts:
+        first = "Let the program go on, by START at the pendant. "
+    else:
+        first = "START lets the program go on. " * (state is ProgramState.PAUSED)
+    number = list(Trial).index(trial) + 1
+    return f"{number} of {len(Trial)}  {first}{_DOES[trial]}. Try it?"
+
+
+def allocation(seen: frozenset[str], results: Sequence[Result], filed: str) -> str:
+    """Return which allocation of the user operator panel was seen.
+
+    Args:
+        seen: Names of all outputs that were on while a program ran or was paused.
+        results: Of the trials.
+        filed: What the profile says.
+    """
+    if seen & {"progrun", "paused", "held", "sysrdy"}:
+        return "full"
+    if seen & {"cmdenbl", "fault", "batalm", "busy"}:
+        return "simple"
+    failed = any(each.trial is Trial.HOLD and each.outcome is Outcome.FAILED for each in results)
+    return "none" if failed else filed
+
+
+def proposal(stopping: Stopping, address: str, results: Sequence[Result], uop: str) -> Stopping:
+    """Return what the profile should say after the trials.
+
+    Of what was tried at other addresses nothing stays: another address is another robot.
+    """
+    came = {MEANS[each.trial]: each.outcome for each in results if each.trial in MEANS}
+    kept = {means for means, place in stopping.tried.items() if place == address}
+    proven = {means for means, outcome in came.items() if outcome is Outcome.WORKED}
+    proven |= {means for means in kept if came.get(means) in (None, Outcome.LEFT_OUT)}
+    tried = {means: address for means in ALLOCATED[uop] if means in proven}
+    return msgspec.convert({"uop": uop, "tried": tried}, Stopping)
+
+
+def changes(robot: Stopping, address: str, found: Stopping, date: str) -> dict[Key, Any]:
+    """Return what of robot.yaml is to be written, comments included.
+
+    Args:
+        robot: What it says.
+        address: Of the robot.
+        found: What it should say.
+        date: Of the trials.
+    """
+    tried = ("stopping", "tried")
+    if not found.tried:
+        return {("stopping", "uop"): found.uop, tried: {}}
+    said = Noted(address, f"[chk] {date}, seen by doctor --stops")
+    written: dict[Key, Any] = {("stopping", "uop"): found.uop}
+    for means in {**robot.tried, **found.tried}:
+        written[(*tried, means)] = said if means in found.tried else DROPPED
+    return written
+
+
+def _ways(looks: Sequence[Look]) -> list[float]:
+    """Return how far each joint went within the newest window [deg or mm]."""
+    newest = [look.places for look in looks if look.at >= looks[-1].at - WINDOW_S]
+    return [max(places) - min(places) for places in zip(*newest)]
+
+
+def _apart(one: Sequence[float], other: Sequence[float]) -> float:
+    return max(abs(a - b) for a, b in zip(one, other))

@@ -1,0 +1,272 @@
+"""Try what stops a robot, one means after the other, each after a question; read what it does."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from functools import partial
+
+import msgspec
+from scara_config import Robot
+from scara_config.modbus_map import ModbusMap
+from scara_config.robot import Stopping
+from twin_controller.config import TwinControllerConfig
+from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
+from twin_controller.robot.signals import Number, Pulse, Signal, Step
+from twin_controller.robot_sample import AlarmStatus, ProgramState, ProgramStatus, RobotSample
+
+from robot_doctor.finding import Finding, Group, wrong
+from robot_doctor.robot_probe_io import Mover
+from robot_doctor.stop_trials import (
+    PATIENCE_S,
+    Look,
+    Outcome,
+    Result,
+    Trial,
+    judge_stop,
+    moves,
+    question,
+    stands,
+    too_fast,
+)
+
+FIRST_S, STAYS_S = 3.0, 1.0
+COMES_S = 30.0
+"""So long a person at the pendant has to start a program once the question is answered."""
+SILENT_S = 0.5
+REMEMBERED = 1000
+"""Readings: those of ten seconds."""
+SLOWEST_PERCENT = 1
+"""Override during the trials: at 100 % of a program most joints move at 5 deg/s or less."""
+_ACTS: dict[Trial, tuple[Step, ...]] = {
+    Trial.HOLD: (Signal("hold", False),),
+    Trial.CSTOPI: (Pulse("cstopi"),),
+    Trial.IMSTP: (Signal("imstp", False),),
+}
+_GIVES_BACK: tuple[Step, ...] = (Signal("imstp", True), Signal("hold", True))
+
+
+class UnexpectedError(Exception):
+    """What was not expected while something was tried; the robot is held then."""
+
+
+class StopTrials:
+    """A connection to a robot on which means of stopping are tried; a context manager.
+
+    Args:
+        robot: The profile.
+        layout: Its map.
+        config: Times of the link.
+        address: Of the robot's Modbus server.
+        ask: Puts one question to the person at the robot.
+        comes: So long a program may take to move the robot after an answer [s].
+        stays: So long a robot that stands is watched [s].
+
+    Attributes:
+        results: Of the trials so far.
+        outputs: Names of all outputs that were seen on.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        layout: ModbusMap,
+        config: TwinControllerConfig,
+        address: tuple[str, int],
+        ask: Callable[[str], bool],
+        comes: float = COMES_S,
+        stays: float = STAYS_S,
+    ) -> None:
+        # Levels as they are on the wire: what they tell of the allocation is to be found out.
+        full = Stopping(uop="full", tried={})
+        self._robot = msgspec.structs.replace(robot, stopping=full)
+        self._layout, self._config, self._address = layout, config, address
+        self._ask, self._comes, self._stays_s = ask, comes, stays
+        self.results: list[Result] = []
+        self.outputs: frozenset[str] = frozenset()
+        self._changed = threading.Condition()
+        self._looks: deque[Look] = deque(maxlen=REMEMBERED)
+        self._state = ProgramState.ABORTED
+        self._link = self._connect(heartbeat=True)
+
+    def __enter__(self) -> StopTrials:
+        """Connect."""
+        self._link.__enter__()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Disconnect; whatever went wrong, HOLD is taken away before."""
+        if kind is not None:
+            self._link.send(Signal("hold", False))
+        self._link.close()
+
+    def run(self) -> Iterator[Finding]:
+        """Ask for each trial, make it, and yield what came of it.
+
+        What is not expected ends all: HOLD is taken away, and stays away.
+        """
+        try:
+            self._wait(FIRST_S, lambda: bool(self._looks))
+            for trial in Trial:
+                result = self._try(trial)
+                self.results.append(result)
+                yield result.finding()
+        except (UnexpectedError, KeyboardInterrupt) as why:
+            self._link.send(Signal("hold", False))
+            stopped = self._holds()
+            yield wrong(
+                Group.LINKS,
+                f"ended: {str(why) or 'interrupted'}; HOLD was taken away and stays away",
+                "the robot stands; RESET on the page gives HOLD back"
+                if stopped
+                else "THE ROBOT IS NOT SEEN TO STAND: press its emergency stop",
+            )
+
+    def _holds(self) -> bool:
+        """Return whether the robot stands, or comes to stand."""
+        try:
+            self._looks.clear()
+            return self._wait(PATIENCE_S, lambda: stands(self._looks))
+        except UnexpectedError:
+            return False
+
+    def _try(self, trial: Trial) -> Result:
+        """Make one trial, if the person at the robot agrees."""
+        leave = partial(Result, trial, Outcome.LEFT_OUT)
+        starts = self._worked(Trial.START)
+        if trial is Trial.START and self._state is not ProgramState.PAUSED:
+            return leave("no program is paused")
+        if not self._ask(question(trial, self._state, starts)):
+            return leave("the answer was no")
+        if trial is Trial.RSR:
+            return self._try_rsr()
+        if trial is Trial.START:
+            return self._try_start()
+        self._link.send(Number("override", SLOWEST_PERCENT))
+        if self._state is ProgramState.PAUSED and starts:
+            self._link.send(Pulse("start"))
+        if not self._wait(self._comes, self._runs):
+            return leave(f"no program moved the robot within {self._comes:g} s")
+        return self._try_stop(trial)
+
+    def _try_stop(self, trial: Trial) -> Result:
+        """Stop the moving robot by one means; where that does not stop it, by HOLD."""
+        sent = time.monotonic()
+        if trial is Trial.WATCHDOG:
+            self._connect_anew(heartbeat=False)
+        else:
+            self._link.send(*_ACTS[trial])
+        self._wait(PATIENCE_S, lambda: stands([look for look in self._looks if look.at >= sent]))
+        self._wait(self._stays_s, lambda: False)
+        with self._changed:
+            result = judge_stop(trial, list(self._looks), sent)
+        if result.outcome is Outcome.FAILED:
+            if trial is Trial.HOLD:
+                self.results.append(result)
+                raise UnexpectedError(result.what)
+            self._hold(result.what)
+        if trial is Trial.WATCHDOG:
+            self._connect_anew(heartbeat=True)
+        self._link.send(*_GIVES_BACK)
+        if trial in (Trial.IMSTP, Trial.WATCHDOG):
+            self._link.send(Pulse("fault_reset"))  # on a simple panel it is CSTOPI too
+        self._stays("it was released")
+        return result
+
+    def _try_start(self) -> Result:
+        """Let the paused program go on, and pause it again."""
+        self._link.send(Pulse("start"))
+        if not self._wait(FIRST_S, self._runs):
+            what = "START does not let a paused program go on"
+            return Result(Trial.START, Outcome.FAILED, what)
+        self._hold("START")
+        self._link.send(Signal("hold", True))
+        self._stays("HOLD was given back")
+        return Result(Trial.START, Outcome.WORKED, "START lets a paused program go on")
+
+    def _try_rsr(self) -> Result:
+        """Let RSR1 start the stream program, and send one joint away and back."""
+        if not self._wait(FIRST_S, lambda: self._state is ProgramState.ABORTED):
+            return Result(Trial.RSR, Outcome.LEFT_OUT, "a program is not ended")
+        self._link.close()
+        try:
+            with Mover(self._robot, self._layout, self._config, *self._address) as mover:
+                reason, way = mover.try_stream()
+        finally:
+            self._connect_anew(heartbeat=True)
+        if self._state is ProgramState.RUNNING:
+            self._hold("the stream program did not end by CSTOPI")
+        if reason:
+            return Result(Trial.RSR, Outcome.FAILED, f"RSR1: {reason}")
+        what = f"RSR1 starts the stream program; a joint went {way:.2f} away and back"
+        return Result(Trial.RSR, Outcome.WORKED, what)
+
+    def _worked(self, trial: Trial) -> bool:
+        return any(each.trial is trial and each.outcome is Outcome.WORKED for each in self.results)
+
+    def _runs(self) -> bool:
+        """Return whether a program moves the robot."""
+        return self._state is ProgramState.RUNNING and moves(self._looks)
+
+    def _hold(self, why: str) -> None:
+        """Stop the robot by what was seen to stop it."""
+        self._link.send(Signal("hold", False))
+        if not self._holds():
+            raise UnexpectedError(f"{why}, and HOLD did not stop it")
+
+    def _stays(self, after: str) -> None:
+        """Look on for a while: a robot that stands must not move by itself."""
+        self._looks.clear()
+        if self._wait(self._stays_s, lambda: moves(self._looks)):
+            raise UnexpectedError(f"the robot moved when {after}")
+
+    def _wait(self, seconds: float, done: Callable[[], bool]) -> bool:
+        """Wait until something is so; return whether it is.
+
+        Raises:
+            UnexpectedError: The robot is silent, or too fast.
+        """
+        begun = time.monotonic()
+        with self._changed:
+            while time.monotonic() < begun + seconds:
+                if done():
+                    return True
+                heard = max(self._looks[-1].at if self._looks else begun, begun)
+                if not self._changed.wait(SILENT_S) and time.monotonic() > heard + 2.0 * SILENT_S:
+                    raise UnexpectedError("the robot does not answer")
+                if fast := too_fast(self._looks, self._robot):
+                    raise UnexpectedError(fast)
+        return done()
+
+    def _connect_anew(self, heartbeat: bool) -> None:
+        """Let another link take over, as if nobody had said farewell."""
+        self._link.close(disarm=False)
+        self._link = self._connect(heartbeat)
+        self._link.__enter__()
+        if not self._wait(FIRST_S, lambda: self._link.connected):
+            raise UnexpectedError("the robot does not answer")
+
+    def _connect(self, heartbeat: bool) -> ModbusLink:
+        """Return a link that is not open yet."""
+        period = self._config.real.poll_period_ms * 1e-3
+        host, port = self._address
+        settings = ModbusSettings(
+            host, port, period, timeout=0.2, status_period=0.1, heartbeat=heartbeat
+        )
+        return ModbusLink(
+            settings, self._layout, self._robot, self._take, lambda up, why: None, self._told
+        )
+
+    def _take(self, sample: RobotSample, sent: float, received: float) -> None:
+        joints = zip(sample.motion.q, self._robot.joints)
+        places = tuple([q / joint.scale for q, joint in joints if joint.twin])
+        with self._changed:
+            if self._state is not ProgramState.ABORTED:
+                self.outputs |= sample.outputs
+            self._looks.append(Look(received, places, self._state))
+            self._changed.notify()
+
+    def _told(self, program: ProgramStatus, alarm: AlarmStatus) -> None:
+        self._state = program.state
