@@ -223,7 +223,7 @@ def jogs(stage: Stage) -> None:
 
 
 def refused_set_points(stage: Stage) -> None:
-    """Beyond the range and no number: the program ends with an alarm; so does a silent client."""
+    """Beyond the range and no number: the program ends with an alarm; a client falls silent."""
     stage.controller.write_override(100)
     for value in (1e3, math.nan):
         stage.aim(list(stage.home))
@@ -263,8 +263,9 @@ def parts_carried(stage: Stage) -> None:
     stage.pulse("cstopi")
     stage.run(0.5)
     lower = [joint.lower if joint.name == "joint_3" else 0.0 for joint in stage.robot.joints]
-    stage.aim(lower)
     stage.pulse("rsr1")
+    stage.run(0.1)
+    stage.aim(lower)
     stage.run(1.0)
     assert {event.kind for event in stage.parts.events} >= {"placed", "dropped", "collision"}
 

@@ -188,19 +188,21 @@ def test_pendant_says_why_it_cannot(cell: Cell) -> None:
 def test_watchdog_stops_the_robot_when_its_client_falls_silent(cell: Cell) -> None:
     """Armed by the client, then no more writes.
 
-    The program is ended, FAULT is on, the joints stand.
+    The program is ended, the robot is held, the joints stand; RESET lets it go.
     """
     cell.pendant("override", "5")
     assert cell.pendant("run", "TWO_POINT")[0] == 0
     cell.client.write_register(11069, 1)
     wait_until(lambda: cell.words(11043) == [2], 5.0, "the watchdog")
     wait_until(lambda: cell.words(11210) == [0], 5.0, "the end of the program")
-    assert cell.client.read_discrete_inputs(6005, count=1).bits[0]
+    assert cell.client.read_discrete_inputs(6004, count=1).bits[0]
     pose = cell.words(11001, 18)
     assert cell.words(11022, 18) == [0] * 18
     assert cell.words(11001, 18) == pose
     code, text = cell.pendant("status")
-    assert code == 0 and "heartbeat lost" in text
+    assert code == 0 and "held" in text
+    assert cell.pendant("reset") == (0, "ready\n")
+    assert cell.words(11043) == [0]
 
 
 def test_twin_controllers_link_streams_and_its_silence_stops_the_robot(cell: Cell) -> None:
@@ -220,8 +222,9 @@ def test_twin_controllers_link_streams_and_its_silence_stops_the_robot(cell: Cel
     ) as link:
         wait_until(lambda: link.connected, 10.0)
         link.send(Number("override", 100))
-        link.write_now((0.1, -0.2, -0.1, 0.3), 50.0)
         link.send(Pulse("rsr1"))
+        wait_until(lambda: samples[-1].control_type.name == "STREAM", 5.0)
+        link.write_now((0.1, -0.2, -0.1, 0.3), 50.0)
         wait_until(
             lambda: samples[-1].motion.q == pytest.approx((0.1, -0.2, -0.1, 0.0, 0.3), abs=1e-5),
             10.0,
@@ -231,7 +234,7 @@ def test_twin_controllers_link_streams_and_its_silence_stops_the_robot(cell: Cel
         assert link.counters.rejected == link.counters.refused == 0
         link.close(disarm=False)
     wait_until(lambda: cell.words(11043) == [2] and cell.words(11210) == [0], 5.0, "the watchdog")
-    assert cell.client.read_discrete_inputs(6005, count=1).bits[0]
+    assert cell.client.read_discrete_inputs(6004, count=1).bits[0]
 
 
 def test_a_taken_port_ends_the_node_with_code_2(standing: Cell) -> None:

@@ -7,9 +7,8 @@ import statistics
 from typing import TYPE_CHECKING
 
 import pytest
-from fanuc_emulator.snapshot import ControlType
+from fanuc_emulator.snapshot import ControlType, WatchdogState
 from fanuc_emulator.tp.executor import ProgramState
-from fanuc_emulator.watchdog import WatchdogState
 
 from fanuc_emulator import alarms
 
@@ -267,9 +266,11 @@ def test_a_start_with_a_fault_names_the_fault_not_the_warning(bench: Bench) -> N
 
 def test_stream_follows_set_points_after_the_start_delay(bench: Bench) -> None:
     """RSR1 starts following PR[1]; the delay is that of emulator.yaml."""
-    bench.stream_to("joint_1", 0.01)
     bench.controller.write_input("rsr1", True)
     begin = bench.now.tick
+    while not bench.now.velocities[0] and bench.now.tick < begin + 500:
+        bench.stream_to("joint_1", 0.01)
+        bench.run(bench.config.dt)
     bench.run_until(lambda now: now.positions[0] != 0.0)
     assert (bench.now.tick - begin) * bench.config.plant.servo_period_ms == pytest.approx(
         bench.config.plant.start_delay_ms, abs=4
@@ -340,59 +341,92 @@ def test_a_set_point_at_the_end_of_the_range_may_be_off_by_a_float32s_rounding(
     assert bench.now.alarm is not None and bench.now.alarm.code is alarms.POSITION_LIMIT
 
 
-def test_a_wrong_set_point_harms_nobody_while_no_stream_runs(bench: Bench) -> None:
-    """PR[1] is judged when it is used, and then at once."""
+def test_a_set_point_from_before_the_stream_is_not_approached(bench: Bench) -> None:
+    """The stream program's first line puts the robot's own position there."""
     bench.stream_to("joint_1", 3.0)
-    bench.run(0.1)
-    assert bench.now.alarm is None
     bench.pulse("rsr1")
+    bench.run(0.1)
+    assert bench.now.alarm is None and not any(bench.now.velocities)
+    bench.stream_to("joint_1", 3.0)
     bench.run(0.1)
     assert bench.now.alarm is not None and bench.now.alarm.code is alarms.POSITION_LIMIT
     assert not any(bench.now.velocities)
 
 
 def test_watchdog_stops_the_stream_on_its_ramp_and_latches(bench: Bench) -> None:
-    """A client that falls silent: controlled stop, alarm, watchdog_state 2 until FAULT_RESET."""
+    """A client that falls silent: HOLD goes, the paused program is ended; so it stays till RESET.
+
+    No alarm: a background program cannot raise one.
+    """
     start_stream(bench)
     for beat in range(1, 20):
         bench.controller.write_heartbeat(beat)
         bench.stream_to("joint_1", 0.05 * beat)
         bench.run(0.01)
     assert bench.now.watchdog_state is WatchdogState.ARMED and moving(bench)
-    bench.run(bench.config.heartbeat_timeout_ms / 1000 + 0.5)
-    assert not moving(bench)
+    patience = bench.config.heartbeat_timeout_ms / 1000
+    bench.run(patience - 0.012)
+    assert bench.now.program_state is RUNNING
+    bench.run(0.022)
     assert bench.now.watchdog_state is WatchdogState.EXPIRED
-    assert bench.now.program_state is ABORTED and bench.now.outputs.fault
-    assert bench.now.alarm is not None and bench.now.alarm.code is alarms.HEARTBEAT_LOST
+    assert bench.now.program_state is PAUSED and bench.now.outputs.held and moving(bench)
+    bench.run(0.5)
+    assert not moving(bench) and bench.now.program_state is ABORTED and bench.now.alarm is None
     bench.controller.write_heartbeat(50)
+    bench.controller.write_input("hold", True)
+    bench.run(0.01)
     bench.pulse("rsr1")
-    assert bench.now.program_state is ABORTED
+    assert bench.now.program_state is ABORTED and bench.now.outputs.held
     bench.pulse("fault_reset")
-    assert bench.now.watchdog_state is WatchdogState.DISARMED and not bench.now.outputs.fault
+    assert bench.now.watchdog_state is WatchdogState.DISARMED and not bench.now.outputs.held
+    bench.pulse("rsr1")
+    assert bench.now.program_state is RUNNING
 
 
-def test_watchdog_of_a_robot_at_rest_only_warns_until_the_heartbeat_is_back(bench: Bench) -> None:
-    """There is nothing to stop: no fault, nothing latched, and the next beat arms it again."""
+@pytest.mark.parametrize(
+    ("beats", "at", "state"),
+    [
+        ([], 1_000, WatchdogState.DISARMED),
+        ([(5, 0)], 120, WatchdogState.ARMED),
+        ([(5, 0)], 136, WatchdogState.EXPIRED),
+        ([(5, 0), (5, 100)], 136, WatchdogState.EXPIRED),
+        ([(5, 0), (6, 96)], 200, WatchdogState.ARMED),
+        ([(5, 0), (6, 96)], 232, WatchdogState.EXPIRED),
+        ([(5, 0), (0, 48)], 1_000, WatchdogState.DISARMED),
+        ([(5, 0), (0, 48), (5, 64)], 180, WatchdogState.ARMED),
+        ([(32767, 0), (1, 96)], 200, WatchdogState.ARMED),
+        ([(5, 0), (6, 200), (0, 240)], 300, WatchdogState.EXPIRED),
+    ],
+)
+def test_only_a_change_keeps_the_watchdog_awake_and_zero_disarms(
+    bench: Bench, beats: list[tuple[int, int]], at: int, state: WatchdogState
+) -> None:
+    """The first change arms it, a value that stays ends what runs, 0 is a farewell [ms]."""
+    start_moving(bench)
+    begun = bench.now.tick * bench.config.dt * 1e3
+    for value, when in [*beats, (None, at)]:
+        bench.run((begun + when) * 1e-3 - bench.now.tick * bench.config.dt)
+        if value is not None:
+            bench.controller.write_heartbeat(value)
+    assert bench.now.watchdog_state is state
+    assert (bench.now.program_state is RUNNING) is (state is not WatchdogState.EXPIRED)
+
+
+@pytest.mark.parametrize("reset", ["fault_reset", "panel_reset"])
+def test_watchdog_of_a_robot_at_rest_holds_nobody(bench: Bench, reset: str) -> None:
+    """There is nothing to stop, and a person may start a program; the next beat arms it again."""
     bench.controller.write_heartbeat(1)
     bench.run(bench.config.heartbeat_timeout_ms / 1000 + 0.1)
-    assert bench.now.alarm is not None and bench.now.alarm.code is alarms.HEARTBEAT_SILENT
-    assert not bench.now.outputs.fault and bench.now.watchdog_state is WatchdogState.DISARMED
-    bench.controller.write_heartbeat(2)
-    bench.run(0.01)
-    assert bench.now.alarm is None and bench.now.watchdog_state is WatchdogState.ARMED
-
-
-def test_watchdog_stops_a_program_too_and_zero_is_a_farewell(bench: Bench) -> None:
-    """Whoever armed it must stay or say good-bye; a program without a client runs on."""
-    bench.controller.write_heartbeat(7)
-    bench.run(0.01)
-    bench.controller.write_heartbeat(0)
+    assert bench.now.watchdog_state is WatchdogState.DISARMED and not bench.now.outputs.held
     start_moving(bench)
     bench.run(0.3)
     assert bench.now.program_state is RUNNING
     bench.controller.write_heartbeat(8)
     bench.run(0.8)
     assert bench.now.program_state is ABORTED and not moving(bench)
+    bench.controller.pulse_input(reset)
+    bench.run(0.02)
+    assert bench.now.watchdog_state is WatchdogState.DISARMED and not bench.now.outputs.held
 
 
 def test_a_held_stream_catches_up_within_its_limits_after_resume(bench: Bench) -> None:

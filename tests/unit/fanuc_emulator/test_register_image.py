@@ -109,9 +109,10 @@ def test_one_request_with_set_point_heartbeat_and_speed_reaches_the_controller(
     """11051-11071 in one request, as the twin controller writes it."""
     axes = [11.459155902616466, 0.0, -160.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     words = list(struct.unpack("<18H", struct.pack("<9f", *axes))) + [1, 77, 60]
-    image.apply(bench.controller, image.take(11050, words))
     bench.controller.write_input("rsr1", True)
     bench.run(0.118)
+    image.apply(bench.controller, image.take(11050, words))
+    bench.run(0.01)
     assert (bench.now.heartbeat, bench.now.program_speed) == (77, 60)
     bench.controller.write_heartbeat(0)
     bench.run(0.5)

@@ -6,15 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from scara_config.loader import ConfigError
 from scara_config.programs.steps import GripperStep, MoveStep, Step, WaitStep
-from scara_config.programs.tp.execution import (
-    ExecutionError,
-    Flow,
-    Memory,
-    Value,
-    execute,
-    number,
-    truth,
-)
+from scara_config.programs.tp.execution import Flow, execute
 from scara_config.programs.tp.listing import (
     Indexed,
     Line,
@@ -27,6 +19,7 @@ from scara_config.programs.tp.listing import (
     Word,
 )
 from scara_config.programs.tp.printer import print_expression
+from scara_config.programs.tp.values import ExecutionError, Memory, Value, number, truth
 
 MOST_LINES = 100_000
 """A program that executes more lines does not end, as far as a judge can know [our]."""

@@ -20,8 +20,6 @@ STREAM_RSR = 1
 """This RSR starts the stream program."""
 STREAM_NUMBER = 101
 """Its registration number: the program is RSR0101."""
-STREAM_LINES = ("LBL[1]", "J PR[1] R[2]% CNT100", "JMP LBL[1]")
-"""Its loop, as published clients of R553 have it [src]: MisoRobotics/fanuc-hmi-jointstreaming."""
 CONNECTIONS = 8
 """Wanted of $SNPX_PARAM.$NUM_MODBUS."""
 CONNECTIONS_NEEDED = 3
@@ -82,8 +80,8 @@ SETTINGS = (
         "uop",
         f"{_CONFIG} > UOP auto assignment",
         "Full",
-        "Simple: no RSR, no SYSRDY, CSTOPI and RESET are one signal. None: no stop from outside. "
-        "Changing it clears all I/O assignments",
+        "Simple: no RSR, no SYSRDY, CSTOPI and RESET are one signal, BGTWIN sees no program. None: "
+        "no stop from outside. Changing it clears all I/O assignments",
         "3.3",
         restart=True,
     ),

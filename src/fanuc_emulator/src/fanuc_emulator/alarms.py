@@ -61,8 +61,6 @@ class Alarm(msgspec.Struct, frozen=True):
 
 PANEL_ESTOP = AlarmCode(11, 1, Severity.SERVO, "Operator panel E-stop")
 IMSTP = AlarmCode(11, 37, Severity.SERVO, "IMSTP input")
-HEARTBEAT_LOST = AlarmCode(12, 213, Severity.ABORT, "UALM heartbeat lost")
-HEARTBEAT_SILENT = AlarmCode(12, 214, Severity.WARN, "UALM heartbeat silent")
 NO_VACUUM = AlarmCode(12, 215, Severity.PAUSE, "UALM gripper does not answer")
 LINE_REFUSED = AlarmCode(12, 216, Severity.ABORT, "UALM line cannot be executed")
 POSITION_LIMIT = AlarmCode(15, 17, Severity.ABORT, "Limit error PR[1]")
@@ -99,10 +97,6 @@ class AlarmList:
     def clear(self, keep: Sequence[AlarmCode] = ()) -> None:
         """Forget all alarms but those of the kinds ``keep``."""
         self._hold([alarm for alarm in self._active if alarm.code in keep])
-
-    def drop(self, code: AlarmCode) -> None:
-        """Forget the alarm of one kind: its cause is gone."""
-        self._hold([alarm for alarm in self._active if alarm.code is not code])
 
     def _hold(self, active: list[Alarm]) -> None:
         """Keep these alarms; what they come to is asked for far more often than it changes."""

@@ -1,6 +1,6 @@
 """The robot controller.
 
-It steps signals, override, alarms, watchdog, programs and motion once per interpolation period.
+It steps signals, override, alarms, programs and motion once per interpolation period.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from scara_config import Robot
 from scara_config.programs.files import joint_positions
 from scara_config.programs.steps import MoveStep
-from scara_config.programs.tp.execution import ExecutionError
+from scara_config.programs.tp.values import ExecutionError, as_number
 from scara_config.set_up.settings import STREAM_RSR
 
 from fanuc_emulator import alarms
@@ -22,16 +22,17 @@ from fanuc_emulator.config import EmulatorConfig
 from fanuc_emulator.drives.group import MotionGroup
 from fanuc_emulator.gripping.cell_parts import CellParts
 from fanuc_emulator.jobs import Jobs
+from fanuc_emulator.places import joint_pose, joints_of, signal_reads, signal_writes
 from fanuc_emulator.plant.config import axes_of, zero_offset
 from fanuc_emulator.plant.delays import LateSignals
 from fanuc_emulator.plant.interpreter import interpreter_of
 from fanuc_emulator.plant.readings import Readings
 from fanuc_emulator.snapshot import ControlType, Snapshot
 from fanuc_emulator.streaming.source import SetpointRefusedError, StreamSource
+from fanuc_emulator.tp.background import HEARTBEAT, Background
 from fanuc_emulator.tp.executor import Executor, Program, ProgramState, StreamStep, stream_program
 from fanuc_emulator.tp.registers import Registers
 from fanuc_emulator.uop import NORMALLY_ON, Asked, Inputs, Outputs, UopRequest, unlit
-from fanuc_emulator.watchdog import Watchdog, WatchdogState
 
 _CLOCK_WRAP = 2**31
 
@@ -82,19 +83,24 @@ class Controller:
         self._shown: tuple[Outputs, Alarm | None] | None = None
         self._zero = [zero_offset(plant, joint) for joint in robot.joints]
         self.source = StreamSource(robot.joints, self._home, ring_places)
-        registers = Registers(
+        self._registers = Registers(
             {
-                "R[1]": lambda: float(self._watchdog.heartbeat),
+                **signal_reads(self._level, self._outputs),
                 "R[2]": lambda: float(self.source.speed_percent),
                 "RO[1]": lambda: self._gripper,
                 "RI[1]": lambda: self._vacuum,
+                "JPOS": lambda: joint_pose(robot.joints, self._motion.commands),
+                "PR[1]": lambda: joint_pose(robot.joints, self.source.setpoint),
             },
             {
-                "OVERRIDE": lambda value: self.write_override(round(value)),
+                **signal_writes(self.write_input),
+                "OVERRIDE": lambda value: self.write_override(round(as_number(value))),
                 "RO[1]": lambda on: self.write_input("gripper", bool(on)),
+                "PR[1]": lambda pose: self.source.write(joints_of(robot.joints, pose)),
             },
         )
-        self._executor = Executor(registers, {each.name: each for each in programs.values()})
+        library = {each.name: each for each in programs.values()}
+        self._executor = Executor(self._registers, library)
         self._jobs = Jobs(
             {**programs, STREAM_RSR: stream_program(config.rsr_programs[0])},
             self._executor,
@@ -105,7 +111,10 @@ class Controller:
         self._inputs = Inputs(config.settings)
         self._unlit = dict.fromkeys(unlit(config.settings.uop), False)
         self._alarms = AlarmList()
-        self._watchdog = Watchdog(config.heartbeat_timeout_ms)
+        there = config.settings.programs == "kit"
+        self._background = Background(self._registers, config.heartbeat_timeout_ms, there)
+        # Inputs that were on and off again since the background program looked.
+        self._pulsed: set[str] = set()
         self._override = config.cold_start_override_percent
         self._aborting = False
         # The drives were cut on the way of a move: whoever resumes it plans the rest anew.
@@ -131,6 +140,7 @@ class Controller:
 
     def pulse_input(self, name: str) -> None:
         """Switch UI signal ``name`` on and off, as a background program does for a client."""
+        self._pulsed.add(name)
         self._obey(self._inputs.pulse(name, self._now_ms))
 
     def _obey(self, asked: Iterable[Asked]) -> None:
@@ -184,24 +194,14 @@ class Controller:
 
     def write_heartbeat(self, heartbeat: int) -> None:
         """Set R[1]; a background program watches it."""
-        if self._settings.programs == "none":
-            return
-        self._watchdog.beat(heartbeat, self._now_ms)
-        if self._watchdog.state is WatchdogState.ARMED:
-            self._alarms.drop(alarms.HEARTBEAT_SILENT)
+        self._registers.write(HEARTBEAT, heartbeat)
 
     def step(self) -> Snapshot:
         """Go on for one servo period."""
         self._tick += 1
         self._obey(self._inputs.due(self._now_ms))
-        if self._watchdog.expires(self._now_ms):
-            # The program that runs stops, and that is latched; without one the robot only warns.
-            cause = f"heartbeat {self._watchdog.heartbeat} stood still"
-            if self._executor.state is ProgramState.ABORTED:
-                self._raise(alarms.HEARTBEAT_SILENT, cause)
-                self._watchdog.reset()
-            else:
-                self._raise(alarms.HEARTBEAT_LOST, cause)
+        if self._background.scan(self._now_ms):
+            self._pulsed.clear()
         if self._executor.state is ProgramState.RUNNING:
             self._execute()
         self._motion.step(self.override / 100.0, self._executor.state is not ProgramState.RUNNING)
@@ -248,8 +248,8 @@ class Controller:
             program_speed=self._program_speed,
             override=self.override,
             general_override=self._override,
-            heartbeat=self._watchdog.heartbeat,
-            watchdog_state=self._watchdog.state,
+            heartbeat=self._background.echo,
+            watchdog_state=self._background.state,
             program_name=program.name if program else "",
             program_line=self._executor.line,
             program_state=self._executor.state,
@@ -268,6 +268,10 @@ class Controller:
     def _clock_at(self, now_ms: int) -> int:
         """Return what the robot's clock shows so many milliseconds after boot."""
         return (self._config.plant.clock.boot_offset_ms + now_ms) % _CLOCK_WRAP
+
+    def _level(self, name: str) -> bool:
+        """Return whether an input is on, or was since the background program looked last."""
+        return self._inputs[name] or name in self._pulsed
 
     @property
     def _vacuum(self) -> bool:
@@ -383,7 +387,6 @@ class Controller:
                 return
             self._motion.power_on()
         self._alarms.clear()
-        self._watchdog.reset()
 
     def _start_obstacle(self) -> str | None:
         """Say why nothing may start now, or None."""

@@ -9,7 +9,6 @@ import msgspec
 from fanuc_emulator.alarms import Alarm
 from fanuc_emulator.tp.executor import ProgramState
 from fanuc_emulator.uop import Outputs
-from fanuc_emulator.watchdog import WatchdogState
 
 
 class ControlType(IntEnum):
@@ -18,6 +17,14 @@ class ControlType(IntEnum):
     NONE = 0
     PROGRAM = 1
     STREAM = 2
+
+
+class WatchdogState(IntEnum):
+    """What the register ``watchdog_state`` says, R[9] of the background program."""
+
+    DISARMED = 0
+    ARMED = 1
+    EXPIRED = 2
 
 
 class Snapshot(msgspec.Struct, frozen=True):

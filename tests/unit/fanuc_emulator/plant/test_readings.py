@@ -108,7 +108,7 @@ def test_signals_arrive_apart() -> None:
 
 def test_an_alarm_is_shown_late_too() -> None:
     """The register of the active alarm."""
-    alarm = Alarm(alarms.HEARTBEAT_LOST, "a test", 0.0)
+    alarm = Alarm(alarms.NO_VACUUM, "a test", 0.0)
     late = LateSignals({"alarm": 4.0}, period_ms=2)
     late.step(outputs(), None)
     assert [late.step(outputs(), alarm)[1] for _ in range(4)] == [None, None, alarm, alarm]

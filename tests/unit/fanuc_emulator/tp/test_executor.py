@@ -8,9 +8,10 @@ from fanuc_emulator.tp.registers import Registers
 from harness.programs import program_of
 from scara_config.programs.files import Taught
 from scara_config.programs.steps import MoveStep, WaitStep
-from scara_config.programs.tp.execution import ExecutionError, flow_of
+from scara_config.programs.tp.execution import flow_of
 from scara_config.programs.tp.lines import read_line
 from scara_config.programs.tp.listing import Indexed, Program
+from scara_config.programs.tp.values import ExecutionError
 
 MOVE = MoveStep(1, (0.0,), 50.0, True)
 NEXT = MoveStep(2, (1.0,), 50.0, False)

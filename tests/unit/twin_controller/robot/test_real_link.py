@@ -5,9 +5,16 @@ from __future__ import annotations
 import pytest
 from harness.opponents.memory_robot import MemoryCell
 from twin_controller.core.actions import Command, RobotSetpoint, StreamReal
-from twin_controller.core.events import RealMeasured
+from twin_controller.core.events import RealAlarm, RealMeasured
+from twin_controller.robot.intake import HEARTBEAT_LOST
 from twin_controller.robot.signals import UI_SIGNALS
-from twin_controller.robot_sample import AlarmStatus, ControlType, ProgramState, ProgramStatus
+from twin_controller.robot_sample import (
+    AlarmStatus,
+    ControlType,
+    ProgramState,
+    ProgramStatus,
+    WatchdogState,
+)
 
 
 @pytest.fixture
@@ -76,6 +83,28 @@ def test_an_alarms_number_comes_from_its_register(cell: MemoryCell) -> None:
         cell.robot.listener.told(program, alarm)
         show(cell, ControlType.NONE)
     assert cell.words == [("", "STOP 11-037 Hand broken", 37), ("", "", 0)]
+
+
+def test_a_robot_whose_watchdog_holds_it_is_a_fault_with_a_reason(cell: MemoryCell) -> None:
+    """It raises no alarm of its own for it; one that it has goes first, and both end with RESET."""
+    program, none = ProgramStatus("", 0, ProgramState.ABORTED), AlarmStatus(0, 0, "", "", "")
+    alarm = AlarmStatus(11, 37, "SERVO", "IMSTP input", "")
+    steps = (
+        (WatchdogState.EXPIRED, none, HEARTBEAT_LOST),
+        (WatchdogState.EXPIRED, alarm, "SERVO 11-037 IMSTP input"),
+        (WatchdogState.EXPIRED, none, HEARTBEAT_LOST),
+        (WatchdogState.DISARMED, none, ""),
+    )
+    for state, told, said in steps:
+        cell.events.clear()
+        cell.robot.listener.told(program, told)
+        while not cell.robot.show(watchdog_state=state, outputs=frozenset({"sysrdy"})):
+            pass
+        alarms = [event.text for event in cell.events if isinstance(event, RealAlarm)]
+        assert alarms[-1:] == [said]
+        last = cell.events[-1]
+        assert isinstance(last, RealMeasured)
+        assert last.fault is (state is WatchdogState.EXPIRED)
 
 
 @pytest.mark.parametrize(

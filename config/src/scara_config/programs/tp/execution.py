@@ -6,18 +6,14 @@ stand-in of the robot or the judge that walks through it.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from typing import Protocol
 
 import msgspec
 
 from scara_config.loader import ConfigError
 from scara_config.programs.tp.listing import (
     AssignLine,
-    Binary,
     Blank,
-    Bracket,
     Call,
     Case,
     Condition,
@@ -37,37 +33,24 @@ from scara_config.programs.tp.listing import (
     PulseTime,
     Remark,
     Select,
-    Unary,
     Unknown,
     Wait,
     WaitUntil,
     Word,
 )
 from scara_config.programs.tp.printer import print_line
-
-Value = float | bool
-
-
-class ExecutionError(ConfigError):
-    """A line cannot be executed; the text says why."""
-
-
-class Memory(Protocol):
-    """Registers and signals."""
-
-    def read(self, place: Indexed | Name) -> Value:
-        """Return what stands there; an index is a number.
-
-        Raises:
-            ExecutionError: There is nothing of that name, or it is not known.
-        """
-
-    def write(self, place: Indexed | Name, value: Value | PulseTime) -> None:
-        """Set what stands there.
-
-        Raises:
-            ExecutionError: It cannot be set.
-        """
+from scara_config.programs.tp.values import (
+    Evaluator,
+    ExecutionError,
+    Memory,
+    evaluate,
+    evaluator,
+    fixed,
+    is_true,
+    number,
+    resolved,
+    truth,
+)
 
 
 class Flow(msgspec.Struct, frozen=True):
@@ -160,6 +143,37 @@ def execute(flow: Flow, index: int, memory: Memory) -> tuple[int, Line | None]:
         raise ExecutionError(flow.named(index, str(error))) from error
 
 
+def background(program: Program) -> Callable[[Memory], None]:
+    """Return what executes a program of background logic once, from its first to its last line.
+
+    Raises:
+        ConfigError: A line is neither an assignment, nor an IF with one, nor a remark; the text
+            names program and line.
+    """
+    flow = flow_of(program, program.name)
+    scanned: list[tuple[int, Evaluator, Indexed | Name, Evaluator]] = []
+    for index, line in enumerate(program.lines):
+        if isinstance(line, Remark | Blank):
+            continue
+        condition: Expression = line.condition if isinstance(line, If) else Name("ON")
+        action = line.action if isinstance(line, If) else line
+        target = fixed(action.target) if isinstance(action, AssignLine) else None
+        if not isinstance(action, AssignLine) or target is None:
+            why = "background logic has IF and assignments to fixed places alone"
+            raise ConfigError(flow.named(index, why))
+        scanned.append((index, evaluator(condition), target, evaluator(action.value)))
+
+    def scan(memory: Memory) -> None:
+        for index, holds, target, value in scanned:
+            try:
+                if is_true(holds(memory)):
+                    memory.write(target, value(memory))
+            except ExecutionError as error:
+                raise ExecutionError(flow.named(index, str(error))) from error
+
+    return scan
+
+
 def _execute(flow: Flow, index: int, memory: Memory) -> tuple[int, Line | None]:
     line, after = flow.program.lines[index], index + 1
     match line:
@@ -202,10 +216,9 @@ def _act(flow: Flow, line: Line, after: int, memory: Memory) -> tuple[int, Line 
         case Jump():
             return _jump(flow, line, memory), None
         case AssignLine():
-            value = line.value
-            if not isinstance(value, PulseTime):
-                value = evaluate(value, memory)
-            memory.write(resolved(line.target, memory), value)
+            pulse = isinstance(line.value, PulseTime)
+            value = line.value if pulse else evaluate(line.value, memory)
+            memory.write(resolved(line.target, memory), value)  # type: ignore[arg-type]
             return after, None
         case Wait() | WaitUntil() | Call() | Numbered() | Condition() | Word():
             return after, line
@@ -245,80 +258,3 @@ def _endfor(flow: Flow, index: int, memory: Memory) -> int:
         return index + 1
     memory.write(counter, counted + line.step)
     return begin + 1
-
-
-def resolved(place: Indexed | Name, memory: Memory) -> Indexed | Name:
-    """Return a variable with numbers as indices, and without its comment."""
-    if isinstance(place, Name):
-        return place
-    if not place.comment and all(isinstance(index, float) for index in place.index):
-        return place
-    index = tuple(number(each, memory) for each in place.index)
-    return Indexed(place.kind, index, place.group)
-
-
-def truth(expression: Expression, memory: Memory) -> bool:
-    """Return whether a condition holds.
-
-    Raises:
-        ExecutionError: It is no condition.
-    """
-    found = evaluate(expression, memory)
-    if not isinstance(found, bool):
-        raise ExecutionError(f"{found:g} is neither ON nor OFF")
-    return found
-
-
-def number(expression: Expression, memory: Memory) -> float:
-    """Return a number; ON is 1, OFF is 0."""
-    return float(evaluate(expression, memory))
-
-
-def evaluate(expression: Expression, memory: Memory) -> Value:
-    """Return the value of an expression.
-
-    Raises:
-        ExecutionError: It has none: a text, a division by zero, ON where a number belongs.
-    """
-    match expression:
-        case float():
-            return expression
-        case Name(word="ON"):
-            return True
-        case Name(word="OFF"):
-            return False
-        case Name() | Indexed():
-            return memory.read(resolved(expression, memory))
-        case Bracket():
-            return evaluate(expression.inner, memory)
-        case Unary(operator="!"):
-            return not truth(expression.operand, memory)
-        case Unary():
-            return -number(expression.operand, memory)
-        case Binary(operator="AND"):
-            return truth(expression.left, memory) and truth(expression.right, memory)
-        case Binary(operator="OR"):
-            return truth(expression.left, memory) or truth(expression.right, memory)
-        case Binary():
-            left = number(expression.left, memory)
-            right = number(expression.right, memory)
-            if expression.operator in ("/", "DIV", "MOD") and right == 0.0:
-                raise ExecutionError("division by zero")
-            return _OPERATIONS[expression.operator](left, right)
-    raise ExecutionError("has no value here")
-
-
-_OPERATIONS: dict[str, Callable[[float, float], Value]] = {
-    "=": lambda a, b: a == b,
-    "<>": lambda a, b: a != b,
-    "<": lambda a, b: a < b,
-    ">": lambda a, b: a > b,
-    "<=": lambda a, b: a <= b,
-    ">=": lambda a, b: a >= b,
-    "+": lambda a, b: a + b,
-    "-": lambda a, b: a - b,
-    "*": lambda a, b: a * b,
-    "/": lambda a, b: a / b,
-    "DIV": lambda a, b: float(math.trunc(a / b)),
-    "MOD": lambda a, b: math.fmod(a, b),
-}

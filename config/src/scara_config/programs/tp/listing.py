@@ -14,7 +14,7 @@ from typing import TypeAlias
 import msgspec
 
 
-class Name(msgspec.Struct, frozen=True):
+class Name(msgspec.Struct, frozen=True, cache_hash=True):
     """A word that stands for itself: ON, LPOS, RESET, ``$SYSTEM.$VARIABLE``, OVERRIDE."""
 
     word: str
@@ -26,7 +26,7 @@ class Text(msgspec.Struct, frozen=True):
     value: str
 
 
-class Indexed(msgspec.Struct, frozen=True):
+class Indexed(msgspec.Struct, frozen=True, cache_hash=True):
     """``R[1]``, ``PR[GP1:2,3:comment]``, ``DO[R[4]]``, ``P[1]``, ``LBL[10:comment]``.
 
     Attributes:
@@ -42,14 +42,14 @@ class Indexed(msgspec.Struct, frozen=True):
     comment: str = ""
 
 
-class Unary(msgspec.Struct, frozen=True):
+class Unary(msgspec.Struct, frozen=True, cache_hash=True):
     """``!x`` or ``-x``."""
 
     operator: str
     operand: Expression
 
 
-class Binary(msgspec.Struct, frozen=True):
+class Binary(msgspec.Struct, frozen=True, cache_hash=True):
     """Two operands: arithmetic, comparison, AND, OR."""
 
     operator: str
@@ -57,7 +57,7 @@ class Binary(msgspec.Struct, frozen=True):
     right: Expression
 
 
-class Bracket(msgspec.Struct, frozen=True):
+class Bracket(msgspec.Struct, frozen=True, cache_hash=True):
     """``(x)``: mixed logic."""
 
     inner: Expression

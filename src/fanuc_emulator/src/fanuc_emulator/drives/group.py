@@ -46,6 +46,11 @@ class MotionGroup:
         self._look()
 
     @property
+    def commands(self) -> tuple[float, ...]:
+        """Where the drives hold the axes, or bring them now [rad or m]."""
+        return tuple([axis.command for axis in self.axes])
+
+    @property
     def standing(self) -> bool:
         """No axis moves and none is about to, unless it is let go on."""
         if not self.powered:

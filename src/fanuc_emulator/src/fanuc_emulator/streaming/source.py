@@ -44,6 +44,11 @@ class StreamSource:
         self._setpoint = start
         self._checked: Row | None = None
 
+    @property
+    def setpoint(self) -> Row:
+        """PR[1] [rad or m]."""
+        return self._setpoint
+
     def write(self, positions: Sequence[float]) -> None:
         """Set PR[1]: positions in the order of robot.yaml [rad or m]."""
         self._setpoint = tuple(positions)

@@ -12,17 +12,7 @@ from typing import TypeAlias
 import msgspec
 from scara_config.programs.files import Taught
 from scara_config.programs.steps import MoveStep, WaitStep
-from scara_config.programs.tp.execution import (
-    ExecutionError,
-    Memory,
-    Value,
-    evaluate,
-    execute,
-    flow_of,
-    number,
-    truth,
-)
-from scara_config.programs.tp.lines import read_line
+from scara_config.programs.tp.execution import execute, flow_of
 from scara_config.programs.tp.listing import (
     Call,
     Expression,
@@ -35,10 +25,10 @@ from scara_config.programs.tp.listing import (
     WaitUntil,
     Word,
 )
-from scara_config.programs.tp.listing import Program as Listing
 from scara_config.programs.tp.printer import print_expression
+from scara_config.programs.tp.values import ExecutionError, Memory, Value, evaluate, number, truth
 from scara_config.programs.walk import move_of, taught_move
-from scara_config.set_up.settings import STREAM_LINES
+from scara_config.set_up import kit_programs
 
 from fanuc_emulator.tp.registers import CalledRegisters
 
@@ -78,8 +68,7 @@ class ProgramState(IntEnum):
 
 def stream_program(name: str) -> Program:
     """Return the program that follows the client's set points."""
-    lines = tuple(map(read_line, STREAM_LINES))
-    return Taught(flow_of(Listing(name, lines), name), {})
+    return Taught(flow_of(kit_programs.stream_program(name), name), {})
 
 
 class Frame:

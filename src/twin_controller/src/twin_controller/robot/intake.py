@@ -18,6 +18,7 @@ from twin_controller.robot_sample import (
     ProgramStatus,
     RobotSample,
     SetpointError,
+    WatchdogState,
 )
 
 PASSED_ON = ({*RobotSample.__struct_fields__} & {*RealMeasured.__struct_fields__}) - {"motion"}
@@ -116,7 +117,7 @@ def measured(
         streaming=sample.moved_by is ControlType.STREAM,
         paused="paused" in sample.outputs or "held" in sample.outputs,
         drives_on="sysrdy" in sample.outputs,
-        fault="fault" in sample.outputs,
+        fault="fault" in sample.outputs or heartbeat_lost(sample),
         held_there="panel_held" in sample.outputs,
         estop_pressed="panel_estop" in sample.outputs,
         speed_percent=sample.speed_percent,
@@ -145,6 +146,15 @@ def stands(before: JointMotion, motion: JointMotion, joints: Sequence[Joint]) ->
 def is_paused(sample: RobotSample) -> bool:
     """Return whether one of the robot's programs is paused, so that START would resume it."""
     return "paused" in sample.outputs
+
+
+HEARTBEAT_LOST = "heartbeat lost: the robot's background program has ended what ran"
+"""The robot raises no alarm for it: its own program can only take HOLD away."""
+
+
+def heartbeat_lost(sample: RobotSample) -> bool:
+    """Return whether the robot's watchdog holds it until RESET."""
+    return sample.watchdog_state is WatchdogState.EXPIRED
 
 
 def program_text(program: ProgramStatus) -> str:

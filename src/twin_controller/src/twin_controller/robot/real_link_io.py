@@ -16,7 +16,9 @@ from twin_controller.core.actions import Command, StreamAhead, StreamReal
 from twin_controller.core.events import AnyEvent, RealAlarm
 from twin_controller.robot.checked_link_io import CheckedLink
 from twin_controller.robot.intake import (
+    HEARTBEAT_LOST,
     alarm_text,
+    heartbeat_lost,
     is_paused,
     is_stopping,
     measured,
@@ -69,6 +71,7 @@ class RealLink:
         self._put, self._on_data = put, on_data
         self._program = self._alarm = self._program_name = ""
         self._alarm_number = 0
+        self._alarm_status, self._heartbeat_lost = AlarmStatus(0, 0, "", "", ""), False
         # As of the last sample: START must not run a program that is not paused.
         self._paused = False
         # Our stream program runs, as of the last sample; once the link ends nothing is streamed.
@@ -142,13 +145,19 @@ class RealLink:
         if "progrun" not in sample.outputs and stands(before, sample.motion, self._robot.joints):
             self._rests.set()
         program = self._program_name
+        self._tell_alarm(self._alarm_status, heartbeat_lost(sample))
         self._put(measured(sample, sent, received, self._robot, self._has_gripper, program))
         self._on_data(sample, self._program, self._alarm, self._alarm_number)
 
     def _told(self, program: ProgramStatus, alarm: AlarmStatus) -> None:
         self._program, self._program_name = program_text(program), program.name
         self._alarm_number = alarm.number if alarm.facility else 0
-        text = alarm_text(alarm)
+        self._tell_alarm(alarm, self._heartbeat_lost)
+
+    def _tell_alarm(self, alarm: AlarmStatus, lost: bool) -> None:
+        """Tell the core of the active alarm, or that the robot's watchdog holds it."""
+        self._alarm_status, self._heartbeat_lost = alarm, lost
+        text = alarm_text(alarm) or (HEARTBEAT_LOST if lost else "")
         if text != self._alarm:
             self._alarm = text
             self._put(RealAlarm(time.monotonic(), text, is_stopping(alarm)))
