@@ -200,7 +200,7 @@ def test_watchdog_stops_the_robot_when_its_client_falls_silent(cell: Cell) -> No
     assert cell.words(11022, 18) == [0] * 18
     assert cell.words(11001, 18) == pose
     code, text = cell.pendant("status")
-    assert code == 0 and "held" in text
+    assert code == 0 and "HELD" in text
     assert cell.pendant("reset") == (0, "ready\n")
     assert cell.words(11043) == [0]
 
