@@ -29,7 +29,9 @@ AIN[   1]  2000
 UI[   1]  ON  *IMSTP
 UI[   2] OFF  *HOLD
 UO[   1] OFF  Cmd enabled
+GOUT[ 109]24695  Checksum
 FLG[   1] OFF                         FLG[ 513]  ON
+FLG[   2]  ON  Main running           FLG[ 514] OFF
 </PRE></body></html>
 """
 CURPOS = """CURRENT ROBOT POSITION::
@@ -130,7 +132,7 @@ def system(**changed: str) -> str:
         if "LIMS" in name or "VELLIM" in name:
             array, _, index = name.rpartition("[")
             rows += [
-                f"     Field: {array} Access: RW: ARRAY[9] OF REAL",
+                f"     Field: {array}  ARRAY[9] OF REAL",
                 f"      [{index} = {value}",
             ]
         elif "." in name:
@@ -160,7 +162,28 @@ def test_signals_are_read_in_both_forms() -> None:
     assert signals["UI"] == {1: True, 2: False} and signals["UO"] == {1: False}
     assert signals["DIN"] == {1: True} and signals["DOUT"] == {12: False}
     assert signals["GIN"] == {1: 17} and signals["AIN"] == {1: 2000}
-    assert signals["FLG"] == {1: False, 513: True}
+    assert signals["FLG"] == {1: False, 513: True, 2: True, 514: False}
+    assert signals["GOUT"] == {109: 24695}
+
+
+def test_values_that_stand_below_their_names_are_read() -> None:
+    """A position, a text, an array's elements; a position of joints begins behind its name."""
+    found = read(
+        "[*SYSTEM*]$BACKUP  Storage: CMOS  Access: RW  : BACKUP_T =\n"
+        "   Field: $BACKUP.$TIMES  ARRAY[3] OF STRING[24]\n"
+        "      [1] = '21/05/08 02:24'\n      [2] = \n  'later'\n      [3] = Uninitialized\n"
+        "   Field: $BACKUP.$BASE Access: RW: POSITION = \n  Group: 1   Config: N D B, 0, 0, 0\n"
+        "  X:     1.000   Y:    -.500   Z:     2.000\n  W:      .081   P:     0.000   R:  9.000\n"
+        "   Field: $BACKUP.$MOST Access: RW: JOINTPOS9 =   Group: 1\n"
+        "  J1 =     5.000 deg   J2 =     6.000 deg \n"
+    )
+    base = {
+        f"$BACKUP.$BASE.{axis}": value for axis, value in zip("XYZWPR", (1, -0.5, 2, 0.081, 0, 9))
+    }
+    times = {"$BACKUP.$TIMES[1]": "21/05/08 02:24", "$BACKUP.$TIMES[2]": "later"}
+    most = {"$BACKUP.$MOST.J1": 5.0, "$BACKUP.$MOST.J2": 6.0}
+    assert found.variables == {**times, "$BACKUP.$TIMES[3]": None, **base, **most}
+    assert found.unread == []
 
 
 def test_positions_options_and_registers_are_read() -> None:
@@ -175,13 +198,16 @@ def test_positions_options_and_registers_are_read() -> None:
         1: {"J1": 10.0, "J2": -20.5, "J3": 0.75, "J4": -90.0},
         3: {"X": 500.125, "Y": -250.0, "Z": 300.5, "W": 0.0, "P": 0.0, "R": -0.364},
     }
-    assert found.variables["$MAXPREGNUM"] == 4
+    assert found.variables["$MAXPREGNUM"] == 4 and found.variables["$POSREG[2,1].J1"] == -1200.5
 
 
 def test_a_line_that_is_not_understood_is_named() -> None:
     """With its file and number."""
     found = read("IO STATUS::\n\nDIN[   1] PERHAPS\n")
     assert found.unread == ["made up, line 3: DIN[   1] PERHAPS"]
+    found = read("ETHERNET::\nHost: a\n\nMOTOR::\n     1   1      biSR1\n")
+    assert found.unread == ["made up, line 1: no section that is known: ETHERNET"]
+    assert found.axes == [(1, 1)]
     assert read("Shopping list\n").unread == ["made up: no printout that is known"]
 
 

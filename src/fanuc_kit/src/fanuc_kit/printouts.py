@@ -14,25 +14,31 @@ from html import unescape
 
 Value = int | float | bool | str | None
 """None: the controller calls it uninitialized."""
-Open = int | str
-"""What goes on in the next line: an array's name, or the number of a position register; 0: none,
--1: one of another group."""
+Open = tuple[str, str]
+"""What goes on in the next line: an array, and an element or variable whose value follows."""
+_NOTHING: Open = ("", "")
 
+_SECTIONS = frozenset(
+    ("IO STATUS", "VARIABLES", "CONFIG", "CONFIG2", "MOTOR", "SERVO")
+    + ("VERSION INFORMATION", "CURRENT ROBOT POSITION")
+)
 _PRE = re.compile(r"<pre[^>]*>(.*?)</pre>", re.DOTALL | re.IGNORECASE)
 _TAG = re.compile(r"<[^>]*>")
-_SIGNAL = re.compile(r"([A-Z]+)\[\s*(\d+)\]\s+(ON|OFF|-?[\d.]+|\*+)(?:[ \t]+(.*?))?[ \t]*")
-_TWO_SIGNALS = re.compile(r"([A-Z]+)\[\s*(\d+)\]\s+(ON|OFF)\s+([A-Z]+)\[\s*(\d+)\]\s+(ON|OFF)\s*")
+_SIGNAL = re.compile(r"([A-Z]+)\[\s*(\d+)\]\s*(ON|OFF|-?[\d.]+|\*+)(?:[ \t]+(.*?))?[ \t]*")
+_NEXT_SIGNAL = re.compile(r"\s{2,}(?=[A-Z]+\[\s*\d+\]\s*(?:ON|OFF))")
 _VARIABLE = re.compile(
     r"\[\*\w+\*\](\$\w+)\s+Storage:.*?Access:\s*\w+\s*:\s*([^=]+?)\s*(?:=\s*(.*))?"
 )
-_FIELD = re.compile(r"\s*Field:\s*(\$\S+)\s+Access:\s*\w+\s*:\s*([^=]+?)\s*(?:=\s*(.*))?")
+_FIELD = re.compile(r"\s*Field:\s*(\$\S+)\s+(?:Access:\s*\w+\s*:\s*)?([^=]+?)\s*(?:=\s*(.*))?")
 _ELEMENT = re.compile(r"\s*\[([\d,]+)\]\s*=\s*(.*?)(?:\s+'(.*)')?\s*")
+_TEXT = re.compile(r"\s*'(.*)'\s*")
 _GROUP = re.compile(r"\s*(?:Group|Config):")
 _OPTION = re.compile(r"(.{22})([A-Z0-9]{4})\s*")
 _AXIS = re.compile(r"\s*(\d+)\s+(\d+)\s+(\S.*?)\s*")
 _JOINT = re.compile(r"Joint\s+(\d+):\s+(-?[\d.]+)\s*")
 _COORDINATE = re.compile(r"([XYZWPR]|E\d):\s+(-?[\d.]+)\s*")
 _POSITION = re.compile(r"\s*\[(\d+),(\d+)\]\s*=\s*'(.*?)'\s*(.*?)\s*")
+_FIRST_GROUP = re.compile(r"\$POSREG\[1,(\d+)\]")
 _PAIR = re.compile(r"(J\d|[XYZWPR]|EXT\d|E\d)\s*[=:]\s*(-?\d*\.?\d+|\*+)\s*(deg|mm)?")
 
 
@@ -74,17 +80,21 @@ def read_printout(text: str, name: str, into: Printout) -> None:
     found = _PRE.search(text)
     lines = unescape(_TAG.sub("", found[1]) if found else text).splitlines()
     section = ""
-    last: Open = 0
+    last = _NOTHING
     for number, line in enumerate(lines, start=1):
         if not line.strip():
             continue
         if "::" in line and line.strip().endswith("::"):
             section = line.strip().rstrip(":")
+            if section not in _SECTIONS:
+                into.unread.append(f"{name}, line {number}: no section that is known: {section}")
             continue
         if line.startswith("[*") and "]$" in line:
             section = "VARIABLES"
         if not section:
             continue  # who printed it, and when
+        if section not in _SECTIONS:
+            continue
         taken, last = _take(line, section, last, into)
         if not taken:
             into.unread.append(f"{name}, line {number}: {line.strip()}")
@@ -96,7 +106,7 @@ def _take(line: str, section: str, last: Open, into: Printout) -> tuple[bool, Op
     """Take one line; return whether it was understood, and what goes on in the next one."""
     match section:
         case "IO STATUS":
-            return _take_signals(line, into), 0
+            return _take_signals(line, into), _NOTHING
         case "VARIABLES":
             return _take_variable(line, last, into)
         case "CONFIG" | "CONFIG2":
@@ -105,57 +115,68 @@ def _take(line: str, section: str, last: Open, into: Printout) -> tuple[bool, Op
             )
             if option is not None:
                 into.options[option[2]] = option[1].strip()
-            return option is not None or line.startswith(("FEATURE", "DEMO")), 0
+            return option is not None or line.startswith(("FEATURE", "DEMO")), _NOTHING
         case "MOTOR" | "SERVO":
             axis = _AXIS.fullmatch(line)
             if axis is not None and section == "MOTOR":
                 into.axes.append((int(axis[1]), int(axis[2])))
-            return axis is not None or "AXIS" in line or "GR:" in line, 0
+            return axis is not None or "AXIS" in line or "GR:" in line, _NOTHING
         case "VERSION INFORMATION":
-            return True, 0
+            return True, _NOTHING
         case "CURRENT ROBOT POSITION":
-            return _take_position(line, into), 0
-    return False, 0
+            return _take_position(line, into), _NOTHING
+    return False, _NOTHING
 
 
 def _take_signals(line: str, into: Printout) -> bool:
-    two = _TWO_SIGNALS.fullmatch(line.rstrip())
-    if two is not None:
-        for kind, number, level in ((two[1], two[2], two[3]), (two[4], two[5], two[6])):
-            into.signals.setdefault(kind, {})[int(number)] = level == "ON"
-        return True
-    one = _SIGNAL.fullmatch(line.rstrip())
-    if one is None:
-        return False
-    into.signals.setdefault(one[1], {})[int(one[2])] = value_of(one[3])
-    return True
+    """Take a line of signals: one, or two beside each other."""
+    found = [_SIGNAL.fullmatch(part) for part in _NEXT_SIGNAL.split(line.strip())]
+    for one in filter(None, found):
+        into.signals.setdefault(one[1], {})[int(one[2])] = value_of(one[3])
+    return None not in found
 
 
 def _take_variable(line: str, last: Open, into: Printout) -> tuple[bool, Open]:
-    """Take a line of a file of variables; ``last`` is the array or position that goes on."""
+    """Take a line of a file of variables, and return what goes on."""
+    array, place = last
     whole = _VARIABLE.fullmatch(line.rstrip()) or _FIELD.fullmatch(line.rstrip())
     if whole is not None:
-        if whole[3] is None or not whole[3].strip():
-            return True, str(whole[1])
+        if not (whole[3] or "").strip() or _GROUP.match(whole[3]):
+            return True, (whole[1], whole[1])
         into.variables[whole[1]] = value_of(whole[3])
-        return True, 0
-    if (position := _POSITION.fullmatch(line)) is not None:
-        group, number = int(position[1]), int(position[2])
-        if group == 1 and "Uninitialized" not in position[4]:
-            into.positions[number] = {}
-        return True, number if group == 1 else -1
-    if isinstance(last, int) and last and (_GROUP.match(line) or _PAIR.search(line)):
-        for name, value, _ in _PAIR.findall(line.partition("Config:")[0]):
-            if last > 0 and not value.startswith("*"):
-                into.positions.setdefault(last, {})[name] = float(value)
+        return True, _NOTHING
+    if array == "$POSREG" and (position := _POSITION.fullmatch(line)) is not None:
+        place = f"{array}[{position[1]},{position[2]}]"
+        if position[1] == "1" and "Uninitialized" not in position[4]:
+            into.positions[int(position[2])] = {}
+        return True, (array, place)
+    if place and (_GROUP.match(line) or _PAIR.search(line)):
+        _take_coordinates(line, place, into)
         return True, last
-    if (element := _ELEMENT.fullmatch(line)) is not None and isinstance(last, str):
-        if last == "$NUMREG":
+    if array and (element := _ELEMENT.fullmatch(line)) is not None:
+        if array == "$NUMREG":
             into.registers[int(element[1])] = value_of(element[2])
-        else:
-            into.variables[f"{last}[{element[1]}]"] = value_of(element[2])
+            return True, last
+        place = f"{array}[{element[1]}]"
+        # An empty value stands in the lines that follow: a position, or a text.
+        into.variables[place] = value_of(element[2] or f"'{element[3]}'" * bool(element[3]))
+        return True, (array, place)
+    if place and (text := _TEXT.fullmatch(line)) is not None:
+        into.variables[place] = text[1]
         return True, last
     return False, last
+
+
+def _take_coordinates(line: str, place: str, into: Printout) -> None:
+    """Take a line of a position: of the first group's registers, or of another variable."""
+    register = _FIRST_GROUP.fullmatch(place)
+    for name, value, _ in _PAIR.findall(line.partition("Config:")[0]):
+        if value.startswith("*"):
+            continue
+        if register is not None:
+            into.positions.setdefault(int(register[1]), {})[name] = float(value)
+        else:
+            into.variables[f"{place}.{name}"] = float(value)
 
 
 def _take_position(line: str, into: Printout) -> bool:
@@ -166,7 +187,8 @@ def _take_position(line: str, into: Printout) -> bool:
     if (one := _COORDINATE.fullmatch(line.strip())) is not None:
         into.pose[one[1]] = float(one[2])  # that of the world comes last
         return True
-    return line.strip().startswith(("Group #", "CURRENT", "Frame #", "Tool #", "CFG:"))
+    heads = ("Group #", "CURRENT", "Frame #", "Tool #", "CFG:", "Cartesian position cannot")
+    return line.strip().startswith(heads)
 
 
 def value_of(text: str) -> Value:
