@@ -1,9 +1,21 @@
 """The list of active alarms."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import pytest
 from fanuc_emulator.alarms import Alarm, AlarmCode, AlarmList, Severity
+from fanuc_emulator.tp.executor import ProgramState
+from scara_config.programs.files import Taught
+from scara_config.programs.tp.execution import flow_of
+from scara_config.programs.tp.lines import read_line
+from scara_config.programs.tp.listing import Program
 
 from fanuc_emulator import alarms
+
+if TYPE_CHECKING:
+    from conftest import Bench
 
 ALL_CODES = [code for code in vars(alarms).values() if isinstance(code, AlarmCode)]
 
@@ -72,3 +84,19 @@ def test_date_is_utc_in_six_numbers(code: alarms.AlarmCode) -> None:
     """Year, month, day, hour, minute, second, as the alarm registers hold them."""
     assert Alarm(code, "", 1_700_000_000.9).date == (2023, 11, 14, 22, 13, 20)
     assert code.severity in Severity
+
+
+def test_a_line_that_cannot_be_executed_ends_its_program(
+    bench: Bench,
+) -> None:
+    """The alarm names program, line and why; a RESET clears it."""
+    line = Program("DIVIDE", (read_line("R[51]=1/R[52]"),))
+    programs = {2: Taught(flow_of(line, "DIVIDE"), {})}
+    bench = type(bench)(bench.config, bench.robot, programs)
+    bench.controller.pulse_input("panel_run2")
+    shown = bench.run(1.0)
+    assert shown.alarm is not None and shown.alarm.code is alarms.LINE_REFUSED
+    assert "line 1 of DIVIDE" in shown.alarm.cause and "division by zero" in shown.alarm.cause
+    assert shown.outputs.fault and shown.program_state is ProgramState.ABORTED
+    bench.controller.pulse_input("panel_reset")
+    assert bench.run(0.1).alarm is None

@@ -253,6 +253,13 @@ def test_what_is_not_set_is_named_with_its_menu(
     assert said in line and menu in line
 
 
+def test_a_robot_that_is_only_followed_needs_less() -> None:
+    """One client, and no way to start or stop it."""
+    found = read(system(**{"$SNPX_PARAM.$NUM_MODBUS": "1", "$SHELL_CFG.$USE_ABORT": "FALSE"}))
+    assert list(missing(LAYOUT, found, leads=False)) == []
+    assert len(list(missing(LAYOUT, found))) == 2
+
+
 def test_what_a_printout_does_not_say_is_not_judged() -> None:
     """But told."""
     found = read(CURPOS)

@@ -78,7 +78,7 @@ GAPS: list[tuple[str, str, Callable[[AssignmentTable], None], str, str]] = [
     ("start", "ready, start_for_continue: false", lambda _: None, "start_for_continue", "START"),
     ("RSR off", f"ready, rsr: {[0] * 8}", lambda _: None, "rsr", "RSR1 is disabled"),
     ("RSR number", f"ready, rsr: {[1] * 8}", lambda _: None, "rsr", "RSR1 starts RSR0001"),
-    ("RSR base", "ready, job_base: 100", lambda _: None, "job_base", "RSR1 starts RSR0201"),
+    ("RSR base", "ready, job_base: 100", lambda _: None, "job_base", "RSR0101 and 100 more"),
 ]
 
 
@@ -120,10 +120,9 @@ def test_a_delivered_robot_is_led_through_gap_by_gap() -> None:
 
 
 def test_a_robot_that_is_only_followed_needs_less() -> None:
-    """What only leading needs is but to be looked at."""
-    joint = msgspec.structs.replace(ROBOT.stopping, tried={})
-    profile = msgspec.structs.replace(PROFILE, robot=msgspec.structs.replace(ROBOT, stopping=joint))
-    with served("ready, remote: false, uop: simple") as (port, _, _):
+    """One client; and what only leading needs is but to be looked at."""
+    profile = msgspec.structs.replace(PROFILE, robot=msgspec.structs.replace(ROBOT, lead=False))
+    with served("ready, num_modbus: 1, remote: false, uop: simple") as (port, _, _):
         found = list(_robot(profile, LAYOUT, CONTROLLER, ("127.0.0.1", port), move=False))
     assert [finding for finding in found if finding.level is Level.WRONG] == []
     assert any("the robot is Local" in finding.what for finding in found)

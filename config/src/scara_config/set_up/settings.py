@@ -9,6 +9,7 @@ Source:
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from scara_config.set_up.slots import WATCHED, Assignment
@@ -22,8 +23,6 @@ STREAM_NUMBER = 101
 """Its registration number: the program is RSR0101."""
 CONNECTIONS = 8
 """Wanted of $SNPX_PARAM.$NUM_MODBUS."""
-CONNECTIONS_NEEDED = 3
-"""The twin controller reads and writes by one each, the pendant has one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,26 +190,53 @@ def setting(key: str) -> Setting:
 
 
 @dataclass(frozen=True, slots=True)
+class Wanted:
+    """A variable that says whether a setting is as it should be.
+
+    Attributes:
+        key: Of the setting.
+        variable: Of the controller.
+        value: As it should be.
+        said: What it means where it is not, with the value's place.
+    """
+
+    key: str
+    variable: str
+    value: int
+    said: str
+
+
+WANTED = (
+    Wanted("enable_ui", "$OPWORK.$UOP_DISABLE", 0, "the inputs UI are disabled"),
+    Wanted("cstopi_for_abort", "$SHELL_CFG.$USE_ABORT", 1, "CSTOPI does not end a program"),
+    Wanted("start_for_continue", "$SHELL_CFG.$CONT_ONLY", 1, "START may begin another program"),
+    Wanted("rmt_master", "$RMT_MASTER", 0, "$RMT_MASTER is {}"),
+    Wanted("rsr", "$SHELL_CFG.$RSR_ENABLE[1]", 1, "RSR1 is disabled"),
+    Wanted("rsr", "$SHELL_CFG.$NUM_RSR[1]", STREAM_NUMBER, "RSR1 starts RSR{:04d}"),
+    Wanted("job_base", "$SHELL_CFG.$JOB_BASE", 0, "RSR1 starts RSR0101 and {} more"),
+)
+"""In the order of ``SETTINGS``."""
+
+
+def connections_needed(leads: bool) -> int:
+    """Return how many clients the robot serves at once: who only follows, reads by one.
+
+    Who leads writes by another, and the pendant has one of its own.
+    """
+    return 3 if leads else 1
+
+
+@dataclass(frozen=True, slots=True)
 class Watched:
     """Settings as a client reads them, from the slots ``WATCHED``.
 
     Attributes:
-        num_asg: $SNPX_PARAM.$NUM_ASG, 80 on each controller; else these slots are not there.
-        num_modbus, rmt_master, ui_disabled, use_abort, continue_only, job_base, rsr_enabled,
-            rsr_number: The variables of these names.
+        numbers: Of the variables, by their names.
         si, so: Levels of SI[0..15] and SO[0..15], the operator's panel.
         ui, uo: Levels of UI[1..18] and UO[1..20].
     """
 
-    num_asg: int
-    num_modbus: int
-    rmt_master: int
-    ui_disabled: int
-    use_abort: int
-    continue_only: int
-    job_base: int
-    rsr_enabled: int
-    rsr_number: int
+    numbers: Mapping[str, int]
     si: tuple[bool, ...]
     so: tuple[bool, ...]
     ui: tuple[bool, ...]
@@ -218,8 +244,17 @@ class Watched:
 
     @property
     def there(self) -> bool:
-        """The slots are there."""
-        return self.num_asg == 80
+        """The slots are there: each controller has 80."""
+        return self.numbers["$SNPX_PARAM.$NUM_ASG"] == 80
+
+    def differ(self) -> Iterator[tuple[str, str]]:
+        """Yield key and what it means of each setting that is not as it should be, once."""
+        told: set[str] = set()
+        for each in WANTED:
+            value = self.numbers[each.variable]
+            if value != each.value and each.key not in told:
+                told.add(each.key)
+                yield each.key, each.said.format(value)
 
 
 WATCHED_COUNT = WATCHED[-1].last - WATCHED[0].address + 1
@@ -237,7 +272,5 @@ def watched_of(words: list[int]) -> Watched:
         return tuple(bool(whole >> bit & 1) for bit in range(count))
 
     *numbers, si, so, ui, uo = WATCHED
-    values = [of(slot)[0] | of(slot)[1] << 16 for slot in numbers]
-    asg, clients, master, disabled, abort, only, base, enabled, number = values
-    signals = bits(si, 16), bits(so, 16), bits(ui, 18), bits(uo, 20)
-    return Watched(asg, clients, master, disabled, abort, only, base, enabled, number, *signals)
+    values = {slot.name: of(slot)[0] | of(slot)[1] << 16 for slot in numbers}
+    return Watched(values, bits(si, 16), bits(so, 16), bits(ui, 18), bits(uo, 20))

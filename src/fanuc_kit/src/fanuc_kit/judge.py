@@ -6,22 +6,13 @@ from collections.abc import Iterator
 
 from scara_config import Robot
 from scara_config.modbus_map import ModbusMap
-from scara_config.set_up.settings import CONNECTIONS_NEEDED, STREAM_NUMBER, setting
+from scara_config.set_up.settings import WANTED, connections_needed, setting
 from scara_config.set_up.slots import Assignment, slot_table
 
 from fanuc_kit.printouts import Printout, Value
 
 HMI_DEVICE = "R553"
 """The option without which there is no Modbus server of this kind."""
-_WANTED: tuple[tuple[str, str, Value], ...] = (
-    ("enable_ui", "$OPWORK.$UOP_DISABLE", 0),
-    ("cstopi_for_abort", "$SHELL_CFG.$USE_ABORT", True),
-    ("start_for_continue", "$SHELL_CFG.$CONT_ONLY", True),
-    ("rmt_master", "$RMT_MASTER", 0),
-    ("rsr", "$SHELL_CFG.$RSR_ENABLE[1]", True),
-    ("rsr", "$SHELL_CFG.$NUM_RSR[1]", STREAM_NUMBER),
-    ("job_base", "$SHELL_CFG.$JOB_BASE", 0),
-)
 _LIMITS = (
     ("lower", "$PARAM_GROUP[1].$LOWERLIMS[{}]"),
     ("upper", "$PARAM_GROUP[1].$UPPERLIMS[{}]"),
@@ -29,22 +20,29 @@ _LIMITS = (
 )
 
 
-def missing(layout: ModbusMap, found: Printout) -> Iterator[str]:
+def missing(layout: ModbusMap, found: Printout, leads: bool = True) -> Iterator[str]:
     """Yield what the printouts show that is not set, each with its menu.
 
     What no printout says is not judged.
+
+    Args:
+        layout: modbus_map.yaml.
+        found: What the printouts say.
+        leads: False: the robot is only followed, and needs less.
     """
     if found.options and HMI_DEVICE not in found.options:
         yield f"option {HMI_DEVICE}, HMI Device (SNPX), is not there: order it from the maker"
     clients = found.variables.get("$SNPX_PARAM.$NUM_MODBUS")
-    if isinstance(clients, int) and clients < CONNECTIONS_NEEDED:
+    if isinstance(clients, int) and clients < connections_needed(leads):
         yield _line("num_modbus", f"$SNPX_PARAM.$NUM_MODBUS is {clients}")
     if "$SNPX_ASG[1].$ADDRESS" in found.variables:
         yield from _slots(layout, found)
-    for key, name, wanted in _WANTED:
-        value = found.variables.get(name, wanted)
-        if value != wanted:
-            yield _line(key, f"{name} is {value}")
+    if not leads:
+        return
+    for each in WANTED:
+        value = found.variables.get(each.variable, each.value)
+        if value != each.value:
+            yield _line(each.key, f"{each.variable} is {value}")
     inputs = found.signals.get("UI")
     if inputs is not None and len(inputs) < 18:
         have = ", ".join(map(str, sorted(inputs)))
@@ -56,7 +54,11 @@ def missing(layout: ModbusMap, found: Printout) -> Iterator[str]:
 
 def unheard(found: Printout) -> list[str]:
     """Return what no printout said, so that it was not judged."""
-    names = ["$SNPX_PARAM.$NUM_MODBUS", "$SNPX_ASG[1].$ADDRESS", *[name for _, name, _ in _WANTED]]
+    names = [
+        "$SNPX_PARAM.$NUM_MODBUS",
+        "$SNPX_ASG[1].$ADDRESS",
+        *[each.variable for each in WANTED],
+    ]
     silent = [name for name in names if name not in found.variables]
     silent += ["options"] * (not found.options) + ["UI"] * ("UI" not in found.signals)
     return silent

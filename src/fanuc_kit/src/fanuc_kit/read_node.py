@@ -39,7 +39,7 @@ def read(
             raise ConfigError(f"{path}: cannot be read: {error}") from error
         read_printout(text, path.name, found)
     console = Console(highlight=False, soft_wrap=True)
-    gaps, offers = list(missing(layout, found)), list(proposals(profile, found))
+    gaps, offers = list(missing(layout, found, profile.lead)), list(proposals(profile, found))
     for title, lines in (
         ("not set", gaps),
         ("robot.yaml", offers),

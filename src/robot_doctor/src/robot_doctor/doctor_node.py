@@ -21,6 +21,7 @@ from scara_config import ConfigError, Robot, config_directory, load
 from scara_config.modbus_map import ModbusMap, load_modbus_map, problems
 from scara_config.profile import chosen_robot, locate
 from scara_config.readers import check_files
+from scara_config.set_up.settings import connections_needed
 from scara_config.set_up.slots import has_slots
 from scara_config.writer import write_values
 from scara_ros.shell.command_line_io import CommandLine, ConfigDir, RobotName, choose_robot
@@ -184,8 +185,9 @@ def _stops(
     address = (host or config.real.host, port or config.real.port)
     patience = max(config.real.timeout_ms * 1e-3, PATIENCE_S)
     # Only what is needed to read anything: all else is tried.
+    needed = connections_needed(leads=True)
     gaps = has_slots(layout) and list(
-        check_set_up(layout, probe_set_up(layout, *address, patience), led=False)
+        check_set_up(layout, probe_set_up(layout, *address, patience, needed), led=False)
     )
     if gaps and not is_healthy(gaps):
         show(console, profile, [gap for gap in gaps if gap.level is Level.WRONG])
@@ -285,7 +287,9 @@ def _robot(
     try:
         if has_slots(layout):
             led = not profile.robot.only_followed(address[0])
-            shown = probe_set_up(layout, *address, max(real.timeout_ms * 1e-3, PATIENCE_S))
+            patience = max(real.timeout_ms * 1e-3, PATIENCE_S)
+            needed = connections_needed(profile.robot.lead)
+            shown = probe_set_up(layout, *address, patience, needed)
             gaps = list(check_set_up(layout, shown, led))
             yield from gaps
             if not is_healthy(gaps):

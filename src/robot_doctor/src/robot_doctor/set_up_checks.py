@@ -10,14 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import msgspec
 from scara_config.modbus_map import ModbusMap
-from scara_config.set_up.settings import (
-    CONNECTIONS_NEEDED,
-    STREAM_NUMBER,
-    Setting,
-    Watched,
-    setting,
-    watched_of,
-)
+from scara_config.set_up.settings import Setting, Watched, setting, watched_of
 from scara_config.set_up.slots import WATCHED, Assignment, own_slots, slot_table
 
 from robot_doctor.finding import Finding, Group, Level, fine, note
@@ -32,12 +25,14 @@ class SetUp(msgspec.Struct, frozen=True):
     """What a robot shows of its set-up.
 
     Attributes:
-        served: So many of ``CONNECTIONS_NEEDED`` clients were served at once; 0: nobody listens.
+        served: So many of the clients that are needed were served at once; 0: nobody listens.
+        needed: So many are needed.
         words: Of each slot of the map, at one time and a while later, by its address.
         watched: Words of the slots ``WATCHED``.
     """
 
     served: int
+    needed: int
     words: Mapping[int, tuple[Words, Words]]
     watched: Words
 
@@ -72,10 +67,10 @@ def _gaps(layout: ModbusMap, found: SetUp) -> Iterator[tuple[Setting, str]]:
             "no Modbus server: $SNPX_PARAM.$NUM_MODBUS is 0, or nothing runs",
         )
         return
-    if found.served < CONNECTIONS_NEEDED:
+    if found.served < found.needed:
         yield (
             setting("num_modbus"),
-            f"{found.served} of {CONNECTIONS_NEEDED} clients are served at once, as "
+            f"{found.served} of {found.needed} clients are served at once, as "
             "$SNPX_PARAM.$NUM_MODBUS says",
         )
         return
@@ -88,7 +83,10 @@ def _gaps(layout: ModbusMap, found: SetUp) -> Iterator[tuple[Setting, str]]:
         yield from _settings(watched)
     else:
         slot = _named(slot_table(layout), WATCHED[0])
-        yield setting("slots"), f"{slot} reads {watched.num_asg}, not 80: settings cannot be judged"
+        yield (
+            setting("slots"),
+            f"{slot} reads {watched.numbers[WATCHED[0].name]}, not 80: settings cannot be judged",
+        )
 
 
 def _slots(layout: ModbusMap, found: SetUp) -> Iterator[tuple[Setting, str]]:
@@ -129,40 +127,22 @@ def _position(words: Words) -> str:
 
 
 def _settings(found: Watched) -> Iterator[tuple[Setting, str]]:
-    """Yield settings that are not as they should be, in the order in which they are set."""
-    if found.ui_disabled:
-        yield setting("enable_ui"), "the inputs UI are disabled"
+    """Yield settings that are not as they should be."""
     for index, name in _LEVELS.items():
         if not found.ui[index]:
             yield setting("unwired"), f"{name} is off: without a wire, or somebody switched it off"
-    if not found.use_abort:
-        yield setting("cstopi_for_abort"), "CSTOPI does not end a program"
-    if not found.continue_only:
-        yield setting("start_for_continue"), "START may begin another program"
-    remote = list(_remote(found))
-    yield from remote
-    if not found.rsr_enabled:
-        yield setting("rsr"), "RSR1 is disabled"
-    elif found.job_base:
-        yield setting("job_base"), f"RSR1 starts RSR{found.rsr_number + found.job_base:04d}"
-    elif found.rsr_number != STREAM_NUMBER:
-        yield setting("rsr"), f"RSR1 starts RSR{found.rsr_number:04d}"
-    if found.uo[0] and not found.uo[1]:
-        yield setting("uop"), "CMDENBL is on without SYSRDY: UOP is Simple"
-    elif not any(found.uo) and found.so[0] and not found.so[3]:
-        yield setting("uop"), "no output UO is on, and nothing is wrong: UOP is None"
-
-
-def _remote(found: Watched) -> Iterator[tuple[Setting, str]]:
-    """Yield why no signal from outside may start a program."""
+    for key, said in found.differ():
+        yield setting(key), said
     if not (found.si[8] and found.si[9]):
         yield setting("mode"), "the mode switch is not at AUTO"
     if found.so[7]:
         yield setting("tp_enabled"), "the teach pendant is enabled"
     if not found.si[2]:
         yield setting("remote"), "the robot is Local"
-    if found.rmt_master:
-        yield setting("rmt_master"), f"$RMT_MASTER is {found.rmt_master}"
+    if found.uo[0] and not found.uo[1]:
+        yield setting("uop"), "CMDENBL is on without SYSRDY: UOP is Simple"
+    elif not any(found.uo) and found.so[0] and not found.so[3]:
+        yield setting("uop"), "no output UO is on, and nothing is wrong: UOP is None"
 
 
 def _is_clock(layout: ModbusMap, slot: Assignment) -> bool:

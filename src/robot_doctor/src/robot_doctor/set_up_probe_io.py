@@ -8,7 +8,7 @@ import struct
 import time
 
 from scara_config.modbus_map import ModbusMap
-from scara_config.set_up.settings import CONNECTIONS_NEEDED, WATCHED_COUNT
+from scara_config.set_up.settings import WATCHED_COUNT
 from scara_config.set_up.slots import WATCHED, own_slots
 from twin_controller.modbus.blocks import MOST_WORDS, Block
 from twin_controller.modbus.port_io import LinkLostError, ModbusPort
@@ -20,7 +20,7 @@ LATER_S = 0.05
 _WATCHED = Block(WATCHED[0].address - 1, WATCHED_COUNT)
 
 
-def probe_set_up(layout: ModbusMap, host: str, port: int, timeout: float) -> SetUp:
+def probe_set_up(layout: ModbusMap, host: str, port: int, timeout: float, needed: int) -> SetUp:
     """Ask a robot how it is set up.
 
     Args:
@@ -28,6 +28,7 @@ def probe_set_up(layout: ModbusMap, host: str, port: int, timeout: float) -> Set
         host: The robot's address.
         port: Of its Modbus server.
         timeout: For one answer [s].
+        needed: So many clients are needed at once.
 
     Raises:
         LinkLostError: It serves its first client and does not answer.
@@ -36,7 +37,7 @@ def probe_set_up(layout: ModbusMap, host: str, port: int, timeout: float) -> Set
     try:
         one.open()
     except LinkLostError:
-        return SetUp(0, {}, (0,) * WATCHED_COUNT)
+        return SetUp(0, needed, {}, (0,) * WATCHED_COUNT)
     try:
         first, watched = _slots(one, layout), one.read_words(_WATCHED)
         time.sleep(LATER_S)
@@ -44,7 +45,8 @@ def probe_set_up(layout: ModbusMap, host: str, port: int, timeout: float) -> Set
     finally:
         one.close()
     words = {address: (first[address], later[address]) for address in first}
-    return SetUp(_served(host, port, layout.device_id, timeout), words, tuple(watched))
+    served = _served(host, port, layout.device_id, timeout, needed)
+    return SetUp(served, needed, words, tuple(watched))
 
 
 def _slots(port: ModbusPort, layout: ModbusMap) -> dict[int, tuple[int, ...]]:
@@ -55,15 +57,15 @@ def _slots(port: ModbusPort, layout: ModbusMap) -> dict[int, tuple[int, ...]]:
     }
 
 
-def _served(host: str, port: int, unit: int, timeout: float) -> int:
-    """Return how many of the clients that the pair needs are served at once.
+def _served(host: str, port: int, unit: int, timeout: float, needed: int) -> int:
+    """Return how many of the clients that are needed are served at once.
 
     Plain sockets: a Modbus client would connect again where it was put out.
     """
     request = struct.pack(">HHHBBHH", 1, 0, 6, unit, 3, _WATCHED.offset, 1)
     with contextlib.ExitStack() as lines:
         clients = []
-        for _ in range(CONNECTIONS_NEEDED):
+        for _ in range(needed):
             with contextlib.suppress(OSError):
                 line = socket.create_connection((host, port), timeout=timeout)
                 clients.append(lines.enter_context(line))
