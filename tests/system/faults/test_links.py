@@ -11,9 +11,12 @@ import pytest
 from harness.faults import link_faults
 from harness.faults.fault_cell import FaultCell
 from harness.faults.rows import check
+from harness.running.thorough import thorough
 
 pytestmark = pytest.mark.system
 SIDES = pytest.mark.parametrize("side", ["real", "twin"])
+ONE_SIDE = pytest.mark.parametrize("side", ["real", *thorough("twin")])
+"""A twin's line is cut each time while it is on its own way; bad packets have unit tests."""
 
 
 @SIDES
@@ -27,7 +30,7 @@ def test_half_open_line_is_found_and_the_robot_stands(
     check(lambda: link_faults.frozen(cell, side, rng))
 
 
-@SIDES
+@ONE_SIDE
 def test_line_that_is_cut_stops_the_robot_and_nothing_goes_on_by_itself(
     cell: FaultCell, side: str, rng: Random
 ) -> None:
@@ -35,7 +38,7 @@ def test_line_that_is_cut_stops_the_robot_and_nothing_goes_on_by_itself(
     check(lambda: link_faults.cut(cell, side, rng))
 
 
-@pytest.mark.parametrize("how", ["cut", "half-open"])
+@pytest.mark.parametrize("how", ["cut", *thorough("half-open")])
 def test_a_twin_on_its_own_way_stops_when_its_line_is_lost(
     cell: FaultCell, how: str, rng: Random
 ) -> None:
@@ -66,7 +69,7 @@ def test_bytes_that_come_one_by_one_are_put_together(
     check(lambda: link_faults.byte_by_byte(cell, side, rng))
 
 
-@SIDES
+@ONE_SIDE
 def test_damaged_answers_move_nothing(cell: FaultCell, side: str, rng: Random) -> None:
     """Duplicated, corrupted, truncated, dropped and swapped units.
 

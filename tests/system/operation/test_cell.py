@@ -69,34 +69,12 @@ def test_move_to_out_of_reach_is_refused_with_a_reason(live_cell: LiveCell) -> N
     assert live_cell.real_joints() == pytest.approx(before, abs=0.02)
 
 
-def test_kinematics_agree_with_the_reading_of_the_real_controller(live_cell: LiveCell) -> None:
-    """J = (19.62, 79.60, -18.17 mm, -98.26) reads X 281.58, Y 413.66, Z 141.83, righty.
-
-    It prints 2 decimals. Forwards, half a digit of the printed angles is up to 0.07 mm at the tool;
-    backwards, where the rounding of the input counts less, all joints agree digit for digit.
-    """
-    q = [math.radians(19.62), math.radians(79.60), -0.01817, math.radians(-98.26)]
-    forwards = live_cell.call("/forward_kinematics", f"{{joint_positions: {q}}}")
-    assert forwards["success"], forwards
-    assert [1000.0 * forwards[axis] for axis in "xyz"] == pytest.approx(
-        [281.58, 413.66, 141.83], abs=0.07
-    )
-    assert forwards["elbow"] == "righty"
-    backwards = live_cell.call(
-        "/inverse_kinematics", "{x: 0.28158, y: 0.41366, z: 0.14183, elbow: righty}"
-    )
-    q1, q2, q3 = backwards["joint_positions"]
-    assert [round(math.degrees(q1), 2), round(math.degrees(q2), 2), round(1000.0 * q3, 2)] == [
-        19.62,
-        79.60,
-        -18.17,
-    ]
-
-
+@pytest.mark.thorough
 def test_unmodified_roslibpy_client_subscribes_and_calls(live_cell: LiveCell) -> None:
     """The gateway speaks rosbridge v2.
 
-    Somebody else's client reads joint states and moves the twin.
+    Somebody else's client reads joint states and moves the twin. Each time one moves a twin in
+    tests/ros/rosbridge_gateway/test_gateway_roslibpy.py.
     """
 
     def scene() -> None:

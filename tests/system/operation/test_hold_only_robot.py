@@ -9,6 +9,7 @@ import pytest
 from harness.live_cell import LiveCell, forward
 from harness.opponents.hold_only_robot import ABORTED, PAUSED, STREAM, HoldOnlyRobot
 from harness.processes import wait_until
+from harness.running.thorough import examples
 from harness.wires.gateway_client import command_over
 from harness.yaml_files import REMOVED, changed_yaml, copy_configuration
 
@@ -86,8 +87,11 @@ def test_it_leads(cell: LiveCell, robot: HoldOnlyRobot) -> None:
 
 
 def test_it_follows_stops_and_goes_on_like_ours(cell: LiveCell, robot: HoldOnlyRobot) -> None:
-    """Twice: a move, a STOP in its middle, ALIGN, and the next move to its end."""
-    for _ in range(2):
+    """A move, a STOP in its middle, ALIGN, and the next move to its end; twice by night.
+
+    Each time twice in virtual time, in stopping/test_hold_only.py.
+    """
+    for _ in range(examples(1, 2)):
         move(cell, P2)
         wait_until(lambda: not robot.standing and robot.kind == STREAM, 10.0, "the robot to follow")
         assert command_over(cell.gateway_port, "STOP")["success"]

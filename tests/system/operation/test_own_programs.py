@@ -13,7 +13,8 @@ from harness.processes import wait_until
 from harness.wires.gateway_client import command_over, state_over
 from harness.yaml_files import add_program, changed_yaml, copy_configuration
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.thorough]
+"""tests/unit/twin_controller/services/test_own_programs.py tells both settings each time."""
 
 AWAY_MM, NEAR_MM = -160.0, -169.5
 P = "GP1: UF : 0, UT : 1, J2= 0 deg, J4= 0 deg, E1= 0 deg"
@@ -95,12 +96,8 @@ def test_refused_program_is_held_before_it_harms_and_goes_on_by_the_operator(
         assert log.count("is held (hold_own_programs)") == 1, log
 
 
-@pytest.mark.thorough
 def test_refused_program_is_only_told_by_the_shipped_setting(tmp_path: Path) -> None:
-    """It runs to its end; what the judge has said stands in the state.
-
-    tests/unit/twin_controller/services/test_own_programs.py tells both settings apart each time.
-    """
+    """It runs to its end; what the judge has said stands in the state."""
     with judged_cell(tmp_path, hold=False) as cell:
         start(cell)
         assert f"{SAID}: refused: REFUSED at" in (said := judged(cell)["judge"]) and WHY in said

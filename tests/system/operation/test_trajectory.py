@@ -99,8 +99,12 @@ def test_the_real_robot_follows_a_trajectory_of_the_twin(live_cell: LiveCell) ->
     live_cell.beside_lost_links(scene)
 
 
+@pytest.mark.thorough
 def test_goals_are_rejected_while_the_pair_is_stopped_by_an_emergency(live_cell: LiveCell) -> None:
-    """The client reads the controller's reason, and can go on after RESET and ALIGN."""
+    """The client reads the controller's reason, and can go on after RESET and ALIGN.
+
+    Each time in virtual time, in stopping/test_stopped_stays.py.
+    """
 
     def scene() -> None:
         assert live_cell.call("/twin_controller/command", "{command: ESTOP}")["success"]

@@ -16,7 +16,8 @@ from scipy.spatial.transform import Rotation
 
 from scara_description.urdf import link_pose, parse_urdf
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.thorough]
+"""tests/ros/operator_panel/jogging turns it each time, from the page to what is commanded."""
 ROBOT = load_robot(ROOT / "config" / "robots" / "articulated_six")
 MODEL = parse_urdf(ROBOT.description.read_text(encoding="utf-8"))
 NEAR_DEG = 0.1  # the page shows hundredths of a degree; at rest a twin is as near to its target

@@ -10,6 +10,7 @@ from pathlib import Path
 import psutil
 import pytest
 from harness.processes import wait_until
+from harness.running.thorough import thorough
 from harness.workspace import ROOT
 
 LIMIT_S = 3
@@ -30,7 +31,7 @@ def test_that_waits_for_ever(stage):
 """
 
 
-@pytest.mark.parametrize("words", [[], ["-n", "1"]], ids=["alone", "in a worker"])
+@pytest.mark.parametrize("words", [*thorough([]), ["-n", "1"]], ids=["alone", "in a worker"])
 def test_a_test_that_hangs_ends_in_its_limit_with_stacks_and_without_a_child(
     tmp_path: Path, words: list[str]
 ) -> None:

@@ -27,6 +27,7 @@ print(verdict.name)
 """Trials are forked: from a process without threads, as that of the mutants is."""
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("source", "limit", "expected"),
     [
@@ -41,7 +42,7 @@ print(verdict.name)
 def test_a_fault_is_noticed_by_the_test_that_it_breaks(
     tmp_path: Path, source: str, limit: float, expected: str
 ) -> None:
-    """The file stays as it is, whatever the child imported."""
+    """The file stays as it is, whatever the child imported. Mutants are made by night alone."""
     module = tmp_path / "trial_subject.py"
     module.write_text(SOURCE)
     (tmp_path / "test_double.py").write_text(TEST)

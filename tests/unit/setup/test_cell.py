@@ -177,8 +177,9 @@ def test_single_nodes_run_beside_cells_on_request_and_never_beside_a_browser(
     assert ended == (["nodes", "cells", *after] if beside else ["cells", *after])
 
 
-@pytest.mark.parametrize("code", [1, 2])
-@pytest.mark.parametrize("part", ["cells", "starts", "nodes", "pages", "pure"])
+@pytest.mark.parametrize(
+    ("part", "code"), [("cells", 1), ("starts", 2), ("nodes", 1), ("pages", 2), ("pure", 1)]
+)
 def test_a_part_that_fails_fails_the_whole(parts: str, part: str, code: int) -> None:
     """The others are run and shown all the same; 2 is a test file that cannot be read, too."""
     done = run("bash", "-c", parts, env=asked(FAILS=f"{part} {code}"))

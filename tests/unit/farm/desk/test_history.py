@@ -17,6 +17,7 @@ from farm.desk.reading_io import ask, newest_of
 from farm.keys import CellName
 from farm.wire import Event
 from harness.processes import free_port, wait_until
+from harness.running.thorough import examples
 from harness.yaml_files import copy_configuration
 from msgspec.structs import replace
 
@@ -121,7 +122,7 @@ def test_desk_killed_at_any_moment_keeps_each_event_once(tmp_path: Path) -> None
     # Some events are there before the first desk; the others come while desks are killed.
     cells = [Invented(k, time.time() - 5.0, 200.0) for k in range(3)]
     with Practice(config, "m", cells, until) as practice:
-        for life in range(4):
+        for life in range(examples(2, 4)):
             desk = start()
             try:
                 if life == 0:

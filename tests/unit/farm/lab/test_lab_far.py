@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from harness.machines.lab_project import DEADLINE_S, JOBS, STEADY, WORDS, Lab
 from harness.processes import free_port, wait_until
+from harness.running.thorough import thorough
 from scara_bringup.processes.ports_io import listeners, sockets
 
 
@@ -21,8 +22,12 @@ def lab(tmp_path: Path) -> Iterator[Lab]:
     made.stage.close()
 
 
+@pytest.mark.thorough
 def test_results_are_the_same_bit_for_bit_though_a_worker_is_killed(lab: Lab) -> None:
-    """The first job by dask kills its worker with SIGKILL; another worker does it again."""
+    """The first job by dask kills its worker with SIGKILL; another worker does it again.
+
+    Each time line/test_lab_machines.py kills one of a scheduler that others have started.
+    """
     lab.judge(STEADY)
     here = lab.run("here")
     mark = lab.folder / "mark"
@@ -37,7 +42,7 @@ def test_results_are_the_same_bit_for_bit_though_a_worker_is_killed(lab: Lab) ->
     assert here.count(b"\n") == JOBS and mark.exists()
 
 
-@pytest.mark.parametrize("place", ["here", "farm"])
+@pytest.mark.parametrize("place", ["here", *thorough("farm")])
 def test_an_interruption_ends_all_processes_and_the_lab_goes_on(lab: Lab, place: str) -> None:
     """Jobs too, though the signal reaches the first process alone; what was done is kept.
 
