@@ -12,10 +12,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import pytest
 from playwright.sync_api import Page, TimeoutError, expect
 
 from harness.processes import Stage, free_port, wait_until
 from harness.running.shared import BROWSERS
+from harness.running.thorough import thorough
 from harness.wires.browser import kept_chromium
 from harness.workspace import ROOT, workspace_environment
 
@@ -179,6 +181,15 @@ def fill(runs: Path) -> None:
     for name in ("a_recording_with_quite_a_long_name_2026-03-01", "to_be_renamed", "to_go"):
         (runs / name).mkdir(parents=True)
         (runs / name / "run.bag").write_bytes(b"x" * 2048)
+
+
+def at_sizes(*each_time: str) -> pytest.MarkDecorator:
+    """Return the sizes at which a test is played: these each time, all others by night.
+
+    test_for_hands.py measures each size each time, so that no layout goes unseen by day.
+    """
+    others = thorough(*(size for size in SIZES if size not in each_time))
+    return pytest.mark.parametrize("size", [*each_time, *others])
 
 
 def until(page: Page, condition: str, given: Any = None) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 from harness.page import recorded
-from harness.page.theatre import SIZES, Theatre, kept_theatre
+from harness.page.theatre import Theatre, at_sizes, kept_theatre
 from playwright.sync_api import expect
 from scara_config import load_robot
 
@@ -42,7 +42,7 @@ def open_recording(theatre: Theatre) -> None:
     expect(theatre.page.locator("[data-past-text]")).not_to_contain_text("read")
 
 
-@pytest.mark.parametrize("size", SIZES)
+@at_sizes("phone", "wide")
 def test_recording_is_looked_at_on_the_page_while_stop_stays_live(
     theatre: Theatre, size: str
 ) -> None:
@@ -89,7 +89,7 @@ CLOCK = """(after) => new Date(1000 * (window.panel.timeLine.look.first + after)
 MOMENT = "() => window.panel.timeLine.at"
 
 
-@pytest.mark.parametrize("size", SIZES)
+@at_sizes("low")
 def test_typed_time_of_day_leads_there_and_one_outside_says_what_there_is(
     theatre: Theatre, size: str
 ) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from harness.page.theatre import SIZES, STAGE, Theatre
+from harness.page.theatre import STAGE, Theatre, at_sizes
 from playwright.sync_api import expect
 
 # Whether the chart of one's own draws the speed of the scene.
@@ -86,7 +86,7 @@ def test_chart_that_is_frozen_stands_still_and_goes_on(theatre: Theatre) -> None
     theatre.play("ready")
 
 
-@pytest.mark.parametrize("size", SIZES)
+@at_sizes("tablet")
 def test_chart_of_chosen_quantities_stays_in_the_address(theatre: Theatre, size: str) -> None:
     """A link shows the same; what does not exist is left out, and so is a fifth unit."""
     theatre.resize(size)
@@ -119,7 +119,7 @@ def test_chart_of_chosen_quantities_stays_in_the_address(theatre: Theatre, size:
     expect(page.locator(".chart-own")).to_be_hidden()
 
 
-@pytest.mark.parametrize("size", SIZES)
+@at_sizes("phone")
 def test_page_looks_back_while_mode_and_stop_stay_live(theatre: Theatre, size: str) -> None:
     """The numbers are of that moment, the bar is of now; space stops with the slider in hand."""
     theatre.resize(size)

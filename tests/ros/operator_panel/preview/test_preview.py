@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import re
 
-import pytest
 from harness.page.acts import preview_of
-from harness.page.theatre import SIZES, Theatre
+from harness.page.theatre import Theatre, at_sizes
 from playwright.sync_api import expect
 
 
-@pytest.mark.parametrize("size", SIZES)
+@at_sizes("phone", "low")
 def test_preview_can_be_read_and_touched_and_moves_nothing_else(
     theatre: Theatre, size: str
 ) -> None:
