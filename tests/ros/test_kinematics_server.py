@@ -153,14 +153,6 @@ def test_velocity_that_is_not_finite_is_refused_by_axis(call):
     assert not answer.success and answer.message == "tool velocity is not finite: y = nan"
 
 
-def test_missing_profile_ends_the_node_with_one_line(ros, tmp_path):
-    """File and reason, exit code 2, no traceback."""
-    node = ros.run("scara_control", "kinematics_server", f"_config_dir:={tmp_path}")
-    assert node.wait(20.0) == 2
-    assert f"{tmp_path}/robot.yaml: cannot be read: No such file or directory" in node.output
-    assert "Traceback" not in node.output
-
-
 def test_sigterm_ends_the_node_cleanly(ros):
     """No traceback on the way out."""
     node = ros.run("scara_control", "kinematics_server")

@@ -9,7 +9,6 @@ from itertools import pairwise
 
 import pytest
 from harness.running.thorough import thorough
-from harness.yaml_files import copy_configuration
 from scara_config import load_robot
 from scara_control.config import load_motion
 from scara_control.kinematics.scara import Scara, tool_position
@@ -450,17 +449,3 @@ def test_move_to_drives_the_rest_out_through_the_velocity_controller(cell, name)
     cell.still()
     assert math.dist(tool_position(SCARA, *cell.q()[:3]), POINTS[name]) <= 0.04e-3
     assert node.stop() == 0
-
-
-@pytest.mark.parametrize(
-    "node", ["joint_pose_controller", *thorough("joint_vel_controller", "motion_server")]
-)
-def test_a_wrong_configuration_ends_the_node_with_one_line(cell, tmp_path, node):
-    """File, key, value, allowed; exit code 2."""
-    folder = copy_configuration(tmp_path / "config")
-    path = folder / "motion.yaml"
-    path.write_text(path.read_text().replace("rate_hz: 100.0 ", "rate_hz: 0.0 "))
-    process = cell.ros.run("scara_control", node, f"_config_dir:={folder}", f"__name:=wrong_{node}")
-    assert process.wait(15.0) == 2
-    assert "motion.yaml: rate_hz = 0.0: Expected `float` >= 1.0" in process.output
-    assert "Traceback" not in process.output

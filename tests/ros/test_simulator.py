@@ -273,7 +273,6 @@ def test_bad_set_points_are_refused_whole(cell):
     [
         (["_real_time_factor:=0"], "needs ~publish_clock:=true"),
         (["_real_time_factor:=-1", "_publish_clock:=true"], "must be a number in [0, 1000]"),
-        (["_config_dir:=/nowhere"], "/nowhere/robot.yaml: cannot be read"),
     ],
 )
 def test_wrong_parameters_end_the_node_with_code_2(ros, arguments, text):

@@ -261,13 +261,3 @@ def test_an_old_recording_makes_room_and_that_is_said(ros: Ros) -> None:
     ros.wait_until(lambda: f"removed {ros.folder}/old/run.bag" in node.output, 5.0, "the log line")
     assert not (ros.folder / "old").exists()
     assert (ros.folder / "experiment" / "run.bag").exists()
-
-
-def test_a_wrong_file_ends_the_node_with_one_line(ros: Ros) -> None:
-    """File, key, value and what is allowed, exit code 2."""
-    (ros.folder / "experiments.yaml").write_text(
-        CONFIG.format(min_free_mb=-1.0, runs_limit_mb=1000.0)
-    )
-    node = ros.run("cell_recorder", "recorder", f"_config_dir:={ros.folder}")
-    assert node.wait(20.0) == 2
-    assert "recorder.min_free_mb = -1.0: Expected `float` >= 0.0" in node.output

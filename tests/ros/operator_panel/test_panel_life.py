@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import json
-import re
 import signal
 import time
 import xmlrpc.client
 from pathlib import Path
-from typing import Any
 
-import pytest
 from harness.processes import Process, free_port, wait_until
 from harness.ros import Ros
-from harness.running.thorough import thorough
 from harness.wires.operator_page import Panel, heard
-from harness.yaml_files import changed_yaml, copy_configuration, shipped
 
 
 def test_panel_outlives_a_roscore_and_is_registered_with_the_next(ros: Ros) -> None:
@@ -70,21 +65,3 @@ def test_token_is_made_in_ros_home_and_stays_out_of_the_log(ros: Ros, tmp_path: 
     file = tmp_path / "home" / "operator_token"
     assert file.stat().st_mode & 0o777 == 0o600 and file.read_text().strip() not in node.output
     assert str(file) in node.output
-
-
-@pytest.mark.parametrize(
-    ("path", "value", "text"),
-    [
-        (["jog", "dead_man_ms"], 1.0, r"operator_panel\.yaml: jog\.dead_man_ms = 1"),
-        *thorough((["port"], "eighty", r"port = 'eighty'")),
-    ],
-)
-def test_wrong_configuration_ends_the_node_with_one_line(
-    ros: Ros, path: list[str | int], value: Any, text: str
-) -> None:
-    """File, key, value and what is allowed; exit code 2."""
-    folder = copy_configuration(ros.folder / "config")
-    changed_yaml(shipped("operator_panel.yaml"), folder, path, value)
-    node = ros.run("operator_panel", "operator_panel", f"_config_dir:={folder}")
-    assert node.wait(30.0) == 2
-    assert re.search(text, node.output) and "Traceback" not in node.output

@@ -64,17 +64,6 @@ def test_one_message_reaches_each_client_in_its_own_form(gateway: RunningGateway
     assert raw["bytes"] == carried[0]._buff and abs(raw["secs"] - before) < 10
 
 
-def test_header_without_a_stamp_gets_the_present_time(gateway: RunningGateway) -> None:
-    """Whoever hears it in ROS."""
-    ros, sender = gateway.ros, gateway.client()
-    heard = ros.collect("stamped", JointState)
-    before = rospy.get_time()
-    sender.say(op="advertise", topic="stamped", type="sensor_msgs/JointState")
-    sender.say(op="publish", topic="stamped", msg={"header": {"frame_id": "base_link"}})
-    ros.wait_until(lambda: heard, DEADLINE, "the message in ROS")
-    assert before - 1.0 < heard[0].header.stamp.to_sec() < rospy.get_time() + 1.0
-
-
 def test_late_client_gets_the_latched_message_in_its_own_form(gateway: RunningGateway) -> None:
     """The first has made the gateway listen, for JSON."""
     publisher = rospy.Publisher(gateway.ros.name("kept"), JointState, latch=True, queue_size=1)

@@ -11,7 +11,6 @@ from harness.opponents.running_gateway import RunningGateway
 from harness.ros import Ros
 from harness.running.thorough import thorough
 from harness.wires.gateway_client import connect
-from harness.yaml_files import shipped
 
 
 def test_taken_port_ends_the_second_gateway(gateway: RunningGateway) -> None:
@@ -23,24 +22,6 @@ def test_taken_port_ends_the_second_gateway(gateway: RunningGateway) -> None:
     assert f"port 127.0.0.1:{gateway.port} cannot be opened" in second.output
     assert "_port:=NUMBER" in second.output
     assert "Traceback" not in second.output
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "text"),
-    [
-        ("nesting: 32", "nesting: 1000", "limits.nesting = 1000"),
-        *thorough(("clients: 32", "client: 32", "`client`")),
-    ],
-)
-def test_wrong_configuration_ends_the_node(ros: Ros, old: str, new: str, text: str) -> None:
-    """Exit code 2 and one line with file, key, value."""
-    text_before = shipped("gateway.yaml").read_text(encoding="utf-8")
-    (ros.folder / "gateway.yaml").write_text(text_before.replace(old, new), encoding="utf-8")
-    node = ros.run("rosbridge_gateway", "gateway", f"_config_dir:={ros.folder}")
-    assert node.wait(20.0) == 2
-    assert f"{ros.folder}/gateway.yaml: " in node.output
-    assert text in node.output
-    assert "Traceback" not in node.output
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, *thorough(signal.SIGINT)])

@@ -79,16 +79,6 @@ def test_one_topic_service_and_node_in_detail(
     assert ask(client, "service_host", service="/nowhere") == {"host": ""}
 
 
-def test_definitions_are_those_of_the_types(client: RosbridgeClient) -> None:
-    """A viewer decodes raw messages with them."""
-    found = ask(client, "topics_and_raw_types")
-    texts = dict(zip(found["types"], found["typedefs_full_text"]))
-    assert texts["std_msgs/String"] == String._full_text
-    response = ask(client, "service_response_details", type="std_srvs/Trigger")["typedefs"]
-    assert response[0]["fieldnames"] == ["success", "message"]
-    assert response[0]["fieldtypes"] == ["bool", "string"]
-
-
 def test_parameters_are_those_of_the_server(
     gateway: RunningGateway, client: RosbridgeClient
 ) -> None:

@@ -96,8 +96,9 @@ def test_gate_that_warns_lets_run_what_is_refused_and_says_so(watched: Open, ros
     assert said.success and said.outcome.startswith("moved all the same (gate: warn): REFUSED at")
 
 
+@pytest.mark.thorough
 def test_gate_that_is_off_is_told_and_asks_nobody(watched: Open, ros: Ros) -> None:
-    """A preview still shows what would come of it."""
+    """A preview still shows what would come of it; each time a gate that warns is told above."""
     from scara_msgs.msg import Audit
 
     made = watched(gate="off")
@@ -110,8 +111,12 @@ def test_gate_that_is_off_is_told_and_asks_nobody(watched: Open, ros: Ros) -> No
     assert told == []
 
 
+@pytest.mark.thorough
 def test_drift_of_what_is_predicted_is_an_alarm_on_the_page(watched: Open, ros: Ros) -> None:
-    """A robot that takes half as long again: both times at the gate's line, and an alarm."""
+    """A robot that takes half as long again: both times at the gate's line, and an alarm.
+
+    Each time the judge says so in tests/ros/what_if/test_learning.py.
+    """
     from scara_msgs.msg import Audit
     from scara_msgs.srv import JudgeMotion
 
