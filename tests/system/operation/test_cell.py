@@ -95,10 +95,12 @@ def test_unmodified_roslibpy_client_subscribes_and_calls(live_cell: LiveCell) ->
     live_cell.beside_lost_links(scene)
 
 
+@pytest.mark.thorough
 def test_program_of_the_robot_moves_the_twin(live_cell: LiveCell) -> None:
     """A program started on the robot's own pendant makes the real robot the leader.
 
-    At its end both agree.
+    At its end both agree. Each time the page follows such a run in page/test_operator_page.py, and
+    the demo measures one.
     """
 
     def scene() -> None:

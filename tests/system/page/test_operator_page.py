@@ -129,10 +129,14 @@ def at_rest(panel: Panel) -> bool:
     return stand and told["authority"]["mode"] == "IDLE"
 
 
+@pytest.mark.thorough
 def test_held_tool_goes_straight_with_both_and_stops_by_release(
     operator: Page, panel: Panel
 ) -> None:
-    """Along x of the world, by all joints together; the real robot follows."""
+    """Along x of the world, by all joints together; the real robot follows.
+
+    Each time the stage's page tells a held tool's joints: ros/operator_panel/test_jog_buttons.py.
+    """
     operator.get_by_role("tab", name="Target").click()
     operator.get_by_role("button", name="P2", exact=True).click()
     expect(operator.locator(".preview.good")).to_be_visible()
