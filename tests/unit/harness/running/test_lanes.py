@@ -27,7 +27,6 @@ from harness.workspace import ROOT
 WAITS = re.compile(r"^(?:import|from) (?:asyncio|socket|threading|subprocess)\b", re.MULTILINE)
 """What a test imports that waits for somebody else."""
 ONLY_COMPUTES = {
-    "tests/unit/harness/running/test_nightly.py": "a test run, whose end it waits for",
     "tests/unit/scara_control/dynamics/test_cleared_memory.py": "a process, whose end it waits for",
     "tests/unit/scara_control/dynamics/test_engine.py": "two processes, whose end it waits for",
     "tests/unit/scara_simulation/joints/test_compiled.py": "a compiler, whose end it waits for",
