@@ -73,7 +73,7 @@ def test_the_kit_has_a_page_for_each_thing_to_do(tmp_path: Path) -> None:
         assert (line in texts["2_slots.md"]) == (slot.size > 0), line
     assert texts["5_acceptance.md"].count("- [ ]") > 10
     assert all(f"{name}.LS" in texts for name in programs())
-    for word in ("UI[2]", "rack 34", "RSR0101", "BGTWIN", "<section>"):
+    for word in ("UI[2]", "rack 34", "RSR0101", "BGTWIN", "sheet 5 of 5"):
         assert word in texts["kit.html"]
 
 

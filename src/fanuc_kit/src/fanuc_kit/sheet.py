@@ -3,18 +3,32 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
 _STYLE = """
-body { font: 11pt/1.35 sans-serif; margin: 12mm; }
-table { border-collapse: collapse; width: 100%; }
-th, td { border: 1px solid #999; padding: 1mm 2mm; text-align: left; vertical-align: top; }
-pre { border: 1px solid #999; padding: 2mm; }
-section { page-break-after: always; }
-li { list-style: "\\2610  "; }
+@page { size: A4; margin: 20mm 14mm 16mm;
+  @top-left { font: 9pt sans-serif; content: "%(title)s"; }
+  @bottom-right { font: 9pt sans-serif; content: counter(page) " / " counter(pages); } }
+body { font: 10.5pt/1.35 sans-serif; max-width: 182mm; margin: 0 auto; }
+h1 { font-size: 15pt; margin: 0 0 3mm; } h1, p { break-after: avoid; }
+section { break-after: page; } section:last-child { break-after: auto; }
+table { border-collapse: collapse; width: 100%%; margin: 3mm 0; font: 8.8pt/1.25 sans-serif; }
+thead { display: table-header-group; }
+th, td { border: 1px solid #777; padding: 0.6mm 1.6mm; text-align: left; vertical-align: top; }
+tr, li, pre { break-inside: avoid; }
+pre { border: 1px solid #777; padding: 2mm; }
+ul { padding: 0; } li { list-style: none; margin: 2mm 0 2mm 8mm; text-indent: -8mm; }
+li::before { content: ""; display: inline-block; width: 3.6mm; height: 3.6mm;
+  margin-right: 4.2mm; border: 0.3mm solid; vertical-align: -0.5mm; }
+.done { display: flex; gap: 4mm; margin: 0 0 4mm; font-size: 9pt; }
+.done span { flex: 1; border: 1px solid #777; padding: 1mm 2mm 7mm; }
 """
+"""Of the page; with the title of all its sheets."""
+_SHEET = '@page sheet%(at)d { @top-right { font: 9pt sans-serif; content: "%(said)s"; } }'
+_DONE = ("robot, number", "done by", "date")
+"""Boxes that a person fills in at the head of each sheet."""
 Row = Sequence[str]
 
 
@@ -70,18 +84,27 @@ def markdown(sheet: Sheet) -> str:
     return "\n\n".join([f"# {sheet.title}", *map(_markdown, sheet.blocks)]) + "\n"
 
 
-def html(title: str, sheets: Iterable[Sheet]) -> str:
-    """Return sheets as one page that prints, each on paper of its own."""
-    parts = [
-        f"<section><h1>{escape(sheet.title)}</h1>{''.join(map(_html, sheet.blocks))}</section>"
-        for sheet in sheets
-    ]
-    head = f"<meta charset='utf-8'><title>{escape(title)}</title><style>{_STYLE}</style>"
+def html(title: str, sheets: Sequence[Sheet]) -> str:
+    """Return sheets as one page that prints on A4, each on paper of its own."""
+    style, parts = [_STYLE % {"title": _quoted(title)}], []
+    done = "".join(f"<span>{field}</span>" for field in _DONE)
+    for at, sheet in enumerate(sheets, start=1):
+        style.append(_SHEET % {"at": at, "said": f"sheet {at} of {len(sheets)}"})
+        parts.append(
+            f'<section style="page: sheet{at}"><div class="done">{done}</div>'
+            f"<h1>{escape(sheet.title)}</h1>{''.join(map(_html, sheet.blocks))}</section>"
+        )
+    head = f"<meta charset='utf-8'><title>{escape(title)}</title><style>{''.join(style)}</style>"
     return (
         f"<!doctype html>\n<html><head>{head}</head>\n<body>\n"
         + "\n".join(parts)
         + "\n</body></html>\n"
     )
+
+
+def _quoted(text: str) -> str:
+    """Return a text for a rule of the style, between its quotes."""
+    return re.sub(r"[^\w :,.-]", "", text)
 
 
 def _markdown(block: Block) -> str:
@@ -108,7 +131,7 @@ def _html(block: Block) -> str:
                 f"<tr>{''.join(f'<td>{escape(c)}</td>' for c in row)}</tr>" for row in rows
             )
             heads = "".join(f"<th>{escape(cell)}</th>" for cell in head)
-            return f"<table><tr>{heads}</tr>{body}</table>"
+            return f"<table><thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table>"
         case Listing(text):
             return f"<pre>{escape(text.rstrip())}</pre>"
         case Boxes(things):

@@ -28,12 +28,12 @@ def _settings(robot: Robot) -> Sheet:
             row.menu,
             row.wanted,
             row.why,
-            f"B-83284EN/09, {row.section}" if row.section else "HMI device",
+            row.section or "HMI device",
             ", ".join(["then off and on"] * row.restart + ["also to follow"] * (not row.leads)),
         )
         for row in SETTINGS
     )
-    head = ("", "MENU > ..., or a switch", "set to", "else", "manual", "")
+    head = ("", "MENU > ..., or a switch", "set to", "else", "B-83284EN/09", "")
     return Sheet("1_settings", f"{robot.name}: settings", (Text(_NO_SAFETY), Table(head, rows)))
 
 
@@ -101,7 +101,7 @@ def _signals(layout: ModbusMap) -> Sheet:
 
 
 def _programs() -> Sheet:
-    blocks = [Listing(text) for text in programs().values()]
+    blocks = [Listing(_typed(name, text)) for name, text in programs().items()]
     return Sheet(
         "4_programs",
         "Programs to type",
@@ -117,13 +117,19 @@ def _programs() -> Sheet:
     )
 
 
+def _typed(name: str, text: str) -> str:
+    """Return what of a program's text a person types."""
+    lines = text.partition("/MN\n")[2].partition("/POS")[0]
+    return f"{name}\n{lines}"
+
+
 def _acceptance(robot: Robot) -> Sheet:
     check = f"rosrun robot_doctor doctor --robot {robot.name} --host ADDRESS --port 502"
     return Sheet(
         "5_acceptance",
         "Acceptance: override 10 %, nobody inside the guard",
         (
-            Text("Stop where a step shows something else. Date, names:"),
+            Text("Stop where a step shows something else."),
             Boxes(
                 (
                     f"`{check}`: no WRONG; nothing was written, nothing moved",
