@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator
+from pathlib import Path
 
 import msgspec
 import pytest
-from harness.followed import FOLLOW_MAP
+from harness.followed import FOLLOW_MAP, four_axes
 from harness.running.thorough import thorough
 from harness.scenes.steps import AT_REST_DEG_MM, ROBOT
 from harness.scenes.truth import travel
@@ -63,16 +64,27 @@ def twin_stands(cell: VirtualCell, within: float = 0.5) -> float:
 
 @pytest.mark.parametrize(
     ("plant", "uop"),
-    [("field", "simple"), *thorough(("ideal", "simple"), ("field", "none"), ("field", "full"))],
+    thorough(("field", "simple"), ("ideal", "simple"), ("field", "none"), ("field", "full")),
 )
 def test_the_twin_follows_within_one_percent_of_reach(plant: str, uop: str) -> None:
     """ARTICLE on the robot's side; nothing is written, not even a heartbeat."""
-    with VirtualCell(delivered(plant, uop)) as cell:
+    follows(delivered(plant, uop))
+
+
+def follows(files: CellFiles) -> None:
+    """Run ARTICLE on the robot's side, and hold that the twin is near it."""
+    with VirtualCell(files) as cell:
         cell.connect()
         result = run_experiments(cell, ["real_leads"])["real_leads"]
         assert not result.reasons, result.reasons
         assert figures(result).path_max_mm <= PATH_PERCENT * 1e-2 * cell.files.robot.reach_mm
         assert cell.real.writes == 0
+
+
+def test_a_robot_without_a_table_is_followed_as_well(tmp_path: Path) -> None:
+    """Four axes, as the maker delivers it."""
+    files = load_files(ROBOT, folder=four_axes(tmp_path), plant="field", settings=AS_DELIVERED)
+    follows(files)
 
 
 @pytest.mark.parametrize("command", ["STOP", "ESTOP"])

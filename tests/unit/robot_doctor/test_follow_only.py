@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import msgspec
-from harness.followed import FOLLOW_MAP
+from fanuc_kit.make_node import app as make
+from harness.followed import FOLLOW_MAP, four_axes
 from harness.workspace import ROOT
 from robot_doctor.examine import examine
 from robot_doctor.finding import Level
@@ -11,6 +14,7 @@ from robot_doctor.profile_files_io import read_profile
 from robot_doctor.register_checks import check_registers
 from scara_config import load_robot
 from twin_controller.config import load_twin_controller
+from typer.testing import CliRunner
 
 from robot_doctor import doctor_node
 
@@ -43,3 +47,26 @@ def test_it_is_never_asked_to_move() -> None:
     config = load_twin_controller(ROBOT, CONFIG)
     (found,) = doctor_node._robot(profile, FOLLOW_MAP, config, nowhere, True)
     assert found.level is Level.WRONG and "lead: false" in found.what
+
+
+def test_a_robot_without_a_table_is_as_good(tmp_path: Path) -> None:
+    """All is fine, and its kit has what following needs: two settings, no program, no signal."""
+    config = four_axes(tmp_path)
+    profile = read_profile(config)
+    found = list(examine(profile))
+    assert {finding.level for finding in found} == {Level.FINE}, found
+    assert "fanuc_sr6ia: 4 joints, 3 of them in the twin" in [finding.what for finding in found]
+    kit = tmp_path / "kit"
+    done = CliRunner().invoke(make, ["--config-dir", str(config), "--out", str(kit)])
+    assert done.exit_code == 0, done.output
+    names = {"1_settings.md", "2_slots.md", "5_acceptance.md", "kit.html"}
+    assert {path.name for path in kit.iterdir()} == names
+    settings = (kit / "1_settings.md").read_text()
+    assert settings.count("☐") == 2 and "$NUM_MODBUS" in settings
+    assert (
+        "STOP on the page: the twin stands, the robot goes on"
+        in (kit / "5_acceptance.md").read_text()
+    )
+    moves = msgspec.structs.replace(profile, urdf=SHIPPED.description.read_text())
+    (gap,) = [each for each in examine(moves) if each.level is not Level.FINE]
+    assert "table_joint: the URDF moves" in gap.what and 'type="fixed"' in gap.advice

@@ -42,7 +42,8 @@ def make(
     sheets = sheets_of(profile, layout)
     texts = {f"{sheet.name}.md": markdown(sheet) for sheet in sheets}
     texts["kit.html"] = html(f"{profile.name}: kit", sheets)
-    texts |= {f"{name}.LS": text for name, text in programs().items()}
+    if profile.lead:
+        texts |= {f"{name}.LS": text for name, text in programs().items()}
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():

@@ -17,7 +17,9 @@ _NO_SAFETY = (
 
 
 def sheets_of(robot: Robot, layout: ModbusMap) -> list[Sheet]:
-    """Return all sheets, in the order in which they are used."""
+    """Return all sheets, in the order in which they are used; fewer for who only follows."""
+    if not robot.lead:
+        return [_settings(robot), _slots(layout), _acceptance(robot)]
     return [_settings(robot), _slots(layout), _signals(layout), _programs(), _acceptance(robot)]
 
 
@@ -32,6 +34,7 @@ def _settings(robot: Robot) -> Sheet:
             ", ".join(["then off and on"] * row.restart + ["also to follow"] * (not row.leads)),
         )
         for row in SETTINGS
+        if robot.lead or not row.leads
     )
     head = ("", "MENU > ..., or a switch", "set to", "else", "B-83284EN/09", "")
     return Sheet("1_settings", f"{robot.name}: settings", (Text(_NO_SAFETY), Table(head, rows)))
@@ -125,6 +128,21 @@ def _typed(name: str, text: str) -> str:
 
 def _acceptance(robot: Robot) -> Sheet:
     check = f"rosrun robot_doctor doctor --robot {robot.name} --host ADDRESS --port 502"
+    led = (
+        "HOLD on the pendant, 10 s, resume: both stand, both go on",
+        "STOP on the page: both ramp down, the program is aborted or paused",
+        "E-STOP on the page: the drives go off",
+        "the network plug out while a program runs: the robot stops by BGTWIN",
+        "plugged in again: nothing moves",
+        f"`{check} --stops`: each input that stops the robot is in its robot.yaml",
+        "MOVE of 5 degrees, each joint: signs and ends are right",
+        "STOP during such a move: both ramp down; ALIGN moves the twin alone",
+    )
+    followed = (
+        "the page says that it follows only, and why",
+        "STOP on the page: the twin stands, the robot goes on; the page says so",
+        "the network plug out and in again: the robot goes on; the twin stands, aligns, follows",
+    )
     return Sheet(
         "5_acceptance",
         "Acceptance: override 10 %, nobody inside the guard",
@@ -137,14 +155,7 @@ def _acceptance(robot: Robot) -> Sheet:
                     "a slow program on the pendant: the twin follows",
                     "the robot's own emergency stop: it stops by itself, the twin freezes",
                     "released and reset: nothing moves",
-                    "HOLD on the pendant, 10 s, resume: both stand, both go on",
-                    "STOP on the page: both ramp down, the program is aborted or paused",
-                    "E-STOP on the page: the drives go off",
-                    "the network plug out while a program runs: the robot stops by BGTWIN",
-                    "plugged in again: nothing moves",
-                    f"`{check} --stops`: each input that stops the robot is in its robot.yaml",
-                    "MOVE of 5 degrees, each joint: signs and ends are right",
-                    "STOP during such a move: both ramp down; ALIGN moves the twin alone",
+                    *(led if robot.lead else followed),
                 )
             ),
             Text("All steps with their limits: docs/operating/acceptance.md"),

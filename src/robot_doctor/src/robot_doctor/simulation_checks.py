@@ -30,6 +30,8 @@ def check_description(robot: Robot, urdf: DescribedArm, places: Places) -> Itera
             f"set `twin` of {name} in {places.robot}, or its type in {places.body or places.urdf}, "
             "so that both move the same joints"
         )
+        if name not in {joint.name for joint in robot.joints}:
+            advice = f'this robot has no {name}: type="fixed" in {places.body or places.urdf}'
         yield wrong(Group.SIMULATION, f"{name}: {what}", advice)
     joints = [joint for joint in robot.twin_joints if joint.name in urdf.joints]
     for joint in joints:

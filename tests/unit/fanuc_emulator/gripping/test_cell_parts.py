@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import msgspec
 import pytest
 from fanuc_emulator.config import load_emulator, load_programs
 from fanuc_emulator.controller import Controller
@@ -16,7 +17,7 @@ from fanuc_emulator.gripping.surroundings import Surroundings
 from fanuc_emulator.snapshot import Snapshot
 from fanuc_emulator.tp.executor import ProgramState
 from harness.programs import program_of
-from scara_config import load_robot
+from scara_config import ConfigError, load_robot
 from scara_config.palletise import load_palletise
 from scara_config.programs.steps import GripperStep
 
@@ -229,3 +230,10 @@ def test_shipped_program_places_nine_parts() -> None:
     assert [part.on for part in parts.parts] == ["pallet"] * 9
     assert max(off) < WORK.task.tolerance_mm
     assert (parts.collisions, parts.drops) == (0, 0)
+
+
+def test_a_robot_without_a_table_is_told_to_have_no_stands() -> None:
+    """In words: the parts turn with what is not there."""
+    four = msgspec.structs.replace(ROBOT, joints=ROBOT.joints[:4])
+    with pytest.raises(ConfigError, match=r"robot.yaml has no table_joint: remove the file"):
+        CellParts(WORK, four)

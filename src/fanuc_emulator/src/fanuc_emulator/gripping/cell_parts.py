@@ -46,6 +46,10 @@ class Part(msgspec.Struct):
     turns: bool = True
 
 
+TABLE = "table_joint"
+"""It turns the stands with their parts."""
+
+
 class CellParts:
     """All parts and the suction.
 
@@ -54,7 +58,7 @@ class CellParts:
         robot: robot.yaml.
 
     Raises:
-        ConfigError: The robot has no closed form of its kinematics.
+        ConfigError: The robot has no closed form of its kinematics, or no table.
     """
 
     def __init__(self, work: Palletise, robot: Robot) -> None:
@@ -63,8 +67,10 @@ class CellParts:
         self._work = work
         self._around = Surroundings(work)
         names = [joint.name for joint in robot.joints]
+        if TABLE not in names:
+            raise ConfigError(f"palletise.yaml: robot.yaml has no {TABLE}: remove the file")
         self._columns = tuple(
-            names.index(name) for name in ("joint_1", "joint_2", "joint_3", "table_joint")
+            names.index(name) for name in ("joint_1", "joint_2", "joint_3", TABLE)
         )
         self._lengths = (
             robot.geometry.l1_mm * MM,
