@@ -236,7 +236,14 @@ def run(wishes: Wishes) -> tuple[int, Path | None]:
         robot, plant = choose(wishes.robot, wishes.plant)
         if wishes.name is not None:
             turn = take_turn()
-            wishes = with_room(wishes, wishes.name)
+            # The wishes of a cell with a name, with ports that are free
+            refuse_second(wishes.name)
+            if not wishes.anyway:
+                refuse_without_room(wishes.name)
+            ports, master = free_ports(
+                load_doors(), wishes.ports, wishes.master_port, wishes.without, listening_ports()
+            )
+            wishes = replace(wishes, ports=ports, master_port=master)
         if wishes.master_port is not None:
             os.environ["ROS_MASTER_URI"] = f"http://127.0.0.1:{wishes.master_port}"
         doors = wishes.ports.over(load_doors())
@@ -259,21 +266,6 @@ def run(wishes: Wishes) -> tuple[int, Path | None]:
     finally:
         if turn is not None:
             turn.end()
-
-
-def with_room(wishes: Wishes, name: str) -> Wishes:
-    """Return the wishes of a cell with a name, with ports that are free.
-
-    Raises:
-        CannotStartError: It runs already, or no processor is free.
-    """
-    refuse_second(name)
-    if not wishes.anyway:
-        refuse_without_room(name)
-    ports, master = free_ports(
-        load_doors(), wishes.ports, wishes.master_port, wishes.without, listening_ports()
-    )
-    return replace(wishes, ports=ports, master_port=master)
 
 
 def own_configuration(wishes: Wishes, folder: Path) -> Path | None:

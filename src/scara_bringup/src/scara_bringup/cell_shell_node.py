@@ -116,7 +116,19 @@ class CellShell:
             )
         running: tuple[NodePlan, ...] = ()
         if own_master:
-            self._start_master()
+            # Start a ROS master and wait until it answers
+            port = str(MasterAddress.of(self._master.uri).port)
+            self._processes.start(replace(MASTER, arguments=("--core", "-p", port)))
+            deadline = time.monotonic() + self._deadlines.master_timeout
+            while not self._master.answers():
+                if self._signals:
+                    raise CannotStartError("interrupted")
+                if self._processes.ended() or time.monotonic() > deadline:
+                    lines = self._processes.last_lines(MASTER.name, self._deadlines.log_lines)
+                    raise CannotStartError(
+                        f"the ROS master at {self._master.uri} did not start:\n" + "\n".join(lines)
+                    )
+                time.sleep(LOOP_PERIOD)
             running, nodes = (MASTER,), [ROSOUT, *nodes]
         else:
             screen.say(f"cell: using the ROS master that runs at {self._master.uri}")
@@ -223,22 +235,3 @@ class CellShell:
             nodes=nodes,
             runs=self._shown.runs,
         )
-
-    def _start_master(self) -> None:
-        """Start a ROS master and wait until it answers.
-
-        Raises:
-            CannotStartError: It does not, or a signal came first.
-        """
-        port = str(MasterAddress.of(self._master.uri).port)
-        self._processes.start(replace(MASTER, arguments=("--core", "-p", port)))
-        deadline = time.monotonic() + self._deadlines.master_timeout
-        while not self._master.answers():
-            if self._signals:
-                raise CannotStartError("interrupted")
-            if self._processes.ended() or time.monotonic() > deadline:
-                lines = self._processes.last_lines(MASTER.name, self._deadlines.log_lines)
-                raise CannotStartError(
-                    f"the ROS master at {self._master.uri} did not start:\n" + "\n".join(lines)
-                )
-            time.sleep(LOOP_PERIOD)

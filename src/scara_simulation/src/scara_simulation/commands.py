@@ -87,20 +87,6 @@ class CommandGate:
             raise CommandError(str(error)) from error
         for point in points:
             self._check_point(joints, point)
-        self._check_time(track, now)
-        return track
-
-    def _check_point(self, joints: Sequence[Joint], point: JointMotion) -> None:
-        for joint, q in zip(joints, point.q):
-            _check_range(joint, "", q, joint.lower, joint.upper, self._tolerance[joint.name])
-        for joint, v in zip(joints, point.qdot):
-            limit = joint.velocity * self._velocity_factor
-            _check_range(joint, " velocity", v, -limit, limit, 0.0)
-        for joint, a in zip(joints, point.qddot):
-            limit = joint.acceleration * self._acceleration_factor
-            _check_range(joint, " acceleration", a, -limit, limit, 0.0)
-
-    def _check_time(self, track: JointTrack, now: float) -> None:
         late = now - track.last_time
         if late > self._extrapolation_limit:
             raise CommandError(
@@ -113,6 +99,17 @@ class CommandGate:
                 f"the first point is due in {early:.3f} s, allowed are {self._lead_limit:g} "
                 "s: wrong clock?"
             )
+        return track
+
+    def _check_point(self, joints: Sequence[Joint], point: JointMotion) -> None:
+        for joint, q in zip(joints, point.q):
+            _check_range(joint, "", q, joint.lower, joint.upper, self._tolerance[joint.name])
+        for joint, v in zip(joints, point.qdot):
+            limit = joint.velocity * self._velocity_factor
+            _check_range(joint, " velocity", v, -limit, limit, 0.0)
+        for joint, a in zip(joints, point.qddot):
+            limit = joint.acceleration * self._acceleration_factor
+            _check_range(joint, " acceleration", a, -limit, limit, 0.0)
 
     def _joint(self, name: str) -> Joint:
         if name not in self._joints:

@@ -53,7 +53,21 @@ def switch(cell: Cell, parts: Sequence[Part], q: Sequence[float], on: bool) -> S
     if on and held is None:
         return _grip(cell.work, tree, tool, parts, poses)
     if not on and held is not None:
-        return _let_go(cell.work, tree, parts, held, poses)
+        pose = poses[tree.index[held.link]] @ held.pose
+        under = pose[:3, 3] - np.array((0.0, 0.0, 0.5 * cell.work.parts.height))
+        rest, gap = _rest_below(cell.work, tree, poses, under)
+        if not rest or gap > cell.work.watch.drop_mm * MM:
+            where = f"{gap / MM:.0f} mm above {rest}" if rest else "above no stand and no pallet"
+            text = f"{held.name} would be dropped: it is let go {where}"
+            left = tuple(part for part in parts if part.name != held.name)
+            return Switched(left, dropped=text, part=held.name)
+        link = poses[tree.index[rest]]
+        down = pose.copy()
+        down[2, 3] -= gap
+        laid = Part(held.name, rest, np.linalg.inv(link) @ down)
+        x, y, _ = under / MM
+        placed = f"{held.name} on {rest} at ({x:.1f}, {y:.1f}) mm"
+        return Switched(_with(parts, laid), placed=placed, part=held.name)
     return Switched(tuple(parts))
 
 
@@ -73,26 +87,6 @@ def _grip(
         nearest = min(nearest, math.hypot(aside, gap))
     far = f"the nearest part is {nearest / MM:.0f} mm away" if parts else "there are no parts"
     return Switched(tuple(parts), missed=f"there is nothing to grip: {far}")
-
-
-def _let_go(
-    work: Palletise, tree: Tree, parts: Sequence[Part], held: Part, poses: FloatArray
-) -> Switched:
-    pose = poses[tree.index[held.link]] @ held.pose
-    under = pose[:3, 3] - np.array((0.0, 0.0, 0.5 * work.parts.height))
-    rest, gap = _rest_below(work, tree, poses, under)
-    if not rest or gap > work.watch.drop_mm * MM:
-        where = f"{gap / MM:.0f} mm above {rest}" if rest else "above no stand and no pallet"
-        text = f"{held.name} would be dropped: it is let go {where}"
-        left = tuple(part for part in parts if part.name != held.name)
-        return Switched(left, dropped=text, part=held.name)
-    link = poses[tree.index[rest]]
-    down = pose.copy()
-    down[2, 3] -= gap
-    laid = Part(held.name, rest, np.linalg.inv(link) @ down)
-    x, y, _ = under / MM
-    placed = f"{held.name} on {rest} at ({x:.1f}, {y:.1f}) mm"
-    return Switched(_with(parts, laid), placed=placed, part=held.name)
 
 
 def _rest_below(

@@ -58,7 +58,18 @@ class _Trial:
     def take(self, leg: Leg) -> None:
         """Go through a leg."""
         if leg.course is not None:
-            self._look_at_use(leg)
+            # Note what the leg asks of the joints
+            holds = any(part.link == self._cell.robot.tool_frame for part in self._parts)
+            joints = self._cell.robot.twin_joints
+            use = use_of(joints, self._cell.points, self._world.models[holds], leg.course)
+            self._figures.add_use(use)
+            largest = int(np.argmax(use.effort))
+            said = any(reason.cause is Cause.EFFORT for reason in self._reasons)
+            if use.effort[largest] > 1.0 and not said:
+                share = 100.0 * use.effort[largest]
+                text = f"{joints[largest].name} would need {share:.0f} % of its effort"
+                time = leg.begin + use.effort_at
+                self._reasons.append(Reason(Cause.EFFORT, time, leg.step, None, text))
         if leg.way is not None:
             self._look_at_bodies(leg, leg.way)
             self._look_at_zones(leg, leg.way)
@@ -83,21 +94,6 @@ class _Trial:
             math.sqrt(waits) * self._world.lag.spread,
             self._q,
         )
-
-    def _look_at_use(self, leg: Leg) -> None:
-        """Note what the leg asks of the joints."""
-        assert leg.course is not None
-        holds = any(part.link == self._cell.robot.tool_frame for part in self._parts)
-        joints = self._cell.robot.twin_joints
-        use = use_of(joints, self._cell.points, self._world.models[holds], leg.course)
-        self._figures.add_use(use)
-        largest = int(np.argmax(use.effort))
-        said = any(reason.cause is Cause.EFFORT for reason in self._reasons)
-        if use.effort[largest] > 1.0 and not said:
-            share = 100.0 * use.effort[largest]
-            text = f"{joints[largest].name} would need {share:.0f} % of its effort"
-            time = leg.begin + use.effort_at
-            self._reasons.append(Reason(Cause.EFFORT, time, leg.step, None, text))
 
     def _look_at_bodies(self, leg: Leg, way: Way) -> None:
         """Note how near bodies come, and where they hit each other."""

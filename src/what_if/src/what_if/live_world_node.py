@@ -113,7 +113,15 @@ class LiveWorld:
         if STATE in newest:
             world = commanded(world, newest[STATE][1])
         if "twin/payload" in newest:
-            payload = _payload(newest["twin/payload"][1].told)
+            message = newest["twin/payload"][1].told
+            centre, inertia = message.centre, message.inertia
+            payload = Payload(
+                number=message.number,
+                name=message.name,
+                mass_kg=message.mass,
+                centre_m=(centre.x, centre.y, centre.z),
+                inertia_kg_m2=(inertia.x, inertia.y, inertia.z),
+            )
             world = replace(world, payload=payload, models=self._models.told(payload))
         if "twin/parts" in newest:
             gripper = newest.get("twin/gripper")
@@ -172,17 +180,6 @@ def commanded(world: World, state: TwinControllerState) -> World:
     # Not the applied speed: while a program runs, that holds the program's own speed already.
     percent = state.real_override_percent
     return replace(world, lag=lag, override_percent=percent if percent > 0.0 else 100.0)
-
-
-def _payload(message: Any) -> Payload:
-    centre, inertia = message.centre, message.inertia
-    return Payload(
-        number=message.number,
-        name=message.name,
-        mass_kg=message.mass,
-        centre_m=(centre.x, centre.y, centre.z),
-        inertia_kg_m2=(inertia.x, inertia.y, inertia.z),
-    )
 
 
 def _pose(message: Any) -> FloatArray:

@@ -100,7 +100,20 @@ class SecondWorld:
         legs = plan(world, motion).legs
         if not legs:
             raise WhatIfError("physics: there is no way to go: see the verdict by geometry")
-        self._put(world)
+        # Put joints and parts there, at rest
+        if world.held:
+            raise WhatIfError(
+                f"physics: {world.held} is in hand at the beginning: judge it by geometry"
+            )
+        self._simulation.restart(world.q)
+        places = {}
+        for part in world.parts:
+            if part.link in self._world.links:
+                turn = Rotation.from_matrix(part.pose[:3, :3]).as_quat()  # x y z w
+                places[part.name] = (part.link, part.pose[:3, 3].tolist(), turn.tolist())
+        self._world.lay(places)
+        self._world.happened.clear()
+        self._steps, self._saturated = self._world.steps, self._control.saturated_steps
         begin, used = self._simulation.now, time.process_time()
         seen: list[Seen] = []
         most, allowed = 0.0, world.cell.config.strayed_mm
@@ -117,7 +130,14 @@ class SecondWorld:
             seen += held_up(strays, begun + times, allowed, leg.step)
             if leg.course is not None:
                 here = leg.course.q[-1].tolist()
-            seen += self._happened(leg.step)
+            found = []
+            while self._world.happened:
+                number, happening = self._world.happened.popleft()
+                torn = happening.kind == PartEvent.RELEASED and "torn" in happening.message
+                harm = happening.kind in HARMS or torn
+                at = (number - self._steps) * self._dt
+                found.append(Seen(at, leg.step, happening.message, harm))
+            seen += found
         used = time.process_time() - used
         seen.sort(key=lambda each: each.time_s)
         return Simulated(
@@ -131,22 +151,6 @@ class SecondWorld:
 
     def _holds(self) -> bool:
         return bool(self._world.suction.held)
-
-    def _put(self, world: World) -> None:
-        """Put joints and parts there, at rest."""
-        if world.held:
-            raise WhatIfError(
-                f"physics: {world.held} is in hand at the beginning: judge it by geometry"
-            )
-        self._simulation.restart(world.q)
-        places = {}
-        for part in world.parts:
-            if part.link in self._world.links:
-                turn = Rotation.from_matrix(part.pose[:3, :3]).as_quat()  # x y z w
-                places[part.name] = (part.link, part.pose[:3, 3].tolist(), turn.tolist())
-        self._world.lay(places)
-        self._world.happened.clear()
-        self._steps, self._saturated = self._world.steps, self._control.saturated_steps
 
     def _make(self, leg: Leg) -> tuple[FloatArray, FloatArray]:
         """Make a leg; return when and where the joints were seen, from its beginning [s]."""
@@ -167,13 +171,3 @@ class SecondWorld:
         shots = self._simulation.advance(round(leg.duration / self._dt))
         times = np.array([self._simulation.axis_time(shot.stamp_ns) - begin for shot in shots])
         return times, np.array([shot.positions for shot in shots])
-
-    def _happened(self, step: str) -> list[Seen]:
-        found = []
-        while self._world.happened:
-            number, happening = self._world.happened.popleft()
-            torn = happening.kind == PartEvent.RELEASED and "torn" in happening.message
-            harm = happening.kind in HARMS or torn
-            at = (number - self._steps) * self._dt
-            found.append(Seen(at, step, happening.message, harm))
-        return found

@@ -32,23 +32,14 @@ def first_zone(
     for zones, does in (((zone,), "enter"), (wide, f"come nearer than {margin_mm:g} mm to")):
         text = heads_into(points, zones, *rows)
         if text:
-            piece = _first_piece(points, zones, rows)
+            # The first straight piece whose end makes the way one that is refused
+            piece, high = 0, len(rows) - 1
+            while high - piece > 1:
+                middle = (piece + high) // 2
+                if heads_into(points, zones, *rows[: middle + 1]):
+                    high = middle
+                else:
+                    piece = middle
             part = free_part(points, zones, rows[piece], rows[piece + 1])
             return text.replace("would enter", f"would {does}"), piece + part
     return None
-
-
-def _first_piece(
-    points: Sequence[WatchedPoint],
-    zones: Sequence[KeepOut],
-    rows: Sequence[tuple[float, ...]],
-) -> int:
-    """Return the first straight piece whose end makes the way one that is refused."""
-    low, high = 0, len(rows) - 1
-    while high - low > 1:
-        middle = (low + high) // 2
-        if heads_into(points, zones, *rows[: middle + 1]):
-            high = middle
-        else:
-            low = middle
-    return low

@@ -86,7 +86,18 @@ class Cycles:
             who: Who is behind it.
         """
         if mode in LEADS:
-            return self._leads(now, leader, who)
+            # Begin a cycle or go on with one
+            cycle, ended = self._open, []
+            if cycle is not None and cycle.leader != leader:
+                if cycle.rests is None:
+                    ended = [self._end(now, TAKEN_OVER, f"{leader} leads")]
+                else:
+                    ended = [self._end(cycle.rests, DONE)]
+            if self._open is None:
+                self._open = _Open(now, leader, who)
+            self._goes_on(now)
+            self._open.rests = None
+            return ended
         if self._open is None:
             return []
         if mode == TwinControllerState.PAUSED:
@@ -167,20 +178,6 @@ class Cycles:
             return []
         rests = self._open.rests
         return [self._end(now if rests is None else rests, UNFINISHED, "the journal was ended")]
-
-    def _leads(self, now: float, leader: str, who: str) -> list[Cycle]:
-        """Begin a cycle or go on with one."""
-        cycle, ended = self._open, []
-        if cycle is not None and cycle.leader != leader:
-            if cycle.rests is None:
-                ended = [self._end(now, TAKEN_OVER, f"{leader} leads")]
-            else:
-                ended = [self._end(cycle.rests, DONE)]
-        if self._open is None:
-            self._open = _Open(now, leader, who)
-        self._goes_on(now)
-        self._open.rests = None
-        return ended
 
     def _goes_on(self, now: float) -> None:
         """Count a pause that ends."""

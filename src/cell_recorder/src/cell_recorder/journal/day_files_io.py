@@ -83,7 +83,20 @@ class DayFiles:
         self.close()
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            self._take()
+            # Be the only writer; the kernel gives the lock back however this process ends
+            self._lock_fd = os.open(
+                self.folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644
+            )
+            try:
+                fcntl.flock(self._lock_fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                owner = os.pread(self._lock_fd, 20, 0).decode(errors="replace").strip() or "unknown"
+                raise JournalError(
+                    f"{self.folder} is written by process {owner}, another cell of the same name: "
+                    "give this one a name (./cell up --name), or another folder (--runs)"
+                ) from None
+            os.ftruncate(self._lock_fd, 0)
+            os.pwrite(self._lock_fd, str(os.getpid()).encode(), 0)
             # Find the newest whole entry, and keep aside what follows it.
             future = self._from_future(now)
             self._mend_newest(future, now)
@@ -156,20 +169,6 @@ class DayFiles:
                 with contextlib.suppress(OSError):
                     os.close(fd)
         self._fd = self._lock_fd = None
-
-    def _take(self) -> None:
-        """Be the only writer; the kernel gives the lock back however this process ends."""
-        self._lock_fd = os.open(self.folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
-        try:
-            fcntl.flock(self._lock_fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            owner = os.pread(self._lock_fd, 20, 0).decode(errors="replace").strip() or "unknown"
-            raise JournalError(
-                f"{self.folder} is written by process {owner}, another cell of the same name: "
-                "give this one a name (./cell up --name), or another folder (--runs)"
-            ) from None
-        os.ftruncate(self._lock_fd, 0)
-        os.pwrite(self._lock_fd, str(os.getpid()).encode(), 0)
 
     def _mend_newest(self, files: list[Path], now: float) -> None:
         """Take in the newest number of some files, and keep aside what is torn behind it."""

@@ -68,7 +68,11 @@ def why(
     ] = None,
 ) -> None:
     """Print the story of a cell."""
-    kinds = chosen_kinds(kind or [])
+    # The kinds that are asked for
+    words = kind or []
+    if unknown := sorted(set(words) - set(KINDS)):
+        raise KindError(f"--kind {unknown[0]}: is none of {', '.join(KINDS)}")
+    kinds = frozenset(words)
     begin = parse_since(since, datetime.now().astimezone())
     cell, folder = choose_journal(runs_folder(runs), name)
     entries = list(chain(wanted(folder, begin)))
@@ -90,17 +94,6 @@ def why(
 def of_kinds(entries: list[AnyEntry], kinds: frozenset[str]) -> list[AnyEntry]:
     """Leave out what is of another kind; no kind: all."""
     return [entry for entry in entries if not kinds or entry.kind in kinds]
-
-
-def chosen_kinds(words: list[str]) -> frozenset[str]:
-    """Return the kinds that are asked for.
-
-    Raises:
-        KindError: There is no such kind.
-    """
-    if unknown := sorted(set(words) - set(KINDS)):
-        raise KindError(f"--kind {unknown[0]}: is none of {', '.join(KINDS)}")
-    return frozenset(words)
 
 
 def choose_journal(runs: Path, name: str | None) -> tuple[str, Path]:

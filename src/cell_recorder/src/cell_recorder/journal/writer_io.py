@@ -170,7 +170,15 @@ class JournalWriter:
             try:
                 written = self._files.append(batch, self._clock())
             finally:
-                self._put_back(batch[written:])
+                # Let what was not written wait again, in front; two gaps that meet become one
+                entries = batch[written:]
+                with self._changed:
+                    joined = _joined(entries[-1:], self._waiting)
+                    if joined is not None:
+                        self._waiting[0], entries = joined, entries[:-1]
+                    self._waiting.extendleft(reversed(entries))
+                    self._taken = 0
+                    self._number = self._files.last_number
             if self._unsafe_since is None:
                 self._unsafe_since = time.monotonic()
             self._on_number(self._files.last_number)
@@ -189,16 +197,6 @@ class JournalWriter:
                 )
             self._taken = min(BATCH, len(self._waiting))
             return [self._waiting.popleft() for _ in range(self._taken)]
-
-    def _put_back(self, entries: list[Entry]) -> None:
-        """Let what was not written wait again, in front; two gaps that meet become one."""
-        with self._changed:
-            joined = _joined(entries[-1:], self._waiting)
-            if joined is not None:
-                self._waiting[0], entries = joined, entries[:-1]
-            self._waiting.extendleft(reversed(entries))
-            self._taken = 0
-            self._number = self._files.last_number
 
     def _sync(self) -> None:
         """Make all entries safe."""

@@ -142,7 +142,14 @@ class BagWriter:
         """Write until stopped or until the disk refuses; always leave the file closed."""
         try:
             while not self._stop.wait(self._settings.write_period_ms * 1e-3):
-                self._check_disk()
+                # Raise OSError while there is still room for the index
+                disk = os.statvfs(self.path.parent)
+                free_mb = disk.f_bavail * disk.f_frsize / 1e6
+                if free_mb < self._settings.min_free_mb:
+                    raise OSError(
+                        f"only {free_mb:.0f} MB free on the disk, min_free_mb is "
+                        f"{self._settings.min_free_mb:g}"
+                    )
                 self._write_waiting()
             self._write_waiting()
         except Exception as error:
@@ -161,16 +168,6 @@ class BagWriter:
         self._bag = OrderedBag(self._file, "w", chunk_threshold=LARGEST_CHUNK)
         self._parts += 1
 
-    def _begin_next_part(self, stamp_ns: int) -> None:
-        """Close this part and begin the next one, which then has all that was said only once."""
-        self._bag.close()
-        self._size_before += Path(part_path(self.path, self._parts)).stat().st_size
-        self._open_part()
-        self._part_start_ns = stamp_ns
-        for message in self._latched.values():
-            first = self._kept[message.topic]
-            self._bag.append(message.topic, first, message.data, stamp_ns)
-
     def _write_waiting(self) -> None:
         """Write all waiting messages as one complete chunk."""
         count, written = len(self._waiting), 0
@@ -179,7 +176,15 @@ class BagWriter:
             self._part_start_ns = self._part_start_ns or stamp_ns
             long = stamp_ns - self._part_start_ns >= self._settings.part_minutes * 60e9
             if long or size >= self._settings.part_mb * 1e6:
-                self._begin_next_part(stamp_ns)
+                # Close this part and begin the next one, which then has all that was said only
+                # once
+                self._bag.close()
+                self._size_before += Path(part_path(self.path, self._parts)).stat().st_size
+                self._open_part()
+                self._part_start_ns = stamp_ns
+                for message in self._latched.values():
+                    first = self._kept[message.topic]
+                    self._bag.append(message.topic, first, message.data, stamp_ns)
         try:
             for _ in range(count):
                 written += self._write(self._waiting.popleft())
@@ -217,16 +222,6 @@ class BagWriter:
             self._mark.unlink(missing_ok=True)
             self._mark = None
         return True
-
-    def _check_disk(self) -> None:
-        """Raise OSError while there is still room for the index."""
-        disk = os.statvfs(self.path.parent)
-        free_mb = disk.f_bavail * disk.f_frsize / 1e6
-        if free_mb < self._settings.min_free_mb:
-            raise OSError(
-                f"only {free_mb:.0f} MB free on the disk, min_free_mb is "
-                f"{self._settings.min_free_mb:g}"
-            )
 
     def _fail(self, error: Exception) -> None:
         """End the recording by itself; the first reason is kept, what waits is lost and counted."""

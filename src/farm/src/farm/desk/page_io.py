@@ -207,34 +207,28 @@ class Page:
             with ui.element("section").classes("wall-place").props('aria-label="Cells"'):
                 ui.element("div").classes("wall").props("id=wall")
             with ui.element("aside").classes("side"):
-                self._build_side()
+                # Build alarms, answers and events; each scrolls in a place of its own
+                with _card("Alarms", "", "alarm-count").classes("alarms-card"):
+                    ui.element("ol").classes("alarms").props("id=alarms")
+                with _card("Answers", f"Commands are sent as {'@'.join(self._who)}."):
+                    ui.element("ol").classes("answers").props('id=answers aria-live="polite"')
+                with _card("Events"):
+                    ui.element("ol").classes("events").props("id=events")
             with ui.element("div").classes("below"):
-                self._build_below()
-
-    def _build_side(self) -> None:
-        """Build alarms, answers and events; each scrolls in a place of its own."""
-        with _card("Alarms", "", "alarm-count").classes("alarms-card"):
-            ui.element("ol").classes("alarms").props("id=alarms")
-        with _card("Answers", f"Commands are sent as {'@'.join(self._who)}."):
-            ui.element("ol").classes("answers").props('id=answers aria-live="polite"')
-        with _card("Events"):
-            ui.element("ol").classes("events").props("id=events")
-
-    def _build_below(self) -> None:
-        """Build figures of longer times."""
-        about = "empty: not known. Renewed twice a minute."
-        with _card("Key figures of 24 hours", about, "figures-trouble"):
-            ui.element("div").classes("figures-scroll").props("id=kpi")
-        with _card("What stopped them, 24 hours"):
-            ui.element("ol").classes("renewed").props("id=causes")
-        with _card("Away from their own past, 30 days"):
-            ui.element("ol").classes("renewed").props("id=drifts")
-            ui.element("div").classes("drift-picture").props("id=drift-picture")
-        with _card("Configuration", "changes that were rolled out: ./cell farm rollout"):
-            ui.element("ol").classes("renewed").props("id=configurations")
-        with _card("Compare", "two cells, or two weeks of one"):
-            ui.element("div").classes("compare-form").props("id=compare-form")
-            ui.element("div").classes("figures-scroll").props("id=compared role=status")
+                # Build figures of longer times
+                about = "empty: not known. Renewed twice a minute."
+                with _card("Key figures of 24 hours", about, "figures-trouble"):
+                    ui.element("div").classes("figures-scroll").props("id=kpi")
+                with _card("What stopped them, 24 hours"):
+                    ui.element("ol").classes("renewed").props("id=causes")
+                with _card("Away from their own past, 30 days"):
+                    ui.element("ol").classes("renewed").props("id=drifts")
+                    ui.element("div").classes("drift-picture").props("id=drift-picture")
+                with _card("Configuration", "changes that were rolled out: ./cell farm rollout"):
+                    ui.element("ol").classes("renewed").props("id=configurations")
+                with _card("Compare", "two cells, or two weeks of one"):
+                    ui.element("div").classes("compare-form").props("id=compare-form")
+                    ui.element("div").classes("figures-scroll").props("id=compared role=status")
 
 
 def serve(host: str, port: int, token: str, title: str, told: str) -> None:

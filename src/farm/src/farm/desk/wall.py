@@ -144,7 +144,11 @@ def wall_of(
         trouble: Why events are not kept.
         unreadable: How many messages could not be read.
     """
-    short = short_names({row.name for row in rows} | {alarm.cell for alarm in alarms})
+    # The cells' names as people say them
+    names = {row.name for row in rows} | {alarm.cell for alarm in alarms}
+    own = {name: name.partition("/")[2] or name for name in names}
+    times = Counter(own.values())
+    short = {name: cell if times[cell] == 1 else name for name, cell in own.items()}
     cards = [_card(row, short) for row in rows]
     return Wall(
         now=now,
@@ -158,20 +162,6 @@ def wall_of(
         configurations=alike(rows),
         unreadable=unreadable,
     )
-
-
-def short_names(names: Iterable[str]) -> dict[str, str]:
-    """Return the cells' names as people say them.
-
-    Example:
-        >>> short_names(["pc_1/milk", "pc_2/milk", "pc_2/cheese"])["pc_2/cheese"]
-        'cheese'
-        >>> short_names(["pc_1/milk", "pc_2/milk", "pc_2/cheese"])["pc_2/milk"]
-        'pc_2/milk'
-    """
-    own = {name: name.partition("/")[2] or name for name in names}
-    times = Counter(own.values())
-    return {name: cell if times[cell] == 1 else name for name, cell in own.items()}
 
 
 def equal_alarms(alarms: Iterable[AlarmRow], short: Mapping[str, str]) -> list[AlarmGroup]:

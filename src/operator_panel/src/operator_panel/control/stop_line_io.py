@@ -58,7 +58,15 @@ class StopLine:
     def keep(self, ended: threading.Event) -> None:
         """Keep a tested connection until ``ended``; runs in a thread of its own."""
         while not ended.is_set():
-            self._test()
+            # Open a fresh connection; an old one stays while none can be had
+            try:
+                fresh = self._fresh()
+            except ServiceError as error:
+                self._trouble = str(error)
+            else:
+                self._put(fresh)
+                self._trouble = ""
+            self._tested = time.monotonic()
             # A press that took the connection wakes the keeper, so that the next finds one too.
             self._wake.wait(self._period)
             self._wake.clear()
@@ -130,7 +138,19 @@ class StopLine:
         failure = ServiceError("no way was tried")
         for connect in (self._take, self._again, self._anew):
             try:
-                return self._call(connect(), payload)
+                connection = connect()
+                try:
+                    response = self._kind._response_class()
+                    response.deserialize(connection.call(payload, LATE_S))
+                except BaseException:
+                    connection.close()
+                    raise
+                with self._lock:
+                    if self._ready is None:
+                        connection, self._ready = None, connection  # type: ignore[assignment]
+                if connection is not None:
+                    connection.close()
+                return response
             except ServiceTimeoutError:
                 raise
             except ServiceError as error:
@@ -157,31 +177,6 @@ class StopLine:
         self._address = self._find()
         return self._connect(self._address)
 
-    def _call(self, connection: ServiceConnection, payload: bytes) -> Any:
-        try:
-            response = self._kind._response_class()
-            response.deserialize(connection.call(payload, LATE_S))
-        except BaseException:
-            connection.close()
-            raise
-        with self._lock:
-            if self._ready is None:
-                connection, self._ready = None, connection  # type: ignore[assignment]
-        if connection is not None:
-            connection.close()
-        return response
-
-    def _test(self) -> None:
-        """Open a fresh connection; an old one stays while none can be had."""
-        try:
-            fresh = self._fresh()
-        except ServiceError as error:
-            self._trouble = str(error)
-        else:
-            self._put(fresh)
-            self._trouble = ""
-        self._tested = time.monotonic()
-
     def _fresh(self) -> ServiceConnection:
         """Connect where the service was last; ask the master only if it is not there."""
         if self._address is None:
@@ -189,22 +184,15 @@ class StopLine:
         try:
             return self._again()
         except ServiceError as error:
-            return self._moved(error)
-
-    def _moved(self, error: ServiceError) -> ServiceConnection:
-        """Return a connection to where the service is now.
-
-        Raises:
-            ServiceError: ``error`` if it is still there, or the master does not tell.
-        """
-        try:
-            address = self._find()
-        except ServiceError:
-            raise error from None
-        if address == self._address:
-            raise error
-        self._address = address
-        return self._connect(address)
+            # A connection to where the service is now
+            try:
+                address = self._find()
+            except ServiceError:
+                raise error from None
+            if address == self._address:
+                raise error
+            self._address = address
+            return self._connect(address)
 
     def _connect(self, address: tuple[str, str]) -> ServiceConnection:
         service, uri = address

@@ -68,7 +68,13 @@ def turn_step(
     index = TURNS.index(axis)
     about = begin[:3, index] if in_tool else np.eye(3)[index]
     wanted = begin.copy()
-    wanted[:3, :3] = _rotation(about, math.radians(step_deg)) @ begin[:3, :3]
+    # The rotation by angle [rad] about a unit vector (Rodrigues' formula)
+    angle = math.radians(step_deg)
+    x, y, z = about
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turned: np.ndarray = np.eye(3) + math.sin(angle) * cross
+    turned += (1.0 - math.cos(angle)) * cross @ cross
+    wanted[:3, :3] = turned @ begin[:3, :3]
     found = _joints_of(arm, now, wanted)
     for joint in arm.joints:
         q = found[joint.name]
@@ -78,7 +84,17 @@ def turn_step(
                 f"{joint.name} = {q / joint.scale:.2f} {joint.unit} is outside "
                 f"{low:g} to {high:g} {joint.unit}"
             )
-    _check_way(arm, now, found)
+    # Raise StepError if the tool would leave its place: all joints go there evenly
+    place = arm.pose(now)[:3, 3]
+    farthest = 0.0
+    for share in np.linspace(0.0, 1.0, LOOKS):
+        between = {name: q + share * (found[name] - q) for name, q in now.items()}
+        farthest = max(farthest, float(np.linalg.norm(arm.pose(between)[:3, 3] - place)))
+    if farthest > LEAVES_M:
+        raise StepError(
+            f"the tool would leave its place by {1e3 * farthest:.1f} mm on the way, allowed are "
+            f"{1e3 * LEAVES_M:g} mm: choose a smaller step, or jog a joint first"
+        )
     return [found[joint.name] for joint in arm.robot.twin_joints]
 
 
@@ -102,26 +118,3 @@ def _joints_of(arm: ToolArm, now: dict[str, float], wanted: np.ndarray) -> dict[
         if any(abs(q - now[name]) > FAR for name, q in found.items()):
             break
     raise StepError("the arm cannot turn its tool this way from here: jog a joint first")
-
-
-def _check_way(arm: ToolArm, now: dict[str, float], there: dict[str, float]) -> None:
-    """Raise StepError if the tool would leave its place: all joints go there evenly."""
-    place = arm.pose(now)[:3, 3]
-    farthest = 0.0
-    for share in np.linspace(0.0, 1.0, LOOKS):
-        between = {name: q + share * (there[name] - q) for name, q in now.items()}
-        farthest = max(farthest, float(np.linalg.norm(arm.pose(between)[:3, 3] - place)))
-    if farthest > LEAVES_M:
-        raise StepError(
-            f"the tool would leave its place by {1e3 * farthest:.1f} mm on the way, allowed are "
-            f"{1e3 * LEAVES_M:g} mm: choose a smaller step, or jog a joint first"
-        )
-
-
-def _rotation(axis: np.ndarray, angle: float) -> np.ndarray:
-    """Return the rotation by ``angle`` [rad] about a unit vector (Rodrigues' formula)."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    turned: np.ndarray = np.eye(3) + math.sin(angle) * cross
-    turned += (1.0 - math.cos(angle)) * cross @ cross
-    return turned

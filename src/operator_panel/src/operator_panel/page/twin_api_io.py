@@ -46,7 +46,12 @@ class TwinApi:
         try:
             given = _numbers(path, dict(request.query_params))
             if path == "/stream":
-                return self._stream(request.method)
+                if self._streams >= STREAMS:
+                    raise HTTPException(503, f"{STREAMS} streams are open: close one")
+                head = {**FRESH, "X-Accel-Buffering": "no"}
+                if request.method == "HEAD":
+                    return Response(headers=head, media_type=EVENTS)
+                return StreamingResponse(self._events(), headers=head, media_type=EVENTS)
             if path == "/history":
                 return _json(b'{"pairs":[%s]}' % b",".join(await self._history(**given)))
             return _json(await self._at(**given))
@@ -76,14 +81,6 @@ class TwinApi:
                 if refused.status_code != 404:  # started meanwhile: less is remembered
                     raise
         return [*pairs, now]
-
-    def _stream(self, method: str) -> Response:
-        if self._streams >= STREAMS:
-            raise HTTPException(503, f"{STREAMS} streams are open: close one")
-        head = {**FRESH, "X-Accel-Buffering": "no"}
-        if method == "HEAD":
-            return Response(headers=head, media_type=EVENTS)
-        return StreamingResponse(self._events(), headers=head, media_type=EVENTS)
 
     async def _events(self) -> AsyncIterator[bytes]:
         """Yield an event each period, on absolute deadlines, until the client goes."""

@@ -68,7 +68,15 @@ class _Reading:
         assert process.stdout is not None and process.stderr is not None
         said = asyncio.ensure_future(process.stderr.read())
         try:
-            await self._take(process.stdout)
+            # Take all lines; where many have come at once, others get their turn too
+            count = 0
+            while True:
+                size = int.from_bytes(await process.stdout.readexactly(LENGTH), "big")
+                self.past.take(unpacked(await process.stdout.readexactly(size)))
+                count += 1
+                if count % TURN == 0:
+                    self.first.set()
+                    await asyncio.sleep(0)
         except asyncio.IncompleteReadError:
             await process.wait()  # it has told all, or says why not
         finally:
@@ -77,17 +85,6 @@ class _Reading:
             lines = (await said).decode(errors="replace").strip().splitlines()
         if process.returncode:
             self.failure = lines[-1] if lines else f"retell: exit code {process.returncode}"
-
-    async def _take(self, pipe: asyncio.StreamReader) -> None:
-        """Take all lines; where many have come at once, others get their turn too."""
-        count = 0
-        while True:
-            size = int.from_bytes(await pipe.readexactly(LENGTH), "big")
-            self.past.take(unpacked(await pipe.readexactly(size)))
-            count += 1
-            if count % TURN == 0:
-                self.first.set()
-                await asyncio.sleep(0)
 
     def stop(self) -> None:
         """End the program if it runs."""

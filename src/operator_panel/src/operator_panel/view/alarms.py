@@ -7,7 +7,7 @@ import re
 import msgspec
 from scara_ros.diagnosis import Level
 
-from operator_panel.view.snapshot import CellState, Diagnosis, Snapshot
+from operator_panel.view.snapshot import CellState, Snapshot
 from scara_msgs.msg import TwinControllerState
 
 DIAGNOSIS_MEMORY_S = 3.5  # REP-107 asks for 1 Hz; three missed and a half
@@ -139,7 +139,17 @@ def active_alarms(snapshot: Snapshot, now: float, silent_s: float) -> tuple[Alar
     mode = snapshot.state.mode if snapshot.state is not None else ""
     recent = (d for d in wrong if now - d.received < DIAGNOSIS_MEMORY_S)
     for diagnosis in sorted(recent, key=lambda d: (-d.level, d.name)):
-        alarm = _diagnosed(diagnosis, mode)
+        source = diagnosis.name.lstrip("/")
+        level = "warn" if diagnosis.level == Level.WARN else "error"
+        advice = remedy(source, f"{mode} {diagnosis.message}")
+        shown = (
+            source.removeprefix("twin_controller: ")
+            if "real robot" in source or "link" in source
+            else source
+        )
+        alarm = Alarm(
+            level, shown.replace("twin_controller", "twin controller"), diagnosis.message, advice
+        )
         # One line for one trouble: the one that names its source.
         same = [known for known in found if known.text in alarm.text]
         if same:
@@ -159,17 +169,3 @@ def _own(state: CellState) -> Alarm:
     said = any(command in state.alarm for command in ("RESET", "ACKNOWLEDGE", "ALIGN"))
     advice = "" if said else remedy("twin_controller", f"{state.mode} {state.alarm}")
     return Alarm(level, "twin controller", state.alarm, advice)
-
-
-def _diagnosed(diagnosis: Diagnosis, mode: str) -> Alarm:
-    source = diagnosis.name.lstrip("/")
-    level = "warn" if diagnosis.level == Level.WARN else "error"
-    advice = remedy(source, f"{mode} {diagnosis.message}")
-    shown = (
-        source.removeprefix("twin_controller: ")
-        if "real robot" in source or "link" in source
-        else source
-    )
-    return Alarm(
-        level, shown.replace("twin_controller", "twin controller"), diagnosis.message, advice
-    )

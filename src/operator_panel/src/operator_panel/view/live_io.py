@@ -87,7 +87,21 @@ class Live:
         due = time.monotonic()
         while True:
             self._desk.tick()
-            self._step()
+            now = time.monotonic()
+            snapshot = self._door.snapshot()
+            silent_s = self._config.silent_ms * 1e-3
+            silent = snapshot.is_silent(now, silent_s)
+            alarms = active_alarms(snapshot, now, silent_s)
+            self._desk.log.look(snapshot, silent, now)
+            stamp = _clock()
+            date, _, clock = stamp.partition("T")
+            self.events.decisions(snapshot.decisions, date)
+            self.events.alarms(alarms, stamp)
+            self.events.ended(self._desk.log.take_ended(), stamp)
+            self._today.look(snapshot, silent, date, clock, now)
+            self._send(snapshot, alarms, now)
+            for listener in self.listeners:
+                listener(snapshot, silent)
             if not self._lines:
                 with contextlib.suppress(asyncio.TimeoutError):
                     await asyncio.wait_for(self._watched.wait(), UNWATCHED_S)
@@ -95,23 +109,6 @@ class Live:
                 continue
             due = max(due + period, time.monotonic())
             await asyncio.sleep(due - time.monotonic())
-
-    def _step(self) -> None:
-        now = time.monotonic()
-        snapshot = self._door.snapshot()
-        silent_s = self._config.silent_ms * 1e-3
-        silent = snapshot.is_silent(now, silent_s)
-        alarms = active_alarms(snapshot, now, silent_s)
-        self._desk.log.look(snapshot, silent, now)
-        stamp = _clock()
-        date, _, clock = stamp.partition("T")
-        self.events.decisions(snapshot.decisions, date)
-        self.events.alarms(alarms, stamp)
-        self.events.ended(self._desk.log.take_ended(), stamp)
-        self._today.look(snapshot, silent, date, clock, now)
-        self._send(snapshot, alarms, now)
-        for listener in self.listeners:
-            listener(snapshot, silent)
 
     def _send(self, snapshot: Snapshot, alarms: tuple[Alarm, ...], now: float) -> None:
         clock, t = time.time(), round(now, 3)

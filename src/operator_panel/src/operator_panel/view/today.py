@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from scara_ros.names import STREAM, current_line
 
 from operator_panel.view import words
-from operator_panel.view.snapshot import CellState, RobotPackage, Snapshot
+from operator_panel.view.snapshot import Snapshot
 from scara_msgs.msg import TwinControllerState
 
 REAL, TWIN, OPERATOR = "real", "twin", "operator"
@@ -62,31 +62,28 @@ class Today:
         for _, apart_mm in snapshot.apart:
             self._worst = max(self._worst, (apart_mm, clock), key=lambda one: one[0])
         if package is not None:
-            self._program(package, state, now)
+            # Time a program of the real robot from its start to its end; count it once at rest
+            name, run = current_line(package.program)[0], self._run
+            # A paused one goes on. What runs while another side leads is the stream to the robot.
+            runs = state.leader in ("", REAL) and package.control_type != STREAM
+            runs = runs and (package.running or bool(name))
+            if run is not None and runs and run.ended is None:
+                run.name = run.name or name
+            elif run is not None and not runs and run.ended is None:
+                run.ended = now
+            if run is not None and run.ended is not None and (runs or state.leader != REAL):
+                if runs or state.mode == TwinControllerState.IDLE:
+                    self._cycles = [*self._cycles, run.ended - run.began][-LAST_CYCLES:]
+                    self._count[REAL] += 1
+                self._run = run = None
+            if run is None and runs and state.leader == REAL:
+                self._run = _Run(name, now)
         if state.leader in (TWIN, OPERATOR):
             self._mover = state.leader
         elif self._mover:
             # Where the real robot took over, or something stopped the pair, it came to nothing.
             self._count[self._mover] += state.mode == TwinControllerState.IDLE
             self._mover = ""
-
-    def _program(self, package: RobotPackage, state: CellState, now: float) -> None:
-        """Time a program of the real robot from its start to its end; count it once at rest."""
-        name, run = current_line(package.program)[0], self._run
-        # A paused one goes on. What runs while another side leads is the stream to the robot.
-        runs = state.leader in ("", REAL) and package.control_type != STREAM
-        runs = runs and (package.running or bool(name))
-        if run is not None and runs and run.ended is None:
-            run.name = run.name or name
-        elif run is not None and not runs and run.ended is None:
-            run.ended = now
-        if run is not None and run.ended is not None and (runs or state.leader != REAL):
-            if runs or state.mode == TwinControllerState.IDLE:
-                self._cycles = [*self._cycles, run.ended - run.began][-LAST_CYCLES:]
-                self._count[REAL] += 1
-            self._run = run = None
-        if run is None and runs and state.leader == REAL:
-            self._run = _Run(name, now)
 
     def texts(self, snapshot: Snapshot, now: float) -> dict[str, str]:
         """Return what stands on the page, by place."""

@@ -101,7 +101,15 @@ class Client:
             if self.drop_reason is not None:
                 self._turns.forget()
             await self._turns.finish()  # what came before a client went is performed
-            await self._release()
+            # Back everything in the graph. Running calls and unanswered questions end with an
+            # error.
+            self._gone = True
+            self.sending.end()
+            self._calls.cancel()
+            self._questions.close()
+            for name in self.session.subscriptions:
+                self._stop_listening(name)
+            await self._in_graph(self._leave_graph)
 
     async def _in_turn(self, packet: Packet, came: float) -> None:
         """Perform a packet behind those that came before; a stop at once."""
@@ -364,19 +372,6 @@ class Client:
             self.drop_reason = reason
             self.sending.end()
             self._connection.transport.abort()
-
-    async def _release(self) -> None:
-        """Give back everything in the graph.
-
-        Running calls and unanswered questions end with an error.
-        """
-        self._gone = True
-        self.sending.end()
-        self._calls.cancel()
-        self._questions.close()
-        for name in self.session.subscriptions:
-            self._stop_listening(name)
-        await self._in_graph(self._leave_graph)
 
     def _leave_graph(self) -> None:
         graph, session = self._shared.graph, self.session

@@ -173,7 +173,15 @@ class Line(ServerConnection):
         """Parse one piece, then read on, wait for the next turn, or until there is time again."""
         self._going_on = None
         if self._pieces and not self._queue_is_full and not self.wait():
-            self._parse()
+            piece, self._stamp = self._pieces.popleft()
+            with self.charged():
+                super().data_received(piece)
+            if self.protocol.parser_exc is not None:
+                # It broke the protocol: a word of why, and nothing more is read.
+                self._pieces.clear()
+                self._end()
+                self.transport.pause_reading()
+                self.loop.call_later(self.close_timeout or 0.0, self.transport.abort)
         if self._ended.done():
             return
         wait = self.wait()
@@ -189,17 +197,6 @@ class Line(ServerConnection):
             self._going_on = self.loop.call_later(wait, self._go_on)
         else:
             self._going_on = self.loop.call_soon(self._go_on)
-
-    def _parse(self) -> None:
-        piece, self._stamp = self._pieces.popleft()
-        with self.charged():
-            super().data_received(piece)
-        if self.protocol.parser_exc is not None:
-            # It broke the protocol: a word of why, and nothing more is read.
-            self._pieces.clear()
-            self._end()
-            self.transport.pause_reading()
-            self.loop.call_later(self.close_timeout or 0.0, self.transport.abort)
 
     def _end(self) -> None:
         if not self._ended.done():

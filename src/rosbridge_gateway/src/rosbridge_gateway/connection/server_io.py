@@ -245,23 +245,20 @@ class GatewayServer:
             if isinstance(place, NoPlace):
                 raise NotAdmittedError(HTTPStatus.SERVICE_UNAVAILABLE, place.reason)
         except NotAdmittedError as error:
-            return self._turn_away(connection, error)
+            self._turned_away += 1
+            reason, peer = str(error), _peer(connection)
+            entry = self._trail.note(
+                f"connect from {peer.rpartition(':')[0]}", None, False, reason, time.monotonic()
+            )
+            if entry is not None:
+                self.graph.audit(f"nobody@{peer}", entry)
+            self.log(f"client {peer} turned away: {reason}")
+            response = connection.respond(error.status, reason + "\n")
+            if error.retry_after:
+                response.headers["Retry-After"] = str(math.ceil(error.retry_after))
+            return response
         self._visitors[connection] = visitor
         return None
-
-    def _turn_away(self, connection: ServerConnection, error: NotAdmittedError) -> Response:
-        self._turned_away += 1
-        reason, peer = str(error), _peer(connection)
-        entry = self._trail.note(
-            f"connect from {peer.rpartition(':')[0]}", None, False, reason, time.monotonic()
-        )
-        if entry is not None:
-            self.graph.audit(f"nobody@{peer}", entry)
-        self.log(f"client {peer} turned away: {reason}")
-        response = connection.respond(error.status, reason + "\n")
-        if error.retry_after:
-            response.headers["Retry-After"] = str(math.ceil(error.retry_after))
-        return response
 
     def _find_place(self, visitor: Visitor) -> FreePlace | NoPlace:
         seats = [client.seat for client in self._clients.values() if not client.is_gone]

@@ -198,21 +198,6 @@ class RosGraph(RosView):
             if first is not None and publication.until_stop and first.forget(given):
                 self.remark(owner, f"{topic}: cancelled by STOP, before it began: send it again")
 
-    def _check_age(self, topic: str, came: float) -> None:
-        """Refuse what moves a robot at once and may be older than a stop: nobody behind can tell.
-
-        Raises:
-            GraphError: It is, or it has waited here.
-        """
-        if came <= self._stopped_at:
-            raise GraphError(f"{topic}: cancelled by STOP, before it began: send it again")
-        waited = time.monotonic() - came
-        if waited > self._unstamped_age:
-            raise GraphError(
-                f"{topic}: not sent: it waited for {waited:.2f} s in the gateway, so a stop may "
-                "have come between; send it again"
-            )
-
     def _arrival(self, came: float) -> Arrival:
         """Return both clocks' time of what came at ``came`` (monotonic, [s])."""
         since = max(0.0, time.monotonic() - came)
@@ -225,7 +210,15 @@ class RosGraph(RosView):
         publisher, first = publication.publisher, publication.first
         try:
             if publication.drives:
-                self._check_age(topic, came)
+                # What moves a robot at once may be older than a stop, and nobody behind can tell.
+                if came <= self._stopped_at:
+                    raise GraphError(f"{topic}: cancelled by STOP, before it began: send it again")
+                waited = time.monotonic() - came
+                if waited > self._unstamped_age:
+                    raise GraphError(
+                        f"{topic}: not sent: it waited for {waited:.2f} s in the gateway, so a "
+                        "stop may have come between; send it again"
+                    )
             message = publication.converter.to_message(values, self._arrival(came))
             if first is not None and first.publish(message):
                 return None

@@ -114,20 +114,16 @@ class Converter:
             stamp = self._now() if arrival is None else arrival.stamp
         message = self._decode(values, "", stamp)
         if arrival is not None:
-            self._say_when(message, arrival)
+            # Fill what the sender has not said, or could not know: a later time is another
+            # clock's. A command keeps a later time: a stop that was given while this process stood
+            # still must not become as old as the requests that waited beside it. Who hears it
+            # knows the future.
+            given = message.asked > 0.0 if self._is_command else False
+            if self._is_asked and not given and not said(message.asked, arrival.monotonic):
+                message.asked = arrival.monotonic
+            if self._is_stamped and not message.header.stamp:
+                message.header.stamp.secs, message.header.stamp.nsecs = arrival.stamp
         return message
-
-    def _say_when(self, message: Any, arrival: Arrival) -> None:
-        """Fill what the sender has not said, or could not know: a later time is another clock's.
-
-        A command keeps a later time: a stop that was given while this process stood still must not
-        become as old as the requests that waited beside it. Who hears it knows the future.
-        """
-        given = message.asked > 0.0 if self._is_command else False
-        if self._is_asked and not given and not said(message.asked, arrival.monotonic):
-            message.asked = arrival.monotonic
-        if self._is_stamped and not message.header.stamp:
-            message.header.stamp.secs, message.header.stamp.nsecs = arrival.stamp
 
 
 class Converters:

@@ -53,7 +53,13 @@ def typedefs(message_class: type[Any], find_class: FindClass) -> list[dict[str, 
 def _typedef(message_class: type[Any]) -> dict[str, Any]:
     names, kinds = message_class.__slots__, message_class._slot_types
     fields = [_field(kind) for kind in kinds]
-    constants = _constants(message_class)
+    constants = {
+        name: str(value)
+        for name, value in inspect.getmembers(message_class)
+        if not name.startswith("_")
+        and name not in message_class.__slots__
+        and not inspect.isroutine(value)
+    }
     return {
         "type": message_class._type,
         "fieldnames": list(names),
@@ -71,16 +77,6 @@ def _field(kind: str) -> tuple[str, int, str]:
     if array is None:
         return kind, _NO_ARRAY, _EXAMPLES.get(kind, "{}")
     return array[1], int(array[2]) if array[2] else _ANY_LENGTH, "[]"
-
-
-def _constants(message_class: type[Any]) -> dict[str, str]:
-    return {
-        name: str(value)
-        for name, value in inspect.getmembers(message_class)
-        if not name.startswith("_")
-        and name not in message_class.__slots__
-        and not inspect.isroutine(value)
-    }
 
 
 def _time(kind: str) -> dict[str, Any]:

@@ -37,7 +37,11 @@ def install_cell(
     """
     try:
         namespace_by_name(name)
-        _check(options)
+        # Refuse a robot or plant that is not there now, rather than at each start
+        for option, choice in (("--robot", CHOICE), ("--plant", PLANT_CHOICE)):
+            if option in options:
+                os.environ[choice] = options[list(options).index(option) + 1]
+        plant_path()
     except (NamespaceError, ValueError) as error:
         screen.complain(str(error))
         return WRONG
@@ -58,15 +62,3 @@ def install_cell(
     if not machine:
         print("  loginctl enable-linger    # it starts with the machine, not with your session")
     return 0
-
-
-def _check(options: Sequence[str]) -> None:
-    """Refuse a robot or plant that is not there now, rather than at each start.
-
-    Raises:
-        ConfigError: There is no such robot or plant.
-    """
-    for option, choice in (("--robot", CHOICE), ("--plant", PLANT_CHOICE)):
-        if option in options:
-            os.environ[choice] = options[list(options).index(option) + 1]
-    plant_path()

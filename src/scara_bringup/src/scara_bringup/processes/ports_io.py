@@ -73,15 +73,11 @@ def listeners() -> Iterator[ListeningSocket]:
                 fields = line.split()
                 if fields[3] == _LISTEN:
                     address, port = fields[1].rsplit(":", 1)
-                    yield ListeningSocket(_address(address), int(port, 16), fields[9])
-
-
-def _address(digits: str) -> str:
-    """Read an address of the kernel's table: words of 4 bytes, each in the machine's order.
-
-    >>> _address("0100007F"), _address("00000000")
-    ('127.0.0.1', '0.0.0.0')
-    """
-    words = [digits[i : i + 8] for i in range(0, len(digits), 8)]
-    packed = b"".join(int(word, 16).to_bytes(4, sys.byteorder) for word in words)
-    return str(ipaddress.ip_address(packed))
+                    # Read an address of the kernel's table: words of 4 bytes, each in the
+                    # machine's order. >>> _address("0100007F"), _address("00000000") ('127.0.0.1',
+                    # '0.0.0.0')
+                    words = [address[i : i + 8] for i in range(0, len(address), 8)]
+                    packed = b"".join(int(word, 16).to_bytes(4, sys.byteorder) for word in words)
+                    yield ListeningSocket(
+                        str(ipaddress.ip_address(packed)), int(port, 16), fields[9]
+                    )

@@ -148,22 +148,19 @@ def serve(line: socket.socket, ended: socket.socket) -> None:
             request, files, _, _ = socket.recv_fds(line, MESSAGE, 2)
             if not request:
                 return
-            pid = _forked(json.loads(request), files)
+            # Fork and return the child's id once it has a session of its own, so that signals find
+            # it
+            words = json.loads(request)
+            apart, tell = os.pipe()
+            pid = os.fork()
+            if pid == 0:
+                os.close(apart)
+                become(words, files, tell)
+            for file in (tell, *files):
+                os.close(file)
+            os.read(apart, 1)
+            os.close(apart)
             line.send(json.dumps({"begun": pid}).encode())
-
-
-def _forked(words: list[str], files: list[int]) -> int:
-    """Fork and return the child's id once it has a session of its own, so that signals find it."""
-    apart, tell = os.pipe()
-    pid = os.fork()
-    if pid == 0:
-        os.close(apart)
-        become(words, files, tell)
-    for file in (tell, *files):
-        os.close(file)
-    os.read(apart, 1)
-    os.close(apart)
-    return pid
 
 
 def _reaped() -> list[tuple[int, int]]:
@@ -185,8 +182,29 @@ def become(words: list[str], files: list[int], tell: int) -> None:
     """
     code = 1
     try:
-        _part(tell)
-        _prepare(words, files)
+        # Have a session of its own, and die with the parent
+        os.setsid()
+        # A shell starts what runs in the background with SIGINT ignored; the bring-up ends nodes
+        # by it.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        # A parent that has died before the kernel was asked does not hear this.
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+        os.write(tell, b".")
+        signal.signal(signal.SIGPIPE, signal.SIG_IGN)
+        # Leave nothing of the parent in the child but what it has loaded
+        signal.set_wakeup_fd(-1)
+        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+        nothing = os.open(os.devnull, os.O_RDONLY)
+        for source, target in ((nothing, 0), (files[0], 1), (files[1], 2)):
+            os.dup2(source, target)
+        os.closerange(3, os.sysconf("SC_OPEN_MAX"))
+        for stream in (sys.stdout, sys.stderr):  # a node that dies takes no line with it
+            assert isinstance(stream, io.TextIOWrapper)
+            stream.reconfigure(write_through=True, line_buffering=True)
+        sys.argv, sys.path[0] = words, str(Path(words[0]).resolve().parent)
+        importlib.import_module("rospy.names").reload_mappings(words)  # it has read the parent's
+        _show(Path(words[0]).name, words)
         runpy.run_path(words[0], run_name="__main__")
         code = 0
     except SystemExit as end:
@@ -204,34 +222,6 @@ def become(words: list[str], files: list[int], tell: int) -> None:
             sys.stdout.flush()
             sys.stderr.flush()
         os._exit(code)
-
-
-def _part(tell: int) -> None:
-    """Have a session of its own, and die with the parent."""
-    os.setsid()
-    # A shell starts what runs in the background with SIGINT ignored; the bring-up ends nodes by it.
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    # A parent that has died before the kernel was asked does not hear this.
-    signal.signal(signal.SIGPIPE, signal.SIG_DFL)
-    os.write(tell, b".")
-    signal.signal(signal.SIGPIPE, signal.SIG_IGN)
-
-
-def _prepare(words: list[str], files: list[int]) -> None:
-    """Leave nothing of the parent in the child but what it has loaded."""
-    signal.set_wakeup_fd(-1)
-    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-    nothing = os.open(os.devnull, os.O_RDONLY)
-    for source, target in ((nothing, 0), (files[0], 1), (files[1], 2)):
-        os.dup2(source, target)
-    os.closerange(3, os.sysconf("SC_OPEN_MAX"))
-    for stream in (sys.stdout, sys.stderr):  # a node that dies takes no line with it
-        assert isinstance(stream, io.TextIOWrapper)
-        stream.reconfigure(write_through=True, line_buffering=True)
-    sys.argv, sys.path[0] = words, str(Path(words[0]).resolve().parent)
-    importlib.import_module("rospy.names").reload_mappings(words)  # it has read the parent's
-    _show(Path(words[0]).name, words)
 
 
 def _show(name: str, words: list[str]) -> None:

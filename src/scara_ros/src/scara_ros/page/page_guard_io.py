@@ -108,22 +108,19 @@ class PageGuard:
         if why := self._door.refusal(visit):
             return 403, why, []
         if visit.token is not None and (scope["type"], scope["path"]) == ("http", "/"):
-            return self._entering(visit)
+            # Put a cookie in the token's place, off the screen
+            brought = [door for door in self._doors.values() if door.brings_token(visit)]
+            if not brought:
+                return 403, WRONG, []
+            session = brought[0].session(secrets.token_hex(16), int(time.time()))
+            cookie = f"{self._door.cookie}={session}; Path=/; HttpOnly; SameSite=Strict"
+            return 303, "", [(b"location", b"/"), (b"set-cookie", cookie.encode())]
         now = int(time.time())
         known = [name for name, door in self._doors.items() if door.knows(visit, now)]
         scope[KNOWN], scope[PERSON] = bool(known), known[0] if known else ""
         if not scope[KNOWN] and (why := self._stranger(scope["path"])):
             return 403, why, []
         return None
-
-    def _entering(self, visit: Visit) -> Answer:
-        """Put a cookie in the token's place, off the screen."""
-        brought = [door for door in self._doors.values() if door.brings_token(visit)]
-        if not brought:
-            return 403, WRONG, []
-        session = brought[0].session(secrets.token_hex(16), int(time.time()))
-        cookie = f"{self._door.cookie}={session}; Path=/; HttpOnly; SameSite=Strict"
-        return 303, "", [(b"location", b"/"), (b"set-cookie", cookie.encode())]
 
     def _marked(self, path: str, send: Send) -> Send:
         """Return ``send`` that forbids frames of others."""

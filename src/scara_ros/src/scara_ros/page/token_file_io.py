@@ -60,7 +60,18 @@ def owned_token(path: Path) -> str:
     """
     try:
         if not path.exists():
-            _make(path)
+            # Make the file with all its content at once: another node may make or read it just now
+            path.parent.mkdir(parents=True, exist_ok=True)
+            handle, name = tempfile.mkstemp(dir=path.parent, prefix=f"{path.name}.")
+            try:
+                with os.fdopen(handle, "w", encoding="ascii") as stream:
+                    stream.write(secrets.token_urlsafe(_BYTES) + "\n")
+                with contextlib.suppress(
+                    FileExistsError
+                ):  # another node was quicker: its token counts
+                    os.link(name, path)
+            finally:
+                os.unlink(name)
         if path.stat().st_mode & 0o077:
             raise TokenError(
                 f"{path}: others can read it: chmod 600, or delete it to get a new one"
@@ -71,16 +82,3 @@ def owned_token(path: Path) -> str:
     if not token:
         raise TokenError(f"{path}: is empty: delete it to get a new one")
     return token
-
-
-def _make(path: Path) -> None:
-    """Make the file with all its content at once: another node may make or read it just now."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f"{path.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="ascii") as stream:
-            stream.write(secrets.token_urlsafe(_BYTES) + "\n")
-        with contextlib.suppress(FileExistsError):  # another node was quicker: its token counts
-            os.link(name, path)
-    finally:
-        os.unlink(name)

@@ -45,7 +45,10 @@ def keep_registered() -> None:
     rospy's pauses.
     """
     harden_process()
-    end_promptly()
+    # Wake the thread that connects topics when the node ends; call after rospy.init_node
+    for listener in get_registration_listeners().listeners:
+        if isinstance(listener, RegManager):
+            _wake_at_end(listener.cond)
     limit_log_file()
     get_param_server_cache().set("/rosout_disable_topics_generation", False)
     watch = _Watch(rosgraph.get_master_uri())
@@ -93,7 +96,22 @@ class _Watch:
         try:
             pid = self._line.ask("getPid")
             if self._pid is not None and pid != self._pid:
-                count = _register_all(self._line)
+                # Say everything again that this node publishes, subscribes to and serves. Return
+                # how much that is.
+                topics, services, uri = (
+                    get_topic_manager(),
+                    get_service_manager(),
+                    rospy.get_node_uri(),
+                )
+                offered = _offers(topics, services)
+                own = MasterClient(uri, rospy.get_caller_id())
+                for kind, name, what in offered:
+                    publishers = self._line.ask(f"register{kind}", name, what, uri)
+                    if kind == "Subscriber":
+                        own.ask("publisherUpdate", name, publishers)
+                for kind, name, what in offered - _offers(topics, services):
+                    self._line.ask(f"unregister{kind}", name, what if kind == "Service" else uri)
+                count = len(offered)
                 _set_parameters(self._line)
                 rospy.logwarn(
                     "the ROS master was away: %d topics and services registered again", count
@@ -115,23 +133,6 @@ def _set_parameters(line: MasterClient) -> None:
         line.ask("setParam", name, value)
 
 
-def _register_all(line: MasterClient) -> int:
-    """Say everything again that this node publishes, subscribes to and serves.
-
-    Return how much that is.
-    """
-    topics, services, uri = get_topic_manager(), get_service_manager(), rospy.get_node_uri()
-    offered = _offers(topics, services)
-    own = MasterClient(uri, rospy.get_caller_id())
-    for kind, name, what in offered:
-        publishers = line.ask(f"register{kind}", name, what, uri)
-        if kind == "Subscriber":
-            own.ask("publisherUpdate", name, publishers)
-    for kind, name, what in offered - _offers(topics, services):
-        line.ask(f"unregister{kind}", name, what if kind == "Service" else uri)
-    return len(offered)
-
-
 def _offers(topics: Any, services: Any) -> set[tuple[str, str, str]]:
     """List (kind, resolved name, type or address) of all registrations of this node."""
     lists: list[tuple[str, Callable[[], list[Any]]]] = [
@@ -140,13 +141,6 @@ def _offers(topics: Any, services: Any) -> set[tuple[str, str, str]]:
         ("Service", services.get_services),
     ]
     return {(kind, name, what) for kind, listed in lists for name, what in listed()}
-
-
-def end_promptly() -> None:
-    """Wake the thread that connects topics when the node ends; call after ``rospy.init_node``."""
-    for listener in get_registration_listeners().listeners:
-        if isinstance(listener, RegManager):
-            _wake_at_end(listener.cond)
 
 
 def wait_for_end() -> None:

@@ -55,7 +55,18 @@ def become_node(name: str) -> None:
     signal.set_wakeup_fd(writer.fileno())
     for number in SIGNALS:
         signal.signal(number, lambda *_: None)
-    _wait_for_master(name, received)
+    # Say once that the master is missing, and wait
+    told = False
+    while not master_answers(name):
+        if not told:
+            print(
+                f"{name}: no roscore at {rosgraph.get_master_uri()}: waiting for it",
+                file=sys.stderr,
+                flush=True,
+            )
+            told = True
+        if select.select([received], [], [], RETRY_S)[0] and received.recv(1)[0] in SIGNALS:
+            sys.exit(0)
     refuse_second_node(name)
     rospy.init_node(name, disable_signals=True)
     ending = threading.Thread(target=_end_with, args=(received,), name="ending", daemon=True)
@@ -105,21 +116,6 @@ def until_shutdown() -> Iterator[None]:
     except rospy.ROSException:
         if not rospy.core.is_shutdown_requested():  # topics are closed before is_shutdown is true
             raise
-
-
-def _wait_for_master(name: str, received: socket.socket) -> None:
-    """Say once that the master is missing, and wait."""
-    told = False
-    while not master_answers(name):
-        if not told:
-            print(
-                f"{name}: no roscore at {rosgraph.get_master_uri()}: waiting for it",
-                file=sys.stderr,
-                flush=True,
-            )
-            told = True
-        if select.select([received], [], [], RETRY_S)[0] and received.recv(1)[0] in SIGNALS:
-            sys.exit(0)
 
 
 def master_answers(caller: str) -> bool:

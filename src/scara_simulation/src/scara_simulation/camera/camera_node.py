@@ -68,7 +68,17 @@ class Camera:
         self._parts: list[Part] = []
         self._subscribers: list[rospy.Subscriber] = []
         self._drawn, self._spent, self._reported = 0, 0.0, time.monotonic()
-        self._info = _camera_info(config)
+        k = config.optics.intrinsics()
+        info = CameraInfo(
+            height=config.height_px,
+            width=config.width_px,
+            distortion_model="plumb_bob",
+            D=[0.0] * 5,
+        )
+        info.K, info.R = k.ravel().tolist(), [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+        info.P = [*k[0], 0.0, *k[1], 0.0, *k[2], 0.0]
+        info.header.frame_id = own_frame(FRAME)
+        self._info = info
         self._images = rospy.Publisher("camera/image_raw", Image, queue_size=1)
         self._infos = rospy.Publisher("camera/camera_info", CameraInfo, queue_size=1)
         self._diagnostics = Diagnostics("camera", queue_size=1)
@@ -180,17 +190,6 @@ class Camera:
             Diagnosis(Level.OK, f"{rospy.get_name()}: pictures", text, values)
         )
         self._drawn, self._spent, self._reported = 0, 0.0, now
-
-
-def _camera_info(config: CameraConfig) -> CameraInfo:
-    k = config.optics.intrinsics()
-    info = CameraInfo(
-        height=config.height_px, width=config.width_px, distortion_model="plumb_bob", D=[0.0] * 5
-    )
-    info.K, info.R = k.ravel().tolist(), [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
-    info.P = [*k[0], 0.0, *k[1], 0.0, *k[2], 0.0]
-    info.header.frame_id = own_frame(FRAME)
-    return info
 
 
 def _part(marker: Marker) -> Part:

@@ -59,7 +59,27 @@ class CameraWorld:
         self._folder = Path(tempfile.mkdtemp(prefix="camera_"))
         self._client: int = new_engine()
         try:
-            self._load(urdf)
+            file = self._folder / urdf.name
+            (self._folder / NAME).write_text(
+                cylinder_mesh(self._config.round_edges), encoding="ascii"
+            )
+            try:
+                file.write_text(
+                    with_round_shapes(urdf.read_text(encoding="utf-8")), encoding="utf-8"
+                )
+                self._body: int = pybullet.loadURDF(
+                    str(file), useFixedBase=True, physicsClientId=self._client
+                )
+            except (OSError, SyntaxError, pybullet.error) as error:
+                raise ConfigError(f"{urdf}: cannot be drawn: {error}") from error
+            self._joints = {
+                info[1].decode(): info[0]
+                for info in joint_infos(self._body, self._client)
+                if info[2] != pybullet.JOINT_FIXED
+            }
+            self.root: str = pybullet.getBodyInfo(self._body, physicsClientId=self._client)[
+                0
+            ].decode()
         except BaseException:
             self.close()
             raise
@@ -140,20 +160,3 @@ class CameraWorld:
             physicsClientId=self._client,
         )
         return body
-
-    def _load(self, urdf: Path) -> None:
-        file = self._folder / urdf.name
-        (self._folder / NAME).write_text(cylinder_mesh(self._config.round_edges), encoding="ascii")
-        try:
-            file.write_text(with_round_shapes(urdf.read_text(encoding="utf-8")), encoding="utf-8")
-            self._body: int = pybullet.loadURDF(
-                str(file), useFixedBase=True, physicsClientId=self._client
-            )
-        except (OSError, SyntaxError, pybullet.error) as error:
-            raise ConfigError(f"{urdf}: cannot be drawn: {error}") from error
-        self._joints = {
-            info[1].decode(): info[0]
-            for info in joint_infos(self._body, self._client)
-            if info[2] != pybullet.JOINT_FIXED
-        }
-        self.root: str = pybullet.getBodyInfo(self._body, physicsClientId=self._client)[0].decode()

@@ -145,7 +145,12 @@ class PartBodies:
 
     def settle(self, part: Part) -> bool:
         """Find what an awake part lies on; return whether it does not move against it."""
-        link = self._find_support(part)
+        # The name of what pushes a part up hardest, a link or another part. Empty: nothing.
+        link, most = "", 0.0
+        for contact in pybullet.getContactPoints(bodyA=part.body, physicsClientId=self._client):
+            if contact[7][2] * contact[9] > most:
+                most, other = contact[7][2] * contact[9], self.by_body.get(contact[2])
+                link = other.name if other else self._names.get(contact[4], "")
         part.support = link
         if not link or link not in self._links:
             return False
@@ -189,18 +194,6 @@ class PartBodies:
         rx, ry, rz = (a - b for a, b in zip(at, state[0]))
         wx, wy, wz = turn
         return (vx + wy * rz - wz * ry, vy + wz * rx - wx * rz, vz + wx * ry - wy * rx), turn
-
-    def _find_support(self, part: Part) -> str:
-        """Return the name of what pushes a part up hardest, a link or another part.
-
-        Empty: nothing.
-        """
-        found, most = "", 0.0
-        for contact in pybullet.getContactPoints(bodyA=part.body, physicsClientId=self._client):
-            if contact[7][2] * contact[9] > most:
-                most, other = contact[7][2] * contact[9], self.by_body.get(contact[2])
-                found = other.name if other else self._names.get(contact[4], "")
-        return found
 
 
 class PartShown(msgspec.Struct, frozen=True):

@@ -189,7 +189,24 @@ class PartWorld(World):
         super().step(efforts)
         self._steps += 1
         if self._suction.commanded or self._suction.held:
-            self._suck()
+            # Let the suction go on, and grip or release
+            gripper = self._work.gripper
+            candidate = "" if self._suction.held else self._candidate()
+            before = self._suction
+            self._suction, change = advance(
+                before, candidate, self._dt, gripper.vacuum_ms * 1e-3, gripper.release_ms * 1e-3
+            )
+            if change is Change.GRIP:
+                part = self._part(self._suction.held)
+                self._grip.hold(part)
+                self._tell_of(part, PartEvent.GRIPPED, f"{part.name} was gripped")
+            elif change is Change.RELEASE:
+                self._grip.let_go()
+                self._tell_of(
+                    self._part(before.held), PartEvent.RELEASED, f"{before.held} was let go"
+                )
+            elif (before.closed == 0.0) != (self._suction.closed == 0.0):
+                self.now = self._shown()
         for happening in self._touches.collisions(self._suction.held, self._steps):
             self._tell(happening)
         if self._steps % LOOK == 0:
@@ -213,24 +230,6 @@ class PartWorld(World):
             self._message,
             self._touches.text(self._steps),
         )
-
-    def _suck(self) -> None:
-        """Let the suction go on, and grip or release."""
-        gripper = self._work.gripper
-        candidate = "" if self._suction.held else self._candidate()
-        before = self._suction
-        self._suction, change = advance(
-            before, candidate, self._dt, gripper.vacuum_ms * 1e-3, gripper.release_ms * 1e-3
-        )
-        if change is Change.GRIP:
-            part = self._part(self._suction.held)
-            self._grip.hold(part)
-            self._tell_of(part, PartEvent.GRIPPED, f"{part.name} was gripped")
-        elif change is Change.RELEASE:
-            self._grip.let_go()
-            self._tell_of(self._part(before.held), PartEvent.RELEASED, f"{before.held} was let go")
-        elif (before.closed == 0.0) != (self._suction.closed == 0.0):
-            self.now = self._shown()
 
     def _part(self, name: str) -> Part:
         return next(part for part in self._bodies.parts if part.name == name)

@@ -153,25 +153,24 @@ class Tuning:
             if not isinstance(value, bool):
                 raise TuningError(f"{joint} {name} = {value!r}: must be true or false")
         else:
-            value = self._number(joint, name, value, loop)
+            # A number that a loop can have, or refuse it
+            if isinstance(value, bool) or not isinstance(value, int | float):
+                raise TuningError(f"{joint} {name} = {value!r}: must be a number")
+            most = (
+                self._efforts[self._joints.index(joint)] if name.endswith("i_clamp") else math.inf
+            )
+            if not (math.isfinite(value) and 0.0 <= value <= most):
+                low, high = self._range(joint, name, self.gains(joint))
+                raise TuningError(f"{joint} {name} = {_show(value)} is outside [{low:g}, {high:g}]")
+            if name.endswith("i_clamp") and loop.i_clamp_max is not None and value != loop.i_clamp:
+                raise TuningError(
+                    f"{joint} {name} = {_show(value)}: has no effect, i_clamp_min and "
+                    "i_clamp_max are given in the file"
+                )
+            value = float(value)
         return msgspec.structs.replace(
             gains, **{kind: msgspec.structs.replace(loop, **{key: value})}
         )
-
-    def _number(self, joint: str, name: str, value: object, loop: PidGains) -> float:
-        """Return a number that a loop can have, or refuse it."""
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise TuningError(f"{joint} {name} = {value!r}: must be a number")
-        most = self._efforts[self._joints.index(joint)] if name.endswith("i_clamp") else math.inf
-        if not (math.isfinite(value) and 0.0 <= value <= most):
-            low, high = self._range(joint, name, self.gains(joint))
-            raise TuningError(f"{joint} {name} = {_show(value)} is outside [{low:g}, {high:g}]")
-        if name.endswith("i_clamp") and loop.i_clamp_max is not None and value != loop.i_clamp:
-            raise TuningError(
-                f"{joint} {name} = {_show(value)}: has no effect, i_clamp_min and "
-                "i_clamp_max are given in the file"
-            )
-        return float(value)
 
     def _check_stability(self, joint: str, loops: LoopGains, changed: Sequence[str]) -> None:
         """Refuse gains with a pole outside the unit circle.

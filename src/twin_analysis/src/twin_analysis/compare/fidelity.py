@@ -85,7 +85,17 @@ def measure_fidelity(
     Raises:
         FidelityError: A trace is empty, not finite, or shapes do not fit.
     """
-    _check(one, other, accepted)
+    # Refuse what cannot be aligned
+    for name, trace in (("first", one), ("second", other)):
+        if trace.ndim != 2 or not len(trace) or trace.shape[1] != len(accepted):
+            raise FidelityError(
+                f"the {name} trace has shape {trace.shape}, expected snapshots of "
+                f"{len(accepted)} attributes"
+            )
+        if not np.isfinite(trace).all():
+            raise FidelityError(f"the {name} trace is not finite")
+    if not (np.isfinite(accepted).all() and (accepted > 0.0).all()):
+        raise FidelityError(f"accepted differences {accepted.tolist()} are not all positive")
     pairs = _align(one / accepted, other / accepted, gap, max(band, abs(len(one) - len(other))))
     snapshots = len(one) + len(other)
     # How many snapshots of both traces lie between neighbouring matches, where any do.
@@ -109,20 +119,6 @@ def measure_fidelity(
         longest_gap=max(lengths, default=0),
         mean_shift=float(shifts.mean()) if len(shifts) else None,
     )
-
-
-def _check(one: Array, other: Array, accepted: Array) -> None:
-    """Refuse what cannot be aligned."""
-    for name, trace in (("first", one), ("second", other)):
-        if trace.ndim != 2 or not len(trace) or trace.shape[1] != len(accepted):
-            raise FidelityError(
-                f"the {name} trace has shape {trace.shape}, expected snapshots of "
-                f"{len(accepted)} attributes"
-            )
-        if not np.isfinite(trace).all():
-            raise FidelityError(f"the {name} trace is not finite")
-    if not (np.isfinite(accepted).all() and (accepted > 0.0).all()):
-        raise FidelityError(f"accepted differences {accepted.tolist()} are not all positive")
 
 
 def _align(one: Array, other: Array, gap: float, band: int) -> Pairs:

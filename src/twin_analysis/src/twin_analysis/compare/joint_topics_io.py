@@ -60,7 +60,23 @@ def read_joint_topic(bag: Bag, topic: str, side: str) -> JointTopic:
         BagError: The topic is not in the bag, or holds something else; what the bag has is named.
         RecordError: Its messages are empty or inconsistent.
     """
-    _check_topic(bag, topic, side)
+    # Refuse a topic that is missing or of another type, naming those that would do
+    suitable = [name for name in bag.topics if bag.kind(name) == JOINT_STATE]
+    others = list(bag.topics)
+    more = f" and {len(others) - MOST_NAMED} more" if len(others) > MOST_NAMED else ""
+    some = (", ".join(others[:MOST_NAMED]) or "nothing") + more
+    held = ", ".join(suitable) or f"none; it has {some}"
+    option = f"--{side}-topic"
+    if not bag.count(topic):
+        raise BagError(
+            f"{bag.path}: no message of {topic} ({option}); "
+            f"topics of joint states in the bag: {held}"
+        )
+    if bag.kind(topic) != JOINT_STATE:
+        raise BagError(
+            f"{bag.path}: {topic} ({option}) is {bag.kind(topic)}; "
+            f"topics of joint states in the bag: {held}"
+        )
     rows = [(at - bag.start, message) for at, message in bag.messages(topic)]
     kinds = Counter(tuple(message.name) for _, message in rows)
     names, count = kinds.most_common(1)[0]
@@ -94,23 +110,3 @@ def read_joint_topic(bag: Bag, topic: str, side: str) -> JointTopic:
         velocities,
         tuple(notes),
     )
-
-
-def _check_topic(bag: Bag, topic: str, side: str) -> None:
-    """Refuse a topic that is missing or of another type, naming those that would do."""
-    suitable = [name for name in bag.topics if bag.kind(name) == JOINT_STATE]
-    others = list(bag.topics)
-    more = f" and {len(others) - MOST_NAMED} more" if len(others) > MOST_NAMED else ""
-    some = (", ".join(others[:MOST_NAMED]) or "nothing") + more
-    held = ", ".join(suitable) or f"none; it has {some}"
-    option = f"--{side}-topic"
-    if not bag.count(topic):
-        raise BagError(
-            f"{bag.path}: no message of {topic} ({option}); "
-            f"topics of joint states in the bag: {held}"
-        )
-    if bag.kind(topic) != JOINT_STATE:
-        raise BagError(
-            f"{bag.path}: {topic} ({option}) is {bag.kind(topic)}; "
-            f"topics of joint states in the bag: {held}"
-        )

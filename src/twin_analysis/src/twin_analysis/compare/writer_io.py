@@ -81,7 +81,14 @@ def write_comparison(
     labels = _labels(bags)
     opened = [read_bag(path, label, topics, config_directory) for label, path in labels.items()]
     mechanism = find_mechanism(opened)
-    compared = compare_opened(opened, mechanism, config)
+    # Compare real with twin in each recording, and each recording with the first one
+    comparer, percent = comparer_of(opened[0], mechanism, config)
+    tracks = [track for bag in opened for track in tracks_of(bag, mechanism, percent)]
+    names = list(dict.fromkeys(track.experiment for track in tracks))
+    compared = tuple(
+        compare_tracks(name, [track for track in tracks if track.experiment == name], comparer)
+        for name in names
+    )
     named = {label: str(path) for label, path in labels.items()}
     written = WrittenComparison(mechanism, compared, named, remarks_of(opened), folder)
     write_files(written)
@@ -96,23 +103,6 @@ def write_files(written: WrittenComparison) -> None:
         json.dumps(document, indent=2) + "\n", encoding="utf-8"
     )
     (written.folder / "comparison.html").write_text(_page(written), encoding="utf-8")
-
-
-def compare_opened(
-    opened: Sequence[Opened], mechanism: Mechanism, config: ComparisonFile
-) -> tuple[ExperimentComparison, ...]:
-    """Compare real with twin in each recording, and each recording with the first one.
-
-    Raises:
-        RecordError: A side has less than two samples, or a value is not finite.
-    """
-    comparer, percent = comparer_of(opened[0], mechanism, config)
-    tracks = [track for bag in opened for track in tracks_of(bag, mechanism, percent)]
-    names = list(dict.fromkeys(track.experiment for track in tracks))
-    return tuple(
-        compare_tracks(name, [track for track in tracks if track.experiment == name], comparer)
-        for name in names
-    )
 
 
 def comparer_of(

@@ -76,7 +76,15 @@ class OfflineTwin:
             dynamics=dynamics,
         ) as world:
             world.reset(start)
-            control = self._control(world, model, start)
+            # The loops of a model, holding the start pose
+            control = JointControl(
+                joint_models(self._robot, self._config, world.damping, world.friction),
+                model.gains,
+                start,
+                self._config.dt,
+                world.inverse_dynamics if model.feed_forward else None,
+                model.bandwidth,
+            )
             shift = recorded_delay - model.delay
             waiting = iter(packets)
             packet = next(waiting, None)
@@ -91,17 +99,6 @@ class OfflineTwin:
                     positions.append(q)
                 world.step(control.efforts(t, q, qdot))
         return np.array(times), np.array(positions)
-
-    def _control(self, world: World, model: TwinModel, start: Sequence[float]) -> JointControl:
-        """Return the loops of a model, holding the start pose."""
-        return JointControl(
-            joint_models(self._robot, self._config, world.damping, world.friction),
-            model.gains,
-            start,
-            self._config.dt,
-            world.inverse_dynamics if model.feed_forward else None,
-            model.bandwidth,
-        )
 
     def _track(self, packet: Packet, shift: float) -> JointTrack:
         """Return the set points of one packet, with its stamp moved by ``shift`` [s]."""

@@ -34,7 +34,7 @@ from scara_ros.shell.program_io import INTERRUPTED, WRONG, private_parameters
 from twin_controller.config import load_twin_controller
 from twin_controller.reporting.snapshots import SnapshotError
 from twin_experiments.metrics.series import Motion
-from twin_experiments.metrics.tracks import Mechanism, Track
+from twin_experiments.metrics.tracks import Track
 from twin_experiments.report.record import RecordError, cut
 from twin_experiments.report.run_reader_io import TWIN
 from twin_experiments.run.cell_node import RunError
@@ -42,7 +42,6 @@ from twin_experiments.run.cell_node import RunError
 from twin_analysis.compare.compare_node import print_comparison
 from twin_analysis.compare.config import load_comparison
 from twin_analysis.compare.track_reader_io import (
-    Opened,
     Topics,
     find_mechanism,
     read_bag,
@@ -160,7 +159,17 @@ def _run(
         f"{playback.duration:.1f} s; twin is {TWIN}",
         *(f"{LIVE}: {stop}" for stop in twin.stops),
     )
-    return _compare(opened, mechanism, live, rate, remarks, output, directory), twin.stops
+    # Hold the live pair beside the recorded one, experiment by experiment, and write it
+    comparer, percent = comparer_of(opened, mechanism, load_comparison(directory))
+    compared = []
+    for track in tracks_of(opened, mechanism, percent):
+        beside = compare_tracks(track.experiment, [track, live(track)], comparer)
+        compared.append(beside if rate == 1.0 else replace(beside, runs=()))
+    written = WrittenComparison(
+        mechanism, tuple(compared), {RECORDED: "the bag", LIVE: "now"}, remarks, output
+    )
+    write_files(written)
+    return written, twin.stops
 
 
 def _play(stage: Stage, playback: Playback, live: LiveTwin) -> Motion:
@@ -205,28 +214,6 @@ def _live(robot: Robot, playback: Playback, twin: Motion) -> Callable[[Track], T
         return Track(LIVE, recorded.experiment, "real", sides[0], sides[1])
 
     return track_of
-
-
-def _compare(
-    opened: Opened,
-    mechanism: Mechanism,
-    live: Callable[[Track], Track],
-    rate: float,
-    remarks: tuple[str, ...],
-    output: Path,
-    directory: Path | None,
-) -> WrittenComparison:
-    """Hold the live pair beside the recorded one, experiment by experiment, and write it."""
-    comparer, percent = comparer_of(opened, mechanism, load_comparison(directory))
-    compared = []
-    for track in tracks_of(opened, mechanism, percent):
-        beside = compare_tracks(track.experiment, [track, live(track)], comparer)
-        compared.append(beside if rate == 1.0 else replace(beside, runs=()))
-    written = WrittenComparison(
-        mechanism, tuple(compared), {RECORDED: "the bag", LIVE: "now"}, remarks, output
-    )
-    write_files(written)
-    return written
 
 
 main = app.run

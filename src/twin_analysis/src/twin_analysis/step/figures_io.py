@@ -63,21 +63,13 @@ def _draw(trial: Trial, step: Step, row: Mapping[str, Any], title: str) -> Figur
     resting = np.abs(step.errors) / scale < STEADY_ERROR[trial.kind]
     last = times[~resting][-1] if not resting.all() else 0.0
     upper.set_xlim(times[0], min(times[-1], max(_SHORTEST_MS, _REST * last)))
-    _draw_error(middle, times, step.errors / scale, row, trial)
-    _draw_effort(lower, times, step.efforts, row, trial)
-    figure.align_ylabels([upper, middle, lower])
-    return figure
-
-
-def _draw_error(
-    axis: Axes, times: FloatArray, errors: FloatArray, row: Mapping[str, Any], trial: Trial
-) -> None:
-    """Draw the error as it comes to rest, with the band that it has to end in."""
+    # Draw the error as it comes to rest, with the band that it has to end in
+    errors = step.errors / scale
     limit = STEADY_ERROR[trial.kind]
-    axis.axhspan(-limit, limit, color="#eef2f7", linewidth=0, label=f"±{limit:g} {trial.unit}")
-    axis.plot(times, errors, color=RED, linewidth=1.2)
-    axis.set_ylim(-5.0 * limit, 5.0 * limit)
-    axis.set_ylabel(f"error [{trial.unit}]")
+    middle.axhspan(-limit, limit, color="#eef2f7", linewidth=0, label=f"±{limit:g} {trial.unit}")
+    middle.plot(times, errors, color=RED, linewidth=1.2)
+    middle.set_ylim(-5.0 * limit, 5.0 * limit)
+    middle.set_ylabel(f"error [{trial.unit}]")
     settled, rise = row["settling_time_s"], row["rise_time_s"]
     texts = [
         f"overshoot {row['overshoot_percent']:.2f} %",
@@ -85,7 +77,10 @@ def _draw_error(
     ]
     texts.insert(0, "rise - " if rise is None else f"rise {rise * 1e3:.0f} ms")
     texts.insert(1, "not settled" if settled is None else f"settled {settled * 1e3:.0f} ms")
-    axis.set_title(" · ".join(texts), fontsize=9, fontweight="normal")
+    middle.set_title(" · ".join(texts), fontsize=9, fontweight="normal")
+    _draw_effort(lower, times, step.efforts, row, trial)
+    figure.align_ylabels([upper, middle, lower])
+    return figure
 
 
 def _draw_effort(

@@ -179,7 +179,9 @@ def _analyse_span(
     except (MetricsError, RecordError) as error:
         return Result(span, experiment.leader, visits, (), None, None, ages, (str(error),))
     comparison = _complete_gaps(comparison, motions, span, settings.longest_gap_s)
-    held = held_positions(comparison)
+    # The set positions at which both stood still, in order, repetitions joined
+    names = [rest.set_position for rest in comparison.rests if rest.set_position is not None]
+    held = tuple(name for name, _ in groupby(names))
     reasons = judge(span, experiment, comparison, held, settings.reach_mm, config.limits)
     return Result(span, experiment.leader, visits, held, comparison, motions, ages, reasons)
 
@@ -237,12 +239,6 @@ def _with_parts(result: Result, run: Run, work: Palletise | None) -> Result:
     return replace(
         result, parts=parts, reasons=(*result.reasons, *shortcomings(parts, work.task.tolerance_mm))
     )
-
-
-def held_positions(comparison: Comparison) -> tuple[str, ...]:
-    """Return the set positions at which both stood still, in order, repetitions joined."""
-    names = [rest.set_position for rest in comparison.rests if rest.set_position is not None]
-    return tuple(name for name, _ in groupby(names))
 
 
 def judge(

@@ -7,7 +7,6 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
@@ -48,7 +47,18 @@ def draw_paths(comparison: Comparison, positions: Mapping[str, Array]) -> Figure
         lines.set_array(error[1:])
         lines.set_capstyle("round")
         axis.add_collection(lines)
-        _set_positions(axis, positions, across, up)
+        # Mark the set positions with their names outside the path
+        middle = MM * float(np.mean([place[0] for place in positions.values()] or [0.0]))
+        for name, position in positions.items():
+            place = (float(position[across] * MM), float(position[up] * MM))
+            ring: dict[str, Any] = {"markerfacecolor": "none", "markeredgecolor": "black"}
+            axis.plot(*place, "o", markersize=9, markeredgewidth=1.2, **ring)
+            outward = 1.0 if place[0] > middle else -1.0
+            align: Any = "left" if outward > 0.0 else "right"
+            offset = (9.0 * outward, 6)
+            axis.annotate(
+                name, place, offset, textcoords="offset points", fontweight="bold", ha=align
+            )
         axis.set(title=title, xlabel="x [mm]", ylabel=f"{'xyz'[up]} [mm]")
         axis.set_aspect("equal", adjustable="datalim")
         axis.margins(0.2)
@@ -88,19 +98,6 @@ def draw_worst(comparison: Comparison) -> Figure:
     )
     axis.legend(loc="best", frameon=True, framealpha=0.85)
     return figure
-
-
-def _set_positions(axis: Axes, positions: Mapping[str, Array], across: int, up: int) -> None:
-    """Mark the set positions with their names outside the path."""
-    middle = MM * float(np.mean([place[0] for place in positions.values()] or [0.0]))
-    for name, position in positions.items():
-        place = (float(position[across] * MM), float(position[up] * MM))
-        ring: dict[str, Any] = {"markerfacecolor": "none", "markeredgecolor": "black"}
-        axis.plot(*place, "o", markersize=9, markeredgewidth=1.2, **ring)
-        outward = 1.0 if place[0] > middle else -1.0
-        align: Any = "left" if outward > 0.0 else "right"
-        offset = (9.0 * outward, 6)
-        axis.annotate(name, place, offset, textcoords="offset points", fontweight="bold", ha=align)
 
 
 def _worst(seen: Trace) -> tuple[int, int]:

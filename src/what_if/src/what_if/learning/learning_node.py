@@ -15,7 +15,7 @@ from scara_msgs.msg import Audit, MotionOutcome
 from what_if.config import LearningConfig
 from what_if.learning.course import predict, tool_points
 from what_if.learning.drift import Drift
-from what_if.learning.pairing import End, Outcome, Watch
+from what_if.learning.pairing import End, Watch
 from what_if.motions import Motion, ProgramRun
 from what_if.verdict import Verdict
 from what_if.world import Cell, World
@@ -158,22 +158,18 @@ class Learning:
             self._drift.take(outcome)
             self._ended += 1
             drift = "; ".join(self._drift.alarms)
-        self._outcomes.publish(_message(outcome, self._names, drift))
-
-
-def _message(outcome: Outcome, names: list[str], drift: str) -> MotionOutcome:
-    said = outcome.predicted
-    message = MotionOutcome(
-        what=said.what,
-        end=outcome.end.value,
-        time_predicted=said.moving_s,
-        time_measured=outcome.moving_s,
-        way_predicted=said.way_m,
-        way_measured=outcome.way_m,
-        joint=names,
-        effort_predicted=[100.0 * share for share in said.effort],
-        effort_measured=[100.0 * share for share in outcome.effort],
-        drift=drift,
-    )
-    message.header.stamp = rospy.get_rostime()
-    return message
+        said = outcome.predicted
+        message = MotionOutcome(
+            what=said.what,
+            end=outcome.end.value,
+            time_predicted=said.moving_s,
+            time_measured=outcome.moving_s,
+            way_predicted=said.way_m,
+            way_measured=outcome.way_m,
+            joint=self._names,
+            effort_predicted=[100.0 * share for share in said.effort],
+            effort_measured=[100.0 * share for share in outcome.effort],
+            drift=drift,
+        )
+        message.header.stamp = rospy.get_rostime()
+        self._outcomes.publish(message)

@@ -103,16 +103,7 @@ def _marked(scene: Scene, poses: FloatArray, reason: Reason | None) -> tuple[int
         zones = {k for k, body in enumerate(scene.bodies) if body.kind is Kind.ZONE}
         pairs = scene.pairs
         numbers = [k for k in numbers if pairs[k].first in zones or pairs[k].second in zones]
-    found = _nearest(scene, poses, numbers)
-    if found is None:
-        return ()
-    pair = scene.pairs[found]
-    moved = scene.bodies[pair.first].kind in (Kind.ARM, *AT_THE_TOOL)
-    return (pair.first, pair.second) if moved else (pair.second, pair.first)
-
-
-def _nearest(scene: Scene, poses: FloatArray, numbers: Sequence[int]) -> int | None:
-    """Return the pair of these that is nearest to what is not allowed; None: there is no pair."""
+    # The pair of these that is nearest to what is not allowed; None: there is no pair
     gaps = scene.gaps(poses[None])[0]
     scene.distances.forget()
     best, found = math.inf, None
@@ -122,7 +113,11 @@ def _nearest(scene: Scene, poses: FloatArray, numbers: Sequence[int]) -> int | N
         distance = scene.distance(0, poses, number)
         if distance < best:
             best, found = distance, number
-    return found
+    if found is None:
+        return ()
+    pair = scene.pairs[found]
+    moved = scene.bodies[pair.first].kind in (Kind.ARM, *AT_THE_TOOL)
+    return (pair.first, pair.second) if moved else (pair.second, pair.first)
 
 
 def _place(

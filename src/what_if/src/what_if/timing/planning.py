@@ -14,7 +14,6 @@ from scara_control.errors import JointLimitError, ScaraControlError
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.kinematics.arm_kinematics import parse_elbow
 from scara_control.limits import check_limits
-from scara_control.motion.plan import Path
 from scara_control.trajectory.goal import named_joints, plan_path
 
 from what_if.errors import WhatIfError
@@ -53,7 +52,27 @@ def plan(world: World, motion: Motion) -> Planned:
         if isinstance(motion, ProgramRun):
             return _program(world, motion)
         if isinstance(motion, Setpoints):
-            return _trajectory(world, motion)
+            # Plan as trajectory_server does
+            joints = world.cell.robot.twin_joints
+            names = [joint.name for joint in joints]
+            chosen = named_joints(joints, motion.names)
+            columns = [names.index(joint.name) for joint in chosen]
+            path = plan_path(chosen, tuple(world.q[k] for k in columns), motion.points)
+            sample = max(world.cell.config.sample_ms * 1e-3, path.duration / MOST_SAMPLES)
+            count = max(2, math.ceil(path.duration / sample) + 1)
+            times = np.linspace(0.0, path.duration, count)
+            rows = np.zeros((3, count, len(joints)))
+            rows[0] = world.q
+            for k, t in enumerate(times):
+                at = path.at(float(t))
+                rows[0, k, columns], rows[1, k, columns], rows[2, k, columns] = (
+                    at.q,
+                    at.qdot,
+                    at.qddot,
+                )
+            course = Course(times, rows[0], rows[1], rows[2], np.arange(count, dtype=float))
+            leg = _curved(world, course, "trajectory", world.lag.mean)
+            return Planned((leg,), tuple(_too_much(world, course)))
         if isinstance(motion, Recorded):
             return _recorded(world, motion)
         return _move(world, motion)
@@ -88,7 +107,18 @@ def _move(world: World, motion: ToolTarget | JointTarget) -> Planned:
     if path.share < 1.0:
         text = f"the payload leaves {100.0 * path.share:.0f} % of the joints' acceleration"
         reasons.append(Reason(Cause.EFFORT, 0.0, "", None, text))
-    course = _sampled(path, world.cell.config.sample_ms * 1e-3)
+    # Look at a path at chosen times; from rest it is straight, so the way is where it is on it
+    sample = world.cell.config.sample_ms * 1e-3
+    count = max(2, math.ceil(path.duration / sample) + 1)
+    times = np.linspace(0.0, path.duration, count)
+    motions = [path.at(float(t)) for t in times]
+    q = np.array([motion.q for motion in motions])
+    qdot, qddot = (np.array([getattr(m, name) for m in motions]) for name in ("qdot", "qddot"))
+    whole = q[-1] - q[0]
+    column = int(np.argmax(np.abs(whole)))
+    far = whole[column]
+    u = (q[:, column] - q[0, column]) / far if far else np.linspace(0.0, 1.0, count)
+    course = Course(times, q, qdot, qddot, np.clip(u, 0.0, 1.0))
     step = f"move at {percent:g} %"
     return Planned((move_leg(course, 0.0, step, world.lag.mean),), tuple(reasons))
 
@@ -111,38 +141,17 @@ def _destination(world: World, motion: ToolTarget | JointTarget) -> tuple[float,
     for column, value in zip(columns, answer.chosen.q):
         q[column] = value
     if motion.yaw is not None:
-        _check_yaw(world, answer.chosen.q, motion.yaw)
+        # Refuse a yaw that the last joint cannot reach: R = J1 + J2 + J4 of a SCARA
+        robot = world.cell.robot
+        own = [joint for joint in robot.joints if not joint.twin and joint.screw_axis is not None]
+        if robot.geometry is None or not own:
+            raise WhatIfError(
+                f"yaw: {robot.name} has no joint that turns the tool about the vertical"
+            )
+        wrist = own[-1]
+        wanted = math.remainder(motion.yaw - answer.chosen.q[0] - answer.chosen.q[1], math.tau)
+        check_limits([wrist], [wanted])
     return tuple(q)
-
-
-def _check_yaw(world: World, q: Sequence[float], yaw: float) -> None:
-    """Refuse a yaw that the last joint cannot reach: R = J1 + J2 + J4 of a SCARA.
-
-    Raises:
-        WhatIfError: The robot is no SCARA, or has no joint for it.
-        JointLimitError: The joint would leave its range.
-    """
-    robot = world.cell.robot
-    own = [joint for joint in robot.joints if not joint.twin and joint.screw_axis is not None]
-    if robot.geometry is None or not own:
-        raise WhatIfError(f"yaw: {robot.name} has no joint that turns the tool about the vertical")
-    wrist = own[-1]
-    wanted = math.remainder(yaw - q[0] - q[1], math.tau)
-    check_limits([wrist], [wanted])
-
-
-def _sampled(path: Path, sample: float) -> Course:
-    """Look at a path at chosen times; from rest it is straight, so the way is where it is on it."""
-    count = max(2, math.ceil(path.duration / sample) + 1)
-    times = np.linspace(0.0, path.duration, count)
-    motions = [path.at(float(t)) for t in times]
-    q = np.array([motion.q for motion in motions])
-    qdot, qddot = (np.array([getattr(m, name) for m in motions]) for name in ("qdot", "qddot"))
-    whole = q[-1] - q[0]
-    column = int(np.argmax(np.abs(whole)))
-    far = whole[column]
-    u = (q[:, column] - q[0, column]) / far if far else np.linspace(0.0, 1.0, count)
-    return Course(times, q, qdot, qddot, np.clip(u, 0.0, 1.0))
 
 
 def _program(world: World, motion: ProgramRun) -> Planned:
@@ -193,30 +202,6 @@ def _twins(course: Course, columns: Sequence[int]) -> Course:
         course.qddot[:, chosen],
         course.u,
     )
-
-
-def _trajectory(world: World, motion: Setpoints) -> Planned:
-    """Plan as trajectory_server does.
-
-    Raises:
-        ScaraControlError: A joint is unknown, a count or a time is wrong, the end is no rest.
-    """
-    joints = world.cell.robot.twin_joints
-    names = [joint.name for joint in joints]
-    chosen = named_joints(joints, motion.names)
-    columns = [names.index(joint.name) for joint in chosen]
-    path = plan_path(chosen, tuple(world.q[k] for k in columns), motion.points)
-    sample = max(world.cell.config.sample_ms * 1e-3, path.duration / MOST_SAMPLES)
-    count = max(2, math.ceil(path.duration / sample) + 1)
-    times = np.linspace(0.0, path.duration, count)
-    rows = np.zeros((3, count, len(joints)))
-    rows[0] = world.q
-    for k, t in enumerate(times):
-        at = path.at(float(t))
-        rows[0, k, columns], rows[1, k, columns], rows[2, k, columns] = at.q, at.qdot, at.qddot
-    course = Course(times, rows[0], rows[1], rows[2], np.arange(count, dtype=float))
-    leg = _curved(world, course, "trajectory", world.lag.mean)
-    return Planned((leg,), tuple(_too_much(world, course)))
 
 
 def _recorded(world: World, motion: Recorded) -> Planned:

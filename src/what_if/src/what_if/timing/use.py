@@ -52,7 +52,17 @@ def use_of(
         model: Dynamics of the arm with what it carries.
         course: At least one time.
     """
-    efforts = _efforts(model, course)
+    # The efforts at all times, shape (m, n)
+    damping, friction = np.array(model.damping), np.array(model.friction)
+    rigid = np.array(
+        [
+            model.inverse_dynamics(q, qdot, qddot)
+            for q, qdot, qddot in zip(
+                course.q.tolist(), course.qdot.tolist(), course.qddot.tolist()
+            )
+        ]
+    )
+    efforts: FloatArray = rigid + damping * course.qdot + friction * np.sign(course.qdot)
     shares = [
         np.abs(values) / np.array([getattr(joint, name) for joint in joints])
         for values, name in (
@@ -73,21 +83,6 @@ def use_of(
         point,
         float(np.sum(0.5 * (power[1:] + power[:-1]) * steps)),
     )
-
-
-def _efforts(model: DynamicModel, course: Course) -> FloatArray:
-    """Return the efforts at all times, shape (m, n)."""
-    damping, friction = np.array(model.damping), np.array(model.friction)
-    rigid = np.array(
-        [
-            model.inverse_dynamics(q, qdot, qddot)
-            for q, qdot, qddot in zip(
-                course.q.tolist(), course.qdot.tolist(), course.qddot.tolist()
-            )
-        ]
-    )
-    found: FloatArray = rigid + damping * course.qdot + friction * np.sign(course.qdot)
-    return found
 
 
 def _point_speed(points: Sequence[WatchedPoint], course: Course) -> tuple[float, str]:

@@ -44,7 +44,15 @@ def spread_far(
         from distributed import Client, KilledWorker, as_completed
     except ModuleNotFoundError as error:
         raise WhatIfError("worlds: --scheduler needs dask, which ./cell setup installs") from error
-    place = _of_this_machine(address)
+    # An address as dask writes it
+    host, _, port = address.removeprefix("tcp://").partition(":")
+    try:
+        is_here = host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        is_here = False
+    if not is_here or not port.isdecimal():
+        raise WhatIfError(f"--scheduler {address}: allowed is 127.0.0.1:PORT, of this machine only")
+    place = f"tcp://{host}:{port}"
     try:
         client = Client(place, timeout=CONNECT_S, set_as_default=False)
     except OSError as error:
@@ -63,23 +71,6 @@ def spread_far(
             raise WhatIfError(f"worlds: a worker at {address} has no judge: {error}") from error
         finally:
             client.cancel(list(jobs))
-
-
-def _of_this_machine(address: str) -> str:
-    """Return an address as dask writes it.
-
-    Raises:
-        WhatIfError: It is none, or of another machine: who reaches a scheduler can run anything on
-            its workers, and nobody's name is proved yet.
-    """
-    host, _, port = address.removeprefix("tcp://").partition(":")
-    try:
-        is_here = host == "localhost" or ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        is_here = False
-    if not is_here or not port.isdecimal():
-        raise WhatIfError(f"--scheduler {address}: allowed is 127.0.0.1:PORT, of this machine only")
-    return f"tcp://{host}:{port}"
 
 
 _lock = threading.Lock()

@@ -67,7 +67,8 @@ def fetch_recording(
         fail("all: name one cell", FAILED)
     with open_session(config) as session:
         (owner,) = _chosen(config, session, cell)
-        target = recordings_folder(folder) / owner.machine / owner.cell / name
+        # Where fetched recordings go
+        target = (events_folder(folder).parent / "recordings") / owner.machine / owner.cell / name
         try:
             listed = {each.name: each for each in recordings_of(session, owner)}
             if name not in listed:
@@ -86,11 +87,6 @@ def fetch_recording(
         except FetchError as error:
             fail(str(error), FAILED)
     typer.echo(f"{target}: {listed[name].size} bytes")
-
-
-def recordings_folder(folder: Path | None) -> Path:
-    """Return where fetched recordings go."""
-    return events_folder(folder).parent / "recordings"
 
 
 def _chosen(config: FarmConfig, session: zenoh.Session, word: str) -> list[CellName]:

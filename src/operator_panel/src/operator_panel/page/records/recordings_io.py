@@ -121,21 +121,18 @@ class _Recordings:
                 else:
                     push_button("Make report", lambda: self._make(one)).set_enabled(self._may(one))
                 for bag in one.bags if not one.busy else ():
-                    self._download(one, bag)
+                    number = f" {one.bags.index(bag) + 1}" if len(one.bags) > 1 else ""
+                    with (
+                        ui.element("a")
+                        .classes("button plain-button")
+                        .props(f'href="/runs/{one.name}/{bag}" download="{one.name}_{bag}"')
+                    ):
+                        plain(f"Download{number}")
                 push_button("Rename", lambda: self._rename(one)).set_enabled(self._may(one))
                 push_button("Delete", lambda: self._delete(one)).set_enabled(self._may(one))
 
     def _may(self, one: Run) -> bool:
         return self._view.is_operator and bool(one.bags) and not one.busy
-
-    def _download(self, one: Run, bag: str) -> None:
-        number = f" {one.bags.index(bag) + 1}" if len(one.bags) > 1 else ""
-        with (
-            ui.element("a")
-            .classes("button plain-button")
-            .props(f'href="/runs/{one.name}/{bag}" download="{one.name}_{bag}"')
-        ):
-            plain(f"Download{number}")
 
     async def _make(self, one: Run) -> None:
         """Make a report; this takes as long as it takes, and the list shows it."""

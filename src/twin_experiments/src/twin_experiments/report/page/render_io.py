@@ -30,14 +30,14 @@ MISSING: Mapping[str, Any] = {
 }
 
 
-def embedded(image: Path) -> str:
-    """Return a PNG as text for an ``img`` tag."""
-    return base64.b64encode(image.read_bytes()).decode("ascii")
-
-
 def figure(caption: str, image: Path, chart: Mapping[str, Any] | None) -> Mapping[str, Any]:
     """Return a figure as the template takes it; ``chart``: the same to zoom into and to read."""
-    return {"caption": caption, "image": embedded(image), "chart": chart}
+    # A PNG as text for an img tag
+    return {
+        "caption": caption,
+        "image": base64.b64encode(image.read_bytes()).decode("ascii"),
+        "chart": chart,
+    }
 
 
 def table(
