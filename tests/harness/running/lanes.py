@@ -53,7 +53,6 @@ TIMED = (
     "tests/unit/farm/desk/test_rolling.py",
     "tests/unit/farm/lab/test_lab_far.py",
     "tests/unit/farm/lab/test_lab_running.py",
-    "tests/unit/farm/lab/test_nightly.py",
     "tests/unit/farm/line/",
     "tests/unit/farm/security/test_strangers.py",
     "tests/unit/farm/test_bus.py",

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import shutil
 import signal
-from datetime import date, timedelta
+import time
 from pathlib import Path
 
-from farm.desk.fits_io import keep_fits
-from farm.fits import DayFit
+from farm.desk.history_io import History, Kept
+from farm.keys import CellName
+from farm.wire import Event
 from harness.processes import wait_until
 from harness.wires.browser import kept_chromium
 from playwright.sync_api import Locator
 from ros.farm.conftest import DEADLINE_S, Farm
 
-FRICTION = "fitted friction joint_2 [N m]"
 TITLES = """() => Object.fromEntries([...document.querySelectorAll(".cell")].map((card) => [
     card.querySelector("h3").textContent, card.querySelector(".cell-title").textContent]))"""
 
@@ -26,16 +26,18 @@ def background(place: Locator) -> str:
 
 
 def worn(data: Path) -> None:
-    """Write fits of eight days of six cells; the friction of one has grown."""
-    today = date.today()
-    for ago in range(8, 0, -1):
-        day = (today - timedelta(days=ago)).isoformat()
-        grown = 1.5 if ago <= 2 else 1.0
-        figures = [
-            {FRICTION: (0.5 + 0.01 * k) * (1.0 + 0.005 * (ago % 3)) * (grown if k == 4 else 1.0)}
-            for k in range(6)
-        ]
-        keep_fits(data, day, [DayFit("m", f"cell_{k}", day, 1, f) for k, f in enumerate(figures)])
+    """Write cycles of eight days of six cells of another site; one robot lags more at the end."""
+    told = []
+    for number, (ago, k) in enumerate((ago, k) for ago in range(9, 1, -1) for k in range(6)):
+        grown = 1.5 if ago <= 3 and k == 4 else 1.0
+        lag = (0.1 + 0.002 * k) * (1.0 + 0.005 * (ago % 3)) * grown
+        end = time.time() - 86400.0 * ago
+        body = {"start": end - 9.0, "end": end, "outcome": "done", "program": "MILK"}
+        body |= {"leader": "real", "follower_lag_s": lag}
+        cycle = Event(number, end, "cycle", False, "", body)
+        told.append(Kept(CellName("other", "m", f"cell_{k}"), 0, cycle))
+    with History(data / "events", 4, 16.0) as history:
+        history.write(told)
 
 
 def test_desk_stops_one_and_all_and_marks_alarms(farm: Farm) -> None:
@@ -117,7 +119,7 @@ def test_desk_stops_one_and_all_and_marks_alarms(farm: Farm) -> None:
         wait_until(lambda: away.count() == 1, DEADLINE_S, "the picture of all cells")
         assert page.locator("#drift-picture .steady").count() == 5
         assert page.locator("#drift-picture .name").text_content() == "m/cell_4"
-        assert "m/cell_4: fitted friction joint_2" in page.locator("#drifts").inner_text()
+        assert "m/cell_4: lag of the robot" in page.locator("#drifts").inner_text()
         page.get_by_label("compared with").select_option("practice/made_up_001")
         page.get_by_label("time", exact=True).select_option("12h")
         page.get_by_role("button", name="Compare").click()

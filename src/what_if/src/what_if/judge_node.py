@@ -71,14 +71,6 @@ def judge(
     workers: Annotated[
         int, typer.Option(help="Processes for them; default: one for each processor.", min=0)
     ] = 0,
-    scheduler: Annotated[
-        str,
-        typer.Option(
-            help="The lab's scheduler, 127.0.0.1:PORT (./cell lab scheduler): all its workers "
-            "do it.",
-            metavar="HOST:PORT",
-        ),
-    ] = "",
     picture: Annotated[
         Path | None, typer.Option(help="Write a picture of the worst moment there, as PNG.")
     ] = None,
@@ -88,7 +80,7 @@ def judge(
 ) -> None:
     """Try a motion before steel moves."""
     choose_robot(robot)
-    drawing = (worlds, seed, workers, scheduler)
+    drawing = (worlds, seed, workers)
     # Beside a running cell nothing shall wait for it.
     os.nice(NICENESS)
     with _world(config_dir, resting) as world:
@@ -136,19 +128,19 @@ def _drawn(
 
 
 def _chances(
-    world: World, motion: Motion, drawing: tuple[int, int, int, str], config_dir: Path | None
+    world: World, motion: Motion, drawing: tuple[int, int, int], config_dir: Path | None
 ) -> Chances:
     """Try a motion in drawn worlds, with progress on standard error.
 
     Raises:
-        WhatIfError: Their processes were killed, or the scheduler is not there.
+        WhatIfError: Their processes were killed.
     """
     from rich.console import Console
     from rich.progress import Progress
 
     from what_if.uncertainty.many_worlds_io import chances
 
-    worlds, seed, workers, scheduler = drawing
+    worlds, seed, workers = drawing
     with Progress(console=Console(stderr=True), transient=True) as progress:
         bar = progress.add_task("worlds", total=worlds)
         return chances(
@@ -159,7 +151,6 @@ def _chances(
             workers,
             config_dir,
             lambda done: progress.update(bar, completed=done),
-            scheduler,
         )
 
 

@@ -4,15 +4,26 @@ from __future__ import annotations
 
 import math
 import random
+import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TypeAlias
 
 import pytest
-from farm.desk.figures import DRIFTS, FigureDrift
+from farm.desk.command_line_io import app
+from farm.desk.figures import DRIFTS, MEDIANS, FigureDrift
+from farm.desk.history_io import History, Kept
+from farm.desk.lines import key_figures_io as key_figures
 from farm.desk.reading_io import ask_for
+from farm.keys import CellName
+from farm.wire import Event
+from typer.testing import CliRunner
 
 FIGURE = "lag of the robot [s]"
+GIVEN = """
+  SELECT unnest($cells) AS cell, unnest($figures) AS figure, unnest($spans) AS place,
+    unnest($medians) AS value
+"""
 Median: TypeAlias = tuple[str, int, float]
 """Cell, number of the span, and the figure's median in it."""
 FindDrifts: TypeAlias = Callable[[Iterable[Median]], list[FigureDrift]]
@@ -35,13 +46,13 @@ def medians(
 
 @pytest.fixture
 def find_drifts(tmp_path: Path) -> FindDrifts:
-    """Return what judges medians that the desk knows beside a history, which is empty here."""
+    """Return what judges given medians in place of those of a history, which is empty here."""
+    assert MEDIANS in DRIFTS
 
     def found(known: Iterable[Median]) -> list[FigureDrift]:
         cells, spans, values = map(list, zip(*known))
         told = {"cells": cells, "figures": [FIGURE] * len(cells), "spans": spans, "medians": values}
-        window = {"begin": 0.0, "until": 1.0, "span_s": 1.0}
-        return ask_for(tmp_path, FigureDrift, DRIFTS, {**told, **window})
+        return ask_for(tmp_path, FigureDrift, DRIFTS.replace(MEDIANS, GIVEN), told)
 
     return found
 
@@ -84,3 +95,26 @@ def test_too_short_a_past_says_nothing(find_drifts: FindDrifts) -> None:
     """Nor does a figure that has no size."""
     assert find_drifts([("m/a", day, 1.0) for day in range(5)]) == []
     assert find_drifts([("m/a", day, 0.0) for day in range(30)]) == []
+
+
+def test_the_cell_whose_robot_lags_more_is_named_by_the_word(tmp_path: Path) -> None:
+    """``./cell farm drift``, out of the cycles of twenty cells over eight days."""
+    chance, now = random.Random(1), time.time()
+    levels = [chance.uniform(0.08, 0.12) for _ in range(20)]
+    told = []
+    for number, (ago, k) in enumerate((ago, k) for ago in range(9, 1, -1) for k in range(20)):
+        lag = levels[k] * chance.gauss(1.0, 0.01) * (1.6 if k == 13 and ago <= 3 else 1.0)
+        end = now - 86400.0 * ago
+        body = {"start": end - 9.0, "end": end, "outcome": "done", "program": "MILK"}
+        cycle = Event(
+            number, end, "cycle", False, "", {**body, "leader": "real", "follower_lag_s": lag}
+        )
+        told.append(Kept(CellName("site", "m", f"cell_{k:02d}"), 0, cycle))
+    with History(tmp_path / "events", 4, 16.0) as history:
+        history.write(told)
+    assert key_figures.drift  # the module adds the word
+    done = CliRunner().invoke(app, ["drift", "--since", "30d", "--folder", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    lines = done.output.splitlines()
+    assert lines[-1].startswith("1 of 20 figures go away")
+    assert lines[1].startswith("m/cell_13") and FIGURE in lines[1]

@@ -8,7 +8,6 @@ import pytest
 from farm.config import loopback_refusal
 from farm.desk.files import EventSpan, counting, to_join
 from farm.desk.questions import QuestionError, Wanted, query, since
-from farm.fits import noon_of
 from farm.wire import Command, WireError, decode
 
 from farm import keys
@@ -83,11 +82,6 @@ def test_a_beginning_is_asked_for_in_microseconds() -> None:
     """As the files have it."""
     _, values = query(Wanted(since=NOW.timestamp() + 0.25, cell="a"))
     assert values[:2] == [int(NOW.timestamp()) * 1_000_000 + 250_000, "a"]
-
-
-def test_a_days_figures_stand_at_its_noon() -> None:
-    """In this machine's zone."""
-    assert datetime.fromtimestamp(noon_of("2026-05-02")) == datetime(2026, 5, 2, 12)
 
 
 @pytest.mark.parametrize(

@@ -19,13 +19,18 @@ import typer
 import zenoh
 from scara_config import ConfigError
 from scara_ros.page.page_words import people
+from scara_ros.shell.command_line_io import CommandLine
 from scara_ros.shell.program_io import FAILED, WRONG, runs_folder
 
 from farm import keys
 from farm.bus_io import BusError, open_client
 from farm.config import FarmConfig, ReachedError, load_farm, reached
+from farm.desk.fetching_io import FetchError
 from farm.desk.questions import QuestionError, Wanted, causes, query, since, table
+from farm.desk.reading_io import AskingError, ask
 from farm.desk.roster import LOST, Row, clock_warning, differs, status_title
+from farm.security.access import Role
+from farm.security.invitation_io import SecurityError, keys_folder
 
 CONNECT_S = 1.0
 """Our choice: a desk on this machine answers within milliseconds."""
@@ -38,8 +43,13 @@ Person = Annotated[
 ]
 CellWord = Annotated[str, typer.Argument(help="all, CELL, or MACHINE/CELL.")]
 
-app = typer.Typer(
-    add_completion=False,
+app = CommandLine(
+    "farm",
+    {
+        **dict.fromkeys((QuestionError, ConfigError, SecurityError, ReachedError), WRONG),
+        keys.CellNameError: WRONG,
+        **dict.fromkeys((AskingError, BusError, FetchError, keys.ChoiceError), FAILED),
+    },
     rich_markup_mode=None,
     help="Many cells in one view. Without a word: start the desk.",
 )
@@ -76,9 +86,10 @@ def desk(
     config = configured(router_port, port)
     try:
         outside = reached(listen) if listen else None
-        run(config, _folder(folder), (person_name(person), desk_name()), page, outside)
     except ReachedError as error:
         fail(f"--listen {error}", WRONG)
+    try:
+        run(config, _folder(folder), (person_name(person), desk_name()), page, outside)
     except DeskStartError as error:
         fail(str(error), WRONG)
 
@@ -128,10 +139,7 @@ def events(
     folder: Folder = None,
 ) -> None:
     """List events that the desk has kept; times in UTC. It needs no running desk."""
-    try:
-        begin = since(since_text, datetime.now().astimezone()) if since_text else None
-    except QuestionError as error:
-        fail(str(error), WRONG)
+    begin = since(since_text, datetime.now().astimezone()) if since_text else None
     asked = causes if by_cause else query
     _ask_history(_folder(folder), *asked(Wanted(begin, cell, kind, stops, limit)))
 
@@ -164,10 +172,7 @@ def _order(command: str, word: str, router_port: int | None, person: str | None)
 
     config = configured(router_port)
     with open_session(config) as session:
-        try:
-            chosen = keys.choose(word, cells_there(session, config.site, CONNECT_S))
-        except keys.ChoiceError as error:
-            fail(str(error), FAILED)
+        chosen = keys.choose(word, cells_there(session, config.site, CONNECT_S))
         bad, expiry = 0, config.desk.expiry_ms * 1e-3
         for answered in order(session, chosen, command, person_name(person), desk_name(), expiry):
             typer.echo(f"{command} {answered.text}")
@@ -181,12 +186,7 @@ def _order(command: str, word: str, router_port: int | None, person: str | None)
 
 
 def _ask_history(folder: Path, statement: str, values: list[object]) -> None:
-    from farm.desk.reading_io import AskingError, ask
-
-    try:
-        found = ask(folder / "events", statement, values)
-    except AskingError as error:
-        fail(str(error), FAILED)
+    found = ask(folder / "events", statement, values)
     print_table(found.names, found.rows)
     typer.echo(f"{len(found.rows)} rows")
 
@@ -213,8 +213,6 @@ def _status(row: Row) -> str:
 
 def open_session(config: FarmConfig) -> zenoh.Session:
     """Connect to the desk, or end with a text."""
-    from farm.security.access import Role
-    from farm.security.invitation_io import SecurityError, keys_folder
     from farm.security.membership_io import as_member, joined
 
     try:
@@ -227,17 +225,19 @@ def open_session(config: FarmConfig) -> zenoh.Session:
                     FAILED,
                 )
             config = as_member(config, keys_folder(os.environ), datetime.now(timezone.utc))
-        return open_client(config.router, config.lease_ms, CONNECT_S)
-    except (BusError, SecurityError) as error:
+    except SecurityError as error:
+        # Elsewhere it is a wrong word; whoever only asks has named no certificate.
         fail(str(error), FAILED)
+    return open_client(config.router, config.lease_ms, CONNECT_S)
 
 
 def configured(router_port: int | None, port: int | None = None) -> FarmConfig:
-    """Return farm.yaml with the options of the command line, or end with a text."""
-    try:
-        config = load_farm()
-    except ConfigError as error:
-        fail(str(error), WRONG)
+    """Return farm.yaml with the options of the command line.
+
+    Raises:
+        ConfigError: It cannot be read.
+    """
+    config = load_farm()
     replace = msgspec.structs.replace
     if router_port is not None:
         config = replace(config, router=replace(config.router, port=router_port))

@@ -230,17 +230,15 @@ class FigureDrift(msgspec.Struct, frozen=True):
 # with the first half of those before them, so that a slow drift does not become its own past. The
 # noise is what differs from span to span; a slow drift adds little to it. What moves all cells
 # alike (summer) is taken off where there are enough cells to tell.
-# $cells, $figures, $spans, $medians: what the desk knows beside the history, a value each.
-DRIFTS = f"""
-WITH medians AS (
+MEDIANS = f"""
   SELECT name AS cell, figure, CAST(floor(unix / $span_s) AS BIGINT) AS place,
     median(value) AS value
   FROM cycle_figures WHERE quantity IN {tuple(DRIFTING)}
     AND time >= moment($begin) AND time < moment($until) GROUP BY ALL
-  UNION ALL
-  SELECT unnest(CAST($cells AS VARCHAR[])), unnest(CAST($figures AS VARCHAR[])),
-    unnest(CAST($spans AS BIGINT[])), unnest(CAST($medians AS DOUBLE[]))
-), rows AS (
+"""
+"""A value for each cell, figure and span."""
+DRIFTS = f"""
+WITH medians AS ({MEDIANS}), rows AS (
   SELECT cell, figure, list(value ORDER BY place) AS values, values[:-3] AS past
   FROM medians GROUP BY cell, figure
 ), changes AS (

@@ -17,10 +17,8 @@ from farm.desk.figures import (
     KeyFigures,
     StopCause,
 )
-from farm.desk.fits_io import read_fits
 from farm.desk.questions import Wanted, causes, week
 from farm.desk.reading_io import AskingError, ask, ask_for
-from farm.fits import points
 from farm.keys import CellName, ChoiceError, choose
 
 
@@ -64,8 +62,7 @@ def stops_by_cause(folder: Path, begin: float) -> list[StopCause]:
 def figures_over(folder: Path, begin: float, end: float, span_s: float) -> list[FigureDrift]:
     """Return how the figures of all cells have changed, those that changed most first.
 
-    What was fitted to a cell's recordings of a day is among them. The span that is not over yet is
-    left out if it has begun less than half a span ago.
+    The span that is not over yet is left out if it has begun less than half a span ago.
 
     Args:
         folder: Of the history.
@@ -74,19 +71,10 @@ def figures_over(folder: Path, begin: float, end: float, span_s: float) -> list[
         span_s: Length of a span, of which the median counts [s].
 
     Raises:
-        AskingError: The history or a fit cannot be read.
+        AskingError: The history cannot be read.
     """
     until = end if end % span_s > span_s / 2.0 else end - end % span_s
-    known = points(read_fits(folder.parent, begin, until))
-    values = {
-        "begin": begin,
-        "until": until,
-        "span_s": span_s,
-        "cells": [cell for cell, _, _, _ in known],
-        "figures": [figure for _, figure, _, _ in known],
-        "spans": [int(noon // span_s) for _, _, noon, _ in known],
-        "medians": [value for _, _, _, value in known],
-    }
+    values = {"begin": begin, "until": until, "span_s": span_s}
     return ask_for(folder, FigureDrift, DRIFTS, values)
 
 

@@ -5,7 +5,7 @@ Exit code: 0 all jobs ended with 0, or an experiment repeated itself; 1 not; 2 a
 
 from __future__ import annotations
 
-from datetime import date, datetime, timedelta
+from datetime import datetime
 from glob import glob
 from itertools import count
 from pathlib import Path
@@ -13,13 +13,14 @@ from random import Random
 from typing import Annotated, NoReturn
 
 import typer
+from scara_ros.shell.command_line_io import CommandLine
+from scara_ros.shell.program_io import FAILED, INTERRUPTED, WRONG
 
 from farm.lab.address import PORT, AddressError, listened, scheduler_address
 from farm.lab.places_io import RESULTS, Place, Where, run_plan, where
 from farm.lab.plan import OF_BAGS, PROGRAMS, Plan, PlanError, jobs_of, summary
 from farm.lab.running_io import LabError, Result, processors, read_plan, result_of, root
 
-FAILED, WRONG, INTERRUPTED = 1, 2, 130
 Workers = Annotated[
     int | None, typer.Option(help="Jobs at a time. Default: one for each processor.", min=1)
 ]
@@ -38,8 +39,9 @@ Far = Annotated[
     ),
 ]
 
-app = typer.Typer(
-    add_completion=False,
+app = CommandLine(
+    "lab",
+    {AddressError: WRONG, PlanError: WRONG, LabError: FAILED},
     rich_markup_mode=None,
     no_args_is_help=True,
     help="Run many jobs over bags, programs and points, on all processors; the same again.",
@@ -68,7 +70,7 @@ def _add(kind: str) -> None:
         on: On = Place.HERE,
         scheduler: Far = "",
     ) -> None:
-        at = _where(on, workers, scheduler)
+        at = where(on, workers, scheduler)
         _start(kind, targets, (variations, spread_mm, speed, seed), folder, at)
 
     package, program = PROGRAMS[kind]
@@ -91,11 +93,8 @@ def _start(
         targets = [bag for target in targets for bag in _bags(target)]
     words = ("--resting", "--json") if kind == "judge" else ()
     variations, spread_mm, speed, seed = varied
-    try:
-        plan = Plan(kind, tuple(targets), words, variations, spread_mm, _speeds(speed), seed)
-        jobs_of(plan, Random)
-    except (PlanError, ValueError) as error:
-        _fail(str(error), WRONG)
+    plan = Plan(kind, tuple(targets), words, variations, spread_mm, _speeds(speed), seed)
+    jobs_of(plan, Random)
     place = folder or root() / "runs" / "lab" / datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
     results = _run(place, plan, at)
     raise typer.Exit(FAILED if any(result.code for result in results) else 0)
@@ -109,11 +108,11 @@ def again(
     scheduler: Far = "",
 ) -> None:
     """Run an experiment once more, and say which results are not the same, sign for sign."""
-    at = _where(on, workers, scheduler)
+    at = where(on, workers, scheduler)
     try:
         plan = read_plan(folder)
         old = {job.name: result_of(folder, job) for job in jobs_of(plan, Random)}
-    except (LabError, PlanError) as error:
+    except LabError as error:  # no folder of an experiment: a wrong word
         _fail(str(error), WRONG)
     place = next(p for k in count(1) if not (p := folder / f"again_{k}").exists())
     results = ((old[new.job], new) for new in _run(place, plan, at))
@@ -122,44 +121,6 @@ def again(
         typer.echo(f"{result.job} {' '.join(result.words)}: not the same")
     typer.echo(f"{len(old) - len(other)} of {len(old)} results are the same")
     raise typer.Exit(FAILED if other else 0)
-
-
-@app.command()
-def nightly(
-    day: Annotated[str, typer.Option(help="As 2026-11-22. Default: yesterday.")] = "",
-    most: Annotated[int, typer.Option(help="Recordings of each cell.", min=1)] = 2,
-    data: Annotated[Path | None, typer.Option(help="The desk's data. Default: runs/farm.")] = None,
-    fetch: Annotated[
-        bool, typer.Option(help="First fetch the day's recordings from the cells.")
-    ] = True,
-    router_port: Annotated[
-        int | None, typer.Option(help="Of the desk. Default: farm.yaml.", min=1, max=65535)
-    ] = None,
-    workers: Workers = None,
-    on: On = Place.HERE,
-    scheduler: Far = "",
-) -> None:
-    """Fit each cell's recordings of a day, for ./cell farm drift; meant for each night."""
-    at = _where(on, workers, scheduler)
-    try:
-        which = date.fromisoformat(day) if day else date.today() - timedelta(days=1)
-    except ValueError:
-        _fail(f"--day {day}: allowed is a date, for example 2026-11-22", WRONG)
-    # Imported late: the bus is for this word alone.
-    from farm.lab.nightly_io import fetch_day, fit_day
-
-    place = (data or root() / "runs" / "farm").resolve()
-    results = root() / "runs" / "lab" / f"nightly_{which}_{datetime.now():%Y-%m-%d_%H-%M-%S}"
-    try:
-        if fetch:
-            fetch_day(router_port, place, which, most, _say)
-        file, fits = fit_day(place, results, which, most, at, _say)
-    except LabError as error:
-        _fail(str(error), FAILED)
-    except KeyboardInterrupt:
-        _fail("interrupted: nothing was kept of this night: begin it again", INTERRUPTED)
-    count_of = sum(fit.recordings for fit in fits)
-    typer.echo(f"{len(fits)} cells, {count_of} recordings fitted; {file}")
 
 
 @app.command("scheduler")
@@ -174,16 +135,11 @@ def keep_scheduler(
     ] = "",
 ) -> None:
     """Keep a scheduler of dask for several labs and workers, until Ctrl-C."""
-    try:
-        host = listened(listen) if listen else ""
-    except AddressError as error:
-        _fail(str(error), WRONG)
+    host = listened(listen) if listen else ""
+    # Imported late, here and below: dask takes half a second.
     from farm.lab.cluster_io import serve
 
-    try:
-        serve(port, host)
-    except LabError as error:
-        _fail(str(error), FAILED)
+    serve(port, host)
 
 
 @app.command()
@@ -194,35 +150,15 @@ def worker(
     workers: Workers = None,
 ) -> None:
     """Run jobs of labs for a scheduler on this machine's processors, until Ctrl-C."""
-    try:
-        asked = scheduler_address(address)
-    except AddressError as error:
-        _fail(str(error), WRONG)
+    asked = scheduler_address(address)
     from farm.lab.cluster_io import work
 
-    try:
-        work(asked, workers or processors())
-    except LabError as error:
-        _fail(str(error), FAILED)
-
-
-def _where(place: Place, workers: int | None, scheduler: str) -> Where:
-    """Return where jobs run, or end with a text."""
-    try:
-        return where(place, workers, scheduler)
-    except AddressError as error:
-        _fail(str(error), WRONG)
-
-
-def _say(text: str) -> None:
-    typer.echo(f"lab: {text}", err=True)
+    work(asked, workers or processors())
 
 
 def _run(folder: Path, plan: Plan, at: Where) -> list[Result]:
     try:
         results = run_plan(folder, plan, at)
-    except LabError as error:
-        _fail(str(error), FAILED)
     except KeyboardInterrupt:
         _fail(f"interrupted: go on with the same words and --folder {folder}", INTERRUPTED)
     for result in results:
@@ -245,7 +181,7 @@ def _speeds(text: str) -> tuple[float, float] | None:
     """Return a range of speeds.
 
     Raises:
-        ValueError: It is none.
+        PlanError: It is none.
     """
     if not text:
         return None
@@ -253,9 +189,9 @@ def _speeds(text: str) -> tuple[float, float] | None:
     try:
         found = float(low), float(high or low)
     except ValueError:
-        raise ValueError(f"--speed {text}: allowed is LOW-HIGH, for example 20-80") from None
+        raise PlanError(f"--speed {text}: allowed is LOW-HIGH, for example 20-80") from None
     if not 0.0 < found[0] <= found[1] <= 100.0:
-        raise ValueError(f"--speed {text}: allowed are 0 to 100 percent, the lower one first")
+        raise PlanError(f"--speed {text}: allowed are 0 to 100 percent, the lower one first")
     return found
 
 

@@ -7,12 +7,11 @@ from datetime import datetime
 from typing import Annotated
 
 import typer
-from scara_ros.shell.program_io import FAILED, WRONG
+from scara_ros.shell.program_io import WRONG
 
 from farm.desk.command_line_io import Folder, app, events_folder, fail, print_table
 from farm.desk.figures_io import Comparison, compare_cells, compare_weeks
-from farm.desk.questions import QuestionError, since
-from farm.desk.reading_io import AskingError
+from farm.desk.questions import since
 
 Cell = Annotated[str, typer.Argument(help="CELL, or MACHINE/CELL.")]
 
@@ -34,17 +33,10 @@ def compare(
     if bool(other) == (weeks is not None):
         fail("compare: name a second cell, or --weeks A B of the one", WRONG)
     history, now = events_folder(folder), datetime.now().astimezone()
-    try:
-        if weeks is not None:
-            found = compare_weeks(history, cell, weeks, now)
-        else:
-            begin = since(since_text, now)
-            found = compare_cells(history, (cell, other), begin, time.time())
-    except QuestionError as error:
-        fail(str(error), WRONG)
-    except AskingError as error:
-        fail(str(error), FAILED)
-    show(found)
+    if weeks is not None:
+        show(compare_weeks(history, cell, weeks, now))
+    else:
+        show(compare_cells(history, (cell, other), since(since_text, now), time.time()))
 
 
 def show(found: Comparison) -> None:

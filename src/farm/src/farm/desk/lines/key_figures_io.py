@@ -7,15 +7,13 @@ from datetime import datetime
 from typing import Annotated
 
 import typer
-from scara_config import ConfigError
-from scara_ros.shell.program_io import FAILED, WRONG
+from scara_ros.shell.program_io import WRONG
 
 from farm.config import load_farm
 from farm.desk.command_line_io import Folder, app, events_folder, fail, print_table
 from farm.desk.figures import FigureDrift, KeyFigures
 from farm.desk.figures_io import figures_of, figures_over
-from farm.desk.questions import SPAN, UNITS, QuestionError, since
-from farm.desk.reading_io import AskingError
+from farm.desk.questions import SPAN, UNITS, since
 
 Since = Annotated[
     str, typer.Option("--since", help="today, yesterday, 30m, 12h, 2d, or a date and time.")
@@ -28,14 +26,9 @@ BARS = "▁▂▃▄▅▆▇█"
 @app.command()
 def kpi(since_text: Since = "1d", folder: Folder = None) -> None:
     """Show key figures of each cell and of all, as ISO 22400 calls them; empty: not known."""
-    try:
-        begin = since(since_text, datetime.now().astimezone())
-        planned = load_farm().desk.planned_run_time_s
-        rows = figures_of(events_folder(folder), begin, time.time(), planned)
-    except (QuestionError, ConfigError) as error:
-        fail(str(error), WRONG)
-    except AskingError as error:
-        fail(str(error), FAILED)
+    begin = since(since_text, datetime.now().astimezone())
+    planned = load_farm().desk.planned_run_time_s
+    rows = figures_of(events_folder(folder), begin, time.time(), planned)
     names = (
         "cell",
         "availability",
@@ -71,13 +64,8 @@ def drift(
     if not found:
         fail(f"--span {span}: allowed are 10m, 6h, 1d, 1w", WRONG)
     seconds = float(found[1]) * UNITS[found[2]]
-    try:
-        begin = since(since_text, datetime.now().astimezone())
-        drifts = figures_over(events_folder(folder), begin, time.time(), seconds)
-    except QuestionError as error:
-        fail(str(error), WRONG)
-    except AskingError as error:
-        fail(str(error), FAILED)
+    begin = since(since_text, datetime.now().astimezone())
+    drifts = figures_over(events_folder(folder), begin, time.time(), seconds)
     away = [each for each in drifts if each.drifts]
     shown = drifts if every else away
     print_table(("cell", "figure", "before", "now", "times the noise", ""), map_lines(shown))

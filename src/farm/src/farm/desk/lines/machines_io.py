@@ -30,15 +30,15 @@ Who = Annotated[str, typer.Argument(help="A machine's name, or a desk's.")]
 
 
 def opened_authority(*, lab: bool = False) -> Authority:
-    """Return this site's authority, of the farm or of the lab, or end with a text."""
-    try:
-        if lab:
-            place = lab_authority_folder(keys_folder(os.environ))
-            return LabAuthority(place, configured(None).site, datetime.now(timezone.utc))
-        folder = authority_folder(keys_folder(os.environ))
-        return Authority(folder, configured(None).site, datetime.now(timezone.utc))
-    except SecurityError as error:
-        fail(str(error), WRONG)
+    """Return this site's authority, of the farm or of the lab.
+
+    Raises:
+        SecurityError: Its files cannot be used.
+    """
+    site, now, own = configured(None).site, datetime.now(timezone.utc), keys_folder(os.environ)
+    if lab:
+        return LabAuthority(lab_authority_folder(own), site, now)
+    return Authority(authority_folder(own), site, now)
 
 
 @app.command()
@@ -55,21 +55,15 @@ def invite(
     file: Annotated[Path | None, typer.Option(help="Default: NAME.invitation.")] = None,
 ) -> None:
     """Make the file by which a machine joins; it holds a private key: hand it over safely."""
-    try:
-        keys.checked("site", name, "cell")
-        where = reached(address, LAB_PORT if lab else PORT) if address else None
-    except (keys.CellNameError, ReachedError) as error:
-        fail(str(error), WRONG)
+    keys.checked("site", name, "cell")
+    where = reached(address, LAB_PORT if lab else PORT) if address else None
     if desk and lab:
         fail("--desk and --lab are two invitations: make one after the other", WRONG)
     target = (file or Path(f"{name}.invitation")).resolve()
-    try:
-        role = Role.LAB if lab else Role.MACHINE
-        role = Role.DESK if desk else role
-        made = opened_authority(lab=lab).invite(name, role, where)
-        write_private(target, msgspec.json.encode(made))
-    except SecurityError as error:
-        fail(str(error), WRONG)
+    role = Role.LAB if lab else Role.MACHINE
+    role = Role.DESK if desk else role
+    made = opened_authority(lab=lab).invite(name, role, where)
+    write_private(target, msgspec.json.encode(made))
     typer.echo(f"{target}: lets {role.value} {name} in at {made.host}:{made.port} for 90 days.")
     here = f"a desk that runs with --listen {made.host} lets it in within 2 seconds."
     if made.role is Role.LAB:
@@ -83,10 +77,7 @@ def invite(
 @app.command()
 def join(file: Annotated[Path, typer.Argument(help="The invitation.")]) -> None:
     """Let this machine's cells, or this desk, join the farm or the lab of another machine."""
-    try:
-        kept = keep(keys_folder(os.environ), file, datetime.now(timezone.utc))
-    except SecurityError as error:
-        fail(str(error), WRONG)
+    kept = keep(keys_folder(os.environ), file, datetime.now(timezone.utc))
     who = f"{kept.role.value} {kept.name}"
     typer.echo(f"joined site {kept.site} as {who}; desk: {kept.host}:{kept.port}")
     following = "./cell up --farm"
@@ -98,10 +89,7 @@ def join(file: Annotated[Path, typer.Argument(help="The invitation.")]) -> None:
 @app.command()
 def leave(lab: OfLab = False) -> None:
     """Forget the farm of another machine, or its lab."""
-    try:
-        was = forget(keys_folder(os.environ), lab=lab)
-    except SecurityError as error:
-        fail(str(error), WRONG)
+    was = forget(keys_folder(os.environ), lab=lab)
     if lab:
         typer.echo("left the lab" if was else "nothing was joined")
         return
@@ -114,10 +102,7 @@ def revoke(name: Who, lab: OfLab = False, folder: Renewed = Path("renewed")) -> 
 
     The lab gets another authority for that, and everybody else there a new invitation.
     """
-    try:
-        opened_authority(lab=lab).revoke(name)
-    except SecurityError as error:
-        fail(str(error), WRONG)
+    opened_authority(lab=lab).revoke(name)
     if not lab:
         typer.echo(f"{name} is revoked. A desk that runs puts it out within 2 seconds.")
         return

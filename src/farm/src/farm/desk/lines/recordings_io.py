@@ -69,28 +69,22 @@ def fetch_recording(
         (owner,) = _chosen(config, session, cell)
         # Where fetched recordings go
         target = (events_folder(folder).parent / "recordings") / owner.machine / owner.cell / name
-        try:
-            listed = {each.name: each for each in recordings_of(session, owner)}
-            if name not in listed:
-                fail(f"{owner}: {name}: no such recording: ./cell farm recordings {owner}", FAILED)
-            if ".." in Path(name).parts or Path(name).is_absolute():
-                fail(f"{owner}: {name}: is no name of a recording", FAILED)
-            with Progress(transient=True) as progress:
-                bar = progress.add_task(name, total=listed[name].size)
-                fetch(
-                    session,
-                    owner,
-                    listed[name],
-                    target,
-                    lambda there: progress.update(bar, completed=there),
-                )
-        except FetchError as error:
-            fail(str(error), FAILED)
+        listed = {each.name: each for each in recordings_of(session, owner)}
+        if name not in listed:
+            fail(f"{owner}: {name}: no such recording: ./cell farm recordings {owner}", FAILED)
+        if ".." in Path(name).parts or Path(name).is_absolute():
+            fail(f"{owner}: {name}: is no name of a recording", FAILED)
+        with Progress(transient=True) as progress:
+            bar = progress.add_task(name, total=listed[name].size)
+            fetch(
+                session,
+                owner,
+                listed[name],
+                target,
+                lambda there: progress.update(bar, completed=there),
+            )
     typer.echo(f"{target}: {listed[name].size} bytes")
 
 
 def _chosen(config: FarmConfig, session: zenoh.Session, word: str) -> list[CellName]:
-    try:
-        return keys.choose(word, cells_there(session, config.site, CONNECT_S))
-    except keys.ChoiceError as error:
-        fail(str(error), FAILED)
+    return keys.choose(word, cells_there(session, config.site, CONNECT_S))

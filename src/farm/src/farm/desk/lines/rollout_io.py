@@ -182,9 +182,6 @@ def _chosen(
 ) -> list[CellName]:
     """Return the cells that are meant, the first one first."""
     there = [CellName(config.site, *name.split("/", 1)) for name in _rows(config, session)]
-    try:
-        chosen = dict.fromkeys(cell for word in words for cell in keys.choose(word, there))
-        ahead = dict.fromkeys(keys.choose(first, list(chosen))) if first else {}
-    except keys.ChoiceError as error:
-        fail(str(error), FAILED)
+    chosen = dict.fromkeys(cell for word in words for cell in keys.choose(word, there))
+    ahead = dict.fromkeys(keys.choose(first, list(chosen))) if first else {}
     return [*ahead, *(cell for cell in chosen if cell not in ahead)]
