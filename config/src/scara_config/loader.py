@@ -8,6 +8,7 @@ from __future__ import annotations
 import copy
 import functools
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -90,6 +91,35 @@ def load(path: Path | str, kind: type[T]) -> T:
     except YamlTextError as error:
         raise ConfigError(f"{path}: is no valid YAML: {error}") from error
     return convert(tree, kind, str(path), text or "\n")
+
+
+def load_keys(path: Path | str, kinds: Mapping[str, Any]) -> list[Any]:
+    """Read some values of a file; its other keys are somebody else's business.
+
+    Args:
+        path: YAML file.
+        kinds: By key, ``section.name``: what its value must be.
+
+    Returns:
+        The values, in the order of ``kinds``.
+
+    Raises:
+        ConfigError: The file cannot be read, or one of these values is missing or does not fit.
+    """
+    tree: dict[str, Any] = {}
+    for key, kind in kinds.items():
+        *sections, name = key.split(".")
+        place = tree
+        for section in sections:
+            place = place.setdefault(section, {})
+        place[name] = kind
+
+    def struct(part: Mapping[str, Any]) -> Any:
+        fields = [(k, struct(v) if isinstance(v, dict) else v) for k, v in part.items()]
+        return msgspec.defstruct("Keys", fields, frozen=True)
+
+    whole = load(path, struct(tree))
+    return [functools.reduce(getattr, key.split("."), whole) for key in kinds]
 
 
 def load_text(path: Path) -> str:

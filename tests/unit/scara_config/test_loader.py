@@ -9,6 +9,7 @@ import msgspec
 import pytest
 from msgspec import Meta
 from scara_config import ConfigError, config_directory, convert, load, package_folder
+from scara_config.loader import load_keys
 
 
 class Axis(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -102,6 +103,18 @@ def test_wrong_value_is_refused_with_key_value_and_allowed(
     ) as caught:
         load(file, Example)
     assert "\n" not in str(caught.value)
+
+
+def test_some_values_of_a_file_are_read_by_their_keys(tmp_path: Path) -> None:
+    """Whatever else is in it; one that does not fit is named as if all were read."""
+    file = tmp_path / "other.yaml"
+    file.write_text("part:\n  speed: 30.0\n  name: x\nport: 99999\nmore: [1]\n")
+    kinds = {"port": int, "part.speed": float}
+    assert load_keys(file, kinds) == [99999, 30.0]
+    with pytest.raises(ConfigError, match=r"other.yaml: port = 99999.*65535.*line 4"):
+        load_keys(file, {**kinds, "port": Annotated[int, Meta(le=65535)]})
+    with pytest.raises(ConfigError, match=r"part.*speeed"):
+        load_keys(file, {"part.speeed": float})
 
 
 def test_missing_file_is_named(tmp_path: Path) -> None:

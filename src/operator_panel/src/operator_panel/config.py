@@ -8,6 +8,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 from scara_config import Robot, load, locate
+from scara_config.loader import load_keys
 from scara_config.palletise import find_palletise
 from scara_config.programs.files import program_files, read_listing
 from scara_config.programs.tp.listing import Program
@@ -80,34 +81,6 @@ class Door(msgspec.Struct, frozen=True):
     port: Port
 
 
-class _Control(msgspec.Struct, frozen=True):
-    keep_ms: PatienceMs
-
-
-class _Divergence(msgspec.Struct, frozen=True):
-    delay_mm: DivergenceMm
-    rest_mm: DivergenceMm
-
-
-class _Home(msgspec.Struct, frozen=True):
-    speed_percent: SpeedPercent
-
-
-class _TwinController(msgspec.Struct, frozen=True):
-    real: Door
-    home: _Home
-    control: _Control
-    divergence: _Divergence
-
-
-class _JogLimit(msgspec.Struct, frozen=True):
-    speed_percent: SharePercent
-
-
-class _Motion(msgspec.Struct, frozen=True):
-    jog: _JogLimit
-
-
 class Surroundings(msgspec.Struct, frozen=True):
     """What the page shows or respects of the other rooms' files.
 
@@ -147,13 +120,23 @@ def load_surroundings(robot: Robot, directory: Path | str | None = None) -> Surr
     Raises:
         ConfigError: A file is missing, or a value that is needed here does not fit.
     """
-    controller = load(locate("twin_controller.yaml", directory), _TwinController)
+    real, keep_ms, delay_mm, rest_mm, home_percent = load_keys(
+        locate("twin_controller.yaml", directory),
+        {
+            "real": Door,
+            "control.keep_ms": PatienceMs,
+            "divergence.delay_mm": DivergenceMm,
+            "divergence.rest_mm": DivergenceMm,
+            "home.speed_percent": SpeedPercent,
+        },
+    )
+    motion = locate("motion.yaml", directory)
     return Surroundings(
-        real=controller.real,
-        keep_s=controller.control.keep_ms * 1e-3,
-        alarm_mm=(controller.divergence.delay_mm, controller.divergence.rest_mm),
-        home_percent=controller.home.speed_percent,
-        jog_limit_percent=load(locate("motion.yaml", directory), _Motion).jog.speed_percent,
+        real=real,
+        keep_s=keep_ms * 1e-3,
+        alarm_mm=(delay_mm, rest_mm),
+        home_percent=home_percent,
+        jog_limit_percent=load_keys(motion, {"jog.speed_percent": SharePercent})[0],
         positions=robot.positions_m,
         programs=tuple(read_listing(file) for file in program_files(directory).values()),
         has_parts=find_palletise(directory) is not None,

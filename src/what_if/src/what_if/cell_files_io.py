@@ -36,7 +36,7 @@ def read_cell(directory: Path | str | None = None) -> Cell:
         parse_urdf(robot.description.read_text(encoding="utf-8"), seen=False),
         load_what_if(folder),
         load_motion(folder),
-        load_limits(folder),
+        *load_limits(folder),
         find_palletise(folder),
         load_payloads(folder).rated_kg,
     )
@@ -120,7 +120,7 @@ def resting_cell(directory: Path | str | None = None) -> Iterator[tuple[World, M
             parts_at_start(cell),
             told,
             zones=tuple(cell.robot.keep_out),
-            cap_percent=cell.limits.limit.speed_percent,
+            cap_percent=cell.cap_percent,
         )
         yield world, models
     finally:

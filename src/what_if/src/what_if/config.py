@@ -8,6 +8,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 from scara_config import load, locate
+from scara_config.loader import load_keys
 from scara_config.quantities import (
     BodyMm,
     ClearanceMm,
@@ -76,21 +77,6 @@ class WhatIfConfig(GateSettings, frozen=True, forbid_unknown_fields=True):
     learning: LearningConfig
 
 
-class _Cell(msgspec.Struct, frozen=True):
-    keep_out_clearance_mm: ClearanceMm
-
-
-class _Limit(msgspec.Struct, frozen=True):
-    speed_percent: SpeedPercent
-
-
-class ControllerLimits(msgspec.Struct, frozen=True):
-    """What of twin_controller.yaml limits a motion; its other keys are the controller's own."""
-
-    cell: _Cell
-    limit: _Limit
-
-
 def load_what_if(directory: Path | str | None = None) -> WhatIfConfig:
     """Read what_if.yaml of ``directory`` (default: the package scara_config).
 
@@ -100,10 +86,15 @@ def load_what_if(directory: Path | str | None = None) -> WhatIfConfig:
     return load(locate("what_if.yaml", directory), WhatIfConfig)
 
 
-def load_limits(directory: Path | str | None = None) -> ControllerLimits:
-    """Read what counts here of twin_controller.yaml.
+def load_limits(directory: Path | str | None = None) -> tuple[float, float]:
+    """Read what limits a motion in twin_controller.yaml.
+
+    Returns:
+        Clearance of keep-out zones [mm], and the cap of every joint's speed [percent].
 
     Raises:
         ConfigError: The file is missing or a value does not fit.
     """
-    return load(locate("twin_controller.yaml", directory), ControllerLimits)
+    kinds = {"cell.keep_out_clearance_mm": ClearanceMm, "limit.speed_percent": SpeedPercent}
+    clearance_mm, cap_percent = load_keys(locate("twin_controller.yaml", directory), kinds)
+    return clearance_mm, cap_percent

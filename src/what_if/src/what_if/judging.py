@@ -142,7 +142,7 @@ class _Trial:
 
     def _look_at_zones(self, leg: Leg, way: Way) -> None:
         """Note the zones that watched points come too near to, as the twin controller judges."""
-        margin = self._cell.limits.cell.keep_out_clearance_mm
+        margin = self._cell.clearance_mm
         for zone in self._world.zones:
             found = first_zone(self._cell.points, zone, way, margin)
             if found is None:

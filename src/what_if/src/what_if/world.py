@@ -15,7 +15,7 @@ from scara_control.keep_out.points import WatchedPoint, watched_points
 from scara_control.kinematics.arm_kinematics import ArmKinematics
 
 from scara_description.urdf import Model as Description
-from what_if.config import ControllerLimits, WhatIfConfig
+from what_if.config import WhatIfConfig
 from what_if.geometry.bodies import Body, FloatArray, bodies_of
 from what_if.geometry.tree import Tree, stroke
 
@@ -29,7 +29,8 @@ class Cell:
         description: The URDF with its collision shapes.
         config: what_if.yaml.
         motion: motion.yaml.
-        limits: What counts here of twin_controller.yaml.
+        clearance_mm: Of keep-out zones; like the next one of twin_controller.yaml.
+        cap_percent: Of every joint's speed.
         work: palletise.yaml; None without parts and gripper.
         rated_kg: The most that the robot may carry.
     """
@@ -38,7 +39,8 @@ class Cell:
     description: Description
     config: WhatIfConfig
     motion: MotionConfig
-    limits: ControllerLimits
+    clearance_mm: float
+    cap_percent: float
     work: Palletise | None
     rated_kg: float
 
