@@ -118,34 +118,31 @@ class WhatIfServer:
         if kind == "PROGRAM":
             return ProgramRun(find_program(self._cell, request.program, self._folder))
         if kind == "TRAJECTORY":
-            return trajectory_of(request)
-        raise WhatIfError(f"motion = {request.motion!r}: allowed are {', '.join(KINDS)}")
-
-
-def trajectory_of(request: JudgeMotion._request_class) -> Setpoints:
-    """Convert a request's points.
-
-    Raises:
-        WhatIfError: A count is wrong.
-    """
-    count, width = len(request.times), len(request.name)
-    rows: list[list[tuple[float, ...]]] = []
-    for what, optional in (("positions", False), ("velocities", True), ("accelerations", True)):
-        values = getattr(request, what)
-        if optional and not values:
-            rows.append([()] * count)
-            continue
-        if len(values) != count * width or not count * width:
-            raise WhatIfError(
-                f"{what} = {len(values)} values: expected {count} points of {width} joints"
+            # Convert a request's points
+            count, width = len(request.times), len(request.name)
+            rows: list[list[tuple[float, ...]]] = []
+            for what, optional in (
+                ("positions", False),
+                ("velocities", True),
+                ("accelerations", True),
+            ):
+                values = getattr(request, what)
+                if optional and not values:
+                    rows.append([()] * count)
+                    continue
+                if len(values) != count * width or not count * width:
+                    raise WhatIfError(
+                        f"{what} = {len(values)} values: expected {count} points of {width} joints"
+                    )
+                table = np.array(values).reshape(count, width)
+                given = np.isfinite(table).all(axis=1) | (not optional)
+                rows.append([tuple(row) if has else () for row, has in zip(table.tolist(), given)])
+            points = tuple(
+                JointMotion(q, qdot, qddot, float(at))
+                for q, qdot, qddot, at in zip(*rows, request.times)
             )
-        table = np.array(values).reshape(count, width)
-        given = np.isfinite(table).all(axis=1) | (not optional)
-        rows.append([tuple(row) if has else () for row, has in zip(table.tolist(), given)])
-    points = tuple(
-        JointMotion(q, qdot, qddot, float(at)) for q, qdot, qddot, at in zip(*rows, request.times)
-    )
-    return Setpoints(tuple(request.name), points)
+            return Setpoints(tuple(request.name), points)
+        raise WhatIfError(f"motion = {request.motion!r}: allowed are {', '.join(KINDS)}")
 
 
 def answer_of(verdict: Verdict, cell: Cell, samples: Samples | None) -> JudgeMotionResponse:

@@ -73,14 +73,6 @@ class Shell:
         role = Role.OPERATOR if request.scope[KNOWN] else Role.VIEWER
         session = self._desk.open(client.id, role, request.scope[PERSON])
         view = PageView(self._robot, self._config, self._around, self._door, self._desk, session)
-        told = self._build(view)
-        panel = json.dumps({**told, "page": client.id, "live": PATH})
-        ui.add_body_html(f"<script>window.PANEL = {panel}</script>")
-        self._web.add("panel.css", "main.js")
-        self._live.listeners.append(view.refresh)
-        client.on_delete(lambda: self._live.listeners.remove(view.refresh))
-
-    def _build(self, view: PageView) -> dict[str, Any]:
         build_header(view, self._robot.name.replace("_", " "))
         with ui.element("main").classes("grid"):
             with ui.element("div").classes("pillar stage"):
@@ -96,12 +88,17 @@ class Shell:
                 with ui.element("section").classes("card tabs-card"):
                     charts = self._tabs(view)
         jog_period_ms = 1e3 / self._config.jog.rate_hz
-        return {
+        told = {
             "scene": scene,
             "charts": charts,
             "operator": view.is_operator,
             "jog_period_ms": jog_period_ms,
         }
+        panel = json.dumps({**told, "page": client.id, "live": PATH})
+        ui.add_body_html(f"<script>window.PANEL = {panel}</script>")
+        self._web.add("panel.css", "main.js")
+        self._live.listeners.append(view.refresh)
+        client.on_delete(lambda: self._live.listeners.remove(view.refresh))
 
     def _tabs(self, view: PageView) -> dict[str, Any]:
         """Build all tabs; return what the browser needs to feed the charts."""
