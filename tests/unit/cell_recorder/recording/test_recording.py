@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 import pytest
 from cell_recorder.recording.recording import (
-    RecorderFile,
+    RecorderSettings,
     Recording,
     RecordingStatus,
     RunsState,
     diagnose,
     to_remove,
 )
-from scara_config import ConfigError, convert
+from scara_config import ConfigError
+from scara_config.loader import load_keys
 from scara_ros.diagnosis import Level
 
 GOOD: dict[str, Any] = {
@@ -31,12 +33,18 @@ GOOD: dict[str, Any] = {
 }
 
 
-def test_the_recorder_reads_its_own_section_only() -> None:
+def read(folder: Path, tree: object) -> RecorderSettings:
+    """Return the recorder's part of a file with this content; JSON is YAML too."""
+    file = folder / "experiments.yaml"
+    file.write_text(json.dumps(tree))
+    (settings,) = load_keys(file, {"recorder": RecorderSettings})
+    assert isinstance(settings, RecorderSettings)
+    return settings
+
+
+def test_the_recorder_reads_its_own_section_only(tmp_path: Path) -> None:
     """The other sections of experiments.yaml are not its business."""
-    assert convert(GOOD, RecorderFile, "experiments.yaml").recorder.topics == [
-        "twin/joint_states",
-        "/diagnostics",
-    ]
+    assert read(tmp_path, GOOD).topics == ["twin/joint_states", "/diagnostics"]
 
 
 @pytest.mark.parametrize(
@@ -53,11 +61,13 @@ def test_the_recorder_reads_its_own_section_only() -> None:
         ("compression", "lz4", "unknown field `compression`"),
     ],
 )
-def test_a_wrong_setting_is_named_with_what_is_allowed(key: str, value: object, text: str) -> None:
+def test_a_wrong_setting_is_named_with_what_is_allowed(
+    tmp_path: Path, key: str, value: object, text: str
+) -> None:
     """File, key, value and the allowed range are in the error."""
     wrong = {"recorder": {**GOOD["recorder"], key: value}}
     with pytest.raises(ConfigError, match=text):
-        convert(wrong, RecorderFile, "experiments.yaml")
+        read(tmp_path, wrong)
 
 
 @pytest.mark.parametrize(
@@ -122,10 +132,8 @@ def test_what_was_written_to_lately_stays() -> None:
 
 def test_the_shipped_file_loads(request: pytest.FixtureRequest) -> None:
     """The recorder starts with what is in the repository, and keeps what the report needs."""
-    from scara_config import load
-
     path = Path(request.config.rootpath) / "config" / "experiments.yaml"
-    topics = load(path, RecorderFile).recorder.topics
+    topics = load_keys(path, {"recorder": RecorderSettings})[0].topics
     assert {
         "twin/joint_states",
         "real/ground_truth",

@@ -17,7 +17,8 @@ from datetime import datetime
 from pathlib import Path
 
 import rospy
-from scara_config import load, locate
+from scara_config import locate
+from scara_config.loader import load_keys
 from scara_ros.diagnostics_node import PERIOD_S, Diagnostics
 from scara_ros.names import SHARED_TOPICS, folder_of
 from scara_ros.pacing import Pace
@@ -28,7 +29,6 @@ from scara_ros.starting.registration_node import wait_for_end
 
 from cell_recorder.recording.bag_writer_io import BagWriter, BagWriterError
 from cell_recorder.recording.recording import (
-    RecorderFile,
     RecorderSettings,
     RecordingStatus,
     RunsState,
@@ -175,7 +175,8 @@ class Recorder:
 def main() -> None:
     """Record on request until shut down."""
     with starting("recorder") as folder:
-        settings = load(locate("experiments.yaml", folder), RecorderFile).recorder
+        # The other sections of the file belong to twin_experiments.
+        (settings,) = load_keys(locate("experiments.yaml", folder), {"recorder": RecorderSettings})
     recorder = Recorder(settings, runs_folder(rospy.get_param("~directory", "")).resolve())
     rospy.on_shutdown(recorder.close)
     rospy.loginfo("recorder is ready")

@@ -31,15 +31,6 @@ class RecorderSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     runs_limit_mb: Annotated[float, Meta(ge=1.0, le=1e9)]
 
 
-class RecorderFile(msgspec.Struct, frozen=True):
-    """The part of experiments.yaml that the recorder reads.
-
-    The other sections belong to twin_experiments.
-    """
-
-    recorder: RecorderSettings
-
-
 @dataclass(frozen=True)
 class RecordingStatus:
     """Where a recording stands.

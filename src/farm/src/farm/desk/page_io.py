@@ -35,7 +35,6 @@ from starlette.responses import PlainTextResponse, Response, StreamingResponse
 from farm.desk.alarm_desk_io import MarksAsked
 from farm.desk.commands_io import cells_there, order
 from farm.desk.desk_io import Desk
-from farm.desk.figures import FigureDrift, KeyFigures, StopCause
 from farm.desk.figures_io import (
     compare_cells,
     compare_weeks,
@@ -60,14 +59,6 @@ LAST_WEEKS = ("1", "0")
 """The week before this one, and this one."""
 THERE_S = 0.5
 """Our choice: the router answers who is there within milliseconds."""
-
-
-class PageFigures(msgspec.Struct, frozen=True):
-    """Figures and stops of the last day, and how figures changed, those that drift first."""
-
-    kpi: list[KeyFigures]
-    causes: list[StopCause]
-    drifts: list[FigureDrift]
 
 
 class PageRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -137,7 +128,7 @@ class Page:
                     msgspec.structs.replace(d, values=tuple(float(f"{v:.4g}") for v in d.values))
                     for d in drifts
                 ]
-                self._figures = msgspec.json.encode(PageFigures(kpi, stops, drifts))
+                self._figures = msgspec.json.encode({"kpi": kpi, "causes": stops, "drifts": drifts})
                 # Nothing costs nothing to count: cells that come are shown by the next page.
                 self._counted = now if kpi else 0.0
             return Response(self._figures, media_type="application/json")

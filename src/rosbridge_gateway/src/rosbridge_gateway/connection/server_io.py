@@ -24,7 +24,7 @@ from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 
 from rosbridge_gateway.admission.door_io import Door, NotAdmittedError, bind, tls_context
-from rosbridge_gateway.admission.places import FreePlace, NoPlace, Visitor, find_place
+from rosbridge_gateway.admission.places import NoPlaceError, Visitor, find_place
 from rosbridge_gateway.admission.stops import Drivers, StopRules
 from rosbridge_gateway.config import GatewayConfig
 from rosbridge_gateway.connection.client_io import Client
@@ -241,10 +241,8 @@ class GatewayServer:
         host, now = connection.remote_address[0], time.monotonic()
         try:
             visitor = self._door.admit(host, request.headers, request.path, now)
-            place = self._find_place(visitor)
-            if isinstance(place, NoPlace):
-                raise NotAdmittedError(HTTPStatus.SERVICE_UNAVAILABLE, place.reason)
-        except NotAdmittedError as error:
+            self._find_place(visitor)
+        except (NotAdmittedError, NoPlaceError) as error:
             self._turned_away += 1
             reason, peer = str(error), _peer(connection)
             entry = self._trail.note(
@@ -253,6 +251,8 @@ class GatewayServer:
             if entry is not None:
                 self.graph.audit(f"nobody@{peer}", entry)
             self.log(f"client {peer} turned away: {reason}")
+            if isinstance(error, NoPlaceError):
+                return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, reason + "\n")
             response = connection.respond(error.status, reason + "\n")
             if error.retry_after:
                 response.headers["Retry-After"] = str(math.ceil(error.retry_after))
@@ -260,7 +260,7 @@ class GatewayServer:
         self._visitors[connection] = visitor
         return None
 
-    def _find_place(self, visitor: Visitor) -> FreePlace | NoPlace:
+    def _find_place(self, visitor: Visitor) -> int | None:
         seats = [client.seat for client in self._clients.values() if not client.is_gone]
         return find_place(visitor, seats, self.config.roles, self.config.limits.clients)
 
@@ -279,13 +279,14 @@ class GatewayServer:
         """Serve one client from handshake to end."""
         assert isinstance(connection, Line)  # as we have told serve
         visitor = self._visitors.pop(connection)
-        place = self._find_place(visitor)
-        if isinstance(place, NoPlace):  # others came while this one was shaking hands
+        try:
+            leaves = self._find_place(visitor)
+        except NoPlaceError as error:  # others came while this one was shaking hands
             self._turned_away += 1
-            await connection.close(CloseCode.TRY_AGAIN_LATER, place.reason)
+            await connection.close(CloseCode.TRY_AGAIN_LATER, str(error))
             return
-        if place.leaves is not None:
-            self._clients[place.leaves].drop(f"made room for another {visitor.role}")
+        if leaves is not None:
+            self._clients[leaves].drop(f"made room for another {visitor.role}")
         line = connection.transport.get_extra_info("socket")
         line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         line.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, self.config.limits.send_buffer_bytes)

@@ -14,9 +14,9 @@ from msgspec import UNSET, Raw, Struct, UnsetType
 _FIELD_BYTES = 2048  # our choice: longer ids and names are not repeated to the sender
 # Our choice: how much is searched of what is no JSON, or nested too deep even to be skipped.
 _HEAD_BYTES = 4096
-_ABSENT = Raw(b"")
 _READER = json.JSONDecoder()
 _SPACE = " \t\n\r"
+_NAMES = ("op", "id", "service")
 
 
 class Envelope(Struct, frozen=True):
@@ -30,13 +30,7 @@ class Envelope(Struct, frozen=True):
     service: str | None = None
 
 
-class _Outside(Struct):
-    op: Raw = _ABSENT
-    id: Raw = _ABSENT
-    service: Raw = _ABSENT
-
-
-_OUTSIDE = msgspec.json.Decoder(_Outside)
+_OUTSIDE = msgspec.json.Decoder(dict[str, Raw])
 
 
 def read_envelope(data: bytes) -> Envelope:
@@ -51,14 +45,10 @@ def read_envelope(data: bytes) -> Envelope:
     """
     try:
         outside = _OUTSIDE.decode(data)
-        fields = {
-            "op": bytes(outside.op),
-            "id": bytes(outside.id),
-            "service": bytes(outside.service),
-        }
+        fields = {name: bytes(outside[name]) for name in _NAMES if name in outside}
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         fields = _search(data[:_HEAD_BYTES])
-    op, packet_id, service = (_value(fields.get(name, b"")) for name in ("op", "id", "service"))
+    op, packet_id, service = (_value(fields.get(name, b"")) for name in _NAMES)
     return Envelope(
         op=op if isinstance(op, str) else None,
         id=packet_id
