@@ -26,10 +26,13 @@ def background(place: Locator) -> str:
 
 
 def worn(data: Path) -> None:
-    """Write cycles of eight days of six cells of another site; one robot lags more at the end."""
+    """Write cycles of eight days of six cells of another site; one robot lags more at the end.
+
+    They are so old that key figures of a day no longer know of them.
+    """
     told = []
-    for number, (ago, k) in enumerate((ago, k) for ago in range(9, 1, -1) for k in range(6)):
-        grown = 1.5 if ago <= 3 and k == 4 else 1.0
+    for number, (ago, k) in enumerate((ago, k) for ago in range(20, 12, -1) for k in range(6)):
+        grown = 1.5 if ago <= 14 and k == 4 else 1.0
         lag = (0.1 + 0.002 * k) * (1.0 + 0.005 * (ago % 3)) * grown
         end = time.time() - 86400.0 * ago
         body = {"start": end - 9.0, "end": end, "outcome": "done", "program": "MILK"}

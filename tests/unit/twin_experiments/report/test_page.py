@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from twin_experiments.report.page.charts_io import chart_library
-from twin_experiments.report.page.render_io import as_json, with_units
+from twin_experiments.report.page_io import as_json, chart_library, with_units
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from twin_experiments.config import metrics_settings
 from twin_experiments.metrics.series import MetricsError
 from twin_experiments.metrics.tracks import Mechanism, Track
 from twin_experiments.report.figures_io import draw_chart, write_figures
-from twin_experiments.report.page.render_io import anchor, figure, render, table
+from twin_experiments.report.page_io import anchor, figure, render, table
 
 from twin_analysis.compare.charts import compared_charts
 from twin_analysis.compare.config import ComparisonFile, load_comparison

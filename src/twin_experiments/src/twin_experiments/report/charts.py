@@ -1,6 +1,6 @@
 """The charts of a report as data: every quantity over time is chosen, thinned and scaled here once.
 
-``page/charts_io.py`` draws them in the page, ``figures_io.py`` as the files beside it.
+``web/report.js`` draws them in the page, ``figures_io.py`` as the files beside it.
 """
 
 from __future__ import annotations

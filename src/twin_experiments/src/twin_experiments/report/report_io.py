@@ -40,7 +40,7 @@ from twin_experiments.report.label.made_with import MadeWith
 from twin_experiments.report.label.notes import notes
 from twin_experiments.report.label.sentence import missing_sentence, sentence, verdict_sentence
 from twin_experiments.report.label.true_arm import true_arm
-from twin_experiments.report.page.render_io import anchor, figure, render, table
+from twin_experiments.report.page_io import anchor, figure, render, table
 from twin_experiments.report.paths_figure_io import draw_paths, draw_worst
 from twin_experiments.report.record import Run
 from twin_experiments.report.repeats import HEADINGS as REPEAT_HEADINGS

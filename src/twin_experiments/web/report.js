@@ -1,43 +1,3 @@
-"""Charts of a report that a reader can zoom into and read, in the page itself.
-
-The library is Apache ECharts as nicegui brings it for the operator's page: one more copy of it in
-the project would have to be kept up to date by hand.
-"""
-
-from __future__ import annotations
-
-import re
-from functools import cache
-from importlib.util import find_spec
-from pathlib import Path
-
-ENTRY = re.compile(r'import\{(\w+) as \w+.*?\}from"\./([\w-]+\.js)"')
-MODULE_END = re.compile(r"export\{([^{}]*)\};?\s*(?://# sourceMappingURL=\S*\s*)?\Z")
-
-
-@cache
-def chart_library() -> str:
-    """Return the text of a module that sets ``window.echarts``.
-
-    Raises:
-        OSError: nicegui has no such library any more, or it is packed in another way.
-    """
-    spec = find_spec("nicegui")
-    if spec is None or spec.origin is None:
-        raise OSError("the chart library of reports is nicegui's: nicegui is not installed")
-    folder = Path(spec.origin).parent / "elements" / "echart" / "dist"
-    entry = ENTRY.search((folder / "index.js").read_text(encoding="utf-8"))
-    if entry is None:
-        raise OSError(f"{folder / 'index.js'}: no chart library is found in it")
-    text = (folder / entry[2]).read_text(encoding="utf-8")
-    end = MODULE_END.search(text)
-    name = end and re.search(rf"([\w$]+) as {re.escape(entry[1])}(?:,|\Z)", end[1])
-    if end is None or not name or "</script" in text:
-        raise OSError(f"{folder / entry[2]}: no chart library is found in it")
-    return f"{text[: end.start()]}window.echarts={name[1]};"
-
-
-SCRIPT = """
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const HEIGHTS = { only: 24, first: 13, other: 9 };
 const BRIGHT = { "#c81e3a": "#fb7185", "#6b7280": "#cbd5e1", "#1667c2": "#6fb0fb" };
@@ -47,7 +7,7 @@ const LEGEND = 2.4, GAP = 1.6, FOOT = 5, LEFT = 4.8, RIGHT = 1.2;
 function options(told, em) {
   const [ink, soft, line, paper] = ["--ink", "--soft", "--line", "--paper"].map(css);
   const count = told.panels.length, bottom = count - 1;
-  const [, unit] = told.x.match(/\\[(.+)\\]/);
+  const [, unit] = told.x.match(/\[(.+)\]/);
   const fontSize = 0.85 * em, small = { color: soft, fontSize };
   const height = (k) => em * (count === 1 ? HEIGHTS.only : k ? HEIGHTS.other : HEIGHTS.first);
   const [left, right] = [LEFT * em, RIGHT * em];
@@ -138,4 +98,3 @@ addEventListener("beforeprint", () => {
   for (const each of opened) each.open = true;
 });
 addEventListener("afterprint", () => opened.forEach((each) => { each.open = false; }));
-"""
