@@ -49,6 +49,7 @@ class RealTimeRunner:
         self._config, self._factor, self._follow = config, factor, follow_system_clock
         self._publish, self._report = publish, report
         self._begin(time.monotonic_ns())
+        # Made by hand while paused: of the pause, they alone are simulated time.
         self._paused_steps = 0
         self._failure: Exception | None = None
         self.paused = False
@@ -83,6 +84,8 @@ class RealTimeRunner:
     def _begin(self, now_ns: int) -> None:
         """Let step 0, the first deadline and the first report period begin now, in system time."""
         config = self._config
+        # The nominal time axis is the system clock of this moment; later steps of that clock are
+        # followed one by one.
         self._clock_offset_ns = time.time_ns() - now_ns
         if self._follow:
             self.simulation.skip(now_ns + self._clock_offset_ns - self.simulation.stamp_ns)
@@ -90,7 +93,9 @@ class RealTimeRunner:
         self._pace = PhysicsPace(
             config.step_ns, self._factor, int(config.max_catch_up_ms * 1e6), now_ns
         )
+        # Since when, from which step, and what the last period of reporting has shown.
         self._window = (now_ns, self.simulation.steps, DeadlineReport(0, 0, 0.0, 0.0, 0.0), 0.0)
+        # When, and what of it a change of is reported at once.
         self._reported = (now_ns, (False, 0, 0, 0))
 
     def fail(self, error: Exception) -> None:

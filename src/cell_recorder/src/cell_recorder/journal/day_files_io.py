@@ -43,10 +43,15 @@ class DayFiles:
         self._settings = settings
         self.told: list[Entry] = []
         """What has to be told by entries: torn lines, removed files; the writer takes them."""
+        # Held as long as the journal is open; the kernel frees it when the process dies.
         self._lock_fd: int | None = None
         self._fd: int | None = None
+        # Of the file that is written to. It only grows: numbers grow from file to file, even where
+        # the clock is set back.
         self._day = date.min
         self._size = 0
+        # Bytes of all other files, counted when a day begins: looking at the folder for each entry
+        # would cost more than writing it.
         self._others = 0
         self._last = 0
 

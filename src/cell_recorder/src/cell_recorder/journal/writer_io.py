@@ -43,9 +43,12 @@ class JournalWriter:
         self._changed = threading.Condition()
         self._waiting: deque[Entry] = deque()
         self._taken = 0  # entries that are being written and go back if that fails
+        # The problem is empty while the disk takes entries; each attempt sets or clears it.
         self._lost, self._problem, self._slowest = 0, "", 0.0
+        # Copies of what the files know: those belong to the thread that writes.
         self._number, self._held_mb = 0, 0.0
         self._ending = False
+        # When the oldest entry was written that no fsync has made safe; None: all are safe.
         self._unsafe_since: float | None = None
         self._thread = threading.Thread(target=self._run, name="journal", daemon=True)
         self._thread.start()

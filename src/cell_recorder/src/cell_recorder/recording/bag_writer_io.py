@@ -66,6 +66,7 @@ class BagWriter:
         self.path = path
         self._settings = settings
         self._parts, self._part_start_ns, self._size_before = 0, 0, 0
+        # Said once for all: each part begins with these, so that it can be read alone.
         self._latched: dict[tuple[str, str], Raw] = {}
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -83,10 +84,15 @@ class BagWriter:
             raise BagWriterError(f"{path}: cannot be created: {error.strerror}") from error
         self._lock = threading.Lock()
         self._waiting: deque[Raw] = deque()
+        # Of the newest stamp: bags are read in order, so none may be earlier.
         self._last_ns = 0
+        # By topic, the header of its first message. Others of that name must have its type.
         self._kept: dict[str, Mapping[str, str]] = {}
+        # Refused were unreadable; dropped came while the queue was full or the recording had
+        # failed.
         self._messages = self._size = self._dropped = self._refused = 0
         self._failure = ""
+        # Cleared before the thread ends: what comes later is counted, not lost in silence.
         self._accepting = True
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="bag_writer", daemon=True)

@@ -68,11 +68,19 @@ class Desk:
         self.session, self._config, self._history = session, config, history
         self._lock = threading.Lock()
         self._roster = Roster(config.desk.silent_ms * 1e-3)
+        # What has come of each journal. It runs ahead of the disk; `_written` is what a desk that
+        # is killed now would begin from.
         self._progress: dict[CellName, Progress] = {}
+        # Whose journal is being read: one question at a time for each, however many gaps show.
         self._asking: set[CellName] = set()
+        # Waits for the next flush. Beyond MOST_UNWRITTEN no journal is read on.
         self._queue: list[Kept] = []
+        # None: only the benchmark asks how old states are when they come.
         self._ages: list[float] | None = None
+        # Keys that were taken apart already: a cell says the same few all day.
         self._names: dict[str, tuple[CellName, str]] = {}
+        # Set while the disk takes nothing. What came meanwhile is forgotten and asked anew, so
+        # that a full disk costs no memory.
         self._trouble, self._set_aside = "", False
         self._bad = 0
         self._ended = threading.Event()

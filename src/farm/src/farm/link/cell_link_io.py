@@ -80,9 +80,12 @@ class CellLink:
         self._clock = clock
         self._recordings, self._changes = recordings, changes
         self._cell, self._settings, self._journal, self._forward = cell, settings, journal, forward
+        # The bus may be slow, or gone: a state that was overtaken is of no use to anybody.
         self._newest: Newest[bytes] = Newest()
         self._lock = threading.Lock()
+        # Ids of commands with their expiry: a command counts once, however often it comes.
         self._seen: Mapping[str, float] = {}
+        # As last shown: a command is judged by what its sender could see.
         self._remote, self._revision = False, 0
         self._ended = threading.Event()
         self._began = time.monotonic()

@@ -74,6 +74,7 @@ class Link:
         self._remote = config.link.remote_at_start
         self._link: CellLink | None = None
         self._joints: dict[str, JointState] = {}
+        # Of the joints, while somebody at a desk looks at them.
         self._listeners: list[rospy.Subscriber] = []
         self._lock = threading.Lock()
         self._diagnostics = Diagnostics("farm")

@@ -95,12 +95,17 @@ class Desk:
         """
         self.sessions: dict[str, Session] = {}
         self.log = CommandLog()
+        # The press whose refusal was shown: a held button gives signs all the while.
         self._noted = ("", 0)
         self._door, self._keep_s, self._let_go_s, self._say = door, keep_s, let_go_s, say
         self._dead_man, self.arm = dead_man, arm
         self._silent_s = silent_s
+        # The jog runs in a thread of its own, so that a busy page cannot keep a joint moving.
         self._lock = threading.Lock()
+        # Ends a wait for the next sign of life: a holder that is back, or begins to jog, is told
+        # at once.
         self._wake = asyncio.Event()
+        # Wakes the jog, which sleeps while no button is held.
         self._pressed = threading.Event()
 
     def open(self, page: str, role: Role, person: str = "") -> Session:

@@ -48,10 +48,13 @@ class StopLine:
         """
         self._kind, self._caller, self._find, self._period = kind, caller, find, period
         self._lock = threading.Lock()
+        # Open and tested, for the next press; that takes it away and wakes the keeper.
         self._ready: ServiceConnection | None = None
+        # Where the service was last: a STOP then needs no master.
         self._address: tuple[str, str] | None = None
         self._trouble = "no twin controller has been found yet"
         self._tested = time.monotonic()
+        # By command, the presses without an answer: each has a thread.
         self._waiting: Counter[str] = Counter()
         self._wake = threading.Event()
 

@@ -67,7 +67,9 @@ class Live:
         self._door, self._desk, self._maker, self._config = door, desk, maker, config
         self._history = History(config.chart_window_s, config.chart_rate_hz)
         self._lines: dict[str, _Line] = {}
+        # Set while a page is open: the first one does not wait for the next seldom look.
         self._watched = asyncio.Event()
+        # Texts and parts as they were sent last: pages get them again only when they have changed.
         self._lists = ""
         self.events = EventLog()
         self.past = Past()

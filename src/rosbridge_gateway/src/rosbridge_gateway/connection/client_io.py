@@ -58,14 +58,20 @@ class Client:
         self.drop_reason: str | None = None
         """Why the gateway ended the connection; None if the client went by itself."""
         self.visitor = visitor
+        # Set once, by its end or by `drop`: whatever is on its way back then goes nowhere.
         self._gone = False
+        # When a packet came last. One that only publishes may leave pings unread.
         self._heard = time.monotonic()
         self._connection = connection
         self._shared = shared
         self._loop = asyncio.get_running_loop()
         self._keep_alive: asyncio.Task[None] | None = None
+        # Whether it may move a robot: then pings are strict (decision 0020), and change with what
+        # it advertises.
         self._drives = False
+        # By topic, as it subscribed last: compression and length of the pieces.
         self._forms: dict[str, Form] = {}
+        # Numbers long answers, whose pieces need an id that no other answer has.
         self._answers = 0
         self._calls = Calls(self, shared)
         self._turns = Turns(self._act)

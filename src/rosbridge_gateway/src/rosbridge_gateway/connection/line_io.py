@@ -71,9 +71,13 @@ class Line(ServerConnection):
         self.budget: Budget | None = None
         """None until the client is known: a handshake is short."""
         self._poll = poll
+        # Bytes that wait for their turn, each with the time at which it came.
         self._pieces: deque[tuple[bytes, float]] = deque()
+        # When each packet came that was parsed and not taken yet: its age counts from there,
+        # whatever waits in front of it.
         self._stamps: deque[float] = deque()
         self._stamp = 0.0
+        # The library pauses reading for its queue, we for the budget: both have to agree.
         self._queue_is_full = False
         self._going_on: asyncio.Handle | None = None
         # Since when bytes may wait in the socket, and in which turn of the loop they then come.

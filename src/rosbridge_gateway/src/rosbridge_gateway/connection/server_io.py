@@ -89,7 +89,10 @@ class GatewayServer:
         self.listeners: dict[str, set[Client]] = {}
         self.calls = 0
         self.errors = 0
+        # One thread, so that what a client asks of the graph happens in its order.
         self.graph_thread = ThreadPoolExecutor(1, "gateway_graph")
+        # Calls may hang until their deadline. Stops have threads of their own, which no call can
+        # take, and pages cannot take those of programs.
         self.call_threads = ThreadPoolExecutor(config.limits.calls, "gateway_call")
         self.stop_threads = ThreadPoolExecutor(_STOP_THREADS, "gateway_stop")
         self.page_call_threads = ThreadPoolExecutor(config.limits.page_calls, "gateway_page_call")
@@ -105,6 +108,8 @@ class GatewayServer:
         self._clients: dict[int, Client] = {}
         # Who shakes hands; one that does not finish is forgotten with its connection.
         now = time.monotonic()
+        # Of all clients of a role together: many that each keep their budget must not starve the
+        # loop.
         self._shared_cpu = {
             name: RateLimit(share, share * config.limits.burst, share * config.limits.burst, now)
             for name, role in config.roles.items()
@@ -114,6 +119,7 @@ class GatewayServer:
         self._owners = itertools.count(1)
         self._turned_away = 0
         self._trail = Trail(time.monotonic())
+        # Counters of clients that have gone; those of the others are added when somebody asks.
         self._past = [0, 0, 0]
         self._poll = Poll()
         self._loop = asyncio.SelectorEventLoop(self._poll)

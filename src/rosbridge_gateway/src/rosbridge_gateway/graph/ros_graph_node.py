@@ -99,9 +99,12 @@ class RosGraph(RosView):
         self.errors = 0
         """Messages that could not be converted."""
         self._converters = Converters(roslib.message.get_message_class, self.now)
+        # Without a clock: who drives has to say when a set point is due, and gets no stamp as a
+        # present.
         self._unstamped = Converters(roslib.message.get_message_class, None)
         self._stamps_itself = stamps_itself
         self._drives, self._unstamped_age = drives, unstamped_age
+        # When a stop was heard last, from whoever: what came before it moves nothing any more.
         self._stopped_at = 0.0
         self._encoders = RosEncoders(self._converters)
         self._numbers = itertools.count(1)

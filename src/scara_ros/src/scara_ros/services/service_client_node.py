@@ -81,9 +81,13 @@ class ServiceClient:
         """
         self._name, self._kind, self._timeout = name, kind, timeout
         self._wait, self._keep, self._lasting, self._caller = wait, keep, lasting, caller
+        # A kept connection serves one call at a time; who waits for it does so within the
+        # deadline.
         self._turn = threading.Lock()
         self._kept: ServiceConnection | None = None
+        # Calls under way, which `close` ends.
         self._running: set[ServiceConnection] = set()
+        # Where the service was last: tried where no master answers.
         self._uri = ""
         self._closed = False
 

@@ -129,7 +129,10 @@ class PartWorld(World):
         self._suction, self._message = Suction(), ""
         self._ledger = Ledger(self._work.watch.drop_mm * MM)
         self._touches.reset()
+        # Of the last look: they give the table's acceleration and the tool's way since then.
         self._last_turn, self._last_tool = 0.0, self.link_position(self._tool)
+        # The angle at which the table was last seen turned; infinite, so that the first look
+        # counts.
         self._table_at = math.inf
         self._ledger.observe(
             [self._bodies.view(part, held=False, resting=True) for part in self._bodies.parts]

@@ -70,6 +70,8 @@ class JointLoop(Cells):
 
         With it, paths and friction compensation are used, else plain PID.
         """
+        # `model` is the full one with the share of acceleration that the payload leaves
+        # (`permit`).
         self.model = self._full = model
         self.loop_gains = gains
         self._model_based = model_based
@@ -86,11 +88,16 @@ class JointLoop(Cells):
         self.velocity_setpoint = 0.0
         self.applied_effort = self._integral = 0.0
         self._velocity_command = self._last_velocity = self._next_velocity = 0.0
+        # After this time a velocity command is over: whoever commands has to come again.
         self._velocity_until = math.inf
         self._queue = TrackQueue()
         self.keep_piece(None)
+        # Set from a jump of the set points until the joint has caught up; until then each of them
+        # is only a direction.
         self._behind = False
         self._target = position
+        # Where the reference is, not where the joint is: a new command begins there, so the effort
+        # makes no jump.
         self._wanted = (position, 0.0, 0.0)
         self._path = None
         self._path_time = 0.0

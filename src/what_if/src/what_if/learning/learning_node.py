@@ -58,10 +58,13 @@ class Learning:
         self._names = [joint.name for joint in cell.robot.twin_joints]
         self._most = {joint.name: joint.effort for joint in cell.robot.twin_joints}
         self._lock = threading.Lock()
+        # The gate tells only in words what it let through; the question is found here again.
         self._asked: deque[JudgedQuestion] = deque(maxlen=KEPT)
+        # Before a motion is let through nobody knows that it will be watched: it may have begun.
         self._recent: deque[tuple[float, tuple[float, ...]]] = deque(maxlen=RECENT)
         self._watch: Watch | None = None
         self._drift, self._ended = Drift(config), 0
+        # Joint states come 200 times a second and are read only while a motion is expected.
         self._attention = Attention(lambda: self.is_idle, HOLD_S)
         self._outcomes = rospy.Publisher(
             "what_if/outcomes", MotionOutcome, queue_size=20, tcp_nodelay=True
