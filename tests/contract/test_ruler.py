@@ -18,7 +18,6 @@ REASONS = {
     "rosbridge_gateway/wire/ros_encoders_node.py": "all that wire/ knows of ROS's classes",
     "scara_bringup/processes/master_node.py": "an executable has a module of its name",
     "scara_bringup/processes/own_line_io.py": "runs before anything else is loaded",
-    "scara_config/programs/steps.py": "what walk says and the second world takes",
     "scara_config/text_enum.py": "goes with Python 3.10",
     "scara_control/errors.py": "what the other modules raise; none of them may be imported by it",
     "scara_description/write_inertia_node.py": "an executable has a module of its name",

@@ -94,7 +94,7 @@ def test_a_wrong_emulator_yaml_is_refused(
         ("J1= -49.15770074", "J1= 150.5", r"P\[3\]\.J1 = 150.5 deg: outside \[-148.0, 148.0\]"),
         ("P[3:P3] 50%", "P[4] 50%", r"line 6 of ARTICLE: .*P\[4\] is not taught, there are P\[1\]"),
         ("P[3:P3] 50%", "P[3] 101%", r"line 6 of ARTICLE: .*: a speed of 101 % is outside"),
-        ("J P[3:P3] 50%", "L P[3] 50mm/sec", r"line 6 of ARTICLE: .*: only J P\[n\] or PR\[n\]"),
+        ("J P[3:P3] 50%", "L P[3] 50%", r"line 6 of ARTICLE: .*: the tool has no speed in %"),
         ("J P[3:P3]", "K P[3]", r"line 27: line 6 of the program: .*no instruction begins so"),
         ("PROG  ARTICLE", "PROG  OTHER", r"/PROG OTHER: a file has the name of its program"),
         ("10:  ENDFOR", "10:  END", r"ARTICLE.LS: line 3 of ARTICLE: FOR .*: has no end"),

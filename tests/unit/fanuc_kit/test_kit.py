@@ -16,7 +16,6 @@ from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.settings import load_settings
 from fanuc_emulator.snpx.assignments import AssignmentTable
 from fanuc_kit.make_node import app as make
-from fanuc_kit.programs import MOST_LINES, programs
 from fanuc_kit.read_node import app as read
 from fanuc_kit.sheet import Boxes, Listing, Sheet, Table, Text, html, markdown
 from fanuc_kit.write_node import app as write
@@ -26,6 +25,7 @@ from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
 from scara_config.profile import CHOICE
 from scara_config.programs.tp.reader import read as read_program
+from scara_config.set_up.kit_programs import texts as programs
 from scara_config.set_up.settings import SETTINGS
 from scara_config.set_up.slots import WAY_IN, delivered_table, slot_table
 from typer.testing import CliRunner
@@ -129,7 +129,7 @@ def test_programs_are_short_and_read_as_they_were_printed() -> None:
     """A person types them."""
     for name, text in programs().items():
         program = read_program(text, name)
-        assert program.name == name and len(program.lines) <= MOST_LINES
+        assert program.name == name and len(program.lines) <= 30
     assert "J PR[1] R[2]% CNT100" in programs()["RSR0101"]
 
 

@@ -13,10 +13,28 @@ from scara_config.loader import ConfigError, load_text
 from scara_config.profile import PROGRAM_ENDING, PROGRAMS, locate
 from scara_config.programs.steps import Step
 from scara_config.programs.tp.execution import Flow, flow_of
-from scara_config.programs.tp.listing import MotionLine, Position, Program
+from scara_config.programs.tp.listing import Line, MotionLine, Position, Program
 from scara_config.programs.tp.reader import read
+from scara_config.programs.tp.values import POSE_NUMBERS, Pose
 from scara_config.programs.walk import check_motions, walk
 from scara_config.robot import Joint, Robot
+
+TIP = ("X", "Y", "Z", "W", "P", "R")
+"""Coordinates of a Cartesian position."""
+
+
+class TaughtPose(msgspec.Struct, frozen=True):
+    """A position of a program as it stands in its file.
+
+    Attributes:
+        pose: Its numbers.
+        frame: UF; None: the one that is selected.
+        tool: UT.
+    """
+
+    pose: Pose
+    frame: int | None
+    tool: int | None
 
 
 class Taught(msgspec.Struct, frozen=True, dict=True):
@@ -24,11 +42,14 @@ class Taught(msgspec.Struct, frozen=True, dict=True):
 
     Attributes:
         flow: Its lines.
-        positions: Joint positions by number: [rad or m] in the order of robot.yaml, all joints.
+        positions: Joint positions by number: [rad or m] in the order of robot.yaml, all joints;
+            without those that are Cartesian.
+        poses: All positions by number, as they stand in the file.
     """
 
     flow: Flow
     positions: dict[int, tuple[float, ...]]
+    poses: dict[int, TaughtPose] = {}
 
     @property
     def name(self) -> str:
@@ -36,10 +57,15 @@ class Taught(msgspec.Struct, frozen=True, dict=True):
         return self.flow.program.name
 
     @cached_property
+    def stream_lines(self) -> frozenset[int]:
+        """Numbers of the lines that go on to PR[1] as it is in each period."""
+        numbered = enumerate(self.flow.program.lines, start=1)
+        return frozenset(number for number, line in numbered if _follows(line))
+
+    @property
     def streams(self) -> bool:
         """It follows PR[1]."""
-        lines = self.flow.program.lines
-        return any(isinstance(line, MotionLine) and line.targets[0].kind == "PR" for line in lines)
+        return bool(self.stream_lines)
 
 
 class ProgramSteps(msgspec.Struct, frozen=True):
@@ -94,10 +120,15 @@ def read_taught(path: Path, robot: Robot) -> Taught:
         for coordinate, fault in position_faults(position, robot):
             place = f"{path}{_row_of(path, position.number, coordinate)}"
             raise ConfigError(f"{place}: P[{position.number}].{fault}")
-    positions = {position.number: joint_values(position, robot) for position in program.positions}
+    positions = {
+        position.number: joint_values(position, robot)
+        for position in program.positions
+        if not _cartesian(position)
+    }
+    poses = {position.number: _pose(position, robot) for position in program.positions}
     flow = flow_of(program, str(path))
-    check_motions(flow, positions, str(path))
-    return Taught(flow, positions)
+    check_motions(flow, poses, str(path))
+    return Taught(flow, positions, poses)
 
 
 def read_program(path: Path, robot: Robot) -> ProgramSteps:
@@ -126,9 +157,19 @@ def axis_names(robot: Robot) -> dict[str, Joint]:
     }
 
 
+def _follows(line: Line) -> bool:
+    if not isinstance(line, MotionLine) or line.kind != "J" or line.unit != "%" or line.options:
+        return False
+    (target,) = line.targets
+    return target.kind == "PR" and target.index == (1.0,) and line.cnt is not None
+
+
 def position_faults(position: Position, robot: Robot) -> Iterator[tuple[str, str]]:
     """Yield what is wrong with a position: the coordinate, and a text that begins with it."""
-    axes = axis_names(robot)
+    axes: dict[str, Joint | None] = dict(axis_names(robot))
+    if _cartesian(position):
+        external = {name: axis for name, axis in axes.items() if name.startswith("E")}
+        axes = dict.fromkeys(TIP) | external
     given = {each.name: each for each in position.groups[0].coordinates}
     for name in given:
         if name not in axes:
@@ -138,11 +179,34 @@ def position_faults(position: Position, robot: Robot) -> Iterator[tuple[str, str
         if coordinate is None or coordinate.value is None:
             yield name, f"{name}: is missing"
             continue
+        if joint is None:
+            continue
         shown = f"{name} = {coordinate.value:.10g} {coordinate.unit}"
         if coordinate.unit != joint.unit:
             yield name, f"{shown}: {joint.name} is in {joint.unit}"
         elif outside := _outside(joint, coordinate.value):
             yield name, f"{shown}: {outside}"
+
+
+def _cartesian(position: Position) -> bool:
+    """Tell whether a position says where the tool is."""
+    return any(each.name in TIP for each in position.groups[0].coordinates)
+
+
+def _pose(position: Position, robot: Robot) -> TaughtPose:
+    """Return a position without faults, with its frames."""
+    group = position.groups[0]
+    given = {each.name: each.value or 0.0 for each in group.coordinates}
+    values = [0.0] * POSE_NUMBERS
+    if _cartesian(position):
+        values[: len(TIP)] = [given[name] for name in TIP]
+    for name, joint in axis_names(robot).items():
+        if name in given:
+            external = len(TIP) + int(name[1:]) - 1
+            values[external if _cartesian(position) else joint.axis_number - 1] = given[name]
+    frame, tool = (int(each) if each.isdigit() else None for each in (group.frame, group.tool))
+    config = group.config if _cartesian(position) else None
+    return TaughtPose(Pose(tuple(values), config), frame, tool)
 
 
 def joint_values(position: Position, robot: Robot) -> tuple[float, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 from scara_config.loader import ConfigError
 from scara_config.programs.steps import GripperStep, MoveStep, Step, WaitStep
@@ -18,6 +18,7 @@ from scara_config.programs.tp.listing import (
     WaitUntil,
     Word,
 )
+from scara_config.programs.tp.motion import asked
 from scara_config.programs.tp.printer import print_expression
 from scara_config.programs.tp.values import ExecutionError, Memory, Value, number, truth
 
@@ -27,6 +28,8 @@ GRIPPER, VACUUM = Indexed("RO", (1.0,)), Indexed("RI", (1.0,))
 """The suction and its answer."""
 ENDS = (Word("END"), Word("ABORT"))
 """What ends a program before its last line."""
+LOCKS = (Word("LOCK PREG"), Word("UNLOCK PREG"))
+"""They change when position registers are read, not what is done."""
 
 
 def walk(flow: Flow, positions: Mapping[int, tuple[float, ...]]) -> Iterator[Step]:
@@ -66,8 +69,13 @@ def walk(flow: Flow, positions: Mapping[int, tuple[float, ...]]) -> Iterator[Ste
     raise ConfigError(f"{flow.program.name}: {MOST_LINES} lines do not lead to its end")
 
 
-def check_motions(flow: Flow, positions: Mapping[int, tuple[float, ...]], source: str) -> None:
+def check_motions(flow: Flow, positions: Collection[int], source: str) -> None:
     """Refuse motions that no robot of this kind could make, whatever its registers hold.
+
+    Args:
+        flow: The program.
+        positions: Numbers of the P[n] that are taught.
+        source: Names the file.
 
     Raises:
         ConfigError: A position is not taught, a speed out of range, a motion is not executed; the
@@ -75,10 +83,12 @@ def check_motions(flow: Flow, positions: Mapping[int, tuple[float, ...]], source
     """
     memory = _Known()
     for index, line in enumerate(flow.program.lines):
-        if not isinstance(line, MotionLine) or (line.kind == "J" and line.targets[0].kind == "PR"):
+        if not isinstance(line, MotionLine):
             continue
         try:
-            taught_move(line, index + 1, memory, positions)
+            for target in asked(line, memory).targets:
+                if target.kind == "P":
+                    taught(target, memory, positions)
         except UnknownValueError:
             continue
         except ExecutionError as error:
@@ -107,7 +117,7 @@ def _step(
             return None
         case Numbered() if line.instruction.kind == "PAYLOAD":
             return None
-        case Word() if line in ENDS:
+        case Word() if line in (*ENDS, *LOCKS):
             return None
     raise ExecutionError("what follows cannot be told beforehand")
 
@@ -115,7 +125,7 @@ def _step(
 def taught_move(
     line: MotionLine, shown: int, memory: Memory, positions: Mapping[int, tuple[float, ...]]
 ) -> MoveStep:
-    """Return the step of a motion to a taught position.
+    """Return the step of a joint motion to a position that is taught in joints.
 
     Args:
         line: The motion.
@@ -124,32 +134,32 @@ def taught_move(
         positions: Joint positions by the number of P[n] [rad or m].
 
     Raises:
-        ExecutionError: It goes to no taught position, or is no motion that is executed.
+        ExecutionError: It is another motion, or goes elsewhere: that cannot be judged.
     """
-    target, percent = move_of(line, memory)
+    motion = asked(line, memory)
+    (target,) = motion.targets[-1:]
     if target.kind != "P":
         raise ExecutionError(f"{print_expression(target)} is not known beforehand")
+    if motion.kind != "J" or motion.percent is None or line.options:
+        raise ExecutionError("only J with a speed in % and no option can be judged beforehand")
+    place = taught(target, memory, positions)
+    fine = motion.cnt is None
+    return MoveStep(shown, positions[place], motion.percent, fine, motion.cnt or 0.0)
+
+
+def taught(target: Indexed, memory: Memory, positions: Collection[int]) -> int:
+    """Return the number of a taught position.
+
+    Raises:
+        ExecutionError: It is not taught.
+    """
     place = int(number(target.index[0], memory))
     if place not in positions:
         raise ExecutionError(f"P[{place}] is not taught, there are {_listed(positions)}")
-    return MoveStep(shown, positions[place], percent, line.cnt is None)
+    return place
 
 
-def move_of(line: MotionLine, memory: Memory) -> tuple[Indexed, float]:
-    """Return where a joint motion goes to, and its speed [percent].
-
-    Raises:
-        ExecutionError: It is another motion, or has options: only ``J`` with ``%`` is executed.
-    """
-    if line.kind != "J" or line.unit != "%" or line.speed is None or line.options:
-        raise ExecutionError("only J P[n] or PR[n] with a speed in % and no option is executed")
-    percent = number(line.speed, memory)
-    if not 0.0 < percent <= 100.0:
-        raise ExecutionError(f"a speed of {percent:g} % is outside ]0, 100]")
-    return line.targets[0], percent
-
-
-def _listed(positions: Mapping[int, tuple[float, ...]]) -> str:
+def _listed(positions: Collection[int]) -> str:
     return ", ".join(f"P[{number}]" for number in positions) or "none"
 
 

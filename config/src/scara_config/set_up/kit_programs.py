@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from scara_config.programs.tp.lines import read_line
 from scara_config.programs.tp.listing import Program
+from scara_config.programs.tp.printer import print_program
 from scara_config.set_up.settings import STREAM_NUMBER
 
 WATCH = "BGTWIN"
@@ -37,7 +38,8 @@ def watch_program(patience_ms: int = PATIENCE_MS) -> Program:
     """Return the background logic that ends a running program when the heartbeat stands still.
 
     HOLD is taken away, then the paused program is ended. Both stay so until RESET. While no program
-    runs there is nothing to stop, and the watchdog rests until the heartbeat changes again.
+    runs there is nothing to stop, and the watchdog rests until the heartbeat changes again: BUSY
+    tells, which each allocation of the outputs has.
 
     Args:
         patience_ms: From one change of R[1] to the next, at most.
@@ -50,21 +52,21 @@ def watch_program(patience_ms: int = PATIENCE_MS) -> Program:
         "IF (R[9]=0 AND R[1]<>R[8]),R[9]=(1)",
         "IF (R[9]=1 AND R[1]=0),R[9]=(0)",
         "R[8]=(R[1])",
-        "!Silent: only PROGRUN is stopped",
-        f"IF (R[9]=1 AND R[22]>={patience_ms // PERIOD_MS} AND UO[3]),R[9]=(2)",
+        "!Silent: only BUSY is stopped",
+        f"IF (R[9]=1 AND R[22]>={patience_ms // PERIOD_MS} AND UO[10]),R[9]=(2)",
         f"IF (R[9]=1 AND R[22]>={patience_ms // PERIOD_MS}),R[9]=(0)",
         "!*HOLD off, CSTOPI while PAUSED",
         "IF (R[9]=2),F[2]=(OFF)",
-        "IF (R[9]=2),F[4]=(UO[4])",
+        "IF (R[9]=2 AND UO[4]),F[4]=(ON)",
         "!RESET, of UOP or of the panel",
-        "F[19]=(R[9]=2 AND (UI[5] OR SI[1]))",
-        "IF (F[19]),F[4]=(OFF)",
-        "IF (F[19]),F[2]=(ON)",
-        "IF (F[19]),R[9]=(0)",
+        "IF (R[9]=2 AND (UI[5] OR SI[1])),R[9]=(3)",
+        "IF (R[9]=3),F[4]=(OFF)",
+        "IF (R[9]=3),F[2]=(ON)",
+        "IF (R[9]=3),R[9]=(0)",
     )
     return Program(WATCH, tuple(map(read_line, lines)), (), _NO_GROUP)
 
 
-def kit_programs() -> tuple[Program, ...]:
-    """Return what a person types."""
-    return stream_program(), watch_program()
+def texts() -> dict[str, str]:
+    """Return what a person types: the text of each program by its name."""
+    return {each.name: print_program(each) for each in (stream_program(), watch_program())}

@@ -79,8 +79,8 @@ SETTINGS = (
         "uop",
         f"{_CONFIG} > UOP auto assignment",
         "Full",
-        "Simple: no RSR, no SYSRDY, CSTOPI and RESET are one signal, BGTWIN sees no program. None: "
-        "no stop from outside. Changing it clears all I/O assignments",
+        "Simple: no RSR, no SYSRDY, CSTOPI and RESET are one signal. None: no stop from outside. "
+        "Changing it clears all I/O assignments",
         "3.3",
         restart=True,
     ),

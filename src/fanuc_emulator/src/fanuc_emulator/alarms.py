@@ -45,6 +45,14 @@ class AlarmCode(msgspec.Struct, frozen=True):
         return f"{FACILITIES[self.facility]}-{self.number:03d} {self.message}"
 
 
+class RefusedError(ValueError):
+    """The robot cannot go there; ``code`` is the alarm, the text says why."""
+
+    def __init__(self, code: AlarmCode, text: str) -> None:
+        super().__init__(text)
+        self.code = code
+
+
 class Alarm(msgspec.Struct, frozen=True):
     """An alarm that was raised; ``seconds`` is UTC since 1970."""
 
@@ -63,7 +71,9 @@ PANEL_ESTOP = AlarmCode(11, 1, Severity.SERVO, "Operator panel E-stop")
 IMSTP = AlarmCode(11, 37, Severity.SERVO, "IMSTP input")
 NO_VACUUM = AlarmCode(12, 215, Severity.PAUSE, "UALM gripper does not answer")
 LINE_REFUSED = AlarmCode(12, 216, Severity.ABORT, "UALM line cannot be executed")
-POSITION_LIMIT = AlarmCode(15, 17, Severity.ABORT, "Limit error PR[1]")
+POSITION_LIMIT = AlarmCode(15, 17, Severity.ABORT, "Limit error")
+NOT_REACHABLE = AlarmCode(15, 18, Severity.ABORT, "Position not reachable")
+SINGULARITY = AlarmCode(15, 23, Severity.ABORT, "In singularity")
 POSITION_INVALID = AlarmCode(12, 311, Severity.ABORT, "Uninitialized data PR[1]")
 START_REFUSED = AlarmCode(24, 11, Severity.WARN, "Start refused")
 RESET_REFUSED = AlarmCode(24, 12, Severity.WARN, "Reset refused")

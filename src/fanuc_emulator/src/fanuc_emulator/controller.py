@@ -11,27 +11,26 @@ from functools import partial
 import msgspec
 import numpy as np
 from scara_config import Robot
-from scara_config.programs.files import joint_positions
-from scara_config.programs.steps import MoveStep
-from scara_config.programs.tp.values import ExecutionError, as_number
+from scara_config.programs.files import Taught, joint_positions
+from scara_config.programs.tp.values import ExecutionError
 from scara_config.set_up.settings import STREAM_RSR
 
 from fanuc_emulator import alarms
-from fanuc_emulator.alarms import Alarm, AlarmCode, AlarmList, Severity
+from fanuc_emulator.alarms import Alarm, AlarmCode, AlarmList, RefusedError, Severity
 from fanuc_emulator.config import EmulatorConfig
 from fanuc_emulator.drives.group import MotionGroup
+from fanuc_emulator.drives.planner import Planner
 from fanuc_emulator.gripping.cell_parts import CellParts
 from fanuc_emulator.jobs import Jobs
-from fanuc_emulator.places import joint_pose, joints_of, signal_reads, signal_writes
+from fanuc_emulator.places import Signals, registers_of
 from fanuc_emulator.plant.config import axes_of, zero_offset
 from fanuc_emulator.plant.delays import LateSignals
 from fanuc_emulator.plant.interpreter import interpreter_of
 from fanuc_emulator.plant.readings import Readings
 from fanuc_emulator.snapshot import ControlType, Snapshot
-from fanuc_emulator.streaming.source import SetpointRefusedError, StreamSource
+from fanuc_emulator.streaming.source import StreamSource
 from fanuc_emulator.tp.background import HEARTBEAT, Background
-from fanuc_emulator.tp.executor import Executor, Program, ProgramState, StreamStep, stream_program
-from fanuc_emulator.tp.registers import Registers
+from fanuc_emulator.tp.executor import MOVES, Executor, ProgramState, StreamStep, stream_program
 from fanuc_emulator.uop import NORMALLY_ON, Asked, Inputs, Outputs, UopRequest, unlit
 
 _CLOCK_WRAP = 2**31
@@ -57,7 +56,7 @@ class Controller:
         self,
         config: EmulatorConfig,
         robot: Robot,
-        programs: Mapping[int, Program],
+        programs: Mapping[int, Taught],
         boot_seconds: float,
         parts: CellParts | None = None,
         random: np.random.Generator | None = None,
@@ -70,11 +69,14 @@ class Controller:
         self._dt = config.dt
         self._home = joint_positions(config.start_position, robot, lambda _: "start_position")
         plant = config.plant
+        axes = axes_of(plant, robot.joints, self._home)
+        planner = Planner(robot, [axis.parameters for axis in axes])
         self._motion = MotionGroup(
-            axes_of(plant, robot.joints, self._home),
+            axes,
             plant.dt,
             plant.interpolation_period_ms // plant.servo_period_ms,
             interpreter_of(plant, robot.joints),
+            planner,
         )
         self._readings = Readings(plant, robot.joints, random)
         late = plant.shown_after_ms
@@ -83,22 +85,15 @@ class Controller:
         self._shown: tuple[Outputs, Alarm | None] | None = None
         self._zero = [zero_offset(plant, joint) for joint in robot.joints]
         self.source = StreamSource(robot.joints, self._home, ring_places)
-        self._registers = Registers(
-            {
-                **signal_reads(self._level, self._outputs),
-                "R[2]": lambda: float(self.source.speed_percent),
-                "RO[1]": lambda: self._gripper,
-                "RI[1]": lambda: self._vacuum,
-                "JPOS": lambda: joint_pose(robot.joints, self._motion.commands),
-                "PR[1]": lambda: joint_pose(robot.joints, self.source.setpoint),
-            },
-            {
-                **signal_writes(self.write_input),
-                "OVERRIDE": lambda value: self.write_override(round(as_number(value))),
-                "RO[1]": lambda on: self.write_input("gripper", bool(on)),
-                "PR[1]": lambda pose: self.source.write(joints_of(robot.joints, pose)),
-            },
+        signals = Signals(
+            self._level,
+            self._outputs,
+            lambda: self._gripper,
+            lambda: self._vacuum,
+            self.write_input,
+            self.write_override,
         )
+        self._registers = registers_of(signals, self.source, self._motion, planner)
         library = {each.name: each for each in programs.values()}
         self._executor = Executor(self._registers, library)
         self._jobs = Jobs(
@@ -177,8 +172,11 @@ class Controller:
         elif self._executor.state is ProgramState.RUNNING and not ran:
             self.source.check_again()
             step, self._cut = self._executor.step if self._cut else None, False
-            if isinstance(step, MoveStep):
-                self._motion.start_move(step.target, step.speed_percent / 100.0)
+            try:
+                if isinstance(step, MOVES):
+                    self._motion.start(step)
+            except RefusedError as refused:
+                self._raise(refused.code, str(refused))
 
     def write_override(self, percent: int) -> None:
         """Set the general override, 1..100."""
@@ -291,7 +289,7 @@ class Controller:
         step = self._executor.step
         if isinstance(step, StreamStep):
             return self.source.speed_percent
-        return round(step.speed_percent) if isinstance(step, MoveStep) else 0
+        return round(step.speed_percent) if isinstance(step, MOVES) else 0
 
     def _outputs(self) -> Outputs:
         state = self._executor.state
@@ -320,21 +318,21 @@ class Controller:
         """Let the program go on, and start what its line asks for."""
         motion = self._motion
         try:
-            step = self._executor.advance(self._dt, motion.path_done, motion.arrived)
-        except ExecutionError as error:
-            self._raise(alarms.LINE_REFUSED, str(error))
-            return
-        if isinstance(step, MoveStep):
-            motion.start_move(step.target, step.speed_percent / 100.0)
-        elif isinstance(self._executor.step, StreamStep):
-            try:
+            step = self._executor.advance(
+                self._dt, motion.path_done, motion.arrived, motion.nears_end
+            )
+            if isinstance(step, MOVES):
+                motion.start(step)
+            elif isinstance(self._executor.step, StreamStep):
                 wanted = self.source.wanted(self._clock_at(self._now_ms))
                 motion.stream(wanted, self._executor.step.speed_percent / 100.0)
-            except SetpointRefusedError as refused:
-                self._raise(refused.code, str(refused))
-        elif late := self._executor.overdue(self._config.gripper_timeout_ms * 1e-3):
-            # The program pauses when the gripper has not answered in time; START waits again.
-            self._raise(alarms.NO_VACUUM, late)
+            elif late := self._executor.overdue(self._config.gripper_timeout_ms * 1e-3):
+                # The program pauses when the gripper has not answered in time; START waits again.
+                self._raise(alarms.NO_VACUUM, late)
+        except ExecutionError as error:
+            self._raise(alarms.LINE_REFUSED, str(error))
+        except RefusedError as refused:
+            self._raise(refused.code, str(refused))
 
     def _raise(self, code: AlarmCode, cause: str) -> None:
         """Make an alarm active and do what its severity asks for."""

@@ -5,65 +5,92 @@ The kit maps UI[n] to the flag F[n]: what a client writes is a flag, and a progr
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
+from typing import NamedTuple
 
-from scara_config import Joint
-from scara_config.programs.tp.values import ExecutionError, Pose, Value
+from scara_config.programs.tp.listing import Indexed, Name
+from scara_config.programs.tp.values import Pose, Value, as_number
 
-from fanuc_emulator.tp.registers import AXES
+from fanuc_emulator.drives.group import MotionGroup
+from fanuc_emulator.drives.planner import Planner, joint_pose, joints_of
+from fanuc_emulator.streaming.source import StreamSource
+from fanuc_emulator.tp.registers import FRAMES, NO_SHIFT, Registers
 from fanuc_emulator.uop import UI, UO, Outputs
 
 _PANEL = {1: "panel_reset", 3: "panel_hold", 6: "panel_start"}
 """SI[n], the operator's panel. Source: B-83284EN/09, section 3.8."""
 
 
-def signal_reads(
-    level: Callable[[str], bool], outputs: Callable[[], Outputs]
-) -> dict[str, Callable[[], Value]]:
-    """Return what stands in UI, F, SI and UO.
+class Signals(NamedTuple):
+    """Levels of inputs and outputs, and how an input is set.
 
-    Args:
+    Attributes:
         level: Of an input by its name.
         outputs: Levels of the outputs now.
+        gripper: RO[1].
+        vacuum: RI[1].
+        write: Sets an input.
+        override: Sets the override [percent].
     """
-    found: dict[str, Callable[[], Value]] = {}
+
+    level: Callable[[str], bool]
+    outputs: Callable[[], Outputs]
+    gripper: Callable[[], bool]
+    vacuum: Callable[[], bool]
+    write: Callable[[str, bool], None]
+    override: Callable[[int], None]
+
+
+def registers_of(
+    signals: Signals, source: StreamSource, motion: MotionGroup, planner: Planner
+) -> Registers:
+    """Return the registers of a controller.
+
+    Args:
+        signals: Its own.
+        source: Keeps PR[1] and R[2].
+        motion: Of its axes.
+        planner: Knows where the tool is.
+    """
+    joints = planner.robot.joints
+
+    def here() -> Pose:
+        frames = []
+        for kind in FRAMES:
+            selected = as_number(registers.read(Name(f"{kind}_NUM")))
+            found = registers.read(Indexed(kind, (selected,))) if selected else NO_SHIFT
+            assert isinstance(found, Pose)
+            frames.append(found)
+        return planner.tip_pose(motion.commands, *frames)
+
+    reads: dict[str, Callable[[], Value]] = {
+        "R[2]": lambda: float(source.speed_percent),
+        "RO[1]": signals.gripper,
+        "RI[1]": signals.vacuum,
+        "JPOS": lambda: joint_pose(joints, motion.commands),
+        "LPOS": here,
+        "PR[1]": lambda: joint_pose(joints, source.setpoint),
+    }
+    writes: dict[str, Callable[[Value], None]] = {
+        "OVERRIDE": lambda value: signals.override(round(as_number(value))),
+        "RO[1]": lambda on: signals.write("gripper", bool(on)),
+        "PR[1]": lambda pose: source.write(joints_of(joints, pose)),
+    }
     for number, name in enumerate(UI, start=1):
-        found[f"UI[{number}]"] = found[f"F[{number}]"] = partial(level, name)
+        reads[f"UI[{number}]"] = reads[f"F[{number}]"] = partial(signals.level, name)
+        writes[f"F[{number}]"] = partial(_switch, signals.write, name)
     for number, name in _PANEL.items():
-        found[f"SI[{number}]"] = partial(level, name)
+        reads[f"SI[{number}]"] = partial(signals.level, name)
     for number, name in enumerate(UO, start=1):
-        found[f"UO[{number}]"] = partial(_output, outputs, name)
-    return found
+        reads[f"UO[{number}]"] = partial(_output, signals.outputs, name)
+    registers = Registers(reads, writes)
+    return registers
 
 
-def signal_writes(write: Callable[[str, bool], None]) -> dict[str, Callable[[Value], None]]:
-    """Return what setting a flag does that is mapped to an input."""
-
-    def switch(name: str, value: Value) -> None:
-        write(name, bool(value))
-
-    return {f"F[{number}]": partial(switch, name) for number, name in enumerate(UI, start=1)}
+def _switch(write: Callable[[str, bool], None], name: str, value: Value) -> None:
+    write(name, bool(value))
 
 
 def _output(outputs: Callable[[], Outputs], name: str) -> bool:
     return bool(getattr(outputs(), name))
-
-
-def joint_pose(joints: Sequence[Joint], positions: Sequence[float]) -> Pose:
-    """Return joint positions [rad or m] as a register holds them: J1, J2 .. by axis number."""
-    values = [0.0] * AXES
-    for joint, position in zip(joints, positions):
-        values[joint.axis_number - 1] = position / joint.scale
-    return Pose(tuple(values))
-
-
-def joints_of(joints: Sequence[Joint], pose: Value) -> tuple[float, ...]:
-    """Return what a register holds as joint positions [rad or m].
-
-    Raises:
-        ExecutionError: It is no position in joints.
-    """
-    if not isinstance(pose, Pose) or pose.config is not None:
-        raise ExecutionError("PR[1] is followed in joints alone")
-    return tuple(pose.values[joint.axis_number - 1] * joint.scale for joint in joints)

@@ -14,11 +14,11 @@ from rich.console import Console
 from scara_config import ConfigError, load_robot
 from scara_config.modbus_map import load_modbus_map
 from scara_config.profile import chosen_robot
+from scara_config.set_up.kit_programs import texts as program_texts
 from scara_config.set_up.slots import has_slots, slot_problems
 from scara_ros.shell.command_line_io import CommandLine, ConfigDir, choose_robot
 from scara_ros.shell.program_io import WRONG
 
-from fanuc_kit.programs import programs
 from fanuc_kit.sheet import html, markdown
 from fanuc_kit.sheets import sheets_of
 
@@ -43,7 +43,7 @@ def make(
     texts = {f"{sheet.name}.md": markdown(sheet) for sheet in sheets}
     texts["kit.html"] = html(f"{profile.name}: kit", sheets)
     if profile.lead:
-        texts |= {f"{name}.LS": text for name, text in programs().items()}
+        texts |= {f"{name}.LS": text for name, text in program_texts().items()}
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from scara_config import Robot
 from scara_config.modbus_map import INPUTS, OUTPUTS, ModbusMap
+from scara_config.set_up.kit_programs import texts
 from scara_config.set_up.settings import SETTINGS
 from scara_config.set_up.slots import LAST_OWN, WAY_IN, Assignment, slot_table
 
-from fanuc_kit.programs import programs
 from fanuc_kit.sheet import Boxes, Listing, Sheet, Table, Text
 
 _NO_SAFETY = (
@@ -104,7 +104,7 @@ def _signals(layout: ModbusMap) -> Sheet:
 
 
 def _programs() -> Sheet:
-    blocks = [Listing(_typed(name, text)) for name, text in programs().items()]
+    blocks = [Listing(_typed(name, text)) for name, text in texts().items()]
     return Sheet(
         "4_programs",
         "Programs to type",

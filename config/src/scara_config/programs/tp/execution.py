@@ -166,7 +166,8 @@ def background(program: Program) -> Callable[[Memory], None]:
     def scan(memory: Memory) -> None:
         for index, holds, target, value in scanned:
             try:
-                if is_true(holds(memory)):
+                found = holds(memory)
+                if found is not False and is_true(found):
                     memory.write(target, value(memory))
             except ExecutionError as error:
                 raise ExecutionError(flow.named(index, str(error))) from error
@@ -205,7 +206,7 @@ def _execute(flow: Flow, index: int, memory: Memory) -> tuple[int, Line | None]:
             return flow.partners[index] + 1, None
         case Word(words="ENDFOR"):
             return _endfor(flow, index, memory), None
-        case Word(words="ENDIF" | "LOCK PREG" | "UNLOCK PREG"):
+        case Word(words="ENDIF"):
             return after, None
     return _act(flow, line, after, memory)
 

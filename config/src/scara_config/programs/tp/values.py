@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Protocol
+from typing import Any, Protocol
 
 import msgspec
 
@@ -19,6 +20,9 @@ from scara_config.programs.tp.listing import (
     PulseTime,
     Unary,
 )
+
+POSE_NUMBERS = 9
+"""Numbers of a position."""
 
 
 class Pose(msgspec.Struct, frozen=True):
@@ -142,17 +146,32 @@ def evaluator(expression: Expression) -> Evaluator:
 def _of_two(expression: Binary) -> Evaluator:
     left, right = evaluator(expression.left), evaluator(expression.right)
     if expression.operator == "AND":
-        return lambda memory: is_true(left(memory)) and is_true(right(memory))
+
+        def both(memory: Memory) -> Value:
+            found = left(memory)
+            return False if found is False else is_true(found) and is_true(right(memory))
+
+        return both
     if expression.operator == "OR":
         return lambda memory: is_true(left(memory)) or is_true(right(memory))
     operation = _OPERATIONS[expression.operator]
     divides = expression.operator in ("/", "DIV", "MOD")
+    place = fixed(expression.left) if isinstance(expression.left, Indexed) else None
+    constant = expression.right
+    if place is not None and isinstance(constant, float) and not divides:
+        # The usual condition, with as few calls as can be.
+        def compared(memory: Memory) -> Value:
+            found = memory.read(place)
+            if found.__class__ is Pose:
+                raise ExecutionError("a position is no number")
+            return operation(found, constant)
+
+        return compared
 
     def value(memory: Memory) -> Value:
         first, second = left(memory), right(memory)
-        if isinstance(first, Pose) or isinstance(second, Pose):
+        if first.__class__ is Pose or second.__class__ is Pose:
             return _moved(first, second, expression.operator)
-        first, second = float(first), float(second)
         if divides and second == 0.0:
             raise ExecutionError("division by zero")
         return operation(first, second)
@@ -198,17 +217,17 @@ def _without_value(_: Memory) -> Value:
     raise ExecutionError("has no value here")
 
 
-_OPERATIONS: dict[str, Callable[[float, float], Value]] = {
-    "=": lambda a, b: a == b,
-    "<>": lambda a, b: a != b,
-    "<": lambda a, b: a < b,
-    ">": lambda a, b: a > b,
-    "<=": lambda a, b: a <= b,
-    ">=": lambda a, b: a >= b,
-    "+": lambda a, b: a + b,
-    "-": lambda a, b: a - b,
-    "*": lambda a, b: a * b,
-    "/": lambda a, b: a / b,
+_OPERATIONS: dict[str, Callable[[Any, Any], Value]] = {
+    "=": operator.eq,
+    "<>": operator.ne,
+    "<": operator.lt,
+    ">": operator.gt,
+    "<=": operator.le,
+    ">=": operator.ge,
+    "+": lambda a, b: float(a + b),
+    "-": lambda a, b: float(a - b),
+    "*": lambda a, b: float(a * b),
+    "/": operator.truediv,
     "DIV": lambda a, b: float(math.trunc(a / b)),
     "MOD": lambda a, b: math.fmod(a, b),
 }

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from scara_config.programs.steps import MoveStep
+
 from fanuc_emulator.drives.axis import Axis
-from fanuc_emulator.drives.interpolator import JointMove
+from fanuc_emulator.drives.interpolator import JointMove, Trapezoid
+from fanuc_emulator.drives.planner import PathStep, Planner
 from fanuc_emulator.plant.interpreter import StreamInterpreter
 
 
@@ -17,6 +20,7 @@ class MotionGroup:
         dt: Servo period [s].
         every: Servo periods in an interpolation period; the drives go straight between two points.
         interpreter: Carries out the stream; None: each set point counts at once.
+        planner: Plans lines and arcs; None: there are none.
 
     Attributes:
         positions: True joint positions [rad or m], shape ``(n,)``.
@@ -31,12 +35,16 @@ class MotionGroup:
         dt: float,
         every: int = 1,
         interpreter: StreamInterpreter | None = None,
+        planner: Planner | None = None,
     ) -> None:
         self.axes = tuple(axes)
         self.powered = True
         self._dt, self._every, self._interpreter = dt, every, interpreter
+        self._planner = planner
         self._targets: tuple[float, ...] = tuple(axis.command for axis in axes)
-        self._move: JointMove | None = None
+        self._move: Trapezoid | None = None
+        # Moves that the newest began before the end of: they go on to their own ends.
+        self._rounded: tuple[Trapezoid, ...] = ()
         self._stream_speed: float | None = None
         # PR[1] as the stream program sees it; None while it is not valid.
         self._wanted: tuple[float, ...] | None = None
@@ -56,13 +64,18 @@ class MotionGroup:
         if not self.powered:
             return not any(self.velocities)
         return (self._move is None or self._move.rate == 0.0) and (
-            all([axis.resting for axis in self.axes])
+            not any([move.rate for move in self._rounded])
+            and all([axis.resting for axis in self.axes])
         )
 
     @property
     def path_done(self) -> bool:
         """No planned move is unfinished (filters and motors may still come after)."""
-        return self._move is None or (self._move.done and not self._phase)
+        return self._move is None or (self._move.done and not self._phase and not self._rounded)
+
+    def nears_end(self, share: float) -> bool:
+        """Return whether so much of the planned move's deceleration is left, 0..1, or less."""
+        return self._move is None or (not self._phase and self._move.nears_end(share))
 
     @property
     def arrived(self) -> bool:
@@ -84,25 +97,58 @@ class MotionGroup:
         places = zip(self.axes, self.positions, positions)
         return all([abs(q - there) <= axis.parameters.tolerance for axis, q, there in places])
 
-    def start_move(self, target: Sequence[float], speed: float) -> None:
+    def start_move(
+        self,
+        target: Sequence[float],
+        speed: float,
+        seconds: float | None = None,
+        quick: float = 1.0,
+    ) -> None:
         """Plan a joint move from the end of the last one (or from where the command is).
 
         Args:
             target: Joint positions [rad or m], shape ``(n,)``.
             speed: Fraction 0..1 of the greatest speed.
+            seconds: It takes so long at full override, if it can [s].
+            quick: Its accelerations, by the usual ones.
         """
         limits = [axis.parameters for axis in self.axes]
         velocities = [p.velocity for p in limits]
-        accelerations = [p.program_acceleration for p in limits]
+        accelerations = [p.program_acceleration * quick for p in limits]
+        begin = self.planned_end
+        self._begin(JointMove(begin, target, speed, velocities, accelerations, seconds))
+
+    def start(self, step: MoveStep | PathStep) -> None:
+        """Begin the move of a program's line.
+
+        Raises:
+            PathError: The tool cannot go there, or not on this way.
+        """
+        if isinstance(step, PathStep):
+            assert self._planner is not None, "only joint moves to known places are planned"
+            self._begin(self._planner.plan(step, self.planned_end))
+            return
+        speed, quick = step.speed_percent / 100.0, step.acc_percent / 100.0
+        self.start_move(step.target, speed, step.seconds, quick)
+
+    @property
+    def planned_end(self) -> tuple[float, ...]:
+        """Where what is planned ends [rad or m]."""
+        return self._targets if self._move is None else self._move.end
+
+    def _begin(self, move: Trapezoid) -> None:
+        """Go on by a move that begins where the last one ends, though that has not ended yet."""
         self._end_stream()
-        self._move = JointMove(self._targets, target, speed, velocities, accelerations)
+        if self._move is not None and not self._move.done:
+            self._rounded += (self._move,)
+        self._move = move
 
     def stream(self, target: Sequence[float] | None, speed: float) -> None:
         """Follow set points.
 
         ``target`` is the latest one (None: stay), ``speed`` the fraction of the greatest speed.
         """
-        self._move = None
+        self._move, self._rounded = None, ()
         if self._stream_speed is None and self._interpreter is not None:
             self._interpreter.reset(self._targets)
         self._stream_speed = speed
@@ -114,13 +160,13 @@ class MotionGroup:
             axis.rest()
         self._targets = self._from = tuple(axis.command for axis in self.axes)
         self._phase = 0
-        self._move = None
+        self._move, self._rounded = None, ()
         self._end_stream()
 
     def power_off(self) -> None:
         """Cut the drives: each axis brakes by itself, what was planned is gone."""
         self.powered = False
-        self._move = None
+        self._move, self._rounded = None, ()
         self._end_stream()
 
     def power_on(self) -> None:
@@ -158,12 +204,22 @@ class MotionGroup:
         """Find where the axes should be at the end of this interpolation period."""
         if self._move is not None:
             self._targets = self._move.advance(factor, self._dt * self._every)
+            if self._rounded:
+                self._add_rounded(factor)
         elif self._stream_speed is None:
             return
         elif self._interpreter is not None:
             self._targets = self._interpreter.step(self._wanted, factor * self._stream_speed)
         elif self._wanted is not None:
             self._targets = self._wanted
+
+    def _add_rounded(self, factor: float) -> None:
+        """Add what the earlier moves still have to go: that rounds the corner."""
+        for move in self._rounded:
+            rest = move.advance(factor, self._dt * self._every)
+            parts = zip(self._targets, rest, move.end)
+            self._targets = tuple([target + here - end for target, here, end in parts])
+        self._rounded = tuple([move for move in self._rounded if not move.done])
 
     def _end_stream(self) -> None:
         self._stream_speed = self._wanted = None

@@ -31,40 +31,41 @@ def stopping_speed(distance: float, deceleration: float, dt: float) -> float:
     return distance / (steps * dt) + 0.5 * change * (steps - 1)
 
 
-class JointMove:
-    """Follow the straight joint path by a trapezoid in the path parameter.
-
-    The axis that needs longest moves at ``speed`` of its greatest speed times the override; the
-    others keep pace. The path depends on nothing else, so hold, resume and override change the time
-    on it but never its shape.
+def rate_for(seconds: float, change: float) -> float:
+    """Return the rate at which a trapezoid from 0 to 1 takes so long, or the greatest that it has.
 
     Args:
-        start: Joint positions at the start [rad or m], shape ``(n,)``.
-        target: Joint positions at the end, shape ``(n,)``.
-        speed: Programmed speed as a fraction of the greatest one, 0..1.
-        velocities: Greatest joint speeds [rad/s or m/s], shape ``(n,)``.
-        accelerations: Joint accelerations of planned moves, shape ``(n,)``.
+        seconds: From the beginning to the end [s].
+        change: Acceleration and deceleration of the rate [1/s^2].
+    """
+    return 0.5 * (change * seconds - math.sqrt(max((change * seconds) ** 2 - 4.0 * change, 0.0)))
 
-    Source:
-        Motion instruction ``J P[n] v%`` of the real controller; the trapezoid is our choice.
+
+class Trapezoid:
+    """Go along a path by a trapezoid in its parameter, 0..1.
+
+    The path depends on nothing else, so hold, resume and override change the time on it but never
+    its shape.
+
+    Args:
+        end: Joint positions at the end [rad or m], shape ``(n,)``.
+        rate: Programmed speed of the parameter [1/s].
+        change: Its acceleration and deceleration [1/s^2].
+        moves: The path leads somewhere.
+
+    Attributes:
+        end: As given.
+        progress: The parameter now.
+        rate: Its speed now [1/s].
     """
 
-    def __init__(
-        self,
-        start: Sequence[float],
-        target: Sequence[float],
-        speed: float,
-        velocities: Sequence[float],
-        accelerations: Sequence[float],
-    ) -> None:
-        self._start = tuple(start)
-        self._target = tuple(target)
-        distances = [abs(end - begin) for begin, end in zip(start, target)]
-        moving = [i for i, distance in enumerate(distances) if distance > 0.0]
-        self.progress = 1.0 if not moving else 0.0
+    def __init__(self, end: tuple[float, ...], rate: float, change: float, moves: bool) -> None:
+        self.end = end
+        self.progress = 0.0 if moves else 1.0
         self.rate = 0.0
-        self._rate_limit = min((speed * velocities[i] / distances[i] for i in moving), default=0.0)
-        self._rate_change = min((accelerations[i] / distances[i] for i in moving), default=0.0)
+        self._rate_limit, self._rate_change = rate, change
+        # The rate from which it decelerates.
+        self._peak = 0.0
 
     @property
     def done(self) -> bool:
@@ -80,20 +81,69 @@ class JointMove:
             dt: Step [s].
         """
         if not self.done:
-            change = self._rate_change * dt
+            change, before = self._rate_change * dt, self.rate
             wanted = min(
                 self._rate_limit * override,
                 stopping_speed(1.0 - self.progress, self._rate_change, dt),
             )
             self.rate = min(max(wanted, self.rate - change), self.rate + change)
+            if self.rate >= before:
+                self._peak = self.rate
             self.progress = min(self.progress + self.rate * dt, 1.0)
             if 1.0 - self.progress < 1e-12:
                 self.progress, self.rate = 1.0, 0.0
         return self.positions()
 
+    def nears_end(self, share: float) -> bool:
+        """Tell whether so much of the time of deceleration is left, 0..1, or less."""
+        if self.done:
+            return True
+        return 1.0 - self.progress <= 0.5 * (share * self._peak) ** 2 / self._rate_change
+
+    def positions(self) -> tuple[float, ...]:
+        """Return the joint positions on the path now; the exact target at its end."""
+        raise NotImplementedError
+
+
+class JointMove(Trapezoid):
+    """Follow the straight joint path.
+
+    The axis that needs longest moves at ``speed`` of its greatest speed times the override; the
+    others keep pace.
+
+    Args:
+        start: Joint positions at the start [rad or m], shape ``(n,)``.
+        target: Joint positions at the end, shape ``(n,)``.
+        speed: Programmed speed as a fraction of the greatest one, 0..1.
+        velocities: Greatest joint speeds [rad/s or m/s], shape ``(n,)``.
+        accelerations: Joint accelerations of planned moves, shape ``(n,)``.
+        seconds: It takes so long at an override of 1, if it can; None: by its speed.
+
+    Source:
+        Motion instruction ``J P[n] v%`` of the real controller; the trapezoid is our choice.
+    """
+
+    def __init__(
+        self,
+        start: Sequence[float],
+        target: Sequence[float],
+        speed: float,
+        velocities: Sequence[float],
+        accelerations: Sequence[float],
+        seconds: float | None = None,
+    ) -> None:
+        self._start = tuple(start)
+        distances = [abs(end - begin) for begin, end in zip(start, target)]
+        moving = [i for i, distance in enumerate(distances) if distance > 0.0]
+        rate = min((speed * velocities[i] / distances[i] for i in moving), default=0.0)
+        change = min((accelerations[i] / distances[i] for i in moving), default=0.0)
+        if seconds is not None and moving:
+            rate = min(rate, rate_for(seconds, change))
+        super().__init__(tuple(target), rate, change, bool(moving))
+
     def positions(self) -> tuple[float, ...]:
         """Return the joint positions on the path now; the exact target at its end."""
         if self.done:
-            return self._target
+            return self.end
         s = self.progress
-        return tuple([begin + s * (end - begin) for begin, end in zip(self._start, self._target)])
+        return tuple([begin + s * (end - begin) for begin, end in zip(self._start, self.end)])

@@ -8,16 +8,8 @@ from collections.abc import Sequence
 from scara_config import Joint
 
 from fanuc_emulator import alarms
-from fanuc_emulator.alarms import AlarmCode
+from fanuc_emulator.alarms import RefusedError
 from fanuc_emulator.streaming.ring import Row, SetpointRing
-
-
-class SetpointRefusedError(ValueError):
-    """The robot cannot go to a set point; ``code`` is the alarm, the text says which joint."""
-
-    def __init__(self, code: AlarmCode, text: str) -> None:
-        super().__init__(text)
-        self.code = code
 
 
 class StreamSource:
@@ -60,7 +52,7 @@ class StreamSource:
             clock_ms: The robot's own clock.
 
         Raises:
-            SetpointRefusedError: A joint cannot go there.
+            RefusedError: A joint cannot go there.
         """
         if self.ring.fed:
             row = self.ring.at(clock_ms)
@@ -70,9 +62,9 @@ class StreamSource:
             for joint, position in zip(self._joints, row):
                 shown = f"J{joint.axis_number} = {position / joint.scale:.3f} {joint.unit}"
                 if not math.isfinite(position):
-                    raise SetpointRefusedError(alarms.POSITION_INVALID, shown)
+                    raise RefusedError(alarms.POSITION_INVALID, shown)
                 if not joint.lower - 1e-6 <= position <= joint.upper + 1e-6:
-                    raise SetpointRefusedError(alarms.POSITION_LIMIT, shown)
+                    raise RefusedError(alarms.POSITION_LIMIT, shown)
             self._checked = row
         return row
 

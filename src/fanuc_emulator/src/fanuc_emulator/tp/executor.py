@@ -5,7 +5,7 @@ What stands in a program's file: :mod:`scara_config.programs.tp.listing`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from enum import IntEnum
 from typing import TypeAlias
 
@@ -25,12 +25,23 @@ from scara_config.programs.tp.listing import (
     WaitUntil,
     Word,
 )
-from scara_config.programs.tp.printer import print_expression
-from scara_config.programs.tp.values import ExecutionError, Memory, Value, evaluate, number, truth
-from scara_config.programs.walk import move_of, taught_move
+from scara_config.programs.tp.motion import Asked, asked
+from scara_config.programs.tp.printer import print_expression, print_line
+from scara_config.programs.tp.values import (
+    ExecutionError,
+    Memory,
+    Pose,
+    Value,
+    evaluate,
+    number,
+    resolved,
+    truth,
+)
+from scara_config.programs.walk import taught
 from scara_config.set_up import kit_programs
 
-from fanuc_emulator.tp.registers import CalledRegisters
+from fanuc_emulator.drives.planner import PathStep, Target
+from fanuc_emulator.tp.registers import FRAMES, NO_SHIFT, ProgramRegisters
 
 Program: TypeAlias = Taught
 MOST_LINES = 100
@@ -55,7 +66,8 @@ class UntilStep(msgspec.Struct, frozen=True):
     jump: Indexed | None
 
 
-Step = MoveStep | WaitStep | UntilStep | StreamStep
+MOVES = (MoveStep, PathStep)
+Step = MoveStep | PathStep | WaitStep | UntilStep | StreamStep
 
 
 class ProgramState(IntEnum):
@@ -69,6 +81,9 @@ class ProgramState(IntEnum):
 def stream_program(name: str) -> Program:
     """Return the program that follows the client's set points."""
     return Taught(flow_of(kit_programs.stream_program(name), name), {})
+
+
+_LAST = (Word("END"), Word("ABORT"))
 
 
 class Frame:
@@ -106,6 +121,10 @@ class Executor:
         self._step: Step | None = None
         self._delay = 0.0
         self.waited = 0.0
+        # LOCK PREG: position registers count as they are when a line is read ahead.
+        self._locked = False
+        # The last motion has been left before its end, for the corner to the next one.
+        self._rounded: MoveStep | PathStep | None = None
 
     @property
     def step(self) -> Step | None:
@@ -117,8 +136,9 @@ class Executor:
         self.program = program
         self.state = ProgramState.RUNNING
         self.line = index + 1
-        self._frames = [Frame(program, index, self._memory)]
-        self._step = None
+        self._frames = [self._frame(program, index)]
+        self._step = self._rounded = None
+        self._locked = False
         self._delay = delay
 
     def pause(self) -> None:
@@ -136,13 +156,20 @@ class Executor:
         self.state = ProgramState.ABORTED
         self.cursor = max(0, self.line - 1)
 
-    def advance(self, dt: float, path_done: bool, arrived: bool) -> Step | None:
+    def advance(
+        self,
+        dt: float,
+        path_done: bool,
+        arrived: bool,
+        nears_end: Callable[[float], bool] = lambda _: False,
+    ) -> Step | None:
         """Go on for ``dt`` and return a step that begins now, if one does.
 
         Args:
             dt: Step [s].
             path_done: The last move's path is finished.
             arrived: ... and the motors are there.
+            nears_end: Tells whether so much of its deceleration is left, 0..1, or less.
 
         Raises:
             ExecutionError: A line cannot be executed; the text names program and line.
@@ -153,12 +180,24 @@ class Executor:
             self._delay -= dt
             if self._delay > 1e-9:
                 return None
-        if self._step is not None and not self._finished(self._step, dt, path_done, arrived):
-            return None
+        step = self._step
+        # A set point is done at once: the next round of the program's loop takes the newest.
+        follows = step.__class__ is StreamStep
+        if step and not follows and not self._finished(step, dt, path_done, arrived):
+            if not isinstance(step, MOVES) or self._rounded is not None:
+                return None
+            if not step.cnt or not nears_end(0.01 * step.cnt):
+                return None
+            self._rounded = step
+        if path_done:
+            self._rounded = None
         self._step = None
         for _ in range(MOST_LINES):
             frame = self._frames[-1]
             here, lines = frame.index, frame.program.flow.program.lines
+            if self._rounded is not None and self._needs_the_end(lines, here):
+                self._step = self._rounded
+                return None
             if here >= len(lines):
                 self._return()
             else:
@@ -168,6 +207,19 @@ class Executor:
             if self._step is not None or self.state is not ProgramState.RUNNING:
                 return self._step
         return None
+
+    def _needs_the_end(self, lines: Sequence[Line], here: int) -> bool:
+        """Tell whether what comes waits for the end of the last motion's path.
+
+        The end of a program does. So does a motion by a position register, which may still change:
+        it is not read ahead, unless it is locked.
+        """
+        if here >= len(lines):
+            return True
+        line = lines[here]
+        if isinstance(line, MotionLine) and not self._locked:
+            return "PR[" in print_line(line)
+        return line in _LAST
 
     def overdue(self, patience: float) -> str:
         """Return which answer of the gripper has been waited for longer than this [s], or "".
@@ -193,6 +245,8 @@ class Executor:
             self._step = self._step_of(frame, line, here + 1)
         except ExecutionError as error:
             raise ExecutionError(frame.program.flow.named(here, str(error))) from error
+        if isinstance(self._step, MOVES):
+            self._rounded = None
         if self._step is not None or line == Word("PAUSE"):
             self.waited = 0.0
             if frame is self._frames[0]:
@@ -216,6 +270,8 @@ class Executor:
                 self._return()
             case Word(words="PAUSE"):
                 self.pause()
+            case Word(words="LOCK PREG" | "UNLOCK PREG"):
+                self._locked = line.words == "LOCK PREG"
             case Numbered() if line.instruction.kind == "PAYLOAD":
                 pass
             case _:
@@ -228,8 +284,15 @@ class Executor:
         if len(self._frames) == DEEPEST:
             raise ExecutionError(f"more than {DEEPEST} programs have called each other")
         arguments: list[Value] = [evaluate(each, frame.memory) for each in line.arguments]
-        memory = CalledRegisters(self._memory, arguments)
-        self._frames.append(Frame(self._library[line.program], 0, memory))
+        self._frames.append(self._frame(self._library[line.program], 0, arguments))
+
+    def _frame(self, program: Program, index: int, arguments: Sequence[Value] = ()) -> Frame:
+        """Return a program at a line, with its own positions and arguments."""
+        memory = self._memory
+        if arguments or program.poses:
+            poses = {place: found.pose for place, found in program.poses.items()}
+            memory = ProgramRegisters(memory, arguments, poses)
+        return Frame(program, index, memory)
 
     def _return(self) -> None:
         """Go back to the program that called this one; without one it ends."""
@@ -242,10 +305,9 @@ class Executor:
     def _finished(self, step: Step, dt: float, path_done: bool, arrived: bool) -> bool:
         """Tell whether ``step`` is done.
 
-        A wait is done when its delay has run out. A set point is done at once: the next round of
-        the program's loop takes the newest.
+        A wait is done when its delay has run out.
         """
-        if isinstance(step, MoveStep):
+        if isinstance(step, MOVES):
             return arrived if step.fine else path_done
         if not isinstance(step, UntilStep):
             return True
@@ -259,15 +321,59 @@ class Executor:
         return True
 
 
-def _motion(frame: Frame, line: MotionLine, shown: int) -> MoveStep | StreamStep:
+def _motion(frame: Frame, line: MotionLine, shown: int) -> MoveStep | PathStep | StreamStep:
     """Return what a motion asks for.
 
     Raises:
-        ExecutionError: It is not taught, or another register than PR[1].
+        ExecutionError: It is not taught, or not executed.
     """
-    if line.targets[0].kind != "PR":
-        return taught_move(line, shown, frame.memory, frame.program.positions)
-    target, percent = move_of(line, frame.memory)
-    if int(number(target.index[0], frame.memory)) != 1 or line.cnt is None:
-        raise ExecutionError(f"{print_expression(target)}: only PR[1] with CNT is followed")
-    return StreamStep(shown, percent)
+    memory, program = frame.memory, frame.program
+    if shown in program.stream_lines:
+        assert line.speed is not None
+        percent = number(line.speed, memory)
+        if not 0.0 < percent <= 100.0:
+            raise ExecutionError(f"a speed of {percent:g} % is outside ]0, 100]")
+        return StreamStep(shown, percent)
+    motion = asked(line, memory)
+    (target,) = motion.targets[-1:]
+    if motion.kind == "J" and target.kind == "P" and not (motion.offset or motion.tool_offset):
+        place = taught(target, memory, program.poses or program.positions)
+        if place in program.positions:
+            percent, fine = motion.percent or 100.0, motion.cnt is None
+            ends = motion.cnt or 0.0, motion.seconds, motion.acc
+            return MoveStep(shown, program.positions[place], percent, fine, *ends)
+    return PathStep(shown, motion, tuple(_target(frame, motion, each) for each in motion.targets))
+
+
+def _target(frame: Frame, motion: Asked, target: Indexed) -> Target:
+    """Return where a motion goes to, with the frames in which that is told.
+
+    Raises:
+        ExecutionError: It is not taught, or there is no such frame.
+    """
+    memory, program = frame.memory, frame.program
+    selected = [int(number(Name(name), memory)) for name in ("UFRAME_NUM", "UTOOL_NUM")]
+    place: tuple[float, ...] | Pose
+    if target.kind == "P":
+        at = taught(target, memory, program.poses or program.positions)
+        found = program.poses.get(at)
+        place = program.positions.get(at) or found.pose if found else program.positions[at]
+        told = (found.frame, found.tool) if found else (None, None)
+        selected = [given if own is None else own for own, given in zip(told, selected)]
+    else:
+        place = _pose(target, memory)
+    frames = [
+        NO_SHIFT if not each else _pose(Indexed(kind, (float(each),)), memory)
+        for kind, each in zip(FRAMES, selected)
+    ]
+    shifts = [_pose(each, memory) if each else None for each in (motion.offset, motion.tool_offset)]
+    if any(each is not None and each.config is None for each in shifts):
+        raise ExecutionError("what is added to a position is no position in joints")
+    return Target(place, *frames, *shifts)
+
+
+def _pose(place: Indexed, memory: Memory) -> Pose:
+    found = memory.read(resolved(place, memory))
+    if not isinstance(found, Pose):
+        raise ExecutionError(f"{print_expression(place)} is no position")
+    return found

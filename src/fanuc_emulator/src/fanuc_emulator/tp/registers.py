@@ -8,6 +8,7 @@ from scara_config.programs.tp.expressions import Cursor, operand
 from scara_config.programs.tp.listing import Indexed, Name, PulseTime
 from scara_config.programs.tp.printer import print_expression
 from scara_config.programs.tp.values import (
+    POSE_NUMBERS,
     ExecutionError,
     Memory,
     Pose,
@@ -19,8 +20,9 @@ HIGHEST = 200
 """Index of the last register [our]: as many as the stand-in shows."""
 NUMBERS = ("R", "TIMER", "GI", "GO", "AI", "AO")
 SIGNALS = ("F", "M", "DI", "DO", "RI", "RO", "UI", "UO", "SI", "SO")
-AXES = 9
-"""Numbers of a position."""
+FRAMES = ("UFRAME", "UTOOL")
+NO_SHIFT = Pose((0.0,) * POSE_NUMBERS, "")
+"""A frame that was never set: the base, or the flange."""
 SELECTED = ("UFRAME_NUM", "UTOOL_NUM", "$WAITTMOUT")
 """Names that are kept; frame and tool do not matter to joint positions."""
 
@@ -43,6 +45,8 @@ class Registers:
         self._reads = {operand(Cursor(name)): read for name, read in (reads or {}).items()}
         self._writes = {operand(Cursor(name)): write for name, write in (writes or {}).items()}
         self._values: dict[Place, Value] = {Name("$WAITTMOUT"): 3000.0}
+        # Those that hold numbers and were set by a program.
+        self._numbers: set[Place] = set()
 
     def read(self, place: Place) -> Value:
         """Return what stands there.
@@ -50,15 +54,20 @@ class Registers:
         Raises:
             ExecutionError: The stand-in has no such place, or a position was never set.
         """
+        # What was looked up before comes first: background logic reads a dozen in each period.
+        found = self._values.get(place)
+        if found is not None:
+            return found
         read = self._reads.get(place)
         if read is not None:
             return read()
-        if place in self._values:
-            return self._values[place]
         if isinstance(place, Indexed) and place.kind == "PR":
             return self._element(place)
         self._check(place)
-        return False if isinstance(place, Indexed) and place.kind in SIGNALS else 0.0
+        if isinstance(place, Indexed) and place.kind in FRAMES:
+            return NO_SHIFT
+        signal = isinstance(place, Indexed) and place.kind in SIGNALS
+        return self._values.setdefault(place, False if signal else 0.0)
 
     def write(self, place: Place, value: Value | PulseTime) -> None:
         """Set what stands there.
@@ -66,24 +75,31 @@ class Registers:
         Raises:
             ExecutionError: It cannot be set.
         """
-        shown = print_expression(place)
-        if isinstance(value, PulseTime):
-            raise ExecutionError(f"{shown}: the stand-in makes no pulses")
         write = self._writes.get(place)
-        if write is not None:
+        if place in self._numbers and value.__class__ is float:
+            # Set before, so it may be set: background logic counts in each period.
+            self._values[place] = value
+        elif isinstance(value, PulseTime):
+            raise ExecutionError(f"{print_expression(place)}: the stand-in makes no pulses")
+        elif write is not None:
             write(value)
-            return
-        if isinstance(place, Indexed) and place.kind == "PR":
+        elif isinstance(place, Indexed) and place.kind in ("PR", *FRAMES):
             self._set_position(place, value)
-            return
+        else:
+            self._set(place, value)
+
+    def _set(self, place: Place, value: Value) -> None:
+        """Set a register or an output that belongs to no other part."""
         self._check(place)
         inputs = isinstance(place, Indexed) and place.kind in ("DI", "RI", "UI", "SI", "GI", "AI")
         if inputs or place in self._reads:
-            raise ExecutionError(f"{shown} cannot be set")
+            raise ExecutionError(f"{print_expression(place)} cannot be set")
         if isinstance(value, Pose):
-            raise ExecutionError(f"{shown} holds no position")
+            raise ExecutionError(f"{print_expression(place)} holds no position")
         signal = isinstance(place, Indexed) and place.kind in SIGNALS
         self._values[place] = bool(value) if signal else float(value)
+        if not signal:
+            self._numbers.add(place)
 
     def _element(self, place: Indexed) -> float:
         """Return PR[i,j]."""
@@ -101,6 +117,8 @@ class Registers:
             self._check(place)
             if not isinstance(value, Pose):
                 raise ExecutionError(f"{print_expression(place)} holds a position")
+            if place.kind in FRAMES and value.config is None:
+                raise ExecutionError(f"{print_expression(place)} holds no position in joints")
             self._values[place] = value
             return
         whole, at = _whole(place)
@@ -113,7 +131,7 @@ class Registers:
         known = (
             place.word in SELECTED
             if isinstance(place, Name)
-            else place.kind in (*NUMBERS, *SIGNALS, "PR")
+            else place.kind in (*NUMBERS, *SIGNALS, *FRAMES, "PR")
             and len(place.index) == 1
             and 1 <= float(place.index[0]) <= HIGHEST  # type: ignore[arg-type]
         )
@@ -129,26 +147,32 @@ def _whole(place: Indexed) -> tuple[Indexed, int]:
     """
     index, element = place.index
     at = int(element) - 1  # type: ignore[arg-type]
-    if not 0 <= at < AXES:
-        raise ExecutionError(f"{print_expression(place)}: a position has {AXES} numbers")
+    if not 0 <= at < POSE_NUMBERS:
+        raise ExecutionError(f"{print_expression(place)}: a position has {POSE_NUMBERS} numbers")
     return Indexed("PR", (index,)), at
 
 
-class CalledRegisters:
-    """Registers as a program sees them that was called with arguments, AR[n]."""
+class ProgramRegisters:
+    """Registers as a program sees them, with its arguments AR[n] and its positions P[n]."""
 
-    def __init__(self, registers: Memory, arguments: Sequence[Value]) -> None:
-        self._registers, self._arguments = registers, arguments
+    def __init__(
+        self, registers: Memory, arguments: Sequence[Value], poses: Mapping[int, Pose]
+    ) -> None:
+        self._registers, self._arguments, self._poses = registers, arguments, poses
 
     def read(self, place: Place) -> Value:
-        """Return an argument, or what stands in a register.
+        """Return an argument, a position, or what stands in a register.
 
         Raises:
-            ExecutionError: There is no such argument or place.
+            ExecutionError: There is no such argument, position or place.
         """
-        if not isinstance(place, Indexed) or place.kind != "AR":
+        if not isinstance(place, Indexed) or place.kind not in ("AR", "P"):
             return self._registers.read(place)
         number = int(float(place.index[0]))  # type: ignore[arg-type]
+        if place.kind == "P":
+            if number not in self._poses:
+                raise ExecutionError(f"P[{number}] is not taught")
+            return self._poses[number]
         if not 1 <= number <= len(self._arguments):
             raise ExecutionError(f"AR[{number}]: {len(self._arguments)} arguments were given")
         return self._arguments[number - 1]

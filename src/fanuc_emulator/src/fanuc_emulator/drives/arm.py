@@ -1,0 +1,150 @@
+"""Where the tool is, and which joint positions bring it somewhere: the robot's own kinematics.
+
+By the screw axes of robot.yaml (product of exponentials), and backwards by Newton's method; the
+twin has kinematics of its own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scara_config import Robot
+
+Matrix = NDArray[np.float64]
+NEAR = 1e-10
+"""A solution is so near [rad, m]."""
+ROUNDS = 30
+_DAMPING = 1e-12
+"""Keeps a step finite where the arm cannot go on."""
+SINGULAR = 0.005
+"""Below this the Jacobian's smallest singular value, by reach, counts as a singularity [our]."""
+
+
+class Arm:
+    """The joints that move the tool.
+
+    Args:
+        robot: robot.yaml.
+
+    Attributes:
+        columns: Their places in robot.yaml's order.
+        axes: How many directions the tool can go or turn in.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        carried = [
+            (k, joint.screw_axis) for k, joint in enumerate(robot.joints) if joint.screw_axis
+        ]
+        self.columns = tuple(k for k, _ in carried)
+        self._screws = [np.array(screw) for _, screw in carried]
+        self._home = np.array(robot.home_pose)
+        self._scale = np.array([1.0, 1.0, 1.0, *[1e3 / robot.reach_mm] * 3])
+        self._limits = [(robot.joints[k].lower, robot.joints[k].upper) for k in self.columns]
+
+    def pose(self, q: Sequence[float] | Matrix) -> Matrix:
+        """Return the tool's pose in the base, shape (4, 4) [m], at the arm's joint positions."""
+        return self._chain(q)[0]
+
+    def jacobian(self, q: Sequence[float]) -> Matrix:
+        """Return the twist of the tool by each joint's speed, in the base, shape (6, n)."""
+        return self._chain(q)[1]
+
+    def singular(self, jacobian: Matrix) -> bool:
+        """Tell whether the arm cannot go on in a direction that it has elsewhere."""
+        values = np.linalg.svd(self._scale[:, None] * jacobian, compute_uv=False)
+        return bool(values[-1] < SINGULAR)
+
+    def solve(self, pose: Matrix, guess: Sequence[float] | Matrix) -> tuple[float, ...] | None:
+        """Return joint positions near a guess at which the tool has a pose; None: there are none.
+
+        Args:
+            pose: In the base, shape (4, 4) [m].
+            guess: Where the search begins [rad or m], shape (n,).
+        """
+        q = np.array(guess, dtype=float)
+        for _ in range(ROUNDS):
+            here, jacobian = self._chain(q)
+            error = _twist(pose @ inverse(here))
+            square = jacobian.T @ jacobian + _DAMPING * np.eye(len(q))
+            step = np.linalg.solve(square, jacobian.T @ error)
+            q = q + np.clip(step, -0.5, 0.5)
+            if float(np.abs(step).max()) < NEAR:
+                rest = _twist(pose @ inverse(self.pose(q)))
+                return tuple(map(float, q)) if float(np.abs(rest).max()) < 1e-7 else None
+        return None
+
+    def _chain(self, q: Sequence[float] | Matrix) -> tuple[Matrix, Matrix]:
+        """Return pose and Jacobian."""
+        here = np.eye(4)
+        columns = []
+        for screw, position in zip(self._screws, q):
+            columns.append(_carried(here, screw))
+            here = here @ _exponential(screw, float(position))
+        return here @ self._home, np.array(columns).T
+
+
+def _skew(w: Matrix) -> Matrix:
+    return np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
+
+
+def _exponential(screw: Matrix, theta: float) -> Matrix:
+    """Return the motion of a joint, shape (4, 4)."""
+    found = np.eye(4)
+    w, v = screw[:3], screw[3:]
+    if not w.any():
+        found[:3, 3] = v * theta
+        return found
+    k = _skew(w)
+    turned = k @ k
+    sine, rest = math.sin(theta), 1.0 - math.cos(theta)
+    found[:3, :3] += sine * k + rest * turned
+    found[:3, 3] = (theta * np.eye(3) + rest * k + (theta - sine) * turned) @ v
+    return found
+
+
+def _carried(pose: Matrix, screw: Matrix) -> Matrix:
+    """Return a joint's axis where the joints before it have carried it."""
+    turn, place = pose[:3, :3], pose[:3, 3]
+    w = turn @ screw[:3]
+    return np.concatenate([w, np.cross(place, w) + turn @ screw[3:]])
+
+
+def inverse(pose: Matrix) -> Matrix:
+    """Return the inverse of a transform, shape (4, 4)."""
+    found = np.eye(4)
+    found[:3, :3] = pose[:3, :3].T
+    found[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
+    return found
+
+
+def rotation_vector(turn: Matrix) -> Matrix:
+    """Return axis times angle of a rotation, shape (3,) [rad]."""
+    axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+    sine, cosine = 0.5 * float(np.linalg.norm(axis)), 0.5 * (float(np.trace(turn)) - 1.0)
+    angle = math.atan2(sine, cosine)
+    if sine > 1e-9:
+        return axis * (0.5 * angle / sine)
+    if cosine > 0.0:
+        return 0.5 * axis
+    # Half a turn: its axis is the largest column of R + 1.
+    both = turn + np.eye(3)
+    column = both[:, int(np.argmax(np.linalg.norm(both, axis=0)))]
+    return column * (math.pi / float(np.linalg.norm(column)))
+
+
+def _twist(pose: Matrix) -> Matrix:
+    """Return the twist that leads to a pose in one unit of time, to first order in its place."""
+    turn = rotation_vector(pose[:3, :3])
+    return np.concatenate([turn, pose[:3, 3] - 0.5 * np.cross(turn, pose[:3, 3])])
+
+
+def turned_by(vector: Matrix) -> Matrix:
+    """Return the rotation of axis times angle, shape (3, 3)."""
+    angle = float(np.linalg.norm(vector))
+    if angle < 1e-12:
+        return np.eye(3) + _skew(vector)
+    k = _skew(vector / angle)
+    return np.eye(3) + math.sin(angle) * k + (1.0 - math.cos(angle)) * (k @ k)

@@ -1,0 +1,199 @@
+"""Plan a line or an arc of the tool: L and C.
+
+The path is found in joint positions before the motion begins, at points that are near each other;
+between them the joints go by cubics with the path's own slopes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scara_config import Joint
+
+from fanuc_emulator import alarms
+from fanuc_emulator.alarms import RefusedError
+from fanuc_emulator.drives.arm import Arm, Matrix, rotation_vector, turned_by
+from fanuc_emulator.drives.interpolator import Trapezoid, rate_for
+
+STRIDE = 0.012
+"""From one point of a path to the next [m], or [rad] by the half: between them a joint is off by
+less than a micrometre. Our choice."""
+FEWEST, MOST = 8, 64
+"""Parts of a path."""
+
+
+class PathError(RefusedError):
+    """The tool cannot go there; the text says where and why."""
+
+
+class Speed(NamedTuple):
+    """How fast the tool goes; None: by the others."""
+
+    mm_s: float | None = None
+    deg_s: float | None = None
+    seconds: float | None = None
+
+
+class ToolPath:
+    """A way of the tool from one pose to another: its place by a curve, evenly turned.
+
+    Attributes:
+        length: Of its place's way [m].
+        angle: By which it turns [rad].
+    """
+
+    def __init__(self, begin: Matrix, end: Matrix, via: Matrix | None = None) -> None:
+        self._begin, self._end = begin, end
+        self._turn = rotation_vector(begin[:3, :3].T @ end[:3, :3])
+        self.angle = float(np.linalg.norm(self._turn))
+        if via is None:
+            self._place, self.length = _line(begin[:3, 3], end[:3, 3])
+        else:
+            self._place, self.length = _arc(begin[:3, 3], via[:3, 3], end[:3, 3])
+
+    def at(self, part: float) -> Matrix:
+        """Return the pose where so much of the way is over, 0..1; shape (4, 4) [m]."""
+        found = np.eye(4)
+        found[:3, :3] = self._begin[:3, :3] @ turned_by(part * self._turn)
+        found[:3, 3] = self._place(part)
+        return found
+
+    def slope(self, part: float) -> Matrix:
+        """Return the twist by the part of the way, in the base, shape (6,)."""
+        turn = self._begin[:3, :3] @ self._turn
+        step = 1e-6
+        low, high = max(part - step, 0.0), min(part + step, 1.0)
+        along = (self._place(high) - self._place(low)) / (high - low)
+        return np.concatenate([turn, along - np.cross(turn, self._place(part))])
+
+
+Places = Callable[[float], Matrix]
+
+
+def _line(begin: Matrix, end: Matrix) -> tuple[Places, float]:
+    return lambda part: begin + part * (end - begin), float(np.linalg.norm(end - begin))
+
+
+def _arc(begin: Matrix, via: Matrix, end: Matrix) -> tuple[Places, float]:
+    """Return the arc through three points.
+
+    Raises:
+        PathError: They stand in a line, or two are the same.
+    """
+    a, b = via - begin, end - begin
+    normal = np.cross(a, b)
+    square = float(normal @ normal)
+    if square < 1e-16:
+        raise PathError(alarms.NOT_REACHABLE, "the three points of the arc are in a line")
+    middle = begin + np.cross((a @ a) * b - (b @ b) * a, normal) / (2.0 * square)
+    first = begin - middle
+    radius = float(np.linalg.norm(first))
+    axis = normal / math.sqrt(square)
+    across = np.cross(axis, first)
+    last = end - middle
+    whole = math.atan2(float(last @ across), float(last @ first)) % (2.0 * math.pi)
+
+    def place(part: float) -> Matrix:
+        found: Matrix = middle + first * math.cos(part * whole) + across * math.sin(part * whole)
+        return found
+
+    return place, radius * whole
+
+
+class PathMove(Trapezoid):
+    """Follow a path of the tool; see :class:`~fanuc_emulator.drives.interpolator.JointMove`.
+
+    Args:
+        arm: The robot's kinematics.
+        joints: Of robot.yaml.
+        start: Joint positions at the start [rad or m], shape (n,).
+        end: ... of the joints that do not move the tool at the end; those of the arm are a guess.
+        path: Of the tool's tip.
+        flange: The flange, by the tip.
+        speed: Of the tool.
+        velocities: Greatest joint speeds [rad/s or m/s].
+        accelerations: Of planned moves.
+
+    Raises:
+        PathError: The path leads out of reach, out of a joint's range or through a singularity.
+    """
+
+    def __init__(
+        self,
+        arm: Arm,
+        joints: Sequence[Joint],
+        start: Sequence[float],
+        end: Sequence[float],
+        path: ToolPath,
+        flange: Matrix,
+        speed: Speed,
+        velocities: Sequence[float],
+        accelerations: Sequence[float],
+    ) -> None:
+        self._nodes, self._slopes = _solved(arm, joints, start, end, path, flange)
+        steepest = np.abs(self._slopes).max(axis=0)
+        moving = [i for i, slope in enumerate(steepest) if slope > 0.0]
+        change = min((accelerations[i] / float(steepest[i]) for i in moving), default=0.0)
+        rate = min((velocities[i] / float(steepest[i]) for i in moving), default=0.0)
+        if speed.mm_s is not None and path.length > 0.0:
+            rate = min(rate, 1e-3 * speed.mm_s / path.length)
+        if speed.deg_s is not None and path.angle > 0.0:
+            rate = min(rate, math.radians(speed.deg_s) / path.angle)
+        if speed.seconds is not None and moving:
+            rate = min(rate, rate_for(speed.seconds, change))
+        super().__init__(tuple(map(float, self._nodes[-1])), rate, change, bool(moving))
+
+    def positions(self) -> tuple[float, ...]:
+        """Return the joint positions on the path now."""
+        if self.done:
+            return self.end
+        parts = len(self._nodes) - 1
+        k = min(int(self.progress * parts), parts - 1)
+        u = self.progress * parts - k
+        a, b = self._nodes[k], self._nodes[k + 1]
+        da, db = self._slopes[k] / parts, self._slopes[k + 1] / parts
+        v = 1.0 - u
+        found = v * v * ((1.0 + 2.0 * u) * a + u * da) + u * u * ((1.0 + 2.0 * v) * b - v * db)
+        return tuple(map(float, found))
+
+
+def _solved(
+    arm: Arm,
+    joints: Sequence[Joint],
+    start: Sequence[float],
+    end: Sequence[float],
+    path: ToolPath,
+    flange: Matrix,
+) -> tuple[Matrix, Matrix]:
+    """Return the joint positions at the points of a path, and how they change by its part.
+
+    Both have the shape (points, n).
+    """
+    parts = math.ceil(max(path.length, 0.5 * path.angle) / STRIDE)
+    parts = min(max(parts, FEWEST), MOST)
+    first, last = np.array(start, dtype=float), np.array(end, dtype=float)
+    columns = list(arm.columns)
+    guess = first[columns]
+    nodes, slopes = [], []
+    for k in range(parts + 1):
+        part = k / parts
+        solved = arm.solve(path.at(part) @ flange, guess)
+        if solved is None:
+            raise PathError(alarms.NOT_REACHABLE, f"after {part:.0%} of the way")
+        jacobian = arm.jacobian(solved)
+        if arm.singular(jacobian):
+            raise PathError(alarms.SINGULARITY, f"after {part:.0%} of the way")
+        node, slope = first + part * (last - first), last - first
+        node[columns] = solved
+        slope[columns] = np.linalg.lstsq(jacobian, path.slope(part), rcond=1e-9)[0]
+        for joint, position in zip(joints, node):
+            if not joint.lower - 1e-6 <= position <= joint.upper + 1e-6:
+                shown = f"J{joint.axis_number} = {position / joint.scale:.3f} {joint.unit}"
+                raise PathError(alarms.POSITION_LIMIT, f"{shown} after {part:.0%} of the way")
+        nodes.append(node)
+        slopes.append(slope)
+        guess = np.array(solved) + slope[columns] / parts
+    return np.array(nodes), np.array(slopes)

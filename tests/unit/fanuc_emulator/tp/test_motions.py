@@ -1,0 +1,264 @@
+"""Motions as the manual has them: corners, times, lines, arcs, frames, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fanuc_emulator.config import EmulatorConfig
+from fanuc_emulator.controller import Controller
+from fanuc_emulator.drives.arm import Arm
+from fanuc_emulator.tp.executor import ProgramState
+from harness.workspace import ROOT
+from scara_config import Robot, load_robot
+from scara_config.programs.files import read_taught
+
+from fanuc_emulator import alarms
+
+FRAMES = "\tUF : 0, UT : {tool},\t\tCONFIG : '{config}',"
+
+
+def joints(number: int, *values: float) -> str:
+    """Return a position in joints: degrees, J3 and the table behind it in mm and degrees."""
+    units = ("deg", "deg", "mm", "deg")
+    rows = [f"\tJ{k}= {v} {unit}" for k, (v, unit) in enumerate(zip(values, units), start=1)]
+    return (
+        f"P[{number}]{{\n   GP1:\n\tUF : 0, UT : 1,\n"
+        + ",\n".join([*rows, "\tE1= 0 deg"])
+        + "\n};\n"
+    )
+
+
+def tip(number: int, *values: float, tool: int = 0, config: str = "") -> str:
+    """Return a position of the tool: X Y Z W P R."""
+    names = zip("XYZWPR", values)
+    rows = [f"\t{name}= {v} {'mm' if name in 'XYZ' else 'deg'}" for name, v in names]
+    frames = FRAMES.format(tool=tool, config=config)
+    return f"P[{number}]{{\n   GP1:\n{frames}\n" + ",\n".join([*rows, "\tE1= 0 deg"]) + "\n};\n"
+
+
+EVERY = 8
+
+
+class Stage:
+    """A controller that runs one program to its end, and what its drives were told."""
+
+    def __init__(
+        self, config: EmulatorConfig, robot: Robot, folder: Path, lines: Sequence[str], taught: str
+    ) -> None:
+        numbered = "".join(f"{k:4d}:{line} ;\n" for k, line in enumerate(lines, start=1))
+        path = folder / "TEST.LS"
+        path.write_text(f"/PROG TEST\n/MN\n{numbered}/POS\n{taught}/END\n")
+        self.dt, self._arm = config.dt, Arm(robot)
+        program = read_taught(path, robot)
+        self.controller = Controller(config, robot, {2: program}, 1.7e9)
+        self.controller.write_override(100)
+        self.controller.pulse_input("panel_run2")
+        self.told: list[tuple[int, np.ndarray]] = []
+        for _ in range(20000):
+            self.now = self.controller.step()
+            told = np.array(self.controller._motion._targets)
+            self.told.append((self.now.program_line, told))
+            if self.now.program_state is ProgramState.ABORTED:
+                break
+
+    def seconds(self, line: int) -> float:
+        """Return how long a line took [s]."""
+        return self.dt * sum(shown == line for shown, _ in self.told)
+
+    def flange(self, line: int) -> np.ndarray:
+        """Return where a line led the flange to, each ``EVERY`` steps, shape (n, 4, 4) [mm]."""
+        rows = [q for shown, q in self.told if shown == line]
+        moved = [q for q, before in zip(rows[1:], rows) if (q != before).any()]
+        moved = moved[::EVERY] + moved[-1:]
+        poses = np.array([self._arm.pose(q[list(self._arm.columns)]) for q in moved])
+        poses[:, :3, 3] *= 1e3
+        return poses
+
+
+@pytest.fixture
+def run(
+    config: EmulatorConfig, robot: Robot, tmp_path: Path
+) -> Callable[[Sequence[str], str], Stage]:
+    """Return what runs a program of lines with positions."""
+    return partial(Stage, config, robot, tmp_path)
+
+
+Run = Callable[[Sequence[str], str], Stage]
+CORNER = joints(1, 0, 40, -100, 0) + joints(2, 60, 40, -100, 0) + joints(3, 60, 90, -60, 0)
+
+
+def test_the_higher_cnt_the_earlier_the_next_motion_begins_and_the_rounder_the_corner(
+    run: Run,
+) -> None:
+    """FINE waits for the motors, CNT0 goes through the corner, CNT100 leaves as braking begins."""
+    found = []
+    corner = np.radians([60.0, 40.0, 0.0, 0.0, 0.0]) + [0.0, 0.0, -0.1, 0.0, 0.0]
+    for ends in ("FINE", "CNT0", "CNT25", "CNT50", "CNT100"):
+        stage = run(["J P[1] 50% FINE", f"J P[2] 50% {ends}", "J P[3] 50% FINE"], CORNER)
+        missed = min(np.abs(q - corner).sum() for _, q in stage.told)
+        found.append((stage.seconds(2), missed))
+        assert np.allclose(stage.told[-1][1], np.radians([60, 90, 0, 0, 0]) + [0, 0, -0.06, 0, 0])
+    times, missed_by = zip(*found)
+    assert list(times) == sorted(times, reverse=True) and len(set(times)) == len(times)
+    assert missed_by[:2] == (0.0, 0.0) and list(missed_by) == sorted(missed_by)
+    # The ramp of the longest axis at 50 % takes v / a, and CNT n saves n % of it.
+    joint = stage.controller._motion.axes[0].parameters
+    ramp = 0.5 * joint.velocity / joint.program_acceleration
+    saved = [times[1] - time for time in times[2:]]
+    assert saved == pytest.approx([0.25 * ramp, 0.5 * ramp, ramp], abs=0.006)
+
+
+@pytest.mark.parametrize(("lock", "rounded"), [([], False), (["LOCK PREG"], True)])
+def test_a_position_register_is_read_ahead_only_while_it_is_locked(
+    run: Run, lock: list[str], rounded: bool
+) -> None:
+    """Else the motion before it comes to its end, as with CNT0."""
+    lines = ["PR[2]=P[3]", *lock, "J P[1] 50% FINE", "J P[2] 50% CNT100", "J PR[2] 50% FINE"]
+    stage = run(lines, CORNER)
+    corner = np.radians([60.0, 40.0, 0.0, 0.0, 0.0]) + [0.0, 0.0, -0.1, 0.0, 0.0]
+    assert (float(min(np.abs(q - corner).sum() for _, q in stage.told)) > 0.01) is rounded
+    assert np.allclose(stage.told[-1][1], np.radians([60, 90, 0, 0, 0]) + [0, 0, -0.06, 0, 0])
+
+
+@pytest.mark.parametrize("speed", ["1.2sec", "1200msec", "R[5]sec"])
+def test_a_motion_takes_the_time_that_it_is_told(run: Run, speed: str) -> None:
+    """J, L and C, in sec or msec; CNT0 ends with the path."""
+    for line in (f"J P[2] {speed} CNT0", f"L P[2] {speed} CNT0"):
+        value = "R[5]=1200" if "msec" in speed else "R[5]=1.2"
+        stage = run([value, "J P[1] 50% FINE", line], ARC)
+        assert stage.seconds(3) == pytest.approx(1.2, abs=0.005)
+
+
+A, VIA, B = np.array([400.0, 200.0, 100.0]), np.array([500.0, 0.0, 60.0]), np.array([400, -200, 60])
+ARC = tip(1, *A, 180, 0, 0) + tip(2, *B, 180, 0, 40) + tip(3, *VIA, 180, 0, 0)
+
+
+def test_a_line_is_straight_even_and_at_its_speed(run: Run) -> None:
+    """Within a hundredth of a millimetre, turned in step with the way, 200 mm/s between ramps."""
+    poses = run(["J P[1] 50% FINE", "L P[2] 200mm/sec FINE"], ARC).flange(2)
+    places, way = poses[:, :3, 3], (B - A) / np.linalg.norm(B - A)
+    along = (places - A) @ way
+    assert np.abs(places - A - np.outer(along, way)).max() < 0.01
+    speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / (EVERY * 0.002)
+    middle = speeds[len(speeds) // 4 : -len(speeds) // 4]
+    assert middle == pytest.approx(200.0, abs=0.1) and speeds.max() < 200.1
+    turn = np.unwrap(np.arctan2(poses[:, 1, 0], poses[:, 0, 0]))
+    whole = np.linalg.norm(B - A)
+    even = turn[0] + (along - along[0]) / whole * math.radians(40.0)
+    assert np.abs(turn - even).max() < 1e-6
+    assert places[-1] == pytest.approx(B, abs=1e-6)
+
+
+@pytest.mark.parametrize("speed", ["300mm/sec", "1800cm/min"])
+def test_an_arc_goes_round_through_its_middle(run: Run, speed: str) -> None:
+    """Each point as far from the centre as the three that are taught."""
+    places = run(["J P[1] 50% FINE", f"C P[3] P[2] {speed} FINE"], ARC).flange(2)[:, :3, 3]
+    a, b = VIA - A, B - A
+    normal = np.cross(a, b)
+    centre = A + np.cross((a @ a) * b - (b @ b) * a, normal) / (2.0 * normal @ normal)
+    radius = np.linalg.norm(A - centre)
+    assert np.linalg.norm(places - centre, axis=1) == pytest.approx(radius, abs=0.01)
+    assert np.abs((places - A) @ normal / np.linalg.norm(normal)).max() < 0.01
+    assert np.linalg.norm(places - VIA, axis=1).min() < 3.0
+    speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / (EVERY * 0.002)
+    assert np.median(speeds) == pytest.approx(300.0, abs=0.1)
+
+
+SHIFT = ("PR[4]=P[1]-P[1]", "PR[4,3]=20")
+HERE = joints(1, 0, 40, -100, 0)
+
+
+@pytest.mark.parametrize(
+    ("line", "taught", "code", "cause"),
+    [
+        ("L P[2] 9mm/sec FINE", HERE + tip(2, 700, 0, 99, 180, 0, 0), alarms.NOT_REACHABLE, "54%"),
+        ("L P[2] 9mm/sec FINE", HERE + tip(2, 500, 0, 99, 170, 0, 0), alarms.NOT_REACHABLE, "% of"),
+        (
+            "L P[2] 9mm/sec FINE",
+            HERE + joints(2, 0, -40, -100, 0),
+            alarms.NOT_REACHABLE,
+            "another configuration of the arm",
+        ),
+        ("L P[1] 9mm/sec FINE", tip(1, 400, 200, 99, 180, 0, 0), alarms.SINGULARITY, "after 0%"),
+        (
+            "L P[2] 9mm/sec FINE",
+            joints(1, 0, 90, -100, 0) + tip(2, 400, 200, -99, 180, 0, 0),
+            alarms.POSITION_LIMIT,
+            "J3 = -",
+        ),
+        ("J P[1] 9% FINE", tip(1, 400, 200, 200, 180, 0, 0), alarms.POSITION_LIMIT, "J3 = 40.000"),
+        ("J P[1] 9% FINE", tip(1, 900, 0, 99, 180, 0, 0), alarms.NOT_REACHABLE, "no joint"),
+        (
+            "C P[2] P[1] 9mm/sec FINE",
+            HERE + joints(2, 0, 40, -120, 0),
+            alarms.NOT_REACHABLE,
+            "in a line",
+        ),
+    ],
+)
+def test_what_the_tool_cannot_do_is_an_alarm_before_it_moves(
+    run: Run, line: str, taught: str, code: alarms.AlarmCode, cause: str
+) -> None:
+    """Out of reach, of a range, through a singularity, in another configuration."""
+    first = ["J P[1] 50% FINE"] if taught.startswith(joints(1, 0)[:30]) else []
+    stage = run([*first, line], taught)
+    assert stage.now.alarm is not None
+    assert stage.now.alarm.code is code and cause in stage.now.alarm.cause
+    rows = [q for shown, q in stage.told if shown == len(first) + 1]
+    assert np.ptp(rows, axis=0).max() < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("lines", "place"),
+    [
+        (["J P[1] 50% FINE"], (400, 200, 100)),
+        (["PR[2]=P[1]", "PR[2,1]=PR[2,1]+30", "L PR[2] 300mm/sec FINE"], (430, 200, 100)),
+        (["PR[3]=LPOS", "PR[3,2]=(-50)", "J PR[3] 40% FINE"], (400, -50, 100)),
+        ([*SHIFT, "L P[1] 99mm/sec FINE Offset,PR[4]"], (400, 200, 120)),
+        (
+            ["PR[4]=P[1]-P[1]", "PR[4,3]=20", "L P[1] 99mm/sec FINE Tool_Offset,PR[4]"],
+            (400, 200, 80),
+        ),
+        (["PR[5]=P[1]-P[1]", "PR[5,1]=50", "UFRAME[3]=PR[5]", "UFRAME_NUM=3"], (400, 200, 100)),
+        (
+            ["PR[5]=P[1]-P[1]", "PR[5,1]=50", "UFRAME[3]=PR[5]", "UFRAME_NUM=3", "PR[6]=P[1]"]
+            + ["L PR[6] 99mm/sec FINE"],
+            (450, 200, 100),
+        ),
+        (["PR[5]=P[1]-P[1]", "PR[5,3]=30", "UTOOL[2]=PR[5]", "J P[2] 50% FINE"], (400, 150, 130)),
+    ],
+)
+def test_positions_count_in_their_frames(
+    run: Run, lines: list[str], place: tuple[float, float, float]
+) -> None:
+    """P[] and PR[], sums and single numbers, offsets, user and tool frames."""
+    taught = tip(1, 400, 200, 100, 180, 0, 0) + tip(2, 400, 150, 100, 180, 0, 0, tool=2)
+    stage = run(["J P[1] 50% FINE", *lines], taught)
+    assert stage.now.alarm is None, stage.now.alarm
+    arm, q = stage._arm, stage.told[-1][1]
+    assert 1e3 * arm.pose(q[list(arm.columns)])[:3, 3] == pytest.approx(place, abs=1e-3)
+
+
+@pytest.mark.parametrize(("letter", "side"), [("R", 1.0), ("L", -1.0)])
+def test_the_configuration_says_on_which_side_the_elbow_is(
+    run: Run, letter: str, side: float
+) -> None:
+    """J chooses it, whatever is nearer."""
+    stage = run(["J P[1] 50% FINE"], tip(1, 400, 0, 100, 180, 0, 0, config=letter))
+    assert side * stage.told[-1][1][1] > 0.5
+
+
+def test_the_arms_kinematics_find_back_from_the_pose(robot: Robot) -> None:
+    """For the robot with six axes too."""
+    rng = np.random.default_rng(1)
+    for each in (robot, load_robot(ROOT / "config" / "robots" / "articulated_six")):
+        arm = Arm(each)
+        limits = np.array([(each.joints[k].lower, each.joints[k].upper) for k in arm.columns])
+        for _ in range(5):
+            q = limits[:, 0] + rng.uniform(0.3, 0.45, len(limits)) * np.ptp(limits, axis=1)
+            assert arm.solve(arm.pose(q), q + 0.05) == pytest.approx(q, abs=1e-7)
