@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import deque
+from functools import partial
 from itertools import islice
 
 import msgspec
@@ -12,7 +13,7 @@ import msgspec
 from operator_panel.retelling.lines import Happened, Head, Line, Parts, Told, snapshot_of
 from operator_panel.view.events import Event
 from operator_panel.view.frame import Frame, FrameMaker, Points
-from operator_panel.view.past import Look, Past
+from operator_panel.view.past import Look, Moment, Past
 from operator_panel.view.snapshot import Part
 
 EVENTS_KEPT = 5_000  # our choice: some hundred an hour; the oldest go first
@@ -35,34 +36,6 @@ class RecordedLook(Look, frozen=True):
     note: str
 
 
-class _Moment(msgspec.Struct, frozen=True):
-    """A moment of a recording: see :class:`operator_panel.view.past.Moment`."""
-
-    told: Told
-    first: float
-    maker: FrameMaker
-    parts: dict[str, tuple[Part, ...]]
-
-    @property
-    def at(self) -> float:
-        """System time [s]."""
-        return self.told.at
-
-    @property
-    def t(self) -> float:
-        """Time since the recording began [s]."""
-        return round(self.told.at - self.first, 3)
-
-    def frame(self) -> Frame:
-        """Make the frame."""
-        frame = self.maker.make(snapshot_of(self.told), self.told.at)
-        return msgspec.structs.replace(frame, t=self.t)
-
-    def points(self) -> Points:
-        """Make the chart points."""
-        return self.maker.points(snapshot_of(self.told), self.told.at)
-
-
 class RecordedPast:
     """Takes the lines of a recording; what was told already can be looked at. Not thread-safe."""
 
@@ -81,10 +54,19 @@ class RecordedPast:
                 self.head = line
             case Parts(parts):
                 self._parts = parts
-            case Told() if self.head is not None:
-                self._past.keep(_Moment(line, self.head.first, self._maker, self._parts))
+            case Told(at) if self.head is not None:
+                t = round(at - self.head.first, 3)
+                frame, points = partial(self._frame, line, t), partial(self._points, line)
+                self._past.keep(Moment(at, t, frame, points, self._parts))
             case Happened(at, event):
                 self._events.append((at, event))
+
+    def _frame(self, moment: Told, t: float) -> Frame:
+        frame = self._maker.make(snapshot_of(moment), moment.at)
+        return msgspec.structs.replace(frame, t=t)
+
+    def _points(self, moment: Told) -> Points:
+        return self._maker.points(snapshot_of(moment), moment.at)
 
     def look(self, at: float, window_s: float) -> RecordedLook | None:
         """Return the moment nearest to the system time ``at`` [s]; None: none was told yet.

@@ -6,7 +6,6 @@ from bisect import bisect_left, bisect_right
 from collections import deque
 from collections.abc import Callable
 from itertools import islice
-from typing import Protocol
 
 import msgspec
 
@@ -18,40 +17,22 @@ PERIOD_S = 0.5  # our choice: as often as the page's server looks while no page 
 Row = tuple[float, Points]
 
 
-class Moment(Protocol):
-    """What the page showed at a time."""
+class Moment(msgspec.Struct, frozen=True):
+    """What the page showed at a time, or would have shown.
 
-    @property
-    def at(self) -> float:
-        """System time [s]."""
-
-    @property
-    def t(self) -> float:
-        """Time of the chart points [s], on a clock that is never set."""
-
-    @property
-    def parts(self) -> dict[str, tuple[Part, ...]]:
-        """Parts of each side."""
-
-    def frame(self) -> Frame:
-        """Return the frame of that time; nobody may ever look back to it, so it is made now."""
-
-    def points(self) -> Points:
-        """Return its chart points."""
-
-
-class Shown(msgspec.Struct, frozen=True):
-    """A moment that was shown: see :class:`Moment`."""
+    Attributes:
+        at: System time [s].
+        t: Time of the chart points [s], on a clock that is never set.
+        frame: Makes the frame as a page gets it now; nobody may ever look back to it.
+        points: Its chart points.
+        parts: Parts of each side.
+    """
 
     at: float
     t: float
     frame: Callable[[], Frame]
-    drawn: Points
+    points: Callable[[], Points]
     parts: dict[str, tuple[Part, ...]]
-
-    def points(self) -> Points:
-        """Return the chart points that were drawn."""
-        return self.drawn
 
 
 class Look(msgspec.Struct, frozen=True):
@@ -90,25 +71,6 @@ class Past:
         if self._moments and now < self._moments[-1].at:
             self._moments.clear()
         return not self._moments or now - self._moments[-1].at >= 0.8 * PERIOD_S
-
-    def add(
-        self,
-        now: float,
-        t: float,
-        frame: Callable[[], Frame],
-        points: Points,
-        parts: dict[str, tuple[Part, ...]],
-    ) -> None:
-        """Keep what is shown at the system time ``now`` [s], and forget what is too old.
-
-        Args:
-            now: System time [s].
-            t: Time of the chart points: monotonic [s].
-            frame: Makes the frame as a page gets it now; called when somebody looks back.
-            points: Its chart points.
-            parts: Parts of each side.
-        """
-        self.keep(Shown(now, t, frame, points, parts))
 
     def keep(self, moment: Moment) -> None:
         """Keep a moment that is newer than all others, and forget what is too old."""
