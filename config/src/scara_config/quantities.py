@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from msgspec import Meta
+from msgspec import Meta, Struct
 
 # Percentages.
 SpeedPercent = Annotated[float, Meta(ge=1.0, le=100.0)]
@@ -273,3 +273,10 @@ ShortText = Annotated[str, Meta(min_length=1, max_length=200)]
 
 RightsWord = Annotated[str, Meta(min_length=1, max_length=63)]
 """A role, a person or a command in a farm's rights."""
+
+
+class ServerAddress(Struct, frozen=True):
+    """Where a server listens; the rest of its section is its own business."""
+
+    host: str
+    port: Port

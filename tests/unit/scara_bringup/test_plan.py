@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import pytest
-from scara_bringup.config import Door, Doors
+from scara_bringup.config import Doors
 from scara_bringup.plan import NOT_OF_THE_TWIN, cell_plan, ending_order, experiment_plan
+from scara_config.quantities import ServerAddress
 
 DOORS = Doors(
-    modbus=Door("127.0.0.1", 15020),
-    gateway=Door("127.0.0.1", 19090),
-    panel=Door("127.0.0.1", 18080),
-    pendant=Door("127.0.0.1", 18090),
+    modbus=ServerAddress("127.0.0.1", 15020),
+    gateway=ServerAddress("127.0.0.1", 19090),
+    panel=ServerAddress("127.0.0.1", 18080),
+    pendant=ServerAddress("127.0.0.1", 18090),
 )
 PLAN = cell_plan(DOORS)
 

@@ -5,17 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from scara_bringup.config import Door, Doors
+from scara_bringup.config import Doors
 from scara_bringup.plan import cell_plan
 from scara_bringup.readiness import Missing, Seen, missing
+from scara_config.quantities import ServerAddress
 from scara_ros.names import resolve
 
 PLAN = cell_plan(
     Doors(
-        modbus=Door("127.0.0.1", 15020),
-        gateway=Door("127.0.0.1", 19090),
-        panel=Door("127.0.0.1", 18080),
-        pendant=Door("127.0.0.1", 18090),
+        modbus=ServerAddress("127.0.0.1", 15020),
+        gateway=ServerAddress("127.0.0.1", 19090),
+        panel=ServerAddress("127.0.0.1", 18080),
+        pendant=ServerAddress("127.0.0.1", 18090),
     )
 )
 

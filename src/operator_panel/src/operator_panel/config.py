@@ -19,6 +19,7 @@ from scara_config.quantities import (
     PageRateHz,
     PatienceMs,
     Port,
+    ServerAddress,
     SharePercent,
     SpeedPercent,
     WaitSeconds,
@@ -74,13 +75,6 @@ class PanelConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     preview: Preview
 
 
-class Door(msgspec.Struct, frozen=True):
-    """Where the twin controller finds the real robot."""
-
-    host: str
-    port: Port
-
-
 class Surroundings(msgspec.Struct, frozen=True):
     """What the page shows or respects of the other rooms' files.
 
@@ -95,7 +89,7 @@ class Surroundings(msgspec.Struct, frozen=True):
         has_parts: Whether there are parts that can be put back.
     """
 
-    real: Door
+    real: ServerAddress
     keep_s: float
     alarm_mm: tuple[float, float]
     home_percent: float
@@ -123,7 +117,7 @@ def load_surroundings(robot: Robot, directory: Path | str | None = None) -> Surr
     real, keep_ms, delay_mm, rest_mm, home_percent = load_keys(
         locate("twin_controller.yaml", directory),
         {
-            "real": Door,
+            "real": ServerAddress,
             "control.keep_ms": PatienceMs,
             "divergence.delay_mm": DivergenceMm,
             "divergence.rest_mm": DivergenceMm,

@@ -8,7 +8,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 from scara_config import load, locate
-from scara_config.quantities import GraceSeconds, Port, WaitSeconds
+from scara_config.quantities import GraceSeconds, ServerAddress, WaitSeconds
 
 DOOR_FILES = {
     "modbus": "emulator.yaml",
@@ -53,20 +53,13 @@ class Bringup(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     log_limit_mb: Annotated[float, Meta(ge=0.1, le=10_000.0)]
 
 
-class Door(msgspec.Struct, frozen=True):
-    """The address a server will listen at; the rest of its file is its own business."""
-
-    host: str
-    port: Port
-
-
 class Doors(msgspec.Struct, frozen=True):
     """Where the cell listens."""
 
-    modbus: Door
-    gateway: Door
-    panel: Door
-    pendant: Door
+    modbus: ServerAddress
+    gateway: ServerAddress
+    panel: ServerAddress
+    pendant: ServerAddress
 
 
 def load_bringup(directory: Path | str | None = None) -> Bringup:
@@ -84,4 +77,6 @@ def load_doors(directory: Path | str | None = None) -> Doors:
     Raises:
         ConfigError: A file is missing, or its host or port does not fit.
     """
-    return Doors(**{name: load(locate(file, directory), Door) for name, file in DOOR_FILES.items()})
+    return Doors(
+        **{name: load(locate(file, directory), ServerAddress) for name, file in DOOR_FILES.items()}
+    )

@@ -228,6 +228,7 @@ def _end(cell: Cell, code: int, explain: Explain | None, now: float) -> Step:
 def _while_ending(cell: Cell, event: Event, now: float) -> Step:
     """Go on with the next group or the next harder signal; a second Ctrl-C skips all patience."""
     if isinstance(event, Interrupted):
+        # All at once, and by SIGKILL: who presses twice has lost patience.
         cell = replace(cell, order=(cell.alive,), strikes=len(_ESCALATION) - 1, deadline=now)
     died = isinstance(event, ProcessEnded) and any(event.name in group for group in cell.order[1:])
     cell, actions = _advance(cell, now)

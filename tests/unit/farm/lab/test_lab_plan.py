@@ -5,7 +5,7 @@ from __future__ import annotations
 from random import Random
 
 import pytest
-from farm.lab.plan import MOST_JOBS, Plan, PlanError, jobs_of, summary
+from farm.lab.plan import MOST_JOBS, LabPlanError, Plan, jobs_of, summary
 
 POINT = "0.51,0.16,0.10"
 
@@ -54,7 +54,7 @@ def test_one_target_does_not_change_the_jobs_of_another() -> None:
 )
 def test_what_cannot_be_planned_is_refused(plan: Plan, text: str) -> None:
     """Before anything runs."""
-    with pytest.raises(PlanError, match=text):
+    with pytest.raises(LabPlanError, match=text):
         jobs_of(plan, Random)
 
 

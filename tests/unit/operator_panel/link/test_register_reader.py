@@ -11,10 +11,10 @@ from fanuc_emulator.register_image import RegisterImage
 from harness.opponents.modbus_robot import Robot
 from harness.processes import free_port
 from harness.workspace import ROOT
-from operator_panel.config import Door
 from operator_panel.link.register_reader_io import RegisterError, read_registers
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
+from scara_config.quantities import ServerAddress
 
 CONFIG = ROOT / "config"
 LAYOUT = load_modbus_map(CONFIG)
@@ -28,7 +28,8 @@ def test_every_register_of_the_stand_in_is_read_with_its_value() -> None:
     port, loop = free_port(), ServoLoop(controller, config.dt, 0.0)
     with loop, RobotServer("127.0.0.1", port, LAYOUT, RegisterImage(LAYOUT, robot), loop):
         found = {
-            (one.table, one.name): one for one in read_registers(Door("127.0.0.1", port), LAYOUT)
+            (one.table, one.name): one
+            for one in read_registers(ServerAddress("127.0.0.1", port), LAYOUT)
         }
     position = found["holding_registers", "position"].value.split(", ")
     assert float(position[2]) == pytest.approx(-160.0, abs=0.01)
@@ -41,7 +42,7 @@ def test_robot_that_is_not_there_is_named_with_what_to_look_at() -> None:
     """The address stands in the text."""
     port = free_port()
     with pytest.raises(RegisterError, match=rf"no robot answers at 127.0.0.1:{port}: is it on"):
-        read_registers(Door("127.0.0.1", port), LAYOUT)
+        read_registers(ServerAddress("127.0.0.1", port), LAYOUT)
 
 
 @pytest.mark.parametrize(
@@ -58,6 +59,6 @@ def test_robot_that_refuses_or_breaks_off_is_no_list_of_zeros(fault: str, error:
     robot.fault = fault
     try:
         with pytest.raises(RegisterError, match=error):
-            read_registers(Door("127.0.0.1", robot.port), LAYOUT)
+            read_registers(ServerAddress("127.0.0.1", robot.port), LAYOUT)
     finally:
         robot.close()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from operator_panel.view.frame import Frame
-from operator_panel.view.past import KEPT_S, PERIOD_S, Moment, Past
+from operator_panel.view.past import KEPT_S, PERIOD_S, Past, PastMoment
 
 START = 1_900_000_000.0
 WINDOW_S = 20.0
@@ -20,7 +20,7 @@ def filled(seconds: float) -> Past:
 def add(past: Past, after: float) -> None:
     """Add a frame that says how long after the start it was made."""
     frame = Frame(after, {"mode": f"{after:g}"}, {}, point={"joint_1": (after, after)})
-    past.keep(Moment(START + after, frame.t, lambda: frame, lambda: frame.point, {}))
+    past.keep(PastMoment(START + after, frame.t, lambda: frame, lambda: frame.point, {}))
 
 
 def test_moment_nearest_to_the_time_is_found_with_the_points_before_it() -> None:

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from scara_config import ConfigError
 from scara_simulation.camera.camera_world_io import CameraWorld, Part
 from scara_simulation.camera.config import CameraConfig, load_camera
-from scara_simulation.camera.optics import Optics, Pose
+from scara_simulation.camera.optics import CameraPose, Optics
 from scara_simulation.camera.round_shapes import cylinder_mesh, with_round_shapes
 
 CONFIG = load_camera(ROOT / "config")
@@ -85,7 +85,7 @@ def test_optical_frame_looks_along_z_with_y_down(
     position: tuple[float, float, float], look_at: tuple[float, float, float]
 ) -> None:
     """REP-103; the quaternion is the same rotation, of length one."""
-    pose = Pose(position, look_at)
+    pose = CameraPose(position, look_at)
     rotation_is_defined = np.linalg.norm(np.cross(np.subtract(look_at, position), pose.up)) > 1e-3
     if not rotation_is_defined:
         return

@@ -94,7 +94,7 @@ class MarkError(ValueError):
 
 
 @dataclass
-class _Known:
+class _KnownAlarm:
     """What a cell said of one alarm."""
 
     cell: str
@@ -110,7 +110,7 @@ class _Known:
 class AlarmBook:
     """Knows all alarms; one thread at a time uses it."""
 
-    known: dict[str, _Known] = field(default_factory=dict)
+    known: dict[str, _KnownAlarm] = field(default_factory=dict)
     acknowledged: dict[str, Mark] = field(default_factory=dict)
     shelved: dict[str, Mark] = field(default_factory=dict)
 
@@ -195,7 +195,7 @@ class AlarmBook:
         name = alarm_id(cell, source)
         known = self.known.get(name)
         if known is None:
-            self.known[name] = _Known(cell, source, level, text, time)
+            self.known[name] = _KnownAlarm(cell, source, level, text, time)
             return
         worse = level == ERROR != known.level
         # Other words of an alarm that is there are no new one, something worse is.
@@ -209,17 +209,17 @@ class AlarmBook:
         if known is not None and not known.cleared:
             known.cleared = time
 
-    def _known(self, name: str) -> _Known:
+    def _known(self, name: str) -> _KnownAlarm:
         if name not in self.known:
             listed = ", ".join(sorted(self.known)[:20]) or "none"
             raise MarkError(f"{name}: no such alarm; there are: {listed}")
         return self.known[name]
 
-    def _is_acknowledged(self, name: str, known: _Known) -> bool:
+    def _is_acknowledged(self, name: str, known: _KnownAlarm) -> bool:
         mark = self.acknowledged.get(name)
         return mark is not None and mark.raised >= known.raised
 
-    def _row(self, name: str, known: _Known, now: float) -> AlarmRow | None:
+    def _row(self, name: str, known: _KnownAlarm, now: float) -> AlarmRow | None:
         """Return an alarm as it is; None: it has gone and somebody has seen it."""
         acknowledged, shelf = self._is_acknowledged(name, known), self.shelved.get(name)
         if known.cleared and acknowledged:

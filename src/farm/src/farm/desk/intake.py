@@ -47,10 +47,12 @@ def take_live(progress: Progress, event: Event) -> Taken:
     An event that was taken before is left out. One beyond the next number waits, and the journal is
     asked for those between.
     """
+    # The bus may bring it twice, or the journal brought it first.
     if event.number <= progress.last:
         return Taken(progress, (), False)
     waiting = {**progress.waiting, event.number: event}
     if len(waiting) > MOST_WAITING:
+        # The newest goes: what is nearest to the gap is of use first.
         del waiting[max(waiting)]
     return _ready(msgspec.structs.replace(progress, waiting=waiting))
 
@@ -71,6 +73,7 @@ def take_answer(progress: Progress, asked: int, answer: Events) -> Taken:
     """
     if progress.last < asked:
         return Taken(progress, (), True)
+    # Numbers never fall within a journal, so this is another one, as after its folder was removed.
     if answer.last < asked:
         anew = Progress(era=progress.era + 1, missing=progress.missing)
         return Taken(anew, (), ask=answer.last > 0)

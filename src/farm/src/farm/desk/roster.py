@@ -72,12 +72,14 @@ class Entry:
     """What is known of one cell."""
 
     alive: bool = False
+    # By the desk's clock, like all times here: clocks of cells may be wrong.
     since: float = 0.0
     joined: float = 0.0
     state: CellState | None = None
     heard: float = 0.0
     mode_since: float = 0.0
     health: Health | None = None
+    # Counted for the benchmark: how many states came, and how many between two numbers did not.
     received: int = 0
     lost: int = 0
     missing: int = 0

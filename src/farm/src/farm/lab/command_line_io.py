@@ -18,7 +18,7 @@ from scara_ros.shell.program_io import FAILED, INTERRUPTED, WRONG
 
 from farm.lab.address import PORT, AddressError, listened, scheduler_address
 from farm.lab.places_io import RESULTS, Place, Where, run_plan, where
-from farm.lab.plan import OF_BAGS, PROGRAMS, Plan, PlanError, jobs_of, summary
+from farm.lab.plan import OF_BAGS, PROGRAMS, LabPlanError, Plan, jobs_of, summary
 from farm.lab.running_io import LabError, Result, processors, read_plan, result_of, root
 
 Workers = Annotated[
@@ -41,7 +41,7 @@ Far = Annotated[
 
 app = CommandLine(
     "lab",
-    {AddressError: WRONG, PlanError: WRONG, LabError: FAILED},
+    {AddressError: WRONG, LabPlanError: WRONG, LabError: FAILED},
     rich_markup_mode=None,
     no_args_is_help=True,
     help="Run many jobs over bags, programs and points, on all processors; the same again.",
@@ -181,7 +181,7 @@ def _speeds(text: str) -> tuple[float, float] | None:
     """Return a range of speeds.
 
     Raises:
-        PlanError: It is none.
+        LabPlanError: It is none.
     """
     if not text:
         return None
@@ -189,9 +189,9 @@ def _speeds(text: str) -> tuple[float, float] | None:
     try:
         found = float(low), float(high or low)
     except ValueError:
-        raise PlanError(f"--speed {text}: allowed is LOW-HIGH, for example 20-80") from None
+        raise LabPlanError(f"--speed {text}: allowed is LOW-HIGH, for example 20-80") from None
     if not 0.0 < found[0] <= found[1] <= 100.0:
-        raise PlanError(f"--speed {text}: allowed are 0 to 100 percent, the lower one first")
+        raise LabPlanError(f"--speed {text}: allowed are 0 to 100 percent, the lower one first")
     return found
 
 

@@ -24,8 +24,8 @@ from scara_config.profile import CHOICE, PLANT_CHOICE
 
 from farm.lab.plan import OF_BAGS, Job
 from farm.lab.running_io import (
+    JobProcesses,
     LabError,
-    Processes,
     Result,
     keep,
     perform,
@@ -121,7 +121,7 @@ def do_there(job: Job, content: bytes | None, version: str, settings: dict[str, 
 
         environment = {k: v for k, v in os.environ.items() if k not in SETTINGS} | settings
         command = program_of(done, root() / "devel")
-        result = perform(done, command, Processes(environment, folder), named_as_asked)
+        result = perform(done, command, JobProcesses(environment, folder), named_as_asked)
         endings = WRITTEN.get(job.kind, ())
         written = {f.name: f.read_bytes() for f in folder.iterdir() if f.suffix in endings}
         return replace(result, words=job.words), written

@@ -40,7 +40,7 @@ ChanceOf = Callable[[str], Chance]
 """Makes a generator from a seed; the same from the same."""
 
 
-class PlanError(ValueError):
+class LabPlanError(ValueError):
     """A plan that cannot be made; the text says why and what is allowed."""
 
 
@@ -88,14 +88,16 @@ def jobs_of(plan: Plan, chance_of: ChanceOf) -> list[Job]:
         chance_of: Makes a generator for each job.
 
     Raises:
-        PlanError: It has no targets, too many jobs, or varies what cannot be varied.
+        LabPlanError: It has no targets, too many jobs, or varies what cannot be varied.
     """
     if plan.kind not in PROGRAMS:
-        raise PlanError(f"{plan.kind}: allowed are {', '.join(PROGRAMS)}")
+        raise LabPlanError(f"{plan.kind}: allowed are {', '.join(PROGRAMS)}")
     if not plan.targets:
-        raise PlanError("nothing to do: name bags, programs or points")
+        raise LabPlanError("nothing to do: name bags, programs or points")
     if not 1 <= plan.variations * len(plan.targets) <= MOST_JOBS:
-        raise PlanError(f"{plan.variations} variations: allowed are 1 to {MOST_JOBS} jobs in all")
+        raise LabPlanError(
+            f"{plan.variations} variations: allowed are 1 to {MOST_JOBS} jobs in all"
+        )
     return [
         Job(
             f"{place:04d}_{number:04d}",
@@ -112,11 +114,13 @@ def _varied(plan: Plan, target: str, number: int, chance_of: ChanceOf) -> tuple[
     if number == 0:
         return (target,)
     if plan.kind in OF_BAGS:
-        raise PlanError(f"{plan.kind}: a recording is what it is; --variations are for points")
+        raise LabPlanError(f"{plan.kind}: a recording is what it is; --variations are for points")
     try:
         point = [float(part) for part in target.split(",")]
     except ValueError:
-        raise PlanError(f"{target}: a program is what it is; --variations are for points") from None
+        raise LabPlanError(
+            f"{target}: a program is what it is; --variations are for points"
+        ) from None
     # Of its own for each job: one that is left out changes no other.
     chance = chance_of(f"{plan.seed} {target} {number}")
     moved = [value + 1e-3 * chance.gauss(0.0, plan.spread_mm) for value in point[:3]]

@@ -136,7 +136,7 @@ def run(
     Raises:
         LabError: A program is not there, or the folder cannot be written to.
     """
-    lock, processes = threading.Lock(), Processes()
+    lock, processes = threading.Lock(), JobProcesses()
 
     def one(job: Job) -> Result:
         result = result_of(folder, job)
@@ -168,7 +168,7 @@ class EndedError(RuntimeError):
     """The lab has ended meanwhile; what a job says now is no result."""
 
 
-class Processes:
+class JobProcesses:
     """The processes of jobs that run now; safe to use from several threads."""
 
     def __init__(
@@ -196,6 +196,7 @@ class Processes:
             if self._ended:
                 raise EndedError
             process = subprocess.Popen(
+                # A job that outlived its lab would compute for nobody.
                 [*BOUND, *command],
                 stdin=subprocess.DEVNULL,
                 stdout=pipe,
@@ -229,7 +230,7 @@ class Processes:
 def perform(
     job: Job,
     command: Sequence[str],
-    processes: Processes | None = None,
+    processes: JobProcesses | None = None,
     read_as: Callable[[str], str] = str,
 ) -> Result:
     """Run one job in a process of its own; once more if it was killed.
@@ -246,13 +247,14 @@ def perform(
     """
     if not Path(command[0]).is_file():
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), command[0])
-    processes = processes or Processes()
+    processes = processes or JobProcesses()
     code, said, complained = 0, b"", b""
     for _ in range(TRIES):
         try:
             code, said, complained = processes.run(command)
         except subprocess.TimeoutExpired:
             code, said, complained = 124, b"", f"not ended within {DEADLINE_S:g} s".encode()
+        # Else it was killed from outside, as where memory is short: once more.
         if code >= 0:
             break
     told, trouble = (read_as(text.decode("utf-8", "replace")) for text in (said, complained))

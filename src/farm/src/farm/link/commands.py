@@ -54,10 +54,12 @@ def judge(command: Command, guard: CommandRules, now: float) -> tuple[str, Mappi
     """
     if why := _wrong(command):
         return why, guard.seen
+    # No clock, no memory, no right: a stop that comes late or twice still stops.
     if command.command in ALWAYS:
         return "", guard.seen
     if why := _late(command, now):
         return why, guard.seen
+    # A message may be delivered twice; a motion may not be made twice.
     if command.id in guard.seen:
         return f"{command.command} was taken already: a command is never repeated", guard.seen
     return _not_allowed(command, guard), {**_kept(guard.seen, now), command.id: command.expires}

@@ -6,14 +6,15 @@ import asyncio
 from collections.abc import Sequence
 from pathlib import Path
 
-from operator_panel.config import Door
+from scara_config.quantities import ServerAddress
+
 from operator_panel.door import Answer
 
 
 class Pendant:
     """Runs ``rosrun fanuc_emulator pendant`` without waiting in the page's thread."""
 
-    def __init__(self, door: Door, config_dir: Path, timeout: float) -> None:
+    def __init__(self, door: ServerAddress, config_dir: Path, timeout: float) -> None:
         """Remember where the robot is and how long a key may take [s]."""
         self._options = (
             "--host",

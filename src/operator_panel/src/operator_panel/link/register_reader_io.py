@@ -7,8 +7,8 @@ from typing import Any
 from pymodbus.client import ModbusTcpClient
 from pymodbus.exceptions import ModbusException
 from scara_config.modbus_map import ModbusMap
+from scara_config.quantities import ServerAddress
 
-from operator_panel.config import Door
 from operator_panel.view.robot.registers import TABLES, Entry, entries, with_bit, with_words
 
 TIMEOUT_S = 1.0  # our choice: a robot that is busy answers within some milliseconds
@@ -25,7 +25,7 @@ class RegisterError(Exception):
     """The robot cannot be read; the text says why and what to do."""
 
 
-def read_registers(door: Door, layout: ModbusMap) -> list[Entry]:
+def read_registers(door: ServerAddress, layout: ModbusMap) -> list[Entry]:
     """Return every register and signal with its value now; blocks for as long as that takes.
 
     Raises:

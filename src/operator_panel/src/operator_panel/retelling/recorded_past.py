@@ -13,7 +13,7 @@ import msgspec
 from operator_panel.retelling.lines import Happened, Head, Line, Parts, Told, snapshot_of
 from operator_panel.view.events import Event
 from operator_panel.view.frame import Frame, FrameMaker, Points
-from operator_panel.view.past import Look, Moment, Past
+from operator_panel.view.past import Look, Past, PastMoment
 from operator_panel.view.snapshot import Part
 
 EVENTS_KEPT = 5_000  # our choice: some hundred an hour; the oldest go first
@@ -57,7 +57,7 @@ class RecordedPast:
             case Told(at) if self.head is not None:
                 t = round(at - self.head.first, 3)
                 frame, points = partial(self._frame, line, t), partial(self._points, line)
-                self._past.keep(Moment(at, t, frame, points, self._parts))
+                self._past.keep(PastMoment(at, t, frame, points, self._parts))
             case Happened(at, event):
                 self._events.append((at, event))
 

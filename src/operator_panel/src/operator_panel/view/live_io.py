@@ -26,7 +26,7 @@ from operator_panel.door import Answer, CellDoor
 from operator_panel.view.alarms import Alarm, active_alarms
 from operator_panel.view.events import EventLog
 from operator_panel.view.frame import Frame, FrameMaker
-from operator_panel.view.past import History, Moment, Past
+from operator_panel.view.past import History, Past, PastMoment
 from operator_panel.view.snapshot import Part, Snapshot
 from operator_panel.view.today import Today
 
@@ -118,7 +118,7 @@ class Live:
         today = self._today.texts(snapshot, t)
         make = partial(self._frame, snapshot, t, today)
         if self.past.is_due(clock):
-            self.past.keep(Moment(clock, t, make, lambda: points, snapshot.parts))
+            self.past.keep(PastMoment(clock, t, make, lambda: points, snapshot.parts))
         if not self._lines:
             self._history.add(t, points)
             return

@@ -17,7 +17,7 @@ PERIOD_S = 0.5  # our choice: as often as the page's server looks while no page 
 Row = tuple[float, Points]
 
 
-class Moment(msgspec.Struct, frozen=True):
+class PastMoment(msgspec.Struct, frozen=True):
     """What the page showed at a time, or would have shown.
 
     Attributes:
@@ -61,7 +61,7 @@ class Past:
     def __init__(self, kept_s: float = KEPT_S) -> None:
         """Know nothing yet; what is older than the newest by ``kept_s`` [s] is forgotten."""
         self._kept_s = kept_s
-        self._moments: deque[Moment] = deque()
+        self._moments: deque[PastMoment] = deque()
 
     def is_due(self, now: float) -> bool:
         """Return whether a moment at the system time ``now`` [s] would be kept.
@@ -72,7 +72,7 @@ class Past:
             self._moments.clear()
         return not self._moments or now - self._moments[-1].at >= 0.8 * PERIOD_S
 
-    def keep(self, moment: Moment) -> None:
+    def keep(self, moment: PastMoment) -> None:
         """Keep a moment that is newer than all others, and forget what is too old."""
         self._moments.append(moment)
         while moment.at - self._moments[0].at > self._kept_s:

@@ -107,12 +107,15 @@ def split_off(line: socket.socket) -> int:
         signal.signal(signal.SIGINT, signal.default_int_handler)
         _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
         _show("python", ["-m", __name__])
+        # It may have died before the kernel was asked to tell of its end.
         if os.getppid() != caller:
             os._exit(1)
         sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__  # a node hardens its own
         nothing = os.open(os.devnull, os.O_RDONLY)
         os.dup2(nothing, 0)
         kept = line.fileno()
+        # The parent's files are not ours: one that stays open here would never end for who reads
+        # it.
         os.closerange(3, kept)
         os.closerange(kept + 1, os.sysconf("SC_OPEN_MAX"))
         _serve_alone(line)
@@ -127,6 +130,8 @@ def _serve_alone(line: socket.socket) -> None:
     ended, waker = socket.socketpair()
     ended.setblocking(False)
     waker.setblocking(False)
+    # The handler does nothing; its byte in the socket wakes the poll, which a handler alone would
+    # not.
     signal.signal(signal.SIGCHLD, lambda *_: None)
     signal.set_wakeup_fd(waker.fileno(), warn_on_full_buffer=False)
     serve(line, ended)
@@ -158,6 +163,7 @@ def serve(line: socket.socket, ended: socket.socket) -> None:
                 become(words, files, tell)
             for file in (tell, *files):
                 os.close(file)
+            # Until then a signal to its group would find nobody.
             os.read(apart, 1)
             os.close(apart)
             line.send(json.dumps({"begun": pid}).encode())

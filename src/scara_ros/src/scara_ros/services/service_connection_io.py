@@ -73,6 +73,7 @@ class ServiceConnection:
             raise ServiceError(
                 f"service {service} cannot be reached at {uri}: {error.strerror or error}"
             ) from error
+        # A probe takes any type: it asks only who is there, and which type that has.
         asked = {"md5sum": _ANY_TYPE, "probe": "1"} if md5sum is None else {"md5sum": md5sum}
         if keep:
             asked["persistent"] = "1"
@@ -87,6 +88,8 @@ class ServiceConnection:
     def _shake_hands(self, fields: dict[str, str]) -> str:
         """Exchange the headers; return the name of the service's type."""
         try:
+            # A request is small and waits for its answer: to collect more of it would only delay
+            # it.
             self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             write_ros_handshake_header(self._socket, fields)
             header = read_ros_handshake_header(self._socket, BytesIO(), _HEADER_BYTES)
@@ -155,6 +158,8 @@ class ServiceConnection:
         while len(parts) < count:
             self._socket.settimeout(self._left())
             try:
+                # Not more at a time, however long the answer says it is: the length is the other
+                # side's word.
                 part = self._socket.recv(min(count - len(parts), 1 << 16))
             except TimeoutError:
                 if alive is None or not alive():

@@ -45,7 +45,8 @@ def keep_registered() -> None:
     rospy's pauses.
     """
     harden_process()
-    # Wake the thread that connects topics when the node ends; call after rospy.init_node
+    # Else the thread that connects topics sleeps until its next look, and the node's end waits for
+    # it. It exists from rospy.init_node on.
     for listener in get_registration_listeners().listeners:
         if isinstance(listener, RegManager):
             _wake_at_end(listener.cond)
@@ -96,8 +97,8 @@ class _Watch:
         try:
             pid = self._line.ask("getPid")
             if self._pid is not None and pid != self._pid:
-                # Say everything again that this node publishes, subscribes to and serves. Return
-                # how much that is.
+                # Another master, or the same after a time without answers: it may know nothing of
+                # this node. Who publishes is told to our own subscribers, as a master would.
                 topics, services, uri = (
                     get_topic_manager(),
                     get_service_manager(),
@@ -109,6 +110,7 @@ class _Watch:
                     publishers = self._line.ask(f"register{kind}", name, what, uri)
                     if kind == "Subscriber":
                         own.ask("publisherUpdate", name, publishers)
+                # What was given up while we registered must not come back by it.
                 for kind, name, what in offered - _offers(topics, services):
                     self._line.ask(f"unregister{kind}", name, what if kind == "Service" else uri)
                 count = len(offered)

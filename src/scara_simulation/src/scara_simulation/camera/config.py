@@ -13,7 +13,7 @@ from scara_config import ConfigError, load, locate
 from scara_config.loader import convert
 from scara_config.quantities import CoordinateM
 
-from scara_simulation.camera.optics import Optics, Pose
+from scara_simulation.camera.optics import CameraPose, Optics
 
 Pixels = Annotated[int, Meta(ge=16, le=4096)]
 Colour = Annotated[int, Meta(ge=0, le=255)]
@@ -57,9 +57,9 @@ class CameraConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         )
 
     @property
-    def pose(self) -> Pose:
+    def pose(self) -> CameraPose:
         """Return where it stands and looks."""
-        return Pose(self.position_m, self.look_at_m, self.up)
+        return CameraPose(self.position_m, self.look_at_m, self.up)
 
 
 def load_camera(

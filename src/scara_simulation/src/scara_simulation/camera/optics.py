@@ -59,7 +59,7 @@ class Optics:
 
 
 @dataclass(frozen=True)
-class Pose:
+class CameraPose:
     """Where a camera stands, which point it looks at [m], and what shall be up in its picture."""
 
     position: Vector

@@ -93,6 +93,7 @@ def plan_playback(
         motion, [(joint.velocity, joint.acceleration) for joint in joints], rate, period
     )
     positions, velocities = interpolate(motion, instants)
+    # Played faster, the same place is passed faster.
     velocities = velocities * rates[:, None]
     fastest = np.abs(velocities).max(axis=0)
     for joint, speed, low, high in zip(
@@ -148,6 +149,7 @@ def _paced(
         for velocity, (fastest, hardest) in zip(velocities.T, limits):
             bend = np.abs(np.convolve(np.gradient(velocity, period), window, mode="same"))
             allowed = np.minimum(allowed, fastest / np.maximum(np.abs(velocity), 1e-9))
+            # Time that runs k times as fast makes accelerations k squared as large.
             allowed = np.minimum(allowed, np.sqrt(hardest / np.maximum(bend, 1e-9)))
         # Smooth and nowhere above what is allowed: the smallest around each place, averaged over
         # as many.
@@ -155,6 +157,7 @@ def _paced(
         windows = partial(np.lib.stride_tricks.sliding_window_view, window_shape=2 * reach + 1)
         padded = np.pad(np.maximum(allowed, 1.0), 2 * reach, mode="edge")
         allowed = np.asarray(windows(windows(padded).min(axis=1)).mean(axis=1))
+    # Between two places the mean of both paces counts.
     played = np.concatenate(([0.0], np.cumsum(np.diff(grid) * 2.0 / (allowed[1:] + allowed[:-1]))))
     instants = np.interp(
         np.arange(math.floor(played[-1] / period + 1e-9) + 1) * period, played, grid
@@ -172,6 +175,7 @@ class PlaybackController(Controller):
         """Stand at the first recorded position; nothing is played before :meth:`play`."""
         super().__init__(config, robot, {}, 0.0)
         self._playback = playback
+        # The tick of the first row; None: the start is shown, and nothing moves.
         self._begun: int | None = None
         self.write_override(100)
 

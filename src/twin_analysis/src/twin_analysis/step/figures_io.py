@@ -18,14 +18,14 @@ from twin_experiments.report.charts import BLUE, GREY, RED
 from twin_experiments.report.figures_io import STYLE
 
 from twin_analysis.step.response import FloatArray, Step
-from twin_analysis.step.trial import STEADY_ERROR, Trial
+from twin_analysis.step.trial import STEADY_ERROR, StepTrial
 
 _FAR = 3.0
 _SHORTEST_MS, _REST = 300.0, 2.0
 
 
 def write_trial(
-    trial: Trial, steps: Sequence[Step], document: Mapping[str, Any], folder: Path, label: str
+    trial: StepTrial, steps: Sequence[Step], document: Mapping[str, Any], folder: Path, label: str
 ) -> list[Path]:
     """Write ``step_<label>.json`` and a PNG for each direction; return the files."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -38,7 +38,7 @@ def write_trial(
     return written
 
 
-def _draw(trial: Trial, step: Step, row: Mapping[str, Any], title: str) -> Figure:
+def _draw(trial: StepTrial, step: Step, row: Mapping[str, Any], title: str) -> Figure:
     """Draw set point, value and error; the error near zero; the control signal."""
     figure = Figure(figsize=(8.4, 7.2))
     upper, middle, lower = figure.subplots(3, 1, sharex=True, height_ratios=(3, 2, 2))
@@ -84,7 +84,7 @@ def _draw(trial: Trial, step: Step, row: Mapping[str, Any], title: str) -> Figur
 
 
 def _draw_effort(
-    axis: Axes, times: FloatArray, efforts: FloatArray, row: Mapping[str, Any], trial: Trial
+    axis: Axes, times: FloatArray, efforts: FloatArray, row: Mapping[str, Any], trial: StepTrial
 ) -> None:
     """Draw the control signal; its limits as lines, or as a text when they are far away."""
     limit, peak = trial.joint.effort, float(np.abs(efforts).max())

@@ -16,7 +16,7 @@ from scara_simulation.simulation import Simulation, Timing
 from scara_simulation.world_io import World
 
 from twin_analysis.step.response import Step, step_of
-from twin_analysis.step.trial import BEFORE_S, Trial
+from twin_analysis.step.trial import BEFORE_S, StepTrial
 
 _SETTLE_S = 0.3
 
@@ -42,7 +42,7 @@ class OfflineBench:
         names = [joint.name for joint in self._robot.twin_joints]
         return self._robot.home_positions[names.index(name)]
 
-    def run(self, trial: Trial) -> list[Step]:
+    def run(self, trial: StepTrial) -> list[Step]:
         """Make the steps of a trial, one after the other."""
         config, names = self._config, [joint.name for joint in self._robot.twin_joints]
         start = self._robot.home_positions
@@ -73,7 +73,7 @@ class OfflineBench:
 class _Bench:
     """One joint of a running simulation."""
 
-    def __init__(self, simulation: Simulation, trial: Trial, dt: float) -> None:
+    def __init__(self, simulation: Simulation, trial: StepTrial, dt: float) -> None:
         self._simulation, self._trial, self._dt = simulation, trial, dt
         if trial.kind == "position":
             self._command(simulation.snapshot(with_loops=False).positions[simulation.watched[0]])

@@ -25,7 +25,7 @@ Per second: a tenth of that display's change in a second. Our choice.
 """
 
 
-class Trial(msgspec.Struct, frozen=True):
+class StepTrial(msgspec.Struct, frozen=True):
     """Steps of one joint's loop.
 
     ``targets`` follow each other, one for each direction, each back to where it began.
@@ -55,7 +55,7 @@ class Trial(msgspec.Struct, frozen=True):
 
 def plan_trial(
     joint: Joint, kind: Kind, position: float, size: float | None, seconds: float | None
-) -> Trial:
+) -> StepTrial:
     """Choose the set points.
 
     A position goes up by the step and back down; where there is no room above, down and back up. A
@@ -88,7 +88,7 @@ def plan_trial(
             and position - reach >= joint.lower
             and position + reach <= joint.upper
         ):
-            return Trial(joint, kind, (height, -height), seconds)
+            return StepTrial(joint, kind, (height, -height), seconds)
         raise StepError(
             _no_room(
                 joint, position, f"{height / joint.scale:g} {joint.unit}/s during {seconds:g} s"
@@ -96,7 +96,7 @@ def plan_trial(
         )
     for end in (position + height, position - height):
         if joint.lower <= end <= joint.upper:
-            return Trial(joint, kind, (end, position), seconds)
+            return StepTrial(joint, kind, (end, position), seconds)
     raise StepError(_no_room(joint, position, f"a step of {height / joint.scale:g} {joint.unit}"))
 
 
@@ -108,7 +108,7 @@ def _no_room(joint: Joint, position: float, what: str) -> str:
     )
 
 
-def reasons(trial: Trial, response: StepFigures) -> list[str]:
+def reasons(trial: StepTrial, response: StepFigures) -> list[str]:
     """Return what is wrong with a response, nothing if all limits are kept."""
     found = []
     limit, error = STEADY_ERROR[trial.kind], abs(response.steady_state_error) / trial.joint.scale
@@ -125,7 +125,7 @@ def reasons(trial: Trial, response: StepFigures) -> list[str]:
     return found
 
 
-def summary(trial: Trial, steps: Sequence[Step], where: Mapping[str, Any]) -> dict[str, Any]:
+def summary(trial: StepTrial, steps: Sequence[Step], where: Mapping[str, Any]) -> dict[str, Any]:
     """Return everything about a trial as a JSON document, in deg and mm.
 
     Args:
@@ -154,7 +154,7 @@ def summary(trial: Trial, steps: Sequence[Step], where: Mapping[str, Any]) -> di
     }
 
 
-def _row(trial: Trial, step: Step, response: StepFigures) -> dict[str, Any]:
+def _row(trial: StepTrial, step: Step, response: StepFigures) -> dict[str, Any]:
     """Return one step as a JSON object."""
     scale = trial.joint.scale
     return {

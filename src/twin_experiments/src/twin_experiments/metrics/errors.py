@@ -189,6 +189,7 @@ def find_moves(seen: Trace, leader_tool: Array, settings: MetricsSettings) -> tu
     for first, last in _merged(
         true_runs(seen.moving, seen.aligned.segments), round(MERGE_PAUSE_S * settings.rate_hz)
     ):
+        # The leader's way: the follower's has its errors in it.
         length = float(np.linalg.norm(np.diff(leader_tool[first:last], axis=0), axis=1).sum() * MM)
         error = float(seen.deviation_mm[first:last].max())
         percent = 100.0 * error / length if length >= settings.shortest_move_mm else None
@@ -254,6 +255,7 @@ def _measure_rest(
         float(instants[-1]),
         float(seen.deviation_mm[part].max()),
     )
+    # Either side may have missed the position: the nearer one tells which was meant.
     near = {
         name: min(
             np.linalg.norm(side.mean(axis=0) - position) * MM for side in (real_tool, twin_tool)
@@ -301,6 +303,7 @@ def compare(
     )
     shifted, after = None, None
     if lag is not None:
+        # Each side is moved by half of it: who is called the leader changes the sign alone.
         half = 0.5 * lag if leader == "real" else -0.5 * lag
         shifted = trace(real.shifted(half), twin.shifted(-half), tool, settings)
         after = summarize(shifted.deviation_mm[shifted.moving], settings.reach_mm)

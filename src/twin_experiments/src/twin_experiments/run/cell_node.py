@@ -67,8 +67,10 @@ class Cell:
         self._thresholds = {
             joint.name: joint.velocity * moving_speed_percent / 100.0 for joint in robot.twin_joints
         }
+        # Where the joints truly are: what the robot shows is rounded, and late.
         self._activities = {"real/ground_truth": Activity(), "twin/joint_states": Activity()}
         self._newest: dict[str, Any] = {}
+        # Beginning and end of an experiment stand in the bag itself: a report needs nothing else.
         self._marker = rospy.Publisher("experiment/marker", String, queue_size=10, tcp_nodelay=True)
         for topic, kind in TOPICS.items():
             rospy.Subscriber(topic, kind, self._receive, topic, queue_size=100, tcp_nodelay=True)

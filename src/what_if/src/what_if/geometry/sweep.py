@@ -85,6 +85,7 @@ def sweep(scene: Scene, way: Way, nearer: float) -> Swept:
     """
     if not scene.pairs:
         return Swept(None, math.inf, None)
+    # The library may say too much by ERROR: a doubt counts as a hit (decision 0029).
     return _Search(scene, way, nearer + ERROR).run()
 
 
@@ -93,6 +94,7 @@ class _Search:
 
     def __init__(self, scene: Scene, way: Way, nearer: float) -> None:
         self._scene, self._way, self._nearer = scene, way, nearer
+        # By place and pair: each place is the end of two pieces, and halving asks for it again.
         self._known: dict[tuple[int, int], float] = {}
         self._u: list[float] = []
         self._poses: list[FloatArray] = []
@@ -110,11 +112,13 @@ class _Search:
         count = min(SEEDS, gaps.size)
         for k in np.argpartition(gaps, count - 1, axis=None)[:count]:
             self._distance(*(int(i) for i in np.unravel_index(k, gaps.shape)))
+        # A way of one place is one piece without length.
         begin = np.arange(len(u) - 1) if len(u) > 1 else np.array([0])
         end = begin + 1 if len(u) > 1 else begin
         lengths = self._lengths(u[begin], u[end])
         bound = 0.5 * (gaps[begin] + gaps[end] - lengths)
         pieces, numbers = np.nonzero(bound < self._wanted())
+        # The nearest first: after a hit nothing behind it on the way counts.
         order = np.argsort(bound[pieces, numbers])
         todo = [
             (int(begin[k]), int(end[k]), int(p), float(lengths[k, p]), float(bound[k, p]))
@@ -186,6 +190,7 @@ class _Search:
         """Return both halves of each piece, with the bounds of the boxes."""
         if not pieces:
             return []
+        # Pieces of many pairs share their ends: each middle is looked at once for all of them.
         ends = sorted({(begin, end) for begin, end, *_ in pieces})
         middles = {pair: len(self._u) + k for k, pair in enumerate(ends)}
         u = np.array([0.5 * (self._u[begin] + self._u[end]) for begin, end in ends])

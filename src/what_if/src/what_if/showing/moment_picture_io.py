@@ -19,7 +19,7 @@ import pybullet
 from PIL import Image, ImageDraw, ImageFont
 from scara_control.dynamics.engine_io import new_engine
 from scara_simulation.camera.config import load_camera
-from scara_simulation.camera.optics import Optics, Pose
+from scara_simulation.camera.optics import CameraPose, Optics
 from scipy.spatial.transform import Rotation
 
 from what_if.geometry.bodies import Body, Kind
@@ -95,7 +95,7 @@ class _Stage:
             if body.kind not in GLASS:
                 self._make(number, body)
 
-    def near_view(self, optics: Optics) -> Pose:
+    def near_view(self, optics: Optics) -> CameraPose:
         """Return the view from near that shows most of what it is about."""
         small = replace(optics, width=optics.width // TRIAL, height=optics.height // TRIAL)
         x, y, z = self._moment.place
@@ -104,10 +104,10 @@ class _Stage:
             aside, up = NEAR_M * math.cos(tilt), NEAR_M * math.sin(tilt)
             for turn in (2.0 * math.pi * k / TURNS for k in range(TURNS)):
                 eye = (x + aside * math.cos(turn), y + aside * math.sin(turn), z + up)
-                views.append(Pose(eye, (x, y, z)))
+                views.append(CameraPose(eye, (x, y, z)))
         return max(views, key=lambda view: self._seen(small, view))
 
-    def draw(self, optics: Optics, view: Pose, background: tuple[int, int, int]) -> Colours:
+    def draw(self, optics: Optics, view: CameraPose, background: tuple[int, int, int]) -> Colours:
         """Draw it; people, and the zone that it is about, can be seen through."""
         solid, _ = self._shoot(optics, view, background)
         # A zone is drawn only where it is about that one.
@@ -127,7 +127,7 @@ class _Stage:
         mixed = np.where(covered, (1.0 - CLEAR) * solid + CLEAR * all_of_it, solid)
         return mixed.astype(np.uint8)
 
-    def _seen(self, optics: Optics, view: Pose) -> tuple[int, int]:
+    def _seen(self, optics: Optics, view: CameraPose) -> tuple[int, int]:
         """Return how much is seen of the marked body that is hidden most, and of all of them."""
         _, mask = self._shoot(optics, view, (0, 0, 0))
         marked = [self._made[k] for k in self._moment.marked if k in self._made]
@@ -135,7 +135,7 @@ class _Stage:
         return min(counts, default=0), sum(counts)
 
     def _shoot(
-        self, optics: Optics, view: Pose, background: tuple[int, int, int]
+        self, optics: Optics, view: CameraPose, background: tuple[int, int, int]
     ) -> tuple[Colours, Numbers]:
         """Return the colours, and which body is seen at each pixel."""
         size = (optics.height, optics.width)
@@ -187,7 +187,7 @@ def _stage(moment: Moment) -> Iterator[_Stage]:
         pybullet.disconnect(physicsClientId=client)
 
 
-def _ring(image: Image.Image, optics: Optics, view: Pose, moment: Moment) -> None:
+def _ring(image: Image.Image, optics: Optics, view: CameraPose, moment: Moment) -> None:
     """Draw a ring around the place."""
     seen = optics.projection() @ view.view() @ np.array((*moment.place, 1.0))
     if seen[3] <= 0.0:
