@@ -169,7 +169,7 @@ def test_pendant_says_why_it_cannot(cell: Cell) -> None:
     """
     code, text = cell.pendant("run", "NOPE")
     assert code == 1
-    assert "no program 'NOPE': there are ARTICLE, PALLETISE, STREAM, TWO_POINT" in text
+    assert "no program 'NOPE': there are ARTICLE, PALLETISE, RSR0101, TWO_POINT" in text
     cell.client.write_coil(6000, False)
     wait_until(lambda: cell.client.read_discrete_inputs(6005, count=1).bits[0], 2.0)
     code, text = cell.pendant("run", "ARTICLE")

@@ -277,7 +277,7 @@ def test_stream_follows_set_points_after_the_start_delay(bench: Bench) -> None:
     )
     bench.run(0.3)
     assert bench.now.positions[0] == pytest.approx(0.01, abs=1e-12)
-    assert bench.now.control_type is ControlType.STREAM and bench.now.program_name == "STREAM"
+    assert bench.now.control_type is ControlType.STREAM and bench.now.program_name == "RSR0101"
 
 
 def test_stream_speed_and_override_limit_a_far_set_point(bench: Bench) -> None:

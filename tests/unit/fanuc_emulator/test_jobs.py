@@ -22,14 +22,14 @@ def streaming(bench: Bench) -> Bench:
     bench.pulse("rsr1")
     bench.run(1.0)
     program = bench.now.program_name
-    assert bench.now.program_state is ProgramState.RUNNING and program == "STREAM"
+    assert bench.now.program_state is ProgramState.RUNNING and program == "RSR0101"
     return bench
 
 
 def begun(bench: Bench) -> bool:
     """Return whether a program of the robot's own runs."""
     running = bench.now.program_state is ProgramState.RUNNING
-    return running and bench.now.program_name not in ("", "STREAM")
+    return running and bench.now.program_name not in ("", "RSR0101")
 
 
 def test_a_start_at_the_pendant_waits_for_the_end_of_the_stream(streaming: Bench) -> None:
@@ -67,7 +67,7 @@ def test_a_stream_that_goes_on_refuses_it_in_the_end(streaming: Bench) -> None:
     streaming.run(streaming.config.start_wait_ms * 1e-3 + 0.01)
     alarm = streaming.now.alarm
     assert alarm is not None and alarm.code is alarms.START_REFUSED
-    assert alarm.cause == "STREAM is running"
+    assert alarm.cause == "RSR0101 is running"
     streaming.pulse("cstopi")
     streaming.run(2.0)
     assert not begun(streaming)
