@@ -30,6 +30,12 @@ GOLDEN = YAML(typ="safe").load(Path(__file__).with_name("emulator_snapshots.yaml
 WORDS_EVERY = 5
 
 
+SHOWN = msgspec.defstruct(
+    "Snapshot", [each for each in Snapshot.__struct_fields__ if each != "plain_clock_ms"]
+)
+"""All that a client can read but the controller's plain clock, which is the tick told otherwise."""
+
+
 class Stage:
     """A controller in virtual time, and the digest of all that it showed."""
 
@@ -90,6 +96,8 @@ class Stage:
         self.controller.write_setpoint_valid(True)
 
     def _add(self, shown: object) -> None:
+        if isinstance(shown, Snapshot):
+            shown = SHOWN(*[getattr(shown, name) for name in SHOWN.__struct_fields__])
         self._digest.update(msgspec.msgpack.encode(shown, order="deterministic"))
 
 

@@ -238,6 +238,7 @@ class Controller:
         return Snapshot(
             tick=self._tick,
             clock_ms=self._clock_at(self._reading.clock_ms),
+            plain_clock_ms=self._clock_at(self._now_ms),
             measured_positions=self._reading.positions,
             measured_velocities=self._reading.velocities,
             positions=self._true_positions(),

@@ -210,7 +210,16 @@ def run(
         plant_text(named, config.plant),
     )
     chance = np.random.default_rng(SEED)
-    controller = Controller(config, robot, programs, time.time(), parts, chance, layout.ring_places)
+    controller = Controller(
+        config,
+        robot,
+        programs,
+        time.time(),
+        parts,
+        chance,
+        layout.ring_places,
+        layout.find("setpoint_valid") is not None,
+    )
     answers = AnswerTimes(config.plant.answers, np.random.default_rng(SEED))
     image = RegisterImage(layout, robot, config.plant.payload_kg)
     go_first()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from scara_config import Robot
+from scara_config.map_entries import FAST_CLOCK
 from scara_config.modbus_map import RING_NUMBERS, TABLES, ModbusMap, Register, Table
 
 from fanuc_emulator.controller import Controller
@@ -13,7 +14,6 @@ from fanuc_emulator.snapshot import Snapshot
 
 # Registers of one number, and what of a snapshot they show.
 _NUMBERS = {
-    "clock_ms": "clock_ms",
     "control_type": "control_type",
     "program_speed": "program_speed",
     "heartbeat_echo": "heartbeat",
@@ -71,7 +71,11 @@ class RegisterImage:
         self._override_waits = False
         self._sequence = 0
         self._codes = _codes(layout)
-        self._tick_ms = round(self._registers["clock_ms"].scale)
+        # A controller's plain clock goes on between two readings.
+        clock = self._registers["clock_ms"]
+        plain = clock.variable == FAST_CLOCK
+        self._numbers = {"clock_ms": "plain_clock_ms" if plain else "clock_ms", **_NUMBERS}
+        self._tick_ms = round(clock.scale)
         self._put("position_valid", (1,))
         self._put("stream_speed", (100,))
         self._put("payload_mass", (payload_kg,))
@@ -85,7 +89,7 @@ class RegisterImage:
             self._put("position", self._by_axis(snapshot.measured_positions))
         if before is None or before.measured_velocities != snapshot.measured_velocities:
             self._put("velocity", self._by_axis(snapshot.measured_velocities))
-        for name, field in _NUMBERS.items():
+        for name, field in self._numbers.items():
             number = getattr(snapshot, field)
             if before is None or getattr(before, field) != number:
                 # A clock that ticks in longer steps shows the last one.

@@ -31,10 +31,15 @@ class Snapshot(msgspec.Struct, frozen=True):
     """Everything a client can read, true at one instant.
 
     Positions in the order of robot.yaml [rad or m].
+
+    Attributes:
+        clock_ms: Stamp of the readings.
+        plain_clock_ms: The controller's clock, whatever the readings are.
     """
 
     tick: int
     clock_ms: int
+    plain_clock_ms: int
     measured_positions: tuple[float, ...]
     measured_velocities: tuple[float, ...]
     positions: tuple[float, ...]

@@ -37,7 +37,8 @@ def decide(
             for slot in next_slots(
                 now,
                 tick,
-                RHYTHM,
+                RHYTHM.period,
+                RHYTHM.jitter,
                 SPACING,
                 poll + 0.5 * SPACING,
                 WAY,
@@ -93,5 +94,5 @@ def test_an_answer_that_comes_late_leaves_its_place_empty_and_keeps_the_rhythm()
 
 def test_without_a_spacing_each_is_sent_at_once() -> None:
     """One for each new time."""
-    assert next_slots(5.0, 4.9, RHYTHM, None, POLL, WAY, None) == [SendSlot(5.0, 5.0)]
-    assert next_slots(5.0, 4.9, RHYTHM, None, POLL, WAY, 5.0) == []
+    assert next_slots(5.0, 4.9, RHYTHM.period, 0.0, None, POLL, WAY, None) == [SendSlot(5.0, 5.0)]
+    assert next_slots(5.0, 4.9, RHYTHM.period, 0.0, None, POLL, WAY, 5.0) == []

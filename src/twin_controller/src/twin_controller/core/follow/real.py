@@ -101,7 +101,8 @@ def _slots(setup: Setup, follows: RealFollows, sides: Sides, now: float) -> list
     return next_slots(
         now,
         sides.real.last.time,
-        sides.real.rhythm,
+        sides.real.period,
+        sides.real.rhythm.jitter,
         spacing,
         ahead,
         0.5 * sides.real.clock.best_trip,
@@ -114,7 +115,7 @@ def setpoint_spacing(setup: Setup, real: RealSide) -> float | None:
 
     At least one, for no robot takes two within its own period. None: each is sent at once.
     """
-    wanted, period = setup.config.stream.period_ms, real.rhythm.period
+    wanted, period = setup.config.stream.period_ms, real.period
     if wanted is None:
         return None
     return max(1, round(1e-3 * wanted / period)) * period

@@ -19,8 +19,6 @@ import math
 
 import msgspec
 
-from twin_controller.estimation.rhythm import Rhythm
-
 PREPARED_S = 0.0004
 """From a decision to its request [s]; measured: 0.1 ms median, 0.5 ms in the worst per cent."""
 
@@ -42,7 +40,8 @@ class SendSlot(msgspec.Struct, frozen=True):
 def next_slots(
     now: float,
     tick: float,
-    rhythm: Rhythm,
+    tick_period: float,
+    jitter: float,
     spacing: float | None,
     ahead: float,
     travel_time: float,
@@ -55,7 +54,8 @@ def next_slots(
     Args:
         now: Time of the decision [s].
         tick: A tick of the robot [s], near ``now``.
-        rhythm: How often the robot ticks, and how roughly it says when.
+        tick_period: How often the robot ticks [s].
+        jitter: How roughly it says when; standard deviation [s].
         spacing: Between two set points [s], a multiple of the period; None: one at once for each
             decision.
         ahead: All set points are decided that are sent within this time [s]: longer than until the
@@ -71,8 +71,7 @@ def next_slots(
         if due:
             return [SendSlot(now, now)]
         return []
-    tick_period = rhythm.period
-    after = min(max(AFTER * tick_period, ROUGHLY * rhythm.jitter), 0.5 * tick_period)
+    after = min(max(AFTER * tick_period, ROUGHLY * jitter), 0.5 * tick_period)
     lead = travel_time + tick_period - after
     # The first tick that can still be reached ...
     first = tick + math.ceil((now + PREPARED_S + lead - tick) / tick_period) * tick_period

@@ -35,6 +35,7 @@ from twin_controller.core.sides.side import (
     TwinSide,
 )
 from twin_controller.core.sides.speeds import speeds
+from twin_controller.estimation.latch import Latch, cut, renewed
 from twin_controller.estimation.rhythm import heard
 
 replace = msgspec.structs.replace
@@ -96,7 +97,14 @@ def real_lost(real: RealSide, reason: str, connected: bool = True) -> RealSide:
         connected: Its link stands all the same.
     """
     fresh = ClockEstimate(jumps=real.clock.jumps)
-    return RealSide(connected, reason, clock=fresh, rhythm=real.rhythm, noise=real.noise)
+    return RealSide(
+        connected,
+        reason,
+        clock=fresh,
+        rhythm=real.rhythm,
+        latch=cut(real.latch),
+        noise=real.noise,
+    )
 
 
 def twin_lost(twin: TwinSide, reason: str, connected: bool = True) -> TwinSide:
@@ -155,14 +163,14 @@ def _real_sampled(setup: Setup, real: RealSide, event: RealMeasured) -> RealSide
         return real
     rhythm = heard(real.rhythm, clock_ms, 0.5 * (event.sent + event.received))
     # What the stamps are rough by is no motion: each reading lies on the robot's own grid.
-    instant = rhythm.instant(clock_ms) * 1e-3
+    stamp = rhythm.instant(clock_ms)
     known = real.clock
     if rhythm.corrects and not real.rhythm.corrects:
         # What was bounded by stamps as rough as these may be wrong by as much.
         known = clock.widen(known, rhythm.roughness)
     estimate = clock.observe(
         known,
-        instant,
+        1e-3 * stamp,
         event.sent,
         event.received,
         config.clock_drift_ppm,
@@ -175,10 +183,38 @@ def _real_sampled(setup: Setup, real: RealSide, event: RealMeasured) -> RealSide
         cause = stall_text(real.stall, event.now)
         lost = real_lost(real, f"{cause}: its old answers say little" if cause else CLOCK_JUMPED)
         return replace(lost, clock=ClockEstimate(jumps=estimate.jumps))
-    sample = replace(event.motion, time=estimate.to_local(instant))
+    latch, renewed_at = real.latch, stamp
+    if rhythm.exact:
+        latch = renewed(latch, stamp, event.motion.q, setup.velocity)
+        if latch.grid != real.latch.grid:
+            real = restamped(real, latch, estimate)
+        renewed_at = latch.instant(stamp)
+    sample = replace(event.motion, time=estimate.to_local(1e-3 * renewed_at))
     seen = min(event.received, sample.time + estimate.uncertainty)
-    real = replace(real, clock=estimate, rhythm=rhythm, seen=seen, flags=event, clock_ms=clock_ms)
+    real = replace(
+        real,
+        clock=estimate,
+        rhythm=rhythm,
+        latch=latch,
+        seen=seen,
+        flags=event,
+        clock_ms=clock_ms,
+    )
     return _sampled(setup, real, sample)
+
+
+def restamped(real: RealSide, latch: Latch, known: ClockEstimate) -> RealSide:
+    """Put the newest readings where they belong, now that it is known how old they were."""
+    stamps = [row[0] for row in latch.rows[:-1]][-len(real.history) :]
+    if not stamps:
+        return real
+    rows = [
+        replace(reading, time=known.to_local(1e-3 * latch.instant(stamp)))
+        for reading, stamp in zip(real.history[-len(stamps) :], stamps)
+    ]
+    # What came before keeps its order: nothing of it is newer than the first of them.
+    before = [each for each in real.history[: -len(stamps)] if each.time < rows[0].time]
+    return replace(real, history=(*before, *rows))
 
 
 def twin_measured(setup: Setup, twin: TwinSide, event: TwinMeasured) -> TwinSide:
@@ -230,7 +266,7 @@ def _sampled(setup: Setup, side: S, sample: JointMotion) -> S:
         qdot = (0.0,) * len(sample.q)
         if not change.stands_still(found, sample.time, config):
             noise = tuple(side.noise * scale for scale in setup.scale)
-            qdot = speeds(side.history, sample, noise, setup.velocity)
+            qdot = speeds(side.history, sample, noise, setup.velocity, side.age_doubt)
         sample = replace(sample, qdot=qdot)
     return replace(
         side,

@@ -9,6 +9,7 @@ from twin_controller.core.events import RealMeasured, TwinMotion, TwinPlan
 from twin_controller.core.sides.change import ChangeState
 from twin_controller.core.sides.clock import ClockEstimate
 from twin_controller.core.sides.echo import EchoTube
+from twin_controller.estimation.latch import Latch
 from twin_controller.estimation.rhythm import Rhythm
 
 HISTORY = 48
@@ -56,6 +57,11 @@ class Side(msgspec.Struct, frozen=True):
     stall: tuple[float, float] = (0.0, 0.0)
 
     @property
+    def age_doubt(self) -> float:
+        """Standard deviation of a reading from its stamp [s], as far as the side shows it."""
+        return 0.0
+
+    @property
     def last(self) -> JointMotion:
         """The newest sample; only where one is known to exist."""
         return self.history[-1]
@@ -75,10 +81,22 @@ class RealSide(Side, frozen=True):
     clock_ms: int | None = None
     # How often it renews its readings; a property of the robot, so it outlives a loss.
     rhythm: Rhythm = Rhythm()
+    # How old a reading is where its stamp is not its own; likewise.
+    latch: Latch = Latch()
     # Text of its active alarm, and of its warning while nothing stops it. The robot says when they
     # end.
     alarm: str = ""
     warning: str = ""
+
+    @property
+    def period(self) -> float:
+        """The time between two of its readings, and of its ticks [s]."""
+        return (self.latch.period if self.rhythm.exact else 0.0) or self.rhythm.period
+
+    @property
+    def age_doubt(self) -> float:
+        """Until its motion has shown how old its readings are, each may be of any age."""
+        return self.latch.doubt if self.rhythm.exact else 0.0
 
     @property
     def takes_ahead(self) -> int:

@@ -28,9 +28,17 @@ WRONG_PERCENT = 0.25
 """Of its greatest speed a joint's may be wrong by so much, one standard deviation; our choice:
 over a delay of 30 ms the tool of a SCARA strays by 0.4 mm for it."""
 
+WRONG_BY_AGE = 0.15
+"""A speed may be wrong by this part of itself while nobody knows how old the readings are; our
+choice: over a delay of 15 ms the joint strays by that as much as by the age itself."""
+
 
 def speeds(
-    history: Sequence[JointMotion], newest: JointMotion, noise: Joints, velocity: Joints
+    history: Sequence[JointMotion],
+    newest: JointMotion,
+    noise: Joints,
+    velocity: Joints,
+    age_doubt: float = 0.0,
 ) -> Joints:
     """Return the speed of each joint at the newest reading, SI.
 
@@ -39,6 +47,7 @@ def speeds(
         newest: The newest one.
         noise: Standard deviation of each joint's readings, SI.
         velocity: Largest speed of each joint, SI.
+        age_doubt: Standard deviation of a reading from its stamp [s].
     """
     recent = [each for each in history[1 - MOST :] if newest.time - each.time <= LONGEST_S]
     rows = [*recent, newest]
@@ -47,6 +56,7 @@ def speeds(
     q = np.array([row.q for row in rows])
     s = np.array([row.time - newest.time for row in rows])
     worst = max(one / (1e-2 * WRONG_PERCENT * most) for one, most in zip(noise, velocity))
+    worst = max(worst, age_doubt / WRONG_BY_AGE)
     weights = slope_weights(s[-FEWEST:])
     for count in range(FEWEST + 1, len(rows) + 1):
         if worst * float(np.linalg.norm(weights)) <= 1.0:
