@@ -41,7 +41,7 @@ ENTRIES: dict[str, Entry] = {
     # Kept by a program of the robot's own, or written for one.
     "setpoint": Entry(_AXIS, "lead"),
     **dict.fromkeys(("heartbeat", "stream_speed", "override"), Entry(WHOLE, "lead")),
-    "control_type": Entry(WHOLE, "lead", "by PRG[1]: no program of ours runs"),
+    "control_type": Entry(WHOLE, instead="by PRG[1], the program's name"),
     "velocity": Entry(_AXIS, instead="differences of positions, over the robot's clock"),
     "setpoint_valid": Entry(WHOLE, instead="not written"),
     **dict.fromkeys(("program_speed", "heartbeat_echo", "watchdog_state"), Entry(WHOLE)),

@@ -55,7 +55,8 @@ OUTPUTS = (
 COMMANDS = ("imstp", "hold", "cstopi", "fault_reset", "start", "rsr1")
 # A robot may have a suction gripper: then all of these signals, else none.
 GRIPPER_INPUTS, GRIPPER_OUTPUTS = ("gripper",), ("gripper", "vacuum")
-# The buttons of the person beside the robot: all or none. The twin controller never writes them.
+# The buttons of the person beside the robot, all or none, and what shows them: a robot that shows
+# them has them. The twin controller never writes them.
 _KEYS = ("panel_start", "panel_abort", "panel_reset", *(f"panel_run{n}" for n in range(1, 9)))
 PANEL_INPUTS = ("panel_imstp", "panel_hold", *_KEYS)
 PANEL_OUTPUTS = ("panel_estop", "panel_held")
@@ -196,17 +197,26 @@ class ModbusMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
     @property
     def has_gripper(self) -> bool:
         """The robot has a suction gripper."""
-        return self._has_any((*GRIPPER_INPUTS, *GRIPPER_OUTPUTS))
+        inputs = any(name in self._inputs for name in GRIPPER_INPUTS)
+        return inputs or any(name in self._outputs for name in GRIPPER_OUTPUTS)
+
+    @property
+    def has_keys(self) -> bool:
+        """The person beside the robot presses its buttons over Modbus, as at the stand-in."""
+        return any(name in self._inputs for name in PANEL_INPUTS)
 
     @property
     def has_panel(self) -> bool:
         """The robot shows the buttons of the person beside it."""
-        return self._has_any((*PANEL_INPUTS, *PANEL_OUTPUTS))
+        return any(name in self._outputs for name in PANEL_OUTPUTS)
 
-    def _has_any(self, names: Iterable[str]) -> bool:
-        inputs = self.command_word.codes if self.command_word else self.coils
-        outputs = self.status_word.bits if self.status_word else self.discrete_inputs
-        return any(name in inputs or name in outputs for name in names)
+    @property
+    def _inputs(self) -> Iterable[str]:
+        return self.command_word.codes if self.command_word else self.coils
+
+    @property
+    def _outputs(self) -> Iterable[str]:
+        return self.status_word.bits if self.status_word else self.discrete_inputs
 
 
 def number_after(number: int) -> int:
@@ -337,10 +347,11 @@ def _wrong_word(layout: ModbusMap, key: str, word: SignalWord) -> Iterator[str]:
 
 def _wrong_inputs(layout: ModbusMap) -> Iterator[str]:
     word, gripper = layout.command_word, GRIPPER_INPUTS if layout.has_gripper else ()
-    panel = PANEL_INPUTS if layout.has_panel else ()
+    panel = PANEL_INPUTS if layout.has_keys or layout.has_panel else ()
     if word is None:
-        if layout.leads or layout.coils:
-            yield from _wrong_coils(layout.coils, gripper, panel)
+        # Beside a robot that is only followed there may be the stand-in's buttons alone.
+        signals = INPUTS if layout.leads or any(name in layout.coils for name in INPUTS) else ()
+        yield from _wrong_coils(layout.coils, signals + gripper, panel)
         return
     if layout.coils:
         yield "command_word: there are coils too"
@@ -385,10 +396,11 @@ def _wrong_inputs(layout: ModbusMap) -> Iterator[str]:
 
 
 def _wrong_coils(
-    coils: dict[str, Bit], gripper: tuple[str, ...], panel: tuple[str, ...]
+    coils: dict[str, Bit], signals: tuple[str, ...], panel: tuple[str, ...]
 ) -> Iterator[str]:
-    yield from _wrong_names("coils", coils, INPUTS + gripper + panel)
-    for name in (name for name in COMMANDS + gripper if name in coils and not coils[name].write):
+    yield from _wrong_names("coils", coils, signals + panel)
+    commands = (*COMMANDS, *GRIPPER_INPUTS)
+    for name in (name for name in commands if name in coils and not coils[name].write):
         yield f"coils.{name}.write = false: must be true, the robot is commanded by it"
     for name in (name for name in panel if name in coils and coils[name].write):
         yield f"coils.{name}.write = true: must be false, it is the button of whoever stands there"

@@ -17,6 +17,7 @@ import msgspec
 from fanuc_emulator.tp.executor import ProgramState
 from scara_config import Robot
 from scara_config.robot import ALLOCATED, Stopping
+from scara_config.set_up.kit_map import kit_map
 from twin_controller.core.events import LinkChanged
 
 from harness.scenes.copies import copied
@@ -113,6 +114,7 @@ def measure(instant: Instant, tried: Iterable[Tried] = ALL) -> list[Row]:
         CellError: The cell does not come to that instant; the text says why.
     """
     files = load_files(ROBOT, plant=instant.plant, settings={"uop": instant.uop})
+    files = dataclasses.replace(files, layout=kit_map(files.layout))
     profile = profiled(files.robot, instant.profile or instant.uop)
     with VirtualCell(dataclasses.replace(files, robot=profile)) as cell:
         _connect(cell, instant)

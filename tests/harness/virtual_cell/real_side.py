@@ -71,6 +71,7 @@ class RealSide:
             boot_seconds=0.0,
             random=np.random.default_rng(SEED),
             ring_places=files.layout.ring_places,
+            valid_word=files.layout.find("setpoint_valid") is not None,
         )
         self.shown = self.robot.step()
         self._image = RegisterImage(files.layout, files.robot)
@@ -124,7 +125,8 @@ class RealSide:
                     self._waiting = []
                 case TakeBack():
                     self._ring.empty()
-                    self._tell(partial(self.robot.write_setpoint_valid, False))
+                    if self._files.layout.find("setpoint_valid"):
+                        self._tell(partial(self.robot.write_setpoint_valid, False))
                     self._tell(partial(self.robot.source.ring.write_newest, 0))
                 case StandHere():
                     here = self._here

@@ -25,6 +25,7 @@ from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
 from scara_config.profile import CHOICE
 from scara_config.programs.tp.reader import read as read_program
+from scara_config.set_up.kit_map import kit_map
 from scara_config.set_up.kit_programs import texts as programs
 from scara_config.set_up.settings import SETTINGS
 from scara_config.set_up.slots import WAY_IN, delivered_table, slot_table
@@ -68,7 +69,7 @@ def test_the_kit_has_a_page_for_each_thing_to_do(tmp_path: Path) -> None:
     texts = {path.name: path.read_text() for path in (tmp_path / "kit").iterdir()}
     for row in SETTINGS:
         assert row.menu in texts["1_settings.md"] and row.wanted in texts["1_settings.md"]
-    for number, slot in enumerate(slot_table(LAYOUT), start=1):
+    for number, slot in enumerate(slot_table(kit_map(LAYOUT)), start=1):
         line = f"| {number} | {slot.address} | {slot.size} | {slot.name} | {slot.multiply:g} |"
         assert (line in texts["2_slots.md"]) == (slot.size > 0), line
     assert texts["5_acceptance.md"].count("- [ ]") > 10
@@ -109,7 +110,7 @@ def test_who_types_what_is_printed_makes_a_delivered_robot_ready(tmp_path: Path)
         table.put(number, "$SIZE", float(cells[2]))
         table.put(number, "$VAR_NAME", cells[3])
         table.put(number, "$MULTIPLY", float(cells[4]))
-    assert [table[number] for number in range(1, 81)] == slot_table(LAYOUT)
+    assert [table[number] for number in range(1, 81)] == slot_table(kit_map(LAYOUT))
     keys = {row.menu: row.key for row in SETTINGS}
     typed = {
         keys[cells[1]]: TYPED[keys[cells[1]]][cells[2]]
@@ -164,8 +165,8 @@ def test_slots_are_written_once_somebody_agrees_and_read_back() -> None:
         refused = CliRunner().invoke(write, command, input="n\n")
         assert refused.exit_code == 1 and table[2].size == 0
         done = CliRunner().invoke(write, [*command, "--yes"])
-        assert done.exit_code == 0 and "27 written; all slots are there" in done.output, done.output
-        assert [table[number] for number in range(1, 81)] == slot_table(LAYOUT)
+        assert done.exit_code == 0 and "22 written; all slots are there" in done.output, done.output
+        assert [table[number] for number in range(1, 81)] == slot_table(kit_map(LAYOUT))
         again = CliRunner().invoke(write, command)
         assert "0 written; all slots are there" in again.output
 
@@ -195,3 +196,15 @@ def test_printouts_of_a_folder_are_read(tmp_path: Path) -> None:
     (tmp_path / "system.va").unlink()
     done = CliRunner().invoke(read, [str(tmp_path)])
     assert done.exit_code == 2 and "no printout" in done.output
+
+
+def test_the_map_that_is_made_is_that_of_the_slots(tmp_path: Path) -> None:
+    """It is read as any other, and asks for what the sheet of slots lays out."""
+    folder = tmp_path / "kit"
+    done = CliRunner().invoke(make, ["fanuc_sr6ia", "--practise", "--out", str(folder)])
+    assert done.exit_code == 0, done.output
+    made = load_modbus_map(folder)
+    assert made == kit_map(LAYOUT, keys=True)
+    assert [cells[3] for cells in rows(folder / "2_slots.md")] == [
+        slot.name for slot in slot_table(made) if slot.size
+    ]

@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
+from scara_config.set_up.kit_map import kit_map
 from twin_controller.modbus.blocks import Block
 from twin_controller.registers import RegisterCodec
 from twin_controller.robot_sample import (
@@ -317,3 +318,28 @@ def test_what_a_robot_does_not_give_is_unknown_or_told_by_prg(
 def test_the_controllers_own_clock_begins_again_where_ours_does(ticks: int, clock_ms: int) -> None:
     """It counts 2 ms at a time: after 24 days it is beyond our wrap, after 49 negative."""
     assert FOLLOWED.decode_sample(followed_words(ticks)).clock_ms == clock_ms
+
+
+@pytest.mark.parametrize(
+    ("name", "on", "control"),
+    [
+        ("RSR0101", "progrun", ControlType.STREAM),
+        ("RSR0101", "paused", ControlType.STREAM),
+        ("RSR0101", "", ControlType.NONE),
+        ("ARTICLE", "progrun", ControlType.PROGRAM),
+    ],
+)
+def test_the_programs_name_tells_a_stream_where_no_register_does(
+    name: str, on: str, control: ControlType
+) -> None:
+    """It stands in the same answer as the position: not even for a cycle is it another one."""
+    kit = kit_map(LAYOUT)
+    codec = RegisterCodec(kit, ROBOT)
+    words = [0] * codec.state.count
+    words[: 19 + 2] = followed_words()[: 19 + 2]
+    begin = kit.holding_registers["program_name"].offset - codec.state.offset
+    text = name.ljust(16, "\0").encode()
+    words[begin : begin + 8] = struct.unpack(">8H", text)
+    assert codec.outputs is not None
+    signals = [bit == on for bit in kit.discrete_inputs]
+    assert codec.decode_sample(words, signals).control_type is control

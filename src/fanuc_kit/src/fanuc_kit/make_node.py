@@ -1,7 +1,8 @@
 """Print what a delivered controller needs: rosrun fanuc_kit make ROBOT [--out FOLDER].
 
 A folder of sheets in Markdown, and the same as ``kit.html`` for the printer: settings with their
-menus, the slots of $SNPX_ASG, signals, programs to type, steps to try.
+menus, the slots of $SNPX_ASG, signals, programs to type, steps to try. Beside them the map of a
+robot that is set up so, for config/robots/ROBOT.
 """
 
 from __future__ import annotations
@@ -14,11 +15,13 @@ from rich.console import Console
 from scara_config import ConfigError, load_robot
 from scara_config.modbus_map import load_modbus_map
 from scara_config.profile import chosen_robot
+from scara_config.set_up.kit_map import kit_map
 from scara_config.set_up.kit_programs import texts as program_texts
 from scara_config.set_up.slots import has_slots, slot_problems
 from scara_ros.shell.command_line_io import CommandLine, ConfigDir, choose_robot
 from scara_ros.shell.program_io import WRONG
 
+from fanuc_kit.map_file import map_file
 from fanuc_kit.sheet import html, markdown
 from fanuc_kit.sheets import sheets_of
 
@@ -29,18 +32,23 @@ app = CommandLine("make", {ConfigError: WRONG}, help="Print what a delivered con
 def make(
     robot: Annotated[str | None, typer.Argument(help="Folder of config/robots.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder; default: kit_ROBOT, here.")] = None,
+    practise: Annotated[
+        bool, typer.Option("--practise", help="A map for the stand-in, with the keys beside it.")
+    ] = False,
     config_dir: ConfigDir = None,
 ) -> None:
     """Print what a delivered controller needs."""
     choose_robot(robot)
-    profile, layout = load_robot(config_dir), load_modbus_map(config_dir)
-    if not has_slots(layout):
+    profile, own = load_robot(config_dir), load_modbus_map(config_dir)
+    if not has_slots(own):
         raise ConfigError(f"{chosen_robot()}: its registers name no variables of this maker")
+    layout = kit_map(own, profile.lead, practise)
     for problem in slot_problems(layout):
         raise ConfigError(f"modbus_map.yaml: {problem}")
     folder = out or Path(f"kit_{chosen_robot()}")
     sheets = sheets_of(profile, layout)
     texts = {f"{sheet.name}.md": markdown(sheet) for sheet in sheets}
+    texts["modbus_map.yaml"] = map_file(layout)
     texts["kit.html"] = html(f"{profile.name}: kit", sheets)
     if profile.lead:
         texts |= {f"{name}.LS": text for name, text in program_texts().items()}

@@ -13,6 +13,7 @@ import typer
 from rich.console import Console
 from scara_config import ConfigError, load_robot
 from scara_config.modbus_map import load_modbus_map
+from scara_config.set_up.kit_map import kit_map
 from scara_ros.shell.command_line_io import CommandLine, ConfigDir, RobotName, choose_robot
 from scara_ros.shell.program_io import WRONG
 
@@ -31,7 +32,8 @@ def read(
 ) -> None:
     """Read a controller's own printouts."""
     choose_robot(robot)
-    profile, layout, found = load_robot(config_dir), load_modbus_map(config_dir), Printout()
+    profile, found = load_robot(config_dir), Printout()
+    layout = kit_map(load_modbus_map(config_dir), profile.lead)
     for path in _files(files):
         try:
             text = path.read_text(encoding="utf-8", errors="replace")

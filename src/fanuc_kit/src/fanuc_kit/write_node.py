@@ -11,8 +11,9 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from scara_config import ConfigError
+from scara_config import ConfigError, load_robot
 from scara_config.modbus_map import load_modbus_map
+from scara_config.set_up.kit_map import kit_map
 from scara_config.set_up.slots import LAST_OWN, slot_table
 from scara_ros.shell.command_line_io import CommandLine, ConfigDir, RobotName, choose_robot
 from scara_ros.shell.program_io import WRONG
@@ -34,7 +35,7 @@ def write(
 ) -> None:
     """Write the slots of $SNPX_ASG into a controller."""
     choose_robot(robot)
-    layout = load_modbus_map(config_dir)
+    layout = kit_map(load_modbus_map(config_dir), load_robot(config_dir).lead)
     console = Console(highlight=False, soft_wrap=True)
     with SlotWriter(host, port, layout.device_id) as writer:
         wanted = dict(enumerate(slot_table(layout)[:LAST_OWN], start=1))

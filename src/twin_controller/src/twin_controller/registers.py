@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 
 from scara_config import Robot
 from scara_config.modbus_map import ModbusMap, Register
+from scara_config.set_up import kit_programs
 from scara_control.joint_motion import JointMotion
 
 from twin_controller.modbus.axes import axes_of, positions_of, velocities_of
@@ -18,6 +19,7 @@ from twin_controller.modbus.blocks import (
     Block,
     alarm_block,
     check_robot,
+    needs_name,
     outputs_block,
     program_block,
     ring_block,
@@ -69,6 +71,7 @@ class RegisterCodec:
         self._status = layout.status_word
         self._command = layout.command_word
         self.state = state_block(layout)
+        self._named = needs_name(layout)
         self.setpoint = setpoint_block(layout)
         self.ring = ring_block(layout)
         self._places = layout.ring_places
@@ -116,8 +119,7 @@ class RegisterCodec:
             _, (word,) = self._take(self._status.register, words, None)
             on = frozenset(name for name, bit in self._status.bits.items() if word >> bit & 1)
         on |= told
-        # Nothing of ours runs on a robot that does not tell what kind of program runs.
-        control = ControlType.PROGRAM if on & {"progrun", "paused"} else ControlType.NONE
+        control = self._control_by_program(words, on)
         watchdog = None
         try:
             if (number := self.given("control_type", words)) is not None:
@@ -140,6 +142,13 @@ class RegisterCodec:
             ring_places=self._places,
             **{name: self._number(name, words) for name in NUMBERS if name in self._registers},
         )
+
+    def _control_by_program(self, words: Sequence[int], on: frozenset[str]) -> ControlType:
+        """Return what moves a robot that does not tell it: the stream program has its name."""
+        if not on & {"progrun", "paused"}:
+            return ControlType.NONE
+        streams = self._named and self._text("program_name", words, self.state) == kit_programs.STREAM
+        return ControlType.STREAM if streams else ControlType.PROGRAM
 
     def clock_of(self, words: Sequence[int]) -> int:
         """Return the robot's clock in an answer to ``state`` [ms], whatever else is in it.

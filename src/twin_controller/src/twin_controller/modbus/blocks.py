@@ -51,7 +51,16 @@ def state_block(layout: ModbusMap) -> Block:
     shown = [layout.status_word.register] if layout.status_word else []
     echo = [layout.command_word.echo] if layout.command_word else []
     names = [name for name in (*STATE, *NUMBERS) if layout.find(name)]
+    names += ["program_name"] * needs_name(layout)
     return span(layout, (*names, *shown, *echo), MOST_WORDS)
+
+
+def needs_name(layout: ModbusMap) -> bool:
+    """Tell whether only the program's name says that a robot streams: it belongs to each reading.
+
+    Who leads would take the stream for a program of the robot's own otherwise, for a cycle or two.
+    """
+    return layout.leads and not layout.find("control_type")
 
 
 def setpoint_block(layout: ModbusMap) -> Block | None:

@@ -1,0 +1,75 @@
+"""The map of a robot that holds what a person can type, and nothing else.
+
+A robot's own modbus_map.yaml may name more: joint speeds, a stamp of each reading, set points ahead
+of their time, a word that says whether PR[1] counts, its gripper and the keys beside it. A program
+of its own has to keep those, longer than anybody types. Without them the pair takes speeds from
+differences, the robot's plain clock as its stamp, and PR[1] alone.
+"""
+
+from __future__ import annotations
+
+import msgspec
+
+from scara_config.map_entries import FAST_CLOCK, FAST_CLOCK_MS
+from scara_config.modbus_map import INPUTS, OUTPUTS, PANEL_INPUTS, ModbusMap, Register
+from scara_config.set_up.slots import FREE
+
+_STATE = (
+    *("position", "position_valid", "clock_ms"),
+    *("program_name", "program_line", "program_state", "program_caller"),
+    *("override_now", "heartbeat_echo", "watchdog_state"),
+)
+"""One request in each cycle, without a gap; the program's name says whether the robot streams."""
+_WRITTEN = ("setpoint", "heartbeat", "stream_speed", "override")
+_OF_PROGRAMS = ("heartbeat_echo", "watchdog_state")
+"""BGTWIN keeps them."""
+_PLAIN = {
+    "clock_ms": Register(
+        address=FREE.start,
+        type="int32",
+        scale=FAST_CLOCK_MS,
+        unit="ms",
+        variable=FAST_CLOCK,
+        meaning="the controller's own clock, ticks of 2 ms [src]",
+    ),
+    "override_now": Register(
+        address=FREE.start,
+        type="int32",
+        unit="percent",
+        variable="$MCR.$GENOVERRIDE",
+        meaning="$MCR.$GENOVERRIDE, 1..100",
+    ),
+}
+
+
+def kit_map(layout: ModbusMap, leads: bool = True, keys: bool = False) -> ModbusMap:
+    """Return the map of a robot on which somebody typed slots and programs of the kit.
+
+    Args:
+        layout: The robot's own modbus_map.yaml.
+        leads: With the kit's programs and signals; else nothing of it is written, and no program
+            is needed.
+        keys: With those beside the stand-in, which no robot has: somebody has to press them.
+    """
+    registers: dict[str, Register] = {}
+    address = FREE.start
+
+    def take(*names: str) -> None:
+        nonlocal address
+        for name in names:
+            register = _PLAIN.get(name) or layout.find(name)
+            if register is None:
+                continue
+            registers[name] = msgspec.structs.replace(register, address=address)
+            address += register.words
+
+    take(*[name for name in _STATE if leads or name not in _OF_PROGRAMS])
+    take(*[name for name in _WRITTEN if leads])
+    take(*[name for name in layout.holding_registers if name.startswith("alarm_")])
+    inputs = INPUTS * leads + PANEL_INPUTS * keys
+    return msgspec.structs.replace(
+        layout,
+        holding_registers=registers,
+        coils={name: layout.coils[name] for name in inputs},
+        discrete_inputs={name: layout.discrete_inputs[name] for name in OUTPUTS if leads},
+    )

@@ -1,0 +1,45 @@
+"""What a person can type is a whole map: it leads or follows, without a program of ours behind."""
+
+from __future__ import annotations
+
+import pytest
+from harness.workspace import ROOT
+from scara_config.map_entries import FAST_CLOCK
+from scara_config.modbus_map import INPUTS, OUTPUTS, ModbusMap, load_modbus_map, problems
+from scara_config.profile import CHOICE
+from scara_config.set_up.kit_map import kit_map
+from scara_config.set_up.slots import own_slots, slot_problems
+
+TYPED = 10
+"""So few slots are typed in some minutes."""
+
+
+@pytest.fixture(params=["fanuc_sr6ia", "fanuc_sr3ia"])
+def own(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> ModbusMap:
+    """Give the map of each robot of this maker."""
+    monkeypatch.setenv(CHOICE, request.param)
+    return load_modbus_map(ROOT / "config")
+
+
+@pytest.mark.parametrize(("leads", "keys"), [(True, False), (True, True), (False, True)])
+def test_what_is_typed_is_a_whole_map(own: ModbusMap, leads: bool, keys: bool) -> None:
+    """Nothing is missing, nothing hidden by slot 1; the same again when it is made of itself."""
+    found = kit_map(own, leads, keys)
+    assert not [*problems(found), *slot_problems(found)]
+    assert len(own_slots(found)) <= TYPED
+    assert kit_map(found, leads, keys) == found and found.leads == leads
+    assert found.has_keys == keys and not found.has_panel and not found.has_gripper
+
+
+def test_only_what_the_kits_programs_keep_is_asked_of_a_program(own: ModbusMap) -> None:
+    """R[] of BGTWIN and of the stream; no ring, no speeds; the signals are those of the maker."""
+    found = kit_map(own)
+    names = {register.variable for register in found.holding_registers.values()}
+    assert {name for name in names if name.startswith(("R[", "PR["))} == {
+        *("R[1]@1.1", "R[2]@1.1", "R[8]@1.1", "R[9]@1.1", "PR[1]@27.18"),
+    }
+    assert found.holding_registers["clock_ms"].variable == FAST_CLOCK
+    assert (*found.coils,) == INPUTS and (*found.discrete_inputs,) == OUTPUTS
+    followed = kit_map(own, leads=False)
+    assert not any(name.startswith("R[") for name in map(str, followed.holding_registers))
+    assert not followed.coils and not followed.discrete_inputs
