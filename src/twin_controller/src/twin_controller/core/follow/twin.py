@@ -71,17 +71,25 @@ def follow_twin(
     if qddot is None:
         qddot = estimate_acceleration(sides.real.history, setup.acceleration)
     here = JointMotion(sample.q, sample.qdot, qddot)
-    way = tuple(_with_gap(point, blend, sample.time) for point in (here, *points))
+    way = tuple(_with_gap(setup, point, blend, sample.time) for point in (here, *points))
     return follows, FollowTwin(sides.twin.clock.to_remote(sample.time), way)
 
 
-def _with_gap(point: JointMotion, blend: Blend, t: float) -> JointMotion:
-    """Add what is left of the gap at the start; the time of ``point`` counts from ``t`` [s]."""
+def _with_gap(setup: Setup, point: JointMotion, blend: Blend, t: float) -> JointMotion:
+    """Add what is left of the gap at the start; the time of ``point`` counts from ``t`` [s].
+
+    A robot that moves on while the gap is large would take a joint of the twin beyond its end: the
+    joint waits there.
+    """
     gap, rate, curve = sample_blend(blend, t + point.time)
+    wanted = [a + b for a, b in zip(point.q, gap)]
+    ends = zip(wanted, setup.lower, setup.upper)
+    q = tuple([min(max(value, lower), upper) for value, lower, upper in ends])
+    free = [a == b for a, b in zip(q, wanted)]
     return JointMotion(
-        q=tuple(a + b for a, b in zip(point.q, gap)),
-        qdot=tuple(a + b for a, b in zip(point.qdot, rate)),
-        qddot=tuple(a + b for a, b in zip(point.qddot, curve)),
+        q=q,
+        qdot=tuple((a + b) * moves for a, b, moves in zip(point.qdot, rate, free)),
+        qddot=tuple((a + b) * moves for a, b, moves in zip(point.qddot, curve, free)),
         time=point.time,
     )
 
