@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 
 from scara_config import Robot
 from scara_config.modbus_map import ModbusMap, Register
-from scara_config.set_up import kit_programs
+from scara_config.set_up.kit_programs import STREAM
 from scara_control.joint_motion import JointMotion
 
 from twin_controller.modbus.axes import axes_of, positions_of, velocities_of
@@ -147,8 +147,9 @@ class RegisterCodec:
         """Return what moves a robot that does not tell it: the stream program has its name."""
         if not on & {"progrun", "paused"}:
             return ControlType.NONE
-        streams = self._named and self._text("program_name", words, self.state) == kit_programs.STREAM
-        return ControlType.STREAM if streams else ControlType.PROGRAM
+        if self._named and self._text("program_name", words, self.state) == STREAM:
+            return ControlType.STREAM
+        return ControlType.PROGRAM
 
     def clock_of(self, words: Sequence[int]) -> int:
         """Return the robot's clock in an answer to ``state`` [ms], whatever else is in it.
