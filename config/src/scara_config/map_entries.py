@@ -50,3 +50,31 @@ ENTRIES: dict[str, Entry] = {
     "payload_mass": Entry(("float32", *WHOLE)),
 }
 WRITTEN = ("setpoint", "setpoint_valid", "heartbeat", "stream_speed", "override")
+# Signals of a robot, as a Fanuc controller names them: UI and UO.
+INPUTS = (
+    ("imstp", "hold", "sfspd", "cstopi", "fault_reset", "start", "home", "enbl")
+    + tuple(f"rsr{number}" for number in range(1, 9))
+    + ("pnstrobe", "prod_start")
+)
+OUTPUTS = (
+    "cmdenbl",
+    "sysrdy",
+    "progrun",
+    "paused",
+    "held",
+    "fault",
+    "atperch",
+    "tpenbl",
+    "batalm",
+    "busy",
+)
+# What is said to a robot: coils that must be writable, commands that must have a code. The other
+# inputs are its own affair.
+COMMANDS = ("imstp", "hold", "cstopi", "fault_reset", "start", "rsr1")
+# A robot may have a suction gripper: then all of these signals, else none.
+GRIPPER_INPUTS, GRIPPER_OUTPUTS = ("gripper",), ("gripper", "vacuum")
+# The buttons of the person beside the robot, all or none, and what shows them: a robot that shows
+# them has them. The twin controller never writes them.
+_KEYS = ("panel_start", "panel_abort", "panel_reset", *(f"panel_run{n}" for n in range(1, 9)))
+PANEL_INPUTS = ("panel_imstp", "panel_hold", *_KEYS)
+PANEL_OUTPUTS = ("panel_estop", "panel_held")

@@ -16,7 +16,20 @@ import msgspec
 from msgspec import Meta
 
 from scara_config.loader import ConfigError, load
-from scara_config.map_entries import ENTRIES, FAST_CLOCK, FAST_CLOCK_MS, WHOLE, WRITTEN
+from scara_config.map_entries import (
+    COMMANDS,
+    ENTRIES,
+    FAST_CLOCK,
+    FAST_CLOCK_MS,
+    GRIPPER_INPUTS,
+    GRIPPER_OUTPUTS,
+    INPUTS,
+    OUTPUTS,
+    PANEL_INPUTS,
+    PANEL_OUTPUTS,
+    WHOLE,
+    WRITTEN,
+)
 from scara_config.profile import locate
 
 Address = Annotated[int, Meta(ge=1, le=65536)]
@@ -33,33 +46,6 @@ RING_NUMBERS = 32760
 """Set points ahead are numbered 1..32760, then from 1 again; number n stands in place (n - 1)
 modulo the number of places."""
 _RING_WRITTEN = ("ring_setpoint", "ring_clock_ms", "ring_write")
-INPUTS = (
-    ("imstp", "hold", "sfspd", "cstopi", "fault_reset", "start", "home", "enbl")
-    + tuple(f"rsr{number}" for number in range(1, 9))
-    + ("pnstrobe", "prod_start")
-)
-OUTPUTS = (
-    "cmdenbl",
-    "sysrdy",
-    "progrun",
-    "paused",
-    "held",
-    "fault",
-    "atperch",
-    "tpenbl",
-    "batalm",
-    "busy",
-)
-# What is said to a robot: coils that must be writable, commands that must have a code. The other
-# inputs are its own affair.
-COMMANDS = ("imstp", "hold", "cstopi", "fault_reset", "start", "rsr1")
-# A robot may have a suction gripper: then all of these signals, else none.
-GRIPPER_INPUTS, GRIPPER_OUTPUTS = ("gripper",), ("gripper", "vacuum")
-# The buttons of the person beside the robot, all or none, and what shows them: a robot that shows
-# them has them. The twin controller never writes them.
-_KEYS = ("panel_start", "panel_abort", "panel_reset", *(f"panel_run{n}" for n in range(1, 9)))
-PANEL_INPUTS = ("panel_imstp", "panel_hold", *_KEYS)
-PANEL_OUTPUTS = ("panel_estop", "panel_held")
 
 
 class Register(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

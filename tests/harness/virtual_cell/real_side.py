@@ -71,8 +71,8 @@ class RealSide:
             boot_seconds=0.0,
             random=np.random.default_rng(SEED),
             ring_places=files.layout.ring_places,
-            valid_word=files.layout.find("setpoint_valid") is not None,
         )
+        self.robot.source.valid = files.layout.find("setpoint_valid") is None
         self.shown = self.robot.step()
         self._image = RegisterImage(files.layout, files.robot)
         self._codec = RegisterCodec(files.layout, files.robot)

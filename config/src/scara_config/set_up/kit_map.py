@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import msgspec
 
-from scara_config.map_entries import FAST_CLOCK, FAST_CLOCK_MS
-from scara_config.modbus_map import INPUTS, OUTPUTS, PANEL_INPUTS, ModbusMap, Register
+from scara_config.map_entries import FAST_CLOCK, FAST_CLOCK_MS, INPUTS, OUTPUTS, PANEL_INPUTS
+from scara_config.modbus_map import ModbusMap, Register
 from scara_config.set_up.slots import FREE
 
 _STATE = (

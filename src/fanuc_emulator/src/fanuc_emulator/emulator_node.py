@@ -210,16 +210,9 @@ def run(
         plant_text(named, config.plant),
     )
     chance = np.random.default_rng(SEED)
-    controller = Controller(
-        config,
-        robot,
-        programs,
-        time.time(),
-        parts,
-        chance,
-        layout.ring_places,
-        layout.find("setpoint_valid") is not None,
-    )
+    controller = Controller(config, robot, programs, time.time(), parts, chance, layout.ring_places)
+    # Where no word says whether PR[1] counts, it counts as it stands.
+    controller.source.valid = layout.find("setpoint_valid") is None
     answers = AnswerTimes(config.plant.answers, np.random.default_rng(SEED))
     image = RegisterImage(layout, robot, config.plant.payload_kg)
     go_first()

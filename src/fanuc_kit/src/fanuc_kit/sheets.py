@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from scara_config import Robot
-from scara_config.modbus_map import INPUTS, OUTPUTS, ModbusMap
+from scara_config.map_entries import INPUTS, OUTPUTS
+from scara_config.modbus_map import ModbusMap
 from scara_config.set_up.kit_programs import texts
 from scara_config.set_up.settings import SETTINGS
 from scara_config.set_up.slots import LAST_OWN, WAY_IN, Assignment, slot_table

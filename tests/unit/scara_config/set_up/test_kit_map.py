@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 from harness.workspace import ROOT
-from scara_config.map_entries import FAST_CLOCK
-from scara_config.modbus_map import INPUTS, OUTPUTS, ModbusMap, load_modbus_map, problems
+from scara_config.map_entries import FAST_CLOCK, INPUTS, OUTPUTS
+from scara_config.modbus_map import ModbusMap, load_modbus_map, problems
 from scara_config.profile import CHOICE
 from scara_config.set_up.kit_map import kit_map
 from scara_config.set_up.slots import own_slots, slot_problems

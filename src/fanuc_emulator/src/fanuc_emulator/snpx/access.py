@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 import msgspec
-from scara_config.map_entries import FAST_CLOCK, FAST_CLOCK_MS
-from scara_config.modbus_map import INPUTS, OUTPUTS, WORDS, ModbusMap, Register, Table
+from scara_config.map_entries import FAST_CLOCK, FAST_CLOCK_MS, INPUTS, OUTPUTS
+from scara_config.modbus_map import WORDS, ModbusMap, Register, Table
 from scara_config.set_up.slots import delivered_table
 
 from fanuc_emulator.register_image import RegisterImage
