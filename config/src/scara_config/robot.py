@@ -173,6 +173,8 @@ ALLOCATED: dict[str, tuple[Means, ...]] = {
     "none": (),
 }
 """Which of them an allocation of the user operator panel has."""
+LEAD_IS_FALSE = "robot.yaml: lead is false"
+"""So begins why the robot hears nothing at all, no stop either."""
 _TRY = "try: rosrun robot_doctor doctor --stops (docs/operating/real_robot.md)"
 
 
@@ -245,7 +247,7 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def only_followed(self, address: str) -> str:
         """Return why the robot at ``address`` is never led, and what to do; empty: it may be."""
         if not self.lead:
-            return "robot.yaml: lead is false: nothing is ever written to the robot"
+            return f"{LEAD_IS_FALSE}: nothing is ever written to the robot"
         return self.stopping.only_followed(address)
 
     @property

@@ -154,6 +154,8 @@ def _joined(before: Assignment, slot: Assignment) -> Assignment | None:
 
     A row is either the next words of the same element, or the same words of the next elements.
     """
+    if before == slot:
+        return before
     if before.last + 1 != slot.address:
         return None
     here, there = _SLICE.fullmatch(before.name), _SLICE.fullmatch(slot.name)

@@ -44,6 +44,7 @@ from fanuc_emulator.drives.servo_loop_io import ServoLoop
 from fanuc_emulator.gripping.cell_parts import CellParts
 from fanuc_emulator.gripping.parts_truth_node import PartsTruth
 from fanuc_emulator.modbus.modbus_server_io import PortError, RobotServer
+from fanuc_emulator.pendant.panel import with_panel
 from fanuc_emulator.plant.config import plant_text
 from fanuc_emulator.plant.delays import AnswerTimes
 from fanuc_emulator.register_image import RegisterImage
@@ -186,7 +187,7 @@ def run(
         PortError: The address cannot be listened on.
     """
     directory = Path(config_dir) if config_dir else None
-    robot, layout = load_robot(directory), load_modbus_map(directory)
+    robot, layout = load_robot(directory), with_panel(load_modbus_map(directory))
     config = load_emulator(robot, directory, plant, settings)
     programs = load_programs(robot, directory)
     if port is not None and not (port.isdigit() and 1 <= int(port) <= 65535):

@@ -8,7 +8,8 @@ import pytest
 from harness.workspace import ROOT
 from operator_panel.control.mode_table import ROWS, RUN, next_step
 from operator_panel.view.snapshot import CellState
-from operator_panel.view.words import roles
+from operator_panel.view.words import roles, speed_reason
+from scara_config.robot import LEAD_IS_FALSE
 from scara_ros.page.page_words import MODES
 
 PAGE = (ROOT / "docs" / "operator.md").read_text(encoding="utf-8")
@@ -50,9 +51,18 @@ def test_a_pair_that_came_apart_is_looked_at_first(mode: str, diverged: bool, bu
 @pytest.mark.parametrize(("mode", "told"), [("IDLE", True), ("REAL_LEADS", True), ("FAULT", False)])
 def test_a_robot_that_is_only_followed_says_so_and_why(mode: str, told: bool) -> None:
     """Where a person would move the pair or hold it; a fault has its own words."""
-    words, button = next_step(CellState(mode=mode, only_followed="lead is false"))
-    assert (words == "The robot is only followed: lead is false. STOP stops the twin.") == told
-    assert (button == "STOP") == told
+    for why, stops in ((f"{LEAD_IS_FALSE}: x", "the twin alone"), ("untried", "the twin")):
+        words, button = next_step(CellState(mode=mode, only_followed=why))
+        said = f"The robot is only followed. STOP stops {stops}. {why}."
+        assert (words == said) == told
+        assert (button == "STOP") == told
+
+
+def test_the_speed_of_a_robot_that_hears_nothing_is_its_own() -> None:
+    """Why the pair would be slow says nothing about it."""
+    why = f"{LEAD_IS_FALSE}: x"
+    state = CellState(only_followed=why, speed_requested_percent=50.0, speed_limited=True)
+    assert "pendant sets" in speed_reason(state) and "lowered" not in speed_reason(state)
 
 
 @pytest.mark.parametrize(("stands", "said"), [(True, "is held"), (False, "moves on")])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 
 import msgspec
 import numpy as np
@@ -11,13 +12,16 @@ from fanuc_emulator.config import load_emulator, load_programs
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.drives.servo_loop_io import ServoLoop
 from fanuc_emulator.modbus.modbus_server_io import RobotServer
+from fanuc_emulator.pendant.panel import with_panel
+from fanuc_emulator.pendant.pendant_link_io import PendantLink
 from fanuc_emulator.register_image import RegisterImage
 from harness.followed import FOLLOW_MAP
 from harness.processes import free_port, wait_until
 from harness.workspace import ROOT
 from scara_config import ConfigError, load_robot
-from scara_config.modbus_map import load_modbus_map
+from scara_config.modbus_map import ModbusMap, load_modbus_map
 from scara_config.robot import Stopping
+from scara_config.set_up.slots import slot_table
 from twin_controller.core.actions import Command
 from twin_controller.core.events import RealMeasured
 from twin_controller.modbus.port_io import ModbusSettings
@@ -60,21 +64,43 @@ class Seen:
         return next(each for each in reversed(self.inputs) if isinstance(each, RealMeasured))
 
 
-@pytest.fixture
-def delivered() -> Iterator[tuple[ServoLoop, RobotServer, int]]:
+@contextmanager
+def stand_in(layout: ModbusMap) -> Iterator[tuple[ServoLoop, RobotServer, int]]:
     """Run the field plant as it is delivered, with Modbus switched on for one client."""
     config = load_emulator(ROBOT, CONFIG, "field", AS_DELIVERED)
     random = np.random.default_rng(1)
     controller = Controller(config, ROBOT, load_programs(ROBOT, CONFIG), 1.7e9, random=random)
     loop, port = ServoLoop(controller, config.dt, 0.0), free_port()
-    image = RegisterImage(FOLLOW_MAP, ROBOT)
+    image = RegisterImage(layout, ROBOT)
     settings = config.settings
     with (
         loop,
-        RobotServer("127.0.0.1", port, FOLLOW_MAP, image, loop, settings=settings) as server,
+        RobotServer("127.0.0.1", port, layout, image, loop, settings=settings) as server,
     ):
         yield loop, server, port
     assert loop.failure is None
+
+
+@pytest.fixture
+def delivered() -> Iterator[tuple[ServoLoop, RobotServer, int]]:
+    """Give a stand-in that shows what the map of who follows has, and no more."""
+    with stand_in(FOLLOW_MAP) as running:
+        yield running
+
+
+def test_a_person_starts_a_program_at_a_robot_whose_map_has_no_keys() -> None:
+    """The stand-in has its own; a map that has keys stays, and no slot of the sheet moves."""
+    assert with_panel(load_modbus_map(CONFIG)) == load_modbus_map(CONFIG)
+    assert slot_table(with_panel(FOLLOW_MAP)) == slot_table(FOLLOW_MAP)
+    with (
+        stand_in(with_panel(FOLLOW_MAP)) as (loop, _, port),
+        PendantLink("127.0.0.1", port, FOLLOW_MAP) as pendant,
+    ):
+        pendant.write("override", [40])
+        pendant.pulse("panel_run2")
+        wait_until(lambda: loop.snapshot.program_name != "", 5.0)
+        assert pendant.outputs() == {} and pendant.signal("sfspd")
+        wait_until(lambda: pendant.read("override_now")[0] == 40, 5.0)
 
 
 def test_nothing_is_written_while_a_program_runs_is_held_and_loses_its_drives(

@@ -10,6 +10,7 @@ import pymodbus
 from pymodbus.client import ModbusTcpClient
 from scara_config.modbus_map import ModbusMap, SignalWord
 
+from fanuc_emulator.pendant.panel import with_panel
 from fanuc_emulator.registers import Value, decode, encode
 
 _POLL = 0.003
@@ -33,7 +34,7 @@ class PendantLink:
     def __init__(self, host: str, port: int, layout: ModbusMap) -> None:
         pymodbus.pymodbus_apply_logging_config("CRITICAL")
         self._name = f"{host}:{port}"
-        self._layout = layout
+        self._layout = layout = with_panel(layout)
         self._low_first = layout.word_order == "low_first"
         self._client: Any = ModbusTcpClient(host, port=port, timeout=1.0, retries=0)
 
@@ -68,6 +69,8 @@ class PendantLink:
         if self._layout.status_word is not None:
             return self._lit(self._layout.status_word)
         table = self._layout.discrete_inputs
+        if not table:
+            return {}
         first = min(bit.offset for bit in table.values())
         count = max(bit.offset for bit in table.values()) - first + 1
         bits = self._call("read_discrete_inputs", first, count=count).bits
@@ -81,7 +84,8 @@ class PendantLink:
                 if self._layout.switches_word
                 else True
             )
-        return bool(self._call("read_coils", self._layout.coils[name].offset, count=1).bits[0])
+        coil = self._layout.coils.get(name)
+        return coil is None or bool(self._call("read_coils", coil.offset, count=1).bits[0])
 
     def set_signal(self, name: str, level: bool) -> None:
         """Set one UI signal."""

@@ -179,7 +179,7 @@ def _joint_table(link: PendantLink, robot: Robot) -> Table:
     positions, velocities = link.read("position"), link.read("velocity")
     for joint in robot.joints:
         i = joint.axis_number - 1
-        shown = (f"{float(values[i]):.2f}" for values in (positions, velocities))
+        shown = (f"{float(values[i]):.2f}" if values else "-" for values in (positions, velocities))
         table.add_row(joint.name, *shown, f"{joint.unit}, {joint.unit}/s")
     return table
 

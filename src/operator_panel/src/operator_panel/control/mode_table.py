@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import msgspec
+from scara_config.robot import LEAD_IS_FALSE
 from scara_ros.page import page_words
 
 from operator_panel.view.snapshot import CellState
@@ -98,6 +99,8 @@ def next_step(state: CellState) -> tuple[str, str]:
     if state.diverged and state.mode in _APART:
         return _APART[state.mode]
     if state.only_followed and state.mode in (Mode.IDLE, Mode.REAL_LEADS):
-        return f"The robot is only followed: {state.only_followed}. STOP stops the twin.", "STOP"
+        alone = " alone" * state.only_followed.startswith(LEAD_IS_FALSE)
+        words = f"The robot is only followed. STOP stops the twin{alone}. {state.only_followed}."
+        return words, "STOP"
     row = _BY_MODE.get(state.mode)
     return (row.press, row.button) if row else ("", "")

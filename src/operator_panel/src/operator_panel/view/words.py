@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
+from scara_config.robot import LEAD_IS_FALSE
 
 from operator_panel.view.snapshot import CellState, Link
 from scara_msgs.msg import TwinControllerState as Mode
@@ -107,6 +108,8 @@ def speed_reason(state: CellState) -> str:
     if not math.isfinite(state.speed_requested_percent):
         return "the robot does not tell its program's speed"
     asked = percent(state.speed_requested_percent)
+    if state.only_followed.startswith(LEAD_IS_FALSE):
+        return "asked of the twin alone: the robot's pendant sets the robot's speed"
     if not state.speed_limited:
         return "of full speed, as asked for"
     return f"{asked} asked for; lowered: {state.speed_reason or 'limited'}"

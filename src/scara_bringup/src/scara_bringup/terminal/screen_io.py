@@ -81,9 +81,11 @@ def show_cell(
     text.append(f"results and logs: {folder}\n")
     text.append("nodes, what they use and what they say: ./cell status\n")
     text.append("\nIn another shell, after `source env.sh`:\n")
-    x, y, z = list(load_robot().positions_m.values())[-1]
-    move = f'rosservice call move_to "{{x: {x}, y: {y}, z: {z}}}"'
-    for line in (*_settings(master_uri), move, *examples):
+    robot = load_robot()
+    if robot.lead:
+        x, y, z = list(robot.positions_m.values())[-1]
+        examples.insert(0, f'rosservice call move_to "{{x: {x}, y: {y}, z: {z}}}"')
+    for line in (*_settings(master_uri), *examples):
         text.append(f"  {line}\n")
     for title, address in addresses.items():
         text.append("\n  ")
