@@ -20,7 +20,7 @@ from scara_config.programs.tp.listing import (
 )
 from scara_config.programs.tp.motion import asked
 from scara_config.programs.tp.printer import print_expression
-from scara_config.programs.tp.values import ExecutionError, Memory, Value, number, truth
+from scara_config.programs.tp.values import ExecutionError, Memory, Value, Written, number, truth
 
 MOST_LINES = 100_000
 """A program that executes more lines does not end, as far as a judge can know [our]."""
@@ -188,8 +188,10 @@ class _Known:
             raise UnknownValueError(f"depends on {print_expression(place)}, which is not known")
         return self._values[key]
 
-    def write(self, place: Indexed | Name, value: Value | PulseTime) -> None:
+    def write(self, place: Indexed | Name, value: Written) -> None:
         """Note what is there from now on."""
+        if isinstance(value, Name):
+            return  # a timer shows what nobody knows beforehand
         if isinstance(value, PulseTime):
             value = False  # at its end
         self._values[_key(place)] = value

@@ -69,6 +69,7 @@ class Alarm(msgspec.Struct, frozen=True):
 
 PANEL_ESTOP = AlarmCode(11, 1, Severity.SERVO, "Operator panel E-stop")
 IMSTP = AlarmCode(11, 37, Severity.SERVO, "IMSTP input")
+USER_ALARM = AlarmCode(12, 213, Severity.STOP, "UALM")
 NO_VACUUM = AlarmCode(12, 215, Severity.PAUSE, "UALM gripper does not answer")
 LINE_REFUSED = AlarmCode(12, 216, Severity.ABORT, "UALM line cannot be executed")
 POSITION_LIMIT = AlarmCode(15, 17, Severity.ABORT, "Limit error")

@@ -30,7 +30,8 @@ from fanuc_emulator.plant.readings import Readings
 from fanuc_emulator.snapshot import ControlType, Snapshot
 from fanuc_emulator.streaming.source import StreamSource
 from fanuc_emulator.tp.background import HEARTBEAT, Background
-from fanuc_emulator.tp.executor import MOVES, Executor, ProgramState, StreamStep, stream_program
+from fanuc_emulator.tp.executor import MOVES, Executor, ProgramState, stream_program
+from fanuc_emulator.tp.motions import StreamStep
 from fanuc_emulator.uop import NORMALLY_ON, Asked, Inputs, Outputs, UopRequest, unlit
 
 _CLOCK_WRAP = 2**31
@@ -85,17 +86,11 @@ class Controller:
         self._shown: tuple[Outputs, Alarm | None] | None = None
         self._zero = [zero_offset(plant, joint) for joint in robot.joints]
         self.source = StreamSource(robot.joints, self._home, ring_places)
-        signals = Signals(
-            self._level,
-            self._outputs,
-            lambda: self._gripper,
-            lambda: self._vacuum,
-            self.write_input,
-            self.write_override,
-        )
+        shown = self._level, self._outputs, (lambda: self._gripper), (lambda: self._vacuum)
+        sets = self.write_input, self.write_override
+        signals = Signals(*shown, *sets, lambda: self._tick * self._dt)
         self._registers = registers_of(signals, self.source, self._motion, planner)
-        library = {each.name: each for each in programs.values()}
-        self._executor = Executor(self._registers, library)
+        self._executor = Executor(self._registers, {each.name: each for each in programs.values()})
         self._jobs = Jobs(
             {**programs, STREAM_RSR: stream_program(config.rsr_programs[0])},
             self._executor,
@@ -200,8 +195,9 @@ class Controller:
         self._obey(self._inputs.due(self._now_ms))
         if self._background.scan(self._now_ms):
             self._pulsed.clear()
-        if self._executor.state is ProgramState.RUNNING:
+        if self._executor.state is ProgramState.RUNNING or self._executor.beside:
             self._execute()
+        self._registers.end_pulses()
         self._motion.step(self.override / 100.0, self._executor.state is not ProgramState.RUNNING)
         if self.parts is not None:
             self.parts.step(self._true_positions(), self._gripper, self._dt)
@@ -319,9 +315,12 @@ class Controller:
         """Let the program go on, and start what its line asks for."""
         motion = self._motion
         try:
-            step = self._executor.advance(
-                self._dt, motion.path_done, motion.arrived, motion.nears_end
-            )
+            if self._executor.beside:
+                self._executor.advance_beside(self._dt)
+            ends = motion.path_done, motion.arrived, motion.nears_end
+            step = self._executor.advance(self._dt, *ends)
+            if self._executor.state is not ProgramState.RUNNING:
+                return
             if isinstance(step, MOVES):
                 motion.start(step)
             elif isinstance(self._executor.step, StreamStep):
@@ -363,6 +362,7 @@ class Controller:
         """Decelerate along the path; the program is paused meanwhile and ended at standstill."""
         self._pause()
         self._jobs.clear()
+        self._executor.beside.clear()
         if self._executor.state is ProgramState.ABORTED:
             return
         self._aborting = True

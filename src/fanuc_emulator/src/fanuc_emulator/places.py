@@ -32,6 +32,7 @@ class Signals(NamedTuple):
         vacuum: RI[1].
         write: Sets an input.
         override: Sets the override [percent].
+        now: The controller's own clock [s].
     """
 
     level: Callable[[str], bool]
@@ -40,6 +41,7 @@ class Signals(NamedTuple):
     vacuum: Callable[[], bool]
     write: Callable[[str, bool], None]
     override: Callable[[int], None]
+    now: Callable[[], float]
 
 
 def registers_of(
@@ -84,7 +86,7 @@ def registers_of(
         reads[f"SI[{number}]"] = partial(signals.level, name)
     for number, name in enumerate(UO, start=1):
         reads[f"UO[{number}]"] = partial(_output, signals.outputs, name)
-    registers = Registers(reads, writes)
+    registers = Registers(reads, writes, signals.now)
     return registers
 
 

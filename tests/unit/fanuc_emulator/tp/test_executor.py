@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import pytest
-from fanuc_emulator.tp.executor import MOST_LINES, Executor, ProgramState, Step, StreamStep
+from fanuc_emulator.tp.executor import MOST_LINES, Executor, ProgramState, Step
+from fanuc_emulator.tp.motions import StreamStep
 from fanuc_emulator.tp.registers import Registers
 from harness.programs import program_of
 from scara_config.programs.files import Taught
@@ -12,6 +15,9 @@ from scara_config.programs.tp.execution import flow_of
 from scara_config.programs.tp.lines import read_line
 from scara_config.programs.tp.listing import Indexed, Program
 from scara_config.programs.tp.values import ExecutionError
+
+if TYPE_CHECKING:
+    from conftest import Bench
 
 MOVE = MoveStep(1, (0.0,), 50.0, True)
 NEXT = MoveStep(2, (1.0,), 50.0, False)
@@ -193,12 +199,15 @@ def test_started_at_its_cursor_a_program_begins_with_the_line_that_was_ended() -
         ("J P[1] 50% FINE INC", "the option INC is not executed"),
         ("R[1]=P[1]+1", r"keeps no P\[1\]"),
         ("CALL OTHER", "CALL OTHER: unknown, there are"),
-        ("RUN OTHER", "is not executed by the stand-in"),
-        ("UALM[1]", "is not executed by the stand-in"),
+        ("RUN OTHER", "RUN OTHER: unknown, there are"),
+        ("COL DETECT ON", "is not executed by the stand-in"),
+        ("SKIP CONDITION DI[1]=ON", "is not executed by the stand-in"),
+        ("DI[1]=PULSE", r"DI\[1\]: DO and RO have pulses"),
+        ("R[1]=START", r"R\[1\]: only a timer is set to START"),
+        ("TIMER[1]=5", r"TIMER\[1\] cannot be set"),
         ("DI[1]=ON", r"DI\[1\] cannot be set"),
         ("R[201]=1", r"the stand-in keeps no R\[201\]"),
         ("PR[1]=LPOS", "the stand-in keeps no LPOS"),
-        ("DO[1]=PULSE,.5sec", r"DO\[1\]: the stand-in makes no pulses"),
         ("R[1]=AR[1]", r"the stand-in keeps no AR\[1\]"),
     ],
 )
@@ -206,6 +215,89 @@ def test_what_is_not_executed_is_named(line: str, said: str) -> None:
     """With program and line; nothing is left out silently."""
     with pytest.raises(ExecutionError, match=said):
         stepped(run(line))
+
+
+class Clock:
+    """Registers with a clock that the test turns."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+        self.registers = Registers(now=lambda: self.now)
+
+    def run(self, executor: Executor, seconds: float) -> None:
+        """Let an executor and its outputs go on."""
+        for _ in range(round(seconds / DT)):
+            self.now += DT
+            executor.advance(DT, True, True)
+            executor.advance_beside(DT)
+            self.registers.end_pulses()
+
+    def of(self, kind: str, number: int = 1) -> object:
+        """Return what stands there."""
+        return self.registers.read(Indexed(kind, (float(number),)))
+
+
+def test_a_timer_counts_while_it_runs() -> None:
+    """START, STOP, on from there, RESET; a running one goes on counting from 0."""
+    clock = Clock()
+    wait = "WAIT .5(sec)"
+    lines = ["TIMER[1]=START", wait, "TIMER[1]=STOP", wait, "R[1]=TIMER[1]", "TIMER[1]=START"]
+    lines += [wait, "R[2]=TIMER[1]", "TIMER[1]=RESET", wait, "R[3]=TIMER[1]"]
+    clock.run(run(*lines, memory=clock.registers), 3.0)
+    assert [clock.of("R", k) for k in (1, 2, 3)] == pytest.approx([0.5, 1.0, 0.5], abs=0.01)
+
+
+@pytest.mark.parametrize(("line", "seconds"), [("PULSE,0.3sec", 0.3), ("PULSE", 0.1)])
+def test_a_pulse_ends_by_itself(line: str, seconds: float) -> None:
+    """The program goes on meanwhile."""
+    clock = Clock()
+    executor = run(f"DO[1]={line}", "R[1]=1", "WAIT 5(sec)", memory=clock.registers)
+    clock.run(executor, seconds - 0.01)
+    assert clock.of("DO") is True and clock.of("R") == 1.0
+    clock.run(executor, 0.02)
+    assert clock.of("DO") is False
+
+
+def test_a_program_without_motion_runs_beside() -> None:
+    """A pause holds both, its own end is no end of the other, and an abort ends both."""
+    clock = Clock()
+    other = taught("LBL[1]", "R[1]=R[1]+AR[1]", "WAIT .1(sec)", "JMP LBL[1]", name="OTHER")
+    executor = run("RUN OTHER(2)", "WAIT .5(sec)", memory=clock.registers, called=other)
+    clock.run(executor, 0.35)
+    assert clock.of("R") == 8.0
+    executor.pause()
+    clock.run(executor, 0.5)
+    assert clock.of("R") == 8.0
+    executor.resume()
+    clock.run(executor, 0.5)
+    assert executor.state is ProgramState.ABORTED and clock.of("R") == pytest.approx(18.0, abs=2.0)
+    executor.abort()
+    before = clock.of("R")
+    clock.run(executor, 0.5)
+    assert clock.of("R") == before
+
+
+def test_two_programs_that_move_do_not_run_beside_each_other() -> None:
+    """There is one robot; the line says which program it is about."""
+    mover = taught("WAIT 1(sec)", "J P[1] 50% FINE", name="MOVER")
+    with pytest.raises(ExecutionError, match="line 1 of TEST: RUN MOVER: MOVER moves the robot as"):
+        stepped(run("RUN MOVER", called=mover))
+
+
+def test_a_users_alarm_pauses_and_start_goes_on_behind_it(bench: Bench) -> None:
+    """With its number and line, through RESET and START."""
+    program = taught("R[1]=1", "UALM[3]", "R[1]=2", "WAIT 9(sec)")
+    bench = type(bench)(bench.config, bench.robot, {2: program})
+    bench.pulse("rsr2")
+    bench.run(0.1)
+    alarm = bench.now.alarm
+    assert alarm is not None and alarm.code.text == "INTP-213 UALM"
+    assert alarm.cause == "UALM[3] in line 2"
+    assert bench.now.program_state is ProgramState.PAUSED and bench.now.outputs.fault
+    bench.pulse("fault_reset")
+    bench.pulse("start")
+    bench.run(0.1)
+    assert bench.now.program_state is ProgramState.RUNNING and bench.now.program_line == 4
 
 
 def test_programs_that_call_each_other_without_an_end_are_stopped() -> None:

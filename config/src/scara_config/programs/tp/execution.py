@@ -40,9 +40,11 @@ from scara_config.programs.tp.listing import (
 )
 from scara_config.programs.tp.printer import print_line
 from scara_config.programs.tp.values import (
+    TIMER_WORDS,
     Evaluator,
     ExecutionError,
     Memory,
+    Written,
     evaluate,
     evaluator,
     fixed,
@@ -217,13 +219,20 @@ def _act(flow: Flow, line: Line, after: int, memory: Memory) -> tuple[int, Line 
         case Jump():
             return _jump(flow, line, memory), None
         case AssignLine():
-            pulse = isinstance(line.value, PulseTime)
-            value = line.value if pulse else evaluate(line.value, memory)
-            memory.write(resolved(line.target, memory), value)  # type: ignore[arg-type]
+            memory.write(resolved(line.target, memory), _written(line.value, memory))
             return after, None
         case Wait() | WaitUntil() | Call() | Numbered() | Condition() | Word():
             return after, line
     raise ExecutionError("cannot be executed")
+
+
+def _written(value: Expression, memory: Memory) -> Written:
+    """Return what an assignment sets."""
+    if isinstance(value, PulseTime):
+        return PulseTime(None if value.seconds is None else number(value.seconds, memory))
+    if isinstance(value, Name) and value.word in TIMER_WORDS:
+        return value
+    return evaluate(value, memory)
 
 
 def _jump(flow: Flow, line: Jump, memory: Memory) -> int:

@@ -38,6 +38,9 @@ class Pose(msgspec.Struct, frozen=True):
 
 
 Value = float | bool | Pose
+Written = Value | PulseTime | Name
+"""What is set: a value, a pulse, or START, STOP and RESET of a timer."""
+TIMER_WORDS = ("START", "STOP", "RESET")
 
 
 class ExecutionError(ConfigError):
@@ -54,7 +57,7 @@ class Memory(Protocol):
             ExecutionError: There is nothing of that name, or it is not known.
         """
 
-    def write(self, place: Indexed | Name, value: Value | PulseTime) -> None:
+    def write(self, place: Indexed | Name, value: Written) -> None:
         """Set what stands there.
 
         Raises:

@@ -25,23 +25,22 @@ from scara_config.programs.tp.listing import (
     WaitUntil,
     Word,
 )
-from scara_config.programs.tp.motion import Asked, asked
 from scara_config.programs.tp.printer import print_expression, print_line
 from scara_config.programs.tp.values import (
     ExecutionError,
     Memory,
-    Pose,
     Value,
     evaluate,
     number,
-    resolved,
     truth,
 )
-from scara_config.programs.walk import taught
 from scara_config.set_up import kit_programs
 
-from fanuc_emulator.drives.planner import PathStep, Target
-from fanuc_emulator.tp.registers import FRAMES, NO_SHIFT, ProgramRegisters
+from fanuc_emulator import alarms
+from fanuc_emulator.alarms import RefusedError
+from fanuc_emulator.drives.planner import PathStep
+from fanuc_emulator.tp.motions import Frame, StreamStep, motion_step, moves, reachable
+from fanuc_emulator.tp.registers import ProgramRegisters
 
 Program: TypeAlias = Taught
 MOST_LINES = 100
@@ -49,13 +48,6 @@ MOST_LINES = 100
 the next one."""
 DEEPEST = 10
 """Programs that have called each other [our]."""
-
-
-class StreamStep(msgspec.Struct, frozen=True):
-    """``J PR[1] R[2]% CNT100``: go on to the client's set point, as it is now."""
-
-    line: int
-    speed_percent: float
 
 
 class UntilStep(msgspec.Struct, frozen=True):
@@ -86,17 +78,6 @@ def stream_program(name: str) -> Program:
 _LAST = (Word("END"), Word("ABORT"))
 
 
-class Frame:
-    """A program that runs, or that waits for one which it has called.
-
-    Attributes:
-        index: Of the line that comes next.
-    """
-
-    def __init__(self, program: Program, index: int, memory: Memory) -> None:
-        self.program, self.index, self.memory = program, index, memory
-
-
 class Executor:
     """Run one program at a time.
 
@@ -109,6 +90,7 @@ class Executor:
         line: Number of the line that runs or ran last, of the program that was started; 0 before
             the first.
         waited: For how long a condition has been waited for [s].
+        beside: Programs without motion that run beside, by RUN.
     """
 
     def __init__(self, memory: Memory, library: Mapping[str, Program] | None = None) -> None:
@@ -121,6 +103,7 @@ class Executor:
         self._step: Step | None = None
         self._delay = 0.0
         self.waited = 0.0
+        self.beside: list[Executor] = []
         # LOCK PREG: position registers count as they are when a line is read ahead.
         self._locked = False
         # The last motion has been left before its end, for the corner to the next one.
@@ -131,12 +114,14 @@ class Executor:
         """What is being executed now, None while nothing runs or the start delay lasts."""
         return None if self.state is ProgramState.ABORTED else self._step
 
-    def start(self, program: Program, delay: float, index: int = 0) -> None:
+    def start(
+        self, program: Program, delay: float, index: int = 0, arguments: Sequence[Value] = ()
+    ) -> None:
         """Begin ``program`` at a line, which starts after ``delay`` [s]."""
         self.program = program
         self.state = ProgramState.RUNNING
         self.line = index + 1
-        self._frames = [self._frame(program, index)]
+        self._frames = [self._frame(program, index, arguments)]
         self._step = self._rounded = None
         self._locked = False
         self._delay = delay
@@ -154,6 +139,7 @@ class Executor:
     def abort(self) -> None:
         """End the program here."""
         self.state = ProgramState.ABORTED
+        self.beside = []
         self.cursor = max(0, self.line - 1)
 
     def advance(
@@ -255,7 +241,7 @@ class Executor:
     def _step_of(self, frame: Frame, line: Line, shown: int) -> Step | None:
         match line:
             case MotionLine():
-                return _motion(frame, line, shown)
+                return motion_step(frame, line, shown)
             case Wait():
                 self._delay = number(line.seconds, frame.memory)
                 return WaitStep(shown, self._delay)
@@ -270,6 +256,11 @@ class Executor:
                 self._return()
             case Word(words="PAUSE"):
                 self.pause()
+            case Call(beside=True):
+                self._run(line, frame)
+            case Numbered() if line.instruction.kind == "UALM":
+                alarm = int(number(line.instruction.index[0], frame.memory))
+                raise RefusedError(alarms.USER_ALARM, f"UALM[{alarm}] in line {shown}")
             case Word(words="LOCK PREG" | "UNLOCK PREG"):
                 self._locked = line.words == "LOCK PREG"
             case Numbered() if line.instruction.kind == "PAYLOAD":
@@ -278,13 +269,44 @@ class Executor:
                 raise ExecutionError("is not executed by the stand-in")
         return None
 
-    def _call(self, line: Call, frame: Frame) -> None:
+    def _named(self, line: Call) -> Program:
+        """Return the program that a line calls or runs."""
         if not isinstance(line.program, str) or line.program not in self._library:
             raise ExecutionError(f"unknown, there are {', '.join(self._library)}")
+        return self._library[line.program]
+
+    def _run(self, line: Call, frame: Frame) -> None:
+        """Begin a program beside this one."""
+        program = self._named(line)
+        moving = [each for each in reachable(program, self._library) if moves(each)]
+        if moving:
+            why = f"{moving[0].name} moves the robot as {self._frames[0].program.name} does"
+            raise ExecutionError(f"{why}: only a program without motion runs beside")
+        if len(self.beside) == DEEPEST:
+            raise ExecutionError(f"{DEEPEST} programs run beside this one already")
+        task = Executor(self._memory, self._library)
+        arguments: list[Value] = [evaluate(each, frame.memory) for each in line.arguments]
+        task.start(program, 0.0, arguments=arguments)
+        self.beside.append(task)
+
+    def advance_beside(self, dt: float) -> None:
+        """Let the programs go on that run beside the robot's own; a pause holds them too.
+
+        Raises:
+            ExecutionError: A line cannot be executed; the text names program and line.
+        """
+        if self.state is ProgramState.PAUSED:
+            return
+        for task in self.beside:
+            task.advance(dt, True, True)
+        self.beside = [task for task in self.beside if task.state is not ProgramState.ABORTED]
+
+    def _call(self, line: Call, frame: Frame) -> None:
+        program = self._named(line)
         if len(self._frames) == DEEPEST:
             raise ExecutionError(f"more than {DEEPEST} programs have called each other")
         arguments: list[Value] = [evaluate(each, frame.memory) for each in line.arguments]
-        self._frames.append(self._frame(self._library[line.program], 0, arguments))
+        self._frames.append(self._frame(program, 0, arguments))
 
     def _frame(self, program: Program, index: int, arguments: Sequence[Value] = ()) -> Frame:
         """Return a program at a line, with its own positions and arguments."""
@@ -319,61 +341,3 @@ class Executor:
             return False
         frame.index = frame.program.flow.labels[int(number(step.jump.index[0], frame.memory))]
         return True
-
-
-def _motion(frame: Frame, line: MotionLine, shown: int) -> MoveStep | PathStep | StreamStep:
-    """Return what a motion asks for.
-
-    Raises:
-        ExecutionError: It is not taught, or not executed.
-    """
-    memory, program = frame.memory, frame.program
-    if shown in program.stream_lines:
-        assert line.speed is not None
-        percent = number(line.speed, memory)
-        if not 0.0 < percent <= 100.0:
-            raise ExecutionError(f"a speed of {percent:g} % is outside ]0, 100]")
-        return StreamStep(shown, percent)
-    motion = asked(line, memory)
-    (target,) = motion.targets[-1:]
-    if motion.kind == "J" and target.kind == "P" and not (motion.offset or motion.tool_offset):
-        place = taught(target, memory, program.poses or program.positions)
-        if place in program.positions:
-            percent, fine = motion.percent or 100.0, motion.cnt is None
-            ends = motion.cnt or 0.0, motion.seconds, motion.acc
-            return MoveStep(shown, program.positions[place], percent, fine, *ends)
-    return PathStep(shown, motion, tuple(_target(frame, motion, each) for each in motion.targets))
-
-
-def _target(frame: Frame, motion: Asked, target: Indexed) -> Target:
-    """Return where a motion goes to, with the frames in which that is told.
-
-    Raises:
-        ExecutionError: It is not taught, or there is no such frame.
-    """
-    memory, program = frame.memory, frame.program
-    selected = [int(number(Name(name), memory)) for name in ("UFRAME_NUM", "UTOOL_NUM")]
-    place: tuple[float, ...] | Pose
-    if target.kind == "P":
-        at = taught(target, memory, program.poses or program.positions)
-        found = program.poses.get(at)
-        place = program.positions.get(at) or found.pose if found else program.positions[at]
-        told = (found.frame, found.tool) if found else (None, None)
-        selected = [given if own is None else own for own, given in zip(told, selected)]
-    else:
-        place = _pose(target, memory)
-    frames = [
-        NO_SHIFT if not each else _pose(Indexed(kind, (float(each),)), memory)
-        for kind, each in zip(FRAMES, selected)
-    ]
-    shifts = [_pose(each, memory) if each else None for each in (motion.offset, motion.tool_offset)]
-    if any(each is not None and each.config is None for each in shifts):
-        raise ExecutionError("what is added to a position is no position in joints")
-    return Target(place, *frames, *shifts)
-
-
-def _pose(place: Indexed, memory: Memory) -> Pose:
-    found = memory.read(resolved(place, memory))
-    if not isinstance(found, Pose):
-        raise ExecutionError(f"{print_expression(place)} is no position")
-    return found

@@ -13,6 +13,7 @@ from scara_config.programs.tp.values import (
     Memory,
     Pose,
     Value,
+    Written,
     as_number,
 )
 
@@ -20,6 +21,9 @@ HIGHEST = 200
 """Index of the last register [our]: as many as the stand-in shows."""
 NUMBERS = ("R", "TIMER", "GI", "GO", "AI", "AO")
 SIGNALS = ("F", "M", "DI", "DO", "RI", "RO", "UI", "UO", "SI", "SO")
+READ_ONLY = ("DI", "RI", "UI", "SI", "GI", "AI", "TIMER")
+PULSE_S = 0.1
+"""Of a pulse without a time [asm]."""
 FRAMES = ("UFRAME", "UTOOL")
 NO_SHIFT = Pose((0.0,) * POSE_NUMBERS, "")
 """A frame that was never set: the base, or the flange."""
@@ -35,13 +39,20 @@ class Registers:
     Args:
         reads: What stands in places that belong to the controller, as a program names them.
         writes: What setting such a place does; one that is in ``reads`` alone cannot be set.
+        now: The controller's own clock [s].
     """
 
     def __init__(
         self,
         reads: Mapping[str, Callable[[], Value]] | None = None,
         writes: Mapping[str, Callable[[Value], None]] | None = None,
+        now: Callable[[], float] = lambda: 0.0,
     ) -> None:
+        self._now = now
+        # What each timer had counted when it was stopped last, and since when it runs [s].
+        self._timers: dict[Place, tuple[float, float | None]] = {}
+        # Outputs that are on for a while, and until when.
+        self._pulses: dict[Place, float] = {}
         self._reads = {operand(Cursor(name)): read for name, read in (reads or {}).items()}
         self._writes = {operand(Cursor(name)): write for name, write in (writes or {}).items()}
         self._values: dict[Place, Value] = {Name("$WAITTMOUT"): 3000.0}
@@ -64,12 +75,15 @@ class Registers:
         if isinstance(place, Indexed) and place.kind == "PR":
             return self._element(place)
         self._check(place)
+        if isinstance(place, Indexed) and place.kind == "TIMER":
+            counted, since = self._timers.get(place, (0.0, None))
+            return counted if since is None else counted + self._now() - since
         if isinstance(place, Indexed) and place.kind in FRAMES:
             return NO_SHIFT
         signal = isinstance(place, Indexed) and place.kind in SIGNALS
         return self._values.setdefault(place, False if signal else 0.0)
 
-    def write(self, place: Place, value: Value | PulseTime) -> None:
+    def write(self, place: Place, value: Written) -> None:
         """Set what stands there.
 
         Raises:
@@ -80,7 +94,9 @@ class Registers:
             # Set before, so it may be set: background logic counts in each period.
             self._values[place] = value
         elif isinstance(value, PulseTime):
-            raise ExecutionError(f"{print_expression(place)}: the stand-in makes no pulses")
+            self._pulse(place, value)
+        elif isinstance(value, Name):
+            self._time(place, value.word)
         elif write is not None:
             write(value)
         elif isinstance(place, Indexed) and place.kind in ("PR", *FRAMES):
@@ -88,10 +104,38 @@ class Registers:
         else:
             self._set(place, value)
 
+    def end_pulses(self) -> None:
+        """Switch off the outputs whose time is over; in each period."""
+        if not self._pulses:
+            return
+        for place, until in list(self._pulses.items()):
+            if self._now() >= until - 1e-9:
+                del self._pulses[place]
+                self.write(place, False)
+
+    def _pulse(self, place: Place, pulse: PulseTime) -> None:
+        """Switch an output on for a while."""
+        if not isinstance(place, Indexed) or place.kind not in ("DO", "RO"):
+            raise ExecutionError(f"{print_expression(place)}: DO and RO have pulses")
+        self.write(place, True)
+        seconds = PULSE_S if pulse.seconds is None else pulse.seconds
+        assert isinstance(seconds, float)
+        self._pulses[place] = self._now() + seconds
+
+    def _time(self, place: Place, word: str) -> None:
+        """Start, stop or reset a timer."""
+        if not isinstance(place, Indexed) or place.kind != "TIMER":
+            raise ExecutionError(f"{print_expression(place)}: only a timer is set to {word}")
+        self._check(place)
+        counted = 0.0 if word == "RESET" else as_number(self.read(place))
+        ran = self._timers.get(place, (0.0, None))[1] is not None
+        runs = word == "START" or (word == "RESET" and ran)
+        self._timers[place] = counted, self._now() if runs else None
+
     def _set(self, place: Place, value: Value) -> None:
         """Set a register or an output that belongs to no other part."""
         self._check(place)
-        inputs = isinstance(place, Indexed) and place.kind in ("DI", "RI", "UI", "SI", "GI", "AI")
+        inputs = isinstance(place, Indexed) and place.kind in READ_ONLY
         if inputs or place in self._reads:
             raise ExecutionError(f"{print_expression(place)} cannot be set")
         if isinstance(value, Pose):
@@ -177,7 +221,7 @@ class ProgramRegisters:
             raise ExecutionError(f"AR[{number}]: {len(self._arguments)} arguments were given")
         return self._arguments[number - 1]
 
-    def write(self, place: Place, value: Value | PulseTime) -> None:
+    def write(self, place: Place, value: Written) -> None:
         """Set a register.
 
         Raises:
