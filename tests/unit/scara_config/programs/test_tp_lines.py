@@ -143,6 +143,7 @@ def test_a_line_is_one_struct(text: str, line: object) -> None:
         ("R[1]=R[2] R[3]", r"'R\[3\]' is not understood"),
         ("J P[1] 50 FINE", "a unit of speed is expected at 'FINE'"),
         ("J P[1] 50% STOP", "FINE or CNT is expected at 'STOP'"),
+        ("!first; second", "a semicolon ends the line, in a remark too"),
         ("J P[1] 50% FINE Quickly", "'Quickly' is no option of a motion"),
         ("J R[1] 50% FINE", "no instruction begins so"),
         ("C P[1] 100mm/sec FINE", "P or PR is expected at '100mm/sec FINE'"),

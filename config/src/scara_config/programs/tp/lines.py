@@ -71,6 +71,8 @@ def read_line(text: str) -> Line:
     if not text:
         return Blank()
     if mark := re.match(r"!|//|--(?:\w+:)?", text):
+        if mark[0] == "!" and ";" in text:
+            raise LineError("a semicolon ends the line, in a remark too")
         return Remark(mark[0], text[mark.end() :])
     if message := re.fullmatch(r"MESSAGE\[(.*)\]", text, re.DOTALL):
         return Notice(message[1])
