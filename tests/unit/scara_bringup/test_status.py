@@ -13,12 +13,13 @@ from harness.processes import wait_until
 from scara_bringup.plan import cell_plan
 from scara_bringup.status import running_io as running
 from scara_bringup.status.running_io import usage_of
-from scara_bringup.status.status import Said, Usage, in_words, node_state
+from scara_bringup.status.status import Usage, in_words, node_state
 from scara_bringup.terminal.browser_io import find_opener, open_page
 from scara_bringup.terminal.screen_io import page_addresses, show_cell
+from scara_ros.diagnosis import Diagnosis
 from unit.scara_bringup.test_plan import DOORS
 
-OK, WARN, ERROR = Said(0, "a", "fine"), Said(1, "b", "late"), Said(2, "c", "gone")
+OK, WARN, ERROR = Diagnosis(0, "a", "fine"), Diagnosis(1, "b", "late"), Diagnosis(2, "c", "gone")
 
 
 @pytest.mark.parametrize(
@@ -30,7 +31,7 @@ OK, WARN, ERROR = Said(0, "a", "fine"), Said(1, "b", "late"), Said(2, "c", "gone
         ((WARN, OK, ERROR), "ERROR: gone (and 1 more)"),
     ],
 )
-def test_the_worst_that_a_node_says_is_shown(said: tuple[Said, ...], words: str) -> None:
+def test_the_worst_that_a_node_says_is_shown(said: tuple[Diagnosis, ...], words: str) -> None:
     """What is fine needs one word."""
     state = node_state("n", 1, Usage(1.0, 50.0), Usage(1.3, 60.0), 1.5, said)
     assert in_words(state) == words

@@ -10,13 +10,6 @@ from collections.abc import Sequence
 import msgspec
 
 
-class DueSteps(msgspec.Struct, frozen=True):
-    """What a wake shall do."""
-
-    steps: int
-    skipped: int
-
-
 class PhysicsPace:
     """Spreads physics steps over real time by absolute deadlines.
 
@@ -40,14 +33,14 @@ class PhysicsPace:
         self._done = 0
         self.skipped_steps = 0
 
-    def due(self, now_ns: int) -> DueSteps:
+    def due(self, now_ns: int) -> tuple[int, int]:
         """Return how many steps to run now and how many were skipped before them."""
         target = int((now_ns - self._start_ns) * self._factor) // self._step_ns
         missing = max(0, target - self._done)
         skipped = max(0, missing - self._max_steps)
         self._done += missing
         self.skipped_steps += skipped
-        return DueSteps(missing - skipped, skipped)
+        return missing - skipped, skipped
 
     def restart(self, now_ns: int, steps_made: int) -> int:
         """Go on after a pause without making up for it.

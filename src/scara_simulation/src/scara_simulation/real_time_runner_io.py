@@ -155,12 +155,12 @@ class RealTimeRunner:
             return self.simulation.advance(
                 self._config.physics_rate_hz // self._config.joint_states_rate_hz
             )
-        due = self._pace.due(now_ns)
-        if due.skipped:
+        due, skipped = self._pace.due(now_ns)
+        if skipped:
             self._stalls += 1
             if self._follow:
-                self.simulation.skip(due.skipped * self._config.step_ns)
-        return self.simulation.advance(due.steps)
+                self.simulation.skip(skipped * self._config.step_ns)
+        return self.simulation.advance(due)
 
     def _report_if_due(self, now_ns: int) -> None:
         began, steps, _, _ = self._window

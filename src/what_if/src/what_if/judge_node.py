@@ -167,7 +167,6 @@ def _asked(
     if point is not None:
         return world, point
     if text.endswith(".bag"):
-        # The world with the joints where a recorded way begins
         recorded = read_way(world.cell, Path(text))
         return replace(world, q=recorded.way.points[0].q), recorded
     return world, ProgramRun(find_program(world.cell, text, config_dir))

@@ -144,7 +144,8 @@ def wall_of(
         trouble: Why events are not kept.
         unreadable: How many messages could not be read.
     """
-    # The cells' names as people say them
+    # Names as people say them, with the machine only where that is needed. Alarms may be of cells
+    # that are in no row: the history knows them.
     names = {row.name for row in rows} | {alarm.cell for alarm in alarms}
     own = {name: name.partition("/")[2] or name for name in names}
     times = Counter(own.values())

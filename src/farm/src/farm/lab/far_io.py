@@ -165,6 +165,8 @@ def run_far(
                 if version and (job.kind in OF_BAGS or file.is_file()):
                     content = file.read_bytes()
                 words = (do_there, job, content, version, settings) if version else (do, job)
+                # A worker of another machine offers its version as a resource: dask gives jobs to
+                # equal ones alone.
                 key, needs = f"{lot}-{job.name}", {version: 1} if version else None
                 coming.add(client.submit(*words, key=key, pure=False, resources=needs))
                 given[key] = job, len(content or b"")
@@ -187,6 +189,7 @@ def run_far(
             f"words and --folder {folder}"
         ) from error
     finally:
+        # Also after an error: nobody waits for them any more.
         client.cancel(list(coming.futures))
     return [result for result in known.values() if result is not None]
 

@@ -31,10 +31,12 @@ class _Reading:
         """Begin when :meth:`run` is awaited, by ``task``."""
         self.task: asyncio.Task[None] | None = None
         self.bag, self.past = bag, past
+        # One that was written to since is another recording, and read anew.
         self.written = bag.stat().st_mtime_ns
         self.asked = time.monotonic()
         self.failure = ""
         self.ended = False
+        # Set once there is something to look at, or once nothing will come.
         self.first = asyncio.Event()
         self._process: asyncio.subprocess.Process | None = None
 
@@ -66,6 +68,7 @@ class _Reading:
             start_new_session=True,
         )
         assert process.stdout is not None and process.stderr is not None
+        # Read beside it: who complains at length into a full pipe would stand still.
         said = asyncio.ensure_future(process.stderr.read())
         try:
             # Take all lines; where many have come at once, others get their turn too
@@ -125,6 +128,7 @@ class Recordings:
         if reading.task is not None and reading.task.done():
             reading.task.result()  # what nobody has foreseen is no silence
         if reading.failure:
+            # Forgotten, so that whoever asks next has it tried again.
             del self._held[run]
             raise RunError(f"{run}: {reading.failure}")
         head = reading.past.head

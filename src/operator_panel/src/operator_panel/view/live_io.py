@@ -124,7 +124,9 @@ class Live:
             return
         frame = make()
         if not self._history.add(frame.t, frame.point):
+            # Between two points of the charts there is none: they have a rate of their own.
             frame = msgspec.structs.replace(frame, point={})
+        # Encoded once, however many pages look.
         text = _message("frame", frame)
         lists = self._lists_text(alarms)
         for line in self._lines.values():

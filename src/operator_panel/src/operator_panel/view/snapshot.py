@@ -8,7 +8,7 @@ import msgspec
 from scara_ros.message_struct import struct_of
 
 from operator_panel.view.robot.status import RobotStatus
-from scara_msgs.msg import LinkState, TwinControllerState
+from scara_msgs.msg import LinkState, RobotData, TwinControllerState
 
 
 class Link(struct_of(LinkState)):  # type: ignore[misc]
@@ -38,15 +38,10 @@ class CellState(struct_of(TwinControllerState)):  # type: ignore[misc]
     links: tuple[Link, ...] = ()
 
 
-class RobotPackage(msgspec.Struct, frozen=True):
-    """Fields of scara_msgs/RobotData that are shown."""
+class RobotPackage(struct_of(RobotData, "name", "position", "unit")):  # type: ignore[misc]
+    """The fields of scara_msgs/RobotData but the joints, which the controller's state has."""
 
     control_type: str = "none"
-    speed_percent: float = 0.0
-    ready: bool = False
-    running: bool = False
-    program: str = ""
-    alarm: str = ""
 
 
 class Loop(msgspec.Struct, frozen=True):

@@ -93,6 +93,7 @@ class Session:
             read_png: Returns the text of a PNG image, at most so many bytes; raises ValueError.
         """
         self.role = role
+        # Of this client; the server adds them up when it has gone.
         self.counters = Counters()
         self._roles = roles
         self._namespace = namespace

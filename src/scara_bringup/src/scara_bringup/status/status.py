@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from scara_ros.diagnosis import Level
+from scara_ros.diagnosis import Diagnosis, Level
 
 
 @dataclass(frozen=True)
@@ -14,15 +14,6 @@ class Usage:
 
     processor_s: float
     memory_mb: float
-
-
-@dataclass(frozen=True)
-class Said:
-    """One status of /diagnostics: level (REP-107), what it is about, message."""
-
-    level: int
-    name: str
-    message: str
 
 
 @dataclass(frozen=True)
@@ -43,7 +34,7 @@ class NodeState:
     alive: bool
     cpu_percent: float | None = None
     memory_mb: float | None = None
-    says: tuple[Said, ...] = ()
+    says: tuple[Diagnosis, ...] = ()
 
 
 def node_state(
@@ -52,7 +43,7 @@ def node_state(
     before: Usage | None,
     after: Usage | None,
     dt: float,
-    said: Sequence[Said] = (),
+    said: Sequence[Diagnosis] = (),
 ) -> NodeState:
     """Judge a node from two looks at its process, ``dt`` [s] apart; None: it was not there."""
     if after is None:
@@ -61,7 +52,7 @@ def node_state(
     return NodeState(name, pid, True, cpu, after.memory_mb, worst_first(said))
 
 
-def worst_first(said: Sequence[Said]) -> tuple[Said, ...]:
+def worst_first(said: Sequence[Diagnosis]) -> tuple[Diagnosis, ...]:
     """Sort what a node says by how bad it is; of equals the first stays the first."""
     return tuple(sorted(said, key=lambda one: -one.level))
 

@@ -13,9 +13,10 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
+from scara_ros.diagnosis import Diagnosis
 
 from scara_bringup.status.running_io import RunningCell, running_cells, usage_of
-from scara_bringup.status.status import NodeState, Said, in_words, node_state
+from scara_bringup.status.status import NodeState, in_words, node_state
 
 LOOK_S = 1.5  # our choice: nodes speak once a second (REP-107), and processor time is counted in it
 NOBODY, DEAD = 3, 1
@@ -27,13 +28,13 @@ class Listener:
     def __init__(self, uri: str) -> None:
         """Listen at the master ``uri``."""
         self._lock = threading.Lock()
-        self._said: dict[str, dict[str, Said]] = defaultdict(dict)
+        self._said: dict[str, dict[str, Diagnosis]] = defaultdict(dict)
         self._subscriber: rospy.Subscriber | None = None
         if rosgraph.Master("/cell_status", uri).is_online():
             rospy.init_node("cell_status", anonymous=True, disable_signals=True)
             self._subscriber = rospy.Subscriber("/diagnostics", DiagnosticArray, self._keep)
 
-    def said(self, node: str) -> tuple[Said, ...]:
+    def said(self, node: str) -> tuple[Diagnosis, ...]:
         """Return what a node of this absolute name has said."""
         with self._lock:
             return tuple(self._said[node].values())
@@ -44,7 +45,7 @@ class Listener:
             for status in array.status:
                 # A subscriber gets a level as a byte string of one sign.
                 level = status.level if isinstance(status.level, int) else ord(status.level)
-                self._said[who][status.name] = Said(level, status.name, status.message)
+                self._said[who][status.name] = Diagnosis(level, status.name, status.message)
 
 
 def show_status(commands: bool, name: str | None = None) -> int:

@@ -63,6 +63,7 @@ class PartBodies:
             self._create(shape, start.name, start.stand, (start.x, start.y, start.z))
             for start in work.starts()
         ]
+        # Contacts name bodies by the engine's numbers.
         self.by_body = {part.body: part for part in self.parts}
 
     def _create(self, shape: int, name: str, stand: str, underside: Vector) -> Part:
@@ -119,6 +120,7 @@ class PartBodies:
         if not part.asleep:
             return
         pose = self.pose(part)
+        # It goes along with what it lay on: from rest it would slip off a turning table.
         velocity, turn = self._support_motion(part.support, pose[0])
         part.asleep, part.still_for = False, 0.0
         self._switch(

@@ -38,6 +38,7 @@ def estimate_lag(
     reach = round(max_lag_s * rate_hz)
     total = np.zeros(2 * reach + 1)
     for first, last in segments:
+        # In a shorter one the window that is shifted would be smaller than its shift.
         if last - first >= 4 * reach:
             ahead, behind = leader[first:last], follower[first:last]
             total += (
@@ -55,6 +56,7 @@ def estimate_lag(
 def _squared_difference(fixed: Array, moved: Array, reach: int) -> Array:
     """Return sum_t |fixed(t) - moved(t + tau)|^2 for |tau| <= reach, inside ``fixed``."""
     inner = fixed[reach : len(fixed) - reach]
+    # A power of two is quickest; it holds all shifts up to `reach`, so nothing wraps around.
     size = 1 << (len(moved) - 1).bit_length()
     spectrum = np.fft.rfft(moved, size, axis=0) * np.conj(np.fft.rfft(inner, size, axis=0))
     correlation = np.fft.irfft(spectrum, size, axis=0)[: 2 * reach + 1].sum(axis=1)

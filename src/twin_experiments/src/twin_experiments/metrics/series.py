@@ -128,6 +128,7 @@ def interpolate(motion: Motion, instants: Array) -> tuple[Array, Array]:
     Source:
         Textbook cubic Hermite basis; our choice because the samples carry velocities.
     """
+    # The pair of samples around each instant; the last instant belongs to the last pair.
     right = np.clip(
         np.searchsorted(motion.stamps, instants, side="right"), 1, len(motion.stamps) - 1
     )
@@ -184,6 +185,7 @@ def align(real: Motion, twin: Motion, rate: float, longest_gap: float) -> Aligne
         for gap in find_gaps(motion, longest_gap)
         if gap.start < end and gap.start + gap.duration > start
     )
+    # One side in a hole is enough: nothing can be compared there.
     known = np.ones(len(instants), dtype=bool)
     for gap in gaps:
         known &= (instants <= gap.start) | (instants >= gap.start + gap.duration)

@@ -67,8 +67,7 @@ def fetch_recording(
         fail("all: name one cell", FAILED)
     with open_session(config) as session:
         (owner,) = _chosen(config, session, cell)
-        # Where fetched recordings go
-        target = (events_folder(folder).parent / "recordings") / owner.machine / owner.cell / name
+        target = events_folder(folder).parent / "recordings" / owner.machine / owner.cell / name
         listed = {each.name: each for each in recordings_of(session, owner)}
         if name not in listed:
             fail(f"{owner}: {name}: no such recording: ./cell farm recordings {owner}", FAILED)
