@@ -89,6 +89,7 @@ class WakeTimes:
         """Note a wake and plan the next; wakes that lie in the past by now are missed."""
         late = now_ns - self._next_ns
         self._lateness_ns.append(late)
+        # The wakes between are not made: the physics runs all its steps at the next one.
         periods = 1 + max(0, late // self._period_ns)
         self._missed += periods - 1
         self._next_ns += periods * self._period_ns

@@ -66,6 +66,8 @@ class Cycles:
         """Know of none."""
         self._rest_s = rest_s
         self._open: _Open | None = None
+        # Set once the real side tells of parts: then its counts are those of a cycle, not the
+        # twin's.
         self._real_tells = False
 
     @property

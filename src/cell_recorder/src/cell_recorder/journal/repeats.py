@@ -66,6 +66,7 @@ class Repeats:
                 del self._seen[key]
                 continue
             told += self._counted(seen)
+            # It goes on: of the next span nothing is let through at once.
             self._seen[key] = _Seen(now, kept=self._most)
         return told
 

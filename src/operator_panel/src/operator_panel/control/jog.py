@@ -82,12 +82,16 @@ class DeadMan:
     timeout: float
     _page: str = ""
     _press: int = 0
+    # What the button asks for, and what moves: None until it has begun, and once it is over.
     _asked: Held | None = None
     _way: Held | None = None
     _moving: tuple[str, ...] = ()
     _seen: float = 0.0
+    # By page, the newest press that has ended: a late sign of it begins nothing again.
     _ended: dict[str, int] = field(default_factory=dict)
+    # Joints that get a velocity of 0 with the next look.
     _stopping: list[str] = field(default_factory=list)
+    # Page, press and reason of what could not go on: its other signs are answered by the reason.
     _given_up: tuple[str, int, str] = ("", 0, "")
 
     @property

@@ -75,6 +75,7 @@ class Outbox(Generic[Item]):
         entry = self._topics.get(topic)
         if entry is None:
             return
+        # One that gives way before it was due is what the client has asked for, and no loss.
         if len(entry.waiting) == entry.waiting.maxlen and entry.due <= now:
             self.dropped += 1
         entry.waiting.append(data)
@@ -88,6 +89,7 @@ class Outbox(Generic[Item]):
 
     def pop(self, now: float) -> Item | None:
         """Return the next packet that may go out at ``now``: answers first, then topics in turn."""
+        # Somebody waits for each answer; of topics only the newest counts.
         if self._answers:
             return self._answers.popleft()
         for topic in self._pending:

@@ -89,11 +89,13 @@ class PageGuard:
         marks = [
             (b"access-control-allow-origin", origin.encode()),
             (b"access-control-allow-methods", b"GET, HEAD"),
+            # A cache must not hand the permission of one site to another.
             (b"vary", b"Origin"),
         ]
         if scope["method"] == "OPTIONS":
             await _say(send, 204, "", marks)
             return
+        # Who reads from another site is nobody here, whatever cookies its browser sends.
         scope[KNOWN], scope[PERSON] = False, ""
 
         async def marked(message: Any) -> None:
@@ -113,6 +115,7 @@ class PageGuard:
             if not brought:
                 return 403, WRONG, []
             session = brought[0].session(secrets.token_hex(16), int(time.time()))
+            # No script of a page can read it, and no other site sends it along.
             cookie = f"{self._door.cookie}={session}; Path=/; HttpOnly; SameSite=Strict"
             return 303, "", [(b"location", b"/"), (b"set-cookie", cookie.encode())]
         now = int(time.time())

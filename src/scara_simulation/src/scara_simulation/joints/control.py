@@ -67,6 +67,7 @@ class JointControl:
         self._start = tuple(start)
         self._dt = dt
         self._inverse_dynamics = inverse_dynamics
+        # Two poles at the bandwidth: an error goes away without swinging over.
         self._stiffness, self._damping = bandwidth * bandwidth, 2.0 * bandwidth
         self._compiled = compiled and step_efforts is not None
         self._no_feed_forward = [0.0] * len(self.loops)
@@ -172,6 +173,7 @@ class JointControl:
         feed_forward: Sequence[float] = self._no_feed_forward
         if self._inverse_dynamics is not None:
             stiffness, damping = self._stiffness, self._damping
+            # As in the loops, a measured velocity belongs to the middle of the last step.
             accelerations = [
                 a + stiffness * (p - q[k]) + damping * (v - 0.5 * dt * a - qdot[k])
                 for k, (p, v, a) in enumerate(wanted)
