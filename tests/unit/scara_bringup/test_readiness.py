@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from scara_bringup.config import Doors
 from scara_bringup.plan import cell_plan
-from scara_bringup.readiness import Missing, Seen, missing
+from scara_bringup.readiness import Missing, SeenCell, missing
 from scara_config.quantities import ServerAddress
 from scara_ros.names import resolve
 
@@ -21,9 +21,9 @@ PLAN = cell_plan(
 )
 
 
-def complete(namespace: str = "/") -> Seen:
+def complete(namespace: str = "/") -> SeenCell:
     """Return the sight of a ready cell."""
-    return Seen(
+    return SeenCell(
         services=frozenset(resolve(name, namespace) for node in PLAN for name in node.services),
         topics=frozenset(resolve(name, namespace) for node in PLAN for name in node.topics),
         ports=frozenset({15020, 19090, 22}),
@@ -65,7 +65,7 @@ def test_services_of_another_namespace_do_not_count() -> None:
         ),
     ],
 )
-def test_what_is_missing_is_named(seen: Seen, expected: Missing) -> None:
+def test_what_is_missing_is_named(seen: SeenCell, expected: Missing) -> None:
     """The node and the thing, in words that help."""
     assert expected in missing(PLAN, seen)
 

@@ -20,7 +20,7 @@ from scara_bringup.processes.master_io import MasterAddress, MasterProbe
 from scara_bringup.processes.ports_io import listening_ports
 from scara_bringup.processes.preflight_io import CannotStartError, namespace
 from scara_bringup.processes.processes_io import Processes
-from scara_bringup.readiness import Seen, missing
+from scara_bringup.readiness import SeenCell, missing
 from scara_bringup.status.running_io import RunningCell, RunningNode, announced
 from scara_bringup.supervisor import (
     Action,
@@ -163,7 +163,7 @@ class CellShell:
             self._next_check = now + self._deadlines.check_period
             services, topics = self._master.services_and_topics()
             mode, why = self._watch.last() if self._watch else ("", "")
-            seen = Seen(services, topics, listening_ports(), mode, why)
+            seen = SeenCell(services, topics, listening_ports(), mode, why)
             events.append(Checked(missing(cell.nodes, seen, namespace())))
         if cell.phase is Phase.STARTING and now >= self._next_word and cell.lacking:
             self._next_word = now + PATIENCE_PERIOD

@@ -22,7 +22,7 @@ class Missing:
 
 
 @dataclass(frozen=True)
-class Seen:
+class SeenCell:
     """What can be seen of the cell at one moment.
 
     Attributes:
@@ -40,7 +40,7 @@ class Seen:
     why: str = ""
 
 
-def missing(nodes: Iterable[NodePlan], seen: Seen, namespace: str = "/") -> tuple[Missing, ...]:
+def missing(nodes: Iterable[NodePlan], seen: SeenCell, namespace: str = "/") -> tuple[Missing, ...]:
     """List what is not there yet; empty when the cell is ready.
 
     Args:
@@ -57,7 +57,7 @@ def missing(nodes: Iterable[NodePlan], seen: Seen, namespace: str = "/") -> tupl
     return tuple(found)
 
 
-def _lacks(node: NodePlan, seen: Seen, namespace: str) -> list[str]:
+def _lacks(node: NodePlan, seen: SeenCell, namespace: str) -> list[str]:
     """List what one node does not offer yet."""
     lacks = [
         f"service {name}" for name in node.services if resolve(name, namespace) not in seen.services

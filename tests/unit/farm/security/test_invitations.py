@@ -24,7 +24,7 @@ from farm.security.authority_io import Authority
 from farm.security.certificates import (
     DAYS,
     CertificateError,
-    Pair,
+    KeyPair,
     check,
     new_authority,
     new_client,
@@ -225,9 +225,9 @@ def test_a_renewed_authority_forgets_what_it_has_signed(tmp_path: Path) -> None:
             check(new.authority.encode(), pair_of(old), "pc_2 1", NOW)
 
 
-def pair_of(invitation: Invitation) -> Pair:
+def pair_of(invitation: Invitation) -> KeyPair:
     """Return what somebody shows with an invitation."""
-    return Pair(invitation.key.encode(), invitation.certificate.encode())
+    return KeyPair(invitation.key.encode(), invitation.certificate.encode())
 
 
 def test_the_labs_desk_shows_what_the_new_authority_has_signed(tmp_path: Path) -> None:
@@ -239,9 +239,9 @@ def test_the_labs_desk_shows_what_the_new_authority_has_signed(tmp_path: Path) -
     after = Path(LabAuthority(tmp_path / "lab", "hall", NOW).desk().certificate).read_bytes()
     assert after != before
     authority = (tmp_path / "lab" / "authority.crt").read_bytes()
-    check(authority, Pair(after, after), "lab desk", NOW)
+    check(authority, KeyPair(after, after), "lab desk", NOW)
     with pytest.raises(CertificateError):
-        check(authority, Pair(before, before), "lab desk", NOW)
+        check(authority, KeyPair(before, before), "lab desk", NOW)
 
 
 @pytest.mark.parametrize("fails_at", [1, 2, 3])

@@ -20,7 +20,7 @@ from farm.desk.commands_io import cells_there, order
 from farm.security import door_io as door
 from farm.security.access import Role
 from farm.security.authority_io import CERTIFICATE, KEY, REGISTER, Authority
-from farm.security.certificates import DAYS, Pair, new_client
+from farm.security.certificates import DAYS, KeyPair, new_client
 from farm.security.door_io import MemberDoor
 from farm.security.invitation_io import Invitation, write_private
 from farm.security.lab_authority_io import LabAuthority
@@ -307,7 +307,7 @@ def test_nobody_comes_in_while_nobody_knows_who_may(
 def test_a_stolen_key_of_the_authority_opens_nothing_once_all_is_renewed(site: Site) -> None:
     """A job of the lab runs as the desk's owner, so it can read that key; the desk goes on."""
     site.invite("pc_1")
-    thief = Pair(*((site.folder.parent / "authority" / name).read_bytes() for name in AUTHORITY))
+    thief = KeyPair(*((site.folder.parent / "authority" / name).read_bytes() for name in AUTHORITY))
 
     def forged(name: str) -> Invitation:
         made = new_client(thief, name, NOW)

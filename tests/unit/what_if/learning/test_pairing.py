@@ -14,7 +14,7 @@ from what_if.judging import judge
 from what_if.learning.course import PERIOD_S, course_of, predict, tool_points
 from what_if.learning.drift import Drift
 from what_if.learning.measures import way_length
-from what_if.learning.pairing import BEGIN_S, REST_S, End, Outcome, Prediction, Watch
+from what_if.learning.pairing import BEGIN_S, REST_S, End, MotionWatch, Outcome, Prediction
 from what_if.motions import JointTarget, Motion, ProgramRun
 from what_if.world import World
 
@@ -38,7 +38,7 @@ def prediction(world: World, motion: Motion) -> Prediction:
 
 
 def played(
-    world: World, watch: Watch, times: FloatArray, q: FloatArray, until: float
+    world: World, watch: MotionWatch, times: FloatArray, q: FloatArray, until: float
 ) -> Outcome | None:
     """Play a course 0.3 s after the start, then stand until ``until``; return the outcome."""
     for now in np.arange(0.0, until, 0.01):
@@ -57,7 +57,7 @@ def test_motion_made_as_predicted_has_ratios_of_one(world: World, name: str) -> 
     motion = motion_of(world, name)
     said = prediction(world, motion)
     times, q = course_of(world, motion)
-    outcome = played(world, Watch("", 0.0, said), times, q, times[-1] + 5.0)
+    outcome = played(world, MotionWatch("", 0.0, said), times, q, times[-1] + 5.0)
     assert outcome is not None and outcome.end is End.REACHED
     assert outcome.ratios["time"] == pytest.approx(1.0, abs=0.02)
     assert outcome.ratios["way"] == pytest.approx(1.0, abs=0.02)
@@ -76,7 +76,7 @@ def test_slower_motion_has_its_ratio(world: World) -> None:
     """What takes a fifth longer is told so."""
     said = prediction(world, FREE)
     times, q = course_of(world, FREE)
-    outcome = played(world, Watch("", 0.0, said), 1.2 * times, q, 20.0)
+    outcome = played(world, MotionWatch("", 0.0, said), 1.2 * times, q, 20.0)
     assert outcome is not None and outcome.ratios["time"] == pytest.approx(1.2, abs=0.03)
 
 
@@ -85,7 +85,7 @@ def test_motion_that_is_stopped_teaches_nothing(world: World) -> None:
     said = prediction(world, FREE)
     times, q = course_of(world, FREE)
     half = len(q) // 2
-    outcome = played(world, Watch("", 0.0, said), times[:half], q[:half], 20.0)
+    outcome = played(world, MotionWatch("", 0.0, said), times[:half], q[:half], 20.0)
     assert outcome is not None and outcome.end is End.STOPPED
     assert outcome.ratios == {}
     drift = Drift(LIMITS)
@@ -95,7 +95,7 @@ def test_motion_that_is_stopped_teaches_nothing(world: World) -> None:
 
 def test_motion_that_never_begins_is_given_up(world: World) -> None:
     """Somebody let it through, and something else stopped it before it began."""
-    watch = Watch("", 10.0, prediction(world, FREE))
+    watch = MotionWatch("", 10.0, prediction(world, FREE))
     watch.joints(10.1, world.q)
     assert watch.end(10.1 + BEGIN_S) is None and not watch.has_begun
     assert not watch.is_hopeless(10.0 + BEGIN_S)
@@ -105,7 +105,7 @@ def test_motion_that_never_begins_is_given_up(world: World) -> None:
 def test_motion_that_goes_on_for_ever_is_given_up(world: World) -> None:
     """A robot that is led to and fro by somebody else stands nowhere long enough."""
     said = prediction(world, FREE)
-    watch = Watch("", 0.0, said)
+    watch = MotionWatch("", 0.0, said)
     longest = BEGIN_S + 3.0 * (said.moving_s + said.stand_s)
     for now in np.arange(0.0, longest + 1.0, 0.2):
         watch.joints(float(now), (float(now), 0.0, 0.0, 0.0))
@@ -115,15 +115,15 @@ def test_motion_that_goes_on_for_ever_is_given_up(world: World) -> None:
 
 def test_program_is_watched_once() -> None:
     """The page's question comes first, the twin controller's when the robot says that it runs."""
-    assert Watch("ARTICLE", 0.0).is_same("ARTICLE")
-    assert not Watch("ARTICLE", 0.0).is_same("TWO_POINT")
-    assert not Watch("", 0.0).is_same("")
+    assert MotionWatch("ARTICLE", 0.0).is_same("ARTICLE")
+    assert not MotionWatch("ARTICLE", 0.0).is_same("TWO_POINT")
+    assert not MotionWatch("", 0.0).is_same("")
 
 
 def test_stand_at_the_end_is_waited_for(world: World) -> None:
     """As long as the longest stand of the prediction, and a rest more."""
     said = prediction(world, FREE)
-    watch = Watch("", 0.0, replace(said, stand_s=2.0))
+    watch = MotionWatch("", 0.0, replace(said, stand_s=2.0))
     watch.joints(0.0, world.q)
     watch.joints(1.0, said.target)
     assert watch.end(1.0 + 2.0 + REST_S) is None

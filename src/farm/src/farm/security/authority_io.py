@@ -18,7 +18,7 @@ from farm.security.access import Invited, Role, access_control
 from farm.security.certificates import (
     DAYS,
     CertificateError,
-    Pair,
+    KeyPair,
     new_authority,
     new_client,
     new_server,
@@ -62,7 +62,7 @@ class Authority:
         try:
             if key.stat().st_mode & 0o077:
                 raise SecurityError(f"{key}: others can read it: chmod 600, or begin a new site")
-            self._pair = Pair(key.read_bytes(), certificate.read_bytes())
+            self._pair = KeyPair(key.read_bytes(), certificate.read_bytes())
         except OSError as error:
             raise SecurityError(f"{error.filename}: {error.strerror}") from error
         self.register = read_register(folder)
@@ -200,7 +200,7 @@ class Authority:
         )
         return Outside(Address(host, port), files, access_control(self._site, self.good()))
 
-    def _issued(self, shown: str) -> Pair:
+    def _issued(self, shown: str) -> KeyPair:
         """Return a certificate of this name.
 
         Raises:

@@ -27,14 +27,14 @@ class CertificateError(ValueError):
     """A key or certificate cannot be used; the text says why."""
 
 
-class Pair(NamedTuple):
+class KeyPair(NamedTuple):
     """A private key and its certificate, both as PEM."""
 
     key: bytes
     certificate: bytes
 
 
-def new_authority(name_of: str, now: datetime) -> Pair:
+def new_authority(name_of: str, now: datetime) -> KeyPair:
     """Return an authority of this name that signs itself."""
     key, name = _new_key(), _name(name_of)
     builder = (
@@ -45,7 +45,7 @@ def new_authority(name_of: str, now: datetime) -> Pair:
     return _pair(key, builder.sign(key, hashes.SHA256()))
 
 
-def new_server(authority: Pair, host: str, now: datetime) -> Pair:
+def new_server(authority: KeyPair, host: str, now: datetime) -> KeyPair:
     """Return what a router shows that is reached as ``host``, a name or an address."""
     place: x509.GeneralName
     try:
@@ -55,12 +55,12 @@ def new_server(authority: Pair, host: str, now: datetime) -> Pair:
     return _issued(authority, host, place, (ExtendedKeyUsageOID.SERVER_AUTH,), now)
 
 
-def new_client(authority: Pair, name: str, now: datetime) -> Pair:
+def new_client(authority: KeyPair, name: str, now: datetime) -> KeyPair:
     """Return what somebody shows who comes in."""
     return _issued(authority, name, x509.DNSName(name), (ExtendedKeyUsageOID.CLIENT_AUTH,), now)
 
 
-def new_member(authority: Pair, name: str, now: datetime) -> Pair:
+def new_member(authority: KeyPair, name: str, now: datetime) -> KeyPair:
     """Return what a member of the lab shows at both ends of a line."""
     both = (ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH)
     return _issued(authority, name, x509.DNSName(name), both, now)
@@ -75,7 +75,7 @@ def ends(certificate: bytes) -> datetime:
     return _read(certificate).not_valid_after_utc
 
 
-def check(authority: bytes, client: Pair, name: str, now: datetime) -> None:
+def check(authority: bytes, client: KeyPair, name: str, now: datetime) -> None:
     """Check what somebody is to show.
 
     Raises:
@@ -105,12 +105,12 @@ def check(authority: bytes, client: Pair, name: str, now: datetime) -> None:
 
 
 def _issued(
-    authority: Pair,
+    authority: KeyPair,
     name: str,
     place: x509.GeneralName,
     uses: Iterable[x509.ObjectIdentifier],
     now: datetime,
-) -> Pair:
+) -> KeyPair:
     signer = serialization.load_pem_private_key(authority.key, None)
     if not isinstance(signer, ec.EllipticCurvePrivateKey):
         raise CertificateError("the authority's key is not one of an elliptic curve")
@@ -173,10 +173,10 @@ def _read(certificate: bytes) -> x509.Certificate:
         raise CertificateError(f"the certificate cannot be read: {error}") from error
 
 
-def _pair(key: ec.EllipticCurvePrivateKey, certificate: x509.Certificate) -> Pair:
+def _pair(key: ec.EllipticCurvePrivateKey, certificate: x509.Certificate) -> KeyPair:
     private = key.private_bytes(
         serialization.Encoding.PEM,
         serialization.PrivateFormat.PKCS8,
         serialization.NoEncryption(),
     )
-    return Pair(private, certificate.public_bytes(serialization.Encoding.PEM))
+    return KeyPair(private, certificate.public_bytes(serialization.Encoding.PEM))

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from farm.config import Credentials, FarmConfig, SecureAddress
 from farm.security.access import Role
-from farm.security.certificates import CertificateError, Pair, check
+from farm.security.certificates import CertificateError, KeyPair, check
 from farm.security.invitation_io import Invitation, SecurityError, read_invitation, write_private
 
 TOLD, AUTHORITY, CERTIFICATE, KEY = "joined.json", "authority.crt", "own.crt", "own.key"
@@ -110,7 +110,7 @@ def shown_by(invitation: Invitation, keys: Path, now: datetime) -> Credentials:
 
 
 def _check(invitation: Invitation, place: str, now: datetime) -> None:
-    pair = Pair(invitation.key.encode(), invitation.certificate.encode())
+    pair = KeyPair(invitation.key.encode(), invitation.certificate.encode())
     try:
         check(invitation.authority.encode(), pair, invitation.shown, now)
     except CertificateError as error:

@@ -15,7 +15,7 @@ from scara_msgs.msg import Audit, MotionOutcome
 from what_if.config import LearningConfig
 from what_if.learning.course import predict, tool_points
 from what_if.learning.drift import Drift
-from what_if.learning.pairing import End, Watch
+from what_if.learning.pairing import End, MotionWatch
 from what_if.motions import Motion, ProgramRun
 from what_if.verdict import Verdict
 from what_if.world import Cell, World
@@ -62,7 +62,7 @@ class Learning:
         self._asked: deque[JudgedQuestion] = deque(maxlen=KEPT)
         # Before a motion is let through nobody knows that it will be watched: it may have begun.
         self._recent: deque[tuple[float, tuple[float, ...]]] = deque(maxlen=RECENT)
-        self._watch: Watch | None = None
+        self._watch: MotionWatch | None = None
         self._drift, self._ended = Drift(config), 0
         # Joint states come 200 times a second and are read only while a motion is expected.
         self._attention = Attention(lambda: self.is_idle, HOLD_S)
@@ -109,7 +109,7 @@ class Learning:
             )
             if found is None or (self._watch is not None and self._watch.is_same(found.program)):
                 return
-            watch = Watch(found.program, rospy.get_time())
+            watch = MotionWatch(found.program, rospy.get_time())
             replaced, self._watch = self._watch, watch
             for now, q in self._recent:
                 if now >= found.at:
@@ -155,7 +155,7 @@ class Learning:
         at = dict(zip(names, values))
         return tuple(at[name] for name in self._names) if at.keys() >= set(self._names) else None
 
-    def _tell(self, watch: Watch, end: End) -> None:
+    def _tell(self, watch: MotionWatch, end: End) -> None:
         outcome = watch.outcome(end, tool_points(self._cell, watch.rows))
         with self._lock:
             self._drift.take(outcome)

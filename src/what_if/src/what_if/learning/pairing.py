@@ -81,7 +81,7 @@ class Outcome:
 
 
 @dataclass
-class Watch:
+class MotionWatch:
     """What the joints do since a motion was let through; ask :meth:`end` after each position.
 
     Attributes:
