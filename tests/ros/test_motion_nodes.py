@@ -142,7 +142,7 @@ def cell(running):
     assert not [process.name for process in running.processes if "Traceback" in process.output]
 
 
-@pytest.mark.parametrize("name", ["P2", "P1", *thorough("P3")])
+@pytest.mark.parametrize("name", ["P2", *thorough("P1", "P3")])
 def test_move_to_brings_the_tool_to_the_articles_points(cell, name):
     """The service drives until the position is reached and reports the error that is left.
 

@@ -150,12 +150,13 @@ def start_twin_leads(ros: Ros, output: Path) -> Process:
     )
 
 
+@pytest.mark.thorough
 def test_a_run_is_recorded_marked_and_reported(
     ros: Ros, cell: PlayedCell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One command: bag, report.json with a lag and errors, page and figures, exit code 0.
 
-    Who reads the bag once more finds the same.
+    Who reads the bag once more finds the same. Each time the demo does: tests/system/test_demo.py.
     """
     # A folder of its own for each try, if it has to be played again.
     output = Path(tempfile.mkdtemp(dir=ros.folder)) / "out"
