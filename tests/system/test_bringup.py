@@ -156,11 +156,11 @@ def taken_port() -> Iterator[int]:
         yield server.getsockname()[1]
 
 
-@pytest.mark.parametrize("which", ["modbus_port", *thorough("gateway_port", "master_port")])
+@pytest.mark.parametrize("which", thorough("modbus_port", "gateway_port", "master_port"))
 def test_taken_port_is_said_with_its_owner_before_anything_starts(
     cell: LiveCell, which: str, taken_port: int
 ) -> None:
-    """The owner is this very test."""
+    """The owner is this very test; each time in tests/unit/scara_bringup/test_io.py."""
     setattr(cell, which, taken_port)
     bringup = cell.start()
     assert bringup.wait(20.0) == 1
@@ -181,8 +181,9 @@ def test_twin_by_itself_gets_ready_and_moves(cell: LiveCell) -> None:
     assert bringup.wait(30.0) == 128 + signal.SIGINT
 
 
+@pytest.mark.thorough
 def test_unknown_node_to_leave_out_is_refused(cell: LiveCell) -> None:
-    """The known ones are listed."""
+    """The known ones are listed; each time in tests/unit/scara_bringup/test_plan.py."""
     bringup = cell.start("up", "--without", "emulatr")
     assert bringup.wait(20.0) == 1
     assert "no node is called emulatr; there are:" in bringup.output
