@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 
 import numpy as np
-from scara_control.keep_out.points import FloatArray, WatchedPoint, all_positions, positions
+from scara_control.keep_out.points import FloatArray, WatchedPoint, positions
+from scara_control.kinematics.screws import tool_position
 
 from twin_controller.core.events import Joints
 
@@ -93,13 +95,19 @@ def fastest_point(points: Sequence[WatchedPoint], q: Joints, qdot: Joints) -> tu
 
     By a central difference over 1 ms.
     """
-    centre, step = np.array(q), np.array(qdot) * 5e-4
-    rows = np.array([centre - step, centre + step])
-    paths = all_positions(points, rows)
-    speeds = np.linalg.norm(paths[:, 1] - paths[:, 0], axis=1) / 1e-3
-    return max(
-        ((float(speed), point.name) for speed, point in zip(speeds, points)), default=(0.0, "")
-    )
+    before = [a - b * 5e-4 for a, b in zip(q, qdot)]
+    after = [a + b * 5e-4 for a, b in zip(q, qdot)]
+    if not all(map(math.isfinite, (*before, *after))):
+        return math.nan, ""
+    fastest = (0.0, "")
+    for point in points:
+        # In plain numbers: a quarter of the time of arrays of two rows, with each sample.
+        one, other = (
+            tool_position(point.model, [row[column] for column in point.columns])
+            for row in (before, after)
+        )
+        fastest = max(fastest, (math.dist(one, other) / 1e-3, point.name))
+    return fastest
 
 
 def speed_cap(peak_speed: float, limit_mm_s: float | None) -> float:
