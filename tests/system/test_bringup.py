@@ -6,14 +6,11 @@ import json
 import os
 import re
 import signal
-import socket
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from harness.live_cell import NODES, LiveCell
 from harness.processes import Process, free_port, wait_until
-from harness.running.thorough import thorough
 from harness.yaml_files import changed_yaml, copy_configuration, shipped
 from scara_bringup.status.running_io import index
 
@@ -149,27 +146,6 @@ def test_cell_that_does_not_get_ready_says_what_is_missing(cell: LiveCell) -> No
     )
 
 
-@pytest.fixture
-def taken_port() -> Iterator[int]:
-    """Give a port that this process listens at."""
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        yield server.getsockname()[1]
-
-
-@pytest.mark.parametrize("which", thorough("modbus_port", "gateway_port", "master_port"))
-def test_taken_port_is_said_with_its_owner_before_anything_starts(
-    cell: LiveCell, which: str, taken_port: int
-) -> None:
-    """The owner is this very test; each time in tests/unit/scara_bringup/test_io.py."""
-    setattr(cell, which, taken_port)
-    bringup = cell.start()
-    assert bringup.wait(20.0) == 1
-    assert re.search(
-        rf"port {taken_port}, wanted by .+, is taken by pid {os.getpid()} \(", bringup.output
-    ), bringup.output
-    assert "starting" not in bringup.output
-
-
 def test_twin_by_itself_gets_ready_and_moves(cell: LiveCell) -> None:
     """Without a robot nothing waits for one, and nothing is said of what is not there."""
     bringup = cell.start("up", "--twin-only", *SMALL[2:4], *SMALL[6:])
@@ -179,14 +155,6 @@ def test_twin_by_itself_gets_ready_and_moves(cell: LiveCell) -> None:
     assert moved["success"], moved
     bringup.signal(signal.SIGINT)
     assert bringup.wait(30.0) == 128 + signal.SIGINT
-
-
-@pytest.mark.thorough
-def test_unknown_node_to_leave_out_is_refused(cell: LiveCell) -> None:
-    """The known ones are listed; each time in tests/unit/scara_bringup/test_plan.py."""
-    bringup = cell.start("up", "--without", "emulatr")
-    assert bringup.wait(20.0) == 1
-    assert "no node is called emulatr; there are:" in bringup.output
 
 
 def test_master_of_another_machine_is_not_started_here(cell: LiveCell) -> None:

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-import sys
-from pathlib import Path
 
 import pytest
 from harness.live_cell import LiveCell, forward
@@ -17,7 +14,6 @@ pytestmark = pytest.mark.system
 REACH = 0.65
 TOLERANCE = 0.002 * REACH
 POSITIONS = {"P2": (0.51, 0.16, 0.10), "P3": (0.51, -0.16, 0.16), "P1": (0.65, 0.0, 0.0)}
-ROSLIBPY_CLIENT = Path(__file__).parents[1] / "clients" / "roslibpy_client.py"
 
 
 def distance(a: tuple[float, float, float], b: tuple[float, float, float]) -> float:
@@ -67,54 +63,6 @@ def test_move_to_out_of_reach_is_refused_with_a_reason(live_cell: LiveCell) -> N
     assert answer["success"] is False
     assert "0.65" in answer["message"] and "0.9" in answer["message"]
     assert live_cell.real_joints() == pytest.approx(before, abs=0.02)
-
-
-@pytest.mark.thorough
-def test_unmodified_roslibpy_client_subscribes_and_calls(live_cell: LiveCell) -> None:
-    """The gateway speaks rosbridge v2.
-
-    Somebody else's client reads joint states and moves the twin. Each time one moves a twin in
-    tests/ros/rosbridge_gateway/test_gateway_roslibpy.py.
-    """
-
-    def scene() -> None:
-        output = live_cell.tool(sys.executable, str(ROSLIBPY_CLIENT), str(live_cell.gateway_port))
-        seen = json.loads(output.splitlines()[-1])
-        assert seen["names"] == ["joint_1", "joint_2", "joint_3", "table_joint"]
-        assert seen["states"] >= 10
-        assert seen["success"] is True and seen["error"] < TOLERANCE
-        assert seen["refused"]["success"] is False and seen["refused"]["message"]
-        wait_until(
-            lambda: distance(live_cell.real_tool(), tuple(seen["target"])) < TOLERANCE,
-            10.0,
-            "the robot there",
-            period=0.1,
-        )
-        wait_until(lambda: live_cell.mode() == "IDLE", 10.0, "mode IDLE", period=0.1)
-
-    live_cell.beside_lost_links(scene)
-
-
-@pytest.mark.thorough
-def test_program_of_the_robot_moves_the_twin(live_cell: LiveCell) -> None:
-    """A program started on the robot's own pendant makes the real robot the leader.
-
-    At its end both agree. Each time the page follows such a run in page/test_operator_page.py, and
-    the demo measures one.
-    """
-
-    def scene() -> None:
-        live_cell.pendant("override", "100")
-        live_cell.pendant("run", "TWO_POINT")
-        wait_until(lambda: live_cell.mode() == "REAL_LEADS", 15.0, "REAL_LEADS", period=0.05)
-        wait_until(lambda: live_cell.mode() == "IDLE", 120.0, "IDLE after the program", period=0.2)
-        why = live_cell.call("/twin_controller/why", "{count: 20}")["decisions"]
-        assert any("REAL_LEADS" in line for line in why), why
-        twin = live_cell.tool("rostopic", "echo", "-n", "1", "/twin_controller/state/deviation")
-        deviations = json.loads(twin.split("---")[0])
-        assert deviations == pytest.approx([0.0] * 4, abs=0.1), "deg and mm"
-
-    live_cell.beside_lost_links(scene)
 
 
 def test_stop_of_the_operator_stops_both_sides(live_cell: LiveCell) -> None:
