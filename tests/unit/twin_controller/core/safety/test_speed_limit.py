@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
+import sys
 
 import numpy as np
 import pytest
@@ -39,6 +41,7 @@ def test_no_motion_is_faster_than_the_fastest() -> None:
     assert highest <= SETUP.fastest * (1.0 + 1e-6)
     assert pytest.approx(closed, rel=1e-6) == SETUP.fastest
     assert fastest_speed((), SETUP.lower, SETUP.upper, SETUP.velocity) == 0.0
+    assert math.isnan(fastest_point(SETUP.points, (sys.float_info.max,) * 4, (1e308,) * 4)[0])
 
 
 @pytest.mark.parametrize("phase", [*thorough(0.0), 0.005])
