@@ -306,6 +306,7 @@ def test_what_a_robot_does_not_give_is_unknown_or_told_by_prg(
     sample = FOLLOWED.decode_sample(followed_words(), (), frozenset(told))
     assert sample.motion.q[0] == pytest.approx(math.radians(10))
     assert (sample.motion.qdot, sample.clock_ms, sample.override) == ((), 2000, 77)
+    assert sample.plain_clock and not CODEC.decode_sample(state_words(), SIGNALS).plain_clock
     assert (sample.program_speed, sample.speed_percent) == (None, None)
     assert (sample.heartbeat_echo, sample.watchdog_state) == (None, None)
     assert sample.control_type is ControlType(control) and sample.outputs == set(told)

@@ -10,6 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from scara_config import Robot
+from scara_config.map_entries import FAST_CLOCK
 from scara_config.modbus_map import ModbusMap, Register
 from scara_config.set_up.kit_programs import STREAM
 from scara_control.joint_motion import JointMotion
@@ -72,6 +73,7 @@ class RegisterCodec:
         self._command = layout.command_word
         self.state = state_block(layout)
         self._named = needs_name(layout)
+        self._plain_clock = self._registers["clock_ms"].variable == FAST_CLOCK
         self.setpoint = setpoint_block(layout)
         self.ring = ring_block(layout)
         self._places = layout.ring_places
@@ -139,6 +141,7 @@ class RegisterCodec:
             watchdog_state=watchdog,
             outputs=on,
             command_echo=self._number(self._command.echo, words) if self._command else 0,
+            plain_clock=self._plain_clock,
             ring_places=self._places,
             **{name: self._number(name, words) for name in NUMBERS if name in self._registers},
         )

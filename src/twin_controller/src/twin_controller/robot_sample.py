@@ -58,6 +58,7 @@ class RobotSample(msgspec.Struct, frozen=True):
         override: Override in force [percent].
         outputs: Names of the UO signals that are on.
         command_echo: Sequence number of the last command that the robot took; 0 if it has none.
+        plain_clock: The stamp is the clock when the robot answered, not when the reading was true.
         ring_places: How many set points the robot takes ahead of their time; 0: none.
         ring_read: Number of the one that it took last, 1..32760; 0 before the first.
         ring_underruns: So often it had none left.
@@ -72,6 +73,7 @@ class RobotSample(msgspec.Struct, frozen=True):
     watchdog_state: WatchdogState | None
     outputs: frozenset[str]
     command_echo: int = 0
+    plain_clock: bool = False
     ring_places: int = 0
     ring_read: int = 0
     ring_underruns: int = 0

@@ -18,9 +18,10 @@ FULL_S, NOISE = 0.25, 2e-6
 
 
 def move(seconds: float) -> np.ndarray:
-    """Return a smooth move of three joints from 0.1 s on, in parts of their greatest speed [s]."""
-    at = np.clip((seconds - 0.1) / FULL_S, 0.0, 1.0)
-    return np.array([0.06, -0.02, 0.01]) * (at**3 * (10.0 - 15.0 * at + 6.0 * at**2))
+    """Return smooth moves there and back, one each 0.6 s, in parts of greatest speeds [s]."""
+    at = np.clip((seconds % 0.6 - 0.1) / FULL_S, 0.0, 1.0)
+    way = at**3 * (10.0 - 15.0 * at + 6.0 * at**2)
+    return np.array([0.06, -0.02, 0.01]) * (1.0 - way if int(seconds / 0.6) % 2 else way)
 
 
 def heard(
@@ -31,7 +32,7 @@ def heard(
     found, clock = [], begin + chance.uniform(0.0, 20.0)
     while clock < begin + moves * 600.0:
         renewed_at = clock - (clock - phase) % period
-        q = move(((renewed_at - begin) % 600.0) * 1e-3) + chance.normal(0.0, NOISE, 3)
+        q = move((renewed_at - begin) * 1e-3) + chance.normal(0.0, NOISE, 3)
         stamp = int(clock) // TICK_MS * TICK_MS
         latch = renewed(latch, stamp, list(q * VELOCITY), VELOCITY)
         found.append(latch)

@@ -48,7 +48,8 @@ class RealMeasured(Event, frozen=True, tag="real"):
     Attributes:
         sent: When the read was sent.
         received: When the answer was complete.
-        clock_ms: The robot's own clock when the motion was true.
+        clock_ms: The robot's own clock when the motion was true; with ``plain_clock`` when it
+            answered.
         motion: The twin's joints; its time is that clock [s], with its wrap. Without velocities
             where the robot gives none.
         own_program: The robot moves by a program of its own, not by our set points.
@@ -86,6 +87,7 @@ class RealMeasured(Event, frozen=True, tag="real"):
     ring_places: int = 0
     ring_read: int = 0
     ring_underruns: int = 0
+    plain_clock: bool = False
     program: str = ""
     overtaken: bool = False
 

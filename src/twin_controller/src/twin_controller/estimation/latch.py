@@ -24,13 +24,16 @@ import numpy.typing as npt
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 
-PERIODS_MS = range(3, 17)
+TICK_MS = 2
+"""Of a controller's plain clock [src]; readings are renewed at a tick."""
+PERIODS_MS = range(2 * TICK_MS, 17, TICK_MS)
 """Periods that are looked for [ms]; below that a reading's age is that of its stamp, about."""
-STRETCH, EACH, SETTLED_EACH = 8, 1, 8
+STRETCH, EACH, SETTLED_EACH = 8, 1, 4
 """A curve goes through so many readings, and is drawn again each so many, once the grid is known
 more seldom."""
-FEWEST, MOST = 3, 40
-"""So many curves tell a grid; so many that show none leave the stamps as they are."""
+FEWEST, ENOUGH, MOST = 3, 6, 40
+"""So many curves tell a likely grid, so many a certain one; so many that show none leave the stamps
+as they are."""
 DEGREE = 3
 """Of the curve: what a motion of limited jerk strays from it in 0.08 s is less than what a wrong
 grid leaves."""
@@ -42,9 +45,9 @@ MOVES = 0.01
 wrong instant is hidden by noise. Our choice."""
 FORGET = 0.9
 """What was left before counts so much after another stretch: a robot may be set up anew."""
-BETTER, CLEARLY = 9.0, 2.0
-"""A grid is taken that leaves so much less than the stamps as they are, and than one of another
-period; squares. Our choice: by chance it happens in none of 1,000 moves without a grid."""
+BETTER, LIKELY, CLEARLY = 9.0, 4.0, 2.0
+"""A grid is taken that leaves so much less than the stamps as they are, and than each other one;
+squares. Our choice: it happened in none of 1,000 drawn moves of a robot without a grid."""
 WRONG = 2.0
 """A grid is given up that leaves so much more than the best one; squares."""
 
@@ -133,18 +136,18 @@ def _judged(latch: Latch) -> Latch:
     grids = _grids()
     best = int(np.argmin(left))
     period, phase = grids[best]
-    others = min(value for value, (other, _) in zip(left, grids) if other != period)
+    others = float(np.partition(left, 1)[1])
     clear = others > CLEARLY * left[best] and (not best or left[0] > BETTER * left[best])
     taken = left[grids.index((latch.period_ms, latch.phase_ms))]
     if latch.drawn < FEWEST or (latch.settled and taken <= WRONG * left[best]):
         return latch
     replace = msgspec.structs.replace
-    if clear:
+    if clear and latch.drawn >= ENOUGH:
         return replace(latch, settled=True, period_ms=period, phase_ms=phase)
     if latch.settled or latch.drawn >= MOST:
         return replace(latch, settled=True)
     # Grids of other periods that leave as little give nearly the same instants so far.
-    if left[0] > BETTER * left[best]:
+    if left[0] > LIKELY * left[best]:
         return replace(latch, period_ms=period, phase_ms=phase)
     return latch
 
@@ -152,7 +155,7 @@ def _judged(latch: Latch) -> Latch:
 @cache
 def _grids() -> list[tuple[int, int]]:
     """Return period and phase of each grid [ms], the stamps as they are first."""
-    return [(0, 0), *((period, phase) for period in PERIODS_MS for phase in range(period))]
+    return [(0, 0), *((p, phase) for p in PERIODS_MS for phase in range(0, p, TICK_MS))]
 
 
 def _left(begin: float, stamps: FloatArray, way: FloatArray) -> FloatArray:

@@ -34,9 +34,6 @@ ROUGH_MS = 0.7
 """Less than this is not told from readings that are of some age."""
 JITTERS = 1.75
 """Nearly all stamps are within so many standard deviations; those of an even jitter all are."""
-PLAIN_MS = 2
-"""A controller's plain clock ticks at least so often [ms]; its readings may be renewed less often
-(:mod:`twin_controller.estimation.latch`)."""
 CLEAR = 0.4
 """A stamp within this part of a period tells its reading from the ones beside it."""
 
@@ -80,11 +77,6 @@ class Rhythm(msgspec.Struct, frozen=True, dict=True):
         if kept > EXACT:
             return 0.0
         return period * 1e-3 * math.sqrt(-2.0 * math.log(max(kept, 1e-9))) / (2.0 * math.pi)
-
-    @property
-    def exact(self) -> bool:
-        """Whether the stamps tick so fast and evenly that they may be those of a plain clock."""
-        return self.known and self._period_ms <= PLAIN_MS and not self.jitter
 
     @property
     def corrects(self) -> bool:

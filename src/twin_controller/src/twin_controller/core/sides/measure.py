@@ -184,7 +184,7 @@ def _real_sampled(setup: Setup, real: RealSide, event: RealMeasured) -> RealSide
         lost = real_lost(real, f"{cause}: its old answers say little" if cause else CLOCK_JUMPED)
         return replace(lost, clock=ClockEstimate(jumps=estimate.jumps))
     latch, renewed_at = real.latch, stamp
-    if rhythm.exact:
+    if event.plain_clock:
         latch = renewed(latch, stamp, event.motion.q, setup.velocity)
         if latch.grid != real.latch.grid:
             real = restamped(real, latch, estimate)

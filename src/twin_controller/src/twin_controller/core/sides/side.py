@@ -91,12 +91,12 @@ class RealSide(Side, frozen=True):
     @property
     def period(self) -> float:
         """The time between two of its readings, and of its ticks [s]."""
-        return (self.latch.period if self.rhythm.exact else 0.0) or self.rhythm.period
+        return self.latch.period or self.rhythm.period
 
     @property
     def age_doubt(self) -> float:
         """Until its motion has shown how old its readings are, each may be of any age."""
-        return self.latch.doubt if self.rhythm.exact else 0.0
+        return self.latch.doubt if self.flags is not None and self.flags.plain_clock else 0.0
 
     @property
     def takes_ahead(self) -> int:
