@@ -6,14 +6,17 @@ import re
 import shutil
 from pathlib import Path
 
+from fanuc_kit.sheets import map_file
 from scara_config import load
 from scara_config.modbus_map import ModbusMap
+from scara_config.set_up.kit_map import kit_map
 from scara_config.writer import DROPPED, write_values
 
 from harness.workspace import ROOT
 
-MAP_FILE = ROOT / "examples" / "follow_only_map.yaml"
-FOLLOW_MAP: ModbusMap = load(MAP_FILE, ModbusMap)
+ROBOT = "fanuc_sr6ia"
+_OWN = load(ROOT / "config" / "robots" / ROBOT / "modbus_map.yaml", ModbusMap)
+FOLLOW_MAP = kit_map(_OWN, leads=False)
 _TABLE = "table_joint"
 
 
@@ -24,8 +27,8 @@ def four_axes(folder: Path) -> Path:
     """
     config = folder / "config"
     shutil.copytree(ROOT / "config", config, ignore=shutil.ignore_patterns("src", "__pycache__"))
-    robot = config / "robots" / "fanuc_sr6ia"
-    shutil.copy(MAP_FILE, robot / "modbus_map.yaml")
+    robot = config / "robots" / ROBOT
+    (robot / "modbus_map.yaml").write_text(map_file(FOLLOW_MAP))
     (robot / "palletise.yaml").unlink()
     write_values(robot / "pid_gains.yaml", {(_TABLE,): DROPPED})
     write_values(robot / "emulator.yaml", {("start_position", f"{_TABLE}_deg"): DROPPED})

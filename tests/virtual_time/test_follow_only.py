@@ -113,11 +113,11 @@ def test_a_person_goes_on_after_a_stop_here_or_at_the_robot(cell: VirtualCell) -
     """By ALIGN while the program still runs; by a new program, or one that is let go on there."""
     run(cell)
     cell.operate("STOP")
-    twin_stands(cell)
+    cell.schedule.run(0.5)
     assert cell.operate("ALIGN").success
     cell.wait_whatever(lambda: cell.mode == "REAL_LEADS", 20.0, "REAL_LEADS")
     cell.operate("STOP")
-    twin_stands(cell)
+    cell.schedule.run(0.5)
     cell.real.signal("panel_hold", False)
     cell.schedule.run(2.0)
     cell.real.signal("panel_hold", True)

@@ -73,8 +73,7 @@ OUTPUTS = (
 COMMANDS = ("imstp", "hold", "cstopi", "fault_reset", "start", "rsr1")
 # A robot may have a suction gripper: then all of these signals, else none.
 GRIPPER_INPUTS, GRIPPER_OUTPUTS = ("gripper",), ("gripper", "vacuum")
-# The buttons of the person beside the robot, all or none, and what shows them: a robot that shows
-# them has them. The twin controller never writes them.
+# The buttons of the person beside the robot: all or none. The twin controller never writes them.
 _KEYS = ("panel_start", "panel_abort", "panel_reset", *(f"panel_run{n}" for n in range(1, 9)))
 PANEL_INPUTS = ("panel_imstp", "panel_hold", *_KEYS)
 PANEL_OUTPUTS = ("panel_estop", "panel_held")

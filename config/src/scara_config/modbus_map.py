@@ -183,26 +183,17 @@ class ModbusMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
     @property
     def has_gripper(self) -> bool:
         """The robot has a suction gripper."""
-        inputs = any(name in self._inputs for name in GRIPPER_INPUTS)
-        return inputs or any(name in self._outputs for name in GRIPPER_OUTPUTS)
-
-    @property
-    def has_keys(self) -> bool:
-        """The person beside the robot presses its buttons over Modbus, as at the stand-in."""
-        return any(name in self._inputs for name in PANEL_INPUTS)
+        return self._has_any(GRIPPER_INPUTS, GRIPPER_OUTPUTS)
 
     @property
     def has_panel(self) -> bool:
         """The robot shows the buttons of the person beside it."""
-        return any(name in self._outputs for name in PANEL_OUTPUTS)
+        return self._has_any(PANEL_INPUTS, PANEL_OUTPUTS)
 
-    @property
-    def _inputs(self) -> Iterable[str]:
-        return self.command_word.codes if self.command_word else self.coils
-
-    @property
-    def _outputs(self) -> Iterable[str]:
-        return self.status_word.bits if self.status_word else self.discrete_inputs
+    def _has_any(self, inputs: Iterable[str], outputs: Iterable[str]) -> bool:
+        asked = self.command_word.codes if self.command_word else self.coils
+        shown = self.status_word.bits if self.status_word else self.discrete_inputs
+        return any(name in asked for name in inputs) or any(name in shown for name in outputs)
 
 
 def number_after(number: int) -> int:
@@ -333,11 +324,10 @@ def _wrong_word(layout: ModbusMap, key: str, word: SignalWord) -> Iterator[str]:
 
 def _wrong_inputs(layout: ModbusMap) -> Iterator[str]:
     word, gripper = layout.command_word, GRIPPER_INPUTS if layout.has_gripper else ()
-    panel = PANEL_INPUTS if layout.has_keys or layout.has_panel else ()
+    panel = PANEL_INPUTS if layout.has_panel else ()
     if word is None:
-        # Beside a robot that is only followed there may be the stand-in's buttons alone.
-        signals = INPUTS if layout.leads or any(name in layout.coils for name in INPUTS) else ()
-        yield from _wrong_coils(layout.coils, signals + gripper, panel)
+        if layout.leads or layout.coils:
+            yield from _wrong_coils(layout.coils, INPUTS + gripper, panel)
         return
     if layout.coils:
         yield "command_word: there are coils too"

@@ -193,4 +193,4 @@ def test_a_delivered_robot_shows_its_own_clock_and_no_register_of_a_program(benc
         image.show(msgspec.structs.replace(bench.now, plain_clock_ms=1000001 + offset))
         shown.append(at(image, FOLLOW_MAP, "clock_ms"))
     assert shown == [(1000000.0,), (1000002.0,), (1000002.0,), (1000004.0,)]
-    assert len(held(image)) == 400 and not FOLLOW_MAP.leads
+    assert len(held(image)) == 141 and not FOLLOW_MAP.leads

@@ -201,10 +201,10 @@ def test_printouts_of_a_folder_are_read(tmp_path: Path) -> None:
 def test_the_map_that_is_made_is_that_of_the_slots(tmp_path: Path) -> None:
     """It is read as any other, and asks for what the sheet of slots lays out."""
     folder = tmp_path / "kit"
-    done = CliRunner().invoke(make, ["fanuc_sr6ia", "--practise", "--out", str(folder)])
+    done = CliRunner().invoke(make, ["fanuc_sr6ia", "--out", str(folder)])
     assert done.exit_code == 0, done.output
     made = load_modbus_map(folder)
-    assert made == kit_map(LAYOUT, keys=True)
+    assert made == kit_map(LAYOUT)
     assert [cells[3] for cells in rows(folder / "2_slots.md")] == [
         slot.name for slot in slot_table(made) if slot.size
     ]

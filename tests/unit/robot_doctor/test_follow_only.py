@@ -59,7 +59,7 @@ def test_a_robot_without_a_table_is_as_good(tmp_path: Path) -> None:
     kit = tmp_path / "kit"
     done = CliRunner().invoke(make, ["--config-dir", str(config), "--out", str(kit)])
     assert done.exit_code == 0, done.output
-    names = {"1_settings.md", "2_slots.md", "5_acceptance.md", "kit.html"}
+    names = {"1_settings.md", "2_slots.md", "5_acceptance.md", "kit.html", "modbus_map.yaml"}
     assert {path.name for path in kit.iterdir()} == names
     settings = (kit / "1_settings.md").read_text()
     assert settings.count("☐") == 2 and "$NUM_MODBUS" in settings

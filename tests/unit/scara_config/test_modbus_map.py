@@ -314,13 +314,13 @@ def test_a_slot_multiplies_what_its_variable_counts() -> None:
 
 
 def test_five_slots_hold_a_robot_that_is_followed() -> None:
-    """What a person types, as the map's own head says."""
+    """What a person types."""
     slots = [(slot.address, slot.size, slot.name, slot.multiply) for slot in own_slots(FOLLOW_MAP)]
     assert slots == [
-        (11001, 19, "POS[0]@27.19", 0.0),
-        (11020, 2, "$FAST_CLOCK", 1.0),
-        (11022, 2, "$MCR.$GENOVERRIDE", 1.0),
-        (11201, 18, "PRG[1]", -1.0),
-        (11301, 100, "ALM[1]", -1.0),
+        (10001, 19, "POS[0]@27.19", 0.0),
+        (10020, 2, "$FAST_CLOCK", 1.0),
+        (10022, 2, "$MCR.$GENOVERRIDE", 1.0),
+        (10024, 18, "PRG[1]", -1.0),
+        (10042, 100, "ALM[1]", -1.0),
     ]
     assert not list(slot_problems(FOLLOW_MAP))

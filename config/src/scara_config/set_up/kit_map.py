@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import msgspec
 
-from scara_config.map_entries import FAST_CLOCK, FAST_CLOCK_MS, INPUTS, OUTPUTS, PANEL_INPUTS
+from scara_config.map_entries import FAST_CLOCK, FAST_CLOCK_MS, INPUTS, OUTPUTS
 from scara_config.modbus_map import ModbusMap, Register
 from scara_config.set_up.slots import FREE
 
 _STATE = (
-    *("position", "position_valid", "clock_ms"),
+    *("position", "position_valid", "clock_ms", "override_now"),
     *("program_name", "program_line", "program_state", "program_caller"),
-    *("override_now", "heartbeat_echo", "watchdog_state"),
+    *("heartbeat_echo", "watchdog_state"),
 )
 """One request in each cycle, without a gap; the program's name says whether the robot streams."""
 _WRITTEN = ("setpoint", "heartbeat", "stream_speed", "override")
@@ -42,14 +42,13 @@ _PLAIN = {
 }
 
 
-def kit_map(layout: ModbusMap, leads: bool = True, keys: bool = False) -> ModbusMap:
+def kit_map(layout: ModbusMap, leads: bool = True) -> ModbusMap:
     """Return the map of a robot on which somebody typed slots and programs of the kit.
 
     Args:
         layout: The robot's own modbus_map.yaml.
         leads: With the kit's programs and signals; else nothing of it is written, and no program
             is needed.
-        keys: With those beside the stand-in, which no robot has: somebody has to press them.
     """
     registers: dict[str, Register] = {}
     address = FREE.start
@@ -66,10 +65,9 @@ def kit_map(layout: ModbusMap, leads: bool = True, keys: bool = False) -> Modbus
     take(*[name for name in _STATE if leads or name not in _OF_PROGRAMS])
     take(*[name for name in _WRITTEN if leads])
     take(*[name for name in layout.holding_registers if name.startswith("alarm_")])
-    inputs = INPUTS * leads + PANEL_INPUTS * keys
     return msgspec.structs.replace(
         layout,
         holding_registers=registers,
-        coils={name: layout.coils[name] for name in inputs},
+        coils={name: layout.coils[name] for name in INPUTS if leads},
         discrete_inputs={name: layout.discrete_inputs[name] for name in OUTPUTS if leads},
     )

@@ -44,11 +44,11 @@ from fanuc_emulator.drives.servo_loop_io import ServoLoop
 from fanuc_emulator.gripping.cell_parts import CellParts
 from fanuc_emulator.gripping.parts_truth_node import PartsTruth
 from fanuc_emulator.modbus.modbus_server_io import PortError, RobotServer
-from fanuc_emulator.pendant.panel import with_panel
 from fanuc_emulator.plant.config import plant_text
 from fanuc_emulator.plant.delays import AnswerTimes
 from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.snapshot import Snapshot
+from fanuc_emulator.uop import with_panel
 
 _GROUND_TRUTH_PERIOD = 0.004
 SEED = 1

@@ -14,6 +14,7 @@ from typing import Annotated, Literal
 
 import msgspec
 from msgspec import Meta
+from scara_config.modbus_map import Bit, ModbusMap
 
 
 class UopSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -225,3 +226,34 @@ def unlit(uop: str) -> tuple[str, ...]:
     """Return the outputs UO that stay off because they are not allocated."""
     lit = _LIT.get(uop, UO)
     return tuple(name for name in UO if name not in lit)
+
+
+_PANEL_LEVELS = {"panel_imstp": 6023, "panel_hold": 6024}
+_PANEL_KEYS = {"panel_start": 6025, "panel_abort": 6026, "panel_reset": 6027} | {
+    f"panel_run{number}": 6030 + number for number in range(1, 9)
+}
+"""Coils, as config/robots/fanuc_sr6ia/modbus_map.yaml has them."""
+_KEY_PULSE_MS = 30
+
+
+def with_panel(layout: ModbusMap) -> ModbusMap:
+    """Return a map with the stand-in's own keys and override: a person presses them in any case.
+
+    A map with keys or numbered commands of its own stays as it is.
+    """
+    if layout.command_word is not None or layout.has_panel:
+        return layout
+    coils = {
+        name: Bit(address, normal=True, meaning="of the stand-in")
+        for name, address in _PANEL_LEVELS.items()
+    } | {
+        name: Bit(address, pulse_ms=_KEY_PULSE_MS, meaning="of the stand-in")
+        for name, address in _PANEL_KEYS.items()
+    }
+    held = layout.holding_registers
+    override = msgspec.structs.replace(held["override_now"], write=True)
+    return msgspec.structs.replace(
+        layout,
+        coils={**layout.coils, **coils},
+        holding_registers={"override": override, **held},
+    )

@@ -21,9 +21,8 @@ from scara_config.set_up.slots import has_slots, slot_problems
 from scara_ros.shell.command_line_io import CommandLine, ConfigDir, choose_robot
 from scara_ros.shell.program_io import WRONG
 
-from fanuc_kit.map_file import map_file
 from fanuc_kit.sheet import html, markdown
-from fanuc_kit.sheets import sheets_of
+from fanuc_kit.sheets import map_file, sheets_of
 
 app = CommandLine("make", {ConfigError: WRONG}, help="Print what a delivered controller needs.")
 
@@ -32,9 +31,6 @@ app = CommandLine("make", {ConfigError: WRONG}, help="Print what a delivered con
 def make(
     robot: Annotated[str | None, typer.Argument(help="Folder of config/robots.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder; default: kit_ROBOT, here.")] = None,
-    practise: Annotated[
-        bool, typer.Option("--practise", help="A map for the stand-in, with the keys beside it.")
-    ] = False,
     config_dir: ConfigDir = None,
 ) -> None:
     """Print what a delivered controller needs."""
@@ -42,7 +38,7 @@ def make(
     profile, own = load_robot(config_dir), load_modbus_map(config_dir)
     if not has_slots(own):
         raise ConfigError(f"{chosen_robot()}: its registers name no variables of this maker")
-    layout = kit_map(own, profile.lead, practise)
+    layout = kit_map(own, profile.lead)
     for problem in slot_problems(layout):
         raise ConfigError(f"modbus_map.yaml: {problem}")
     folder = out or Path(f"kit_{chosen_robot()}")

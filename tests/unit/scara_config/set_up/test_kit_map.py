@@ -21,14 +21,14 @@ def own(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Modb
     return load_modbus_map(ROOT / "config")
 
 
-@pytest.mark.parametrize(("leads", "keys"), [(True, False), (True, True), (False, True)])
-def test_what_is_typed_is_a_whole_map(own: ModbusMap, leads: bool, keys: bool) -> None:
+@pytest.mark.parametrize("leads", [True, False])
+def test_what_is_typed_is_a_whole_map(own: ModbusMap, leads: bool) -> None:
     """Nothing is missing, nothing hidden by slot 1; the same again when it is made of itself."""
-    found = kit_map(own, leads, keys)
+    found = kit_map(own, leads)
     assert not [*problems(found), *slot_problems(found)]
     assert len(own_slots(found)) <= TYPED
-    assert kit_map(found, leads, keys) == found and found.leads == leads
-    assert found.has_keys == keys and not found.has_panel and not found.has_gripper
+    assert kit_map(found, leads) == found and found.leads == leads
+    assert not found.has_panel and not found.has_gripper
 
 
 def test_only_what_the_kits_programs_keep_is_asked_of_a_program(own: ModbusMap) -> None:

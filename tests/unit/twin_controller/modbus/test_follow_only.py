@@ -12,9 +12,9 @@ from fanuc_emulator.config import load_emulator, load_programs
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.drives.servo_loop_io import ServoLoop
 from fanuc_emulator.modbus.modbus_server_io import RobotServer
-from fanuc_emulator.pendant.panel import with_panel
 from fanuc_emulator.pendant.pendant_link_io import PendantLink
 from fanuc_emulator.register_image import RegisterImage
+from fanuc_emulator.uop import with_panel
 from harness.followed import FOLLOW_MAP
 from harness.processes import free_port, wait_until
 from harness.workspace import ROOT

@@ -10,8 +10,8 @@ import pymodbus
 from pymodbus.client import ModbusTcpClient
 from scara_config.modbus_map import ModbusMap, SignalWord
 
-from fanuc_emulator.pendant.panel import with_panel
 from fanuc_emulator.registers import Value, decode, encode
+from fanuc_emulator.uop import with_panel
 
 _POLL = 0.003
 _CONFIRM = 1.0
