@@ -139,7 +139,7 @@ def main(
         typer.Option(
             "--demos",
             help="The demo of both plants at 50 and 100 %, --seeds times each, all or ROW ... "
-            "(ideal_50 ideal_100 field_50 field_100); bench/tables.txt.",
+            "(kit_field_50 field_100 ...); bench/tables.txt.",
         ),
     ] = False,
     day: Annotated[

@@ -12,11 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from cell_recorder.reading.bag_reader_io import open_bag
+from fanuc_kit.sheets import map_file
 from harness.faults.rows import Row
 from harness.processes import free_port
 from rich.console import Console
 from scara_bringup.processes.configuration_io import copy_with_ports
 from scara_config import load_robot
+from scara_config.modbus_map import load_modbus_map
+from scara_config.set_up.kit_map import kit_map
 from twin_experiments.report.record import cut
 from twin_experiments.report.run_reader_io import read_run
 
@@ -26,14 +29,20 @@ ROOT = Path(__file__).resolve().parents[1]
 DEADLINE_S = 300.0
 PATH_PERCENT, REST_PERCENT = 5.0, 2.0
 """The article's errors, percent of reach."""
-SERIES = (("ideal", 50.0), ("ideal", 100.0), ("field", 50.0), ("field", 100.0))
-"""Plant, and speed of the programs [percent of the joints' largest]."""
+KIT = "with the kit's own programs, PR[1] alone"
+OPTION = "with set points ahead, an option that nobody can type"
+SERIES = (
+    *(("ideal", 50.0, KIT), ("field", 50.0, KIT)),
+    *(("ideal", 50.0, OPTION), ("ideal", 100.0, OPTION)),
+    *(("field", 50.0, OPTION), ("field", 100.0, OPTION)),
+)
+"""Plant, speed of the programs [percent of the joints' largest], and what the robot holds."""
 SPEED = re.compile(r"(\bspeed_percent: |\bJ P\[.*\] )[0-9.]+")
 
 
-def series_name(plant: str, speed: float) -> str:
-    """Return how a series is asked for, such as ``field_100``."""
-    return f"{plant}_{speed:g}"
+def series_name(plant: str, speed: float, holds: str) -> str:
+    """Return how a series is asked for, such as ``field_100`` or ``kit_field_50``."""
+    return f"{'kit_' * (holds == KIT)}{plant}_{speed:g}"
 
 
 NAMES = tuple(series_name(*series) for series in SERIES)
@@ -57,19 +66,22 @@ def run(repeats: int, wanted: Sequence[str], folder: Path, console: Console) -> 
         ValueError: See :func:`label`.
     """
     load, rows = os.getloadavg()[0], []
-    for plant, speed in SERIES:
-        name = series_name(plant, speed)
+    for plant, speed, holds in SERIES:
+        name = series_name(plant, speed, holds)
         if wanted and name not in wanted:
             continue
-        entry = _series(plant, speed, repeats, folder / name, console)
+        entry = _series(plant, speed, holds, repeats, folder / name, console)
         known = {each["series"]: each for each in page.so_far().get("demos", ())}
         known[name] = page.measured({"series": name, **entry}, load)
         page.write({**page.so_far(), "demos": [known[each] for each in NAMES if each in known]})
         rows += [
             Row(
-                f"demo, {plant}, {speed:g} %: {name}", what, limit, _worst(entry["runs"], name, key)
+                f"demo, {plant}, {speed:g} %, {holds}: {leader}",
+                what,
+                limit,
+                _worst(entry["runs"], leader, key),
             )
-            for name in ("real_leads", "twin_leads")
+            for leader in ("real_leads", "twin_leads")
             for what, key, limit in (
                 ("path error max [% of reach]", "path_percent", PATH_PERCENT),
                 ("positioning error max [% of reach]", "positioning_percent", REST_PERCENT),
@@ -84,15 +96,15 @@ def _worst(runs: Sequence[dict[str, dict[str, Any]]], name: str, key: str) -> fl
 
 
 def _series(
-    plant: str, speed: float, repeats: int, folder: Path, console: Console
+    plant: str, speed: float, holds: str, repeats: int, folder: Path, console: Console
 ) -> dict[str, Any]:
-    """Run the demo with one plant and one speed again and again."""
+    """Run the demo with one plant, one speed and one robot again and again."""
     failed = 0
     runs: list[dict[str, dict[str, Any]]] = []
     labels: list[dict[str, Any]] = []
     for number in range(1, repeats + 1):
         made = folder / f"demo_{number}"
-        report = _demo(made, plant, speed)
+        report = _demo(made, plant, speed, holds)
         figures = None if report is None else _figures(report, made)
         said = figures or "no report"
         console.print(f"{plant}, {speed:g} % [{number}/{repeats}] {said}", markup=False)
@@ -100,6 +112,7 @@ def _series(
         runs += [figures] if figures else []
         labels += [report["made_with"]] if report else []
     known = label(labels) if labels else {"robot": load_robot().name, "plant": f"plant {plant}"}
+    known["robot"] += f" {holds}"
     return {**known, "asked_percent": speed, "failed": failed, "runs": runs}
 
 
@@ -128,11 +141,14 @@ def _plant(plant: dict[str, Any] | None) -> str:
     )
 
 
-def _demo(folder: Path, plant: str, speed: float) -> dict[str, Any] | None:
+def _demo(folder: Path, plant: str, speed: float, holds: str) -> dict[str, Any] | None:
     """Run one demo on ports of its own; return its report.json, None without a report."""
     config = folder / "config_in_use"
     copy_with_ports(ROOT / "config", config)
     _set_speed(config, speed)
+    if holds == KIT:
+        typed = kit_map(load_modbus_map(config))
+        (config / "modbus_map.yaml").write_text(map_file(typed), encoding="utf-8")
     ports = [f"--{kind}-port={free_port()}" for kind in ("master", "modbus", "gateway")]
     asked = ["--plant", plant, "--output", str(folder / "run")]
     command = ["rosrun", "scara_bringup", "cell", "demo", *asked, *ports]

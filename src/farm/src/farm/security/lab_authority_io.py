@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from farm.config import Credentials
 from farm.security.access import Role
 from farm.security.authority_io import CERTIFICATE, KEY, Authority
-from farm.security.certificates import CertificateError, new_member
+from farm.security.certificates import CertificateError, KeyPair, new_member
 from farm.security.invitation_io import SecurityError, write_private
 
 OWN = "desk.pem"
@@ -43,11 +43,15 @@ class LabAuthority(Authority):
         """
         file = self._folder / OWN
         try:
-            made = new_member(self._pair, "lab desk", self._now)
+            made = self._issued("lab desk")
         except CertificateError as error:
             raise SecurityError(f"{self._folder}: {error}") from error
         write_private(file, made.key + made.certificate)
         return Credentials(str(self._folder / CERTIFICATE), str(file), str(file))
+
+    def _issued(self, shown: str) -> KeyPair:
+        # For invitations too: a worker is asked by the scheduler, so it shows this as a server.
+        return new_member(self._pair, shown, self._now)
 
 
 def lab_authority_folder(keys: Path) -> Path:
