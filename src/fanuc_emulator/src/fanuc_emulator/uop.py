@@ -255,5 +255,6 @@ def with_panel(layout: ModbusMap) -> ModbusMap:
     return msgspec.structs.replace(
         layout,
         coils={**layout.coils, **coils},
-        holding_registers={"override": override, **held},
+        # Of two registers of one variable the last is written.
+        holding_registers={**held, "override": held.get("override", override)},
     )

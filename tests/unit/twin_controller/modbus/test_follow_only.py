@@ -21,6 +21,7 @@ from harness.workspace import ROOT
 from scara_config import ConfigError, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 from scara_config.robot import Stopping
+from scara_config.set_up.kit_map import kit_map
 from scara_config.set_up.slots import slot_table
 from twin_controller.core.actions import Command
 from twin_controller.core.events import RealMeasured
@@ -88,18 +89,19 @@ def delivered() -> Iterator[tuple[ServoLoop, RobotServer, int]]:
         yield running
 
 
-def test_a_person_starts_a_program_at_a_robot_whose_map_has_no_keys() -> None:
+@pytest.mark.parametrize("layout", [FOLLOW_MAP, kit_map(load_modbus_map(CONFIG))])
+def test_a_person_starts_a_program_at_a_robot_whose_map_has_no_keys(layout: ModbusMap) -> None:
     """The stand-in has its own; a map that has keys stays, and no slot of the sheet moves."""
     assert with_panel(load_modbus_map(CONFIG)) == load_modbus_map(CONFIG)
-    assert slot_table(with_panel(FOLLOW_MAP)) == slot_table(FOLLOW_MAP)
+    assert slot_table(with_panel(layout)) == slot_table(layout)
     with (
-        stand_in(with_panel(FOLLOW_MAP)) as (loop, _, port),
-        PendantLink("127.0.0.1", port, FOLLOW_MAP) as pendant,
+        stand_in(with_panel(layout)) as (loop, _, port),
+        PendantLink("127.0.0.1", port, layout) as pendant,
     ):
         pendant.write("override", [40])
         pendant.pulse("panel_run2")
         wait_until(lambda: loop.snapshot.program_name != "", 5.0)
-        assert pendant.outputs() == {} and pendant.signal("sfspd")
+        assert {*pendant.outputs()} == {*layout.discrete_inputs} and pendant.signal("sfspd")
         wait_until(lambda: pendant.read("override_now")[0] == 40, 5.0)
 
 
