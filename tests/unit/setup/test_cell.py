@@ -151,8 +151,8 @@ def test_the_whole_is_tested_in_five_parts(parts: str, nodes: str) -> None:
     own = os.nice(0)
     assert found == [
         ("cells", str(own), "-n 0", usual),
-        ("starts", str(own), "-n 3", usual),
-        ("nodes", str(min(19, own + 5) if nodes else own), "-n 3", usual),
+        ("starts", str(own), "-n 2", usual),
+        ("nodes", str(min(19, own + 5) if nodes else own), "-n 2", usual),
         ("pages", str(own), "-n 0", usual),
         ("pure", "19", "-n 2", usual),
     ]
