@@ -183,17 +183,17 @@ class ModbusMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
     @property
     def has_gripper(self) -> bool:
         """The robot has a suction gripper."""
-        return self._has_any(GRIPPER_INPUTS, GRIPPER_OUTPUTS)
+        return self._has_any((*GRIPPER_INPUTS, *GRIPPER_OUTPUTS))
 
     @property
     def has_panel(self) -> bool:
         """The robot shows the buttons of the person beside it."""
-        return self._has_any(PANEL_INPUTS, PANEL_OUTPUTS)
+        return self._has_any((*PANEL_INPUTS, *PANEL_OUTPUTS))
 
-    def _has_any(self, inputs: Iterable[str], outputs: Iterable[str]) -> bool:
-        asked = self.command_word.codes if self.command_word else self.coils
-        shown = self.status_word.bits if self.status_word else self.discrete_inputs
-        return any(name in asked for name in inputs) or any(name in shown for name in outputs)
+    def _has_any(self, names: Iterable[str]) -> bool:
+        inputs = self.command_word.codes if self.command_word else self.coils
+        outputs = self.status_word.bits if self.status_word else self.discrete_inputs
+        return any(name in inputs or name in outputs for name in names)
 
 
 def number_after(number: int) -> int:
@@ -327,7 +327,7 @@ def _wrong_inputs(layout: ModbusMap) -> Iterator[str]:
     panel = PANEL_INPUTS if layout.has_panel else ()
     if word is None:
         if layout.leads or layout.coils:
-            yield from _wrong_coils(layout.coils, INPUTS + gripper, panel)
+            yield from _wrong_coils(layout.coils, gripper, panel)
         return
     if layout.coils:
         yield "command_word: there are coils too"
@@ -372,11 +372,10 @@ def _wrong_inputs(layout: ModbusMap) -> Iterator[str]:
 
 
 def _wrong_coils(
-    coils: dict[str, Bit], signals: tuple[str, ...], panel: tuple[str, ...]
+    coils: dict[str, Bit], gripper: tuple[str, ...], panel: tuple[str, ...]
 ) -> Iterator[str]:
-    yield from _wrong_names("coils", coils, signals + panel)
-    commands = (*COMMANDS, *GRIPPER_INPUTS)
-    for name in (name for name in commands if name in coils and not coils[name].write):
+    yield from _wrong_names("coils", coils, INPUTS + gripper + panel)
+    for name in (name for name in COMMANDS + gripper if name in coils and not coils[name].write):
         yield f"coils.{name}.write = false: must be true, the robot is commanded by it"
     for name in (name for name in panel if name in coils and coils[name].write):
         yield f"coils.{name}.write = true: must be false, it is the button of whoever stands there"

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import msgspec
 
-from scara_config.map_entries import FAST_CLOCK, FAST_CLOCK_MS, INPUTS, OUTPUTS
+from scara_config.map_entries import ENTRIES, FAST_CLOCK, FAST_CLOCK_MS, INPUTS, OUTPUTS
 from scara_config.modbus_map import ModbusMap, Register
 from scara_config.set_up.slots import FREE
 
@@ -20,7 +20,6 @@ _STATE = (
     *("heartbeat_echo", "watchdog_state"),
 )
 """One request in each cycle, without a gap; the program's name says whether the robot streams."""
-_WRITTEN = ("setpoint", "heartbeat", "stream_speed", "override")
 _OF_PROGRAMS = ("heartbeat_echo", "watchdog_state")
 """BGTWIN keeps them."""
 _PLAIN = {
@@ -63,7 +62,7 @@ def kit_map(layout: ModbusMap, leads: bool = True) -> ModbusMap:
             address += register.words
 
     take(*[name for name in _STATE if leads or name not in _OF_PROGRAMS])
-    take(*[name for name in _WRITTEN if leads])
+    take(*[name for name, entry in ENTRIES.items() if leads and entry.need == "lead"])
     take(*[name for name in layout.holding_registers if name.startswith("alarm_")])
     return msgspec.structs.replace(
         layout,
