@@ -15,7 +15,6 @@ in all stretches together is the one.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
 from typing import TypeAlias
 
 import msgspec
@@ -28,6 +27,9 @@ TICK_MS = 2
 """Of a controller's plain clock [src]; readings are renewed at a tick."""
 PERIODS_MS = range(2 * TICK_MS, 17, TICK_MS)
 """Periods that are looked for [ms]; below that a reading's age is that of its stamp, about."""
+GRIDS = ((0, 0), *((p, phase) for p in PERIODS_MS for phase in range(0, p, TICK_MS)))
+"""Period and phase of each grid [ms], the stamps as they are first."""
+_PERIODS, _PHASES = (np.array(column, float)[1:, None] for column in zip(*GRIDS))
 STRETCH, EACH, SETTLED_EACH = 8, 1, 4
 """A curve goes through so many readings, and is drawn again each so many, once the grid is known
 more seldom."""
@@ -133,12 +135,11 @@ def cut(latch: Latch) -> Latch:
 def _judged(latch: Latch) -> Latch:
     """Take what leaves clearly least, a grid or the stamps; keep what was taken before."""
     left = np.array(latch.left)
-    grids = _grids()
     best = int(np.argmin(left))
-    period, phase = grids[best]
+    period, phase = GRIDS[best]
     others = float(np.partition(left, 1)[1])
     clear = others > CLEARLY * left[best] and (not best or left[0] > BETTER * left[best])
-    taken = left[grids.index((latch.period_ms, latch.phase_ms))]
+    taken = left[GRIDS.index((latch.period_ms, latch.phase_ms))]
     if latch.drawn < FEWEST or (latch.settled and taken <= WRONG * left[best]):
         return latch
     replace = msgspec.structs.replace
@@ -152,12 +153,6 @@ def _judged(latch: Latch) -> Latch:
     return latch
 
 
-@cache
-def _grids() -> list[tuple[int, int]]:
-    """Return period and phase of each grid [ms], the stamps as they are first."""
-    return [(0, 0), *((p, phase) for p in PERIODS_MS for phase in range(0, p, TICK_MS))]
-
-
 def _left(begin: float, stamps: FloatArray, way: FloatArray) -> FloatArray:
     """Return what a cubic leaves of a stretch on each grid, shape (grids,); squares [s^2].
 
@@ -166,9 +161,8 @@ def _left(begin: float, stamps: FloatArray, way: FloatArray) -> FloatArray:
         stamps: After the first one [ms], shape (n,).
         way: Joint positions in parts of their greatest speed [s], shape (n, joints).
     """
-    grids = np.array(_grids(), dtype=float)
-    period, phase = np.maximum(grids[:, :1], 1e-3), grids[:, 1:]
-    age = np.where(grids[:, :1] > 0.0, np.mod(begin + stamps - phase, period), 0.0)
+    age = np.zeros((len(GRIDS), len(stamps)))
+    age[1:] = np.mod(begin + stamps - _PHASES, _PERIODS)
     scaled = (stamps - age) / stamps[-1]
     powers = scaled[:, :, None] ** np.arange(DEGREE + 1)
     basis, _ = np.linalg.qr(powers)

@@ -145,7 +145,8 @@ class RealLink:
         if "progrun" not in sample.outputs and stands(before, sample.motion, self._robot.joints):
             self._rests.set()
         program = self._program_name
-        self._tell_alarm(self._alarm_status, heartbeat_lost(sample))
+        if (lost := heartbeat_lost(sample)) != self._heartbeat_lost:
+            self._tell_alarm(self._alarm_status, lost)
         self._put(measured(sample, sent, received, self._robot, self._has_gripper, program))
         self._on_data(sample, self._program, self._alarm, self._alarm_number)
 
