@@ -5,11 +5,13 @@ They say what can be raised, how severe it is, and which one the alarm registers
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 from datetime import datetime, timezone
 from enum import IntEnum
 
 import msgspec
+from scara_config import Joint
 
 
 class Severity(IntEnum):
@@ -80,6 +82,25 @@ START_REFUSED = AlarmCode(24, 11, Severity.WARN, "Start refused")
 RESET_REFUSED = AlarmCode(24, 12, Severity.WARN, "Reset refused")
 POWER_OFF = {"imstp": IMSTP, "panel_imstp": PANEL_ESTOP}
 """By the input that switches the drives off; no reset clears one while its input is off."""
+
+
+def check_ranges(joints: Sequence[Joint], positions: Iterable[float], where: str = "") -> None:
+    """Refuse joint positions that the robot cannot go to.
+
+    Args:
+        joints: Of robot.yaml.
+        positions: One for each [rad or m].
+        where: Goes on with the text.
+
+    Raises:
+        RefusedError: One is not finite, or outside its joint's range.
+    """
+    for joint, position in zip(joints, positions):
+        if joint.lower - 1e-6 <= position <= joint.upper + 1e-6:
+            continue
+        code = POSITION_LIMIT if math.isfinite(position) else POSITION_INVALID
+        shown = f"J{joint.axis_number} = {position / joint.scale:.3f} {joint.unit}"
+        raise RefusedError(code, shown + where)
 
 
 class AlarmList:

@@ -122,7 +122,7 @@ class MotionGroup:
         """Begin the move of a program's line.
 
         Raises:
-            PathError: The tool cannot go there, or not on this way.
+            RefusedError: The tool cannot go there, or not on this way.
         """
         if isinstance(step, PathStep):
             assert self._planner is not None, "only joint moves to known places are planned"

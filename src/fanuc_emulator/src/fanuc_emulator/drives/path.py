@@ -14,7 +14,7 @@ import numpy as np
 from scara_config import Joint
 
 from fanuc_emulator import alarms
-from fanuc_emulator.alarms import RefusedError
+from fanuc_emulator.alarms import RefusedError, check_ranges
 from fanuc_emulator.drives.arm import Arm, Matrix, rotation_vector, turned_by
 from fanuc_emulator.drives.interpolator import Trapezoid, rate_for
 
@@ -23,10 +23,6 @@ STRIDE = 0.012
 less than a micrometre. Our choice."""
 FEWEST, MOST = 8, 64
 """Parts of a path."""
-
-
-class PathError(RefusedError):
-    """The tool cannot go there; the text says where and why."""
 
 
 class Speed(NamedTuple):
@@ -81,13 +77,13 @@ def _arc(begin: Matrix, via: Matrix, end: Matrix) -> tuple[Places, float]:
     """Return the arc through three points.
 
     Raises:
-        PathError: They stand in a line, or two are the same.
+        RefusedError: They stand in a line, or two are the same.
     """
     a, b = via - begin, end - begin
     normal = np.cross(a, b)
     square = float(normal @ normal)
     if square < 1e-16:
-        raise PathError(alarms.NOT_REACHABLE, "the three points of the arc are in a line")
+        raise RefusedError(alarms.NOT_REACHABLE, "the three points of the arc are in a line")
     middle = begin + np.cross((a @ a) * b - (b @ b) * a, normal) / (2.0 * square)
     first = begin - middle
     radius = float(np.linalg.norm(first))
@@ -118,7 +114,7 @@ class PathMove(Trapezoid):
         accelerations: Of planned moves.
 
     Raises:
-        PathError: The path leads out of reach, out of a joint's range or through a singularity.
+        RefusedError: The path leads out of reach, out of a joint's range or through a singularity.
     """
 
     def __init__(
@@ -182,17 +178,14 @@ def _solved(
         part = k / parts
         solved = arm.solve(path.at(part) @ flange, guess)
         if solved is None:
-            raise PathError(alarms.NOT_REACHABLE, f"after {part:.0%} of the way")
+            raise RefusedError(alarms.NOT_REACHABLE, f"after {part:.0%} of the way")
         jacobian = arm.jacobian(solved)
         if arm.singular(jacobian):
-            raise PathError(alarms.SINGULARITY, f"after {part:.0%} of the way")
+            raise RefusedError(alarms.SINGULARITY, f"after {part:.0%} of the way")
         node, slope = first + part * (last - first), last - first
         node[columns] = solved
         slope[columns] = np.linalg.lstsq(jacobian, path.slope(part), rcond=1e-9)[0]
-        for joint, position in zip(joints, node):
-            if not joint.lower - 1e-6 <= position <= joint.upper + 1e-6:
-                shown = f"J{joint.axis_number} = {position / joint.scale:.3f} {joint.unit}"
-                raise PathError(alarms.POSITION_LIMIT, f"{shown} after {part:.0%} of the way")
+        check_ranges(joints, node, f" after {part:.0%} of the way")
         nodes.append(node)
         slopes.append(slope)
         guess = np.array(solved) + slope[columns] / parts

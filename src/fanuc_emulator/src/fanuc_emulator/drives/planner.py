@@ -12,10 +12,11 @@ from scara_config.programs.tp.motion import Asked
 from scara_config.programs.tp.values import POSE_NUMBERS, ExecutionError, Pose, Value
 
 from fanuc_emulator import alarms
+from fanuc_emulator.alarms import RefusedError, check_ranges
 from fanuc_emulator.drives.arm import Arm, Matrix, inverse
 from fanuc_emulator.drives.axis import AxisParameters
 from fanuc_emulator.drives.interpolator import JointMove, Trapezoid
-from fanuc_emulator.drives.path import PathError, PathMove, Speed, ToolPath
+from fanuc_emulator.drives.path import PathMove, Speed, ToolPath
 
 _MM = 1e-3
 ELSEWHERE = 1e-4
@@ -98,7 +99,7 @@ class Planner:
             begin: Joint positions there [rad or m].
 
         Raises:
-            PathError: The tool cannot go there, or not on this way.
+            RefusedError: The tool cannot go there, or not on this way.
         """
         motion, target = step.motion, step.targets[-1]
         quick = 0.01 * motion.acc
@@ -127,14 +128,14 @@ class Planner:
             return move
         if max(abs(a - b) for a, b in zip(taught, move.end)) > ELSEWHERE:
             why = "the same place in another configuration of the arm is taught"
-            raise PathError(alarms.NOT_REACHABLE, why)
+            raise RefusedError(alarms.NOT_REACHABLE, why)
         return move
 
     def _joints(self, target: Target, begin: Sequence[float]) -> tuple[float, ...]:
         """Return joint positions of a target, near where the motion begins.
 
         Raises:
-            PathError: There are none, or one is out of its range.
+            RefusedError: There are none, or one is out of its range.
         """
         found = self._taught(target)
         if found is None or target.shifted:
@@ -147,16 +148,13 @@ class Planner:
                 and self._configured(target, each)
             ]
             if not solved:
-                raise PathError(alarms.NOT_REACHABLE, "no joint positions bring the tool there")
+                raise RefusedError(alarms.NOT_REACHABLE, "no joint positions bring the tool there")
             nearest = min(solved, key=lambda q: max(abs(a - b) for a, b in zip(q, here)))
             place = list(self._others_at(target, begin))
             for column, position in zip(self._arm.columns, nearest):
                 place[column] = position
             found = tuple(place)
-        for joint, position in zip(self.robot.joints, found):
-            if not joint.lower - 1e-6 <= position <= joint.upper + 1e-6:
-                shown = f"J{joint.axis_number} = {position / joint.scale:.3f} {joint.unit}"
-                raise PathError(alarms.POSITION_LIMIT, shown)
+        check_ranges(self.robot.joints, found)
         return found
 
     def _guesses(self, here: tuple[float, ...]) -> list[tuple[float, ...]]:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from scara_config import Joint
 
-from fanuc_emulator import alarms
-from fanuc_emulator.alarms import RefusedError
+from fanuc_emulator.alarms import check_ranges
 from fanuc_emulator.streaming.ring import Row, SetpointRing
 
 
@@ -59,12 +57,7 @@ class StreamSource:
         else:
             row = self._setpoint if self.valid else None
         if row is not None and row is not self._checked:
-            for joint, position in zip(self._joints, row):
-                shown = f"J{joint.axis_number} = {position / joint.scale:.3f} {joint.unit}"
-                if not math.isfinite(position):
-                    raise RefusedError(alarms.POSITION_INVALID, shown)
-                if not joint.lower - 1e-6 <= position <= joint.upper + 1e-6:
-                    raise RefusedError(alarms.POSITION_LIMIT, shown)
+            check_ranges(self._joints, row)
             self._checked = row
         return row
 
