@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
 from scara_config import Joint, Robot
 from scara_config.modbus_map import ModbusMap, number_after
@@ -82,6 +83,31 @@ def ask(
     return answers
 
 
+def link_to(
+    robot: Robot,
+    layout: ModbusMap,
+    config: TwinControllerConfig,
+    address: tuple[str, int],
+    take: Callable[[RobotSample, float, float], None],
+    told: Callable[[ProgramStatus, AlarmStatus], None],
+    **times: Any,
+) -> ModbusLink:
+    """Return a link to the robot that is not open yet, and tells nobody when it goes up or down.
+
+    Args:
+        robot: The profile.
+        layout: Its map.
+        config: Times of the link.
+        address: Of the robot's Modbus server.
+        take: Hears each sample.
+        told: Hears of program and alarm.
+        times: What else of ModbusSettings is not as usual.
+    """
+    period = config.real.poll_period_ms * 1e-3
+    settings = ModbusSettings(*address, period, timeout=0.2, **times)
+    return ModbusLink(settings, layout, robot, take, lambda up, why: None, told)
+
+
 class Mover:
     """Streams small set points to the robot; a context manager that ends the stream.
 
@@ -96,9 +122,6 @@ class Mover:
     def __init__(
         self, robot: Robot, layout: ModbusMap, config: TwinControllerConfig, host: str, port: int
     ) -> None:
-        settings = ModbusSettings(
-            host, port, poll_period=config.real.poll_period_ms * 1e-3, timeout=0.2
-        )
         self._joints = robot.twin_joints
         self._columns = [k for k, joint in enumerate(robot.joints) if joint.twin]
         self._config = config
@@ -109,9 +132,7 @@ class Mover:
         self._stretch: DelayStretch | None = None
         self._came = threading.Event()
         self._alarm = ""
-        self._link = ModbusLink(
-            settings, layout, robot, self._take, lambda up, why: None, self._told
-        )
+        self._link = link_to(robot, layout, config, (host, port), self._take, self._told)
 
     def __enter__(self) -> Mover:
         """Connect."""

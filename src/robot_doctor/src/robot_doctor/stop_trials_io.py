@@ -13,12 +13,12 @@ from scara_config import Robot
 from scara_config.modbus_map import ModbusMap
 from scara_config.robot import Stopping
 from twin_controller.config import TwinControllerConfig
-from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
+from twin_controller.modbus.link_io import ModbusLink
 from twin_controller.robot.signals import Number, Pulse, Signal, Step
 from twin_controller.robot_sample import AlarmStatus, ProgramState, ProgramStatus, RobotSample
 
 from robot_doctor.finding import Finding, Group, wrong
-from robot_doctor.robot_probe_io import Mover
+from robot_doctor.robot_probe_io import Mover, link_to
 from robot_doctor.stop_trials import (
     PATIENCE_S,
     Look,
@@ -250,14 +250,8 @@ class StopTrials:
 
     def _connect(self, heartbeat: bool) -> ModbusLink:
         """Return a link that is not open yet."""
-        period = self._config.real.poll_period_ms * 1e-3
-        host, port = self._address
-        settings = ModbusSettings(
-            host, port, period, timeout=0.2, status_period=0.1, heartbeat=heartbeat
-        )
-        return ModbusLink(
-            settings, self._layout, self._robot, self._take, lambda up, why: None, self._told
-        )
+        line = self._robot, self._layout, self._config, self._address
+        return link_to(*line, self._take, self._told, status_period=0.1, heartbeat=heartbeat)
 
     def _take(self, sample: RobotSample, sent: float, received: float) -> None:
         joints = zip(sample.motion.q, self._robot.joints)
