@@ -32,9 +32,12 @@ PATH_PERCENT, REST_PERCENT = 5.0, 2.0
 KIT = "with the kit's own programs, PR[1] alone"
 OPTION = "with set points ahead, an option that nobody can type"
 SERIES = (
-    *(("ideal", 50.0, KIT), ("field", 50.0, KIT)),
-    *(("ideal", 50.0, OPTION), ("ideal", 100.0, OPTION)),
-    *(("field", 50.0, OPTION), ("field", 100.0, OPTION)),
+    ("ideal", 50.0, KIT),
+    ("field", 50.0, KIT),
+    ("ideal", 50.0, OPTION),
+    ("ideal", 100.0, OPTION),
+    ("field", 50.0, OPTION),
+    ("field", 100.0, OPTION),
 )
 """Plant, speed of the programs [percent of the joints' largest], and what the robot holds."""
 SPEED = re.compile(r"(\bspeed_percent: |\bJ P\[.*\] )[0-9.]+")

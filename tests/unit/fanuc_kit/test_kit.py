@@ -8,20 +8,14 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from fanuc_emulator.config import load_emulator, load_programs
-from fanuc_emulator.controller import Controller
-from fanuc_emulator.drives.servo_loop_io import ServoLoop
-from fanuc_emulator.modbus.modbus_server_io import RobotServer
-from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.settings import load_settings
 from fanuc_emulator.snpx.assignments import AssignmentTable
 from fanuc_kit.make_node import app as make
 from fanuc_kit.read_node import app as read
 from fanuc_kit.sheet import Boxes, Listing, Sheet, Table, Text, html, markdown
 from fanuc_kit.write_node import app as write
+from harness.emulated.served import CONFIG, LAYOUT, served
 from harness.processes import free_port
-from harness.workspace import ROOT
-from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
 from scara_config.profile import CHOICE
 from scara_config.programs.tp.reader import read as read_program
@@ -30,9 +24,6 @@ from scara_config.set_up.kit_programs import texts as programs
 from scara_config.set_up.settings import SETTINGS
 from scara_config.set_up.slots import WAY_IN, delivered_table, slot_table
 from typer.testing import CliRunner
-
-CONFIG = ROOT / "config"
-ROBOT, LAYOUT = load_robot(CONFIG), load_modbus_map(CONFIG)
 
 
 @pytest.fixture(autouse=True)
@@ -44,22 +35,18 @@ def own_choice(monkeypatch: pytest.MonkeyPatch) -> None:
 @contextmanager
 def delivered(way_in: bool) -> Iterator[tuple[int, AssignmentTable]]:
     """Run a robot as delivered with Modbus on; with slots 76 to 79 typed, or not."""
-    config = load_emulator(ROBOT, CONFIG, settings="delivered, num_modbus: 8")
-    controller = Controller(config, ROBOT, load_programs(ROBOT, CONFIG), 1.7e9)
-    loop, port = ServoLoop(controller, config.dt, 0.0), free_port()
-    image = RegisterImage(LAYOUT, ROBOT)
-    server = RobotServer(
-        "127.0.0.1", port, LAYOUT, image, loop, tell=lambda _: None, settings=config.settings
-    )
-    assigned = server._datastore.assigned
-    assert assigned is not None
-    for number, slot in enumerate(WAY_IN if way_in else (), start=76):
-        assigned.table.put(number, "$ADDRESS", slot.address)
-        assigned.table.put(number, "$SIZE", slot.size)
-        assigned.table.put(number, "$VAR_NAME", slot.name)
-        assigned.table.put(number, "$MULTIPLY", slot.multiply)
-    with loop, server:
-        yield port, assigned.table
+    tables: list[AssignmentTable] = []
+
+    def typed(table: AssignmentTable) -> None:
+        tables.append(table)
+        for number, slot in enumerate(WAY_IN if way_in else (), start=76):
+            table.put(number, "$ADDRESS", slot.address)
+            table.put(number, "$SIZE", slot.size)
+            table.put(number, "$VAR_NAME", slot.name)
+            table.put(number, "$MULTIPLY", slot.multiply)
+
+    with served("delivered, num_modbus: 8", typed) as (port, _, _):
+        yield port, tables[0]
 
 
 def test_the_kit_has_a_page_for_each_thing_to_do(tmp_path: Path) -> None:
