@@ -173,7 +173,7 @@ SETTINGS = (
         "programs",
         "SELECT > CREATE, then SETUP > BG Logic",
         "the sheet of programs",
-        "without them no joint speeds, no watchdog, nothing to lead by",
+        "without them no watchdog, nothing to lead by",
         "4",
     ),
 )

@@ -115,9 +115,9 @@ def _programs() -> Sheet:
         (
             Text(
                 "RSR0101: MENU > SELECT > CREATE, group mask 1. BGTWIN: group mask *, then MENU > "
-                "SETUP > BG Logic, program BGTWIN, RUN. Joint speeds, clock and the ring of set "
-                "points need more than can be typed: leave their registers out of modbus_map.yaml "
-                "where the pair allows it."
+                "SETUP > BG Logic, program BGTWIN, RUN. Joint speeds and the ring of set points "
+                "need more than can be typed: the modbus_map.yaml beside these sheets is without "
+                "them."
             ),
             *blocks,
         ),
