@@ -124,10 +124,10 @@ def _solve_block(
     rising = np.subtract(np.multiply(y, along, out=b), np.multiply(x, across, out=t), out=b)
     running = np.add(np.multiply(x, along, out=x), np.multiply(y, across, out=y), out=x)
     q1 = np.arctan2(rising, running, out=b)
-    _wrap(q1, scara.limits[0], scara.limits[1])
+    _wrap(q1, *scara.limits[0])
     q3 = np.subtract(z, scara.h, out=z)
     for joint, values in enumerate((q1, q2, q3)):
-        low, high = scara.limits[2 * joint : 2 * joint + 2]
+        low, high = scara.limits[joint]
         answer.reachable[:] &= np.greater_equal(values, low - LIMIT_TOLERANCE, out=mask)
         answer.reachable[:] &= np.less_equal(values, high + LIMIT_TOLERANCE, out=mask)
         answer.q[:, joint] = np.minimum(np.maximum(values, low, out=values), high, out=values)

@@ -145,3 +145,18 @@ def test_of_three_solutions_by_chance_the_nearest_to_the_seed_is_given(
     monkeypatch.setattr(numeric, "_descend", lambda arm, place, begin: begin)
     monkeypatch.setattr(numeric, "forward_kinematics", pose)
     assert inverse(arm, target, seed=seed) == pytest.approx(tuple(nearest))
+
+
+def test_yaw_turns_the_tool_about_the_vertical_from_how_it_is_at_home(robot: Robot) -> None:
+    """The place is kept, the tool turned about z of the base; the arm tells the same yaw."""
+    tool, home = tool_kinematics(robot), tuple(robot.home_positions)
+    place = tool.position(home)
+    q = tool.inverse(*place, None, home, 0.4).chosen.q
+    assert tool.position(q) == pytest.approx(place, abs=2e-7)
+    assert tool.turns and tool.yaw(q) == pytest.approx(0.4, abs=2e-6)
+    assert tool.yaw(home) == pytest.approx(0.0, abs=1e-12)
+    turned = tool.joint_velocities(home, (0.0, 0.0, 0.0), 0.3).qdot
+    ahead = [at + 1e-6 * rate for at, rate in zip(home, turned)]
+    assert tool.yaw(ahead) / 1e-6 == pytest.approx(0.3, rel=1e-3)
+    with pytest.raises(UnreachableError, match="target yaw = nan is not finite"):
+        tool.inverse(*place, None, home, math.nan)

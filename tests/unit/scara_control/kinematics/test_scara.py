@@ -249,9 +249,9 @@ def test_of_two_turns_the_one_nearer_to_0_is_shown_without_a_seed(lower, upper, 
 
 
 def test_robot_that_is_no_scara_is_refused():
-    """The closed form needs two turning joints and a sliding one."""
+    """The closed form needs two or three turning joints and a sliding one."""
     with pytest.raises(
         ScaraControlError,
-        match="is no SCARA: its arm joints are joint_1, joint_2, expected two revolute",
+        match="is no SCARA: its arm joints are joint_1, joint_2, expected two or three revolute",
     ):
         Scara.from_robot(msgspec.structs.replace(ROBOT, joints=ROBOT.joints[:2]))

@@ -53,7 +53,7 @@ def test_bent_arm_reaches_the_wanted_velocity_exactly(q1, q2, vx, vy, vz):
     )
     assert not answer.damped
     assert answer.manipulability == pytest.approx(
-        abs(np.linalg.det(planar_jacobian(SCARA, q1, q2))), abs=1e-15
+        abs(np.linalg.det(planar_jacobian(SCARA, (q1, q2, 0.0)))), abs=1e-15
     )
 
 
@@ -62,7 +62,7 @@ def test_bent_arm_reaches_the_wanted_velocity_exactly(q1, q2, vx, vy, vz):
 def test_nearly_straight_arm_is_damped_and_bounded(q1, q2, vx, vy):
     """Damped least squares, checked against the matrix formula; damping is reported."""
     answer = joint_velocities(SCARA, (q1, q2, 0.0), (vx, vy, 0.0))
-    jacobian = np.array(planar_jacobian(SCARA, q1, q2))
+    jacobian = np.array(planar_jacobian(SCARA, (q1, q2, 0.0)))
     weight = DAMPING * (1.0 - abs(math.sin(q2)) / DAMPED_BELOW)
     expected = jacobian.T @ np.linalg.solve(jacobian @ jacobian.T + weight**2 * np.eye(2), [vx, vy])
     np.testing.assert_allclose(answer.qdot[:2], expected, rtol=1e-6, atol=1e-9)

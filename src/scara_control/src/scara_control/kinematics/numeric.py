@@ -2,16 +2,16 @@ r"""Inverse kinematics of any open chain by least squares over its screw axes.
 
 It is for arms without a closed form here.
 
-The tool keeps the orientation that it has at home, so a tool position asks for all six degrees of
-freedom of a six-joint arm. Several starts are tried in a fixed order: the same question has the
-same answer on every machine.
+The tool keeps the orientation that it has at home, turned about z of the base by a yaw if one is
+given, so a tool position asks for all six degrees of freedom of a six-joint arm. Several starts are
+tried in a fixed order: the same question has the same answer on every machine.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scara_config import Joint, Robot
@@ -21,7 +21,7 @@ from scara_control.kinematics.jacobians import tip_jacobian
 from scara_control.kinematics.scara import Triple
 from scara_control.kinematics.scara_velocity import JointVelocities
 from scara_control.kinematics.screws import ScrewModel, forward_kinematics
-from scara_control.kinematics.twists import FloatArray, skew
+from scara_control.kinematics.twists import FloatArray, exp6, skew
 from scara_control.limits import LIMIT_TOLERANCE, check_joint_vector
 
 POSITION_TOLERANCE = 1e-7
@@ -89,12 +89,18 @@ class NumericArm:
         x, y, z = forward_kinematics(self.chain, q)[:3, 3].tolist()
         return x, y, z
 
+    def tool_yaw(self, q: Sequence[float]) -> float:
+        """Return the turn about z of the base in the tool's turn from home, its twist [rad]."""
+        turn = forward_kinematics(self.chain, q)[:3, :3] @ self.rotation.T
+        return math.atan2(turn[1, 0] - turn[0, 1], turn[0, 0] + turn[1, 1])
+
 
 def inverse(
     arm: NumericArm,
     target: Sequence[float],
     elbow_wanted: bool = False,
     seed: Sequence[float] | None = None,
+    yaw: float | None = None,
 ) -> tuple[float, ...]:
     """Compute joint positions that bring the tool to ``target``, oriented as at home.
 
@@ -103,6 +109,7 @@ def inverse(
         target: x, y, z in the base frame [m].
         elbow_wanted: Whether righty or lefty was asked for, which this arm does not know.
         seed: Joint positions to stay near to; None: home.
+        yaw: How far the tool is turned from there about z of the base [rad]; None: not.
 
     Returns:
         Within the limits: the solution that ``seed`` leads to, else of those found the nearest to
@@ -118,6 +125,11 @@ def inverse(
     place = np.array([float(value) for value in target])
     if not np.isfinite(place).all():
         raise UnreachableError(f"target {tuple(place.tolist())} is not finite")
+    if yaw is not None:
+        if not math.isfinite(yaw):
+            raise UnreachableError(f"target yaw = {yaw} is not finite")
+        turn = exp6(np.array([0.0, 0.0, yaw, 0.0, 0.0, 0.0]))[:3, :3]
+        arm = replace(arm, rotation=turn @ arm.rotation)
     start = arm.home if seed is None else np.array(check_joint_vector(arm.joints, seed))
     best: tuple[float, float] = (math.inf, math.inf)
     found: list[FloatArray] = []
@@ -133,8 +145,9 @@ def inverse(
         best = min(best, (distance + ARM_LENGTH * turned, distance))
     if not found:
         shown = ", ".join(f"{value:.6g}" for value in place)
+        how = "as at home" if yaw is None else f"turned by {yaw:.6g} rad"
         raise UnreachableError(
-            f"target ({shown}) m, the tool as at home: not reached within the joints' limits; "
+            f"target ({shown}) m, the tool {how}: not reached within the joints' limits; "
             f"the best of {STARTS + 2} starts ends {best[1] * 1e3:.3g} mm away"
         )
     nearest = min(found, key=lambda q: float(np.linalg.norm(q - start)))
@@ -142,16 +155,17 @@ def inverse(
 
 
 def velocities_for(
-    arm: NumericArm, q: Sequence[float], velocity: Sequence[float]
+    arm: NumericArm, q: Sequence[float], velocity: Sequence[float], yaw_rate: float = 0.0
 ) -> JointVelocities:
-    r"""Compute joint velocities that move the tool's origin but do not turn the tool.
+    r"""Compute joint velocities that move the tool's origin and turn the tool about z alone.
 
-    .. math:: \dot q = J^T (J J^T + \lambda^2 I)^{-1} (0, v)
+    .. math:: \dot q = J^T (J J^T + \lambda^2 I)^{-1} (0, 0, \dot\psi, v)
 
     Args:
         arm: The arm.
         q: Joint positions, shape ``(n,)``.
         velocity: Wanted velocity in the base frame, shape ``(3,)`` [m/s].
+        yaw_rate: How fast the tool turns about z of the base [rad/s].
 
     Returns:
         Joint velocities, and as manipulability the smallest singular value of the Jacobian.
@@ -165,7 +179,7 @@ def velocities_for(
     jacobian = tip_jacobian(arm.chain, check_joint_vector(arm.joints, q))
     smallest = float(np.linalg.svd(jacobian, compute_uv=False)[-1])
     share = max(0.0, 1.0 - smallest / SINGULAR_BELOW)
-    twist = np.array([0.0, 0.0, 0.0, *velocity])
+    twist = np.array([0.0, 0.0, yaw_rate, *velocity])
     qdot = jacobian.T @ np.linalg.solve(
         jacobian @ jacobian.T + (DAMPING * share) ** 2 * np.eye(6), twist
     )

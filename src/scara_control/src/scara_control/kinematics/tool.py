@@ -21,6 +21,7 @@ from scara_control.kinematics.scara import (
     branches,
     solve,
     tool_position,
+    tool_yaw,
 )
 from scara_control.kinematics.scara_velocity import JointVelocities, joint_velocities, tool_velocity
 
@@ -40,25 +41,49 @@ class ToolKinematics(Protocol):
     def joints(self) -> tuple[Joint, ...]:
         """The joints that move the twin's tool, base to tool."""
 
+    @property
+    def turns(self) -> bool:
+        """Whether the tool's yaw can be chosen."""
+
     def position(self, q: Sequence[float]) -> Triple:
         """Return where the tool is [m]."""
+
+    def yaw(self, q: Sequence[float]) -> float:
+        """Return how far the tool is turned about z of the base [rad].
+
+        A SCARA's from zero joints, whole turns included; another arm's from home.
+        """
 
     def velocity(self, q: Sequence[float], qdot: Sequence[float]) -> Triple:
         """Return the velocity of the tool's origin [m/s]."""
 
-    def joint_velocities(self, q: Sequence[float], velocity: Sequence[float]) -> JointVelocities:
+    def joint_velocities(
+        self, q: Sequence[float], velocity: Sequence[float], yaw_rate: float = 0.0
+    ) -> JointVelocities:
         """Return joint velocities for a velocity of the tool's origin [m/s].
 
-        Where the tool could turn, it does not.
+        Where the tool could turn, it turns about z of the base by ``yaw_rate`` [rad/s].
+
+        Raises:
+            ScaraControlError: A ``yaw_rate`` that this arm cannot have.
         """
 
     def inverse(
-        self, x: float, y: float, z: float, elbow: Elbow | None, seed: Sequence[float] | None
+        self,
+        x: float,
+        y: float,
+        z: float,
+        elbow: Elbow | None,
+        seed: Sequence[float] | None,
+        yaw: float | None = None,
     ) -> InverseAnswer:
-        """Return joint positions for a tool position [m], near ``seed``.
+        """Return joint positions for a tool position [m] and its ``yaw`` [rad], near ``seed``.
+
+        Without a ``yaw`` a SCARA keeps that of ``seed``, another arm that of home.
 
         Raises:
-            ScaraControlError: Out of reach or outside the limits; the text says why.
+            ScaraControlError: Out of reach or outside the limits, or a ``yaw`` that this arm cannot
+                choose; the text says why.
         """
 
     def elbow(self, q: Sequence[float]) -> Elbow | None:
@@ -74,31 +99,48 @@ class ScaraTool:
 
     @property
     def joints(self) -> tuple[Joint, ...]:
-        """joint_1, joint_2, joint_3."""
+        """Three or four."""
         return self.scara.joints
+
+    @property
+    def turns(self) -> bool:
+        """Whether it has a wrist."""
+        return self.scara.axes.wrist is not None
 
     def position(self, q: Sequence[float]) -> Triple:
         """See :func:`scara_control.kinematics.scara.tool_position`."""
         return tool_position(self.scara, *q)
 
+    def yaw(self, q: Sequence[float]) -> float:
+        """See :func:`scara_control.kinematics.scara.tool_yaw`."""
+        return tool_yaw(self.scara, q)
+
     def velocity(self, q: Sequence[float], qdot: Sequence[float]) -> Triple:
         """See :func:`scara_control.kinematics.scara_velocity.tool_velocity`."""
         return tool_velocity(self.scara, q, qdot)
 
-    def joint_velocities(self, q: Sequence[float], velocity: Sequence[float]) -> JointVelocities:
+    def joint_velocities(
+        self, q: Sequence[float], velocity: Sequence[float], yaw_rate: float = 0.0
+    ) -> JointVelocities:
         """See :func:`scara_control.kinematics.scara_velocity.joint_velocities`."""
-        return joint_velocities(self.scara, q, velocity)
+        return joint_velocities(self.scara, q, velocity, yaw_rate)
 
     def inverse(
-        self, x: float, y: float, z: float, elbow: Elbow | None, seed: Sequence[float] | None
+        self,
+        x: float,
+        y: float,
+        z: float,
+        elbow: Elbow | None,
+        seed: Sequence[float] | None,
+        yaw: float | None = None,
     ) -> InverseAnswer:
         """See :func:`scara_control.kinematics.scara.solve`."""
-        chosen = solve(self.scara, x, y, z, elbow, seed)
-        return InverseAnswer(chosen, *branches(self.scara, x, y, z, seed[0] if seed else 0.0))
+        chosen = solve(self.scara, x, y, z, elbow, seed, yaw)
+        return InverseAnswer(chosen, *branches(self.scara, x, y, z, seed, yaw))
 
     def elbow(self, q: Sequence[float]) -> Elbow | None:
         """Righty or lefty."""
-        return Elbow.of(q[1])
+        return Elbow.of(self.scara.bend(q))
 
 
 class NumericTool:
@@ -113,25 +155,41 @@ class NumericTool:
         """All joints of the arm."""
         return self.arm.joints
 
+    @property
+    def turns(self) -> bool:
+        """Whether it has joints enough for a place and an orientation."""
+        return len(self.arm.joints) >= 6
+
     def position(self, q: Sequence[float]) -> Triple:
         """Forward kinematics."""
         return self.arm.tool_position(q)
+
+    def yaw(self, q: Sequence[float]) -> float:
+        """See :meth:`scara_control.kinematics.numeric.NumericArm.tool_yaw`."""
+        return self.arm.tool_yaw(q)
 
     def velocity(self, q: Sequence[float], qdot: Sequence[float]) -> Triple:
         """See :func:`scara_control.kinematics.numeric.tool_velocity_of`."""
         return tool_velocity_of(self.arm, q, qdot)
 
-    def joint_velocities(self, q: Sequence[float], velocity: Sequence[float]) -> JointVelocities:
+    def joint_velocities(
+        self, q: Sequence[float], velocity: Sequence[float], yaw_rate: float = 0.0
+    ) -> JointVelocities:
         """See :func:`scara_control.kinematics.numeric.velocities_for`."""
-        return velocities_for(self.arm, q, velocity)
+        return velocities_for(self.arm, q, velocity, yaw_rate)
 
     def inverse(
-        self, x: float, y: float, z: float, elbow: Elbow | None, seed: Sequence[float] | None
+        self,
+        x: float,
+        y: float,
+        z: float,
+        elbow: Elbow | None,
+        seed: Sequence[float] | None,
+        yaw: float | None = None,
     ) -> InverseAnswer:
         """See :func:`scara_control.kinematics.numeric.inverse`."""
-        return InverseAnswer(
-            Solution(inverse(self.arm, (x, y, z), elbow is not None, seed), None), None, None
-        )
+        found = inverse(self.arm, (x, y, z), elbow is not None, seed, yaw)
+        return InverseAnswer(Solution(found, None), None, None)
 
     def elbow(self, q: Sequence[float]) -> Elbow | None:
         """None: its branches have no names."""
