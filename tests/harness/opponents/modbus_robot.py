@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import struct
 import threading
 import time
+from collections import defaultdict, deque
 
 HEARTBEAT, ECHO, CLOCK = 11069, 11041, 11019
 """PDU addresses of the heartbeat, of its copy and of the clock."""
+LATE = 0.25
+"""A late answer is so late [s]: the same has been asked again long before."""
 Written = tuple[int, int, tuple[int, ...]]
 
 
 class Robot:
     """Answers FC2, FC3, FC5 and FC16; keeps every write as (function, PDU address, values).
 
-    ``delay`` is the wire's [s]. ``fault`` makes it misbehave: silent, short, exception,
+    ``delay`` is the wire's [s]. ``fault`` makes it misbehave: silent, short, busy, exception,
     transaction, device, close, refuse_writes, write_function, write_address, write_count,
-    write_level. With ``echoes`` it copies the heartbeat back, and its clock goes on, as by a
-    background program.
+    write_level. ``once`` holds, for a function, what it does with the next requests: busy and
+    acknowledge (exceptions 6 and 5, nothing is done), late (by ``LATE`` s), lost, doubled, short,
+    part. With ``echoes`` it copies the heartbeat back, and its clock goes on, as by a background
+    program.
     """
 
     def __init__(self, port: int = 0) -> None:
@@ -29,6 +35,8 @@ class Robot:
         self.signals = 0b11
         self.written: list[Written] = []
         self.fault = ""
+        self.once: defaultdict[int, deque[str]] = defaultdict(deque)
+        self.clients = 0
         self.echoes = False
         self.delay = 0.0
         self.asked: list[int] = []
@@ -61,6 +69,7 @@ class Robot:
             except OSError:
                 return
             self._open.append(line)
+            self.clients += 1
             threading.Thread(target=self._serve, args=(line,), daemon=True).start()
 
     def _serve(self, line: socket.socket) -> None:
@@ -75,22 +84,34 @@ class Robot:
                     continue
                 time.sleep(self.delay)
                 self.asked.append(request[0])
-                answer = self._answer(request)
+                waiting = self.once[request[0]]
+                once = waiting.popleft() if waiting else ""
+                answer = self._answer(request, once)
                 transaction += self.fault == "transaction"
                 device += self.fault == "device"
-                line.sendall(struct.pack(">HHHB", transaction, 0, len(answer) + 1, device) + answer)
+                whole = struct.pack(">HHHB", transaction, 0, len(answer) + 1, device) + answer
+                if once == "late":
+                    threading.Timer(LATE, _send, (line, whole)).start()
+                elif once != "lost":
+                    line.sendall(
+                        whole[:-1] if once == "part" else whole * (1 + (once == "doubled"))
+                    )
         except OSError:
             return
 
-    def _answer(self, request: bytes) -> bytes:
+    def _answer(self, request: bytes, once: str) -> bytes:
         function, address, count = struct.unpack(">BHH", request[:5])
+        if "busy" in (self.fault, once):
+            return bytes([function | 0x80, 6])
+        if once == "acknowledge":
+            return bytes([function | 0x80, 5])
         if self.fault == "exception" or (self.fault == "refuse_writes" and function > 3):
             return bytes([function | 0x80, 2])
         if function == 3:
             if self.echoes:
                 high, low = divmod(time.monotonic_ns() // 1_000_000 % 2**31, 2**16)
                 self.words[CLOCK], self.words[CLOCK + 1] = low, high
-            count -= self.fault == "short"
+            count -= "short" in (self.fault, once)
             words = [self.words.get(address + i, 0) for i in range(count)]
             return struct.pack(f">BB{count}H", 3, 2 * count, *words)
         if function == 2:
@@ -110,3 +131,9 @@ class Robot:
         count += self.fault == "write_count" and function == 16
         count ^= 0xFF00 if self.fault == "write_level" and function == 5 else 0
         return struct.pack(">BHH", function, address, count)
+
+
+def _send(line: socket.socket, answer: bytes) -> None:
+    """Send an answer, unless its client has gone."""
+    with contextlib.suppress(OSError):
+        line.sendall(answer)

@@ -90,6 +90,7 @@ TIMED = (
     "tests/unit/setup/test_setup.py",
     "tests/unit/twin_controller/engine/test_engine.py",
     "tests/unit/twin_controller/engine/test_input_queue.py",
+    "tests/unit/twin_controller/modbus/test_bad_answers.py",
     "tests/unit/twin_controller/modbus/test_follow_only.py",
     "tests/unit/twin_controller/modbus/test_modbus_link.py",
     "tests/unit/twin_controller/modbus/test_outbox.py",

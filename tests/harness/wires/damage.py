@@ -16,6 +16,7 @@ from random import Random
 
 Piece = tuple[float, bytes]
 """How long [s] it is held back, and what it is."""
+LATE_S = 0.03
 Fault = Callable[[bytes, bool], list[Piece]]
 
 
@@ -58,7 +59,8 @@ class Split:
 class Sometimes:
     """Do to an answer, with probability ``chance``, one of.
 
-    Duplicate, corrupt, truncate, drop, swap with the one before.
+    Duplicate, corrupt, truncate, drop, swap with the one before; hold back by 30 ms (late), or say
+    by Modbus that the server is busy.
     """
 
     rng: Random
@@ -78,7 +80,8 @@ class Sometimes:
         if kind == "swap":
             self._held = unit
             return [(0.0, held)] if held else []
-        return [(0.0, damaged(kind, unit, self.rng) + held)]
+        delay = LATE_S if kind == "late" else 0.0
+        return [(delay, damaged(kind, unit, self.rng) + held)]
 
 
 @dataclass
@@ -114,7 +117,14 @@ def unmasked(unit: bytes) -> bytes:
 
 
 def damaged(kind: str, unit: bytes, rng: Random) -> bytes:
-    """Return ``unit`` duplicated, corrupted in one to four bytes, truncated or dropped."""
+    """Return ``unit`` duplicated, corrupted in one to four bytes, truncated, dropped, or as it is.
+
+    One of Modbus may be turned into exception 6.
+    """
+    if kind == "late":
+        return unit
+    if kind == "busy":
+        return unit[:5] + bytes([3, unit[6], unit[7] | 0x80, 6])
     if kind == "duplicate":
         return unit + unit
     if kind == "truncate":

@@ -255,16 +255,17 @@ def test_what_the_map_does_not_mark_is_never_written(
     [
         ("silent", "did not answer in time"),
         ("short", "answered 45 words instead of 46"),
+        ("busy", r"answered busy \(exception 6\) \(\d+ times\)"),
         ("exception", r"refused to read (11001|6001): exception 2"),
         ("transaction", "did not answer in time"),
         ("device", "did not answer in time"),
         ("close", "closed|was lost"),
     ],
 )
-def test_each_wrong_answer_ends_the_link_and_it_comes_back(
+def test_nothing_but_wrong_answers_ends_the_link_and_it_comes_back(
     robot: Robot, owner: Owner, link: ModbusLink, fault: str, text: str
 ) -> None:
-    """One bad answer is enough; when the robot is well again the link is too, and says so once."""
+    """For the time-out; when the robot is well again the link is too, and says so once."""
     wait_until(lambda: owner.statuses)  # the status blocks are read right after the link is up
     robot.fault = fault
     owner.wait_for(UP, DOWN)

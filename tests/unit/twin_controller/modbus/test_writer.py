@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from scara_config import load_robot
-from scara_config.modbus_map import load_modbus_map
+from scara_config import Robot, load_robot
+from scara_config.modbus_map import ModbusMap, load_modbus_map
 from twin_controller.core.actions import RobotSetpoint, StreamAhead
 from twin_controller.modbus.outbox_io import Command, Outbox
-from twin_controller.modbus.port_io import ModbusSettings
+from twin_controller.modbus.port_io import ModbusSettings, Retries, UnansweredError
 from twin_controller.modbus.writer_io import Writer
 from twin_controller.registers import RegisterCodec
 from twin_controller.robot.link import RobotCounters
@@ -26,29 +26,48 @@ TIMES = LAYOUT.holding_registers["heartbeat"].offset
 class Port:
     """Notes each write but heartbeats of their own; calls back in the middle of one."""
 
-    def __init__(self) -> None:
+    def __init__(self, beats: int) -> None:
+        self._beats = beats
         self.written: list[tuple[str, int]] = []
         self.meanwhile: dict[int, Callable[[], None]] = {}
+        # So many of the next writes are done, but not confirmed.
+        self.unanswered = 0
 
     def write_words(self, offset: int, words: list[int]) -> None:
         """Note registers."""
-        if len(words) == 1 and offset == TIMES:
+        if len(words) == 1 and offset == self._beats:
             return
         self.written.append(("words", offset))
         self.meanwhile.pop(len(self.written), lambda: None)()
+        self._confirm()
 
     def write_coil(self, offset: int, level: bool) -> None:
         """Note a coil."""
         self.written.append(("coil", offset))
+        self._confirm()
+
+    def _confirm(self) -> None:
+        if self.unanswered:
+            self.unanswered -= 1
+            raise UnansweredError("did not answer in time")
+
+    def retries(self, begun: float) -> Retries:
+        """Return one that lasts."""
+        return Retries("the robot", 60.0, begun)
 
 
 @pytest.fixture
 def line() -> tuple[Writer, Outbox, Port]:
     """Return a writer on a line that answers at once."""
-    box, port = Outbox(), Port()
+    return made(LAYOUT, ROBOT)
+
+
+def made(layout: ModbusMap, robot: Robot) -> tuple[Writer, Outbox, Port]:
+    """Return a writer, what it takes from, and what it writes to."""
+    box, port = Outbox(), Port(layout.holding_registers["heartbeat"].offset)
     listener: Any = type("Listener", (), {"alive": lambda self: True, "rejected": print})()
-    settings = ModbusSettings("127.0.0.1", 1)
-    writer = Writer(settings, LAYOUT, RegisterCodec(LAYOUT, ROBOT), box, RobotCounters(), listener)
+    settings = ModbusSettings("127.0.0.1", 1, command_retry=60.0)
+    writer = Writer(settings, layout, RegisterCodec(layout, robot), box, RobotCounters(), listener)
     writer._port = port  # type: ignore[assignment]
     return writer, box, port
 
@@ -99,3 +118,65 @@ def test_another_command_takes_nothing_back(line: tuple[Writer, Outbox, Port]) -
     writer._write_all()
     override = LAYOUT.holding_registers["override"].offset
     assert port.written[1:] == [("words", override), ("words", 11572), ("words", TIMES)]
+
+
+COIL = LAYOUT.coils["cstopi"].offset
+
+
+@pytest.mark.parametrize("unanswered", [1, 2, 3])
+def test_set_points_that_are_not_confirmed_are_written_again_before_their_times(
+    line: tuple[Writer, Outbox, Port], unanswered: int
+) -> None:
+    """All requests of them: a time never counts for a place that may be old."""
+    writer, box, port = line
+    port.unanswered = unanswered
+    box.put_ahead(nine())
+    for _ in range(unanswered + 1):
+        writer._write_all()
+    assert port.written[-3:] == [("words", 11500), ("words", 11572), ("words", TIMES)]
+    assert port.written[:unanswered] == [("words", 11500)] * unanswered
+
+
+def test_a_stop_goes_before_set_points_that_are_not_confirmed(
+    line: tuple[Writer, Outbox, Port],
+) -> None:
+    """They are forgotten then, as those that wait."""
+    writer, box, port = line
+
+    def stop() -> None:
+        box.drop_setpoints()
+        box.put(STOP)
+
+    port.meanwhile[1], port.unanswered = stop, 1
+    box.put_ahead(nine())
+    for _ in range(3):
+        writer._write_all()
+    assert port.written[:2] == [("words", 11500), ("coil", COIL)]
+    assert ("words", TIMES) not in port.written
+
+
+def test_a_stop_that_is_not_confirmed_is_repeated_before_all_else(
+    line: tuple[Writer, Outbox, Port],
+) -> None:
+    """And what was left for the robot behind it keeps its place."""
+    writer, box, port = line
+    port.unanswered = 2
+    box.put(STOP)
+    box.put(Command("setpoint_valid", 0, False))
+    for _ in range(3):
+        writer._write_all()
+    valid = LAYOUT.holding_registers["setpoint_valid"].offset
+    assert port.written == [*[("coil", COIL)] * 3, ("words", valid)]
+
+
+def test_a_numbered_command_that_is_not_confirmed_is_repeated_at_once() -> None:
+    """Not only when the robot should have shown its number."""
+    six = CONFIG / "robots" / "articulated_six"
+    layout = load_modbus_map(six)
+    writer, box, port = made(layout, load_robot(six))
+    writer.echo, port.unanswered = 4, 1
+    box.put(Command("hold", False, False))
+    for _ in range(3):
+        writer._write_all()
+    assert layout.command_word is not None
+    assert len(port.written) == 2 and port.written[0] == port.written[1]

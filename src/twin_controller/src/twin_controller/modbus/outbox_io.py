@@ -9,6 +9,7 @@ import dataclasses
 import threading
 import time
 from collections import deque
+from collections.abc import Sequence
 
 import msgspec
 
@@ -59,11 +60,7 @@ class Outbox:
     def put_ahead(self, ahead: StreamAhead) -> None:
         """Leave set points ahead of their time, to be written at once, with those that wait."""
         with self._changed:
-            if self._ahead is not None:
-                again = {point.number for point in ahead.points}
-                waiting = [point for point in self._ahead.points if point.number not in again]
-                ahead = msgspec.structs.replace(ahead, points=(*waiting, *ahead.points))
-            self._ahead = ahead
+            self._ahead = _together(self._ahead, ahead)
             self._changed.notify()
 
     def drop_setpoints(self) -> None:
@@ -92,10 +89,6 @@ class Outbox:
         """
         self._releases[name] = due
 
-    def pulses_left(self) -> float:
-        """Return how long the longest pulse still lasts [s] (reader only)."""
-        return max(self._releases.values(), default=0.0) - time.monotonic()
-
     def due_releases(self) -> list[str]:
         """Take the pulsed signals whose time is over (reader only)."""
         now = time.monotonic()
@@ -112,7 +105,9 @@ class Outbox:
         """
         until = min(until, *self._releases.values()) if self._releases else until
         with self._changed:
-            while not (self.closed or self._commands or self._ahead is not None):
+            while not (self._commands or self._ahead is not None):
+                if self.closed and not self._releases:
+                    break
                 wake = min(until, self._setpoints[0].send_at) if self._setpoints else until
                 if (left := wake - time.monotonic()) <= 0.0:
                     break
@@ -146,6 +141,26 @@ class Outbox:
                 commands.append(self._commands.popleft())
             return counts, commands
 
+    def put_back(
+        self, setpoint: StreamReal | None, ahead: StreamAhead | None, commands: Sequence[Command]
+    ) -> None:
+        """Give back what was taken and is not confirmed, before all that waits (reader only).
+
+        One that a newer set point has replaced, or that was dropped meanwhile, is forgotten.
+        """
+        with self._changed:
+            newer = self._setpoints and setpoint and self._setpoints[0].send_at <= setpoint.send_at
+            if setpoint is not None and not (self._dropped or newer):
+                self._setpoints.appendleft(setpoint)
+            if ahead is not None and not self._dropped:
+                self._ahead = _together(ahead, self._ahead)
+            self._commands.extendleft(reversed(commands))
+
+    @property
+    def unfinished(self) -> bool:
+        """Commands wait, or ends of pulses."""
+        return bool(self._commands or self._releases)
+
     def pause(self, until: float) -> None:
         """Wait until ``until``, or until the box is closed."""
         with self._changed:
@@ -167,3 +182,12 @@ class Outbox:
             for name in _ACT_ON_RELEASE:
                 self._releases.pop(name, None)
             return lost
+
+
+def _together(older: StreamAhead | None, newer: StreamAhead | None) -> StreamAhead | None:
+    """Return the set points of both; of one number the newer."""
+    if older is None or newer is None:
+        return newer or older
+    again = {point.number for point in newer.points}
+    kept = [point for point in older.points if point.number not in again]
+    return msgspec.structs.replace(newer, points=(*kept, *newer.points))

@@ -1,22 +1,27 @@
-"""One Modbus TCP connection (pymodbus): each request waits for its answer, which is checked."""
+"""Requests to the robot over Modbus TCP, each repeated until its answer is one that can be used.
+
+PDUs: MODBUS Application Protocol V1.1b3 sec. 6.
+"""
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
-import socket
-from typing import Any
-
-import pymodbus
-from pymodbus.client import ModbusTcpClient
-from pymodbus.exceptions import ModbusException
+import struct
+import time
+from collections import Counter
+from collections.abc import Callable
+from typing import TypeVar
 
 from twin_controller.modbus.blocks import Block
+from twin_controller.modbus.connection_io import Connection, UnansweredError
 from twin_controller.robot.link import LinkLostError
 
-__all__ = ["LinkLostError", "ModbusPort", "ModbusSettings", "WriteRefusedError"]
+__all__ = ["LinkLostError", "ModbusPort", "ModbusSettings", "UnansweredError", "WriteRefusedError"]
 
-_WRITE_COIL, _WRITE_REGISTERS = 5, 16  # function codes
+_READ_SIGNALS, _WRITE_COIL, _WRITE_REGISTERS = 2, 5, 16  # function codes
+_READ_WORDS = {"holding_registers": 3, "input_registers": 4}
+_ON, _OFF = 0xFF00, 0
+T = TypeVar("T")
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -26,7 +31,8 @@ class ModbusSettings:
     Attributes:
         poll_period: Of the state block and the signals, on average.
         drift_ppm: Largest drift between the robot's clock and ours, in parts per million.
-        timeout: The longest wait for one answer or for a connection.
+        timeout: The longest wait for an answer of use, however often it is asked for, or for a
+            connection.
         status_period: Of the program and alarm blocks, which are also read when FAULT, PROGRUN or
             PAUSED change.
         retry_first: Pause before the first new attempt, short enough for the robot's watchdog;
@@ -57,138 +63,147 @@ class WriteRefusedError(RuntimeError):
     """The robot answered a write with an exception; the connection is good."""
 
 
-class ModbusPort:
-    """A connection that stays closed once it is lost, until :meth:`open` is called again.
+class Retries:
+    """For how long one thing is asked for again, and what came instead.
+
+    Args:
+        name: Where the robot is.
+        limit: From the first time that it was asked for [s].
+        begun: When that was (monotonic) [s].
+    """
+
+    def __init__(self, name: str, limit: float, begun: float) -> None:
+        self.end = begun + limit
+        self._name = name
+        self._seen: Counter[str] = Counter()
+
+    def failed(self, error: UnansweredError) -> None:
+        """Count what came instead.
+
+        Raises:
+            LinkLostError: That was too long; the text says what came how often.
+        """
+        self._seen[str(error)] += 1
+        if time.monotonic() >= self.end:
+            seen = [f"{what} ({n} times)" if n > 1 else what for what, n in self._seen.items()]
+            raise LinkLostError(f"the robot at {self._name} {', '.join(seen)}") from error
+
+
+class ModbusPort(Connection):
+    """Read and write on a connection, see :class:`Connection`.
 
     Args:
         host: The robot's address.
         port: TCP port.
         device_id: Modbus device.
-        timeout: The longest wait for a connection or an answer [s].
+        timeout: The longest wait for a connection or an answer of use [s].
+        repeats: False: an answer that is missing or of no use raises UnansweredError at once, and
+            whoever asked decides what is asked next.
     """
 
-    def __init__(self, host: str, port: int, device_id: int, timeout: float) -> None:
-        pymodbus.pymodbus_apply_logging_config("CRITICAL")  # what it would log is raised here
-        self.name = f"{host}:{port}"
-        self._device_id = device_id
-        self._client: Any = ModbusTcpClient(host, port=port, timeout=timeout, retries=0)
+    def __init__(
+        self, host: str, port: int, device_id: int, timeout: float, repeats: bool = True
+    ) -> None:
+        super().__init__(host, port, device_id, timeout)
+        self._repeats = repeats
 
-    def open(self) -> None:
-        """Connect.
-
-        Raises:
-            LinkLostError: Nobody accepts the connection in time.
-        """
-        if not self._client.connect():
-            raise LinkLostError(f"no robot at {self.name}")
-        self._client.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-
-    def close(self) -> None:
-        """Disconnect."""
-        self._client.close()
-
-    def interrupt(self) -> None:
-        """End a request that waits in another thread: it raises LinkLostError at once."""
-        if (line := self._client.socket) is not None:
-            with contextlib.suppress(OSError):  # it may be lost already
-                line.shutdown(socket.SHUT_RDWR)
+    def retries(self, begun: float) -> Retries:
+        """Return how long is left for what was asked for first at ``begun`` (monotonic) [s]."""
+        return Retries(self.name, self._timeout, begun)
 
     def read_words(self, block: Block) -> list[int]:
         """Read registers of the block's table.
 
         Raises:
-            LinkLostError: No answer, an exception, or another number of words than asked for.
+            LinkLostError: No answer of use within the time-out, or an exception.
         """
-        words: list[int] = self._read(f"read_{block.table}", block).registers
-        if len(words) != block.count:
-            raise LinkLostError(
-                f"the robot at {self.name} answered {len(words)} words instead of {block.count}"
-            )
-        return words
+        request = struct.pack(">BHH", _READ_WORDS[block.table], block.offset, block.count)
+        return self._settle(request, lambda answer: self._words(answer, block))
 
     def read_signals(self, block: Block) -> list[bool]:
         """Read discrete inputs.
 
         Raises:
-            LinkLostError: No answer, an exception, or fewer signals than asked for.
+            LinkLostError: No answer of use within the time-out, or an exception.
         """
-        signals: list[bool] = self._read("read_discrete_inputs", block).bits
-        if len(signals) < block.count:
-            raise LinkLostError(
-                f"the robot at {self.name} answered {len(signals)} signals instead of {block.count}"
-            )
-        return signals[: block.count]
+        request = struct.pack(">BHH", _READ_SIGNALS, block.offset, block.count)
+        return self._settle(request, lambda answer: self._signals(answer, block))
 
     def write_words(self, offset: int, words: list[int]) -> None:
         """Write holding registers.
 
         Raises:
-            RefusedError: The robot answers with an exception.
-            LinkLostError: No answer, or one that confirms another write.
+            WriteRefusedError: The robot answers with an exception.
+            LinkLostError: No answer within the time-out, or one that confirms another write.
+            UnansweredError: No answer of use, of a port that does not repeat.
         """
-        answer = self._write("write_registers", offset, words)
-        self._check_echo(
-            "registers",
-            offset,
-            (answer.function_code, answer.address, answer.count),
-            (_WRITE_REGISTERS, offset, len(words)),
-        )
+        count = len(words)
+        head = struct.pack(">BHH", _WRITE_REGISTERS, offset, count)
+        request = head + struct.pack(f">B{count}H", 2 * count, *words)
+        self._settle(request, lambda answer: self._confirmed("registers", offset, answer, head))
 
     def write_coil(self, offset: int, level: bool) -> None:
         """Write one coil.
 
         Raises:
-            RefusedError: The robot answers with an exception.
-            LinkLostError: No answer, or one that confirms another write.
+            WriteRefusedError: The robot answers with an exception.
+            LinkLostError: No answer within the time-out, or one that confirms another write.
+            UnansweredError: No answer of use, of a port that does not repeat.
         """
-        answer = self._write("write_coil", offset, level)
-        self._check_echo(
-            "coil",
-            offset,
-            (answer.function_code, answer.address, answer.bits[:1]),
-            (_WRITE_COIL, offset, [level]),
-        )
+        request = struct.pack(">BHH", _WRITE_COIL, offset, _ON if level else _OFF)
+        self._settle(request, lambda answer: self._confirmed("coil", offset, answer, request))
 
-    def _check_echo(
-        self, what: str, offset: int, echo: tuple[Any, ...], written: tuple[Any, ...]
-    ) -> None:
+    def _settle(self, request: bytes, check: Callable[[bytes], T]) -> T:
+        """Ask until an answer passes the check."""
+        retries = self.retries(time.monotonic())
+        sent: dict[int, float] = {}
+        while True:
+            try:
+                return check(self.ask(request, sent, retries.end))
+            except UnansweredError as error:
+                if not self._repeats:
+                    raise
+                retries.failed(error)
+
+    def _words(self, answer: bytes, block: Block) -> list[int]:
+        data = self._data(answer, _READ_WORDS[block.table], block)
+        self._check_count(len(data) // 2 == block.count, f"{len(data) // 2} words", block)
+        return list(struct.unpack(f">{block.count}H", data))
+
+    def _signals(self, answer: bytes, block: Block) -> list[bool]:
+        data = self._data(answer, _READ_SIGNALS, block)
+        self._check_count(8 * len(data) >= block.count, f"{8 * len(data)} signals", block)
+        return [bool(data[k >> 3] >> (k & 7) & 1) for k in range(block.count)]
+
+    def _data(self, answer: bytes, function: int, block: Block) -> bytes:
+        """Return the data of an answer to a read, whole words of it."""
+        if answer[0] == function | 0x80 and len(answer) > 1:
+            raise LinkLostError(
+                f"the robot at {self.name} refused to read {block.offset + 1}:"
+                f" exception {answer[1]}"
+            )
+        if answer[0] != function:
+            raise LinkLostError(
+                f"the robot at {self.name} answered function {answer[0]} instead of {function}"
+            )
+        return answer[2:] if answer[1:2] == bytes([len(answer) - 2]) else b""
+
+    def _check_count(self, fits: bool, got: str, block: Block) -> None:
+        """Ask again for what is short of the block: who sent it may have been in the middle."""
+        if not fits:
+            self.tally["short"] += 1
+            raise UnansweredError(f"answered {got} instead of {block.count}")
+
+    def _confirmed(self, what: str, offset: int, answer: bytes, written: bytes) -> None:
         """Compare what the robot confirms with what was written.
 
         Nobody knows what a robot does that took something else.
         """
-        if echo != written:
+        if answer[0] == written[0] | 0x80 and len(answer) > 1:
+            raise WriteRefusedError(
+                f"the robot refused to write {offset + 1}: exception {answer[1]}"
+            )
+        if answer != written:
             raise LinkLostError(
                 f"the robot at {self.name} confirmed another write than {what} at {offset + 1}"
             )
-
-    def _read(self, function: str, block: Block) -> Any:
-        answer = self._request(function, block.offset, count=block.count)
-        if answer.isError():
-            raise LinkLostError(
-                f"the robot at {self.name} refused to read {block.offset + 1}:"
-                f" exception {answer.exception_code}"
-            )
-        return answer
-
-    def _write(self, function: str, offset: int, value: list[int] | bool) -> Any:
-        answer = self._request(function, offset, value)
-        if answer.isError():
-            raise WriteRefusedError(
-                f"the robot refused to write {offset + 1}: exception {answer.exception_code}"
-            )
-        return answer
-
-    def _request(self, function: str, offset: int, *arguments: Any, **options: Any) -> Any:
-        """Send one request.
-
-        pymodbus itself would silently connect again, so a closed connection is an error here.
-        """
-        if self._client.socket is None:
-            raise LinkLostError(f"the robot at {self.name} closed the connection")
-        try:
-            return getattr(self._client, function)(
-                offset, *arguments, device_id=self._device_id, **options
-            )
-        except (ModbusException, OSError) as error:
-            what = "did not answer in time" if "No response" in str(error) else f"was lost: {error}"
-            raise LinkLostError(f"the robot at {self.name} {what}") from error

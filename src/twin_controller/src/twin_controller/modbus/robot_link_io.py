@@ -1,8 +1,9 @@
 """RobotLink over Modbus TCP: a thread polls, writes and reconnects, and never blocks its owner.
 
 Reads and writes have a connection each, so that neither waits for the other's answer: on a slow
-line that is half of the time. On each of them one request follows the other. One time-out or wrong
-answer ends both: an answer that comes late would be taken for the next one's.
+line that is half of the time. On each of them one request follows the other. An answer that is
+busy, late, lost, doubled or short is asked for again: only silence for longer than the time-out, a
+refused reading and what is no Modbus end both.
 
 Where somebody else writes the heartbeat, the link counts as lost at once, but its connections stay
 until the stop that follows is written: the robot's watchdog would not stop it.
@@ -25,6 +26,7 @@ from twin_controller.modbus.signalling import may_write_signal, signal_names
 from twin_controller.modbus.writer_io import Writer
 from twin_controller.registers import RegisterCodec
 from twin_controller.robot.link import (
+    REPEATED,
     LinkLostError,
     NotWritableError,
     RobotCounters,
@@ -89,6 +91,9 @@ class ModbusRobotLink:
     @property
     def counters(self) -> RobotCounters:
         """What went over the link."""
+        for kind in (*REPEATED, "doubled"):
+            count = self._port.tally[kind] + self._writer.tally[kind]
+            setattr(self._counters, f"{kind}_answers", count)
         return self._counters
 
     def start(self) -> None:
@@ -253,9 +258,8 @@ class ModbusRobotLink:
             self._signals = signals
             if not self._shows_all:
                 self._read_status()
-        sent = time.monotonic()
         words = self._port.read_words(self._codec.state)
-        received = time.monotonic()
+        sent, received = self._port.sent, time.monotonic()
         self._counters.round_trip = received - sent
         self._counters.longest_round_trip = max(self._counters.longest_round_trip, received - sent)
         sample, clock_ms = self._decode(words, signals), None

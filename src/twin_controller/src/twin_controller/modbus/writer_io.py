@@ -1,6 +1,8 @@
 """What is written to the real robot: set points, commands, ends of pulses, heartbeats.
 
-A heartbeat of its own is written only when no set point carried one.
+A heartbeat of its own is written only when no set point carried one. What is not confirmed is
+written again, before all that came after it: all of it may be written twice. Of set points only the
+newest is, and the heartbeats go on.
 """
 
 from __future__ import annotations
@@ -8,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable
 from typing import ParamSpec
 
@@ -16,9 +19,21 @@ from scara_config.modbus_map import ModbusMap
 from twin_controller.core.actions import StreamAhead, StreamReal
 from twin_controller.modbus.heartbeat import next_beat
 from twin_controller.modbus.outbox_io import Command, Outbox
-from twin_controller.modbus.port_io import ModbusPort, ModbusSettings, WriteRefusedError
+from twin_controller.modbus.port_io import (
+    ModbusPort,
+    ModbusSettings,
+    Retries,
+    UnansweredError,
+    WriteRefusedError,
+)
 from twin_controller.modbus.ring import RingCodec
-from twin_controller.modbus.signalling import CommandLostError, CommandQueue, patience, signal_names
+from twin_controller.modbus.signalling import (
+    CommandLostError,
+    CommandQueue,
+    NumberedCommand,
+    patience,
+    signal_names,
+)
 from twin_controller.registers import RegisterCodec
 from twin_controller.robot.link import LinkLostError, RobotCounters, RobotListener
 from twin_controller.robot_sample import SetpointError
@@ -69,12 +84,22 @@ class Writer:
             self._commands = CommandQueue(layout.command_word, limits)
         self._settings, self._layout, self._codec = settings, layout, codec
         self._outbox, self._counters, self._listener = outbox, counters, listener
-        self._port = ModbusPort(settings.host, settings.port, layout.device_id, settings.timeout)
+        where = (settings.host, settings.port, layout.device_id, settings.timeout)
+        self._port = ModbusPort(*where, repeats=False)
+        # With what is not confirmed yet, by how it is written.
+        self._retries: dict[str, Retries] = {}
+        # It is not confirmed that it was written.
+        self._numbered: NumberedCommand | None = None
         self._ring = RingCodec(layout, codec)
         self._due = 0.0
         self._broken: BaseException | None = None
         self._ended = threading.Event()
         self._thread: threading.Thread | None = None
+
+    @property
+    def tally(self) -> Counter[str]:
+        """How many answers were busy, late, lost, doubled, short."""
+        return self._port.tally
 
     def open(self) -> None:
         """Connect and begin to write; drop what was left while there was no connection, and say so.
@@ -91,7 +116,8 @@ class Writer:
         if dropped := self._outbox.discard() + (self._commands.discard() if self._commands else 0):
             self._counters.dropped += dropped
             self._listener.rejected(f"{dropped} writes dropped: there was no link")
-        self._broken, self._due = None, 0.0
+        self._broken, self._due, self._numbered = None, 0.0, None
+        self._retries.clear()
         self._ended.clear()
         self._thread = threading.Thread(target=self._run, name="modbus_writer", daemon=True)
         self._thread.start()
@@ -121,7 +147,8 @@ class Writer:
         self._thread = None
         if farewell and self.beats and self._broken is None:
             with contextlib.suppress(LinkLostError):  # a robot that is gone needs no farewell
-                self._beat(0)
+                while not self._beat(0):
+                    pass
         self._port.close()
 
     def _run(self) -> None:
@@ -129,12 +156,11 @@ class Writer:
         try:
             while not (self._ended.is_set() or self._outbox.closed):
                 self._write_all()
-            if not self._ended.is_set():
-                # What was left when the outbox was closed, and the ends of its pulses.
+            # What was left when the outbox was closed, and the ends of its pulses.
+            left = True
+            while left and not self._ended.is_set():
                 self._write_all()
-                self._ended.wait(self._outbox.pulses_left())
-                for name in self._outbox.due_releases():
-                    self._attempt(self._port.write_coil, self._layout.coils[name].offset, False)
+                left = self._outbox.unfinished or self._numbered is not None
         except BaseException as error:
             self._broken = error
         finally:
@@ -146,28 +172,59 @@ class Writer:
             self._commands.confirm(self.echo)
         wake = self._commands.due() if self._commands is not None else None
         until = self._due if wake is None else min(self._due, wake)
-        setpoint, ahead, commands = self._outbox.take(until)
-        if setpoint is not None:
-            self._attempt(self._write_setpoint, setpoint)
-        if ahead is not None:
-            self._attempt(self._write_ahead, ahead)
-        for command in commands:
-            self._attempt(self._write, command)
-        self._attempt(self._write_command)
+        if self._numbered is not None:
+            until = 0.0
+        self._write_taken(*self._outbox.take(until))
+        with contextlib.suppress(UnansweredError):
+            self._attempt(self._write_command)
         for name in self._outbox.due_releases():
-            self._attempt(self._port.write_coil, self._layout.coils[name].offset, False)
-        if time.monotonic() >= self._due:
-            if self.beats and self._listener.alive():
-                self._beat(self._next_heartbeat())
+            try:
+                self._attempt(self._release, name)
+            except UnansweredError:
+                self._outbox.end_pulse(name, time.monotonic())
+        if time.monotonic() >= self._due and (
+            not (self.beats and self._listener.alive()) or self._beat(self._next_heartbeat())
+        ):
             self._beaten()
 
+    def _write_taken(
+        self, setpoint: StreamReal | None, ahead: StreamAhead | None, commands: list[Command]
+    ) -> None:
+        """Write what was taken; give back what is not confirmed, and all that came after it."""
+        try:
+            if setpoint is not None:
+                self._attempt(self._write_setpoint, setpoint)
+                setpoint = None
+            if ahead is not None:
+                self._attempt(self._write_ahead, ahead)
+                ahead = None
+            while commands:
+                self._attempt(self._write, commands[0])
+                commands = commands[1:]
+        except UnansweredError:
+            self._outbox.put_back(setpoint, ahead, commands)
+
     def _attempt(self, write: Callable[P, None], *args: P.args, **options: P.kwargs) -> None:
-        """Write; tell and count what the robot or our own check refuses. The link stays."""
+        """Write; tell and count what the robot or our own check refuses. The link stays.
+
+        Raises:
+            UnansweredError: It is not confirmed; it may be written or not.
+            LinkLostError: That is so for too long.
+        """
+        begun = time.monotonic()
         try:
             write(*args, **options)
+        except UnansweredError as error:
+            retries = self._retries.get(write.__name__)
+            # Nobody went on with what ended before: this is another one.
+            if retries is None or retries.end < begun:
+                retries = self._retries[write.__name__] = self._port.retries(begun)
+            retries.failed(error)
+            raise
         except (WriteRefusedError, SetpointError, CommandLostError) as error:
             self._counters.refused += 1
             self._listener.rejected(str(error))
+        self._retries.pop(write.__name__, None)
 
     def _write_setpoint(self, action: StreamReal) -> None:
         """Write PR[1] with the heartbeat in one request."""
@@ -187,8 +244,7 @@ class Writer:
         for offset, words in self._ring.setpoints(ahead):
             self._port.write_words(offset, words)
             counts, commands = self._outbox.take_between()
-            for command in commands:
-                self._attempt(self._write, command)
+            self._write_taken(None, None, commands)
             if not counts:
                 return
         self._port.write_words(*self._ring.times(ahead, heartbeat))
@@ -213,10 +269,17 @@ class Writer:
             )
 
     def _write_command(self) -> None:
-        """Write the numbered command that is due."""
-        command = self._commands.next(time.monotonic()) if self._commands else None
-        if command is not None:
+        """Write the numbered command that is due, or the one that is not known to be written."""
+        again, self._numbered = self._numbered, None
+        due = self._commands.next(time.monotonic()) if self._commands else None
+        if (command := due or again) is not None:
+            self._numbered = command
             self._port.write_words(*self._codec.encode_command(command.code, command.sequence))
+            self._numbered = None
+
+    def _release(self, name: str) -> None:
+        """End a pulse."""
+        self._port.write_coil(self._layout.coils[name].offset, False)
 
     def _next_heartbeat(self) -> int:
         """Count; whoever reads the echo meanwhile knows of the value before it can be shown."""
@@ -224,9 +287,14 @@ class Writer:
             self.beat = next_beat(self.beat)
         return self.beat
 
-    def _beat(self, value: int) -> None:
+    def _beat(self, value: int) -> bool:
+        """Write a heartbeat; return whether it is confirmed."""
         offset = self._layout.holding_registers["heartbeat"].offset
-        self._attempt(self._port.write_words, offset, [value])
+        try:
+            self._attempt(self._port.write_words, offset, [value])
+        except UnansweredError:
+            return False
+        return True
 
     def _beaten(self) -> None:
         self._due = time.monotonic() + BEAT * self._settings.poll_period

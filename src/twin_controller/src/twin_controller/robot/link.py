@@ -25,11 +25,16 @@ class NotWritableError(ValueError):
     """The profile does not allow the twin controller to write there."""
 
 
+REPEATED = ("busy", "late", "lost", "short")
+"""Answers that were asked for again; a doubled one is only dropped."""
+
+
 @dataclasses.dataclass(slots=True)
 class RobotCounters:
     """What went over the link since its start; times in s.
 
     Of the polls, ``aimed`` were placed by the instants at which the robot renews its readings.
+    Bad answers of five kinds cost no connection.
     """
 
     polls: int = 0
@@ -42,6 +47,11 @@ class RobotCounters:
     dropped: int = 0
     connects: int = 0
     losses: int = 0
+    busy_answers: int = 0
+    late_answers: int = 0
+    lost_answers: int = 0
+    doubled_answers: int = 0
+    short_answers: int = 0
     round_trip: float = 0.0
     longest_round_trip: float = 0.0
 
