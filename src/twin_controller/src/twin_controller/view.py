@@ -27,7 +27,7 @@ NOWHERE: Point = (math.nan, math.nan, math.nan)
 """Where a tool is that is not known at the same instant as the other one."""
 
 
-class LinkView(struct_of(LinkState, "rejected", "reconnects")):  # type: ignore[misc]
+class LinkView(struct_of(LinkState, "rejected", "repeated", "reconnects")):  # type: ignore[misc]
     """The fields of scara_msgs/LinkState that the core knows."""
 
 

@@ -97,6 +97,10 @@ def test_command_is_told_with_what_was_asked(
             words.link_figures(Link("real", True, "", 0.004, 0.003, 1.8e9, 0.0042)),
             "values 4 ms old, answers in 3 ms, clock within 4 ms",
         ),
+        (
+            words.link_figures(Link("real", True, "", 0.004, 0.003, repeated=12)),
+            "values 4 ms old, answers in 3 ms, 12 asked again",
+        ),
     ],
 )
 def test_link_and_motion_are_said_of_both_sides(found: str, text: str) -> None:

@@ -72,7 +72,7 @@ def seconds(value: float) -> str:
 
 
 def link_figures(link: Link) -> str:
-    """Return how fresh a link's values are, how fast it answers, how well its clock is known.
+    """Return how fresh a link's values are, how fast and surely it answers, how good its clock is.
 
     How far the clock is from ours is left out: a robot's counts from when it was switched on.
     """
@@ -83,6 +83,8 @@ def link_figures(link: Link) -> str:
         parts.append(f"answers in {seconds(link.round_trip)}")
     if math.isfinite(link.clock_uncertainty):
         parts.append(f"clock within {seconds(link.clock_uncertainty)}")
+    if link.repeated:
+        parts.append(f"{link.repeated} asked again")
     return ", ".join(parts)
 
 

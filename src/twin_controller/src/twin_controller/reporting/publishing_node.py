@@ -30,6 +30,7 @@ from twin_controller.reporting.peak import Peak
 from twin_controller.reporting.publisher_thread_node import Batch, PublisherThread
 from twin_controller.reporting.shadow_service_node import ShadowService
 from twin_controller.reporting.status_publisher_node import StatusPublisher
+from twin_controller.robot.link import REPEATED
 from twin_controller.robot_sample import RobotSample
 from twin_controller.view import LinkView, Status, state_view
 
@@ -183,6 +184,7 @@ class Publishing:
         counters = self._links.get(fields["name"], {})
         return LinkState(
             rejected=counters.get("rejected", 0),
+            repeated=sum([counters.get(f"{kind}_answers", 0) for kind in REPEATED]),
             reconnects=max(0, counters.get("connects", 0) - 1),
             **fields,
         )
