@@ -44,9 +44,9 @@ def robot(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> It
     yield load_robot(CONFIG)
 
 
-def test_there_are_three_robots_and_one_is_no_scara() -> None:
-    """The article's, its smaller sister, and one that is neither a SCARA nor a Fanuc."""
-    assert ROBOTS == ["articulated_six", "fanuc_sr3ia", "fanuc_sr6ia"]
+def test_there_are_four_robots_and_one_is_no_scara() -> None:
+    """The article's, its smaller sister, one that turns its tool, and one that is no SCARA."""
+    assert ROBOTS == ["articulated_six", "fanuc_sr3ia", "fanuc_sr6ia", "scara_4axis"]
 
 
 def test_the_doctor_finds_nothing_wrong_and_nothing_to_look_at(robot: Robot) -> None:

@@ -21,7 +21,7 @@ from rich.table import Table
 
 from harness.workspace import ROOT, enter_workspace
 
-ROBOTS = ("fanuc_sr6ia", "fanuc_sr3ia", "articulated_six")
+ROBOTS = ("fanuc_sr6ia", "fanuc_sr3ia", "scara_4axis", "articulated_six")
 
 
 def main(

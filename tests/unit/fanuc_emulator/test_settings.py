@@ -49,7 +49,7 @@ def watched(bench: Bench) -> Watched:
     return watched_of(words_of(bench, WATCHED[0].address, WATCHED_COUNT))
 
 
-@pytest.mark.parametrize("robot", ["fanuc_sr6ia", "fanuc_sr3ia", "articulated_six"])
+@pytest.mark.parametrize("robot", ["fanuc_sr6ia", "fanuc_sr3ia", "scara_4axis", "articulated_six"])
 def test_each_robot_has_both_files(robot: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Ready is what tests and demo run on."""
     monkeypatch.setenv(CHOICE, robot)

@@ -1,4 +1,4 @@
-"""The table of payloads: three robots' files, and what is refused with file, key and value."""
+"""The table of payloads: each robot's files, and what is refused with file, key and value."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scara_config.profile import CHOICE
 
 ROOT = Path(__file__).parents[3]
 CONFIG = ROOT / "config"
-RATED = {"fanuc_sr6ia": 6.0, "fanuc_sr3ia": 3.0, "articulated_six": 3.0}
+RATED = {"fanuc_sr6ia": 6.0, "fanuc_sr3ia": 3.0, "scara_4axis": 3.0, "articulated_six": 3.0}
 
 
 @pytest.mark.parametrize(("robot", "rated"), RATED.items())

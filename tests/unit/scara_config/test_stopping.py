@@ -12,7 +12,7 @@ from scara_config import ConfigError, load_robot
 from scara_config.robot import ALLOCATED, Stopping
 
 HERE, ELSEWHERE = "127.0.0.1", "192.0.2.1"
-ROBOTS = ("fanuc_sr6ia", "fanuc_sr3ia", "articulated_six")
+ROBOTS = ("fanuc_sr6ia", "fanuc_sr3ia", "scara_4axis", "articulated_six")
 
 
 @pytest.mark.parametrize("name", ROBOTS)

@@ -21,7 +21,7 @@ from scipy.spatial.transform import Rotation
 from scara_description.urdf import UrdfError
 
 URDFS = sorted((ROOT / "src" / "scara_description" / "urdf").glob("*.urdf"))
-ROBOTS = ("fanuc_sr6ia", "fanuc_sr3ia", "articulated_six")
+ROBOTS = ("fanuc_sr6ia", "fanuc_sr3ia", "scara_4axis", "articulated_six")
 Poses = Mapping[str, FramePose]
 
 

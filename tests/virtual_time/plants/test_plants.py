@@ -55,7 +55,7 @@ def test_the_articles_limits_hold_on_a_robot_made_different(leader: str, variant
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("robot", ["fanuc_sr6ia", "fanuc_sr3ia", "articulated_six"])
+@pytest.mark.parametrize("robot", ["fanuc_sr6ia", "fanuc_sr3ia", "scara_4axis", "articulated_six"])
 def test_a_field_robot_that_leads_is_followed_within_the_articles_limits(robot: str) -> None:
     """The twin follows by position, speed and time of each reading, however late they are.
 
@@ -67,7 +67,9 @@ def test_a_field_robot_that_leads_is_followed_within_the_articles_limits(robot: 
     assert trial.rest_percent is not None and trial.rest_percent <= REST_PERCENT, trial
 
 
-@pytest.mark.parametrize("robot", ["fanuc_sr6ia", *thorough("fanuc_sr3ia", "articulated_six")])
+@pytest.mark.parametrize(
+    "robot", ["fanuc_sr6ia", *thorough("fanuc_sr3ia", "scara_4axis", "articulated_six")]
+)
 def test_a_field_robot_that_follows_is_measured_and_stays_within_the_goals(robot: str) -> None:
     """Nothing of its plant was told to the controller, and the first move counts."""
     trial = run_trial(robot, FIELD, "twin_leads", 50.0, SHORT)

@@ -17,7 +17,7 @@ from scara_control.keep_out.reach import largest_rates, may_reach
 from scara_control.keep_out.zones import free_part, heads_into
 from scara_control.kinematics.screws import ScrewModel
 
-NAMES = ("fanuc_sr6ia", "fanuc_sr3ia", "articulated_six")
+NAMES = ("fanuc_sr6ia", "fanuc_sr3ia", "scara_4axis", "articulated_six")
 ROBOTS = {name: load_robot(CONFIG / "robots" / name) for name in NAMES}
 SHARE = st.floats(0.0, 1.0)
 CORNER = st.tuples(*[SHARE] * 8)

@@ -22,7 +22,7 @@ def test_a_plant_is_read_and_what_a_report_does_not_need_is_ignored() -> None:
     assert plant_label(None) == "not recorded"
 
 
-@pytest.mark.parametrize("robot", ["fanuc_sr6ia", "fanuc_sr3ia", "articulated_six"])
+@pytest.mark.parametrize("robot", ["fanuc_sr6ia", "fanuc_sr3ia", "scara_4axis", "articulated_six"])
 @pytest.mark.parametrize("name", ["ideal", "field"])
 def test_what_the_stand_in_says_is_understood(
     robot: str, name: str, monkeypatch: pytest.MonkeyPatch
