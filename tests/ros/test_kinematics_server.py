@@ -43,6 +43,7 @@ def test_forward_kinematics_of_the_real_controllers_reading(call):
     # axis' angle.
     angle = 2.0 * math.atan2(answer.orientation.y, answer.orientation.x) + math.pi / 2.0
     assert round(math.degrees(angle), 2) == 0.96
+    assert answer.yaw == pytest.approx(angle, abs=1e-12)
     assert (answer.orientation.z, answer.orientation.w) == pytest.approx((0.0, 0.0), abs=1e-12)
 
 
@@ -116,6 +117,16 @@ NAN = math.nan
             "inverse_kinematics",
             {"x": 0.5, "seed": [0.0]},
             "got 1 joint values, expected 3: joint_1, joint_2, joint_3",
+        ),
+        (
+            "inverse_kinematics",
+            {"x": 0.5, "has_yaw": True},
+            "yaw: this arm has no joint that turns its tool",
+        ),
+        (
+            "inverse_velocity_kinematics",
+            {"joint_positions": [0.0, 1.0, 0.0], "yaw_rate": 0.1},
+            "yaw_rate: this arm has no joint that turns its tool",
         ),
         (
             "velocity_kinematics",

@@ -166,6 +166,9 @@ def test_move_to_refuses_what_is_out_of_reach(cell):
     assert "radius 0.9 m, outside the reach [0.175, 0.65] m" in answer.message
     answer = cell.move_to(0.5, 0.0, 0.1, 101.0, "")
     assert not answer.success and "speed_percent = 101 is outside [1, 100]" in answer.message
+    answer = cell.move_to(x=0.5, z=0.1, has_yaw=True)
+    assert not answer.success and math.isnan(answer.yaw_error)
+    assert "yaw: this arm has no joint that turns its tool" in answer.message
     assert not cell.setpoints
 
 

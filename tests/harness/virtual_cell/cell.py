@@ -151,15 +151,19 @@ class VirtualCell:
         self.wait_until(lambda: self.real.running, deadlines.service, f"{name} to run")
         self.wait_until(lambda: not self.real.running, deadlines.program, f"{name} to end")
 
-    def move_to(self, point: Sequence[float], speed_percent: float) -> None:
+    def move_to(
+        self, point: Sequence[float], speed_percent: float, yaw: float | None = None
+    ) -> None:
         """Send the twin's tool to a point [m] by its own side's service, and wait for the answer.
+
+        With ``yaw`` [rad] its tool shall be turned so.
 
         Raises:
             CellError: It was refused or aborted, or the controller ended the motion.
         """
         answers: list[tuple[bool, str]] = []
         self.twin.move_to.begin(
-            point, speed_percent, "", lambda success, text: answers.append((success, text))
+            point, speed_percent, "", lambda success, text: answers.append((success, text)), yaw
         )
         deadline = self.files.experiments.deadlines_s.move
         self.wait_until(lambda: bool(answers), deadline, f"move_to {tuple(point)}")

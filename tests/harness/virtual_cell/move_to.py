@@ -60,14 +60,21 @@ class MoveTo:
         if self._running and command in (Command.STOP, Command.ESTOP, Command.YIELD):
             self._cancelled = self._cancelled or f"cancelled by {command.text(reason)}"
 
-    def begin(self, point: Sequence[float], speed_percent: float, elbow: str, ended: Ended) -> None:
-        """Drive the tool to ``point`` [m]; ``ended`` is told how it ended."""
+    def begin(
+        self,
+        point: Sequence[float],
+        speed_percent: float,
+        elbow: str,
+        ended: Ended,
+        yaw: float | None = None,
+    ) -> None:
+        """Drive the tool to ``point`` [m] and ``yaw`` [rad]; ``ended`` is told how it ended."""
         if self._running or self.measured is None:
             ended(False, "an older request does not end" if self._running else "no joint states")
             return
         try:
             x, y, z = point
-            answer = self._tool.inverse(x, y, z, parse_elbow(elbow), self._joints()[0])
+            answer = self._tool.inverse(x, y, z, parse_elbow(elbow), self._joints()[0], yaw)
         except ScaraControlError as error:
             ended(False, str(error))
             return

@@ -175,7 +175,7 @@ class TwinSide:
     def move(self, action: MoveTwin, ended: Ended) -> None:
         """Start a move; ``ended`` is told how it ended."""
         if action.command == "MOVE":
-            self.move_to.begin(action.target, action.speed_percent, action.elbow, ended)
+            self.move_to.begin(action.target, action.speed_percent, action.elbow, ended, action.yaw)
         else:
             self._begin_move(
                 action.target,

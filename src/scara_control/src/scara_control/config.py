@@ -70,6 +70,7 @@ class TrimConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The end of move_to: what the joint move has left is driven out by small velocities."""
 
     tolerance_mm: FineTolerance
+    tolerance_deg: FineTolerance
     timeout: Duration
     gain: Annotated[float, Meta(ge=0.1, le=50.0)]
     integral_gain: Annotated[float, Meta(ge=0.1, le=50.0)]

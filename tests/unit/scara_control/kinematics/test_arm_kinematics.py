@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from harness.workspace import ROOT
 from scara_config import load_robot
 from scara_config.profile import CHOICE
 from scara_control.errors import (
@@ -19,6 +20,7 @@ from scara_control.kinematics.scara import Elbow
 from scipy.spatial.transform import Rotation
 
 KINEMATICS = ArmKinematics(load_robot())
+TURNING = ArmKinematics(load_robot(ROOT / "config" / "robots" / "scara_4axis"))
 
 
 def tool_yaw(q: list[float]) -> float:
@@ -57,6 +59,56 @@ def test_joint_4_does_not_move_the_tool():
         positions, [KINEMATICS.forward([0.4, -1.0, -0.1]).position] * 3, atol=1e-15
     )
     assert KINEMATICS.forward([0.4, -1.0, -0.1]).elbow is Elbow.LEFTY
+
+
+@pytest.mark.parametrize("q", [[0.3, 0.9, -0.1], [-0.5, 1.4, 0.0, 0.7], [1.0, -2.0, -0.2, -3.0]])
+def test_yaw_is_told_in_one_turn(q):
+    """The sum of the turning joints, in (-pi, pi], of a twin with or without the fourth."""
+    expected = math.remainder(q[0] + q[1] + sum(q[3:]), math.tau)
+    assert KINEMATICS.forward(q).yaw == pytest.approx(expected, abs=1e-12)
+    if len(q) == 4:
+        lower = [q[0], q[1], 0.5 * q[2], q[3]]
+        assert TURNING.forward(lower).yaw == pytest.approx(expected, abs=1e-12)
+
+
+def test_yaw_of_an_arm_that_can_tilt_its_tool_is_from_home(monkeypatch):
+    """There its tool points down, whatever it does with all joints at 0."""
+    monkeypatch.setenv(CHOICE, "articulated_six")
+    six = ArmKinematics(load_robot())
+    assert six.forward(six.home).yaw == pytest.approx(0.0, abs=1e-12)
+    turned = (six.home[0] + 0.7, *six.home[1:])
+    assert six.forward(turned).yaw == pytest.approx(0.7, abs=1e-12)
+    assert six.tool.yaw(turned) == pytest.approx(0.7, abs=1e-12)
+
+
+def test_yaw_is_given_kept_and_refused():
+    """Asked for it is reached, left out it stays as in the seed; without a wrist it is refused."""
+    seed = (0.4, 1.1, -0.06, 0.7)
+    for yaw in (None, -2.9, 0.0, 1.3, 9.0):
+        q = TURNING.inverse(0.4, 0.14, 0.1, None, seed, yaw).chosen.q
+        pose = TURNING.forward(q)
+        wanted = math.remainder(sum(seed) + 0.06 if yaw is None else yaw, math.tau)
+        assert pose.position == pytest.approx((0.4, 0.14, 0.1), abs=1e-12)
+        assert pose.yaw == pytest.approx(wanted, abs=1e-12)
+    with pytest.raises(ScaraControlError, match="yaw: this arm has no joint that turns its tool"):
+        KINEMATICS.inverse(0.51, 0.16, 0.1, None, None, 0.0)
+
+
+def test_yaw_rate_and_the_joints_for_it_are_each_others():
+    """The tool turns on the spot, or goes on a line and does not turn."""
+    q = [0.2, 1.1, -0.1, 0.4]
+    twist = TURNING.velocity(q, [1.0, -2.0, 0.3, 5.0])
+    assert twist.angular == pytest.approx((0.0, 0.0, 4.0))
+    answer = TURNING.inverse_velocity(q, twist.linear, 4.0)
+    assert answer.qdot == pytest.approx((1.0, -2.0, 0.3, 5.0))
+    straight = TURNING.inverse_velocity(q, twist.linear).qdot
+    assert TURNING.velocity(q, straight).angular == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
+    with pytest.raises(JointVectorError, match=r"^tool velocity is not finite: yaw_rate = nan$"):
+        TURNING.inverse_velocity(q, (0.0, 0.0, 0.0), math.nan)
+    with pytest.raises(JointLimitError, match=r"joint_4 = 40 rad/s is outside \[-31\.42, 31\.42\]"):
+        TURNING.inverse_velocity(q, (0.0, 0.0, 0.0), 40.0)
+    with pytest.raises(ScaraControlError, match="yaw_rate: this arm has no joint that turns"):
+        KINEMATICS.inverse_velocity([0.0, 1.0, 0.0], (0.0, 0.0, 0.0), 0.1)
 
 
 @pytest.mark.parametrize("count", [0, 2, 5])

@@ -7,14 +7,15 @@ import math
 import numpy as np
 import pytest
 from harness.running.thorough import examples
+from harness.workspace import ROOT
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scara_config import load_robot
 from scara_control.config import load_motion
 from scara_control.kinematics.scara import Elbow, Scara, solve, tool_position
 from scara_control.kinematics.scara_velocity import tool_velocity
-from scara_control.kinematics.tool import ScaraTool
-from scara_control.motion.trim import Requests, Trim, tool_error
+from scara_control.kinematics.tool import ScaraTool, tool_kinematics
+from scara_control.motion.trim import Requests, Trim, tool_error, yaw_error
 
 CONFIG = load_motion()
 SCARA = Scara.from_robot(load_robot())
@@ -96,6 +97,28 @@ def test_what_is_added_against_friction_is_bounded_and_gone_when_the_direction_t
     fresh = Trim(TOOL, target, point, CONFIG).step(above, (0.0, 0.0, 0.0), DT).qdot[2]
     assert fresh < 0.0
     assert trim.step(above, (0.0, 0.0, 0.0), DT).qdot[2] == pytest.approx(0.7 * fresh)
+
+
+def test_a_rest_of_the_yaw_is_driven_out_with_that_of_the_place():
+    """The wrist turns the tool, and the arm keeps it on its point; the nearer way round."""
+    tool = tool_kinematics(load_robot(ROOT / "config" / "robots" / "scara_4axis"))
+    target = tool.inverse(0.43, 0.14, 0.1, None, (0.0, 1.0, -0.05, 0.0), 3.1).chosen.q
+    q = np.array(target) + (0.002, -0.003, 0.001, 0.02)
+    trim = Trim(tool, target, (0.43, 0.14, 0.1), CONFIG)
+    first = trim.step(tuple(q), (0.0,) * 4, DT)
+    assert first.yaw_error == pytest.approx(-0.019) and first.qdot[3] < 0.0
+    for _ in range(400):
+        step = trim.step(tuple(q), (0.0,) * 4, 0.0)
+        q = q + np.array(step.qdot) * DT
+    assert not any(step.qdot)
+    assert abs(step.yaw_error) <= math.radians(CONFIG.trim.tolerance_deg)
+    assert step.error <= CONFIG.trim.tolerance_mm * 1e-3
+    turned = (*target[:3], target[3] - 0.02)
+    assert Trim(tool, target, tool.position(target), CONFIG).step(
+        turned, (0.0,) * 4, 0.0
+    ).qdot == pytest.approx((0.0, 0.0, 0.0, CONFIG.trim.gain * 0.02))
+    assert yaw_error(tool, (*target[:3], target[3] + 6.0), target) == pytest.approx(math.tau - 6.0)
+    assert yaw_error(TOOL, (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)) == 0.0
 
 
 def test_within_the_tolerance_nothing_moves():

@@ -13,7 +13,7 @@ from scara_config import Robot
 
 from scara_control.errors import JointVectorError, ScaraControlError
 from scara_control.kinematics.jacobians import tip_jacobian
-from scara_control.kinematics.pose_chain import PoseChain
+from scara_control.kinematics.pose_chain import PoseChain, Quaternion
 from scara_control.kinematics.scara import Elbow, Triple
 from scara_control.kinematics.scara_velocity import JointVelocities
 from scara_control.kinematics.screws import ScrewModel
@@ -22,11 +22,20 @@ from scara_control.limits import check_limits, check_velocities
 
 
 class ToolPose(NamedTuple):
-    """Where the tool is: position [m], orientation as quaternion (x, y, z, w), elbow of a SCARA."""
+    """Where the tool is.
+
+    Attributes:
+        position: [m].
+        orientation: Quaternion (x, y, z, w).
+        elbow: Of a SCARA.
+        yaw: Turn about z of the base, in (-pi, pi] [rad]: a SCARA's from zero joints, another arm's
+            from home.
+    """
 
     position: Triple
-    orientation: tuple[float, float, float, float]
+    orientation: Quaternion
     elbow: Elbow | None
+    yaw: float
 
 
 class ToolTwist(NamedTuple):
@@ -67,6 +76,9 @@ class ArmKinematics:
         self._all_joints = [joint for joint in robot.joints if joint.screw_axis is not None]
         self._chain = PoseChain(self.arm)
         self._whole_chain = PoseChain(ScrewModel.from_joints(self._all_joints, robot.home_pose))
+        self._columns = [self._all_joints.index(joint) for joint in self._joints]
+        straight = self.home if robot.geometry is None else (0.0,) * len(self._joints)
+        self._straight = self._chain.pose(straight)[1]
 
     def forward(self, q: Sequence[float]) -> ToolPose:
         """Compute the tool's pose.
@@ -90,7 +102,15 @@ class ArmKinematics:
             position, orientation = self._chain.pose(check_limits(self._joints, q))
         else:
             position, orientation = self._whole_chain.pose(check_limits(self._all_joints, q))
-        return ToolPose(position, orientation, self.tool.elbow(q))
+            q = [q[column] for column in self._columns]
+        return ToolPose(position, orientation, self.tool.elbow(q), self._yaw(orientation))
+
+    def _yaw(self, orientation: Quaternion) -> float:
+        """Return the turn about z in the turn from where the tool is straight (its twist) [rad]."""
+        (x, y, z, w), (a, b, c, d) = orientation, self._straight
+        return math.remainder(
+            2.0 * math.atan2(z * d - w * c + y * a - x * b, w * d + x * a + y * b + z * c), math.tau
+        )
 
     def inverse(
         self,
@@ -99,8 +119,9 @@ class ArmKinematics:
         z: float,
         elbow: Elbow | None = None,
         seed: Sequence[float] | None = None,
+        yaw: float | None = None,
     ) -> InverseAnswer:
-        """Compute the joint positions for a tool position [m].
+        """Compute the joint positions for a tool position [m] and, if given, its yaw [rad].
 
         See :mod:`scara_control.kinematics.tool`.
 
@@ -108,8 +129,9 @@ class ArmKinematics:
             UnreachableError: Not finite or out of reach.
             JointLimitError: The wanted branch (``elbow`` None: both) breaks a limit.
             JointVectorError: ``seed`` is no joint vector.
+            ScaraControlError: A ``yaw`` that this arm cannot choose.
         """
-        return self.tool.inverse(x, y, z, elbow, seed)
+        return self.tool.inverse(x, y, z, elbow, seed, yaw)
 
     def velocity(self, q: Sequence[float], qdot: Sequence[float]) -> ToolTwist:
         """Compute the velocity of the tool from joint positions and velocities.
@@ -122,18 +144,23 @@ class ArmKinematics:
         wx, wy, wz, vx, vy, vz = (tip_jacobian(self.arm, positions) @ velocities).tolist()
         return ToolTwist((vx, vy, vz), (wx, wy, wz))
 
-    def inverse_velocity(self, q: Sequence[float], velocity: Sequence[float]) -> JointVelocities:
-        """Compute the joint velocities for a velocity of the tool's origin [m/s].
+    def inverse_velocity(
+        self, q: Sequence[float], velocity: Sequence[float], yaw_rate: float = 0.0
+    ) -> JointVelocities:
+        """Compute the joint velocities for a velocity of the tool's origin [m/s] and its turn.
 
         Raises:
             JointVectorError: A wrong count or a value that is not finite.
             JointLimitError: A position is outside its limits, or a joint would have to be too fast.
+            ScaraControlError: A ``yaw_rate`` [rad/s] that this arm cannot have.
         """
         broken = [
-            f"{axis} = {value}" for axis, value in zip("xyz", velocity) if not math.isfinite(value)
+            f"{name} = {value}"
+            for name, value in zip(("x", "y", "z", "yaw_rate"), (*velocity, yaw_rate))
+            if not math.isfinite(value)
         ]
         if broken:
             raise JointVectorError(f"tool velocity is not finite: {', '.join(broken)}")
-        answer = self.tool.joint_velocities(check_limits(self._joints, q), velocity)
+        answer = self.tool.joint_velocities(check_limits(self._joints, q), velocity, yaw_rate)
         check_velocities(self._joints, answer.qdot)
         return answer

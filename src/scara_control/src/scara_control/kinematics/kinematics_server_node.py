@@ -68,12 +68,17 @@ class KinematicsServer:
     def _forward(self, request: Any) -> ForwardKinematicsResponse:
         pose = self._kinematics.forward(request.joint_positions)
         return ForwardKinematicsResponse(
-            True, "", *pose.position, Quaternion(*pose.orientation), _name(pose.elbow)
+            True, "", *pose.position, Quaternion(*pose.orientation), _name(pose.elbow), pose.yaw
         )
 
     def _inverse(self, request: Any) -> InverseKinematicsResponse:
         answer = self._kinematics.inverse(
-            request.x, request.y, request.z, parse_elbow(request.elbow), request.seed or None
+            request.x,
+            request.y,
+            request.z,
+            parse_elbow(request.elbow),
+            request.seed or None,
+            request.yaw if request.has_yaw else None,
         )
         q, elbow = answer.chosen
         return InverseKinematicsResponse(
@@ -92,7 +97,7 @@ class KinematicsServer:
             True,
             "",
             *self._kinematics.inverse_velocity(
-                request.joint_positions, (wanted.x, wanted.y, wanted.z)
+                request.joint_positions, (wanted.x, wanted.y, wanted.z), request.yaw_rate
             ),
         )
 

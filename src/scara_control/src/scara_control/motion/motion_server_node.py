@@ -13,6 +13,7 @@ overtaken by our own move).
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Iterator
@@ -42,7 +43,7 @@ from scara_control.motion.feedback import Feedback
 from scara_control.motion.idle_node import QUIET_S
 from scara_control.motion.jogging.jog import TRIM
 from scara_control.motion.requests import check_speed
-from scara_control.motion.trim import Requests, Trim, tool_error
+from scara_control.motion.trim import Requests, Trim, TrimStep, tool_error
 from scara_control.motion.wiring_node import (
     CallbackGuard,
     JointStateReader,
@@ -146,16 +147,21 @@ class MotionServer:
     def _on_move_to(self, request: Any) -> MoveToResponse:
         started = self._clock.now()
         point = (request.x, request.y, request.z)
+        turned = float("nan")
         try:
             with self._attentive():
-                message, success = self._move_to(request), True
+                reached, success = self._move_to(request), True
+            turned = reached.yaw_error
+            message = f"reached, {reached.error * 1e3:.3f} mm from the point"
+            if self._tool.turns:
+                message += f" and {math.degrees(abs(turned)):.3f} deg from the yaw"
         except (ScaraControlError, ServiceError, rospy.ROSException) as refusal:
             message, success = str(refusal), False
             rospy.logwarn("move_to (%g, %g, %g): %s", *point, message)
         measured = self._feedback.measured
         q = measured.q if measured is not None else ()
         error = tool_error(self._tool, q, point) if measured is not None else float("nan")
-        return MoveToResponse(success, message, error, q, self._clock.now() - started)
+        return MoveToResponse(success, message, error, q, self._clock.now() - started, turned)
 
     @contextmanager
     def _attentive(self) -> Iterator[None]:
@@ -169,8 +175,8 @@ class MotionServer:
             with self._lock:
                 self._calls -= 1
 
-    def _move_to(self, request: Any) -> str:
-        """Do it all; return what to say at the end."""
+    def _move_to(self, request: Any) -> TrimStep:
+        """Do it all; return the last step of the trim."""
         self._stops_heard.hear_first()
         with self._lock:
             asked = self._epoch.begin(request.asked, time.monotonic())
@@ -180,12 +186,12 @@ class MotionServer:
         self._reader.wait_for_first(self._config.trim.service_timeout)
         seed = self._feedback.fresh(self._clock.now()).q
         point, elbow = (request.x, request.y, request.z), parse_elbow(request.elbow)
-        target = self._tool.inverse(*point, elbow, seed).chosen.q
+        yaw = request.yaw if request.has_yaw else None
+        target = self._tool.inverse(*point, elbow, seed, yaw).chosen.q
         with self._begun(asked) as number:
             goal = RunningGoal(asked.at, number, point, target, request.speed_percent, request)
             self._drive(goal)
-            error = self._trim(goal)
-        return f"reached, {error * 1e3:.3f} mm from the point"
+            return self._trim(goal)
 
     @contextmanager
     def _begun(self, asked: Asked) -> Iterator[int]:
@@ -258,8 +264,8 @@ class MotionServer:
             stop.header.stamp = rospy.Time.now()
             self._command.publish(stop)
 
-    def _trim(self, goal: RunningGoal) -> float:
-        """Drive out what the joint move has left; return the tool's error [m]."""
+    def _trim(self, goal: RunningGoal) -> TrimStep:
+        """Drive out what the joint move has left; return the last step, which is within it."""
         trim, jogged, inside = self._config.trim, False, 0.0
         trimming = Trim(self._tool, goal.target, goal.point, self._config)
         now = self._clock.now()
@@ -271,14 +277,15 @@ class MotionServer:
                 self._check(goal)
                 inside = inside + self._config.period if not any(step.qdot) else 0.0
                 if inside >= trim.settled:
-                    return step.error
+                    return step
                 if step.error > trim.range_mm * 1e-3 or now > deadline:
                     why = f"begins below {trim.range_mm:g} mm"
                     if now > deadline:
                         why = "ended without reaching it"
                     raise MotionRefusedError(
                         f"the tool stays {step.error * 1e3:.3f} mm from the point, allowed "
-                        f"{trim.tolerance_mm:g}: trimming {why}"
+                        f"{trim.tolerance_mm:g}, and {math.degrees(abs(step.yaw_error)):.3f} deg "
+                        f"from the yaw, allowed {trim.tolerance_deg:g}: trimming {why}"
                     )
                 if self._paused:
                     deadline += self._config.period

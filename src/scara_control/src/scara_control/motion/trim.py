@@ -16,10 +16,17 @@ s of delay)."""
 
 @dataclass(frozen=True, slots=True)
 class TrimStep:
-    """What to do now: joint velocities, shape (n,), and how far the tool is from the point [m]."""
+    """What to do now.
+
+    Attributes:
+        qdot: Joint velocities, shape (n,).
+        error: How far the tool is from the point [m].
+        yaw_error: How far it is turned from where it shall be [rad]; 0 where nobody can choose it.
+    """
 
     qdot: tuple[float, ...]
     error: float
+    yaw_error: float
 
 
 def tool_error(tool: ToolKinematics, q: Sequence[float], point: Sequence[float]) -> float:
@@ -27,10 +34,18 @@ def tool_error(tool: ToolKinematics, q: Sequence[float], point: Sequence[float])
     return math.dist(tool.position(q), point)
 
 
+def yaw_error(tool: ToolKinematics, q: Sequence[float], target: Sequence[float]) -> float:
+    """Return how far the tool must turn to be as at ``target``, in (-pi, pi] [rad].
+
+    0 where the tool's yaw cannot be chosen.
+    """
+    return math.remainder(tool.yaw(target) - tool.yaw(q), math.tau) if tool.turns else 0.0
+
+
 class Trim:
     r"""Small joint velocities towards a point, in spite of friction.
 
-    .. math:: \dot q_w = J^{-1} k (p - p(q)),
+    .. math:: \dot q_w = J^{-1} k (p - p(q), \psi - \psi(q)),
         \quad \text{near the straight arm } \dot q_w = k (q_{target} - q)
 
     There the tool's error says little about the joints, so theirs is used instead. A velocity loop
@@ -78,21 +93,22 @@ class Trim:
             dt: Time since the last step [s].
         """
         error = tool_error(self._tool, q, self._point)
-        if error <= self._config.tolerance_mm * 1e-3:
-            return TrimStep((0.0,) * len(q), error)
-        return TrimStep(
-            tuple([self._push(k, wanted, qdot[k], dt) for k, wanted in enumerate(self._wanted(q))]),
-            error,
-        )
+        turn = yaw_error(self._tool, q, self._target)
+        trim = self._config
+        if error <= trim.tolerance_mm * 1e-3 and abs(turn) <= math.radians(trim.tolerance_deg):
+            return TrimStep((0.0,) * len(q), error, turn)
+        wanted = enumerate(self._wanted(q, turn))
+        pushed = tuple([self._push(k, velocity, qdot[k], dt) for k, velocity in wanted])
+        return TrimStep(pushed, error, turn)
 
-    def _wanted(self, q: Sequence[float]) -> tuple[float, ...]:
+    def _wanted(self, q: Sequence[float], turn: float) -> tuple[float, ...]:
         """Return the joint velocities towards the point.
 
         They are not faster than the tool and the joints may be.
         """
         trim, here = self._config, self._tool.position(q)
         solved = self._tool.joint_velocities(
-            q, [trim.gain * (p - at) for p, at in zip(self._point, here)]
+            q, [trim.gain * (p - at) for p, at in zip(self._point, here)], trim.gain * turn
         )
         qdot = solved.qdot
         if solved.damped:

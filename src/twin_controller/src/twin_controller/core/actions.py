@@ -101,13 +101,14 @@ class StreamAhead(Action, frozen=True, tag="stream_ahead"):
 
 
 class MoveTwin(Action, frozen=True, tag="move_twin"):
-    """Ask the twin to move; ``target`` and ``asked`` [s] as in the operator's command."""
+    """Ask the twin to move; target, asked [s] and yaw [rad] as in the operator's command."""
 
     command: str
     target: tuple[float, ...]
     speed_percent: float
     elbow: str
     asked: float = 0.0
+    yaw: float | None = None
 
 
 class CapTwin(Action, frozen=True, tag="cap_twin"):

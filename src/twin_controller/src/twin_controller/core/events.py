@@ -205,6 +205,7 @@ class Operator(Event, frozen=True, tag="operator"):
             token ever gets here.
         asked: When it was asked for, or the earliest time at which that may have been [s]; 0: now.
         local: The person whose own programs on this machine the caller is one of; empty: nobody's.
+        yaw: Of the tool at a point [rad]; None: as the arm's kinematics choose it.
     """
 
     command: str
@@ -217,6 +218,7 @@ class Operator(Event, frozen=True, tag="operator"):
     unproven: str = ""
     asked: float = 0.0
     local: str = ""
+    yaw: float | None = None
 
 
 class ControlAsked(Event, frozen=True, tag="control"):

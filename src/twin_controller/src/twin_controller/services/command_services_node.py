@@ -90,6 +90,7 @@ class CommandServices:
             speed_percent=request.speed_percent,
             target=target,
             elbow=request.elbow,
+            yaw=request.yaw if request.has_yaw else None,
             # A stop waits for no disk: its person is compared with what is known.
             **self._who(request, read=command not in ENDING),
         )
@@ -105,7 +106,8 @@ class CommandServices:
                 said = f"sent: {answer.message}; but {trouble}: {LAST_MEANS}"
             answer = Reply(answer.id, not trouble, said)
         speed = f"speed {request.speed_percent:g} %" if target else f"{request.speed_percent:g} %"
-        what = f"{command} target {list(target)} {speed}" if target else f"{command} {speed}"
+        yaw = "" if event.yaw is None else f" yaw {event.yaw:g} rad"
+        what = f"{command} target {list(target)}{yaw} {speed}" if target else f"{command} {speed}"
         self._audit(_name(request, event), what, answer.success or sent, answer.message)
         return TwinCommandResponse(answer.success, answer.message, sent)
 
@@ -140,6 +142,7 @@ class CommandServices:
             speed_percent=request.speed_percent,
             target=_target(command, request),
             elbow=request.elbow,
+            yaw=request.yaw if request.has_yaw else None,
         )
         judged = judge_move(self._setup, state.sides.twin, event)
         return JudgeMoveResponse(

@@ -81,6 +81,8 @@ class MoveGate:
         if event.command == "MOVE":
             x, y, z = event.target
             place = {"x": x, "y": y, "z": z, "elbow": event.elbow}
+            if event.yaw is not None:
+                place |= {"has_yaw": True, "yaw": event.yaw}
             return {"motion": "MOVE", "speed_percent": speed, **place}
         target = event.target
         if event.command == "HOME":

@@ -282,7 +282,8 @@ def move_call(action: MoveTwin, names: Sequence[str], same_clock: bool = True) -
         x, y, z = action.target
         point = {"x": x, "y": y, "z": z}
         speed = {"speed_percent": action.speed_percent, "elbow": action.elbow}
-        return TwinServiceCall("move_to", point | speed | asked)
+        yaw = {} if action.yaw is None else {"has_yaw": True, "yaw": action.yaw}
+        return TwinServiceCall("move_to", point | speed | asked | yaw)
     arguments = {
         "joint_names": list(names),
         "joint_positions": list(action.target),

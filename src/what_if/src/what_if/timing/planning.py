@@ -135,13 +135,14 @@ def _destination(world: World, motion: ToolTarget | JointTarget) -> tuple[float,
     names = [joint.name for joint in world.cell.robot.twin_joints]
     columns = [names.index(joint.name) for joint in world.cell.robot.arm_joints]
     seed = [world.q[column] for column in columns]
-    elbow = parse_elbow(motion.elbow)
-    answer = world.cell.kinematics.inverse(motion.x, motion.y, motion.z, elbow, seed)
+    elbow, tool = parse_elbow(motion.elbow), world.cell.kinematics.tool
+    yaw = motion.yaw if tool.turns else None
+    answer = tool.inverse(motion.x, motion.y, motion.z, elbow, seed, yaw)
     q = list(world.q)
     for column, value in zip(columns, answer.chosen.q):
         q[column] = value
-    if motion.yaw is not None:
-        # Refuse a yaw that the last joint cannot reach: R = J1 + J2 + J4 of a SCARA
+    if motion.yaw is not None and yaw is None:
+        # The twin has no wrist. Refuse a yaw that the real robot's own last joint cannot reach.
         robot = world.cell.robot
         own = [joint for joint in robot.joints if not joint.twin and joint.screw_axis is not None]
         if robot.geometry is None or not own:
@@ -149,8 +150,8 @@ def _destination(world: World, motion: ToolTarget | JointTarget) -> tuple[float,
                 f"yaw: {robot.name} has no joint that turns the tool about the vertical"
             )
         wrist = own[-1]
-        wanted = math.remainder(motion.yaw - answer.chosen.q[0] - answer.chosen.q[1], math.tau)
-        check_limits([wrist], [wanted])
+        left = math.remainder(motion.yaw - tool.yaw(answer.chosen.q), math.tau)
+        check_limits([wrist], [math.copysign(1.0, (wrist.screw_axis or (1.0,) * 6)[2]) * left])
     return tuple(q)
 
 

@@ -45,6 +45,17 @@ def test_a_point_that_can_be_reached_is_accepted(pair: Pair) -> None:
     assert move.command == "MOVE" and move.target == (0.51, 0.16, 0.10)
 
 
+@pytest.mark.parametrize(
+    ("yaw", "text"),
+    [(0.5, "yaw: this arm has no joint that turns its tool"), (float("nan"), "yaw")],
+)
+def test_a_yaw_that_the_arm_cannot_have_is_refused(pair: Pair, yaw: float, text: str) -> None:
+    """The article's twin leaves joint 4 out; test_yaw.py in virtual time turns one that has it."""
+    answer = pair.operate("MOVE", target=(0.51, 0.16, 0.10), yaw=yaw, speed_percent=20.0)
+    assert not answer.success and text in answer.message
+    assert not pair.made(MoveTwin)
+
+
 def test_what_is_allowed_at_all_does_not_depend_on_a_target(pair: Pair) -> None:
     """The page asks before anybody has typed one."""
     assert refusals(SETUP, pair.state, pair.now)["MOVE"] == ""

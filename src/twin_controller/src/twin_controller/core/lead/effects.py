@@ -91,7 +91,7 @@ def carry_out(
                 # To the twin it is a move of the joints, with a speed of its own.
                 do, target = "MOVE_JOINTS", setup.home
                 speed = speed or setup.config.home.speed_percent
-            return state, [MoveTwin(do, target, speed, asked.elbow, asked.asked)]
+            return state, [MoveTwin(do, target, speed, asked.elbow, asked.asked, asked.yaw)]
     return state, [SendReal(command, reason)]
 
 

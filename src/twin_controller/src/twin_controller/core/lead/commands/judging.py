@@ -92,7 +92,7 @@ def _destination(setup: Setup, start: Joints, event: Operator) -> tuple[Joints, 
     columns = [setup.names.index(joint.name) for joint in setup.tool.joints]
     x, y, z = event.target
     seed = [start[column] for column in columns]
-    answer = setup.tool.inverse(x, y, z, parse_elbow(event.elbow), seed)
+    answer = setup.tool.inverse(x, y, z, parse_elbow(event.elbow), seed, event.yaw)
     q = list(start)
     for column, position in zip(columns, answer.chosen.q):
         q[column] = position
