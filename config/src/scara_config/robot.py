@@ -147,22 +147,11 @@ class Geometry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class KeepOut(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A box in the base frame that no watched point may enter."""
+    """A box in the base frame that no part of the arm may enter."""
 
     name: str
     lower_mm: Millimetres3
     upper_mm: Millimetres3
-
-
-class WatchedPointEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A point whose place and speed are watched.
-
-    It says where the point is at the home pose, and which last joint carries it.
-    """
-
-    name: str
-    carried_by: str
-    home_mm: Millimetres3
 
 
 Means = Literal["hold", "cstopi", "imstp"]
@@ -238,7 +227,6 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     home: dict[str, CoordinateMm]
     positions_m: dict[str, tuple[CoordinateM, CoordinateM, CoordinateM]]
     stopping: Stopping
-    watched_points: list[WatchedPointEntry] = []
     keep_out: list[KeepOut] = []
     geometry: Geometry | None = None
     lead: bool = True

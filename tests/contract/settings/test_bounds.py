@@ -60,7 +60,6 @@ MAY: dict[str, str] = {
     "robot.yaml /1000 home_pose.*.3": PLACE,
     "robot.yaml /1000 positions_m.*": PLACE,
     "robot.yaml /1000 geometry.h_mm": PLACE,
-    "robot.yaml /1000 watched_points.*.home_mm.*": PLACE,
     "robot.yaml /1000 keep_out.*_mm.*": PLACE,
     "robot.yaml /1000 joints.*.screw_axis.*": PLACE,
     "robot.yaml ?1000 joints.*.inertia": "a wrist's is a ten-thousandth of a shoulder's: tuning",

@@ -19,7 +19,7 @@ ROOMS: dict[str, set[str]] = {
     "scara_msgs": set(),
     "scara_ros": {"scara_config"},
     "scara_description": FLOOR,
-    "scara_control": NODE,
+    "scara_control": NODE | {"scara_description"},
     "scara_simulation": NODE | {"scara_control", "scara_description"},
     "rosbridge_gateway": NODE,
     "fanuc_emulator": FLOOR | {"scara_msgs"},

@@ -57,7 +57,7 @@ class Outcome:
 
     @property
     def missed(self) -> bool:
-        """Whether a watched point of a side was in the zone."""
+        """Whether a part of a side's arm was in the zone."""
         return self.came < 0.0
 
     def false(self, promised: float) -> bool:
@@ -185,7 +185,8 @@ class ZoneCell(VirtualCell):
         """Return a box on the way, near it, or before its end; the arm does not begin in it."""
         while True:
             kind = self.random.choice(("on", "near", "end", "end"))
-            point = self.random.choice((0, 0, 0, 1, 3, 6))
+            # The tool, or a piece of arm, forearm or quill.
+            point = self.random.choice((0, 0, 0, 3, 7, 12, 15))
             rows = way[point]
             middle = rows[self.random.randrange(len(rows) // 4, len(rows))]
             away = (0.0, 0.03) if kind == "on" else (0.0, 0.25)

@@ -1,42 +1,70 @@
-"""Where the watched points of the SR-6iA are, and how far from a box: closed forms of our own.
+"""Where the SR-6iA's body is, and how far from a box: closed forms of our own.
 
-Nothing of the core is used: lengths and heights are those of robot.yaml.
+Nothing of the core is used: lengths and heights are those of robot.yaml and of the URDF's shapes.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
-L1, L2, TOOL_Z, LINK_Z = 0.35, 0.30, 0.16, 0.30
-ON_ARM = (0.35, 0.28, 0.21, 0.14)
-ON_FOREARM = (0.075, 0.15, 0.225)
+L1, L2, TOOL_Z, ELBOW_Z = 0.35, 0.30, 0.16, 0.23
+ARM, FOREARM = ((-0.08, 0.416), 0.08, (0.095, 0.225)), ((-0.066, 0.356), 0.066, (0.21, 0.41))
+"""Of both links: from where to where along it, half as wide, from where to where in height."""
+QUILL = ((0.02, (0.186, 0.58)), (0.022, (0.174, 0.186)), (0.009, (0.16, 0.174)))
+"""Half as wide, from where to where in height with joint 3 at 0: rod, flange, tool."""
+CELL = 0.075
+"""Longest piece of a link, as in keep_out/body.py."""
 Rows = npt.NDArray[np.float64]
+Piece = tuple[float, float, tuple[float, float, float]]
+
+
+def _pieces(link: tuple[tuple[float, float], float, tuple[float, float]]) -> list[Piece]:
+    """Return along the link where the middles of its pieces are, and their boxes in any pose."""
+    (begin, end), wide, (low, high) = link
+    count = math.ceil((end - begin) / CELL)
+    long = (end - begin) / count
+    half = math.hypot(0.5 * long, wide)
+    box = (half, half, 0.5 * (high - low))
+    return [(begin + (k + 0.5) * long, 0.5 * (low + high), box) for k in range(count)]
+
+
+PIECES = (_pieces(ARM), _pieces(FOREARM))
+HALF = np.array(
+    [(0.0, 0.0, 0.0)] * 2
+    + [box for link in PIECES for *_, box in link]
+    + [(wide * 2**0.5, wide * 2**0.5, 0.5 * (high - low)) for wide, (low, high) in QUILL]
+)
+"""Half edges of the box around each watched point."""
 
 
 def watched(q: Rows) -> Rows:
-    """Return tool, elbow and the points of both links [m], shape (points, m, 3)."""
+    """Return tool, elbow and the pieces of both links and of the quill, shape (points, m, 3)."""
     one, both = q[:, 0], q[:, 0] + q[:, 1]
     along = np.stack([np.cos(one), np.sin(one)], axis=1)
     further = np.stack([np.cos(both), np.sin(both)], axis=1)
-    height = np.full((len(q), 1), LINK_Z)
-    found = [np.hstack([L1 * along + L2 * further, TOOL_Z + q[:, 2:3]])]
-    found += [np.hstack([length * along, height]) for length in ON_ARM]
-    found += [np.hstack([L1 * along + length * further, height]) for length in ON_FOREARM]
+    level = np.ones((len(q), 1))
+    tool = L1 * along + L2 * further
+    found = [np.hstack([tool, TOOL_Z + q[:, 2:3]]), np.hstack([L1 * along, ELBOW_Z * level])]
+    found += [np.hstack([length * along, z * level]) for length, z, _ in PIECES[0]]
+    found += [np.hstack([L1 * along + length * further, z * level]) for length, z, _ in PIECES[1]]
+    found += [np.hstack([tool, 0.5 * sum(height) + q[:, 2:3]]) for _, height in QUILL]
     return np.array(found)
 
 
 def clearance(points: Rows, lower: Sequence[float], upper: Sequence[float]) -> float:
-    """Return by how much a box may grow on all sides until a point is in it [m].
+    """Return by how much a box may grow on all sides until a part of the arm is in it [m].
 
-    Less than 0 by how deep a point is inside. By faces, as the configured clearance counts: beside
-    an edge a point is a little farther away than this.
+    Less than 0 by how deep a part is inside. By faces, as the configured clearance counts: beside
+    an edge a part is a little farther away than this.
     """
-    outside = np.maximum(np.maximum(np.array(lower) - points, points - np.array(upper)), 0.0)
+    low, high = np.array(lower) - HALF[:, None], np.array(upper) + HALF[:, None]
+    outside = np.maximum(np.maximum(low - points, points - high), 0.0)
     distance = np.max(outside, axis=-1)
-    depth = np.min(np.minimum(points - np.array(lower), np.array(upper) - points), axis=-1)
+    depth = np.min(np.minimum(points - low, high - points), axis=-1)
     return float(np.min(np.where(depth > 0.0, -depth, distance)))
 
 

@@ -87,20 +87,12 @@ def test_a_wrong_file_is_refused(
         )
 
 
-@pytest.mark.parametrize(
-    ("path", "value"),
-    [(["separation", "enabled"], True), (["cell", "cartesian_speed_mm_s"], 250.0)],
-)
-def test_watching_a_robot_without_watched_points_is_refused(
-    tmp_path: Path, path: list[str | int], value: Any
-) -> None:
-    """Nothing would be too fast or too close."""
-    folder = changed_yaml(SHIPPED / "twin_controller.yaml", tmp_path, path, value)
-    load_twin_controller(ROBOT, folder)
-    with pytest.raises(
-        ConfigError, match=r"need watched_points in robot\.yaml: Expected at least one"
-    ):
-        load_twin_controller(replace(ROBOT, watched_points=[]), folder)
+def test_a_robot_whose_body_is_another_ones_is_refused(tmp_path: Path) -> None:
+    """Nothing of it would be where it is watched; the preflight reads this file with the robot."""
+    tool = [list(row) for row in ROBOT.home_pose]
+    tool[0][3] = 0.497
+    with pytest.raises(ConfigError, match=r"robot\.yaml: home_pose: the tool at \(497\.0, "):
+        load_twin_controller(replace(ROBOT, home_pose=tool), SHIPPED)
 
 
 def test_watching_people_with_no_sensor_named_is_refused(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import msgspec
 from msgspec import Meta
 from scara_config import ConfigError, Robot, Section, load, locate
 from scara_config import quantities as allowed
+from scara_control.keep_out.points import watched_points
 
 NodeWord = Annotated[str, Meta(pattern=r"^[A-Za-z]\w*\Z")]
 SensorName = Annotated[str, Meta(pattern=r"^/?[A-Za-z]\w*(/[A-Za-z]\w*)*\Z")]
@@ -333,8 +334,7 @@ def load_twin_controller(
         links: Which link limits count, see :func:`with_links`.
 
     Raises:
-        ConfigError: The file is missing or wrong, or the robot has no points whose speed and
-            distance could be watched.
+        ConfigError: The file is missing or wrong, or the robot's body cannot be watched.
     """
     path = locate("twin_controller.yaml", directory)
     config = with_links(load(path, TwinControllerConfig), links)
@@ -343,7 +343,9 @@ def load_twin_controller(
             at_most = f"Expected at most {name}.window = {each.window}"
             raise ConfigError(f"{path}: {name}.confirm = {each.confirm}: {at_most}")
     _check_speeds(path, config)
-    _check_watched(path, config, robot)
+    if config.separation.enabled and not config.separation.sensors:
+        raise ConfigError(f"{path}: separation.sensors = []: Expected at least one with enabled")
+    watched_points(robot)  # A profile whose body is not watched does not start.
     _check_response(path, config.response, robot)
     return config
 
@@ -379,13 +381,3 @@ def _check_speeds(path: Path, config: TwinControllerConfig) -> None:
             raise ConfigError(
                 f"{path}: limit.{name} = {value:g}: Expected at most limit.{bound} = {most:g}"
             )
-
-
-def _check_watched(path: Path, config: TwinControllerConfig, robot: Robot) -> None:
-    """Refuse to watch people or the Cartesian speed where no point of the robot is watched."""
-    watches = config.separation.enabled or config.cell.cartesian_speed_mm_s is not None
-    if config.separation.enabled and not config.separation.sensors:
-        raise ConfigError(f"{path}: separation.sensors = []: Expected at least one with enabled")
-    if watches and not robot.watched_points:
-        text = "separation and cell.cartesian_speed_mm_s need watched_points in robot.yaml"
-        raise ConfigError(f"{path}: {text}: Expected at least one")

@@ -245,8 +245,9 @@ def test_a_margin_is_kept_only_where_one_is_asked_for() -> None:
     """Half a millimetre beside a zone a way is free, and nearer than a millimetre."""
     ways = (-0.5, 0.0, -0.1, 0.0), (0.5, 0.0, -0.1, 0.0)
     beside = KeepOut("wall", (650.5, -1000.0, -1000.0), (700.0, 1000.0, 1000.0))
-    assert judge_way(POINTS, [beside], *ways, SETUP.velocity).violation == ""
-    found = judge_way(POINTS, [beside], *ways, SETUP.velocity, 1.0).violation
+    tool = POINTS[:1]
+    assert judge_way(tool, [beside], *ways, SETUP.velocity).violation == ""
+    found = judge_way(tool, [beside], *ways, SETUP.velocity, 1.0).violation
     assert "come nearer than 1 mm to keep-out zone wall" in found
 
 

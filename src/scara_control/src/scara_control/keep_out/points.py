@@ -1,4 +1,4 @@
-"""The points of the arm that are watched: the tool, the elbow, whatever the profile names."""
+"""The points of the arm that are watched: the tool, the elbow, and its body piece by piece."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import msgspec
 import numpy as np
 import numpy.typing as npt
-from scara_config import ConfigError, Robot
+from scara_config import Robot
 
+from scara_control.keep_out.body import Place, body_parts, read_body
 from scara_control.keep_out.reach import largest_rates
 from scara_control.kinematics.screws import (
     Point,
@@ -16,6 +17,7 @@ from scara_control.kinematics.screws import (
     forward_kinematics_batch,
     tool_positions,
 )
+from scara_description.urdf import link_pose
 
 FloatArray = npt.NDArray[np.float64]
 Joints = tuple[float, ...]
@@ -26,41 +28,56 @@ class WatchedPoint(msgspec.Struct, frozen=True):
     """A point that moves with the first joints of the arm.
 
     Attributes:
-        name: As in robot.yaml.
+        name: ``tool``, ``elbow``, else that of its link or joint.
         model: The chain that carries it; the point is its tool.
         columns: The chain's joints among the twin's.
         rates: How far it moves at most by each of them; None: not known.
+        half: Half edges of the box around it, along the base frame in every pose, that no zone may
+            touch [m].
     """
 
     name: str
     model: ScrewModel
     columns: tuple[int, ...]
     rates: tuple[Point, ...] | None = None
+    half: Place = (0.0, 0.0, 0.0)
 
 
 def watched_points(robot: Robot) -> tuple[WatchedPoint, ...]:
-    """Build the points of the profile.
+    """Derive the points from the profile and the body of its URDF.
+
+    First the tool, then a point on each axis about which it turns, then the body.
 
     Raises:
-        ConfigError: A point is carried by a joint that does not move the tool.
+        ConfigError: The URDF cannot be read, is not of this profile, or leaves a link without body.
     """
-    arm = robot.arm_joints
-    names = [joint.name for joint in arm]
+    arm, model = robot.arm_joints, read_body(robot)
+    parts = body_parts(robot, model)
     columns = {joint.name: k for k, joint in enumerate(robot.twin_joints)}
-    found = []
-    for point in robot.watched_points:
-        if point.carried_by not in names:
-            raise ConfigError(
-                f"robot.yaml: watched_points.{point.name}.carried_by = {point.carried_by}: "
-                f"Expected {', '.join(names)}"
-            )
-        carriers = arm[: names.index(point.carried_by) + 1]
+
+    def point(name: str, carriers: int, place: Sequence[float], half: Place) -> WatchedPoint:
         home = np.eye(4)
-        home[:3, 3] = np.array(point.home_mm) * 1e-3
-        model = ScrewModel.from_joints(carriers, home)
-        moved_by = tuple(columns[j.name] for j in carriers)
-        found.append(WatchedPoint(point.name, model, moved_by, largest_rates(model)))
+        home[:3, 3] = place
+        chain = ScrewModel.from_joints(arm[:carriers], home)
+        moved_by = tuple(columns[joint.name] for joint in arm[:carriers])
+        return WatchedPoint(name, chain, moved_by, largest_rates(chain), half)
+
+    nothing = (0.0, 0.0, 0.0)
+    found = [point("tool", len(arm), [row[3] for row in robot.home_pose[:3]], nothing)]
+    frames = {joint.name: joint.child for joint in model.joints}
+    for k, joint in enumerate(arm):
+        if k > 0 and joint.si_unit == "rad":
+            name = "elbow" if robot.geometry and k == 1 else joint.name
+            place = link_pose(model, frames[joint.name], {})[:3, 3]
+            found.append(point(name, k, place.tolist(), nothing))
+    number = {joint.name: k + 1 for k, joint in enumerate(arm)}
+    found += [point(p.link, number[p.carried_by], p.middle, p.half) for p in parts]
     return tuple(found)
+
+
+def speed_points(points: Sequence[WatchedPoint]) -> tuple[WatchedPoint, ...]:
+    """Return the points whose speed counts: the tool and the axes, not the body around them."""
+    return tuple(point for point in points if not any(point.half))
 
 
 def positions(point: WatchedPoint, q: FloatArray) -> FloatArray:

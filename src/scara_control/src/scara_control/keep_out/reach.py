@@ -55,6 +55,7 @@ def may_reach(
     start: Sequence[float],
     turned: Sequence[float],
     zones: Sequence[KeepOut],
+    half: Point = (0.0, 0.0, 0.0),
 ) -> bool:
     """Return whether the tool may come into a zone; False is certain.
 
@@ -64,8 +65,9 @@ def may_reach(
         start: Joint positions where the way begins, base to tool, SI.
         turned: How far each joint moves in all, to and fro, SI.
         zones: Boxes in the base frame.
+        half: Half edges of the box around the tool [m].
     """
-    reach = [ROUNDING, ROUNDING, ROUNDING]
+    reach = [ROUNDING + edge for edge in half]
     for way, rate in zip(turned, rates):
         for k in range(3):
             reach[k] += way * rate[k]

@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 from scara_config import KeepOut
 
+from scara_control.keep_out.body import Place
 from scara_control.keep_out.points import FloatArray, Joints, WatchedPoint, all_positions
 from scara_control.keep_out.reach import may_reach
 
@@ -65,7 +66,10 @@ def judge_way(
     """
     rows = np.array((start, end))
     duration = float(np.max(np.abs(rows[1] - rows[0]) / np.array(velocity)))
-    paths, longest = _paths(points, rows)
+    paths = _paths(points, rows)
+    counted = [not any(point.half) for point in points]
+    chords = np.linalg.norm(np.diff(paths[counted], axis=1), axis=2)
+    longest = float(np.max(chords, initial=0.0))
     peak = longest * (paths.shape[1] - 1) / duration if duration > 0.0 else 0.0
     violation = _first_entered(points, paths, zones)
     if not violation and margin_mm > 0.0:
@@ -81,7 +85,7 @@ def heads_into(points: Sequence[WatchedPoint], zones: Sequence[KeepOut], *corner
     """
     rows = np.array(corners)
     near = _points_near(points, zones, rows)
-    return _first_entered(near, _paths(near, rows)[0], zones) if near else ""
+    return _first_entered(near, _paths(near, rows), zones) if near else ""
 
 
 def free_part(
@@ -96,9 +100,9 @@ def free_part(
     part = 1.0
     if not near:
         return part
-    for path in _paths(near, rows)[0]:
+    for point, path in zip(near, _paths(near, rows)):
         for zone in zones:
-            lower, upper = _corners(zone)
+            lower, upper = _corners(zone, point.half)
             outside = np.any((path < lower) | (path > upper), axis=1)
             begin = int(np.argmax(outside)) if outside.any() else len(path) - 1
             hit = _hit_at(path[begin:], lower, upper)
@@ -131,6 +135,7 @@ def _points_near(
     rough = _cut(points, rows, _fewest_steps(rows))
     chords = np.abs(np.diff(rough, axis=1))
     reach = chords.max(axis=1) + BULGE * chords.max(axis=(1, 2))[:, None]
+    reach += _halves(points)
     return [point for point, close in zip(points, _near(rough, zones, reach)) if close]
 
 
@@ -142,12 +147,10 @@ def _may_reach(
         return bool(zones)
     here = [start[column] for column in point.columns]
     ways = [turned[column] for column in point.columns]
-    return may_reach(point.model, point.rates, here, ways, zones)
+    return may_reach(point.model, point.rates, here, ways, zones, point.half)
 
 
-def _near(
-    paths: FloatArray, zones: Sequence[KeepOut], reach: FloatArray | float = 0.0
-) -> FloatArray:
+def _near(paths: FloatArray, zones: Sequence[KeepOut], reach: FloatArray) -> FloatArray:
     """Return which points come as near as ``reach`` [m] to a zone, by boxes around their paths."""
     low, high = (paths.min(axis=1) - reach) * 1e3, (paths.max(axis=1) + reach) * 1e3
     overlaps = [np.all((low <= zone.upper_mm) & (high >= zone.lower_mm), axis=1) for zone in zones]
@@ -157,8 +160,8 @@ def _near(
 def _first_entered(
     points: Sequence[WatchedPoint], paths: FloatArray, zones: Sequence[KeepOut], does: str = "enter"
 ) -> str:
-    near = zip(points, paths, _near(paths, zones))
-    found = (entered(point.name, path, zones, does) for point, path, close in near if close)
+    near = zip(points, paths, _near(paths, zones, _halves(points)))
+    found = (entered(p.name, path, zones, does, p.half) for p, path, close in near if close)
     return next((violation for violation in found if violation), "")
 
 
@@ -180,25 +183,32 @@ def _cut(points: Sequence[WatchedPoint], rows: FloatArray, steps: int) -> FloatA
     return all_positions(points, np.vstack([between, rows[-1:]]))
 
 
-def _paths(points: Sequence[WatchedPoint], rows: FloatArray) -> tuple[FloatArray, float]:
-    """Return where the points pass, cut so finely that chords are the path, and the longest [m]."""
+def _paths(points: Sequence[WatchedPoint], rows: FloatArray) -> FloatArray:
+    """Return where the points pass, cut so finely that chords are the path."""
     pieces, steps = len(rows) - 1, _fewest_steps(rows)
     while True:
         paths = _cut(points, rows, steps)
         longest = float(np.max(np.linalg.norm(np.diff(paths, axis=1), axis=2), initial=0.0))
         if not SPACING < longest < math.inf or steps >= MOST_STEPS:
-            return paths, longest
+            return paths
         wanted = min(MOST_STEPS, FINER * steps * longest / SPACING)
         steps = pieces * math.ceil(wanted / pieces)
 
 
-def entered(name: str, path: FloatArray, zones: Sequence[KeepOut], does: str = "enter") -> str:
+def entered(
+    name: str,
+    path: FloatArray,
+    zones: Sequence[KeepOut],
+    does: str = "enter",
+    half: Place = (0.0, 0.0, 0.0),
+) -> str:
     """Return in words where a path (m, 3) [m] enters a zone (what it ``does``); empty if nowhere.
 
     A point that is in a zone already may leave it, but go no deeper, not in again, into no other.
+    ``half`` [m] is the box around the point, of which no part may enter.
     """
     for zone in zones:
-        lower, upper = _corners(zone)
+        lower, upper = _corners(zone, half)
         depth = np.min(np.minimum(path - lower, upper - path), axis=1)
         outside = np.flatnonzero(~(depth >= 0.0))
         # From the first point outside on, the path may not come in again.
@@ -215,8 +225,14 @@ def entered(name: str, path: FloatArray, zones: Sequence[KeepOut], does: str = "
     return ""
 
 
-def _corners(zone: KeepOut) -> tuple[FloatArray, FloatArray]:
-    return np.array(zone.lower_mm) * 1e-3, np.array(zone.upper_mm) * 1e-3
+def _corners(zone: KeepOut, half: Place) -> tuple[FloatArray, FloatArray]:
+    """Return the corners of a zone, wider by the half edges of what may not touch it."""
+    return np.array(zone.lower_mm) * 1e-3 - half, np.array(zone.upper_mm) * 1e-3 + half
+
+
+def _halves(points: Sequence[WatchedPoint]) -> FloatArray:
+    """Return the half edges of the boxes around points, shape (p, 3) [m]."""
+    return np.array([point.half for point in points]).reshape(-1, 3)
 
 
 def _words(place: FloatArray) -> str:

@@ -6,7 +6,7 @@ import math
 from functools import cached_property
 
 from scara_config import Robot
-from scara_control.keep_out.points import watched_points
+from scara_control.keep_out.points import speed_points, watched_points
 from scara_control.kinematics.screws import ScrewModel
 from scara_control.kinematics.tool import ToolKinematics, tool_kinematics
 
@@ -36,7 +36,9 @@ class Setup:
         self.acceleration = tuple(joint.acceleration for joint in self.joints)
         braking = config.cell.braking_acceleration_percent * 1e-2
         self.braking = tuple(joint.acceleration * braking for joint in self.joints)
+        # What no zone and no person may be near, and those of it whose speed counts.
         self.points = watched_points(robot)
+        self.speed_points = speed_points(self.points)
         self.arm = ScrewModel.from_robot(robot)
         self.arm_columns = tuple(
             k for k, joint in enumerate(self.joints) if joint.screw_axis is not None
@@ -67,7 +69,7 @@ class Setup:
     @cached_property
     def fastest(self) -> float:
         """Largest speed of a watched point [m/s]: in any pose, all joints at their largest."""
-        return fastest_speed(self.points, self.lower, self.upper, self.velocity)
+        return fastest_speed(self.speed_points, self.lower, self.upper, self.velocity)
 
     @property
     def safe_percent(self) -> float:

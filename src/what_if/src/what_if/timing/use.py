@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scara_config import Joint
 from scara_control.dynamics.effort import DynamicModel
-from scara_control.keep_out.points import WatchedPoint, all_positions
+from scara_control.keep_out.points import WatchedPoint, all_positions, speed_points
 
 from what_if.geometry.bodies import FloatArray
 from what_if.timing.leg import Course
@@ -73,7 +73,7 @@ def use_of(
     ]
     power = np.sum(np.maximum(efforts * course.qdot, 0.0), axis=1)
     steps = np.diff(course.times)
-    fastest, point = _point_speed(points, course)
+    fastest, point = _point_speed(speed_points(points), course)
     return Use(
         shares[0].max(axis=0),
         shares[1].max(axis=0),

@@ -14,7 +14,7 @@ from twin_controller.core.safety.fastest import fastest_point, speed_cap
 from twin_controller.core.safety.stopping import braking_way
 
 replace = msgspec.structs.replace
-POINTS = SETUP.points
+POINTS = SETUP.speed_points
 L1, L2 = 0.35, 0.30
 Q = st.tuples(
     st.floats(-2.5, 2.5), st.floats(-2.6, 2.6), st.floats(-0.21, 0.0), st.floats(-3.0, 3.0)

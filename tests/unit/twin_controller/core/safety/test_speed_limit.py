@@ -32,7 +32,7 @@ def test_no_motion_is_faster_than_the_fastest() -> None:
     random = np.random.default_rng(2)
     highest = max(
         fastest_point(
-            SETUP.points, tuple(q), tuple(random.choice([-1.0, 1.0], 4) * SETUP.velocity)
+            SETUP.speed_points, tuple(q), tuple(random.choice([-1.0, 1.0], 4) * SETUP.velocity)
         )[0]
         for q in random.uniform(SETUP.lower, SETUP.upper, (2000, 4))
     )

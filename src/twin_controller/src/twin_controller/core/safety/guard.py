@@ -61,7 +61,7 @@ class Guard(msgspec.Struct, frozen=True):
 def point_speed(setup: Setup, real: RealSide) -> tuple[float, str]:
     """Return the speed of the fastest watched point [m/s] and its name; 0 if the robot stands."""
     last = real.last
-    return fastest_point(setup.points, last.q, last.qdot) if any(last.qdot) else (0.0, "")
+    return fastest_point(setup.speed_points, last.q, last.qdot) if any(last.qdot) else (0.0, "")
 
 
 def judge_guard(

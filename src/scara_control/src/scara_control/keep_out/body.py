@@ -1,0 +1,160 @@
+"""The arm's body as boxes that hold it in every pose, from a URDF that must fit the profile."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+from scara_config import ConfigError, Joint, Robot
+
+from scara_description.urdf import Model, Shape, UrdfError, link_pose, origin_transform, parse_urdf
+
+FloatArray = npt.NDArray[np.float64]
+Place = tuple[float, float, float]
+CELL = 0.075
+"""Longest piece into which a link is cut where it turns [m]: our choice, a hand's width."""
+AGREE = 1e-3
+"""So far profile and URDF may differ [m], and their directions [1]."""
+
+
+class BodyPart(msgspec.Struct, frozen=True):
+    """A piece of a link.
+
+    Attributes:
+        link: Its name.
+        carried_by: The last joint of the arm that moves it.
+        middle: Where it is with all joints at 0, in the base frame [m].
+        half: Half edges of a box along the base frame that holds it in every pose [m].
+    """
+
+    link: str
+    carried_by: str
+    middle: Place
+    half: Place
+
+
+def read_body(robot: Robot) -> Model:
+    """Read the URDF of a profile.
+
+    Raises:
+        ConfigError: It is missing, cannot be read, or is another robot's: its tool or an axis is
+            elsewhere, or nothing of it would be seen beyond a joint.
+    """
+    try:
+        model = parse_urdf(robot.description.read_text(encoding="utf-8"), seen=False)
+        tool = link_pose(model, robot.tool_frame, {})[:3, 3]
+    except (OSError, ValueError) as error:
+        what = "" if isinstance(error, UrdfError) else f"{type(error).__name__}: "
+        raise ConfigError(f"{robot.urdf}: cannot be read: {what}{error}") from error
+    ours = np.array([row[3] for row in robot.home_pose[:3]])
+    if np.linalg.norm(ours - tool) > AGREE:
+        raise ConfigError(
+            f"robot.yaml: home_pose: the tool at ({_mm(ours)}) mm: Expected ({_mm(tool)}) mm, "
+            f"where {robot.tool_frame} of {robot.urdf} is with all joints at 0"
+        )
+    by_name = {joint.name: joint for joint in model.joints if joint.moves}
+    for joint in robot.arm_joints:
+        if joint.name not in by_name:
+            raise ConfigError(f"{robot.urdf}: {joint.name}: is missing: Expected as in robot.yaml")
+        frame = by_name[joint.name]
+        pose = link_pose(model, frame.child, {})
+        _check_axis(robot, joint, pose[:3, :3] @ np.array(frame.axis), pose[:3, 3])
+    return model
+
+
+def body_parts(robot: Robot, model: Model) -> tuple[BodyPart, ...]:
+    """Return the pieces of all links that the arm's joints move.
+
+    Args:
+        robot: The profile.
+        model: Its URDF with the shapes that collide.
+
+    Raises:
+        ConfigError: Behind a joint there is no shape before the next joint.
+    """
+    joints = {joint.name: joint for joint in robot.arm_joints}
+    found: list[BodyPart] = []
+    for link, shapes in model.shapes.items():
+        carriers = [each.name for each in model.chain(link) if each.name in joints]
+        if carriers and shapes:
+            pose = link_pose(model, link, {})
+            corners = np.vstack([_corners(pose, shape) for shape in shapes])
+            axis = _common_axis([joints[name] for name in carriers])
+            boxes = _cells(corners.min(axis=0), corners.max(axis=0), axis)
+            found += [BodyPart(link, carriers[-1], middle, half) for middle, half in boxes]
+    for name in joints:
+        if not any(part.carried_by == name for part in found):
+            raise ConfigError(
+                f"{robot.urdf}: no <collision> of what {name} moves: "
+                "Expected boxes or cylinders around the link, or zones do not see it"
+            )
+    return tuple(found)
+
+
+def _check_axis(robot: Robot, joint: Joint, direction: FloatArray, place: FloatArray) -> None:
+    """Refuse a screw axis that is not the URDF's, sign and place."""
+    screw = np.array(joint.screw_axis)
+    turns = joint.si_unit == "rad"
+    theirs = np.array([*direction, *np.cross(place, direction)])
+    if not turns:
+        theirs = np.array([*np.zeros(3), *direction])
+    if np.abs(screw - theirs).max() > AGREE:
+        shown = ", ".join(f"{value:.6g}" for value in theirs.round(9) + 0.0)
+        raise ConfigError(
+            f"robot.yaml: joints: {joint.name}.screw_axis = {[*map(float, screw)]}: "
+            f"Expected [{shown}], its axis in {robot.urdf}"
+        )
+
+
+def _common_axis(carriers: Sequence[Joint]) -> int | None:
+    """Return along which axis of the base frame all turns are; None: along none."""
+    turns = [np.abs(joint.screw_axis[:3]) for joint in carriers if joint.screw_axis]
+    turns = [turn for turn in turns if turn.any()]
+    for axis in range(3):
+        if all(turn[axis] > 1.0 - AGREE**2 for turn in turns):
+            return axis
+    return None
+
+
+def _corners(pose: FloatArray, shape: Shape) -> FloatArray:
+    """Return the corners of the box around a shape, shape (8, 3) [m]."""
+    where = pose @ origin_transform(shape.xyz, shape.rpy)
+    if shape.kind == "box":
+        half = np.array(shape.size) * 0.5
+    elif shape.kind == "cylinder":
+        half = np.array([shape.size[0], shape.size[0], 0.5 * shape.size[1]])
+    else:
+        half = np.full(3, shape.size[0])
+    signs = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+    corners: FloatArray = signs * half @ where[:3, :3].T + where[:3, 3]
+    return corners
+
+
+def _cells(lower: FloatArray, upper: FloatArray, axis: int | None) -> Iterator[tuple[Place, Place]]:
+    """Yield middles and half edges of the pieces of a box that turns about one axis or about any.
+
+    About one axis a piece keeps its extent along it; across it stays within a circle.
+    """
+    size = upper - lower
+    turned = [k for k in range(3) if k != axis]
+    along = max(turned, key=lambda k: float(size[k]))
+    count = max(1, math.ceil(float(size[along]) / CELL))
+    size[along] /= count
+    half = np.where(np.isin(range(3), turned), 0.5 * np.linalg.norm(size[turned]), 0.5 * size)
+    for k in range(count):
+        middle = 0.5 * (lower + upper)
+        middle[along] = lower[along] + (k + 0.5) * size[along]
+        yield _place(middle), _place(half)
+
+
+def _place(values: FloatArray) -> Place:
+    x, y, z = values.tolist()
+    return x, y, z
+
+
+def _mm(place: FloatArray) -> str:
+    return ", ".join(f"{value:.1f}" for value in 1e3 * place + 0.0)
