@@ -8,7 +8,7 @@ from __future__ import annotations
 import copy
 import functools
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -74,12 +74,13 @@ def _packages(_paths: str) -> Any:
     return rospkg.RosPack()
 
 
-def load(path: Path | str, kind: type[T]) -> T:
+def load(path: Path | str, kind: type[T], complete: Callable[[Any], Any] = lambda tree: tree) -> T:
     """Read ``path`` and convert it to ``kind``.
 
     Args:
         path: YAML file.
         kind: A msgspec structure; its constraints are the allowed values.
+        complete: Puts what follows from the rest of the parsed file into it.
 
     Raises:
         ConfigError: The file cannot be read, is no YAML, or a value does not fit ``kind``.
@@ -87,7 +88,7 @@ def load(path: Path | str, kind: type[T]) -> T:
     path = Path(path)
     text = load_text(path)
     try:
-        tree = copy.deepcopy(_parsed(text))
+        tree = complete(copy.deepcopy(_parsed(text)))
     except YamlTextError as error:
         raise ConfigError(f"{path}: is no valid YAML: {error}") from error
     return convert(tree, kind, str(path), text or "\n")

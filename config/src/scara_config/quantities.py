@@ -112,9 +112,6 @@ JointJerk = Annotated[float, Meta(ge=1000.0, le=2e6)]
 JointEffort = Annotated[float, Meta(ge=1.0, le=5000.0)]
 """Largest torque or force of a joint [N m] or [N]."""
 
-JointInertia = Annotated[float, Meta(ge=1e-5, le=100.0)]
-"""Largest inertia that a joint sees [kg m^2] or [kg]: from a small wrist to a heavy shoulder."""
-
 Force = Annotated[float, Meta(gt=0.0, le=10_000.0)]
 """Force [N], or stiffness [N/mm], of a gripper or a touch."""
 

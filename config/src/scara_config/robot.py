@@ -9,6 +9,13 @@ from typing import Annotated, ClassVar, Literal
 import msgspec
 from msgspec import Meta
 
+from scara_config.lengths import (
+    AGREE,
+    SHORTEST_REACH,
+    place_of,
+    stretched,
+    with_lengths,
+)
 from scara_config.loader import ConfigError, load
 from scara_config.profile import description_path, locate
 from scara_config.quantities import (
@@ -18,7 +25,6 @@ from scara_config.quantities import (
     HostName,
     JointAcceleration,
     JointEffort,
-    JointInertia,
     JointJerk,
     JointSpeed,
     LengthMm,
@@ -37,7 +43,6 @@ class _JointFields(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     twin: bool
     screw_axis: Twist | None
     effort: JointEffort
-    inertia: JointInertia | None = None
 
     def check(self, source: str) -> None:
         """Raise ConfigError unless the lower limit is below the upper one."""
@@ -281,11 +286,11 @@ def load_robot(directory: Path | str | None = None) -> Robot:
 
     Raises:
         ConfigError: The file is missing or wrong, a limit is inverted, a name or axis number occurs
-            twice, a direction is none, home or inertia does not fit the twin's joints, a means of
-            stopping was tried that the robot does not have.
+            twice, a direction is none, lengths, axes, tool and reach contradict each other, home
+            does not fit the twin's joints, a means of stopping was tried that it does not have.
     """
     path = locate("robot.yaml", directory)
-    robot = load(path, Robot)
+    robot = load(path, Robot, with_lengths)
     for joint in robot.joints:
         joint.check(str(path))
     for key, values in (
@@ -296,6 +301,7 @@ def load_robot(directory: Path | str | None = None) -> Robot:
         if twice:
             raise ConfigError(f"{path}: joints: {key} {', '.join(twice)} occurs more than once")
     _check_axes(robot, path)
+    _check_lengths(robot, path)
     robot.stopping.check(str(path))
     _check_twin(robot, path)
     return robot
@@ -326,8 +332,44 @@ def _check_axes(robot: Robot, path: Path) -> None:
         raise ConfigError(f"{path}: home_pose: Expected a rotation, a place, and 0 0 0 1 below")
 
 
+def _check_lengths(robot: Robot, path: Path) -> None:
+    """Raise ConfigError where axes, tool or reach are not what follows from the lengths."""
+    arm, size = robot.arm_joints, robot.geometry
+    axes = [joint.screw_axis or () for joint in arm]
+    turning = [joint for joint in arm if joint.unit == "deg"]
+    if size is not None and len(turning) < 2:
+        raise ConfigError(
+            f"{path}: geometry: Expected two turning joints of the arm, or no geometry"
+        )
+    longest = 1e3 * stretched(axes, [row[3] for row in robot.home_pose[:3]])
+    least = SHORTEST_REACH * longest
+    if size is not None:
+        # Only distances count: a maker may count the other way round, and stand elsewhere.
+        tip, h = (robot.home_pose[0][3], robot.home_pose[1][3]), robot.home_pose[2][3]
+        places = [(f"joints: {j.name}.screw_axis", place_of(j.screw_axis)) for j in turning]
+        places = [*places[:3], ("home_pose", tip)] if len(places) < 3 else places[:3]
+        for key, wanted in (("l1_mm", size.l1_mm), ("l2_mm", size.l2_mm)):
+            (_, begin), (what, end) = places[:2]
+            places = places[1:]
+            found = 1e3 * math.dist(begin, end)
+            if abs(found - wanted) > 1e3 * AGREE:
+                raise ConfigError(
+                    f"{path}: {what}: {found:g} mm from the axis before: Expected geometry.{key} = "
+                    f"{wanted:g}, or no {what.rpartition('.')[2]}"
+                )
+        if abs(1e3 * h - size.h_mm) > 1e3 * AGREE:
+            raise ConfigError(
+                f"{path}: home_pose: the tool at z = {1e3 * h:g} mm: Expected geometry.h_mm = "
+                f"{size.h_mm:g}, or no home_pose"
+            )
+        least = longest = size.l1_mm + size.l2_mm
+    if not least - 1e3 * AGREE <= robot.reach_mm <= longest + 1e3 * AGREE:
+        what = f"{least:g} to {longest:g}" if size is None else f"{longest:g} = l1_mm + l2_mm"
+        raise ConfigError(f"{path}: reach_mm = {robot.reach_mm:g}: Expected {what}")
+
+
 def _check_twin(robot: Robot, path: Path) -> None:
-    """Raise ConfigError unless home and inertia fit the twin's joints, and the zones are boxes."""
+    """Raise ConfigError unless home fits the twin's joints, and the zones are boxes."""
     joints = {joint.name: joint for joint in robot.twin_joints}
     for name in sorted(set(joints) ^ set(robot.home)):
         what = (
@@ -342,8 +384,6 @@ def _check_twin(robot: Robot, path: Path) -> None:
             raise ConfigError(
                 f"{path}: home.{name} = {value:g}: Expected {low:g} to {high:g} {joint.unit}"
             )
-        if joint.inertia is None:
-            raise ConfigError(f"{path}: joints: {name}.inertia: is missing")
     for zone in robot.keep_out:
         if not all(low < high for low, high in zip(zone.lower_mm, zone.upper_mm)):
             raise ConfigError(f"{path}: keep_out.{zone.name}: lower_mm is not below upper_mm")

@@ -57,12 +57,10 @@ MAY: dict[str, str] = {
     # Which of them stays within its bounds although a comma slipped, and why that is no harm.
     "robot.yaml /1000 joints.*.*er_deg": PLACE,
     "robot.yaml /1000 home.*": PLACE,
-    "robot.yaml /1000 home_pose.*.3": PLACE,
     "robot.yaml /1000 positions_m.*": PLACE,
     "robot.yaml /1000 geometry.h_mm": PLACE,
     "robot.yaml /1000 keep_out.*_mm.*": PLACE,
     "robot.yaml /1000 joints.*.screw_axis.*": PLACE,
-    "robot.yaml ?1000 joints.*.inertia": "a wrist's is a ten-thousandth of a shoulder's: tuning",
     "twin_controller.yaml /1000 real.port": PORT,
     "gateway.yaml /1000 port": PORT,
     "operator_panel.yaml /1000 port": PORT,

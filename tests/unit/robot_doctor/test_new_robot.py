@@ -31,6 +31,8 @@ def test_a_new_robot_is_healthy_under_its_own_name(
     folder = make_profile(config, "mine", source, tmp_path)
     assert folder == config / "robots" / "mine"
     monkeypatch.setenv(CHOICE, "mine")
+    if source == "articulated_six":
+        monkeypatch.setattr("scara_config.robot.description_path", tmp_path.joinpath)
     robot = load_robot(config)
     assert robot.name == "mine" and check_files(config) == []
     own_urdf = tmp_path / robot.urdf

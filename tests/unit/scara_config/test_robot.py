@@ -56,6 +56,34 @@ def test_lengths_agree_with_the_reach_and_the_home_pose() -> None:
     assert ROBOT.home_pose[2][3] == pytest.approx(geometry.h_mm / 1000.0)
 
 
+def test_what_follows_from_the_lengths_may_be_typed_if_it_agrees(tmp_path: Path) -> None:
+    """A profile of before, and one whose quill counts down, are read as they are."""
+    typed = {"reach_mm": 650.0, "home_pose": [list(row) for row in ROBOT.home_pose]}
+    folder = tmp_path
+    source = shipped("robot.yaml")
+    for key, value in typed.items():
+        source = changed_yaml(source, folder, [key], value) / "robot.yaml"
+    assert load_robot(folder) == ROBOT
+    changed_yaml(source, folder, ["joints", 2, "screw_axis"], [0, 0, 0, 0, 0, -1])
+    assert load_robot(folder).joint("joint_3").screw_axis == (0, 0, 0, 0, 0, -1)
+
+
+@pytest.mark.parametrize(
+    ("reach", "fits"), [(600.0, True), (680.0, True), (500.0, False), (690.0, False)]
+)
+def test_the_reach_of_another_arm_is_that_of_its_links(
+    tmp_path: Path, reach: float, fits: bool
+) -> None:
+    """Stretched, 300 + 300 + 80 mm; it may be counted to the wrist, and never to anywhere else."""
+    six = SHIPPED / "robots" / "articulated_six" / "robot.yaml"
+    folder = changed_yaml(six, tmp_path, ["reach_mm"], reach)
+    if fits:
+        assert load_robot(folder).reach_mm == reach
+        return
+    with pytest.raises(ConfigError, match=rf"reach_mm = {reach:g}: Expected 510 to 680"):
+        load_robot(folder)
+
+
 def test_home_pose_is_a_rigid_transform() -> None:
     """A proper rotation: orthogonal, determinant +1, last row 0 0 0 1."""
     pose = np.array(ROBOT.home_pose)
@@ -109,7 +137,18 @@ def test_home_is_the_articles_position_1_in_si() -> None:
         (["joints", 2, "lower_mm"], REMOVED, r"joints\[2\].*missing required field `lower_mm`"),
         (["joints", 0, "screw_axis"], [0, 0, 1], r"joints\[0\]\.screw_axis"),
         (["reach_mm"], -1, r"reach_mm = -1: Expected `float` >= 10"),
-        (["reach_mm"], REMOVED, r"missing required field `reach_mm`"),
+        (["reach_mm"], 640.0, r"reach_mm = 640: Expected 650 = l1_mm \+ l2_mm"),
+        (["geometry"], REMOVED, r"missing required field `reach_mm`"),
+        (
+            ["joints", 1, "screw_axis"],
+            [0, 0, 1, 0, -0.325, 0],
+            r"joints: joint_2\.screw_axis: 325 mm from the axis before: Expected geometry\.l1_mm",
+        ),
+        (
+            ["home_pose"],
+            [[0, -1, 0, 0.55], [-1, 0, 0, 0], [0, 0, -1, 0.16], [0, 0, 0, 1]],
+            r"home_pose: 200 mm from the axis before: Expected geometry\.l2_mm = 300, or no home_",
+        ),
         (["colour"], "yellow", r"unknown field `colour`"),
         (["home", "joint_3"], 1.0, r"home\.joint_3 = 1: Expected -210 to 0 mm"),
         (["home", "joint_1"], 149.0, r"home\.joint_1 = 149: Expected -148 to 148 deg"),
@@ -119,7 +158,8 @@ def test_home_is_the_articles_position_1_in_si() -> None:
             0.0,
             r"home\.joint_4: is no joint of the twin; it has joint_1, .*table_joint",
         ),
-        (["joints", 1, "inertia"], REMOVED, r"joints: joint_2\.inertia: is missing"),
+        (["joints", 1, "inertia"], 0.15, r"unknown field `inertia`"),
+        (["watched_points"], [], r"unknown field `watched_points`"),
         (["positions_m", "P1"], [0.65, 0.0], r"positions_m\.P1.*length 3"),
         (
             ["keep_out", 0, "lower_mm"],

@@ -309,11 +309,13 @@ def test_a_limit_that_is_missed_is_the_reason_to_fail(
 def test_the_configuration_in_the_bag_is_used(
     make_bag: MakeBag, recorded_configuration: str
 ) -> None:
-    """A report of an old bag is judged by the limits of its day."""
+    """A report of an old bag is judged by the limits of its day, and its robot is understood."""
     files = json.loads(recorded_configuration)
     files["experiments.yaml"] = files["experiments.yaml"].replace(
         "path_error_percent: 2.0", "path_error_percent: 0.01"
     )
+    old = files["robot.yaml"].replace("    effort: 300.0", "    inertia: 2.301\n    effort: 300.0")
+    files["robot.yaml"] = f"{old}watched_points: []\n"
     report, _, page = write(make_bag(configuration=json.dumps(files), experiments=FIRST))
     assert report.configuration.origin == "in the bag"
     assert "limit 0.01 %" in report.results[0].reasons[0]
@@ -323,8 +325,8 @@ def test_the_configuration_in_the_bag_is_used(
 @pytest.mark.parametrize(
     ("old", "new", "error", "text"),
     [
-        ("reach_mm: 650.0", "reach_mm: -1.0", ConfigError, "robot.yaml in the bag: reach_mm = -1"),
-        ("reach_mm: 650.0", "a: [", ConfigError, "robot.yaml in the bag: is no valid YAML"),
+        ("urdf: sc", r"reach_mm: -1.0\nurdf: sc", ConfigError, "in the bag: reach_mm = -1"),
+        ("urdf: sc", "a: [", ConfigError, "robot.yaml in the bag: is no valid YAML"),
         ("{", "[", BagError, "configuration is no JSON"),
         ("  twin_leads:", "  both_lead:", RecordError, "unknown experiment twin_leads: exp.*both_"),
     ],

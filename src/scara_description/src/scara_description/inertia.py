@@ -10,13 +10,20 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from scara_description.urdf import JointFrame, joint_transform, parse_robot, tree_of
 
+FloatArray = NDArray[np.float64]
+Body = tuple[str, float, FloatArray, FloatArray]
+"""Name, mass [kg], centre [m] and inertia about it [kg m^2], in the link's frame."""
+
+LEVELS = 25
+"""Positions of each joint from end to end at which the inertia is looked at, beside its 0."""
 _INERTIAL = re.compile(r"^(?P<indent> *)<inertial>.*?</inertial>\n", re.DOTALL | re.MULTILINE)
 
 
@@ -145,3 +152,72 @@ def _block(inertial: Inertial, indent: str) -> str:
         "</inertial>",
     )
     return "".join(f"{indent}{line}\n" for line in lines)
+
+
+def largest_inertia(urdf: str, ranges: Mapping[str, tuple[float, float]], name: str) -> float:
+    r"""Return the largest inertia that a joint sees with the others held [kg m^2], sliding [kg].
+
+    .. math:: J_k = \max_q \sum_i a_k^T I_i(q) a_k + m_i |a_k \times (c_i(q) - p_k)|^2
+
+    over the bodies :math:`i` that joint k moves; sliding: their mass. Only joints further out
+    matter.
+
+    Args:
+        urdf: The description as text.
+        ranges: Lower and upper limit of each joint that moves, SI.
+        name: Of the joint.
+
+    Raises:
+        UrdfError: It cannot be read.
+    """
+    root = parse_robot(urdf)
+    model = tree_of(root, {link.get("name", ""): () for link in root.findall("link")})
+    joint = next(each for each in model.joints if each.name == name)
+    parts = []
+    for link in root.findall("link"):
+        chain = model.chain(link.get("name", ""))
+        if joint in chain and link.find("inertial/mass") is not None:
+            parts.append((_inertial_in(link), chain[chain.index(joint) + 1 :]))
+    if joint.kind == "prismatic":
+        return sum(body[1] for body, _ in parts)
+    beyond = sorted({each.name for _, chain in parts for each in chain} & set(ranges))
+    q = {each: min(max(0.0, ranges[each][0]), ranges[each][1]) for each in beyond}
+    largest, before = _seen(joint, parts, q), -1.0
+    # One joint after the other goes where most is seen, until none sees more.
+    while largest > before:
+        before = largest
+        for each in beyond:
+            levels = [q[each], *np.linspace(*ranges[each], LEVELS).tolist()]
+            seen = [_seen(joint, parts, q | {each: level}) for level in levels]
+            largest = max(seen)
+            q[each] = levels[seen.index(largest)]
+    return largest
+
+
+def _seen(
+    joint: JointFrame, parts: Sequence[tuple[Body, Sequence[JointFrame]]], q: Mapping[str, float]
+) -> float:
+    """Return the inertia about a joint's axis of what it moves, in one pose."""
+    seen = 0.0
+    for (_, mass, centre, inertia), chain in parts:
+        pose = np.eye(4)
+        for each in chain:
+            pose = pose @ joint_transform(each, q.get(each.name, 0.0))
+        axis = pose[:3, :3].T @ np.array(joint.axis)
+        arm = np.cross(joint.axis, pose[:3, :3] @ centre + pose[:3, 3])
+        seen += float(axis @ inertia @ axis + mass * (arm @ arm))
+    return seen
+
+
+def _inertial_in(link: ET.Element) -> Body:
+    """Return a link's name, mass, centre and inertia about it, along the link's frame."""
+    inertial = link.find("inertial")
+    assert inertial is not None
+    origin, terms = inertial.find("origin"), inertial.find("inertia")
+    place = {} if origin is None else origin.attrib
+    turn = rotation_from_rpy(*_numbers(place.get("rpy", "0 0 0")))
+    t = {} if terms is None else {key: float(value) for key, value in terms.attrib.items()}
+    xx, xy, xz, yy, yz, zz = (t.get(k, 0.0) for k in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
+    inertia = turn @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ turn.T
+    mass = float(inertial.find("mass").attrib["value"])  # type: ignore[union-attr]
+    return link.get("name", ""), mass, np.array(_numbers(place.get("xyz", "0 0 0"))), inertia

@@ -20,7 +20,7 @@ from scara_control.keep_out.points import all_positions, positions, watched_poin
 from scara_description.urdf import Shape, link_pose, origin_transform
 
 POINTS = SETUP.points
-NAMES = ("fanuc_sr6ia", "fanuc_sr3ia", "articulated_six")
+NAMES = ("fanuc_sr6ia", "fanuc_sr3ia", "scara_4axis", "articulated_six")
 ROBOTS = {name: load_robot(CONFIG / "robots" / name) for name in NAMES}
 BODIES = {name: watched_points(robot) for name, robot in ROBOTS.items()}
 MODELS = {name: read_body(robot) for name, robot in ROBOTS.items()}

@@ -7,6 +7,7 @@ from typing import Any
 
 import msgspec
 from nicegui import ui
+from scara_description.inertia import largest_inertia
 
 from operator_panel.control.fields import error_text, parse_number
 from operator_panel.door import Answer, Gains
@@ -32,6 +33,7 @@ class _Tuning:
     def __init__(self, view: PageView) -> None:
         self._view = view
         self._joints = {joint.name: joint for joint in view.robot.twin_joints}
+        self._inertias: dict[str, float] = {}
         self._fields: dict[str, ui.input] = {}
         self._switches: dict[str, ui.checkbox] = {}
         self._shown: tuple[str, Gains | None] | None = None
@@ -110,6 +112,14 @@ class _Tuning:
             name: parse_number(field.value or "", name, "") for name, field in self._fields.items()
         }
 
+    def _inertia(self, name: str) -> float:
+        """Return what a joint sees; the search takes up to a second for an arm of six joints."""
+        if name not in self._inertias:
+            ranges = {joint.name: (joint.lower, joint.upper) for joint in self._joints.values()}
+            urdf = self._view.robot.description.read_text(encoding="utf-8")
+            self._inertias[name] = largest_inertia(urdf, ranges, name)
+        return self._inertias[name]
+
     def _preview(self) -> None:
         """Show the step response of the gains as they are and as typed."""
         typed, shown = self._typed(), self._shown
@@ -117,10 +127,10 @@ class _Tuning:
             return
         joint, preview = self._joints[shown[0]], self._view.config.preview
         step = (preview.step_deg if joint.unit == "deg" else preview.step_mm) * joint.scale
-        assert joint.inertia is not None  # load_robot sees to it
+        inertia = self._inertia(joint.name)
         try:
             curves = [
-                step_response(loop, joint.inertia, joint.effort, step, preview.duration_s)
+                step_response(loop, inertia, joint.effort, step, preview.duration_s)
                 for loop in (_position_loop(shown[1].values), _position_loop(typed))
             ]
         except ValueError as error:

@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 from scara_config import ConfigError, Joint, Robot
+from scara_config.loader import load_text
 
 from scara_description.urdf import Model, Shape, UrdfError, link_pose, origin_transform, parse_urdf
 
@@ -45,11 +46,10 @@ def read_body(robot: Robot) -> Model:
             elsewhere, or nothing of it would be seen beyond a joint.
     """
     try:
-        model = parse_urdf(robot.description.read_text(encoding="utf-8"), seen=False)
+        model = parse_urdf(load_text(robot.description), seen=False)
         tool = link_pose(model, robot.tool_frame, {})[:3, 3]
-    except (OSError, ValueError) as error:
-        what = "" if isinstance(error, UrdfError) else f"{type(error).__name__}: "
-        raise ConfigError(f"{robot.urdf}: cannot be read: {what}{error}") from error
+    except UrdfError as error:
+        raise ConfigError(f"{robot.urdf}: cannot be read: {error}") from error
     ours = np.array([row[3] for row in robot.home_pose[:3]])
     if np.linalg.norm(ours - tool) > AGREE:
         raise ConfigError(

@@ -1,8 +1,8 @@
-"""Propose inertia and PID gains for a robot from its URDF; no ROS master needed.
+"""Propose PID gains for a robot from the inertia of its URDF; no ROS master needed.
 
-rosrun scara_simulation propose_gains --robot NAME [--write]: prints what robot.yaml and
-pid_gains.yaml should hold; ``--write`` writes pid_gains.yaml, unless there is one
-(``--overwrite``). Exit code 0, or 2 when a file cannot be used.
+rosrun scara_simulation propose_gains --robot NAME [--write]: prints what pid_gains.yaml should
+hold; ``--write`` writes it, unless there is one (``--overwrite``). Exit code 0, or 2 when a file
+cannot be used.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from scara_simulation.world_io import World
 HEAD = """\
 # The twin's PID loops: control_toolbox's gain names, error = set point - measured, output = effort
 # [N m] or [N].
-# Our choice: proposed by `rosrun scara_simulation propose_gains --robot {name}` from `inertia` J of
-# robot.yaml, w in brackets:
+# Our choice: proposed by `rosrun scara_simulation propose_gains --robot {name}` from the largest
+# inertia J in the URDF, w in brackets:
 #   position  p = J w^2, d = 2 J w, i = p w / 6;  velocity  p = J w, i = J w^2 / 80;  i_clamp 1.5
 # times the dry friction
 # Changed while the simulator runs by twin/pid/<joint> (docs/tuning.md), which keeps these comments.
@@ -34,7 +34,7 @@ HEAD = """\
 app = CommandLine(
     "propose_gains",
     {ConfigError: WRONG},
-    help="Propose inertia and PID gains from the URDF.",
+    help="Propose PID gains from the URDF.",
     rich_markup_mode=None,
 )
 
@@ -45,16 +45,12 @@ def propose_gains(
     write: Annotated[bool, typer.Option("--write", help="Write pid_gains.yaml.")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Even if there is one.")] = False,
 ) -> None:
-    """Propose inertia and PID gains from the URDF."""
+    """Propose PID gains from the URDF."""
     console = Console(highlight=False, soft_wrap=True)
     choose_robot(robot)
     profile = load_robot()
     names = [joint.name for joint in profile.twin_joints]
     proposals = dict(zip(names, _proposals()))
-    for joint in profile.twin_joints:
-        unit = "kg" if joint.si_unit == "m" else "kg m^2"
-        inertia = proposals[joint.name].inertia
-        console.print(f"robot.yaml: {joint.name}.inertia: {inertia}  # [chk] {unit}", markup=False)
     text = HEAD.format(name=profile.name) + "".join(
         _lines(name, proposal) for name, proposal in proposals.items()
     )

@@ -8,6 +8,7 @@ from typing import Any
 
 from scara_config import ConfigError, Robot, convert
 from scara_config.files.yaml_text import YamlTextError, parse
+from scara_config.lengths import with_lengths
 
 from twin_experiments.config import ExperimentsFile
 
@@ -40,7 +41,8 @@ def choose(
     """
     held = {name: recorded[name] for name in (ROBOT, EXPERIMENTS) if name in recorded}
     if ROBOT in held:
-        robot = convert(_parse(held[ROBOT], ROBOT), Robot, f"{ROBOT} in the bag")
+        tree = with_lengths(_as_now(_parse(held[ROBOT], ROBOT)))
+        robot = convert(tree, Robot, f"{ROBOT} in the bag")
     if EXPERIMENTS in held:
         experiments = convert(
             _parse(held[EXPERIMENTS], EXPERIMENTS), ExperimentsFile, f"{EXPERIMENTS} in the bag"
@@ -53,6 +55,17 @@ def choose(
     return AnalysisSettings(
         robot, experiments, origin if held else "of this machine, the bag holds none"
     )
+
+
+def _as_now(tree: Any) -> Any:
+    """Return a parsed robot.yaml without what older ones typed and is computed now."""
+    if isinstance(tree, dict):
+        tree.pop("watched_points", None)
+        joints = tree.get("joints")
+        for joint in joints if isinstance(joints, list) else ():
+            if isinstance(joint, dict):
+                joint.pop("inertia", None)
+    return tree
 
 
 def _parse(text: Any, name: str) -> Any:
