@@ -25,7 +25,8 @@ ROOMS: dict[str, set[str]] = {
     "fanuc_emulator": FLOOR | {"scara_msgs"},
     "twin_controller": NODE | {"scara_control"},
     "cell_recorder": NODE,
-    "robot_doctor": FLOOR | {"scara_control", "scara_description", "twin_controller"},
+    "robot_doctor": FLOOR
+    | {"scara_control", "scara_description", "scara_simulation", "twin_controller"},
     "fanuc_kit": FLOOR | {"twin_controller"},
     "what_if": FLOOR
     | {"scara_msgs", "scara_control", "scara_description", "scara_simulation"}

@@ -4,7 +4,8 @@ The article's methodology as checks, in four groups: the robot, its simulation, 
 links. Without ``--move`` nothing is written to the robot. Exit code 0 nothing is wrong, 1 something
 is, 2 there is no such profile. ``doctor --stops`` tries what stops the robot, one means after the
 other and each after a question, and offers to write what it saw into robot.yaml. ``doctor new NAME
---from ROBOT`` copies the files of a robot that is there, renames it in them and writes its URDF.
+--from ROBOT`` copies the files of a robot that is there, renames it in them and writes its URDF;
+``doctor new NAME --scara 325 225 --stroke 150 --axes 4 --no-table`` makes those of a SCARA.
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ from twin_controller.twin.rosbridge_access_io import read_access
 from robot_doctor.examine import EXAMPLE, RobotProfile, examine, mend
 from robot_doctor.finding import Finding, Group, Level, is_healthy, note, wrong
 from robot_doctor.link_checks import check_answers
-from robot_doctor.new_profile_io import make_profile
+from robot_doctor.new_profile_io import make_profile, make_scara
+from robot_doctor.new_scara import ScaraSize
 from robot_doctor.profile_files_io import read_profile
 from robot_doctor.robot_probe_io import Mover, ask
 from robot_doctor.set_up_checks import check_set_up
@@ -109,16 +111,33 @@ def new(
     source: Annotated[
         str, typer.Option("--from", help="The robot whose files it begins with.")
     ] = EXAMPLE,
+    scara: Annotated[
+        tuple[float, float] | None,
+        typer.Option(help="A SCARA: mm from joint 1 to 2, and from 2 to the tool's axis."),
+    ] = None,
+    stroke: Annotated[
+        float, typer.Option(help="Of a SCARA's joint 3 [mm].", min=20.0, max=1000.0)
+    ] = 200.0,
+    axes: Annotated[int, typer.Option(help="Of a SCARA: with 4 its tool turns.", min=3, max=4)] = 4,
+    table: Annotated[bool, typer.Option("--table/--no-table", help="A SCARA's turntable.")] = True,
+    down: Annotated[bool, typer.Option("--down", help="A SCARA's joint 3 counts down.")] = False,
     config_dir: ConfigDir = None,
 ) -> None:
-    """Make the files of a new robot from those of one that is there."""
+    """Make the files of a new robot from those of one that is there, or a SCARA's from lengths."""
     console = Console(highlight=False, soft_wrap=True)
-    folder = make_profile(Path(config_dir or config_directory()), name, source)
+    config = Path(config_dir or config_directory())
+    if scara is None:
+        folder = make_profile(config, name, source)
+        said = f"It is {source} under another name."
+    else:
+        l1, l2 = scara
+        size = ScaraSize(l1, l2, stroke, 4 if axes == 4 else 3, table, down)
+        folder = make_scara(config, name, size)
+        said = "Lengths and stroke are yours, limits and speeds are not."
     for file in sorted(folder.rglob("*.yaml")):
         console.print(f"made {file}", markup=False)
     console.print(
-        f"It is {source} under another name. Begin with {folder / 'robot.yaml'}: "
-        "docs/methodology.md says how.\n"
+        f"{said} Begin with {folder / 'robot.yaml'}: docs/methodology.md says how.\n"
         f"next: rosrun robot_doctor doctor --robot {name} --offline",
         markup=False,
     )

@@ -5,14 +5,24 @@ from __future__ import annotations
 import os
 import re
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
+import msgspec
 import rospkg
-from scara_config import ConfigError, load_robot
+from scara_config import ConfigError, load, load_robot, locate
 from scara_config.faults import nearest
 from scara_config.profile import CHOICE, FOLDER, known_robots
+from scara_config.programs.files import read_listing
+from scara_config.programs.tp.printer import print_program
 from scara_config.writer import replace_file
 from scara_description.body import load_body, urdf_of
+from scara_description.inertia import largest_inertia
+
+from robot_doctor.new_scara import LIKE, ScaraSize, body_text, robot_text
+from robot_doctor.scaled_files import of_joints, positions_of, started
+from scara_description.gazebo import CameraView, with_gazebo
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
 
@@ -33,26 +43,88 @@ def make_profile(config: Path, name: str, source: str, urdf_folder: Path | None 
         ConfigError: The name is not usable or taken, there is no such robot, or its files are
             wrong; nothing was made then.
     """
-    known = known_robots(config)
-    if not NAME.fullmatch(name):
-        raise ConfigError(f"{name!r} is no name for a robot: like my_robot_2, a letter first")
-    if name in known:
-        raise ConfigError(f"{config / FOLDER / name} is there already")
-    if source not in known:
+    if source not in (known := known_robots(config)):
         meant = nearest(source, known)
         hint = f"; did you mean {meant}?" if meant else ""
         raise ConfigError(
             f"unknown robot {source!r}: {config / FOLDER} has {', '.join(known)}{hint}"
         )
+    with _new_folder(config, name, source) as folder:
+        _write_urdf(config, folder, name, urdf_folder)
+    return folder
+
+
+def make_scara(config: Path, name: str, size: ScaraSize, urdf_folder: Path | None = None) -> Path:
+    """Make the files of a SCARA from its lengths, and its URDF.
+
+    Args:
+        config: Folder with all YAML files.
+        name: Of the new robot: lower-case letters, digits and underlines.
+        size: What is told of it.
+        urdf_folder: Where URDFs are; default: that of the package scara_description.
+
+    Returns:
+        The new folder.
+
+    Raises:
+        ConfigError: The name is not usable or taken, or a SCARA of this size cannot reach its set
+            positions; nothing was made then.
+    """
+    # Here, as the physics engine takes its time: the doctor's other questions need none.
+    from scara_simulation.tuning.propose_gains_node import gains_text
+
+    with _new_folder(config, name, LIKE) as folder, _chosen(name):
+        replace_file(folder / "body.yaml", body_text(name, size))
+        replace_file(folder / "robot.yaml", robot_text(name, size, {}))
+        robot = load_robot(config)
+        urdf = urdf_of(robot, load_body(robot, config))
+        ranges = {joint.name: (joint.lower, joint.upper) for joint in robot.twin_joints}
+        inertias = {joint: largest_inertia(urdf, ranges, joint) for joint in ranges}
+        replace_file(folder / "robot.yaml", robot_text(name, size, inertias))
+        robot = load_robot(config)
+        _write_urdf(config, folder, name, urdf_folder)
+        for file in folder.glob("programs/*.LS"):
+            program = msgspec.structs.replace(
+                read_listing(file), positions=positions_of(file.stem, robot, size)
+            )
+            replace_file(file, print_program(program))
+        emulator = folder / "emulator.yaml"
+        replace_file(emulator, started(emulator.read_text(encoding="utf-8"), robot))
+        for file in folder.glob("plants/*.yaml"):
+            replace_file(file, of_joints(file.read_text(encoding="utf-8"), size.joints))
+        replace_file(folder / "pid_gains.yaml", gains_text(robot, config))
+    return folder
+
+
+@contextmanager
+def _new_folder(config: Path, name: str, source: str) -> Iterator[Path]:
+    """Give a copy of a robot's folder under a new name; it is gone again if the rest fails."""
+    if not NAME.fullmatch(name):
+        raise ConfigError(f"{name!r} is no name for a robot: like my_robot_2, a letter first")
     folder = config / FOLDER / name
+    if name in known_robots(config):
+        raise ConfigError(f"{folder} is there already")
     try:
         shutil.copytree(config / FOLDER / source, folder)
         _rename(folder, name, source)
-        _write_urdf(config, folder, name, urdf_folder)
-    except (OSError, ConfigError) as error:
+        yield folder
+    except (OSError, ValueError) as error:
         shutil.rmtree(folder, ignore_errors=True)
         raise ConfigError(f"{folder} was not made: {error}") from error
-    return folder
+
+
+@contextmanager
+def _chosen(name: str) -> Iterator[None]:
+    """Choose a robot for what is read within."""
+    before = os.environ.get(CHOICE)
+    os.environ[CHOICE] = name
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[CHOICE]
+        else:
+            os.environ[CHOICE] = before
 
 
 def _rename(folder: Path, name: str, source: str) -> None:
@@ -70,15 +142,9 @@ def _write_urdf(config: Path, folder: Path, name: str, urdf_folder: Path | None)
     """Write the URDF from body.yaml, if the robot has one."""
     if not (folder / "body.yaml").is_file():
         return
-    before = os.environ.get(CHOICE)
-    os.environ[CHOICE] = name
-    try:
+    with _chosen(name):
         robot = load_robot(config)
         text = urdf_of(robot, load_body(robot, config))
-    finally:
-        if before is None:
-            del os.environ[CHOICE]
-        else:
-            os.environ[CHOICE] = before
+        text = with_gazebo(text, load(locate("camera.yaml", config), CameraView), robot.base_frame)
     place = urdf_folder or Path(rospkg.RosPack().get_path("scara_description")) / "urdf"
     replace_file(place / robot.urdf, text)

@@ -7,11 +7,12 @@ cannot be used.
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
-from scara_config import ConfigError, load_robot
+from scara_config import ConfigError, Robot, load_robot
 from scara_config.profile import robot_folder
 from scara_config.writer import replace_file
 from scara_ros.shell.command_line_io import CommandLine, RobotName, choose_robot
@@ -48,12 +49,7 @@ def propose_gains(
     """Propose PID gains from the URDF."""
     console = Console(highlight=False, soft_wrap=True)
     choose_robot(robot)
-    profile = load_robot()
-    names = [joint.name for joint in profile.twin_joints]
-    proposals = dict(zip(names, _proposals()))
-    text = HEAD.format(name=profile.name) + "".join(
-        _lines(name, proposal) for name, proposal in proposals.items()
-    )
+    text = gains_text(load_robot())
     console.print(text, markup=False)
     file = robot_folder() / "pid_gains.yaml"
     if (write and not file.exists()) or overwrite:
@@ -63,10 +59,17 @@ def propose_gains(
         console.print(f"{file}: exists; --overwrite replaces it", markup=False)
 
 
-def _proposals() -> list[Proposal]:
-    """Sample the URDF's inertia over the workspace."""
-    robot = load_robot()
-    config, joints = load_simulation(robot), robot.twin_joints
+def gains_text(robot: Robot, directory: Path | None = None) -> str:
+    """Return what pid_gains.yaml should hold.
+
+    Args:
+        robot: The profile; its URDF is sampled over the workspace.
+        directory: With simulation.yaml; default: the package scara_config.
+
+    Raises:
+        ConfigError: A file is missing or wrong.
+    """
+    config, joints = load_simulation(robot, directory), robot.twin_joints
     with World(
         robot.description,
         [joint.name for joint in joints],
@@ -78,7 +81,9 @@ def _proposals() -> list[Proposal]:
         plant = sample_plant(
             world.mass_matrix, limits, world.damping, config.dt, config.tracking_bandwidth_rad_s
         )
-        return propose(plant.mass_matrices, list(world.friction), config.dt)
+        proposals = propose(plant.mass_matrices, list(world.friction), config.dt)
+    entries = (_lines(joint.name, proposal) for joint, proposal in zip(joints, proposals))
+    return HEAD.format(name=robot.name) + "".join(entries)
 
 
 def _lines(name: str, proposal: Proposal) -> str:

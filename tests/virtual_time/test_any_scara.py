@@ -1,0 +1,52 @@
+"""A SCARA from three numbers drives the demo's experiments as it was made, without an edit.
+
+Some by default, 20 of them on both plants in the thorough run; a part of them by ANY_SCARA, such as
+``4-8``.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+from harness.any_scara import any_size
+from harness.running.thorough import thorough
+from harness.virtual_cell.cell import VirtualCell
+from harness.virtual_cell.experiments import figures, run_experiments
+from harness.virtual_cell.files import load_files
+from harness.workspace import ROOT
+from robot_doctor.new_profile_io import make_scara
+
+MADE = range(20)
+FIRST, LAST = (int(part) for part in os.environ.get("ANY_SCARA", "0-19").split("-"))
+PERCENT = {"real_leads": 1.2, "twin_leads": 2.0}
+"""Of reach, as a robot of typed programs keeps them (test_kit_robot)."""
+
+
+@pytest.mark.parametrize(
+    ("seed", "plant"),
+    [
+        (5, "ideal"),
+        *thorough(*((seed, plant) for seed in MADE for plant in ("ideal", "field"))),
+    ],
+)
+def test_a_made_scara_and_its_twin_keep_together(
+    seed: int, plant: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Both experiments, on the files as the doctor made them."""
+    if not FIRST <= seed <= LAST:
+        pytest.skip("another part")
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    monkeypatch.setattr("scara_config.robot.description_path", tmp_path.joinpath)
+    make_scara(tmp_path / "config", "made", any_size(seed), tmp_path)
+    with VirtualCell(load_files("made", tmp_path / "config", plant)) as cell:
+        cell.connect()
+        results = run_experiments(cell)
+    assert set(results) == set(PERCENT)
+    for name, result in results.items():
+        assert not result.reasons, (any_size(seed), result.reasons)
+        percent = 100.0 * figures(result).path_max_mm / cell.files.robot.reach_mm
+        print(seed, plant, any_size(seed), name, f"{percent:.3f} % of reach")
+        assert percent <= PERCENT[name], (any_size(seed), name, percent)
