@@ -64,6 +64,33 @@ def test_a_reading_of_unknown_age_is_taken_for_half_of_the_oldest() -> None:
     assert steps[5].doubt > 0.0 and not steps[5].period
 
 
+def stood(period: int, phase: int, noise: float, answers: int = 200) -> Latch:
+    """Return what is known of a robot that stands, with noise that is new in each reading."""
+    chance, latch, clock, shown = np.random.default_rng(5), Latch(), 5000.0, None
+    for _ in range(answers):
+        stamp = int(clock) // TICK_MS * TICK_MS
+        renewed_at = stamp - (stamp - phase) % period
+        if renewed_at != shown:
+            shown, q = renewed_at, chance.normal(0.0, 1.0, 3) * noise
+        latch = renewed(latch, stamp, list(q * VELOCITY), VELOCITY)
+        clock += POLL_MS + chance.uniform(-1.0, 1.0)
+    return latch
+
+
+@pytest.mark.parametrize(("period", "phase"), [(10, 2), (12, 8), (14, 0), (16, 10)])
+def test_a_robot_that_stands_shows_a_slow_grid_by_its_noise(period: int, phase: int) -> None:
+    """Its first move is followed by readings whose age is known."""
+    latch = stood(period, phase, NOISE)
+    assert (latch.settled, latch.period_ms, latch.phase_ms) == (True, period, phase)
+
+
+@pytest.mark.parametrize(("period", "noise"), [(2, NOISE), (4, NOISE), (8, NOISE), (12, 0.0)])
+def test_answers_that_are_all_new_or_all_the_same_show_none(period: int, noise: float) -> None:
+    """Faster than it is asked, any grid fits; and a robot without noise never changes."""
+    latch = stood(period, 0, noise)
+    assert not latch.settled and not latch.period_ms
+
+
 def test_a_robot_that_was_set_up_anew_is_seen_again() -> None:
     """Another phase after a restart, another period after a change."""
     known = cut(heard(Latch(), 8, 4)[-1])

@@ -10,6 +10,10 @@ Nobody tells :math:`p` and :math:`\varphi`. But a robot moves smoothly: with the
 positions lie on a smooth curve over :math:`s`, with a wrong one they stray by speed times the error
 of the instants. A cubic goes through each stretch by least squares, and the grid that leaves least
 in all stretches together is the one.
+
+A robot that stands tells less: its encoders' noise changes with each renewal and with nothing else.
+Two answers with the same positions are one reading, two others are not, which leaves few grids of a
+robot that renews its readings less often than it is asked.
 """
 
 from __future__ import annotations
@@ -45,6 +49,8 @@ up to 8 ms, as most robots interpolate [src]."""
 MOVES = 0.01
 """A stretch counts if its fastest joint goes on with this part of its greatest speed; below it a
 wrong instant is hidden by noise. Our choice."""
+PAIRS, SAME = 40, 3
+"""A grid is told at rest by so many answers, so many of which gave a reading again; our choice."""
 FORGET = 0.9
 """What was left before counts so much after another stretch: a robot may be set up anew."""
 BETTER, LIKELY, CLEARLY = 9.0, 4.0, 2.0
@@ -64,6 +70,9 @@ class Latch(msgspec.Struct, frozen=True):
         rows: The newest readings: stamp [ms], then the joints.
         fresh: So many of them were in no stretch yet.
         drawn: So many curves were drawn.
+        pairs: So many answers were compared with the one before, and so many of them were the same.
+        against: How many of them speak against each grid.
+        changed_ms: The stamp of the newest answer that was another one.
         settled: It is known how old the readings are: by a grid, or as their stamps say.
     """
 
@@ -73,6 +82,9 @@ class Latch(msgspec.Struct, frozen=True):
     rows: tuple[tuple[float, ...], ...] = ()
     fresh: int = 0
     drawn: int = 0
+    pairs: tuple[int, int] = (0, 0)
+    against: tuple[float, ...] = ()
+    changed_ms: float = 0.0
     settled: bool = False
 
     @property
@@ -107,6 +119,8 @@ def renewed(latch: Latch, clock_ms: float, q: Sequence[float], velocity: Sequenc
         velocity: Greatest speed of each joint, SI.
     """
     row = (clock_ms, *[position / most for position, most in zip(q, velocity)])
+    if latch.rows and not latch.settled:
+        latch = _compared(latch, latch.rows[-1], row)
     rows, fresh = (*latch.rows, row)[-STRETCH:], latch.fresh + 1
     replace = msgspec.structs.replace
     if len(rows) < STRETCH or fresh < (SETTLED_EACH if latch.settled else EACH):
@@ -130,6 +144,34 @@ def cut(latch: Latch) -> Latch:
     may have been switched off.
     """
     return Latch(latch.period_ms, latch.phase_ms, settled=latch.settled)
+
+
+def _compared(latch: Latch, before: tuple[float, ...], row: tuple[float, ...]) -> Latch:
+    """Take in whether an answer gives the reading before it again."""
+    replace = msgspec.structs.replace
+    stamps, same = (before[0], row[0]), before[1:] == row[1:]
+    if same and row[0] - latch.changed_ms > PERIODS_MS[-1]:
+        # It stands so quietly that nothing changes: the same positions tell nothing.
+        return replace(latch, pairs=(0, 0), against=())
+    renewed_at = np.concatenate(
+        [[stamps], np.array(stamps) - np.mod(np.array(stamps) - _PHASES, _PERIODS)]
+    )
+    against = (renewed_at[:, 0] == renewed_at[:, 1]) != same
+    total = against + (np.array(latch.against) if latch.against else 0.0)
+    compared, again = latch.pairs
+    latch = replace(
+        latch,
+        pairs=(compared + 1, again + same),
+        against=tuple([float(count) for count in total]),
+        changed_ms=latch.changed_ms if same else row[0],
+    )
+    if latch.pairs[0] < PAIRS or latch.pairs[1] < SAME:
+        return latch
+    possible = np.flatnonzero(total == 0.0)
+    if len(possible) != 1 or not possible[0]:
+        return latch
+    period, phase = GRIDS[int(possible[0])]
+    return replace(latch, settled=True, period_ms=period, phase_ms=phase)
 
 
 def _judged(latch: Latch) -> Latch:

@@ -62,6 +62,22 @@ def test_uncertainty_grows_with_the_largest_drift_while_only_poor_answers_come()
     assert later.samples == 2 and later.jumps == 0
 
 
+def test_a_reading_is_younger_than_the_answer_before_it() -> None:
+    """A robot that renews each 16 ms, asked each 9.7 ms: first seen, a reading is 9.7 ms old."""
+    known, blind, before = ClockEstimate(), ClockEstimate(), -1e9
+    shown = None
+    for k in range(200):
+        asked = 9.7e-3 * k
+        reading = math.floor((asked + 1e-3) / 16e-3) * 16e-3
+        if reading != shown:
+            seen = (5.0 + reading, asked, asked + 2e-3, DRIFT_PPM, 16e-3)
+            known, blind = observe(known, *seen, since=before), observe(blind, *seen)
+            shown = reading
+        before = asked
+    assert abs(known.offset - 5.0) <= known.uncertainty <= 1.5e-3
+    assert blind.uncertainty > 2.5e-3
+
+
 @given(
     offset=st.floats(-1e6, 1e6),
     drift_ppm=st.floats(-200.0, 200.0),

@@ -21,6 +21,7 @@ from twin_controller.core.sides.measure import (
 )
 from twin_controller.core.sides.pairing import interpolate, paired
 from twin_controller.core.sides.side import RealSide, Sides, TwinSide
+from twin_controller.estimation.latch import Latch
 
 replace = msgspec.structs.replace
 STILL = (0.0,) * len(HOME)
@@ -80,7 +81,22 @@ def test_an_answer_that_repeats_an_instant_does_not_count() -> None:
     again = real_measured(
         SETUP, first, replace(real_answer(1.0), now=1.2, sent=1.199, received=1.2)
     )
-    assert again == first
+    assert again == replace(first, asked=1.199)
+
+
+def test_a_reading_that_is_given_again_is_no_sample() -> None:
+    """A plain clock counts on while a slow robot answers what it answered before."""
+    latch = Latch(period_ms=16, phase_ms=4, settled=True)
+    side = replace(RealSide(), latch=latch)
+    for clock_ms in (100, 110, 120, 130, 140, 150):
+        at = 1e-3 * clock_ms
+        q = (HOME[0] + 1e-3 * ((clock_ms - 4) // 16), *HOME[1:])
+        motion = JointMotion.measured(q, (), at)
+        event = RealMeasured(at, at - 0.002, at, clock_ms, motion, plain_clock=True)
+        side = real_measured(SETUP, side, event)
+    steps = np.diff([sample.time for sample in side.history])
+    assert steps == pytest.approx(0.016, abs=1e-4) and len(steps) == 3
+    assert side.flags is not None and side.flags.clock_ms == 150
 
 
 def test_a_jump_of_the_real_clock_forgets_the_real_side() -> None:

@@ -2,9 +2,10 @@ r"""Bound a remote clock's offset by intervals.
 
 A remote clock reads :math:`c` at some instant between sending the question (:math:`s`) and
 receiving the answer (:math:`r`), and its value may be up to one sample period :math:`p` old.
+And it is younger than the answer before, which was asked for at :math:`s'` and did not hold it.
 Therefore the offset remote - local obeys
 
-.. math:: c - r \le \theta \le c + p - s .
+.. math:: c - r \le \theta \le c - \max(s - p, s') .
 
 The intersection of these intervals over time, widened by the largest possible drift, holds the
 true offset; its half width is the uncertainty. The lower bound is hard: no answer holds a time that
@@ -94,6 +95,7 @@ def observe(
     latency: float = 0.0,
     jitter: float = 0.0,
     patience: ClockTolerance = STRICT,
+    since: float = -1e9,
 ) -> ClockEstimate:
     """Intersect the estimate with one more observation.
 
@@ -107,12 +109,13 @@ def observe(
         latency: Age of a reading when it becomes visible [s].
         jitter: How far a reading's stamp may be from its instant [s].
         patience: What counts as a late reading, not as a jump.
+        since: Local time at which an answer without this reading was asked for [s].
 
     Returns:
         The narrower estimate; a fresh one if the clock jumped.
     """
     lower = remote - jitter + latency - received
-    upper = remote + jitter + latency + period - sent
+    upper = remote + jitter + latency - max(sent - period, since)
     trip = received - sent
     if estimate.known:
         widened = abs(received - estimate.at) * drift_ppm * 1e-6

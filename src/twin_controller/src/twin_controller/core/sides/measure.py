@@ -160,7 +160,7 @@ def _real_sampled(setup: Setup, real: RealSide, event: RealMeasured) -> RealSide
     clock_ms = clock.unwrap_ms(real.clock_ms, event.clock_ms)
     # The robot latches less often than it is asked: the same clock is the same sample.
     if clock_ms == real.clock_ms:
-        return real
+        return replace(real, asked=event.sent)
     rhythm = heard(real.rhythm, clock_ms, 0.5 * (event.sent + event.received))
     # What the stamps are rough by is no motion: each reading lies on the robot's own grid.
     stamp = rhythm.instant(clock_ms)
@@ -168,6 +168,9 @@ def _real_sampled(setup: Setup, real: RealSide, event: RealMeasured) -> RealSide
     if rhythm.corrects and not real.rhythm.corrects:
         # What was bounded by stamps as rough as these may be wrong by as much.
         known = clock.widen(known, rhythm.roughness)
+    if rhythm.period > real.rhythm.period:
+        # Readings are older than was thought.
+        known = replace(known, upper=known.upper + rhythm.period - real.rhythm.period)
     estimate = clock.observe(
         known,
         1e-3 * stamp,
@@ -178,6 +181,7 @@ def _real_sampled(setup: Setup, real: RealSide, event: RealMeasured) -> RealSide
         config.sample_latency_ms * 1e-3,
         rhythm.spread,
         ClockTolerance(config.clock_jump_ms * 1e-3, config.clock_conflicts),
+        real.asked,
     )
     if estimate.jumps != real.clock.jumps:
         cause = stall_text(real.stall, event.now)
@@ -191,6 +195,8 @@ def _real_sampled(setup: Setup, real: RealSide, event: RealMeasured) -> RealSide
         renewed_at = latch.instant(stamp)
     sample = replace(event.motion, time=estimate.to_local(1e-3 * renewed_at))
     seen = min(event.received, sample.time + estimate.uncertainty)
+    # A robot that renews its readings less often than it is asked gives one of them twice.
+    again = renewed_at == real.renewed_ms
     real = replace(
         real,
         clock=estimate,
@@ -199,8 +205,10 @@ def _real_sampled(setup: Setup, real: RealSide, event: RealMeasured) -> RealSide
         seen=seen,
         flags=event,
         clock_ms=clock_ms,
+        renewed_ms=renewed_at,
+        asked=event.sent,
     )
-    return _sampled(setup, real, sample)
+    return real if again else _sampled(setup, real, sample)
 
 
 def restamped(real: RealSide, latch: Latch, known: ClockEstimate) -> RealSide:
@@ -208,10 +216,12 @@ def restamped(real: RealSide, latch: Latch, known: ClockEstimate) -> RealSide:
     stamps = [row[0] for row in latch.rows[:-1]][-len(real.history) :]
     if not stamps:
         return real
-    rows = [
-        replace(reading, time=known.to_local(1e-3 * latch.instant(stamp)))
-        for reading, stamp in zip(real.history[-len(stamps) :], stamps)
-    ]
+    first: dict[float, JointMotion] = {}
+    for reading, stamp in zip(real.history[-len(stamps) :], stamps):
+        renewed_ms = latch.instant(stamp)
+        # One that is given again is no other reading.
+        first.setdefault(renewed_ms, replace(reading, time=known.to_local(1e-3 * renewed_ms)))
+    rows = tuple(first.values())
     # What came before keeps its order: nothing of it is newer than the first of them.
     before = [each for each in real.history[: -len(stamps)] if each.time < rows[0].time]
     return replace(real, history=(*before, *rows))
@@ -266,7 +276,9 @@ def _sampled(setup: Setup, side: S, sample: JointMotion) -> S:
         qdot = (0.0,) * len(sample.q)
         if not change.stands_still(found, sample.time, config):
             noise = tuple(side.noise * scale for scale in setup.scale)
-            qdot = speeds(side.history, sample, noise, setup.velocity, side.age_doubt)
+            qdot = speeds(
+                side.history, sample, noise, setup.velocity, setup.acceleration, side.age_doubt
+            )
         sample = replace(sample, qdot=qdot)
     return replace(
         side,

@@ -79,6 +79,10 @@ class RealSide(Side, frozen=True):
     flags: RealMeasured | None = None
     # Its clock, unwrapped. An answer with the same clock holds no new sample.
     clock_ms: int | None = None
+    # When its newest reading was renewed, by its clock [ms]; None until the first one.
+    renewed_ms: float | None = None
+    # When it was asked for its newest answer [s]: what is new in the next one is younger.
+    asked: float = -1e9
     # How often it renews its readings; a property of the robot, so it outlives a loss.
     rhythm: Rhythm = Rhythm()
     # How old a reading is where its stamp is not its own; likewise.

@@ -6,13 +6,14 @@ of the positions, so noise of standard deviation :math:`\sigma` becomes
 
 .. math:: v = \sum_i w_i q_i, \qquad \sigma_v = \sigma \sqrt{\sum_i w_i^2}.
 
-Few readings follow a motion closely, many average its noise away: as many are taken as bring
-:math:`\sigma_v` below what a speed may be wrong by (Savitzky and Golay 1964, at the end of the
-stretch).
+Few readings follow a motion closely, many average its noise away. A jerk :math:`j` that lasts makes
+the slope wrong by :math:`\tfrac{j}{6} \sum_i w_i s_i^3`: as many readings are taken as make both
+errors together least (Savitzky and Golay 1964, at the end of the stretch).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -20,17 +21,14 @@ from scara_control.joint_motion import JointMotion
 
 from twin_controller.core.events import Joints
 
-FEWEST, MOST = 4, 16
-"""So many readings are taken; our choice: four of 8 ms span the filters of a drive by half."""
+FEWEST, MOST = 3, 16
+"""So many readings are taken; our choice."""
 LONGEST_S = 0.15
 """Readings older than this say nothing of the speed now [s]; our choice."""
-WRONG_PERCENT = 0.25
-"""Of its greatest speed a joint's may be wrong by so much, one standard deviation; our choice:
-over a delay of 30 ms the tool of a SCARA strays by 0.4 mm for it."""
-
-WRONG_BY_AGE = 0.15
-"""A speed may be wrong by this part of itself while nobody knows how old the readings are; our
-choice: over a delay of 15 ms the joint strays by that as much as by the age itself."""
+ROUNDED_S = 0.1
+"""A drive takes about so long to its greatest acceleration [s]: that tells its jerk; our choice."""
+USUAL = 0.5
+"""Part of its greatest speed with which a joint moves where the age of readings is weighed."""
 
 
 def speeds(
@@ -38,6 +36,7 @@ def speeds(
     newest: JointMotion,
     noise: Joints,
     velocity: Joints,
+    acceleration: Joints,
     age_doubt: float = 0.0,
 ) -> Joints:
     """Return the speed of each joint at the newest reading, SI.
@@ -47,6 +46,7 @@ def speeds(
         newest: The newest one.
         noise: Standard deviation of each joint's readings, SI.
         velocity: Largest speed of each joint, SI.
+        acceleration: Largest acceleration of each joint, SI.
         age_doubt: Standard deviation of a reading from its stamp [s].
     """
     recent = [each for each in history[1 - MOST :] if newest.time - each.time <= LONGEST_S]
@@ -55,13 +55,16 @@ def speeds(
         return (0.0,) * len(newest.q)
     q = np.array([row.q for row in rows])
     s = np.array([row.time - newest.time for row in rows])
-    worst = max(one / (1e-2 * WRONG_PERCENT * most) for one, most in zip(noise, velocity))
-    worst = max(worst, age_doubt / WRONG_BY_AGE)
-    weights = slope_weights(s[-FEWEST:])
-    for count in range(FEWEST + 1, len(rows) + 1):
-        if worst * float(np.linalg.norm(weights)) <= 1.0:
+    # In parts of the greatest speed, of the joint that is worst.
+    noisy = max(one / most for one, most in zip(noise, velocity)) + USUAL * age_doubt
+    jerk = max(a / (ROUNDED_S * most) for a, most in zip(acceleration, velocity))
+    weights, least = slope_weights(s[-FEWEST:]), np.inf
+    for count in range(FEWEST, len(rows) + 1):
+        tried = slope_weights(s[-count:])
+        wrong = math.hypot(noisy * np.linalg.norm(tried), jerk / 6.0 * (tried @ s[-count:] ** 3))
+        if wrong >= least:
             break
-        weights = slope_weights(s[-count:])
+        weights, least = tried, wrong
     return tuple([float(v) for v in weights @ q[-len(weights) :]])
 
 
