@@ -26,6 +26,7 @@ class Trigger(StrEnum):
     LINK_LOST = "a link was lost"
     LINKS_READY = "both links are up and fresh"
     ALIGNED = "the twin reached the real robot's pose"
+    CAUGHT_UP = "the twin reached the real robot, which moves on its own"
     ALIGN_FAILED = "the twin did not reach the real robot's pose in time"
     REAL_MOVED = "the real robot moved first"
     REAL_TOOK_OVER = "the real robot moves on its own"

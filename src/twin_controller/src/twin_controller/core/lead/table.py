@@ -207,6 +207,8 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.ALIGNED: Row(
             Mode.IDLE, (Command.RELEASE_TWIN, Command.BASELINE), "the pair is ready"
         ),
+        # Let go, the twin would stop first, and lose a robot that moves fast.
+        Trigger.CAUGHT_UP: Row(Mode.REAL_LEADS, (), "it goes on following"),
         Trigger.ALIGN_FAILED: _FAILED,
         Trigger.KEEP_OUT: _BEFORE_ZONE,
         Trigger.TOO_CLOSE: _STOPPED,

@@ -33,6 +33,7 @@ from twin_controller.core.state import CoreState
 
 AT_ROBOT = (
     Trigger.REAL_MOVED,
+    Trigger.CAUGHT_UP,
     Trigger.REAL_TOOK_OVER,
     Trigger.REAL_WAS_FIRST,
     Trigger.REAL_HELD,

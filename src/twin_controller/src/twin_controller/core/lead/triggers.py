@@ -212,7 +212,8 @@ def rest_triggers(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
     config, lead, sides = setup.config, state.lead, state.sides
     if lead.mode is Mode.ALIGNING:
         if aligned(setup, state.follow.twin, sides, lead.since, now):
-            return [Trigger.ALIGNED]
+            still = change.stands_still(sides.real.change, now, config.change)
+            return [Trigger.ALIGNED if still else Trigger.CAUGHT_UP]
         failed = now - lead.since > config.align.timeout_ms * 1e-3
         if failed:
             return [Trigger.ALIGN_FAILED]
