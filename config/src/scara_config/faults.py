@@ -161,7 +161,7 @@ def _below(value: Any, kind: Any, keys: Keys) -> Iterator[Fault]:
     """Yield what is wrong with the parts of a mapping or list."""
     kind = _member(value, _bare(kind))
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
-    if origin in _UNIONS:
+    if origin in _UNIONS or origin is typing.Literal:
         return  # nobody knows which of them was meant: what is wrong is wrong with the whole
     if isinstance(kind, type) and issubclass(kind, msgspec.Struct) and isinstance(value, dict):
         yield from _of_struct(value, kind, keys)

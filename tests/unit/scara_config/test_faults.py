@@ -84,6 +84,11 @@ AXES = "axes:\n  - {name: a, speed_percent: 50}\n"
             "prismatic (line 5; did you mean `revolute`?)",
         ),
         (
+            "rate_hz: 1\naxes:\n  - name: a\n    speed_percent: 1\n    kind: {revolute: 1}\n",
+            "axes[0].kind = {revolute}: Expected `str`, got `object`, allowed are revolute, "
+            "prismatic (line 5)",
+        ),
+        (
             f"rate_hz: 1\n{AXES}gains:\n  p: 1\n  i: high\n",
             "gains.i = 'high': Expected `float`, got `str` (line 6)",
         ),
