@@ -19,6 +19,9 @@ SpeedPercent = Annotated[float, Meta(ge=1.0, le=100.0)]
 PartPercent = Annotated[float, Meta(ge=1.0, le=100.0)]
 """Part of a whole that is never next to nothing: of a core, of the time that passes."""
 
+FewPercent = Annotated[float, Meta(ge=0.1, le=10.0)]
+"""Part of a reach that something may cost."""
+
 SharePercent = Annotated[float, Meta(gt=0.0, le=100.0)]
 """Part of a whole: an error of the reach, a threshold of the largest speed, a jog's speed."""
 

@@ -45,7 +45,7 @@ class ResponseConfig(Section, frozen=True):
 
     first_ms: allowed.DelayMs
     first_percent: allowed.SpeedPercent
-    careful_percent: allowed.SpeedPercent
+    doubt_percent: allowed.FewPercent
     known_ms: allowed.SpreadMs
     longest_ms: allowed.DelayMs
     window_ms: allowed.MemoryMs
@@ -214,6 +214,7 @@ class Stream(Section, frozen=True):
 
     period_ms: allowed.PeriodMs | None
     ahead_period_ms: Annotated[int, msgspec.Meta(ge=2, le=100)]
+    alone_percent: allowed.PartPercent
     retry_ms: allowed.RepeatMs
     attempts: allowed.Attempts
 

@@ -7,6 +7,7 @@ from functools import cached_property
 
 from scara_config import Robot
 from scara_control.keep_out.points import speed_points, watched_points
+from scara_control.keep_out.reach import largest_rates
 from scara_control.kinematics.screws import ScrewModel
 from scara_control.kinematics.tool import ToolKinematics, tool_kinematics
 
@@ -65,6 +66,22 @@ class Setup:
         reach = self._robot.reach_mm
         joints = [self.joints[column] for column in self.arm_columns]
         return math.hypot(*(reach * j.scale if j.unit == "deg" else 1.0 for j in joints))
+
+    @cached_property
+    def reach_mm(self) -> float:
+        """Of the outstretched arm."""
+        return self._robot.reach_mm
+
+    @cached_property
+    def tool_speeds(self) -> tuple[float, ...]:
+        """By how much each joint moves the tool at its largest speed, at most [m/s].
+
+        One that carries no tool, as a table's, counts as if it reached as far.
+        """
+        levers = [self.reach_mm * 1e-3 if joint.unit == "deg" else 1.0 for joint in self.joints]
+        for column, rates in zip(self.arm_columns, largest_rates(self.arm) or ()):
+            levers[column] = max(rates)
+        return tuple([lever * most for lever, most in zip(levers, self.velocity)])
 
     @cached_property
     def fastest(self) -> float:

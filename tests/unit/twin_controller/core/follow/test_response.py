@@ -11,11 +11,18 @@ from hypothesis import strategies as st
 from scara_control.joint_motion import JointMotion
 from twin_controller.config import MeasuredJoint, load_twin_controller
 from twin_controller.core.follow.memory import Follow
-from twin_controller.core.follow.real import follower_pace
-from twin_controller.core.follow.response import Response, assumed, known, measured
+from twin_controller.core.follow.pace import follower_pace
+from twin_controller.core.follow.response import (
+    FIRST_SPREAD_S,
+    Response,
+    assumed,
+    begun,
+    known,
+    measured,
+)
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.echo import EchoTube
-from twin_controller.core.sides.side import RealSide
+from twin_controller.core.sides.side import RealSide, Sides
 from twin_controller.estimation.delay import fit_joint
 
 replace = msgspec.structs.replace
@@ -154,8 +161,9 @@ def test_a_robot_that_keeps_up_is_led_faster() -> None:
 def test_only_a_robot_that_fell_behind_is_said_to(behind_at: float, says: str) -> None:
     """One that never did is only not known well enough."""
     shown = after_move({0: 0.1}, assumed(NUMBERS, SETUP.names))
-    follow = Follow(response=replace(shown, pace=60.0, behind_at=behind_at))
-    pace, why = follower_pace(UNKNOWN, follow)
+    sure = (0.0005,) * len(HOME)
+    follow = Follow(response=replace(shown, pace=60.0, behind_at=behind_at, doubt=sure))
+    pace, why = follower_pace(UNKNOWN, follow, Sides(), 100.0, 0.0)
     assert pace == 60.0 and says in why
 
 
@@ -196,3 +204,25 @@ def test_a_robot_that_falls_behind_is_led_more_slowly() -> None:
     late = measured(UNKNOWN, replace(start, at=-1e9), side(0.75, {0: 0.13}, noise=0.003))
     assert late.pace < 30.0 and late.behind_at < 100.0
     assert after_move({0: late.delay[0]}, late).pace <= 0.9 * late.behind_at + 1e-9
+
+
+def test_a_stream_that_begins_may_be_late_otherwise_than_the_one_before() -> None:
+    """Where in its own rhythm a robot takes them is new: by how much that differs is learned."""
+    shown = after_move({0: 0.1}, assumed(NUMBERS, SETUP.names))
+    assert begun(NUMBERS, shown, ahead=True) is shown
+    new = begun(NUMBERS, shown, ahead=False)
+    assert all(one >= FIRST_SPREAD_S for one in new.doubt)
+    later = after_move({0: 0.109}, new)
+    assert later.delay[0] == pytest.approx(0.109, abs=0.002) and later.doubt[0] < 0.001
+    assert later.spread == pytest.approx((0.8 * FIRST_SPREAD_S**2 + 0.2 * 0.009**2) ** 0.5, rel=0.2)
+    same = after_move({0: 0.109}, begun(NUMBERS, later, ahead=False))
+    assert same.spread < later.spread and not same.begun
+    assert begun(NUMBERS, assumed(NUMBERS, SETUP.names), ahead=False).begun == ()
+
+
+def test_a_joint_that_was_never_seen_stays_as_late_as_those_that_were() -> None:
+    """It is not left behind with what they showed first."""
+    first = after_move({0: 0.1}, assumed(NUMBERS, SETUP.names))
+    later = after_move({0: 0.13}, first)
+    assert later.delay[1] == pytest.approx(0.13, abs=0.003)
+    assert later.doubt[1] == pytest.approx(NUMBERS.known_ms * 1e-3)

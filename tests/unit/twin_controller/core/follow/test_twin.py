@@ -126,12 +126,16 @@ def test_a_pair_apart_in_either_direction_is_not_aligned(joint: int, border: flo
 
 @pytest.mark.parametrize(
     ("wanted_ms", "robot_ms", "spacing_ms"),
-    [(16.0, 4, 16.0), (16.0, 8, 16.0), (16.0, 16, 16.0), (10.0, 8, 8.0), (4.0, 20, 20.0)],
+    [
+        *((8.0, 4, 8.0), (8.0, 8, 8.0), (8.0, 10, 10.0), (8.0, 16, 8.0)),
+        # Six or twelve are too far away, and a clock's ticks are no rhythm.
+        *((8.0, 12, 8.0), (8.0, 2, 8.0), (10.0, 8, 8.0), (16.0, 8, 16.0)),
+    ],
 )
-def test_set_points_are_whole_periods_of_the_robot_apart(
+def test_set_points_come_in_the_rhythm_of_the_robot_if_it_is_near(
     wanted_ms: float, robot_ms: int, spacing_ms: float
 ) -> None:
-    """As near to what is wanted as can be, and never two within one period."""
+    """In its period, twice or half of that; else as far apart as is wanted."""
     setup = Setup(ROBOT, changed(SETUP.config, stream__period_ms=wanted_ms))
     pair = idle_pair()
     rhythm = Rhythm()

@@ -18,8 +18,8 @@ from twin_controller.core.follow.limit import (
     judge_setpoint,
     slow_setpoint,
 )
-from twin_controller.core.follow.memory import Follow, RealFollows
-from twin_controller.core.follow.response import Response, known
+from twin_controller.core.follow.memory import RealFollows
+from twin_controller.core.follow.response import Response
 from twin_controller.core.follow.schedule import SendSlot, next_slots
 from twin_controller.core.follow.twin import close_gap
 from twin_controller.core.setup import Setup
@@ -32,6 +32,10 @@ PLANNED, UNPLANNED = 2.0, 0.5
 
 LONGEST_AHEAD_S = 0.2
 """The twin's last state is carried on at constant velocity for so long at most [s]."""
+
+SHORTER, LONGER = 0.8, 1.3
+"""Of the spacing that is wanted: the robot's own rhythm between these is taken for it; our choice,
+as answers of 3 to 8 ms leave no time for much shorter ones."""
 
 SMOOTHING_RATE = 2e-3
 """The smoothing that is reckoned with changes by so much at most [s^2/s]; our choice."""
@@ -97,7 +101,8 @@ def _slots(setup: Setup, follows: RealFollows, sides: Sides, now: float) -> list
         last = follows.last.t
     # Decided until the next answer, and further ahead while a plan tells where the twin goes.
     longer = PLANNED if planned(sides.twin, now) else UNPLANNED
-    ahead = setup.config.real.poll_period_ms * 1e-3 + longer * (spacing or 0.0)
+    until_next = max(setup.config.real.poll_period_ms * 1e-3, sides.real.period)
+    ahead = until_next + longer * (spacing or 0.0)
     return next_slots(
         now,
         sides.real.last.time,
@@ -111,14 +116,16 @@ def _slots(setup: Setup, follows: RealFollows, sides: Sides, now: float) -> list
 
 
 def setpoint_spacing(setup: Setup, real: RealSide) -> float | None:
-    """Return the time between two set points [s]: as many of the robot's periods as come nearest.
+    """Return the time between two set points [s], in the robot's rhythm if that is near enough.
 
-    At least one, for no robot takes two within its own period. None: each is sent at once.
+    A robot may take them in the rhythm in which it renews its readings, in twice or half of that,
+    or in none that is known. None: each is sent at once.
     """
-    wanted, period = setup.config.stream.period_ms, real.period
-    if wanted is None:
+    if setup.config.stream.period_ms is None:
         return None
-    return max(1, round(1e-3 * wanted / period)) * period
+    wanted, period = 1e-3 * setup.config.stream.period_ms, real.period
+    rhythm = min((period, 2.0 * period, 0.5 * period), key=lambda one: abs(one - wanted))
+    return rhythm if SHORTER * wanted <= rhythm <= LONGER * wanted else wanted
 
 
 def aimed(
@@ -257,24 +264,6 @@ def program_speed(setup: Setup, real: RealSide, cap: float) -> float:
     """
     override = real.flags.override_percent if real.flags is not None else 100.0
     return min(100.0, 100.0 * min(setup.config.limit.told_percent, cap) / max(override, 1.0))
-
-
-def follower_pace(setup: Setup, follow: Follow) -> tuple[float, str]:
-    """Return with what speed the real robot can be led [percent], and why with no more."""
-    config, response = setup.config.response, follow.response
-    if not known(response, config):
-        return (
-            config.careful_percent,
-            "how late the real robot follows is not known yet: it is measured",
-        )
-    off = 0.0
-    if follow.real is not None and follow.real.delay:
-        off = max(abs(a - b) for a, b in zip(follow.real.delay, response.delay))
-    if off > config.behind_ms * 1e-3:
-        return config.careful_percent, "the set points are being aimed at the real robot's delay"
-    if response.behind_at < 100.0:
-        return response.pace, f"the real robot falls behind at {response.behind_at:.0f} %"
-    return response.pace, "the real robot has not shown yet that it keeps up with more"
 
 
 def planned(twin: TwinSide, local: float) -> bool:

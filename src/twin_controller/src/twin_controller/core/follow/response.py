@@ -31,6 +31,9 @@ JUMPED = 4.0
 """A measurement so many standard deviations away is a delay that has changed."""
 HELD_S = 0.03
 """Set points that were slowed down for so long have taken a robot to its limit [s]."""
+FIRST_SPREAD_S, SPREAD_GAIN = 0.003, 0.2
+"""The delay of a stream differs so much from that of the one before until it is known [s], and so
+much counts what a stream shows of it: 3 ms are what steps of 8 to 12 ms make. Our choice."""
 JUMP_GAIN, SMOOTHING_GAIN = 0.3, 0.2
 """So much of what was measured counts at once at least, of a delay that has changed and of a
 smoothing."""
@@ -38,6 +41,8 @@ MOST_SMOOTHING = 2.5e-3
 """No larger one is reckoned with [s^2]: two filters of 170 ms have that."""
 LED_STEP_S = 0.02
 """Speeds that a robot was told are differences over this time [s]."""
+SLOWEST_PERCENT = 4.0
+"""Slower than this shows nothing of a delay; our choice."""
 SLOWER, FASTER, NEARLY = 0.9, 1.1, 0.9
 """A robot that falls behind is led so much slower, one that keeps up so much faster. Our choice."""
 
@@ -61,6 +66,11 @@ class Response(msgspec.Struct, frozen=True):
     held_since: float | None = None
     # When it was measured last [s].
     at: float = -1e9
+    # Standard deviation of the delay from one stream to the next [s], of a robot that takes set
+    # points in a rhythm of its own: where in it they come is new each time.
+    spread: float = FIRST_SPREAD_S
+    # The delays with which this stream began [s]; empty once it has shown its own.
+    begun: Joints = ()
 
     @property
     def longest(self) -> float:
@@ -91,6 +101,20 @@ def assumed(config: ResponseConfig, names: Sequence[str]) -> Response:
 def known(response: Response, config: ResponseConfig) -> bool:
     """Return whether the delay of a joint, and so about that of all, has been measured."""
     return min(response.doubt) <= config.known_ms * 1e-3
+
+
+def begun(config: ResponseConfig, response: Response, ahead: bool) -> Response:
+    """Return what is known of the robot when a stream begins.
+
+    Args:
+        config: Numbers.
+        response: What is known of it.
+        ahead: It takes set points ahead of their time, so a delay is that of its drives alone.
+    """
+    if ahead or not known(response, config):
+        return response
+    doubt = tuple([math.hypot(one, response.spread) for one in response.doubt])
+    return replace(response, doubt=doubt, begun=response.delay)
 
 
 def measured(setup: Setup, response: Response, real: RealSide, held: bool = False) -> Response:
@@ -150,22 +174,32 @@ def _held(response: Response, now: float, held: bool) -> Response:
 def _joined(response: Response, fits: dict[int, Fit], config: ResponseConfig) -> Response:
     """Weigh what was measured against what was known."""
     delay, smoothing, doubt = list(response.delay), list(response.smoothing), list(response.doubt)
+    best = min(fits, key=lambda k: fits[k].doubt)
+    if response.begun and fits[best].doubt <= FIRST_SPREAD_S:
+        step = fits[best].delay - response.begun[best]
+        spread = math.sqrt((1.0 - SPREAD_GAIN) * response.spread**2 + SPREAD_GAIN * step**2)
+        response = replace(response, spread=spread, begun=())
     for k, fit in fits.items():
         gain = doubt[k] ** 2 / (doubt[k] ** 2 + fit.doubt**2)
-        if abs(fit.delay - delay[k]) > JUMPED * (doubt[k] + fit.doubt):
+        off = fit.delay - delay[k]
+        jumped = abs(off) > JUMPED * (doubt[k] + fit.doubt)
+        if jumped:
             gain = max(gain, JUMP_GAIN)
-        delay[k] += gain * (fit.delay - delay[k])
+        delay[k] += gain * off
         # Of a joint that was hardly known, what is measured first counts as for its delay.
         smoothing[k] += max(SMOOTHING_GAIN, gain) * (
             min(max(fit.smoothing, 0.0), MOST_SMOOTHING) - smoothing[k]
         )
         doubt[k] = max((1.0 - gain) ** 0.5 * doubt[k], LEAST_DEVIATION_S)
+        if jumped:
+            doubt[k] = max(doubt[k], (1.0 - gain) * abs(off))
     # A joint that was not seen yet is as late as the others, about.
+    most = config.known_ms * 1e-3
     others = [delay[k] for k in fits]
     rounded = [smoothing[k] for k in fits]
     for k in range(len(delay)):
-        if doubt[k] > config.known_ms * 1e-3:
-            delay[k], doubt[k] = sum(others) / len(others), config.known_ms * 1e-3
+        if doubt[k] >= most and k not in fits:
+            delay[k], doubt[k] = sum(others) / len(others), most
             smoothing[k] = sum(rounded) / len(rounded)
     return replace(response, delay=tuple(delay), smoothing=tuple(smoothing), doubt=tuple(doubt))
 
@@ -185,7 +219,7 @@ def _paced(
         return response
     late = max(fit.delay - response.delay[k] for k, fit in fits.items())
     if late > config.behind_ms * 1e-3 and led > 0.5 * response.pace:
-        pace = max(SLOWER * min(led, response.pace), config.careful_percent)
+        pace = max(SLOWER * min(led, response.pace), SLOWEST_PERCENT)
         return replace(response, pace=pace, behind_at=max(min(led, response.behind_at), pace))
     if late < 0.5 * config.behind_ms * 1e-3 and led >= NEARLY * response.pace:
         most = 100.0 if response.behind_at >= 100.0 else NEARLY * response.behind_at

@@ -7,6 +7,7 @@ import msgspec
 from twin_controller.core.actions import AnyAction, Command, MoveTwin, SendReal, SendTwin
 from twin_controller.core.events import Operator
 from twin_controller.core.follow.memory import RealFollows, TwinFollows
+from twin_controller.core.follow.response import begun
 from twin_controller.core.lead.triggers import onsets
 from twin_controller.core.orders.state import OWN_COMMAND, told_twin
 from twin_controller.core.orders.stop import (
@@ -69,8 +70,8 @@ def carry_out(
         case Command.BEGIN_ALIGN | Command.BEGIN_FOLLOW_TWIN:
             # Once the twin listens again after a stop.
             quiet = state.follow.twin_stopped_at + setup.config.twin.stop_quiet_ms * 1e-3
-            begun = TwinFollows(max(now, quiet), command is Command.BEGIN_ALIGN)
-            return replace(state, follow=replace(state.follow, twin=begun)), []
+            twin = TwinFollows(max(now, quiet), command is Command.BEGIN_ALIGN)
+            return replace(state, follow=replace(state.follow, twin=twin)), []
         case Command.BEGIN_STREAM:
             return _begin_stream(setup, state, now), []
         case Command.BASELINE:
@@ -145,6 +146,12 @@ def _begin_stream(setup: Setup, state: CoreState, now: float) -> CoreState:
     stream = begin_stream(state.sides.real.flags, stopping, setup.config.stream, now)
     return replace(
         state,
-        follow=replace(state.follow, real=follows),
+        follow=replace(
+            state.follow,
+            real=follows,
+            response=begun(
+                setup.config.response, state.follow.response, bool(state.sides.real.takes_ahead)
+            ),
+        ),
         orders=replace(state.orders, stream=stream),
     )

@@ -9,7 +9,8 @@ from twin_controller.core.actions import AnyAction, Command, SendReal
 from twin_controller.core.events import AnyEvent, TwinMeasured, TwinMotion
 from twin_controller.core.follow.ahead import stream_ahead
 from twin_controller.core.follow.blend import finished
-from twin_controller.core.follow.real import follower_pace, stream_real
+from twin_controller.core.follow.pace import follower_pace
+from twin_controller.core.follow.real import stream_real
 from twin_controller.core.follow.remembered import Remembered, note_sample
 from twin_controller.core.follow.twin import follow_twin
 from twin_controller.core.lead.effects import send_twin
@@ -196,7 +197,7 @@ def cap_both(setup: Setup, state: CoreState, now: float) -> Result:
         state.sides,
         state.safety,
         leader,
-        follower_pace(setup, state.follow),
+        follower_pace(setup, state.follow, state.sides, orders.speeds.cap, now),
         now,
     )
     lead = replace(lead, links_up=state.sides.usable)

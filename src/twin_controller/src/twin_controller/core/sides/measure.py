@@ -77,7 +77,8 @@ def take_in(setup: Setup, sides: Sides, event: AnyEvent) -> Sides:
         case TwinMeasured():
             return replace(sides, twin=twin_measured(setup, twin, event))
         case TwinPlan():
-            return replace(sides, twin=replace(twin, plan=event))
+            planned = replace(twin, plan=event, shares=speed_shares(event, setup.velocity))
+            return replace(sides, twin=planned)
         case TwinMotion():
             return replace(sides, twin=replace(twin, motion=event))
         case TwinGripper() if twin.connected:
@@ -240,6 +241,19 @@ def twin_measured(setup: Setup, twin: TwinSide, event: TwinMeasured) -> TwinSide
         return twin_lost(twin, f"its stamps are {ahead:.3g} s ahead of its clock")
     seen = min(event.now, sample.time + twin.clock.uncertainty)
     return _sampled(setup, replace(twin, seen=seen), sample)
+
+
+def speed_shares(plan: TwinPlan, velocity: Joints) -> Joints:
+    """Return each joint's largest step in a plan against the largest of all; empty if none moves.
+
+    Args:
+        plan: Where the twin is going to be.
+        velocity: Largest speed of each joint, SI.
+    """
+    rows = np.array([row for _, row in plan.rows])
+    steps = np.ptp(rows, axis=0) / np.array(velocity)
+    most = float(steps.max())
+    return tuple([float(step) / most for step in steps]) if most > 0.0 else ()
 
 
 def clock_probed(setup: Setup, twin: TwinSide, event: ClockProbe) -> TwinSide:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 from scara_control.joint_motion import JointMotion
 
-from twin_controller.core.events import RealMeasured, TwinMotion, TwinPlan
+from twin_controller.core.events import Joints, RealMeasured, TwinMotion, TwinPlan
 from twin_controller.core.sides.change import ChangeState
 from twin_controller.core.sides.clock import ClockEstimate
 from twin_controller.core.sides.echo import EchoTube
@@ -115,6 +115,8 @@ class TwinSide(Side, frozen=True):
     motion: TwinMotion | None = None
     # Set points it is going to pass. Dropped when it is stopped: it will not pass them.
     plan: TwinPlan | None = None
+    # How fast each joint is in it against the fastest one, in parts of their largest speeds.
+    shares: Joints = ()
     # What its arm touches, as its simulator tells; empty: nothing. Only said to a person.
     touches: str = ""
 

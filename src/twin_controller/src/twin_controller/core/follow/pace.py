@@ -1,0 +1,75 @@
+r"""With what speed the real robot can be led: never faster than it follows.
+
+What is not known of its delay, :math:`\sigma_k` of joint k, puts the tools apart in motion:
+
+.. math:: e = \sum_k \sigma_k\, l_k\, |\dot q_k|, \qquad l_k \le \text{reach for joints that turn},
+
+so the twin is slow enough for :math:`e` to stay below a part of the reach. It is the same for a
+robot that nobody knows, for a joint that has not moved yet and for a delay that has changed.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from twin_controller.core.follow.memory import Follow
+from twin_controller.core.follow.real import planned
+from twin_controller.core.follow.response import SLOWEST_PERCENT
+from twin_controller.core.setup import Setup
+from twin_controller.core.sides.side import Sides
+
+
+class Pace(NamedTuple):
+    """A program speed [percent], and why it is no more."""
+
+    percent: float
+    reason: str
+
+
+def follower_pace(setup: Setup, follow: Follow, sides: Sides, cap: float, now: float) -> Pace:
+    """Return with what speed the real robot can be led, and why with no more.
+
+    Args:
+        setup: Profile and numbers.
+        follow: What was measured of how it follows, and what its set points reckon with.
+        sides: Both sides; the twin's plan tells which joints move.
+        cap: The operator's cap of the program speed [percent].
+        now: Time [s].
+    """
+    response = follow.response
+    shown = "the real robot has not shown yet that it keeps up with more"
+    if response.behind_at < 100.0:
+        shown = f"the real robot falls behind at {response.behind_at:.0f} %"
+    paces = [Pace(response.pace, shown), _sure(setup, follow, sides, now)]
+    flags = sides.real.flags
+    if flags is not None and not sides.real.takes_ahead:
+        most = min(setup.config.limit.told_percent, cap, max(flags.override_percent, 1.0))
+        paces.append(
+            Pace(
+                setup.config.stream.alone_percent * 1e-2 * most,
+                "the real robot takes one set point after the other, and needs the rest to keep up",
+            )
+        )
+    return min(paces, key=lambda pace: pace.percent)
+
+
+def _sure(setup: Setup, follow: Follow, sides: Sides, now: float) -> Pace:
+    """Return the speed at which what is not known of the delay costs little."""
+    response, stream = follow.response, follow.real
+    wrong = response.doubt
+    if stream is not None and stream.delay:
+        # The set points go towards a delay that has changed bit by bit.
+        aims = zip(wrong, response.delay, stream.delay)
+        wrong = tuple([doubt + abs(delay - aim) for doubt, delay, aim in aims])
+    shares = sides.twin.shares if planned(sides.twin, now) else ()
+    apart = sum(
+        doubt * share * speed
+        for doubt, share, speed in zip(wrong, shares or (1.0,) * len(wrong), setup.tool_speeds)
+    )
+    allowed = setup.config.response.doubt_percent * 1e-5 * setup.reach_mm
+    percent = 100.0 * allowed / max(apart, 1e-9)
+    late = 1e3 * max(response.delay)
+    return Pace(
+        max(percent, SLOWEST_PERCENT),
+        f"the real robot follows about {late:.0f} ms late, and that is being measured",
+    )
