@@ -48,7 +48,7 @@ def test_what_is_not_known_of_a_delay_costs_a_part_of_the_reach(doubt: float) ->
     assert doubt * speed == pytest.approx(
         1e-2 * SETUP.config.response.doubt_percent * SETUP.reach_mm, rel=1e-6
     )
-    assert "100 ms late" in found.reason
+    assert "about 100 ms" in found.reason
 
 
 def test_only_the_joints_that_move_count() -> None:

@@ -71,5 +71,5 @@ def _sure(setup: Setup, follow: Follow, sides: Sides, now: float) -> Pace:
     late = 1e3 * max(response.delay)
     return Pace(
         max(percent, SLOWEST_PERCENT),
-        f"the real robot follows about {late:.0f} ms late, and that is being measured",
+        f"how late the real robot follows is being measured: about {late:.0f} ms",
     )
