@@ -122,6 +122,12 @@ def _child(node: Node | None, key: str | int) -> tuple[Node, int] | None:
         for name, value in node.value:
             if name.value == str(key):
                 return value, name.start_mark.line + 1
+    if isinstance(node, SequenceNode) and isinstance(key, str):
+        # An entry of a list may be called by its name.
+        for value in node.value:
+            named = _child(value, "name")
+            if named is not None and named[0].value == key:
+                return value, value.start_mark.line + 1
     if isinstance(node, SequenceNode) and isinstance(key, int) and key < len(node.value):
         value = node.value[key]
         return value, value.start_mark.line + 1

@@ -63,7 +63,7 @@ def reader(name: str) -> Callable[..., Any]:
     return found
 
 
-def check_files(directory: Path | str | None = None) -> list[str]:
+def check_files(directory: Path | str | None = None, robot: Robot | None = None) -> list[str]:
     """Read all files of the chosen robot's cell and return every fault, one line each.
 
     A line holds file, key, value, what is allowed, and where it can be told the line number and
@@ -71,6 +71,7 @@ def check_files(directory: Path | str | None = None) -> list[str]:
 
     Args:
         directory: Folder with all YAML files; default: the package scara_config.
+        robot: What the files that fit it are read with; default: robot.yaml, without a fault.
 
     Raises:
         ConfigError: There is no such robot.
@@ -80,7 +81,7 @@ def check_files(directory: Path | str | None = None) -> list[str]:
     for name in READERS:
         found += _faults_of(name, folder)
     try:
-        robot = load_robot(folder)
+        robot = robot or load_robot(folder)
     except ConfigError:
         waiting = ", ".join(READERS_WITH_ROBOT)
         return [*dict.fromkeys(found), f"{locate('robot.yaml', folder)}: {_NEEDS_ROBOT}{waiting}"]

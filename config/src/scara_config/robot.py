@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
@@ -43,11 +44,6 @@ class _JointFields(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     twin: bool
     screw_axis: Twist | None
     effort: JointEffort
-
-    def check(self, source: str) -> None:
-        """Raise ConfigError unless the lower limit is below the upper one."""
-        if not self.lower < self.upper:  # type: ignore[attr-defined]
-            raise ConfigError(f"{source}: {self.name}: lower limit is not below the upper limit")
 
 
 class RevoluteJoint(
@@ -208,13 +204,13 @@ class Stopping(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             return f"robot.yaml: stopping.tried names nothing that stopped {address}: {_TRY}"
         return ""
 
-    def check(self, source: str) -> None:
-        """Raise ConfigError where a means was tried that the robot does not have."""
+    def faults(self) -> Iterator[str]:
+        """Yield the means that were tried and that the robot does not have."""
         has = ALLOCATED[self.uop]
         for means in self.tried:
             if means not in has:
-                raise ConfigError(
-                    f"{source}: stopping.tried.{means}: uop is {self.uop}; "
+                yield (
+                    f"stopping.tried.{means}: uop is {self.uop}; "
                     f"it allocates {', '.join(has) or 'nothing'}"
                 )
 
@@ -291,24 +287,32 @@ def load_robot(directory: Path | str | None = None) -> Robot:
     """
     path = locate("robot.yaml", directory)
     robot = load(path, Robot, with_lengths)
+    if faults := [f"{path}: {fault}" for fault in robot_faults(robot)]:
+        raise ConfigError("\n".join(faults))
+    return robot
+
+
+def robot_faults(robot: Robot) -> Iterator[str]:
+    """Yield everything in which a profile contradicts itself: key, value, what is expected."""
     for joint in robot.joints:
-        joint.check(str(path))
+        if not joint.lower < joint.upper:
+            yield f"joints.{joint.name}: lower limit is not below the upper limit"
     for key, values in (
         ("name", [j.name for j in robot.joints]),
         ("axis_number", [str(j.axis_number) for j in robot.joints]),
     ):
         twice = sorted({value for value in values if values.count(value) > 1})
         if twice:
-            raise ConfigError(f"{path}: joints: {key} {', '.join(twice)} occurs more than once")
-    _check_axes(robot, path)
-    _check_lengths(robot, path)
-    robot.stopping.check(str(path))
-    _check_twin(robot, path)
-    return robot
+            second = len(values) - 1 - values[::-1].index(twice[0])
+            yield f"joints[{second}].{key}: {key} {', '.join(twice)} occurs more than once"
+    yield from _wrong_axes(robot)
+    yield from _wrong_lengths(robot)
+    yield from robot.stopping.faults()
+    yield from _wrong_twin(robot)
 
 
-def _check_axes(robot: Robot, path: Path) -> None:
-    """Raise ConfigError unless directions are unit vectors: a comma that slipped shows there."""
+def _wrong_axes(robot: Robot) -> Iterator[str]:
+    """Yield directions that are no unit vectors: a comma that slipped shows there."""
     for joint in robot.joints:
         if joint.screw_axis is None:
             continue
@@ -317,10 +321,7 @@ def _check_axes(robot: Robot, path: Path) -> None:
         across = sum(a * b for a, b in zip(omega, v))
         if abs(length - 1.0) > UNIT_TOLERANCE or abs(across) > UNIT_TOLERANCE:
             what = "a unit omega, and v across it" if joint.unit == "deg" else "omega 0, a unit v"
-            raise ConfigError(
-                f"{path}: joints: {joint.name}.screw_axis = {list(joint.screw_axis)}: "
-                f"Expected {what}"
-            )
+            yield (f"joints.{joint.name}.screw_axis = {list(joint.screw_axis)}: Expected {what}")
     turn = [row[:3] for row in robot.home_pose[:3]]
     products = [[sum(a * b for a, b in zip(one, two)) for two in turn] for one in turn]
     straight = all(
@@ -329,47 +330,53 @@ def _check_axes(robot: Robot, path: Path) -> None:
         for k, product in enumerate(row)
     )
     if not straight or robot.home_pose[3] != (0.0, 0.0, 0.0, 1.0):
-        raise ConfigError(f"{path}: home_pose: Expected a rotation, a place, and 0 0 0 1 below")
+        yield "home_pose: Expected a rotation, a place, and 0 0 0 1 below"
 
 
-def _check_lengths(robot: Robot, path: Path) -> None:
-    """Raise ConfigError where axes, tool or reach are not what follows from the lengths."""
+def _wrong_lengths(robot: Robot) -> Iterator[str]:
+    """Yield axes, tool or reach that are not what follows from the lengths."""
     arm, size = robot.arm_joints, robot.geometry
-    axes = [joint.screw_axis or () for joint in arm]
     turning = [joint for joint in arm if joint.unit == "deg"]
     if size is not None and len(turning) < 2:
-        raise ConfigError(
-            f"{path}: geometry: Expected two turning joints of the arm, or no geometry"
-        )
-    longest = 1e3 * stretched(axes, [row[3] for row in robot.home_pose[:3]])
-    least = SHORTEST_REACH * longest
-    if size is not None:
-        # Only distances count: a maker may count the other way round, and stand elsewhere.
-        tip, h = (robot.home_pose[0][3], robot.home_pose[1][3]), robot.home_pose[2][3]
-        places = [(f"joints: {j.name}.screw_axis", place_of(j.screw_axis)) for j in turning]
-        places = [*places[:3], ("home_pose", tip)] if len(places) < 3 else places[:3]
-        for key, wanted in (("l1_mm", size.l1_mm), ("l2_mm", size.l2_mm)):
-            (_, begin), (what, end) = places[:2]
-            places = places[1:]
-            found = 1e3 * math.dist(begin, end)
-            if abs(found - wanted) > 1e3 * AGREE:
-                raise ConfigError(
-                    f"{path}: {what}: {found:g} mm from the axis before: Expected geometry.{key} = "
-                    f"{wanted:g}, or no {what.rpartition('.')[2]}"
-                )
-        if abs(1e3 * h - size.h_mm) > 1e3 * AGREE:
-            raise ConfigError(
-                f"{path}: home_pose: the tool at z = {1e3 * h:g} mm: Expected geometry.h_mm = "
-                f"{size.h_mm:g}, or no home_pose"
-            )
+        yield "geometry: Expected two turning joints of the arm, or no geometry"
+        return
+    if size is None:
+        axes = [joint.screw_axis or () for joint in arm]
+        longest = 1e3 * stretched(axes, [row[3] for row in robot.home_pose[:3]])
+        least, what = SHORTEST_REACH * longest, f"{SHORTEST_REACH * longest:g} to {longest:g}"
+    else:
+        yield from _wrong_places(robot, size, turning)
         least = longest = size.l1_mm + size.l2_mm
+        what = f"{longest:g} = l1_mm + l2_mm"
     if not least - 1e3 * AGREE <= robot.reach_mm <= longest + 1e3 * AGREE:
-        what = f"{least:g} to {longest:g}" if size is None else f"{longest:g} = l1_mm + l2_mm"
-        raise ConfigError(f"{path}: reach_mm = {robot.reach_mm:g}: Expected {what}")
+        yield f"reach_mm = {robot.reach_mm:g}: Expected {what}"
 
 
-def _check_twin(robot: Robot, path: Path) -> None:
-    """Raise ConfigError unless home fits the twin's joints, and the zones are boxes."""
+def _wrong_places(robot: Robot, size: Geometry, turning: list[Joint]) -> Iterator[str]:
+    """Yield what a SCARA's axes and tool are apart, and its height, where its lengths differ.
+
+    Only distances count: a maker may count the other way round, and stand elsewhere.
+    """
+    tip = ("home_pose", (robot.home_pose[0][3], robot.home_pose[1][3]))
+    axes = [(f"joints.{j.name}.screw_axis", place_of(j.screw_axis)) for j in turning]
+    places = [*axes, tip][:3]
+    for (_, begin), (what, end), key in zip(places, places[1:], ("l1_mm", "l2_mm")):
+        found, wanted = 1e3 * math.dist(begin, end), getattr(size, key)
+        if abs(found - wanted) > 1e3 * AGREE:
+            yield (
+                f"{what}: {found:g} mm from the axis before: Expected geometry.{key} = {wanted:g}, "
+                f"or no {what.rpartition('.')[2]}"
+            )
+    height = 1e3 * robot.home_pose[2][3]
+    if abs(height - size.h_mm) > 1e3 * AGREE:
+        yield (
+            f"home_pose: the tool at z = {height:g} mm: Expected geometry.h_mm = {size.h_mm:g}, "
+            "or no home_pose"
+        )
+
+
+def _wrong_twin(robot: Robot) -> Iterator[str]:
+    """Yield a home that does not fit the twin's joints, and zones that are no boxes."""
     joints = {joint.name: joint for joint in robot.twin_joints}
     for name in sorted(set(joints) ^ set(robot.home)):
         what = (
@@ -377,13 +384,14 @@ def _check_twin(robot: Robot, path: Path) -> None:
             if name in joints
             else f"is no joint of the twin; it has {', '.join(joints)}"
         )
-        raise ConfigError(f"{path}: home.{name}: {what}")
-    for name, joint in joints.items():
-        value, low, high = robot.home[name], joint.lower / joint.scale, joint.upper / joint.scale
+        yield f"home.{name}: {what}"
+    for name, value in robot.home.items():
+        if name not in joints:
+            continue
+        joint = joints[name]
         if not joint.lower <= value * joint.scale <= joint.upper:
-            raise ConfigError(
-                f"{path}: home.{name} = {value:g}: Expected {low:g} to {high:g} {joint.unit}"
-            )
+            low, high = joint.lower / joint.scale, joint.upper / joint.scale
+            yield f"home.{name} = {value:g}: Expected {low:g} to {high:g} {joint.unit}"
     for zone in robot.keep_out:
         if not all(low < high for low, high in zip(zone.lower_mm, zone.upper_mm)):
-            raise ConfigError(f"{path}: keep_out.{zone.name}: lower_mm is not below upper_mm")
+            yield f"keep_out.{zone.name}: lower_mm is not below upper_mm"

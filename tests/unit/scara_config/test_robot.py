@@ -125,7 +125,7 @@ def test_home_is_the_articles_position_1_in_si() -> None:
         (["joints", 0, "lower_deg"], 200.0, r"joint_1: lower limit is not below the upper limit"),
         (["joints", 0, "upper_deg"], -148.0, r"joint_1: lower limit is not below the upper limit"),
         (["joints", 1, "name"], "joint_1", r"name joint_1 occurs more than once"),
-        (["joints", 1, "axis_number"], 1, r"axis_number 1 occurs more than once"),
+        (["joints", 1, "axis_number"], 1, r"axis_number: axis_number 1 occurs more than once"),
         (["joints", 2, "axis_number"], 10, r"joints\[2\]\.axis_number = 10: Expected `int` <= 9"),
         (
             ["joints", 0, "velocity_deg_s"],
@@ -142,7 +142,7 @@ def test_home_is_the_articles_position_1_in_si() -> None:
         (
             ["joints", 1, "screw_axis"],
             [0, 0, 1, 0, -0.325, 0],
-            r"joints: joint_2\.screw_axis: 325 mm from the axis before: Expected geometry\.l1_mm",
+            r"joints\.joint_2\.screw_axis: 325 mm from the axis before: Expected geometry\.l1_mm",
         ),
         (
             ["home_pose"],

@@ -27,6 +27,7 @@ class DescribedJoint(msgspec.Struct, frozen=True):
         lower, upper: Limits [rad] or [m].
         velocity, effort: Largest ones.
         moves_tool: It is on the way from the root to the tool frame.
+        link: That it moves.
     """
 
     kind: str
@@ -36,6 +37,7 @@ class DescribedJoint(msgspec.Struct, frozen=True):
     velocity: float
     effort: float
     moves_tool: bool
+    link: str = ""
 
 
 class DescribedArm(msgspec.Struct, frozen=True):
@@ -91,4 +93,4 @@ def _described(joint: JointFrame, pose: FloatArray, moves_tool: bool) -> Describ
     if joint.kind == "prismatic":
         screw = [*np.zeros(3), *direction]
     values = tuple(float(value) for value in screw)
-    return DescribedJoint(joint.kind, values, *joint.limit, moves_tool)
+    return DescribedJoint(joint.kind, values, *joint.limit, moves_tool, joint.child)

@@ -36,7 +36,7 @@ from robot_doctor.finding import Finding, Group, Level, is_healthy, note, wrong
 from robot_doctor.link_checks import check_answers
 from robot_doctor.new_profile_io import make_profile, make_scara
 from robot_doctor.new_scara import ScaraSize
-from robot_doctor.profile_files_io import read_profile
+from robot_doctor.profile_files_io import place_of, read_profile
 from robot_doctor.robot_probe_io import Mover, ask
 from robot_doctor.set_up_checks import check_set_up
 from robot_doctor.set_up_probe_io import probe_set_up
@@ -97,10 +97,10 @@ def doctor(
     if stops:
         raise typer.Exit(0 if _stops(console, profile, folder, host, port) else 1)
     findings = list(examine(profile))
-    findings += other_files(folder, findings)
+    findings += other_files(folder, profile, findings)
     if not offline:
         findings += _links(profile, folder, host, port, twin_url, move)
-    show(console, profile, findings)
+    show(console, profile, findings, folder)
     console.print(f"next: {next_command(is_healthy(findings), offline)}", markup=False)
     raise typer.Exit(0 if is_healthy(findings) else 1)
 
@@ -154,31 +154,40 @@ def next_command(healthy: bool, offline: bool) -> str:
     return f"./cell demo --robot {chosen_robot()}" if healthy else f"correct this, then {again}"
 
 
-def other_files(folder: Path, found: list[Finding]) -> Iterator[Finding]:
+def other_files(folder: Path, profile: RobotProfile, found: list[Finding]) -> Iterator[Finding]:
     """Yield the faults of all other files that a cell of this robot reads."""
     told = "\n".join(finding.what for finding in found)
-    for fault in check_files(folder):
-        if fault.partition(" (line ")[0] not in told:
+    robot = None if isinstance(profile.robot, ConfigError) else profile.robot
+    # That the body is another one's was told with the simulation, joint by joint.
+    known = any(f.level is Level.WRONG and f.group is Group.SIMULATION for f in found)
+    about = ("robot.yaml: home_pose", "robot.yaml: joints.") if known else ()
+    for fault in check_files(folder, robot):
+        file, _, rest = fault.partition(" (line ")[0].partition(": ")
+        said = f"{Path(file).name}: {rest}"
+        if said not in told and not fault.startswith(about):
             yield wrong(Group.FILES, fault, mend(fault, chosen_robot()))
 
 
-def tell(console: Console, finding: Finding) -> None:
-    """Print one finding, and what to do."""
+def tell(console: Console, finding: Finding, place: str = "") -> None:
+    """Print one finding, where it is, and what to do."""
     said = f"  {finding.level.value:5} {finding.what}"
     console.print(said, style=COLOURS[finding.level], markup=False)
+    if place:
+        console.print(f"        at {place}", markup=False)
     if finding.advice:
         console.print(f"        -> {finding.advice}", markup=False)
 
 
-def show(console: Console, profile: RobotProfile, findings: list[Finding]) -> None:
-    """Print the findings by group, and what to do."""
+def show(console: Console, profile: RobotProfile, findings: list[Finding], folder: Path) -> None:
+    """Print the findings by group, where they are, and what to do."""
     name = chosen_robot() if isinstance(profile.robot, ConfigError) else profile.robot.name
     for group in Group:
         found = [finding for finding in findings if finding.group is group]
         if found:
             console.print(f"{group.value}", style="bold", markup=False)
         for finding in found:
-            tell(console, finding)
+            place = place_of(finding, folder, profile.robot) if finding.advice else ""
+            tell(console, finding, place)
     counts = {level: sum(finding.level is level for finding in findings) for level in Level}
     verdict = (
         f"{counts[Level.FINE]} fine, {counts[Level.NOTE]} to look at, {counts[Level.WRONG]} wrong"
@@ -209,7 +218,7 @@ def _stops(
         check_set_up(layout, probe_set_up(layout, *address, patience, needed), led=False)
     )
     if gaps and not is_healthy(gaps):
-        show(console, profile, [gap for gap in gaps if gap.level is Level.WRONG])
+        show(console, profile, [gap for gap in gaps if gap.level is Level.WRONG], folder)
         return False
     console.print(STOPS_BEGIN.format(*address), markup=False)
     findings = []

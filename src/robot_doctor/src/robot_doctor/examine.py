@@ -25,21 +25,25 @@ class RobotProfile(msgspec.Struct, frozen=True):
 
     Attributes:
         folder: Name of the robot's folder, empty for a flat one.
-        robot: robot.yaml, or why it cannot be used.
+        robot: robot.yaml as far as it can be read, or why it cannot.
+        faults: What is wrong with it: file, key, value, what is expected.
         layout: modbus_map.yaml, not yet checked, or why it cannot be read.
         gains: pid_gains.yaml, parsed, or why not.
         programs: By the name of the file, or why one cannot be read.
         urdf: Text of the URDF, or why it cannot be read.
+        written: Text that it should have by robot.yaml and body.yaml; empty: a person writes it.
         decimals: To so many in deg and mm positions are compared.
         places: Of the files.
     """
 
     folder: str
     robot: Robot | ConfigError
+    faults: tuple[str, ...]
     layout: ModbusMap | ConfigError
     gains: Any
     programs: Mapping[str, Program | ConfigError]
     urdf: str | ConfigError
+    written: str
     decimals: int
     places: Places
 
@@ -50,6 +54,8 @@ def examine(profile: RobotProfile) -> Iterator[Finding]:
     What hangs on a file that cannot be used is left out.
     """
     robot = profile.robot
+    for fault in profile.faults:
+        yield wrong(Group.ROBOT, fault, mend(fault, profile.folder))
     if isinstance(robot, ConfigError):
         then = "the other checks of the robot follow then"
         yield wrong(Group.ROBOT, str(robot), f"{mend(str(robot), profile.folder)}; {then}")
@@ -94,13 +100,18 @@ def _simulation(profile: RobotProfile, robot: Robot) -> Iterator[Finding]:
             f"write body.yaml beside {profile.places.robot}, then: {write_urdf(robot.name)}",
         )
     else:
+        if profile.written not in ("", profile.urdf):
+            what = f"{robot.urdf} was written from another robot.yaml or body.yaml than these"
+            yield wrong(Group.SIMULATION, what, write_urdf(robot.name), "URDF robot")
         try:
-            described = read_description(profile.urdf, robot.tool_frame)
+            # Each fault of the two files is told once, and not of what is written from them too.
+            described = read_description(profile.written or profile.urdf, robot.tool_frame)
         except DescribedArmError as error:
             yield wrong(
                 Group.SIMULATION,
                 f"{robot.urdf}: {error}",
                 f"correct {profile.places.body or profile.places.urdf}; check_urdf may say more",
+                "URDF robot",
             )
         else:
             yield fine(Group.SIMULATION, f"{robot.urdf} has {len(described.links)} links")

@@ -34,12 +34,15 @@ class Finding(msgspec.Struct, frozen=True):
         level: How bad it is.
         what: What was found, with values.
         advice: What to do; empty if nothing.
+        at: The file and the keys in it, ``robot.yaml joints.joint_1.lower_deg``; empty: ``what``
+            begins with them.
     """
 
     group: Group
     level: Level
     what: str
     advice: str = ""
+    at: str = ""
 
 
 def fine(group: Group, what: str) -> Finding:
@@ -52,9 +55,9 @@ def note(group: Group, what: str, advice: str) -> Finding:
     return Finding(group, Level.NOTE, what, advice)
 
 
-def wrong(group: Group, what: str, advice: str) -> Finding:
+def wrong(group: Group, what: str, advice: str, at: str = "") -> Finding:
     """Return something that cannot be right."""
-    return Finding(group, Level.WRONG, what, advice)
+    return Finding(group, Level.WRONG, what, advice, at)
 
 
 def or_fine(found: Iterable[Finding], group: Group, what: str) -> list[Finding]:

@@ -61,7 +61,10 @@ def check_registers(robot: Robot, layout: ModbusMap, decimals: int) -> Iterator[
         name for name in STATE_ONLY if (entry := layout.find(name)) is not None and entry.write
     ):
         yield wrong(
-            Group.REGISTERS, f"{name} has write: true", "the robot writes its state; remove `write`"
+            Group.REGISTERS,
+            f"{name} has write: true",
+            "the robot writes its state; remove `write`",
+            f"modbus_map.yaml {layout.table_of(name)}.{name}.write",
         )
     if found:
         return
@@ -73,6 +76,7 @@ def check_registers(robot: Robot, layout: ModbusMap, decimals: int) -> Iterator[
             str(error),
             "lay the registers out so that one request reads, and one writes, what belongs "
             "together",
+            "modbus_map.yaml holding_registers",
         )
         return
     where = codec.state.table.replace("_", " ")
@@ -123,7 +127,9 @@ def _wrong_units(layout: ModbusMap) -> Iterator[Finding]:
             yield wrong(
                 Group.REGISTERS,
                 what,
-                "convert on the robot, or give the register the scale that brings it there",
+                "convert on the robot, or give the register the scale that brings it there; then "
+                f"`unit: {unit}`",
+                f"modbus_map.yaml {layout.table_of(name)}.{name}.unit",
             )
 
 
@@ -137,10 +143,14 @@ def _wrong_numbers(robot: Robot, layout: ModbusMap, decimals: int) -> Iterator[F
         for joint in outside:
             what = f"{name} has {register.count} values, {joint.name} is axis {joint.axis_number}"
             yield wrong(
-                Group.REGISTERS, what, "correct axis_number in robot.yaml or count in the map"
+                Group.REGISTERS,
+                what,
+                "correct axis_number in robot.yaml or count in the map",
+                f"modbus_map.yaml {layout.table_of(name)}.{name}.count",
             )
         if register.type != "float32":
-            yield from _too_small(robot, name, register)
+            at = f"modbus_map.yaml {layout.table_of(name)}.{name}"
+            yield from _too_small(robot, name, register, at)
             if name != "velocity" and register.scale > 10.0**-decimals:
                 what = (
                     f"one count of {name} is {register.scale:g}: positions are compared to "
@@ -150,10 +160,11 @@ def _wrong_numbers(robot: Robot, layout: ModbusMap, decimals: int) -> Iterator[F
                     Group.REGISTERS,
                     what,
                     "take a finer scale, or fewer change.decimals in twin_controller.yaml",
+                    f"modbus_map.yaml {layout.table_of(name)}.{name}.scale",
                 )
 
 
-def _too_small(robot: Robot, name: str, register: Register) -> Iterator[Finding]:
+def _too_small(robot: Robot, name: str, register: Register, at: str) -> Iterator[Finding]:
     most = LARGEST[register.type] * register.scale
     for joint in robot.joints:
         needed = joint.velocity if name == "velocity" else max(abs(joint.lower), abs(joint.upper))
@@ -162,4 +173,4 @@ def _too_small(robot: Robot, name: str, register: Register) -> Iterator[Finding]
                 f"{name} holds up to {most:g}, {joint.name} needs {needed / joint.scale:g} "
                 f"{joint.unit}"
             )
-            yield wrong(Group.REGISTERS, what, "take int32, or a coarser scale")
+            yield wrong(Group.REGISTERS, what, "take int32, or a coarser scale", at)

@@ -11,6 +11,7 @@ from scara_config.profile import PROGRAM_ENDING
 from scara_config.programs.files import axis_names, joint_values, position_faults
 from scara_config.programs.tp.listing import Position, Program
 from scara_control.errors import ScaraControlError
+from scara_control.kinematics.scara import Elbow
 from scara_control.kinematics.screws import ScrewModel, forward_kinematics
 from scara_control.kinematics.tool import ScaraTool, ToolKinematics, tool_kinematics
 
@@ -40,7 +41,8 @@ def check_robot(robot: Robot, folder: str) -> Iterator[Finding]:
             f"give folder and `name` the same text: --robot {folder} would start a cell of "
             f"{robot.name}"
         )
-        yield wrong(Group.ROBOT, f"robot.yaml in robots/{folder} says name: {robot.name}", advice)
+        what = f"robot.yaml in robots/{folder} says name: {robot.name}"
+        yield wrong(Group.ROBOT, what, advice, "robot.yaml name")
     yield fine(
         Group.ROBOT,
         f"{robot.name}: {len(robot.joints)} joints, {len(robot.twin_joints)} of them in the twin",
@@ -67,6 +69,7 @@ def check_kinematics(robot: Robot) -> Iterator[Finding]:
             Group.ROBOT,
             f"kinematics: {error}",
             "correct screw_axis, home_pose or geometry in robot.yaml",
+            "robot.yaml geometry",
         )
         return
     if isinstance(tool, ScaraTool):
@@ -80,6 +83,7 @@ def check_kinematics(robot: Robot) -> Iterator[Finding]:
                 Group.ROBOT,
                 f"geometry and screw axes differ by up to {worst * 1e3:.3g} mm at the tool",
                 advice,
+                "robot.yaml geometry",
             )
         else:
             yield fine(Group.ROBOT, "geometry and screw axes give the same tool position")
@@ -109,18 +113,20 @@ def check_programs(
         )
     for file, program in programs.items():
         if isinstance(program, ConfigError):
-            yield wrong(Group.ROBOT, str(program), f"correct {places.programs}/{file}")
+            at = f"{file} {file}"
+            yield wrong(Group.ROBOT, str(program), f"correct {places.programs}/{file}", at)
             continue
         found = [
-            f"P[{position.number}].{text}"
+            (position.number, text)
             for position in program.positions
             for _, text in position_faults(position, robot)
         ]
-        for text in found:
+        for number, text in found:
             yield wrong(
                 Group.ROBOT,
-                f"{file}: {text}",
+                f"{file}: P[{number}].{text}",
                 f"correct {places.programs}/{file}: deg for a turning joint, mm for a sliding one",
+                f"{file} P[{number}",
             )
         if not found:
             said = f"{file}: {len(program.positions)} positions within the joints' limits"
@@ -166,7 +172,8 @@ def _elsewhere(
         f"{path.rpartition('/')[2]}: P[{position.number}:{position.comment}] brings the tool to "
         f"({shown}) mm, {1e3 * apart:.1f} mm from positions_m.{position.comment} of robot.yaml"
     )
-    yield wrong(Group.ROBOT, what, f"correct {path}: {_values_for(robot, tool, wanted)}")
+    advice = f"correct {path}: {_values_for(robot, tool, wanted)}"
+    yield wrong(Group.ROBOT, what, advice, f"{path.rpartition('/')[2]} P[{position.number}")
 
 
 def _values_for(robot: Robot, tool: ToolKinematics, wanted: tuple[float, float, float]) -> str:
@@ -174,7 +181,7 @@ def _values_for(robot: Robot, tool: ToolKinematics, wanted: tuple[float, float, 
     names = {joint.name: name for name, joint in axis_names(robot).items()}
     seed = [robot.home[joint.name] * joint.scale for joint in tool.joints]
     try:
-        solved = tool.inverse(*wanted, None, seed).chosen.q
+        solved = tool.inverse(*wanted, _one_elbow(robot, tool, seed), seed).chosen.q
     except ScaraControlError as error:
         return str(error)
     shown = ", ".join(
@@ -182,6 +189,27 @@ def _values_for(robot: Robot, tool: ToolKinematics, wanted: tuple[float, float, 
         for joint, value in zip(tool.joints, solved, strict=True)
     )
     return f"the tool as at home gets there with {shown}"
+
+
+def _one_elbow(robot: Robot, tool: ToolKinematics, seed: list[float]) -> Elbow | None:
+    """Return the elbow that reaches most of the set positions, so that the arm never turns over.
+
+    None: the arm has none by name.
+    """
+    if tool.elbow(seed) is None:
+        return None
+
+    def reached(elbow: Elbow) -> int:
+        count = 0
+        for place in robot.positions_m.values():
+            try:
+                tool.inverse(*place, elbow, seed)
+            except ScaraControlError:
+                continue
+            count += 1
+        return count
+
+    return max(Elbow, key=reached)
 
 
 def _check_units(joint: Joint) -> Iterator[Finding]:
@@ -196,7 +224,9 @@ def _check_units(joint: Joint) -> Iterator[Finding]:
             Group.ROBOT,
             f"{joint.name}: limits [{low:g}, {high:g}] {joint.unit} at {speed:g} {joint.unit}/s "
             f"look like {joint.si_unit}",
-            f"give limits and speeds in {joint.unit}: multiply by {1.0 / joint.scale:.6g}",
+            f"give limits and speeds in {joint.unit}: multiply by {1.0 / joint.scale:.6g}; "
+            f"lower_{joint.unit}: {low / joint.scale:.4g}",
+            f"robot.yaml joints.{joint.name}.lower_{joint.unit}",
         )
     start = joint.velocity / joint.acceleration
     if not FASTEST_START_S <= start <= SLOWEST_START_S:
@@ -223,6 +253,7 @@ def _check_screws(robot: Robot) -> Iterator[Finding]:
                 Group.ROBOT,
                 f"{joint.name} is {joint.unit}, its screw_axis {list(joint.screw_axis)} is not",
                 advice,
+                f"robot.yaml joints.{joint.name}.screw_axis",
             )
         elif turns and abs(float(omega @ v)) > 1e-9:
             advice = "v = -omega x p for any point p of the axis is at right angles to omega"
@@ -230,6 +261,7 @@ def _check_screws(robot: Robot) -> Iterator[Finding]:
                 Group.ROBOT,
                 f"{joint.name}: screw_axis {list(joint.screw_axis)} has a pitch",
                 advice,
+                f"robot.yaml joints.{joint.name}.screw_axis",
             )
 
 
@@ -251,4 +283,5 @@ def _unreachable(robot: Robot, tool: ToolKinematics, seed: list[float]) -> Itera
                 Group.ROBOT,
                 f"positions_m.{name}: {error}",
                 "move the position, or correct lengths and limits",
+                f"robot.yaml positions_m.{name}",
             )

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 from scara_config import Joint, Robot
+from scara_config.lengths import place_of
 
 from robot_doctor.chain import DescribedArm, DescribedJoint
 from robot_doctor.finding import Finding, Group, Places, fine, or_fine, write_urdf, wrong
@@ -32,27 +34,33 @@ def check_description(robot: Robot, urdf: DescribedArm, places: Places) -> Itera
         )
         if name not in {joint.name for joint in robot.joints}:
             advice = f'this robot has no {name}: type="fixed" in {places.body or places.urdf}'
-        yield wrong(Group.SIMULATION, f"{name}: {what}", advice)
+        known = name in {joint.name for joint in robot.joints}
+        at = f"robot.yaml joints.{name}.twin" if known else f"URDF {name}"
+        yield wrong(Group.SIMULATION, f"{name}: {what}", advice, at)
     joints = [joint for joint in robot.twin_joints if joint.name in urdf.joints]
+    lengths = list(_wrong_lengths(robot, urdf, places))
+    yield from lengths
     for joint in joints:
         yield from or_fine(
             [
                 *_wrong_limits(joint, urdf.joints[joint.name], places.agree(robot.name)),
-                *_wrong_axis(joint, urdf.joints[joint.name], places, robot.name),
+                *_wrong_axis(joint, urdf.joints[joint.name], places, robot.name, bool(lengths)),
             ],
             Group.SIMULATION,
             f"{joint.name}: axis, limits, speed and effort are those of the URDF",
         )
-    yield from or_fine(
-        _wrong_tool(robot, urdf, places),
-        Group.SIMULATION,
-        "the tool frame at zero joints is that of home_pose",
-    )
+    if not lengths:
+        yield from or_fine(
+            _wrong_tool(robot, urdf, places),
+            Group.SIMULATION,
+            "the tool frame at zero joints is that of home_pose",
+        )
     for link in urdf.massless:
         yield wrong(
             Group.SIMULATION,
             f"link {link} has no mass",
             f"give it an inertial in {places.body or places.urdf}: a physics engine assumes 1 kg",
+            f"URDF {link}",
         )
 
 
@@ -73,7 +81,9 @@ def check_gains(robot: Robot, gains: Any) -> Iterator[Finding]:
             "each joint that the twin moves needs a position and a velocity loop: "
             f"rosrun scara_simulation propose_gains --robot {robot.name} --overwrite"
         )
-        yield wrong(Group.SIMULATION, f"pid_gains.yaml: {name} {what}", advice)
+        yield wrong(
+            Group.SIMULATION, f"pid_gains.yaml: {name} {what}", advice, f"pid_gains.yaml {name}"
+        )
     if held == names:
         yield fine(Group.SIMULATION, "pid_gains.yaml has both loops of each joint")
 
@@ -85,6 +95,7 @@ def _wrong_limits(joint: Joint, described: DescribedJoint, agree: str) -> Iterat
             Group.SIMULATION,
             f"{joint.name} is {kind}, in the URDF {described.kind}",
             agree,
+            f"robot.yaml joints.{joint.name}.type",
         )
         return
     for key, unit in (("lower", ""), ("upper", ""), ("velocity", "/s")):
@@ -97,14 +108,44 @@ def _wrong_limits(joint: Joint, described: DescribedJoint, agree: str) -> Iterat
                 f"{joint.name}: {key} {ours:g} {joint.unit}{unit} is "
                 f"{'beyond' if beyond else 'not'} the URDF's {theirs:g}"
             )
-            yield wrong(Group.SIMULATION, what, agree)
+            field = f"{key}_{joint.unit}" + ("_s" if key == "velocity" else "")
+            paste = f"{agree}; by the URDF `{field}: {round(theirs, 6):.10g}`"
+            yield wrong(Group.SIMULATION, what, paste, f"robot.yaml joints.{joint.name}.{field}")
     if abs(joint.effort - described.effort) > RELATIVE * joint.effort:
         what = f"{joint.name}: effort {joint.effort:g}, in the URDF {described.effort:g}"
-        yield wrong(Group.SIMULATION, what, agree)
+        paste = f"{agree}; by the URDF `effort: {described.effort:g}`"
+        yield wrong(Group.SIMULATION, what, paste, f"robot.yaml joints.{joint.name}.effort")
+
+
+def _wrong_lengths(robot: Robot, urdf: DescribedArm, places: Places) -> Iterator[Finding]:
+    """Yield the lengths of a SCARA that are not the URDF's, each once."""
+    size = robot.geometry
+    turning = [j.name for j in robot.arm_joints if j.unit == "deg" and j.name in urdf.joints]
+    if size is None or len(turning) < 2:
+        return
+    tip = [urdf.tool_pose[k][3] for k in range(3)]
+    ends = [place_of(urdf.joints[name].screw) for name in turning]
+    ends = [*ends, (tip[0], tip[1])][:3]
+    theirs = {
+        "l1_mm": 1e3 * math.dist(ends[0], ends[1]),
+        "l2_mm": 1e3 * math.dist(ends[1], ends[2]),
+        "h_mm": 1e3 * tip[2],
+    }
+    for key, value in theirs.items():
+        ours = getattr(size, key)
+        if abs(ours - value) > 1e3 * PLACE_TOLERANCE:
+            file = places.body or places.urdf
+            then = f"; then: {write_urdf(robot.name)}" if places.body else ""
+            yield wrong(
+                Group.SIMULATION,
+                f"geometry.{key} = {ours:g}: the arm of {file} has {value:.6g}",
+                f"measure it: `{key}: {value:.6g}` in {places.robot}, or correct {file}{then}",
+                f"robot.yaml geometry.{key}",
+            )
 
 
 def _wrong_axis(
-    joint: Joint, described: DescribedJoint, places: Places, name: str
+    joint: Joint, described: DescribedJoint, places: Places, name: str, lengths: bool
 ) -> Iterator[Finding]:
     if joint.screw_axis is None:
         if described.moves_tool:
@@ -112,9 +153,11 @@ def _wrong_axis(
                 Group.SIMULATION,
                 f"{joint.name} moves the tool in the URDF",
                 f"give it a screw_axis in {places.robot}",
+                f"robot.yaml joints.{joint.name}.screw_axis",
             )
         return
     ours, theirs = np.array(joint.screw_axis), np.array(described.screw)
+    at = f"robot.yaml joints.{joint.name}.screw_axis"
     if np.abs(ours - theirs).max() <= PLACE_TOLERANCE:
         return
     if np.abs(ours + theirs).max() <= PLACE_TOLERANCE:
@@ -123,7 +166,14 @@ def _wrong_axis(
             "jog the real joint by a positive value and look: right hand, thumb along omega; "
             f"then correct the wrong one of {places.robot} and {places.urdf}"
         )
-        yield wrong(Group.SIMULATION, what, advice)
+        yield wrong(Group.SIMULATION, what, advice, at)
+        return
+    along, direction = (slice(0, 3), theirs[:3]) if theirs[:3].any() else (slice(3, 6), theirs[3:])
+    if lengths and np.abs(np.abs(ours[along]) - np.abs(direction)).max() <= PLACE_TOLERANCE:
+        if float(ours[along] @ direction) > 0.0:
+            return  # It is elsewhere by the lengths, which were told.
+        what = f"{joint.name}: the sign of its axis is the opposite of the URDF's"
+        yield wrong(Group.SIMULATION, what, f"correct the sign in {places.robot}", at)
         return
     shown = ", ".join(f"{value:g}" for value in theirs.round(9))
     what = f"{joint.name}: screw_axis {list(joint.screw_axis)} is not the URDF's ({shown})"
@@ -136,7 +186,8 @@ def _wrong_axis(
             f"; {places.body}: at_mm of the link that it moves is such a point, in mm; "
             f"then: {write_urdf(name)}"
         )
-    yield wrong(Group.SIMULATION, what, advice)
+        at = f"body.yaml links.{described.link}.at_mm"
+    yield wrong(Group.SIMULATION, what, advice, at)
 
 
 def _wrong_tool(robot: Robot, urdf: DescribedArm, places: Places) -> Iterator[Finding]:
@@ -152,4 +203,5 @@ def _wrong_tool(robot: Robot, urdf: DescribedArm, places: Places) -> Iterator[Fi
         )
         advice = f"{places.robot}: home_pose is the tool's pose with all joints at 0, in m"
         then = f"; then: {write_urdf(robot.name)}" if places.body else ""
-        yield wrong(Group.SIMULATION, what, f"{advice}{then}")
+        at = "robot.yaml home_pose" if robot.geometry is None else "robot.yaml geometry"
+        yield wrong(Group.SIMULATION, what, f"{advice}{then}", at)

@@ -105,7 +105,7 @@ def _check_axis(robot: Robot, joint: Joint, direction: FloatArray, place: FloatA
     if np.abs(screw - theirs).max() > AGREE:
         shown = ", ".join(f"{value:.6g}" for value in theirs.round(9) + 0.0)
         raise ConfigError(
-            f"robot.yaml: joints: {joint.name}.screw_axis = {[*map(float, screw)]}: "
+            f"robot.yaml: joints.{joint.name}.screw_axis = {[*map(float, screw)]}: "
             f"Expected [{shown}], its axis in {robot.urdf}"
         )
 
