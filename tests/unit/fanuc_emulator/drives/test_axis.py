@@ -2,13 +2,20 @@
 
 import math
 import random
+from itertools import pairwise
 
 import msgspec
 import numpy as np
 import pytest
 import ruckig
 from fanuc_emulator.config import EmulatorConfig
-from fanuc_emulator.drives.axis import Axis, AxisParameters, CommandLimiter, MovingAverage
+from fanuc_emulator.drives.axis import (
+    Axis,
+    AxisParameters,
+    CommandLimiter,
+    MovingAverage,
+    Standstill,
+)
 from fanuc_emulator.plant.config import axis_parameters
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -121,15 +128,28 @@ def test_still_axis_has_nothing_left_to_do(
 
 def test_a_motor_that_swings_does_not_rest_at_the_turns_of_its_swing() -> None:
     """It is slow there too, for one look; what rests stays slow."""
-    slow = 1e-7
     axis = Axis(msgspec.structs.replace(PARAMETERS, damping=0.05), (5, 10), 0.0, DT, 2)
     looked: list[tuple[float, bool]] = []
     for _ in range(4_000):
         axis.step(0.3, 1.0)
-        looked.append((abs(axis.velocity), axis.resting))
+        looked.append((axis.position, axis.resting))
     first = next(k for k, (_, rests) in enumerate(looked) if rests)
-    assert all(speed < slow for speed, _ in looked[first:])
-    assert sum(speed < slow for speed, _ in looked[20:first]) > 3, "turns of the swing"
+    assert all(rests for _, rests in looked[first:])
+    assert all(abs(q - 0.3) <= PARAMETERS.resolution for q, _ in looked[first:])
+    steps = [abs(b - a) for (a, _), (b, _) in pairwise(looked[200:first])]
+    assert sum(step < PARAMETERS.resolution for step in steps) > 3, "turns of the swing"
+
+
+@pytest.mark.parametrize("speed", [0.0, 1e-16, 5e-8])
+def test_what_creeps_within_its_window_for_long_enough_rests(speed: float) -> None:
+    """No speed is compared with nothing; what leaves the window moves, however slowly."""
+    rest = Standstill(1e-6, 10)
+    for k in range(12):
+        assert not rest.rests or k == 11
+        rest.look(1.0 + k * speed, 2.0)
+    assert rest.rests
+    rest.look(1.0 + 2e-6, 2.0)
+    assert not rest.rests
 
 
 @pytest.mark.parametrize(("off", "command"), [(5e-7, 1.0), (-5e-7, 1.0), (5e-6, 1.0 + 5e-6)])

@@ -8,16 +8,16 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
+from itertools import zip_longest
 
 import msgspec
 
 from fanuc_emulator.drives.interpolator import stopping_speed
 
-_REST_POSITION = 1e-9
-_REST_VELOCITY = 1e-7
 _REST_TIME = 0.02
-"""Slower than that for so long is rest: a well damped motor creeps into static friction for ever
-[our]."""
+"""Within one encoder count for so long is rest [s]: a motor may creep, or a command round [our]."""
+_EXACT_POSITION, _EXACT_VELOCITY = 1e-9, 1e-7
+"""A motor that comes so near its command is there."""
 
 
 class Friction(msgspec.Struct, frozen=True):
@@ -80,6 +80,33 @@ class MovingAverage:
     def reset(self, value: float) -> None:
         """Forget the past: as if ``value`` had been there for ever."""
         self._values.extend([value] * self._length)
+
+
+class Standstill:
+    """Judge whether values rest: they stay within a window for a time. No speed is ever nothing.
+
+    Args:
+        window: So far from where they were first [u].
+        steps: For more looks than these.
+    """
+
+    def __init__(self, window: float, steps: int) -> None:
+        self._window, self._steps = window, steps
+        self._first: tuple[float, ...] = ()
+        self._looks = 0
+
+    @property
+    def rests(self) -> bool:
+        """They have stayed there for so long."""
+        return self._looks > self._steps
+
+    def look(self, *values: float) -> None:
+        """Take the values of one step, always as many."""
+        self._looks += 1
+        for first, value in zip_longest(self._first, values, fillvalue=math.inf):
+            if not abs(value - first) <= self._window:
+                self._first, self._looks = values, 0
+                return
 
 
 class CommandLimiter:
@@ -156,12 +183,11 @@ class Axis:
         self._target, self._speed = position, 0.0
         # A step with the same target and speed would change nothing.
         self._still = False
-        # For so many steps the target has been the same and the command has stood.
-        self._settled_steps = 0
+        # For so many steps the target has been the same: longer, and the filters know no other.
+        self._same_steps = 0
         self._drain = sum(filter_lengths)
-        # For so many steps the motor has been slower than what counts as motion.
-        self._slow_steps = 0
-        self._slow_enough = math.ceil(_REST_TIME / dt)
+        rest = max(self._drain, math.ceil(_REST_TIME / dt))
+        self._standstill = Standstill(parameters.resolution, rest)
         self._h = dt / substeps
         self._substeps = range(1, substeps + 1)
         omega = parameters.natural_frequency
@@ -195,9 +221,7 @@ class Axis:
 
         Perhaps apart: the command may be held back.
         """
-        if self._settled_steps <= self._drain:
-            return False
-        return self.velocity == 0.0 or self._slow_steps >= self._slow_enough
+        return self._standstill.rests
 
     def step(self, target: float, speed: float) -> bool:
         """Go on for one interpolation period with the drive on.
@@ -212,14 +236,13 @@ class Axis:
         """
         if self._still and target == self._target and speed == self._speed:
             return True
-        limiter, position, command = self._limiter, self.position, self._limiter.position
-        if target == self._target and limiter.velocity == 0.0:
-            self._settled_steps += 1
-        else:
-            self._settled_steps = 0
+        limiter, command = self._limiter, self._limiter.position
+        before = (self.position, self.velocity, command, limiter.velocity)
+        same = target == self._target
+        self._same_steps = self._same_steps + 1 if same else 0
         self._target, self._speed = target, speed
-        stands = self.resting and self.velocity == 0.0
-        self._still = stands and (speed == 0.0 or command == target)
+        # Another speed changes nothing of an axis that is there, or is held.
+        self._still = self._still and same and (speed == 0.0 or command == target)
         if self._still:
             return True
         reference = target
@@ -227,17 +250,12 @@ class Axis:
             reference = smoothing.step(reference)
         limiter.step(reference, speed)
         self._servo(command)
-        self._slow_steps = self._slow_steps + 1 if abs(self.velocity) < _REST_VELOCITY else 0
-        # The filters have forgotten other targets, and command and motor stay where they were. The
+        self._standstill.look(self.position, target, limiter.position)
+        # The filters have forgotten other targets, and command and motor stay as they were. The
         # command need not be the target: a mean of equal numbers may differ from them in the last
         # bit.
-        self._still = (
-            self.resting
-            and self.velocity == 0.0
-            and self.position == position
-            and limiter.position == command
-            and limiter.velocity == 0.0
-        )
+        after = (self.position, self.velocity, limiter.position, limiter.velocity)
+        self._still = self.resting and self._same_steps > self._drain and before == after
         return self._still
 
     def brake(self) -> bool:
@@ -246,29 +264,26 @@ class Axis:
         The brake stops the axis where it can.
 
         Returns:
-            Whether the axis stood already.
+            Whether the axis stood already: this step changed nothing.
         """
-        stood = self.velocity == 0.0
+        before = (self.position, self.velocity)
         change = self.parameters.estop_deceleration * self._h
         for _ in self._substeps:
             self.velocity = math.copysign(max(abs(self.velocity) - change, 0.0), self.velocity)
             self.position += self.velocity * self._h
         self._bound()
         self.rest()
-        return stood
+        self._standstill.look(self.position, self._target, self.command)
+        return before == (self.position, self.velocity)
 
     def rest(self) -> None:
         """Make the place where the axis is its command, and forget what was asked for."""
-        held = (
-            self.position
-            if self.velocity != 0.0 or abs(self.position - self.command) > 1e-6
-            else self.command
-        )
+        held = self.position if abs(self.position - self.command) > 1e-6 else self.command
         for smoothing in self._filters:
             smoothing.reset(held)
         self._limiter.reset(held)
         self._target = held
-        self._settled_steps = 0
+        self._same_steps = 0
         self._still = False
 
     def _servo(self, before: float) -> None:
@@ -304,9 +319,9 @@ class Axis:
         self.position, self.velocity = position, velocity
         self._bound()
         if (
-            command_velocity == 0.0
-            and abs(self.position - command) < _REST_POSITION
-            and abs(self.velocity) < _REST_VELOCITY
+            abs(command_velocity) < _EXACT_VELOCITY
+            and abs(self.position - command) < _EXACT_POSITION
+            and abs(self.velocity) < _EXACT_VELOCITY
         ):
             self.position, self.velocity = command, 0.0
 

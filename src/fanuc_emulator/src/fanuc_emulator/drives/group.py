@@ -61,12 +61,9 @@ class MotionGroup:
     @property
     def standing(self) -> bool:
         """No axis moves and none is about to, unless it is let go on."""
-        if not self.powered:
-            return not any(self.velocities)
-        return (self._move is None or self._move.rate == 0.0) and (
-            not any([move.rate for move in self._rounded])
-            and all([axis.resting for axis in self.axes])
-        )
+        plans = self._rounded if self._move is None else (self._move, *self._rounded)
+        # A plan is not measured: its rate is exactly 0 where it is held or has ended.
+        return all([axis.resting for axis in self.axes]) and not any([plan.rate for plan in plans])
 
     @property
     def path_done(self) -> bool:
