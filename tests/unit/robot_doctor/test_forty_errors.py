@@ -391,3 +391,26 @@ def test_all_values_that_are_given_have_one_elbow(
         float(re.search(r"J2= (\S+) deg", found[f"ARTICLE.LS: P[{k}:P{k}]"])[1]) for k in (2, 3)
     ]
     assert turned == pytest.approx([62.48873, 62.48873], abs=1e-5)
+
+
+def test_half_the_inertia_in_a_typed_urdf_is_found(
+    config: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The command that computes it is named; a tenth more is somebody's better knowledge."""
+    monkeypatch.setenv(CHOICE, BIG)
+    urdf = tmp_path / "scara_cell.urdf"
+    before = (ROOT / "src" / "scara_description" / "urdf" / urdf.name).read_text()
+    monkeypatch.setattr("scara_config.robot.description_path", tmp_path.joinpath)
+    link = before.index('<link name="link_2">')
+    begin = before.index("<inertia ", link)
+    end = before.index("/>", begin)
+    typed = {key: float(x) for key, x in re.findall(r'(\w+)="(.*?)"', before[begin:end])}
+    for factor, count in ((0.5, 1), (1.1, 0)):
+        terms = " ".join(f'{key}="{factor * value}"' for key, value in typed.items())
+        urdf.write_text(f"{before[:begin]}<inertia {terms}{before[end:]}")
+        found = told(config)
+        assert len(found) == count, found
+        for finding, at in found:
+            assert finding.what.startswith("link link_2: the inertia of ")
+            assert finding.advice == f"rosrun scara_description write_inertia {urdf}"
+            assert at == f"{urdf}:{before[:link].count(chr(10)) + 1}"

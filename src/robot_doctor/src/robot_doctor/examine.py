@@ -14,7 +14,7 @@ from robot_doctor.chain import DescribedArmError, read_description
 from robot_doctor.finding import Finding, Group, Places, fine, write_urdf, wrong
 from robot_doctor.register_checks import check_registers
 from robot_doctor.robot_checks import check_programs, check_robot, check_set_positions
-from robot_doctor.simulation_checks import check_description, check_gains
+from robot_doctor.simulation_checks import check_description, check_gains, check_inertia
 
 EXAMPLE = "articulated_six"
 """The robot that a new one begins with."""
@@ -116,6 +116,8 @@ def _simulation(profile: RobotProfile, robot: Robot) -> Iterator[Finding]:
         else:
             yield fine(Group.SIMULATION, f"{robot.urdf} has {len(described.links)} links")
             yield from check_description(robot, described, profile.places)
+            if not profile.written:
+                yield from check_inertia(profile.urdf, profile.places)
     if isinstance(profile.gains, ConfigError):
         what = str(profile.gains)
         yield wrong(Group.SIMULATION, what, mend(what, profile.folder))

@@ -9,12 +9,16 @@ from typing import Any
 import numpy as np
 from scara_config import Joint, Robot
 from scara_config.lengths import place_of
+from scara_description.inertia import ShapeError, inertial_of
 
 from robot_doctor.chain import DescribedArm, DescribedJoint
 from robot_doctor.finding import Finding, Group, Places, fine, or_fine, write_urdf, wrong
+from scara_description.urdf import parse_robot
 
 RELATIVE = 1e-6
 PLACE_TOLERANCE = 1e-6
+OTHER_INERTIA = 1.7
+"""A body that is not as even as its shapes is less far from them: our choice."""
 
 
 def check_description(robot: Robot, urdf: DescribedArm, places: Places) -> Iterator[Finding]:
@@ -62,6 +66,35 @@ def check_description(robot: Robot, urdf: DescribedArm, places: Places) -> Itera
             f"give it an inertial in {places.body or places.urdf}: a physics engine assumes 1 kg",
             f"URDF {link}",
         )
+
+
+def check_inertia(urdf: str, places: Places) -> Iterator[Finding]:
+    """Hold the inertia that a person typed into a URDF against the link's mass and shapes.
+
+    Args:
+        urdf: A description that can be read.
+        places: Of the files.
+    """
+    for link in parse_robot(urdf).findall("link"):
+        found = link.find("inertial/inertia")
+        terms = {} if found is None else found.attrib
+        try:
+            computed = float(np.trace(inertial_of(link).inertia))
+        except ShapeError:
+            continue  # Without mass that was told; a mesh has no volume here.
+        typed = (
+            sum(float(terms.get(key, "0")) for key in ("ixx", "iyy", "izz"))
+            if terms is not None
+            else 0.0
+        )
+        if terms is None or not 1.0 / OTHER_INERTIA < typed / computed < OTHER_INERTIA:
+            name = link.get("name", "")
+            what = (
+                f"link {name}: the inertia of {typed / 2.0:.4g} kg m^2 is not that of its mass and "
+                f"shapes, {computed / 2.0:.4g}"
+            )
+            advice = f"rosrun scara_description write_inertia {places.urdf}"
+            yield wrong(Group.SIMULATION, what, advice, f"URDF {name}")
 
 
 def check_gains(robot: Robot, gains: Any) -> Iterator[Finding]:
