@@ -95,10 +95,13 @@ FORTY = {
         "[0, 0, -1, 0, 0, 0]",
     ),
     "inertia": robot(
-        J1, f"{J1}    inertia: 1.15\n", "unknown field `inertia`", "correct", "inertia: 1.15"
+        J1, f"{J1}    inertia: 1.15\n", "unknown field `inertia`", "delete it from", "inertia: 1.15"
     ),
     "points": robot(
-        "keep_out:", "watched_points: []\nkeep_out:", "unknown field `watched_points`", "correct"
+        "keep_out:",
+        "watched_points: []\nkeep_out:",
+        "unknown field `watched_points`",
+        "delete it from",
     ),
     "P2 out of reach": robot(
         "P2: [0.51, 0.16,", "P2: [0.61, 0.36,", r"positions_m\.P2: .*outside the reach", "move the"

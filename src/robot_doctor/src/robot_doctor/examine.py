@@ -16,6 +16,8 @@ from robot_doctor.register_checks import check_registers
 from robot_doctor.robot_checks import check_programs, check_robot, check_set_positions
 from robot_doctor.simulation_checks import check_description, check_gains, check_inertia
 
+COMPUTED = ("watched_points", "inertia")
+"""What robot.yaml held once."""
 EXAMPLE = "articulated_six"
 """The robot that a new one begins with."""
 
@@ -88,6 +90,8 @@ def mend(what: str, robot: str) -> str:
             f"example. All files at once, in a new folder: rosrun robot_doctor doctor new NAME "
             f"--from {EXAMPLE}"
         )
+    if any(f"unknown field `{name}`" in rest for name in COMPUTED):
+        return f"delete it from {file}: it follows from the lengths and the URDF"
     return f"correct {file}"
 
 
