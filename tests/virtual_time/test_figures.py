@@ -39,7 +39,7 @@ from twin_controller.core.actions import (
 
 ROBOTS = ("fanuc_sr6ia", "fanuc_sr3ia", "scara_4axis", "articulated_six")
 Tamper = Callable[[AnyAction], AnyAction]
-FIGURES = Figures(1.0, 0.4, 0.3, 0.5, 0.2, 0.006)
+FIGURES = Figures(1.0, 0.4, 0.3, 0.5, 0.2, 0.006, 0.1, 0.01)
 
 
 @cache

@@ -6,6 +6,9 @@ import math
 from collections.abc import Iterator
 
 import pytest
+from harness.plants.trials import run_trial
+from harness.plants.variants import FIELD, IDEAL, Variant
+from harness.running.thorough import thorough
 from harness.virtual_cell.cell import CellError, VirtualCell
 
 POINTS = {"P2": (0.43, 0.14, 0.10), "P3": (0.43, -0.14, 0.15)}
@@ -53,3 +56,18 @@ def test_what_the_wrist_cannot_do_is_refused_before_anything_moves(cell: Virtual
         cell.move_to(POINTS["P2"], 50.0, yaw=math.nan)
     answer = cell.operate("MOVE", target=POINTS["P2"], yaw=math.inf)
     assert not answer.success and "target yaw = inf is not finite" in answer.message
+
+
+@pytest.mark.parametrize(
+    ("leader", "variant"),
+    [("real_leads", FIELD), *thorough(("twin_leads", FIELD)), *thorough(("real_leads", IDEAL))],
+)
+def test_the_articles_experiments_keep_the_tools_turned_alike(
+    leader: str, variant: Variant
+) -> None:
+    """Joint 4 turns by up to 144 deg in a move of the robot's ARTICLE; a move_to keeps the yaw."""
+    trial = run_trial("scara_4axis", variant, leader, 50.0)
+    assert not trial.ended, trial
+    assert trial.path_percent is not None and trial.path_percent <= 1.0, trial
+    assert trial.path_deg is not None and trial.path_deg <= 2.0, trial
+    assert trial.rest_deg is not None and trial.rest_deg <= 0.05, trial

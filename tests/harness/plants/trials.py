@@ -48,6 +48,8 @@ class Trial:
             the first move on.
         lag_ms: By how much the follower is behind.
         rest_percent: Largest distance at rest, against the set position too.
+        path_deg: Largest angle between both tools at the same instant.
+        rest_deg: The same at rest.
         ended: Why there are no figures; empty if there are.
     """
 
@@ -59,6 +61,8 @@ class Trial:
     path_percent: float | None = None
     lag_ms: float | None = None
     rest_percent: float | None = None
+    path_deg: float | None = None
+    rest_deg: float | None = None
     ended: str = ""
 
 
@@ -91,8 +95,8 @@ def run_trial(
             result = run_experiments(cell, [leader])[leader]
         except CellError as error:
             return replace(trial, ended=_mode_of(cell, str(error)))
-    found = result.comparison
-    if found is None:
+    found, turned = result.comparison, result.turned
+    if found is None or turned is None:
         return replace(trial, ended="; ".join(result.reasons))
     reach = files.robot.reach_mm
     return replace(
@@ -101,6 +105,8 @@ def run_trial(
         path_percent=round(100.0 * found.path.max_mm / reach, 3),
         lag_ms=round(1e3 * (found.lag_s or 0.0), 1),
         rest_percent=round(100.0 * (found.positioning_max_mm or 0.0) / reach, 4),
+        path_deg=round(turned.path_max_deg, 3),
+        rest_deg=round(turned.rest_max_deg or 0.0, 4),
     )
 
 

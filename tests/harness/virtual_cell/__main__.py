@@ -42,7 +42,8 @@ def main(
         found[robot] = measure(robot)
         console.print(f"{robot}: {time.process_time() - begun:.1f} s of processor time")
     if renew:
-        older = stored.read_baseline().figures if stored.FILE.exists() else {}
+        # What stays is read, and only that: an older file may not fit what is measured now.
+        older = stored.read_baseline().figures if robots else {}
         today = datetime.now(timezone.utc).strftime("%Y-%m-%d")
         stored.write_baseline(stored.Baseline(today, commit(), {**older, **found}))
         console.print(f"baseline written: {stored.FILE.relative_to(ROOT)}", soft_wrap=True)

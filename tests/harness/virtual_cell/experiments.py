@@ -29,6 +29,8 @@ class Figures(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         path_after_lag_mm: Largest distance with the lag removed.
         travelled_percent: Largest distance in a move, in percent of that move's length.
         positioning_mm: Largest distance at rest, between the sides and from the set position.
+        path_angle_deg: Largest angle between both tools, while a side moves.
+        rest_angle_deg: The same at rest.
     """
 
     path_max_mm: float
@@ -37,6 +39,8 @@ class Figures(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     path_after_lag_mm: float
     travelled_percent: float
     positioning_mm: float
+    path_angle_deg: float
+    rest_angle_deg: float
 
 
 def run_experiments(cell: VirtualCell, names: Sequence[str] = ()) -> dict[str, Result]:
@@ -74,8 +78,8 @@ def figures(result: Result) -> Figures:
     Raises:
         ValueError: It could not be compared; the text says why.
     """
-    found = result.comparison
-    if found is None:
+    found, turned = result.comparison, result.turned
+    if found is None or turned is None:
         raise ValueError(f"{result.span.name}: {', '.join(result.reasons)}")
     return Figures(
         path_max_mm=found.path.max_mm,
@@ -84,6 +88,8 @@ def figures(result: Result) -> Figures:
         path_after_lag_mm=_after_lag(found),
         travelled_percent=found.travelled_percent or 0.0,
         positioning_mm=found.positioning_max_mm or 0.0,
+        path_angle_deg=turned.path_max_deg,
+        rest_angle_deg=turned.rest_max_deg or 0.0,
     )
 
 

@@ -31,7 +31,8 @@ DESIGNED = set(
     re.findall(
         r"\w+",
         "name leader samples duration_s lag_s path_error_max_mm path_error_max_percent "
-        "path_error_rms_percent positioning_error_max_mm positioning_error_max_percent verdict",
+        "path_error_rms_percent positioning_error_max_mm positioning_error_max_percent "
+        "path_angle_max_deg rest_angle_max_deg verdict",
     )
 )
 VISITS = ["P1", "P2", "P3", "P1", "P2", "P3", "P1"]

@@ -9,8 +9,10 @@ from itertools import groupby
 import numpy as np
 from scara_config import Robot
 from scara_config.palletise import Palletise
+from scara_control.kinematics.screws import ScrewModel
 
 from twin_experiments.config import ExperimentsFile, Judged, Limits, Unmarked
+from twin_experiments.metrics.angles import AngleErrors, angle_errors
 from twin_experiments.metrics.errors import (
     Comparison,
     ErrorSummary,
@@ -67,6 +69,7 @@ class Result:
         needles: Short peaks of the tools' distance.
         unseen: Delay that the figures cannot show; None where the truth was recorded, or where
             nobody knows.
+        turned: How far the tools were turned against each other; None as ``comparison``.
     """
 
     span: Span
@@ -84,6 +87,7 @@ class Result:
     true_positioning: TruePositioning | None = None
     needles: tuple[Needle, ...] = ()
     unseen: UnseenDelay | None = None
+    turned: AngleErrors | None = None
 
     @property
     def passed(self) -> bool:
@@ -123,6 +127,7 @@ def analyse(
     positions = {name: np.array(place) for name, place in robot.positions_m.items()}
     columns = [run.joint_names.index(joint.name) for joint in robot.arm_joints]
     largest = np.array([robot.joint(name).velocity for name in run.joint_names])
+    chain = ScrewModel.from_robot(robot)
 
     def analysed(span: Span) -> Result:
         experiment: Judged
@@ -140,6 +145,8 @@ def analyse(
             result = replace(result, speed_percent=percent)
         result = _with_needles(_with_pauses(result, run.pauses, robot.reach_mm), run)
         result = _with_unseen(result, run)
+        if result.comparison is not None:
+            result = replace(result, turned=angle_errors(result.comparison, chain))
         if arm is not None and result.comparison is not None:
             found = true_positioning(result.comparison, tool, arm, visited, settings)
             result = replace(result, true_positioning=found)

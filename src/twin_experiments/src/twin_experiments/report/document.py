@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from twin_experiments.config import Limits, PaperFigures
+from twin_experiments.metrics.angles import AngleErrors
 from twin_experiments.metrics.errors import Comparison, Rest
 from twin_experiments.metrics.needles import Needle
 from twin_experiments.metrics.pauses import longest_ms
@@ -52,6 +53,8 @@ def _experiment(result: Result, reach_mm: float) -> dict[str, Any]:
         "name": result.span.name,
         "leader": result.leader,
         **figures,
+        "path_angle_max_deg": None if result.turned is None else result.turned.path_max_deg,
+        "rest_angle_max_deg": None if result.turned is None else result.turned.rest_max_deg,
         **_true_positioning(result, reach_mm),
         "unseen_delay_ms": None if result.unseen is None else list(result.unseen.bounds_ms),
         "unseen_delay_mm": None if result.unseen is None else list(result.unseen.bounds_mm),
@@ -159,6 +162,7 @@ SHORT_HEADINGS = (
     "speed",
     "apart while moving",
     "apart at rest",
+    "turned apart",
     "follower behind",
     "verdict",
 )
@@ -198,6 +202,7 @@ def short_rows(
             f"{figures.positioning_error_percent:g} %",
             "",
             "",
+            "",
         )
         for name, figures in (("allowed here", limits), ("in the article", paper))
     )
@@ -209,12 +214,13 @@ def _short_row(result: Result, reach_mm: float) -> tuple[str, ...]:
     speed = "-" if result.speed_percent is None else f"{result.speed_percent:.0f} %"
     head = (result.span.label, LEADS[result.leader], speed)
     if comparison is None:
-        return (*head, "-", "-", "-", verdict)
+        return (*head, "-", "-", "-", "-", verdict)
     at_rest, lag = comparison.positioning_max_mm, comparison.lag_s
     return (
         *head,
         _plain(comparison.path.max_mm, reach_mm),
         "-" if at_rest is None else _plain(at_rest, reach_mm),
+        _turned(result.turned),
         "-" if lag is None else f"{1e3 * lag:.0f} ms".replace("-0 ms", "0 ms"),
         verdict,
     )
@@ -223,6 +229,14 @@ def _short_row(result: Result, reach_mm: float) -> tuple[str, ...]:
 def _plain(length_mm: float, reach_mm: float) -> str:
     """Return a length with the digits that matter: percent of reach, and mm."""
     return f"{100.0 * length_mm / reach_mm:.2f} % ({length_mm:.2f} mm)"
+
+
+def _turned(turned: AngleErrors | None) -> str:
+    """Return how far the tools were turned against each other, moving and at rest."""
+    if turned is None:
+        return "-"
+    rest = "" if turned.rest_max_deg is None else f" ({turned.rest_max_deg:.2f} at rest)"
+    return f"{turned.path_max_deg:.2f} deg{rest}"
 
 
 def paper_rows(limits: Limits, paper: PaperFigures) -> list[tuple[str, ...]]:
