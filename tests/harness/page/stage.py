@@ -125,11 +125,14 @@ class StageDoor:
 
         return answer()
 
-    async def judge(self, x: float, y: float, z: float, elbow: str, speed: float) -> Answer:
+    async def judge(
+        self, x: float, y: float, z: float, elbow: str, speed: float, yaw: float | None = None
+    ) -> Answer:
         """Say that every point can be reached, once answers are let through."""
         await self.answers.wait()
         names = [joint.name for joint in self.robot.twin_joints]
-        values = {"name": names, "target": [0.5] * len(names), "elbow": "righty"}
+        last = 0.5 if yaw is None else yaw
+        values = {"name": names, "target": [0.5] * (len(names) - 1) + [last], "elbow": "righty"}
         return Answer(True, "", {**values, "refused_now": ""})
 
     async def try_motion(self, motion: str, **fields: Any) -> Answer:

@@ -88,8 +88,12 @@ class CellDoor(Protocol):
             RuntimeError: Nothing was sent.
         """
 
-    async def judge(self, x: float, y: float, z: float, elbow: str, speed: float) -> Answer:
+    async def judge(
+        self, x: float, y: float, z: float, elbow: str, speed: float, yaw: float | None = None
+    ) -> Answer:
         """Ask where MOVE to a point [m] would lead, at ``speed`` [percent].
+
+        With ``yaw`` [rad] the tool shall be turned so.
 
         Values: name, target, elbow, refused_now.
         """

@@ -35,6 +35,7 @@ def arm_of(name: str) -> ToolArm:
 
 
 SCARA, SIX = arm_of("fanuc_sr6ia"), arm_of("articulated_six")
+FOUR = arm_of("scara_4axis")
 
 
 class Door:

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from operator_panel.control.jog import DeadMan, JogError
 from operator_panel.control.tool_jog import BRAKING_S, LINES, TURNS, ToolArm
-from unit.operator_panel.control.conftest import LIMIT_PERCENT, SCARA, SIX
+from unit.operator_panel.control.conftest import FOUR, LIMIT_PERCENT, SCARA, SIX
 
 PERIOD = 0.05
 BENT = {"joint_1": 0.3, "joint_2": 1.4, "joint_3": -0.1, "table_joint": 0.0}
+FOUR_BENT = {"joint_1": 0.3, "joint_2": 1.4, "joint_3": -0.075, "joint_4": 0.5}
 SIX_BENT = dict(zip((j.name for j in SIX.joints), (0.2, 0.3, -0.4, 0.3, 0.8, 0.1)))
 
 
@@ -31,7 +32,7 @@ def travel(
 
 @pytest.mark.parametrize("axis", LINES)
 @pytest.mark.parametrize("frame", ["world", "tool"])
-@pytest.mark.parametrize(("arm", "start"), [(SCARA, BENT), (SIX, SIX_BENT)])
+@pytest.mark.parametrize(("arm", "start"), [(SCARA, BENT), (FOUR, FOUR_BENT), (SIX, SIX_BENT)])
 def test_tool_goes_straight_along_its_axis(
     arm: ToolArm, start: dict[str, float], axis: str, frame: str
 ) -> None:
@@ -45,19 +46,25 @@ def test_tool_goes_straight_along_its_axis(
     assert -0.081 < along @ way < -0.05
 
 
-def test_arm_of_six_joints_keeps_its_tool_turned_as_it_was() -> None:
-    """As a move does not promise, but a hand expects."""
-    places = travel(SIX, SIX.held("x", "world", 1, True), SIX_BENT, 1.0)
-    turned = SIX.pose(SIX_BENT)[:3, :3].T @ SIX.pose(places[-1])[:3, :3]
+@pytest.mark.parametrize(("arm", "start"), [(FOUR, FOUR_BENT), (SIX, SIX_BENT)])
+def test_arm_with_a_wrist_keeps_its_tool_turned_as_it_was(
+    arm: ToolArm, start: dict[str, float]
+) -> None:
+    """As a hand expects."""
+    places = travel(arm, arm.held("x", "world", 1, True), start, 1.0)
+    turned = arm.pose(start)[:3, :3].T @ arm.pose(places[-1])[:3, :3]
     assert turned == pytest.approx(np.eye(3), abs=2e-3)
 
 
-@pytest.mark.parametrize("axis", TURNS)
-def test_turn_keeps_the_tool_where_it_is(axis: str) -> None:
+@pytest.mark.parametrize(
+    ("arm", "start", "axis"),
+    [*((SIX, SIX_BENT, axis) for axis in TURNS), (FOUR, FOUR_BENT, "rz")],
+)
+def test_turn_keeps_the_tool_where_it_is(arm: ToolArm, start: dict[str, float], axis: str) -> None:
     """About its own axis, 15 degrees in a second, and its point does not move."""
-    begin = SIX.pose(SIX_BENT)
-    places = travel(SIX, SIX.held(axis, "tool", 1, True), SIX_BENT, 1.0)
-    end = SIX.pose(places[-1])
+    begin = arm.pose(start)
+    places = travel(arm, arm.held(axis, "tool", 1, True), start, 1.0)
+    end = arm.pose(places[-1])
     assert end[:3, 3] == pytest.approx(begin[:3, 3], abs=5e-4)
     turned = begin[:3, :3].T @ end[:3, :3]
     angle = math.acos(min(1.0, 0.5 * (np.trace(turned) - 1.0)))
@@ -67,8 +74,9 @@ def test_turn_keeps_the_tool_where_it_is(axis: str) -> None:
 
 
 def test_arm_without_a_wrist_offers_no_turn() -> None:
-    """Its tool cannot turn and stay."""
+    """Its tool cannot turn and stay; that of a SCARA with one turns about the vertical."""
     assert SCARA.axes == LINES and SIX.axes == LINES + TURNS
+    assert FOUR.axes == (*LINES, "rz")
 
 
 def test_no_joint_is_faster_than_its_share_and_all_slow_down_together() -> None:

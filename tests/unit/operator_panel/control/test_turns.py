@@ -10,7 +10,7 @@ from operator_panel.control.steps import SIZES, StepError
 from operator_panel.control.tool_jog import TURNS
 from operator_panel.control.turns import LEAVES_M, turn_step, why_no_turns
 from scipy.spatial.transform import Rotation
-from unit.operator_panel.control.conftest import SIX, arm_of
+from unit.operator_panel.control.conftest import FOUR, SIX, arm_of
 
 NAMES = [joint.name for joint in SIX.robot.twin_joints]
 BENT = dict(zip(NAMES, (0.2, 0.3, -0.4, 0.3, 0.8, 0.1), strict=True))
@@ -28,6 +28,17 @@ def test_tool_turns_by_one_step_and_keeps_its_place(axis: str, in_tool: bool, si
         turn = math.radians(step) * np.eye(3)[TURNS.index(axis)]
         turned = begin[:3, :3].T @ end[:3, :3] if in_tool else end[:3, :3] @ begin[:3, :3].T
         assert Rotation.from_matrix(turned).as_rotvec() == pytest.approx(turn, abs=1e-6)
+
+
+@pytest.mark.parametrize("in_tool", [False, True])
+def test_scara_with_its_fourth_joint_turns_its_tool_by_that_alone(in_tool: bool) -> None:
+    """About the vertical: the tool's own axis points down."""
+    now = {"joint_1": 0.3, "joint_2": 1.4, "joint_3": -0.1, "joint_4": 0.5}
+    target = turn_step(FOUR, now, "rz", 10.0, in_tool)
+    turned = math.radians(-10.0 if in_tool else 10.0)
+    assert target == pytest.approx((0.3, 1.4, -0.1, 0.5 + turned), abs=1e-6)
+    with pytest.raises(StepError, match="4 joints cannot turn the tool"):
+        turn_step(FOUR, now, "rx", 10.0, in_tool)
 
 
 def test_ten_small_turns_are_one_large_one() -> None:

@@ -66,14 +66,17 @@ class ToolArm:
     def axes(self) -> tuple[str, ...]:
         """What a button can move: a line for each axis, and turns if the arm can turn its tool.
 
-        An arm of three to five joints lets its tool turn as it goes, as a move of it does; one of
-        fewer has no line.
+        A SCARA of four joints turns it about z alone. An arm with too few joints for its turns
+        lets its tool turn as it goes, as a move of it does; one of fewer than three has no line.
         """
         if len(self.joints) < len(LINES):
             return ()
         middle = {joint.name: 0.4 * joint.upper + 0.6 * joint.lower for joint in self.joints}
-        turns = len(self.joints) >= len(LINES + TURNS) and _least(self._jacobian(middle)) > SINGULAR
-        return LINES + TURNS if turns else LINES
+        jacobian = self._jacobian(middle)
+        made = np.abs(jacobian[len(LINES) :]).max(axis=1) > SINGULAR
+        axes = LINES + tuple(axis for axis, turns in zip(TURNS, made) if turns)
+        can = len(self.joints) >= len(axes) and _least(jacobian[_rows(axes)]) > SINGULAR
+        return axes if can else LINES
 
     def held(self, axis: str, frame: str, direction: int, fast: bool) -> ToolHeld:
         """Return what a button moves.
@@ -133,11 +136,11 @@ class ToolArm:
         Raises:
             JogError: The arm is stretched out or folded: the tool cannot go every way.
         """
-        jacobian = self._jacobian(positions)
-        rows = len(LINES) if self.axes == LINES else len(LINES + TURNS)
-        if _least(jacobian[:rows]) < SINGULAR:
+        rows = _rows(self.axes)
+        jacobian = self._jacobian(positions)[rows]
+        if _least(jacobian) < SINGULAR:
             raise JogError(STRETCHED)
-        changes = np.linalg.lstsq(jacobian[:rows], twist[:rows], rcond=None)[0]
+        changes = np.linalg.lstsq(jacobian, twist[rows], rcond=None)[0]
         return {joint.name: float(change) for joint, change in zip(self.joints, changes)}
 
     def _why_slow(self, joint: Joint, q: float) -> str:
@@ -223,6 +226,11 @@ def turn_between(wanted: np.ndarray, now: np.ndarray) -> np.ndarray:
     return 0.5 * np.array(
         [turned[2, 1] - turned[1, 2], turned[0, 2] - turned[2, 0], turned[1, 0] - turned[0, 1]]
     )
+
+
+def _rows(axes: tuple[str, ...]) -> list[int]:
+    """Return where the axes stand in a twist."""
+    return [(LINES + TURNS).index(axis) for axis in axes]
 
 
 def _least(jacobian: np.ndarray) -> float:

@@ -83,12 +83,12 @@ class _Steps:
         """
         with ui.element("div").classes("row-line"):
             self.frames()
-        turns = set(TURNS) <= set(self._view.desk.arm.axes)
+        turns = [axis for axis in TURNS if axis in self._view.desk.arm.axes]
         with ui.element("div").classes("jog"):
             for axis in AXES:
                 told = f"Step {axis.upper()}"
                 self._row(axis.upper(), told, "mm", partial(self._tool, axis), True)
-            for axis in TURNS if turns else ():
+            for axis in turns:
                 title = turn_title(axis)
                 self._row(title, title, "deg", partial(self._turned, axis), True)
             if not turns:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Awaitable, Callable, Sequence
 from functools import partial
 from typing import Any
@@ -11,6 +12,7 @@ from nicegui import ui
 from scara_ros.page.page_library_io import plain
 
 from operator_panel.control.fields import error_text, parse_number
+from operator_panel.control.tool_jog import TURNS
 from operator_panel.door import Answer
 from operator_panel.page.preview.asking_io import needs_judge, play
 from operator_panel.page.preview.motion_line_io import build_gate_line
@@ -18,6 +20,7 @@ from operator_panel.page.view_io import PageView, live, push_button
 from operator_panel.view import words
 
 AXES = ("x", "y", "z")
+MOST_DEG = 720.0
 ELBOWS = {"": "Nearest", "righty": "Righty", "lefty": "Lefty"}
 PREVIEW_DELAY_S = 0.25
 WIDEST_MM = 5000.0
@@ -48,6 +51,9 @@ class _TargetForm:
             )
             self._elbow.on_value_change(self._typed)
             self._elbow.set_enabled(view.is_operator)
+            # Empty: the tool stays as it is turned.
+            self._yaw = self._number("Yaw", "deg", "", -MOST_DEG, MOST_DEG)
+            self._yaw.set_visibility(TURNS[-1] in view.desk.arm.axes)
             self._elbow.set_visibility(
                 view.robot.geometry is not None
             )  # only a SCARA has branches by name
@@ -57,7 +63,7 @@ class _TargetForm:
                 texts = [f"{value * 1e3:g}" for value in position]
                 pick = push_button(name, partial(self._fill, texts)).mark(f"pick-{name.lower()}")
                 pick.set_enabled(view.is_operator)
-            push_button("Clear", partial(self._fill, ("",) * len(AXES))).mark("target-clear")
+            push_button("Clear", self._clear).mark("target-clear")
         with ui.element("div").classes("row-line"):
             plain("Preview", "field-title")
             for text, ask in (("Move", self._try_move), ("Home", self._try_home)):
@@ -90,6 +96,10 @@ class _TargetForm:
         for field, text in zip(self._fields.values(), texts, strict=True):
             field.set_value(text)
 
+    def _clear(self) -> None:
+        self._fill(("",) * len(AXES))
+        self._yaw.set_value("")
+
     def _typed(self) -> None:
         """Close a preview of what was typed before; ask a little later, once nothing more comes."""
         self._asked += 1
@@ -112,14 +122,25 @@ class _TargetForm:
             return None
         return {axis: parse_number(text, axis, "mm") * 1e-3 for axis, text in texts}
 
+    def _turned(self) -> float | None:
+        """Return the yaw [rad]; None: it is empty, and the tool stays as it is turned.
+
+        Raises:
+            ValueError: It is no number.
+        """
+        text = self._yaw.value
+        return math.radians(parse_number(text, "Yaw", "deg", -MOST_DEG, MOST_DEG)) if text else None
+
     async def _preview(self, number: int) -> None:
         point = self._point()
-        if point is None:
+        if point is None or error_text(self._turned):
             self._show(ASK, "", None)
             return
         wrong = error_text(lambda: parse_number(self._speed.value, "Speed", "%", 1.0, 100.0))
         percent = 0.0 if wrong else parse_number(self._speed.value, "Speed", "%")
-        answer = await self._view.door.judge(**point, elbow=self._elbow.value or "", speed=percent)
+        answer = await self._view.door.judge(
+            **point, elbow=self._elbow.value or "", speed=percent, yaw=self._turned()
+        )
         if number != self._asked:
             return
         if answer.success:
@@ -164,8 +185,10 @@ class _TargetForm:
         """Hand what the fields say to ``then``, unless one of them is wrong."""
         point = self._point()
         speed = error_text(lambda: parse_number(self._speed.value, "Speed", "%", 1.0, 100.0))
-        if point is None or speed:
-            self._view.tell(Answer(False, speed or "x, y and z are needed"), "Move")
+        turn = error_text(self._turned)
+        if point is None or speed or turn:
+            self._view.tell(Answer(False, speed or turn or "x, y and z are needed"), "Move")
             return
-        percent = parse_number(self._speed.value, "Speed", "%")
-        await then(**point, speed_percent=percent, elbow=self._elbow.value or "")
+        percent, yaw = parse_number(self._speed.value, "Speed", "%"), self._turned()
+        turned = {} if yaw is None else {"has_yaw": True, "yaw": yaw}
+        await then(**point, speed_percent=percent, elbow=self._elbow.value or "", **turned)

@@ -171,6 +171,8 @@ def command_title(command: str, fields: Mapping[str, object]) -> str:
     Example:
         >>> command_title("MOVE", {"x": 0.51, "y": 0.16, "z": 0.1, "speed_percent": 50.0})
         'Move to x 510 y 160 z 100 mm at 50 %'
+        >>> command_title("MOVE", {"x": 0.5, "y": 0.0, "z": 0.1, "has_yaw": True, "yaw": -0.5})
+        'Move to x 500 y 0 z 100 mm, yaw −28.6 deg'
         >>> command_title("ESTOP", {})
         'Emergency stop'
     """
@@ -178,6 +180,8 @@ def command_title(command: str, fields: Mapping[str, object]) -> str:
     if "x" in fields:
         title += " to " + " ".join(f"{a} {number(1e3 * _float(fields[a]), 0)}" for a in "xyz")
         title += " mm"
+    if fields.get("has_yaw"):
+        title += f", yaw {number(math.degrees(_float(fields['yaw'])), 1)} deg"
     speed = _float(fields.get("speed_percent", 0.0))
     if command == "SPEED":
         return f"{title} {percent(speed)}"
