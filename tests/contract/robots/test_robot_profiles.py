@@ -45,9 +45,9 @@ def robot(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> It
     yield load_robot(CONFIG)
 
 
-def test_there_are_four_robots_and_one_is_no_scara() -> None:
-    """The article's, its smaller sister, one that turns its tool, and one that is no SCARA."""
-    assert ROBOTS == ["articulated_six", "fanuc_sr3ia", "fanuc_sr6ia", "scara_4axis"]
+def test_there_are_five_robots_and_one_is_no_scara() -> None:
+    """The article's, its smaller sister, two that turn their tool, and one that is no SCARA."""
+    assert ROBOTS == ["articulated_six", "epson_gx4", "fanuc_sr3ia", "fanuc_sr6ia", "scara_4axis"]
 
 
 def test_the_doctor_finds_nothing_wrong_and_nothing_to_look_at(robot: Robot) -> None:
