@@ -129,6 +129,7 @@ def test_an_axis_elsewhere_than_that_of_the_body_is_refused(
             '<link name="link_2"/>',
             "no <collision> of what joint_2",
         ),
+        ("<box size=", "<mesh filename=", "cannot be read: a shape of kind mesh .* box, cylinder"),
         ("tool0", "tool1", "cannot be read: no link 'tool0'"),
         ('name="joint_3"', 'name="joint_9"', "joint_3: is missing"),
         ("</robot>", "", "cannot be read: .*no XML"),
