@@ -100,8 +100,11 @@ def free_part(
     part = 1.0
     if not near:
         return part
-    for point, path in zip(near, _paths(near, rows)):
-        for zone in zones:
+    paths, halves = _paths(near, rows), _halves(near)
+    for zone in zones:
+        for point, path, close in zip(near, paths, _near(paths, [zone], halves)):
+            if not close:
+                continue
             lower, upper = _corners(zone, point.half)
             outside = np.any((path < lower) | (path > upper), axis=1)
             begin = int(np.argmax(outside)) if outside.any() else len(path) - 1
