@@ -113,3 +113,19 @@ def test_a_number_that_is_none_is_looked_at_closely() -> None:
     assert tool.rates is not None
     assert not may_reach(tool.model, tool.rates, here, (0.1, 0.1, 0.1), [far])
     assert may_reach(tool.model, tool.rates, (float("nan"), 0.0, -0.1), (0.1, 0.1, 0.1), [far])
+
+
+def test_a_zone_that_only_the_body_around_a_point_touches_is_within_reach() -> None:
+    """The forearm stands still 10 mm beside it, and its middle is further away."""
+    here = (0.0, 0.0, -0.1, 0.0)
+    part = [point for point in SETUP.points if point.name == "link_2"][-1]
+    middle, half = positions(part, np.array([here]))[0], np.array(part.half)
+    low = 1e3 * (middle + np.array([-0.3, half[1] - 0.01, -0.3]))
+    high = low + np.array([600.0, 400.0, 600.0])
+    zone = KeepOut("zone", tuple(low.tolist()), tuple(high.tolist()))
+    assert part.rates is not None
+    turned = (0.0, 0.001)
+    assert not may_reach(part.model, part.rates, here[:2], turned, [zone])
+    assert may_reach(part.model, part.rates, here[:2], turned, [zone], part.half)
+    assert "deeper" in heads_into([part], [zone], here, (0.0, 0.5, -0.1, 0.0))
+    assert free_part([part], [zone], (0.0, -0.5, -0.1, 0.0), here) < 1.0
