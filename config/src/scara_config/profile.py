@@ -129,12 +129,30 @@ def plant_path(directory: Path | str | None = None, name: str | None = None) -> 
 
     Args:
         directory: Folder with all YAML files; default: the package scara_config.
-        name: Of the plant; default: the chosen one.
+        name: Of the plant, with or without a draw; default: the chosen one.
 
     Raises:
-        ConfigError: There is no such robot or plant; the text lists those that exist.
+        ConfigError: There is no such robot or plant; the text lists those that exist. The draw is
+            no whole number.
     """
-    return _one_of(PLANTS, "plant", name or chosen_plant(), directory)
+    return _one_of(PLANTS, "plant", plant_draw(name or chosen_plant())[0], directory)
+
+
+def plant_draw(name: str) -> tuple[str, int | None]:
+    """Return a plant's file and the seed by which its numbers are drawn; None: as they are filed.
+
+    Args:
+        name: As ``field``, or ``field:7``.
+
+    Raises:
+        ConfigError: The draw is no whole number.
+    """
+    plant, drawn, seed = name.partition(":")
+    if not drawn:
+        return plant, None
+    if not seed.isdecimal():
+        raise ConfigError(f"plant = {name}: a draw is a whole number, as {plant}:7")
+    return plant, int(seed)
 
 
 def settings_path(directory: Path | str | None, name: str) -> Path:

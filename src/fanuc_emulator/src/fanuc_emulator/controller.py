@@ -78,6 +78,7 @@ class Controller:
             plant.interpolation_period_ms // plant.servo_period_ms,
             interpreter_of(plant, robot.joints),
             planner,
+            plant.interpolation_phase_ms // plant.servo_period_ms,
         )
         self._readings = Readings(plant, robot.joints, random)
         late = plant.shown_after_ms

@@ -22,7 +22,9 @@ RobotName = Annotated[
 PlantName = Annotated[
     str | None,
     typer.Option(
-        "--plant", help="How the robot's stand-in behaves: ideal or field. Default: ideal."
+        "--plant",
+        help="How the robot's stand-in behaves: ideal or field, or one drawn from it by a seed "
+        "(field:7). Default: ideal.",
     ),
 ]
 Output = Annotated[

@@ -21,6 +21,7 @@ class MotionGroup:
         every: Servo periods in an interpolation period; the drives go straight between two points.
         interpreter: Carries out the stream; None: each set point counts at once.
         planner: Plans lines and arcs; None: there are none.
+        phase: So many servo periods of the first interpolation period are over.
 
     Attributes:
         positions: True joint positions [rad or m], shape ``(n,)``.
@@ -36,6 +37,7 @@ class MotionGroup:
         every: int = 1,
         interpreter: StreamInterpreter | None = None,
         planner: Planner | None = None,
+        phase: int = 0,
     ) -> None:
         self.axes = tuple(axes)
         self.powered = True
@@ -49,7 +51,7 @@ class MotionGroup:
         # PR[1] as the stream program sees it; None while it is not valid.
         self._wanted: tuple[float, ...] | None = None
         # How many servo periods of the interpolation period are over, and where it began.
-        self._phase = 0
+        self._phase = phase
         self._from = self._targets
         self._look()
 

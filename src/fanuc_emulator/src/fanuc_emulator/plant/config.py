@@ -8,18 +8,20 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from random import Random
+from typing import Annotated, Any
 
 import msgspec
 from msgspec import Meta
 from scara_config import ConfigError, Joint, Robot, load
-from scara_config.profile import plant_path
+from scara_config.profile import chosen_plant, plant_draw, plant_path
 from scara_config.quantities import AboveZero, AccelerationPercent, LagMs, WholePercent
 
 from fanuc_emulator.drives.axis import Axis, AxisParameters, Friction
 from fanuc_emulator.uop import Outputs
 
 Period = Annotated[int, Meta(ge=1, le=40)]
+Phase = Annotated[int, Meta(ge=0, le=40)]
 Range = tuple[LagMs, LagMs]
 Row = tuple[float, float, float, float]
 ALARM = "alarm"
@@ -47,14 +49,15 @@ class AnswerFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class MeasuringFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """What the position registers show.
 
-    ``period_ms``: between two readings. ``decimals``: of a position [deg or mm]; null: whole
-    encoder counts. Noise: Gaussian, rms.
+    ``period_ms``: between two readings, the first of which comes ``phase_ms`` late. ``decimals``:
+    of a position [deg or mm]; null: whole encoder counts. Noise: Gaussian, rms.
     """
 
     period_ms: Period
     decimals: Annotated[int, Meta(ge=0, le=6)] | None
     noise_deg: Annotated[float, Meta(ge=0.0, le=1.0)]
     noise_mm: Annotated[float, Meta(ge=0.0, le=1.0)]
+    phase_ms: Phase = 0
 
 
 class StreamFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -123,7 +126,8 @@ class GeometryFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Plant(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """One plant's file.
 
-    ``description`` stands beside each figure. ``payload_kg`` is what the tool carries.
+    ``description`` stands beside each figure. Its first interpolation period is shorter by
+    ``interpolation_phase_ms``. ``payload_kg`` is what the tool carries.
     ``shown_after_ms`` names outputs, or ``alarm``, that are shown later than they are true.
     """
 
@@ -145,6 +149,7 @@ class Plant(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     payload_kg: Annotated[float, Meta(ge=0.0, le=1000.0)]
     geometry: GeometryFile | None
     axes: dict[str, AxisFile]
+    interpolation_phase_ms: Phase = 0
 
     @property
     def dt(self) -> float:
@@ -163,7 +168,8 @@ def load_plant(robot: Robot, directory: Path | str | None = None, name: str | No
     Args:
         robot: robot.yaml.
         directory: Folder with all YAML files.
-        name: Of the plant; default: what ``SCARA_PLANT`` says, else ``ideal``.
+        name: Of the plant, with or without a draw; default: what ``SCARA_PLANT`` says, else
+            ``ideal``.
 
     Raises:
         ConfigError: There is no such plant or it is wrong, an axis is missing or unknown, a period
@@ -171,6 +177,9 @@ def load_plant(robot: Robot, directory: Path | str | None = None, name: str | No
     """
     path = plant_path(directory, name)
     plant = load(path, Plant)
+    _, seed = plant_draw(name or chosen_plant())
+    if seed is not None:
+        plant = drawn(plant, seed)
     _check_periods(path, plant)
     _check_axes(path, plant, robot)
     names = [joint.name for joint in robot.joints]
@@ -287,4 +296,75 @@ def _friction(file: FrictionFile | None, joint: Joint, percent: float) -> Fricti
         coulomb=coulomb,
         viscous=file.viscous_percent * percent / joint.velocity,
         stribeck=file.stribeck_percent / 100.0 * joint.velocity,
+    )
+
+
+SPREAD, READINGS_MS, INTERPOLATIONS_MS = 0.3, (4, 16), (4, 12)
+"""Each number is drawn within this part of what is filed, each period between these [ms]: what
+differs from one robot of a family to the next, and from one family to another. Our choice."""
+FILTER_STEP_MS, LONGEST_DESCRIPTION = 10, 100
+_SERVO = (
+    *(f"{name}_acceleration_percent" for name in ("program", "command", "servo")),
+    *("natural_frequency_hz", "damping", "velocity_feedforward", "payload_inertia_percent"),
+)
+
+
+def drawn(plant: Plant, seed: int) -> Plant:
+    """Return another robot of the same kind: the same seed gives the same one.
+
+    Mechanics, encoders and geometry stay: they belong to the type.
+
+    Args:
+        plant: What is filed.
+        seed: Of the draw.
+    """
+    replace, random = msgspec.structs.replace, Random(seed)
+
+    def near(value: float) -> float:
+        return value * random.uniform(1.0 - SPREAD, 1.0 + SPREAD)
+
+    def ordered(ends: Range) -> Range:
+        low, high = sorted(map(near, ends))
+        return low, high
+
+    def period(shortest: int, longest: int) -> tuple[int, int]:
+        step = plant.servo_period_ms
+        length = random.randrange(-(-shortest // step) * step, longest + 1, step)
+        return length, random.randrange(0, length, step)
+
+    axes = {}
+    for name, axis in plant.axes.items():
+        new: dict[str, Any] = {key: near(getattr(axis, key)) for key in _SERVO}
+        new["velocity_feedforward"] = min(new["velocity_feedforward"], 1.0)
+        if axis.friction is not None:
+            fields = axis.friction.__struct_fields__
+            new["friction"] = FrictionFile(*[near(getattr(axis.friction, key)) for key in fields])
+        axes[name] = replace(axis, **new)
+    stream, measuring = plant.stream, plant.measuring
+    lag, largest = ordered((stream.lag_ms, stream.lag_largest_ms))
+    reading, interpolation = period(*READINGS_MS), period(*INTERPOLATIONS_MS)
+    filters = [max(1, round(near(each) / FILTER_STEP_MS)) for each in plant.filter_ms]
+    return replace(
+        plant,
+        description=f"{plant.description}; drawn by seed {seed}"[-LONGEST_DESCRIPTION:],
+        axes=axes,
+        stream=replace(
+            stream,
+            lag_ms=lag,
+            lag_largest_ms=largest,
+            lag_step_ms=near(stream.lag_step_ms),
+            rest_s=near(stream.rest_s),
+        ),
+        answers=AnswerFile(ordered(plant.answers.idle_ms), ordered(plant.answers.running_ms)),
+        measuring=replace(
+            measuring,
+            period_ms=reading[0],
+            phase_ms=reading[1],
+            noise_deg=near(measuring.noise_deg),
+            noise_mm=near(measuring.noise_mm),
+        ),
+        interpolation_period_ms=interpolation[0],
+        interpolation_phase_ms=interpolation[1],
+        filter_ms=[FILTER_STEP_MS * each for each in filters],
+        start_delay_ms=round(near(plant.start_delay_ms)),
     )

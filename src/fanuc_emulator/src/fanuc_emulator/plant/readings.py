@@ -38,6 +38,7 @@ class Readings:
     ) -> None:
         measuring = plant.measuring
         self._every = measuring.period_ms // plant.servo_period_ms
+        self._phase = measuring.phase_ms // plant.servo_period_ms
         self._clock_error = plant.clock.error_ms
         self._noise = [getattr(measuring, f"noise_{j.unit}") * j.scale for j in joints]
         self._noisy = any(self._noise)
@@ -59,7 +60,7 @@ class Readings:
             velocities: As the drives give them [rad/s or m/s].
             clock_ms: The controller's own clock [ms].
         """
-        if self._held is not None and tick % self._every:
+        if self._held is not None and (tick - self._phase) % self._every:
             return self._held
         if self._noisy and self._random is not None:
             noise = self._random.normal(0.0, self._noise)

@@ -1,0 +1,60 @@
+"""Another robot of the same kind: drawn by a seed from what is filed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import msgspec
+import pytest
+from fanuc_emulator.plant.config import INTERPOLATIONS_MS, READINGS_MS, SPREAD, load_plant
+from scara_config import ConfigError, load_robot
+from scara_config.profile import plant_path
+
+CONFIG = Path(__file__).resolve().parents[4] / "config"
+ROBOT = load_robot(CONFIG)
+FILED = load_plant(ROBOT, CONFIG, "field")
+SEEDS = range(1, 25)
+
+
+def test_the_same_seed_gives_the_same_robot_and_another_seed_another() -> None:
+    """On any machine: what was measured on a drawn robot can be repeated."""
+    one, again, other = (load_plant(ROBOT, CONFIG, f"field:{seed}") for seed in (7, 7, 8))
+    assert one == again != other
+    assert "drawn by seed 7" in one.description
+
+
+@pytest.mark.parametrize("filed", ["field", "ideal"])
+def test_a_drawn_robot_is_a_plant_within_its_limits(filed: str) -> None:
+    """What a file may hold: periods of the servo's, filters of whole steps, ranges in order."""
+    names = ("natural_frequency_hz", "damping", "servo_acceleration_percent")
+    base = load_plant(ROBOT, CONFIG, filed)
+    readings, interpolations = set(), set()
+    for seed in SEEDS:
+        plant = load_plant(ROBOT, CONFIG, f"{filed}:{seed}")
+        assert msgspec.convert(msgspec.to_builtins(plant), type(plant), strict=False) == plant
+        for period, phase, (shortest, longest), found in (
+            (plant.measuring.period_ms, plant.measuring.phase_ms, READINGS_MS, readings),
+            (
+                plant.interpolation_period_ms,
+                plant.interpolation_phase_ms,
+                INTERPOLATIONS_MS,
+                interpolations,
+            ),
+        ):
+            assert shortest <= period <= longest and 0 <= phase < period
+            assert not period % plant.servo_period_ms and not phase % plant.servo_period_ms
+            found.add(period)
+        for joint, axis in plant.axes.items():
+            for name in names:
+                ratio = getattr(axis, name) / getattr(base.axes[joint], name)
+                assert 1.0 - SPREAD <= ratio <= 1.0 + SPREAD
+        assert plant.geometry == base.geometry and plant.payload_kg == base.payload_kg
+    assert len(readings) >= 5 and len(interpolations) >= 4
+
+
+def test_a_draw_that_is_no_number_is_refused() -> None:
+    """Before anything starts, as a plant that does not exist is."""
+    assert plant_path(CONFIG, "field:3") == plant_path(CONFIG, "field")
+    for name, said in (("field:x", "a draw is a whole number"), ("fild:3", "field")):
+        with pytest.raises(ConfigError, match=said):
+            plant_path(CONFIG, name)
