@@ -37,6 +37,7 @@ class Options:
     first: int = 0
     scene: int | None = None
     rows: tuple[str, ...] = ()
+    draws: int = 0
 
 
 def _faults(options: Options) -> list[Row]:
@@ -74,6 +75,10 @@ def _day(options: Options) -> list[Row]:
 
 
 def _plants(options: Options) -> list[Row]:
+    if options.draws:
+        from bench.draws import run as run_draws
+
+        return run_draws(options.draws, options.first, options.console)
     from bench.plants import run
 
     return run(options.folder, options.console)
@@ -189,7 +194,10 @@ def main(
             min=0.0,
         ),
     ] = None,
-    first: Annotated[int, typer.Option(help="Storm: the first seed.", min=0)] = 0,
+    first: Annotated[int, typer.Option(help="Storm, draws: the first seed.", min=0)] = 0,
+    draws: Annotated[
+        int, typer.Option(help="Plants: so many drawn by seeds instead, of each robot.", min=0)
+    ] = 0,
     scene: Annotated[
         int | None, typer.Option(help="Storm: only this scene of the first seed.", min=0)
     ] = None,
@@ -280,7 +288,7 @@ def main(
         raise typer.Exit(0 if measure(rows or [], _folder(False), console, as_json) else 1)
     try:
         folder = _folder(continued, "storm" if chosen == ["storm"] else "bench")
-        options = Options(seeds, minutes, folder, console, first, scene, tuple(rows or ()))
+        options = Options(seeds, minutes, folder, console, first, scene, tuple(rows or ()), draws)
         measured = [row for name in chosen for row in SECTIONS[name](options)]
     except JournalError as error:
         typer.echo(str(error), err=True)

@@ -14,6 +14,7 @@ from typing import Any
 from twin_experiments.workspace_io import PROCESSORS, UNKNOWN, commit_of, processor_of
 
 from bench.demo_tables import demo_table, virtual_table
+from bench.draw_table import draw_table
 from bench.goal_table import goal_table
 from bench.history import changed_files, in_doubt, is_whole
 from bench.many_cells.table import farm_table
@@ -124,7 +125,7 @@ def document(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
     here = machine()
     kept = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.is_file() else {}
     own = {"versions": here["versions"], "peers": here["peers"], "rows": list(rows)}
-    others = ("demos", "plants", "what_if", "farm", "first_start")
+    others = ("demos", "plants", "draws", "what_if", "farm", "first_start")
     return {**{key: kept[key] for key in others if key in kept}, **own}
 
 
@@ -173,8 +174,9 @@ def page(content: Mapping[str, Any], text: str) -> str:
     kept = [row["id"] for row in rows if row["holds"]]
     missed = [row for row in rows if not row["holds"]]
     parts = [*content.get("what_if", ()), *content.get("farm", ())]
+    drawn = [*draw_table(content["draws"]), ""] if "draws" in content else []
     blocks = {
-        "goals": "\n".join([*goal_table(content), *_labels(content)]).strip(),
+        "goals": "\n".join([*goal_table(content), *drawn, *_labels(content)]).strip(),
         "rows": f"{len(kept)} of {len(rows)} rows hold: {', '.join(kept)}. {_measured(rows)}",
         "missed": "\n".join([_table(missed, doubt, beside=False), *missed_lines(parts)]),
     }

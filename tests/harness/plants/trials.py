@@ -50,6 +50,7 @@ class Trial:
         rest_percent: Largest distance at rest, against the set position too.
         path_deg: Largest angle between both tools at the same instant.
         rest_deg: The same at rest.
+        seconds: The experiment took so long, waits included.
         ended: Why there are no figures; empty if there are.
     """
 
@@ -63,6 +64,7 @@ class Trial:
     rest_percent: float | None = None
     path_deg: float | None = None
     rest_deg: float | None = None
+    seconds: float | None = None
     ended: str = ""
 
 
@@ -107,6 +109,7 @@ def run_trial(
         rest_percent=round(100.0 * (found.positioning_max_mm or 0.0) / reach, 4),
         path_deg=round(turned.path_max_deg, 3),
         rest_deg=round(turned.rest_max_deg or 0.0, 4),
+        seconds=round(cell.schedule.now - begun, 1),
     )
 
 

@@ -10,6 +10,7 @@ import msgspec
 from fanuc_emulator.plant.config import AxisFile, Plant
 from scara_config.modbus_map import RING, TABLES
 from scara_config.profile import DEFAULT_PLANT
+from scara_config.set_up.kit_map import kit_map
 
 from harness.virtual_cell.files import CellFiles, load_files
 
@@ -30,6 +31,7 @@ class Variant:
         first_pause: So long after the beginning for the first time [s].
         pause_every: From one pause to the next [s].
         ahead: The robot takes set points ahead of their time.
+        kit: It has what the kit's sheets can make of a delivered robot, and no more.
     """
 
     name: str
@@ -40,12 +42,15 @@ class Variant:
     first_pause: float = 1.0
     pause_every: float = 1.0
     ahead: bool = True
+    kit: bool = False
 
     def files(self, robot: str) -> CellFiles:
         """Return the cell of a profile with this robot."""
         files = load_files(robot, plant=self.plant)
         plant = self.change(files.emulator.plant)
         files = replace(files, emulator=msgspec.structs.replace(files.emulator, plant=plant))
+        if self.kit:
+            return replace(files, layout=kit_map(files.layout))
         return files if self.ahead else without_ring(files)
 
 
@@ -56,6 +61,12 @@ def without_ring(files: CellFiles) -> CellFiles:
         for table in TABLES
     }
     return replace(files, layout=msgspec.structs.replace(files.layout, **tables))
+
+
+def drawn(seed: int, kit: bool) -> Variant:
+    """Return a robot of the field plant's kind, drawn by a seed; with the kit's map or the ring."""
+    words = "kit" if kit else "ring"
+    return Variant(f"draw {seed}, {words}", plant=f"field:{seed}", kit=kit)
 
 
 def _plant(**fields: Any) -> Change:

@@ -1,0 +1,70 @@
+"""The table of robots that were drawn by seeds, from results.json: median and worst of all."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Mapping
+from typing import Any
+
+from bench.plant_tables import MADE
+
+LEADS = (
+    ("real leads", "real_leads", True),
+    ("twin leads, PR[1] alone", "twin_leads", True),
+    ("twin leads, ring", "twin_leads", False),
+)
+"""What a column is called, who leads, and whether the robot has the kit's map."""
+SPEEDS = (50.0, 100.0)
+MEDIANS = {"real leads": (0.8, 1.5), "twin leads, PR[1] alone": (1.0, 1.5)}
+WORST = {"real leads": (1.5, 2.5), "twin leads, PR[1] alone": (2.0, 2.5)}
+RING_MEDIANS, RING_WORST = (0.5, 1.0), (1.0, 2.0)
+REST_PERCENT = 0.06
+
+
+def goals_of(words: str) -> list[tuple[float, float]]:
+    """Return median and worst that a column shall reach at each of ``SPEEDS`` [percent]."""
+    return list(zip(MEDIANS.get(words, RING_MEDIANS), WORST.get(words, RING_WORST)))
+
+
+def figures(
+    measured: Mapping[str, Any], robot: str, words: str, speed: float, key: str
+) -> list[float]:
+    """Return a figure of all draws; infinite for a trial that came to none."""
+    return [
+        float("inf") if trial[key] is None else trial[key]
+        for trial in measured["trials"]
+        if (trial["robot"], trial["column"], trial["speed_percent"]) == (robot, words, speed)
+    ]
+
+
+def draw_table(measured: Mapping[str, Any]) -> list[str]:
+    """Return the table: Markdown lines.
+
+    Args:
+        measured: ``draws`` of results.json.
+    """
+    heads = [f"{words}, {speed:g} %" for words, _, _ in LEADS for speed in SPEEDS]
+    goals = [f"{a:g} / {b:g}" for words, _, _ in LEADS for a, b in goals_of(words)]
+    lines = [
+        "| robot | " + " | ".join(heads) + " |",
+        "|---|" + "---|" * len(heads),
+        "| goal | " + " | ".join(goals) + " |",
+    ]
+    for robot in dict.fromkeys(trial["robot"] for trial in measured["trials"]):
+        cells = []
+        for words, _, _ in LEADS:
+            for speed in SPEEDS:
+                found = figures(measured, robot, words, speed, "path_percent")
+                cells.append(f"{statistics.median(found):.2f} / {max(found):.2f}")
+        lines.append(f"| {robot} | {' | '.join(cells)} |")
+    count, first = measured["count"], measured["first"]
+    return [
+        *lines,
+        "",
+        f"Path error in percent of reach, median / worst of {count} robots drawn by the seeds "
+        f"{first} to {first + count - 1}: each number of the field plant within 30 %, readings "
+        f"each 4 to 16 ms, interpolation each 4 to 12 ms. {MADE} At 50 % the article's moves, at "
+        "100 % long ones. Real leads and PR[1] alone: the map that the kit's sheets make. "
+        f"{measured['date']}, commit {measured['commit']}; `./cell bench --plants --draws {count} "
+        f"--first {first}`.",
+    ]
