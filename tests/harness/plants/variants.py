@@ -49,9 +49,9 @@ class Variant:
         files = load_files(robot, plant=self.plant)
         plant = self.change(files.emulator.plant)
         files = replace(files, emulator=msgspec.structs.replace(files.emulator, plant=plant))
-        if self.kit:
+        if self.kit and "imstp" in files.layout.coils:
             return replace(files, layout=kit_map(files.layout))
-        return files if self.ahead else without_ring(files)
+        return files if self.ahead and not self.kit else without_ring(files)
 
 
 def without_ring(files: CellFiles) -> CellFiles:

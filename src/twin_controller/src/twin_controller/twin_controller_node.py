@@ -2,7 +2,9 @@
 
 Parameters: ``~config_dir`` (robot.yaml, twin_controller.yaml, modbus_map.yaml, persons.yaml);
 ``~modbus_host``, ``~modbus_port`` and ``~gateway_url`` override the end points of
-twin_controller.yaml, ``~links`` its choice of link limits (strict or desk).
+twin_controller.yaml, ``~links`` its choice of link limits (strict or desk); ``~learned`` is the
+folder in which it keeps what it has learned of the robot (default: ``~/.ros/learned``, for a robot
+on this machine nowhere).
 Services: ``twin_controller/command`` (scara_msgs/TwinCommand), ``twin_controller/control``
 (scara_msgs/Control), ``twin_controller/stop``, ``pause``, ``resume``, ``reset``
 (std_srvs/Trigger), ``twin_controller/judge`` (scara_msgs/JudgeMove), ``twin_controller/why``
@@ -35,6 +37,7 @@ from scara_ros.diagnostics_node import PERIOD_S
 from scara_ros.gate.settings import GateSettings, load_gate
 from scara_ros.pacing import Pace
 from scara_ros.page.persons_io import Persons, load_persons
+from scara_ros.page.token_file_io import token_folder
 from scara_ros.process.memory_io import keep_for_good
 from scara_ros.process.scheduling_io import go_first
 from scara_ros.shell.ros_node import own_frame, starting
@@ -53,6 +56,12 @@ from twin_controller.core.safety.sightings import (
 )
 from twin_controller.core.setup import Setup
 from twin_controller.engine.engine_io import Engine
+from twin_controller.engine.learned_io import (
+    learned,
+    learned_file,
+    read_learned,
+    write_learned,
+)
 from twin_controller.modbus.port_io import ModbusSettings
 from twin_controller.modbus.robot_link_io import ModbusRobotLink
 from twin_controller.reporting.publishing_node import Publishing
@@ -69,7 +78,7 @@ from twin_controller.twin.twin_link_io import TwinLink
 from twin_controller.view import decision_text, links_text, statuses
 
 replace = msgspec.structs.replace
-WATCH_PERIOD_S = 0.05
+WATCH_PERIOD_S, KEEP_PERIOD_S = 0.05, 60.0
 DEFAULT_DECISIONS = 10
 CONFIG_FILE = "twin_controller.yaml"
 
@@ -87,6 +96,7 @@ class Node:
         access: Access,
         persons: Persons,
         gate: GateSettings,
+        learned: Path | None,
     ) -> None:
         """Build everything; nothing connects before ``run``.
 
@@ -99,9 +109,11 @@ class Node:
             access: What the gateway asks of us.
             persons: Who may hold control.
             gate: what_if.yaml.
+            learned: Where what was learned of the robot is kept; None: nowhere.
         """
         self._setup = Setup(robot, config)
         self._base_frame = own_frame(robot.base_frame)
+        self._learned = learned
         self._sensors, self._strangers = config.separation.sensors, tuple[str, ...]()
         self._shadow = ShadowService(self._setup, configuration)
         self._publishing = Publishing(self._setup, robot, self._shadow)
@@ -161,11 +173,16 @@ class Node:
             rospy.Service("twin_controller/why", Why, self._why),
             self._shadow.offer(),
         ]
+        if self._learned is not None:
+            known = read_learned(self._learned, self._setup.names, time.monotonic())
+            if known is not None:
+                self._put(known)
         keep_for_good()
         go_first()
         with self._publishing, self._engine, self._real, self._twin, until_shutdown():
             rospy.loginfo("twin_controller is ready")
             self._watch()
+        self._keep()
         for service in services:
             service.shutdown("the twin controller ends")
         failure = self._engine.failure or self._publishing.thread.failure
@@ -176,7 +193,7 @@ class Node:
 
     def _watch(self) -> None:
         """Publish diagnostics each second and when the mode changes; end with the engine."""
-        pace = Pace(PERIOD_S)
+        pace, keeping = Pace(PERIOD_S), Pace(KEEP_PERIOD_S)
         publisher = self._publishing.thread
         while not rospy.is_shutdown() and self._engine.running and publisher.failure is None:
             counters = {"real": self._real.counters, "twin": self._twin.counters}
@@ -185,7 +202,17 @@ class Node:
             state, now = self._engine.state, time.monotonic()
             if pace.is_due(now, state.lead.mode + state.lead.why):
                 self._publishing.diagnose(statuses(self._setup, state, counters, now))
+            if keeping.is_due(now):
+                self._keep()
             time.sleep(WATCH_PERIOD_S)
+
+    def _keep(self) -> None:
+        """Keep what was learned of the robot for the next start."""
+        if self._learned is None:
+            return
+        kept = learned(self._engine.state, self._setup.names)
+        if kept is not None:
+            write_learned(self._learned, kept)
 
     def _pause(self) -> None:
         """Pause the pair because the robot's own program was refused."""
@@ -269,7 +296,12 @@ def main() -> None:
     if only_followed:
         rospy.logwarn("the robot is followed, and never led: %s", only_followed)
     publisher, configuration = _publish_configuration(folder, config)
-    node = Node(robot, config, layout, configuration, url, access, persons, gate)
+    # A stand-in on this machine is another robot with each start.
+    stand_in = host.startswith("127.") or host == "localhost"
+    place = "" if stand_in else str(token_folder(os.environ) / "learned")
+    place = str(rospy.get_param("~learned", place))
+    kept = learned_file(Path(place), robot.name, host, port) if place and robot.lead else None
+    node = Node(robot, config, layout, configuration, url, access, persons, gate, kept)
     code = node.run()
     publisher.unregister()
     if code:

@@ -35,6 +35,7 @@ from twin_controller.core.events import (
     Operator,
     PersonSeen,
     RealAlarm,
+    RealKnown,
     RealMeasured,
     Tick,
     TwinGripper,
@@ -50,6 +51,7 @@ from twin_controller.view import decision_text, state_view, statuses
 
 replace = msgspec.structs.replace
 BIG = sys.float_info.max
+PART, SPEED = st.floats(0.0, 1.0), st.floats(1.0, 100.0)
 NOW = st.one_of(st.floats(99.0, 103.0), st.floats(-1e9, 1e9))
 ANY = st.one_of(
     st.floats(-3.0, 3.0),
@@ -126,6 +128,15 @@ EVENTS: st.SearchStrategy[AnyEvent] = st.one_of(
     ),
     st.builds(TwinGripper, NOW, FLAGS, FLAGS, TEXT),
     st.builds(GripAnswered, NOW, st.sampled_from(["real", "twin"]), FLAGS, TEXT),
+    st.builds(
+        RealKnown,
+        NOW,
+        *[st.tuples(*[st.floats(0.0, 1.0)] * len(SETUP.names))] * 2,
+        PART,
+        SPEED,
+        SPEED,
+        PART,
+    ),
     st.builds(PersonSeen, NOW, st.tuples(ANY, ANY, ANY)),
     st.builds(ClockProbe, NOW, NOW, NOW, STAMP),
     st.builds(MoveEnded, NOW, FLAGS, TEXT),

@@ -92,6 +92,26 @@ class RealMeasured(Event, frozen=True, tag="real"):
     overtaken: bool = False
 
 
+class RealKnown(Event, frozen=True, tag="real_known"):
+    """What earlier starts have learned of the robot at this address.
+
+    Attributes:
+        delay: Of each joint [s].
+        smoothing: Of each joint [s^2].
+        spread: Standard deviation of the delay from one stream to the next [s].
+        pace: With what speed it has kept up [percent].
+        behind_at: With what speed it has fallen behind [percent].
+        noise: Of its readings at rest, border units.
+    """
+
+    delay: Joints
+    smoothing: Joints
+    spread: float
+    pace: float
+    behind_at: float
+    noise: float
+
+
 class RealAlarm(Event, frozen=True, tag="alarm"):
     """The robot's active alarm.
 
@@ -243,6 +263,7 @@ AnyEvent = (
     Tick
     | LinkChanged
     | RealMeasured
+    | RealKnown
     | RealAlarm
     | TwinMeasured
     | TwinPlan

@@ -8,8 +8,14 @@ from __future__ import annotations
 import msgspec
 
 from twin_controller.core.actions import AnyAction
-from twin_controller.core.events import AnyEvent, ControlAsked, Operator, RealMeasured
-from twin_controller.core.follow.response import measured
+from twin_controller.core.events import (
+    AnyEvent,
+    ControlAsked,
+    Operator,
+    RealKnown,
+    RealMeasured,
+)
+from twin_controller.core.follow.response import measured, recalled
 from twin_controller.core.lead.commands.holder import hear_command, hear_control, let_time_pass
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.lead.reports import (
@@ -60,6 +66,8 @@ def step(setup: Setup, before: CoreState, event: AnyEvent) -> Result:
         held = follow.real is not None and follow.real.held
         response = measured(setup, follow.response, heard.real, held)
         follow = replace(follow, response=response)
+    elif isinstance(event, RealKnown):
+        follow = replace(follow, response=recalled(event))
 
     # 2 Drop what is stale: no decision may rest on it, no order may wait for a side that is lost.
     sides = drop_stale(setup, heard, now)

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scara_control.joint_motion import JointMotion
 from twin_controller.config import MeasuredJoint, load_twin_controller
+from twin_controller.core.events import RealKnown
 from twin_controller.core.follow.memory import Follow
 from twin_controller.core.follow.pace import follower_pace
 from twin_controller.core.follow.response import (
@@ -19,6 +20,7 @@ from twin_controller.core.follow.response import (
     begun,
     known,
     measured,
+    recalled,
 )
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.echo import EchoTube
@@ -226,3 +228,21 @@ def test_a_joint_that_was_never_seen_stays_as_late_as_those_that_were() -> None:
     later = after_move({0: 0.13}, first)
     assert later.delay[1] == pytest.approx(0.13, abs=0.003)
     assert later.doubt[1] == pytest.approx(NUMBERS.known_ms * 1e-3)
+
+
+def earlier(delay: float, pace: float = 100.0) -> RealKnown:
+    """Return what an earlier start has learned of a robot."""
+    joints = len(HOME)
+    return RealKnown(0.0, (delay,) * joints, (1e-4,) * joints, 0.002, pace, 100.0, 0.001)
+
+
+def test_what_was_learned_earlier_is_believed_until_the_first_motion_says_otherwise() -> None:
+    """A robot that answers as before is known at once; another one is measured from the start."""
+    known_before = recalled(earlier(0.1))
+    assert known(known_before, NUMBERS) and known_before.recalled
+    same = after_move({0: 0.104}, known_before)
+    assert not (same.recalled or same.changed) and same.doubt[1] < NUMBERS.known_ms * 1e-3
+    other = measured(UNKNOWN, replace(known_before, at=-1e9), side(0.45, {0: 0.15}))
+    assert other.changed and not other.recalled and other.pace == NUMBERS.first_percent
+    follow = Follow(response=other)
+    assert "otherwise than before" in follower_pace(UNKNOWN, follow, Sides(), 100.0, 0.0).reason

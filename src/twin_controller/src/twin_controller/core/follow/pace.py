@@ -69,7 +69,8 @@ def _sure(setup: Setup, follow: Follow, sides: Sides, now: float) -> Pace:
     allowed = setup.config.response.doubt_percent * 1e-5 * setup.reach_mm
     percent = 100.0 * allowed / max(apart, 1e-9)
     late = 1e3 * max(response.delay)
+    anew = "it answers otherwise than before: " if response.changed else ""
     return Pace(
         max(percent, SLOWEST_PERCENT),
-        f"how late the real robot follows is being measured: about {late:.0f} ms",
+        f"{anew}how late the real robot follows is being measured: about {late:.0f} ms",
     )

@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 
 from twin_controller.config import ResponseConfig
-from twin_controller.core.events import Joints
+from twin_controller.core.events import Joints, RealKnown
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.side import RealSide
 from twin_controller.estimation.delay import Array, Fit, fit_joint
@@ -34,6 +34,8 @@ HELD_S = 0.03
 FIRST_SPREAD_S, SPREAD_GAIN = 0.003, 0.2
 """The delay of a stream differs so much from that of the one before until it is known [s], and so
 much counts what a stream shows of it: 3 ms are what steps of 8 to 12 ms make. Our choice."""
+RECALLED_S = 0.003
+"""What was learned at an earlier start is known so well [s]; our choice: a payload changes less."""
 JUMP_GAIN, SMOOTHING_GAIN = 0.3, 0.2
 """So much of what was measured counts at once at least, of a delay that has changed and of a
 smoothing."""
@@ -71,6 +73,10 @@ class Response(msgspec.Struct, frozen=True):
     spread: float = FIRST_SPREAD_S
     # The delays with which this stream began [s]; empty once it has shown its own.
     begun: Joints = ()
+    # It was learned at an earlier start, and this one's first motion has not borne it out yet.
+    recalled: bool = False
+    # That motion did not: the robot is another one, or is loaded otherwise.
+    changed: bool = False
 
     @property
     def longest(self) -> float:
@@ -95,6 +101,19 @@ def assumed(config: ResponseConfig, names: Sequence[str]) -> Response:
         tuple(joint.smoothing_ms2 * 1e-6 for joint in before),
         (config.known_ms * 1e-3,) * len(before),
         pace,
+    )
+
+
+def recalled(event: RealKnown) -> Response:
+    """Return what earlier starts have learned; it is believed as far as a load may have changed."""
+    return Response(
+        event.delay,
+        event.smoothing,
+        (RECALLED_S,) * len(event.delay),
+        event.pace,
+        event.behind_at,
+        spread=event.spread,
+        recalled=True,
     )
 
 
@@ -175,6 +194,12 @@ def _joined(response: Response, fits: dict[int, Fit], config: ResponseConfig) ->
     """Weigh what was measured against what was known."""
     delay, smoothing, doubt = list(response.delay), list(response.smoothing), list(response.doubt)
     best = min(fits, key=lambda k: fits[k].doubt)
+    if response.recalled:
+        changed = abs(fits[best].delay - delay[best]) > config.behind_ms * 1e-3
+        if changed:
+            doubt = [config.first_ms * 1e-3] * len(doubt)
+            response = replace(response, pace=config.first_percent, behind_at=100.0, begun=())
+        response = replace(response, recalled=False, changed=changed)
     if response.begun and fits[best].doubt <= FIRST_SPREAD_S:
         step = fits[best].delay - response.begun[best]
         spread = math.sqrt((1.0 - SPREAD_GAIN) * response.spread**2 + SPREAD_GAIN * step**2)

@@ -15,6 +15,7 @@ from twin_controller.core.events import (
     Joints,
     LinkChanged,
     RealAlarm,
+    RealKnown,
     RealMeasured,
     Tick,
     TwinGripper,
@@ -71,6 +72,8 @@ def take_in(setup: Setup, sides: Sides, event: AnyEvent) -> Sides:
             return replace(sides, twin=twin_lost(twin, event.reason, event.connected))
         case RealMeasured():
             return replace(sides, real=real_measured(setup, real, event))
+        case RealKnown():
+            return replace(sides, real=replace(real, noise=event.noise))
         case RealAlarm():
             alarm, warning = (event.text, "") if event.stops else ("", event.text)
             return replace(sides, real=replace(real, alarm=alarm, warning=warning))
