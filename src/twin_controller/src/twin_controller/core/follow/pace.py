@@ -2,9 +2,9 @@ r"""With what speed the real robot can be led: never faster than it follows.
 
 What is not known of its delay, :math:`\sigma_k` of joint k, puts the tools apart in motion:
 
-.. math:: e = \sum_k \sigma_k\, l_k\, |\dot q_k|, \qquad l_k \le \text{reach for joints that turn},
+.. math:: e = \sum_k \sigma_k\, l_k\, |\dot q_k|
 
-so the twin is slow enough for :math:`e` to stay below a part of the reach. It is the same for a
+with the lever :math:`l_k` by which it moves the tool, so the twin is slow enough for :math:`e` to stay below a part of the reach. It is the same for a
 robot that nobody knows, for a joint that has not moved yet and for a delay that has changed.
 """
 

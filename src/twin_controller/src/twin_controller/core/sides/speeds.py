@@ -7,7 +7,7 @@ of the positions, so noise of standard deviation :math:`\sigma` becomes
 .. math:: v = \sum_i w_i q_i, \qquad \sigma_v = \sigma \sqrt{\sum_i w_i^2}.
 
 Few readings follow a motion closely, many average its noise away. A jerk :math:`j` that lasts makes
-the slope wrong by :math:`\tfrac{j}{6} \sum_i w_i s_i^3`: as many readings are taken as make both
+the slope wrong by :math:`j/6 \sum_i w_i s_i^3`: as many readings are taken as make both
 errors together least (Savitzky and Golay 1964, at the end of the stretch).
 """
 
