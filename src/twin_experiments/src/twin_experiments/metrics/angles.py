@@ -27,7 +27,7 @@ class AngleErrors:
 def angles_between(arm: ScrewModel, q: Array, other: Array) -> Array:
     r"""Return the angle of the rotation from one tool's orientation to the other's.
 
-    .. math:: |R - R'|_F = 2 \sqrt 2 \sin(\theta / 2)
+    .. math:: |R - R'|_F = 2 \sqrt{2} \sin(\theta / 2)
 
     Args:
         arm: Screw axes and home pose.
