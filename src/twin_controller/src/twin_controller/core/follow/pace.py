@@ -4,8 +4,9 @@ What is not known of its delay, :math:`\sigma_k` of joint k, puts the tools apar
 
 .. math:: e = \sum_k \sigma_k\, l_k\, |\dot q_k|
 
-with the lever :math:`l_k` by which it moves the tool, so the twin is slow enough for :math:`e` to stay below a part of the reach. It is the same for a
-robot that nobody knows, for a joint that has not moved yet and for a delay that has changed.
+with the lever :math:`l_k` by which it moves the tool. So the twin is slow enough for :math:`e` to
+stay below a part of the reach. It is the same for a robot that nobody knows, for a joint that has
+not moved yet and for a delay that has changed.
 """
 
 from __future__ import annotations
