@@ -52,7 +52,7 @@ def test_what_is_not_known_of_a_delay_costs_a_part_of_the_reach(doubt: float) ->
 
 
 def test_only_the_joints_that_move_count() -> None:
-    """A joint that has never moved holds up no other; where nobody says, all may move."""
+    """A joint that has never moved holds up no other; where nobody says, any may move."""
     pair = idle_pair()
     known_but_last = response((*(0.0005,) * (JOINTS - 1), 0.02))
     first = moving(pair, (0.3, *(0.0,) * (JOINTS - 1)))
@@ -60,7 +60,7 @@ def test_only_the_joints_that_move_count() -> None:
     follow = Follow(response=known_but_last)
     fast, slow = (of(follow, sides, now=pair.now).percent for sides in (first, last))
     unsaid = of(follow, pair.state.sides, now=pair.now).percent
-    assert unsaid < slow < fast
+    assert unsaid <= slow < fast
 
 
 def test_a_robot_that_nobody_knows_is_led_slowly_but_moves() -> None:
@@ -72,7 +72,7 @@ def test_set_points_on_their_way_to_a_new_delay_count_as_doubt() -> None:
     """What was measured just now is not what the robot was told by."""
     sure = response((0.0005,) * JOINTS)
     told = Follow(response=sure, real=RealFollows(delay=(0.092,) * JOINTS))
-    assert of(told, Sides()).percent < 0.1 * of(Follow(response=sure), Sides()).percent
+    assert of(told, Sides()).percent < 0.15 * of(Follow(response=sure), Sides()).percent
 
 
 @pytest.mark.parametrize(("cap", "most"), [(100.0, LIMIT.told_percent), (20.0, 20.0)])

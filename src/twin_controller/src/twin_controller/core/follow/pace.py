@@ -63,10 +63,9 @@ def _sure(setup: Setup, follow: Follow, sides: Sides, now: float) -> Pace:
         aims = zip(wrong, response.delay, stream.delay)
         wrong = tuple([doubt + abs(delay - aim) for doubt, delay, aim in aims])
     shares = sides.twin.shares if planned(sides.twin, now) else ()
-    apart = sum(
-        doubt * share * speed
-        for doubt, share, speed in zip(wrong, shares or (1.0,) * len(wrong), setup.tool_speeds)
-    )
+    each = [doubt * speed for doubt, speed in zip(wrong, setup.tool_speeds)]
+    # Who does not say where the twin is going moves one joint, about.
+    apart = sum(share * one for share, one in zip(shares, each)) if shares else max(each)
     allowed = setup.config.response.doubt_percent * 1e-5 * setup.reach_mm
     percent = 100.0 * allowed / max(apart, 1e-9)
     late = 1e3 * max(response.delay)

@@ -34,8 +34,9 @@ HELD_S = 0.03
 FIRST_SPREAD_S, SPREAD_GAIN = 0.003, 0.2
 """The delay of a stream differs so much from that of the one before until it is known [s], and so
 much counts what a stream shows of it: 3 ms are what steps of 8 to 12 ms make. Our choice."""
-RECALLED_S = 0.003
-"""What was learned at an earlier start is known so well [s]; our choice: a payload changes less."""
+MEASURED_S, RECALLED_S = 0.001, 0.003
+"""A delay is known so well that was measured beforehand, or learned at an earlier start [s]; our
+choice: a payload changes less."""
 JUMP_GAIN, SMOOTHING_GAIN = 0.3, 0.2
 """So much of what was measured counts at once at least, of a delay that has changed and of a
 smoothing."""
@@ -99,7 +100,7 @@ def assumed(config: ResponseConfig, names: Sequence[str]) -> Response:
     return Response(
         tuple(joint.delay_ms * 1e-3 for joint in before),
         tuple(joint.smoothing_ms2 * 1e-6 for joint in before),
-        (config.known_ms * 1e-3,) * len(before),
+        (MEASURED_S,) * len(before),
         pace,
     )
 
