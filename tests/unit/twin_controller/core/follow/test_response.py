@@ -211,15 +211,15 @@ def test_a_robot_that_falls_behind_is_led_more_slowly() -> None:
 def test_a_stream_that_begins_may_be_late_otherwise_than_the_one_before() -> None:
     """Where in its own rhythm a robot takes them is new: by how much that differs is learned."""
     shown = after_move({0: 0.1}, assumed(NUMBERS, SETUP.names))
-    assert begun(NUMBERS, shown, ahead=True) is shown
-    new = begun(NUMBERS, shown, ahead=False)
+    assert begun(UNKNOWN, shown, ahead=True) is shown
+    new = begun(UNKNOWN, shown, ahead=False)
     assert all(one >= FIRST_SPREAD_S for one in new.doubt)
     later = after_move({0: 0.109}, new)
     assert later.delay[0] == pytest.approx(0.109, abs=0.002) and later.doubt[0] < 0.001
     assert later.spread == pytest.approx((0.8 * FIRST_SPREAD_S**2 + 0.2 * 0.009**2) ** 0.5, rel=0.2)
-    same = after_move({0: 0.109}, begun(NUMBERS, later, ahead=False))
+    same = after_move({0: 0.109}, begun(UNKNOWN, later, ahead=False))
     assert same.spread < later.spread and not same.begun
-    assert begun(NUMBERS, assumed(NUMBERS, SETUP.names), ahead=False).begun == ()
+    assert begun(UNKNOWN, assumed(NUMBERS, SETUP.names), ahead=False).begun == ()
 
 
 def test_a_joint_that_was_never_seen_stays_as_late_as_those_that_were() -> None:

@@ -123,15 +123,15 @@ def known(response: Response, config: ResponseConfig) -> bool:
     return min(response.doubt) <= config.known_ms * 1e-3
 
 
-def begun(config: ResponseConfig, response: Response, ahead: bool) -> Response:
+def begun(setup: Setup, response: Response, ahead: bool) -> Response:
     """Return what is known of the robot when a stream begins.
 
     Args:
-        config: Numbers.
+        setup: Numbers.
         response: What is known of it.
         ahead: It takes set points ahead of their time, so a delay is that of its drives alone.
     """
-    if ahead or not known(response, config):
+    if ahead or not known(response, setup.config.response):
         return response
     doubt = tuple([math.hypot(one, response.spread) for one in response.doubt])
     return replace(response, doubt=doubt, begun=response.delay)

@@ -149,9 +149,7 @@ def _begin_stream(setup: Setup, state: CoreState, now: float) -> CoreState:
         follow=replace(
             state.follow,
             real=follows,
-            response=begun(
-                setup.config.response, state.follow.response, bool(state.sides.real.takes_ahead)
-            ),
+            response=begun(setup, state.follow.response, bool(state.sides.real.takes_ahead)),
         ),
         orders=replace(state.orders, stream=stream),
     )
