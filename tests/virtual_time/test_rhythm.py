@@ -37,12 +37,12 @@ def streamed() -> tuple[list[float], list[float], list[float]]:
 
 
 def test_set_points_are_sent_in_the_spacing_of_the_robots_filters() -> None:
-    """10 ms of the robot's clock apart, not the 9.7 ms of the polls."""
+    """8 ms of the robot's clock apart, not the 9.7 ms of the polls."""
     sent, _, _ = streamed()
     spacing = [later - earlier for earlier, later in pairwise(sent)]
     assert len(spacing) > 50
-    assert spacing == pytest.approx([10.0 * MS] * len(spacing), abs=0.3 * MS)
-    assert np.mean(spacing) == pytest.approx(10.0 * MS, abs=0.01 * MS)
+    assert spacing == pytest.approx([8.0 * MS] * len(spacing), abs=0.3 * MS)
+    assert np.mean(spacing) == pytest.approx(8.0 * MS, abs=0.01 * MS)
 
 
 def test_set_points_keep_their_place_between_two_ticks_of_the_robot() -> None:

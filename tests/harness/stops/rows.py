@@ -30,7 +30,7 @@ PROGRAM, OVERRIDE = "ARTICLE", 100.0
 FIRST_MOVE, WAIT, SECOND_MOVE = 4, 5, 6
 """Lines of ARTICLE: to P2, a WAIT of 0.7 s, to P3."""
 TO, SPEED_PERCENT = "P2", 50.0
-FAST = {"real leads": 2.5, "twin leads": 1.0}
+FAST = {"real leads": 2.5, "twin leads": 0.5}
 """A joint that is so fast is in the middle of its move [rad/s]; a twin begins slowly."""
 IN_WAIT_S = 0.45
 """Into the WAIT, when the robot stands and the next move is 0.25 s away."""
@@ -38,7 +38,7 @@ WATCHED_S = 1.2
 """Longer than what is left of the WAIT, and than all attempts of a stop."""
 RAMP_S = 0.5
 """Longer than the robot's own ramp."""
-NEVER_LED_S = 2.5
+NEVER_LED_S = 4.0
 """So long the twin moves, and the robot might follow."""
 CONNECTED_S = 3.0
 """The pair is aligned by then, if it ever is."""

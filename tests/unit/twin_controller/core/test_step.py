@@ -101,6 +101,7 @@ def test_the_pair_coming_apart_pauses_both_until_acknowledged(pair: Pair) -> Non
 
 def test_speed_above_the_limit_caps_the_twin(pair: Pair) -> None:
     """Requested 100 %, applied what lets the robot keep up within 80 %; the reason is said."""
+    pair.places = 10
     pair.move_twin(ramp(HOME, AWAY, 1.0), run=0.5)
     most = SETUP.config.limit.twin_percent
     assert pair.limit == most
@@ -111,6 +112,7 @@ def test_speed_above_the_limit_caps_the_twin(pair: Pair) -> None:
 
 def test_a_move_that_is_too_short_for_the_limit_is_not_slowed(pair: Pair) -> None:
     """A cap slows all of its path down: one whose joints reach half as much needs none."""
+    pair.places = 10
     most = SETUP.config.limit.twin_percent
     pair.announced = AWAY, 64.0
     pair.move_twin(ramp(HOME, AWAY, 1.0), run=0.5)
@@ -130,6 +132,7 @@ def test_deviation_is_infinite_while_a_side_is_unknown() -> None:
 
 def test_the_twin_leaves_the_robot_room_below_its_override(pair: Pair) -> None:
     """A robot that follows at exactly its override could not catch up."""
+    pair.places = 10
     pair.override = 30.0
     pair.move_twin(ramp(HOME, AWAY, 1.0), run=0.5)
     assert pair.limit == pytest.approx(30.0 / SETUP.config.limit.override_margin)

@@ -47,7 +47,7 @@ def follower_pace(setup: Setup, follow: Follow, sides: Sides, cap: float, now: f
         most = min(setup.config.limit.told_percent, cap, max(flags.override_percent, 1.0))
         paces.append(
             Pace(
-                setup.config.stream.alone_percent * 1e-2 * most,
+                sides.twin.program_speed(setup.config.stream.alone_percent * 1e-2 * most),
                 "the real robot takes one set point after the other, and needs the rest to keep up",
             )
         )
@@ -71,6 +71,6 @@ def _sure(setup: Setup, follow: Follow, sides: Sides, now: float) -> Pace:
     late = 1e3 * max(response.delay)
     anew = "it answers otherwise than before: " if response.changed else ""
     return Pace(
-        max(percent, SLOWEST_PERCENT),
+        max(sides.twin.program_speed(percent), SLOWEST_PERCENT),
         f"{anew}how late the real robot follows is being measured: about {late:.0f} ms",
     )

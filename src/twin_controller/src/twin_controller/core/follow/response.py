@@ -34,7 +34,7 @@ HELD_S = 0.03
 FIRST_SPREAD_S, SPREAD_GAIN = 0.003, 0.2
 """The delay of a stream differs so much from that of the one before until it is known [s], and so
 much counts what a stream shows of it: 3 ms are what steps of 8 to 12 ms make. Our choice."""
-MEASURED_S, RECALLED_S = 0.001, 0.003
+MEASURED_S, RECALLED_S = LEAST_DEVIATION_S, 0.003
 """A delay is known so well that was measured beforehand, or learned at an earlier start [s]; our
 choice: a payload changes less."""
 JUMP_GAIN, SMOOTHING_GAIN = 0.3, 0.2

@@ -165,12 +165,12 @@ def _twin_cap(
     caps = [Cap(speeds.cap, OPERATORS_SPEED)]
     if sides.real.connected and sides.real.flags is not None:
         override = max(sides.real.flags.override_percent, 1.0)
-        most = _program_speed(limit.twin_percent, motion)
+        most = sides.twin.program_speed(limit.twin_percent)
         held = f"the real robot gets at most {limit.speed_percent:g} %"
         caps.append(Cap(most, f"{held}, and it needs some of that to keep up"))
         caps.append(pace)
         room = f"the real robot's override is {override:g} %, and it needs some of that to keep up"
-        caps.append(Cap(_program_speed(override / limit.override_margin, motion), room))
+        caps.append(Cap(sides.twin.program_speed(override / limit.override_margin), room))
     if cartesian is not None:
         # A move that is announced has a fastest point of its own; other motion may be the worst.
         own = setup.safe_percent
@@ -184,16 +184,6 @@ def _twin_cap(
         caps.append(Cap(100.0 * safety.guard.share, ZONE_AHEAD))
     cap = min(caps, key=lambda one: one.percent)
     return Cap(max(cap.percent, 1.0), cap.reason)
-
-
-def _program_speed(most: float, motion: TwinMotion) -> float:
-    """Return with what program speed no joint of the twin is faster than ``most`` [percent].
-
-    A cap slows all of a path down: a move that is too short to get so fast needs none.
-    """
-    if not motion.target or motion.peak_percent <= 0.0:
-        return most
-    return min(100.0, most * max(1.0, motion.speed_requested_percent / motion.peak_percent))
 
 
 def real_cap(setup: Setup, speeds: Speeds, safety: Safety, leader: str, own_program: bool) -> Cap:

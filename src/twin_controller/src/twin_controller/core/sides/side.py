@@ -120,6 +120,16 @@ class TwinSide(Side, frozen=True):
     # What its arm touches, as its simulator tells; empty: nothing. Only said to a person.
     touches: str = ""
 
+    def program_speed(self, most: float) -> float:
+        """Return with what program speed no joint of the twin is faster than ``most`` [percent].
+
+        A cap slows all of a path down: a move that is too short to get so fast needs none.
+        """
+        motion = self.motion
+        if motion is None or not motion.target or motion.peak_percent <= 0.0:
+            return most
+        return min(100.0, most * max(1.0, motion.speed_requested_percent / motion.peak_percent))
+
 
 class Sides(msgspec.Struct, frozen=True):
     """Both sides."""
