@@ -14,6 +14,7 @@ from harness.plants.variants import FIELD, IDEAL, ONE_BY_ONE, Variant
 from harness.running.thorough import thorough
 from harness.scenes.copies import copied
 from harness.scenes.steps import both_stood, go
+from harness.scenes.truth import standstill_since
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import CellFiles
 from twin_controller.config import with_links
@@ -73,10 +74,14 @@ def moving(variant: Variant, delay_ms: float) -> Iterator[VirtualCell]:
 
 
 def stopping_time(cell: VirtualCell, command: str) -> float:
-    """Return how long both need to stand after a command [s]."""
+    """Return how long the robot needs to stand after a command [s]; the twin comes to rest too.
+
+    The twin's own ramp begins at its speed, which the robot's places for set points change.
+    """
     begun = cell.schedule.now
     assert cell.operate(command).success
-    return both_stood(cell, begun) - begun
+    both_stood(cell, begun)
+    return standstill_since(cell.real.truth, begun) - begun
 
 
 @pytest.mark.parametrize(
