@@ -12,7 +12,7 @@ from scara_config.set_up.kit_map import kit_map
 from twin_controller.core.events import RealKnown
 from twin_controller.core.follow.pace import follower_pace
 from twin_controller.core.follow.response import SLOWEST_PERCENT
-from twin_controller.engine.learned_io import learned
+from twin_controller.engine.learned_io import event_of, learned
 
 ROBOT, SPEED_PERCENT = "fanuc_sr6ia", 50.0
 
@@ -42,9 +42,7 @@ def moved(files: CellFiles, known: RealKnown | None) -> tuple[float, float, Real
         cell.schedule.run(0.5)
         kept = learned(cell._state, cell.setup.names)
     assert kept is not None
-    rows = (tuple(kept.delay_s.values()), tuple(kept.smoothing_s2.values()))
-    figures = (kept.spread_s, kept.pace_percent, kept.behind_at_percent, kept.noise)
-    return pace, taken, RealKnown(0.0, *rows, *figures)
+    return pace, taken, event_of(kept, cell.setup.names, 0.0)
 
 
 def test_the_first_move_of_a_known_robot_is_not_slow() -> None:

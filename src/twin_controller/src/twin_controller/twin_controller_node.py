@@ -173,10 +173,9 @@ class Node:
             rospy.Service("twin_controller/why", Why, self._why),
             self._shadow.offer(),
         ]
-        if self._learned is not None:
-            known = read_learned(self._learned, self._setup.names, time.monotonic())
-            if known is not None:
-                self._put(known)
+        path = self._learned
+        if path and (known := read_learned(path, self._setup.names, time.monotonic())):
+            self._put(known)
         keep_for_good()
         go_first()
         with self._publishing, self._engine, self._real, self._twin, until_shutdown():
@@ -298,8 +297,8 @@ def main() -> None:
     publisher, configuration = _publish_configuration(folder, config)
     # A stand-in on this machine is another robot with each start.
     stand_in = host.startswith("127.") or host == "localhost"
-    place = "" if stand_in else str(token_folder(os.environ) / "learned")
-    place = str(rospy.get_param("~learned", place))
+    usual = "" if stand_in else token_folder(os.environ) / "learned"
+    place = str(rospy.get_param("~learned", str(usual)))
     kept = learned_file(Path(place), robot.name, host, port) if place and robot.lead else None
     node = Node(robot, config, layout, configuration, url, access, persons, gate, kept)
     code = node.run()

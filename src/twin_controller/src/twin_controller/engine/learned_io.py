@@ -43,18 +43,31 @@ def read_learned(path: Path, names: Sequence[str], now: float) -> RealKnown | No
         now: Monotonic [s].
     """
     try:
-        kept = msgspec.json.decode(path.read_bytes(), type=Learned)
-        delay, smoothing = (_row(each, names) for each in (kept.delay_s, kept.smoothing_s2))
+        event = event_of(msgspec.json.decode(path.read_bytes(), type=Learned), names, now)
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, KeyError) as error:
+    except (OSError, ValueError) as error:
         _LOG.warning("%s is not used, the robot is measured anew: %r", path, error)
         return None
-    _LOG.info("%s: the robot follows %.0f ms late, as learned before", path, 1e3 * max(delay))
+    _LOG.info("%s: the robot follows %.0f ms late, as learned before", path, 1e3 * max(event.delay))
+    return event
+
+
+def event_of(kept: Learned, names: Sequence[str], now: float) -> RealKnown:
+    """Return what is kept as an input of the core.
+
+    Args:
+        kept: What earlier starts have learned.
+        names: The twin's joints.
+        now: Monotonic [s].
+
+    Raises:
+        ValueError: It is of a robot with other joints.
+    """
     return RealKnown(
         now,
-        delay,
-        smoothing,
+        _row(kept.delay_s, names),
+        _row(kept.smoothing_s2, names),
         kept.spread_s,
         kept.pace_percent,
         kept.behind_at_percent,
