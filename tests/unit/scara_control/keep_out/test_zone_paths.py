@@ -199,15 +199,24 @@ def test_a_zone_that_only_the_arcs_bulge_enters_is_found(half_sweep: float) -> N
     assert not missed
 
 
+def short_pieces(start: tuple[float, ...], number: int) -> list[tuple[float, ...]]:
+    """Return corners of a way of a millimetre or two each that comes to ``start``."""
+    return [(start[0] - 2e-3 * k, *start[1:]) for k in range(number, 0, -1)]
+
+
 @pytest.mark.parametrize("half_sweep", [0.3, 0.6, 0.74, 0.79, 1.2, 2.4])
 @pytest.mark.parametrize("pieces", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("quarter", range(4))
 def test_the_quick_look_sees_a_zone_that_only_a_bulge_enters(
     pieces: int, half_sweep: float, quarter: int
 ) -> None:
-    """To and fro past a pillar that the arc enters by 2 mm, half way between two corners."""
+    """To and fro past a pillar that the arc enters by 2 mm, half way between two corners.
+
+    Behind as many short pieces; each of those is short enough as it is.
+    """
     middle = quarter * math.pi / 2.0
     corners = [(middle + (-1) ** k * half_sweep, 0.0, -0.1, 0.0) for k in range(pieces + 1)]
+    corners[:0] = short_pieces(corners[0], pieces)
     ahead = np.round((math.cos(middle), math.sin(middle), 0.0))
     half = np.abs(ahead) * 26.0 + (1.0 - np.abs(ahead)) * 3.0
     half[2] = 1000.0
@@ -217,11 +226,14 @@ def test_the_quick_look_sees_a_zone_that_only_a_bulge_enters(
 
 
 @pytest.mark.parametrize("turn", [0.1, 0.7, 4.0])
-@pytest.mark.parametrize("pieces", [1, 3, 8])
+@pytest.mark.parametrize(("pieces", "short"), [(1, 0), (3, 0), (8, 0), (1, 60)])
 def test_a_way_is_looked_at_no_more_closely_than_it_has_to_be(
-    pieces: int, turn: float, monkeypatch: pytest.MonkeyPatch
+    pieces: int, short: int, turn: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """This is done at each sample: few places far from zones, near one those of its length."""
+    """This is done at each sample: few places far from zones, near one those of its length.
+
+    Short pieces, as those of what the robot does next, are not cut because a long one is.
+    """
     places: list[int] = []
 
     def counted(points: Sequence[WatchedPoint], q: FloatArray) -> FloatArray:
@@ -230,15 +242,16 @@ def test_a_way_is_looked_at_no_more_closely_than_it_has_to_be(
 
     monkeypatch.setattr(zones, "all_positions", counted)
     corners = [((-1) ** k * 0.5 * turn, 0.0, -0.1, 0.0) for k in range(pieces + 1)]
+    corners[:0] = short_pieces(corners[0], short)
     unknown = [replace(point, rates=None) for point in POINTS]
     far = KeepOut("far", (5000.0, 5000.0, 5000.0), (6000.0, 6000.0, 6000.0))
     assert not heads_into(unknown, [far], *corners)
-    assert sum(places) <= max(8 + pieces, pieces * (1.0 + turn / 1.5)) + 1
+    assert sum(places) <= max(8 + pieces, (pieces + short) * (1.0 + turn / 1.5)) + 1
     places.clear()
     near = KeepOut("near", (648.0, -3.0, -1000.0), (700.0, 3.0, 1000.0))
     assert heads_into(unknown, [near], *corners)
     length = 0.65 * turn * pieces
-    assert max(places) <= 1.5 * length / 0.01 + 8 + 2 * pieces
+    assert max(places) <= 1.5 * length / 0.01 + 8 + 2 * pieces + short * (1.0 + turn / 1.5)
 
 
 def test_a_margin_is_kept_only_where_one_is_asked_for() -> None:

@@ -8,12 +8,14 @@ from functools import lru_cache
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 from scara_config import KeepOut
 
 from scara_control.keep_out.body import Place
 from scara_control.keep_out.points import FloatArray, Joints, WatchedPoint, all_positions
 from scara_control.keep_out.reach import may_reach
 
+IntArray = NDArray[np.int_]
 COARSE_STEPS = 8
 MOST_STEPS = 2000
 SPACING = 0.01
@@ -168,34 +170,39 @@ def _first_entered(
     return next((violation for violation in found if violation), "")
 
 
-def _fewest_steps(rows: FloatArray) -> int:
-    """Return into how many steps a way is cut at least, the same number for each piece."""
+def _fewest_steps(rows: FloatArray) -> IntArray:
+    """Return into how many steps each piece of a way is cut at least, all into the same number."""
     pieces = len(rows) - 1
     turned = float(np.abs(np.diff(rows, axis=0)).sum(axis=1).max())
     # What is no number cannot be cut finer, and a target of a million turns must not take for ever.
     fine = min(MOST_STEPS, math.ceil(turned / COARSE_TURN)) if math.isfinite(turned) else 1
-    return pieces * max(math.ceil(COARSE_STEPS / pieces), fine)
+    return np.full(pieces, max(math.ceil(COARSE_STEPS / pieces), fine))
 
 
-def _cut(points: Sequence[WatchedPoint], rows: FloatArray, steps: int) -> FloatArray:
-    """Return where the points pass, shape (p, steps + 1, 3) [m]; ``steps`` fits the corners."""
-    each = steps // (len(rows) - 1)
-    part = (np.arange(steps) % each)[:, None] / each
-    begin = np.repeat(rows[:-1], each, axis=0)
-    between = begin + part * np.repeat(np.diff(rows, axis=0), each, axis=0)
+def _cut(points: Sequence[WatchedPoint], rows: FloatArray, steps: IntArray) -> FloatArray:
+    """Return where the points pass, shape (p, sum of steps + 1, 3) [m]; ``steps`` of each piece."""
+    number = np.arange(steps.sum()) - np.repeat(np.cumsum(steps) - steps, steps)
+    part = (number / np.repeat(steps, steps))[:, None]
+    begin = np.repeat(rows[:-1], steps, axis=0)
+    between = begin + part * np.repeat(np.diff(rows, axis=0), steps, axis=0)
     return all_positions(points, np.vstack([between, rows[-1:]]))
 
 
 def _paths(points: Sequence[WatchedPoint], rows: FloatArray) -> FloatArray:
-    """Return where the points pass, cut so finely that chords are the path."""
-    pieces, steps = len(rows) - 1, _fewest_steps(rows)
+    """Return where the points pass, cut so finely that chords are the path.
+
+    Each piece as it needs it: a way that is watched has many short ones, and a long one at its end.
+    """
+    steps = _fewest_steps(rows)
     while True:
         paths = _cut(points, rows, steps)
-        longest = float(np.max(np.linalg.norm(np.diff(paths, axis=1), axis=2), initial=0.0))
-        if not SPACING < longest < math.inf or steps >= MOST_STEPS:
+        chords = np.linalg.norm(np.diff(paths, axis=1), axis=2).max(axis=0, initial=0.0)
+        longest = np.maximum.reduceat(chords, np.cumsum(steps) - steps)
+        too_long = (longest > SPACING) & (longest < math.inf)
+        if not too_long.any() or steps.sum() >= MOST_STEPS:
             return paths
-        wanted = min(MOST_STEPS, FINER * steps * longest / SPACING)
-        steps = pieces * math.ceil(wanted / pieces)
+        wanted = np.where(too_long, FINER * steps * longest / SPACING, steps)
+        steps = np.ceil(wanted * min(1.0, MOST_STEPS / wanted.sum())).astype(int)
 
 
 def entered(
