@@ -8,3 +8,5 @@ unset CATKIN_SHELL _CATKIN_SETUP_DIR PIP_USER PIP_TARGET PIP_PREFIX
 export PATH="/usr/bin:/bin:/usr/sbin:/sbin:$PATH"
 # Packages of a user's own ~/.local must not stand in front of the pinned ones.
 export PYTHONNOUSERSITE=1
+# The matrices of a robot are small: a second thread of arithmetic only spins, and takes the cores of a live cell.
+export OPENBLAS_NUM_THREADS=1

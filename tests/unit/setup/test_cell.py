@@ -16,6 +16,7 @@ VERBS = re.findall(
     r"^  ([a-z]+(?: \| [a-z]+)*)(?: \| -\S+)*\)", (ROOT / "cell").read_text(), re.MULTILINE
 )
 FOREIGN = {
+    "OPENBLAS_NUM_THREADS": "2",
     "PYTHONPATH": "/opt/ros/other/lib/python3.8/site-packages",
     "PYTHONHOME": "/nowhere",
     "VIRTUAL_ENV": "/somebody/venv",
@@ -245,6 +246,12 @@ def test_sourced_environment_knows_the_workspace_without_any_variable_set(tmp_pa
         "http://127.0.0.1:11311",
         "127.0.0.1",
     ], done.stderr
+
+
+def test_arithmetic_of_small_matrices_takes_one_thread() -> None:
+    """What a second one wins here it loses, and a busy machine makes it ten times as slow."""
+    done = shell(f'source "{ROOT}/env.sh" && echo $OPENBLAS_NUM_THREADS', FOREIGN)
+    assert done.stdout.split() == ["1"], done.stderr
 
 
 def test_foreign_variables_do_not_leak_in() -> None:

@@ -127,8 +127,6 @@ def _begin(
 ) -> None:
     """Read the cell in a process that has just begun."""
     os.nice(NICENESS)
-    # One thread of arithmetic each: the processes share the processors among them already.
-    os.environ.update({"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"})
     if robot:
         os.environ[CHOICE] = robot
     resting, models = _open.enter_context(resting_cell(directory))
