@@ -12,32 +12,50 @@ import numpy as np
 import numpy.typing as npt
 
 L1, L2, TOOL_Z, ELBOW_Z = 0.35, 0.30, 0.16, 0.23
-ARM, FOREARM = ((-0.08, 0.416), 0.08, (0.095, 0.225)), ((-0.066, 0.356), 0.066, (0.21, 0.41))
-"""Of both links: from where to where along it, half as wide, from where to where in height."""
-QUILL = ((0.02, (0.186, 0.58)), (0.022, (0.174, 0.186)), (0.009, (0.16, 0.174)))
-"""Half as wide, from where to where in height with joint 3 at 0: rod, flange, tool."""
 CELL = 0.075
-"""Longest piece of a link, as in keep_out/body.py."""
+"""Longest piece of a beam, as in keep_out/body.py."""
 Rows = npt.NDArray[np.float64]
 Piece = tuple[float, float, tuple[float, float, float]]
 
 
-def _pieces(link: tuple[tuple[float, float], float, tuple[float, float]]) -> list[Piece]:
-    """Return along the link where the middles of its pieces are, and their boxes in any pose."""
-    (begin, end), wide, (low, high) = link
-    count = math.ceil((end - begin) / CELL)
+def _disc(at: float, radius: float, low: float, high: float) -> list[Piece]:
+    """Return where along its link a cylinder is, in which height, and its box in any pose."""
+    return [(at, 0.5 * (low + high), (radius, radius, 0.5 * (high - low)))]
+
+
+def _beam(begin: float, end: float, wide: float, low: float, high: float) -> list[Piece]:
+    """Return likewise the pieces of a beam, half as ``wide``."""
+    count = math.ceil((end - begin) / CELL - 1e-9)
     long = (end - begin) / count
     half = math.hypot(0.5 * long, wide)
     box = (half, half, 0.5 * (high - low))
     return [(begin + (k + 0.5) * long, 0.5 * (low + high), box) for k in range(count)]
 
 
-PIECES = (_pieces(ARM), _pieces(FOREARM))
-HALF = np.array(
-    [(0.0, 0.0, 0.0)] * 2
-    + [box for link in PIECES for *_, box in link]
-    + [(wide * 2**0.5, wide * 2**0.5, 0.5 * (high - low)) for wide, (low, high) in QUILL]
+ARM = (
+    *_disc(0.0, 0.08, 0.12, 0.205),
+    *_beam(0.0, 0.35, 0.06, 0.125, 0.2),
+    *_disc(0.35, 0.066, 0.12, 0.205),
+    *_disc(0.35, 0.056, 0.205, 0.225),
+    *_disc(0.35, 0.05, 0.095, 0.12),
 )
+FOREARM = (
+    *_disc(0.0, 0.066, 0.23, 0.33),
+    *_beam(0.0, 0.3, 0.055, 0.24, 0.32),
+    *_disc(0.3, 0.056, 0.23, 0.33),
+    *_beam(0.055, 0.205, 0.045, 0.32, 0.41),
+    *_disc(0.055, 0.045, 0.32, 0.41),
+    *_disc(0.205, 0.045, 0.32, 0.41),
+    *_disc(0.3, 0.034, 0.21, 0.23),
+)
+QUILL = (
+    *_disc(0.0, 0.012, 0.186, 0.58),
+    *_disc(0.0, 0.02, 0.55, 0.58),
+    *_disc(0.0, 0.022, 0.174, 0.186),
+    *_disc(0.0, 0.009, 0.16, 0.174),
+)
+"""The shapes with all joints at 0: rod, collar, flange, tool."""
+HALF = np.array([(0.0, 0.0, 0.0)] * 2 + [box for *_, box in (*ARM, *FOREARM, *QUILL)])
 """Half edges of the box around each watched point."""
 
 
@@ -49,9 +67,9 @@ def watched(q: Rows) -> Rows:
     level = np.ones((len(q), 1))
     tool = L1 * along + L2 * further
     found = [np.hstack([tool, TOOL_Z + q[:, 2:3]]), np.hstack([L1 * along, ELBOW_Z * level])]
-    found += [np.hstack([length * along, z * level]) for length, z, _ in PIECES[0]]
-    found += [np.hstack([L1 * along + length * further, z * level]) for length, z, _ in PIECES[1]]
-    found += [np.hstack([tool, 0.5 * sum(height) + q[:, 2:3]]) for _, height in QUILL]
+    found += [np.hstack([length * along, z * level]) for length, z, _ in ARM]
+    found += [np.hstack([L1 * along + length * further, z * level]) for length, z, _ in FOREARM]
+    found += [np.hstack([tool, z + q[:, 2:3]]) for _, z, _ in QUILL]
     return np.array(found)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator, Sequence
 
@@ -17,7 +16,7 @@ from scara_description.urdf import Model, Shape, UrdfError, link_pose, origin_tr
 FloatArray = npt.NDArray[np.float64]
 Place = tuple[float, float, float]
 CELL = 0.075
-"""Longest piece into which a link is cut where it turns [m]: our choice, a hand's width."""
+"""Longest piece into which a box is cut where it turns [m]: our choice, a hand's width."""
 AGREE = 1e-3
 """So far profile and URDF may differ [m], and their directions [1]."""
 
@@ -82,10 +81,10 @@ def body_parts(robot: Robot, model: Model) -> tuple[BodyPart, ...]:
         carriers = [each.name for each in model.chain(link) if each.name in joints]
         if carriers and shapes:
             pose = link_pose(model, link, {})
-            corners = np.vstack([_corners(pose, shape) for shape in shapes])
             axis = _common_axis([joints[name] for name in carriers])
-            boxes = _cells(corners.min(axis=0), corners.max(axis=0), axis)
-            found += [BodyPart(link, carriers[-1], middle, half) for middle, half in boxes]
+            for shape in shapes:
+                boxes = _pieces(pose @ origin_transform(shape.xyz, shape.rpy), shape, axis)
+                found += [BodyPart(link, carriers[-1], middle, half) for middle, half in boxes]
     for name in joints:
         if not any(part.carried_by == name for part in found):
             raise ConfigError(
@@ -120,35 +119,33 @@ def _common_axis(carriers: Sequence[Joint]) -> int | None:
     return None
 
 
-def _corners(pose: FloatArray, shape: Shape) -> FloatArray:
-    """Return the corners of the box around a shape, shape (8, 3) [m]."""
-    where = pose @ origin_transform(shape.xyz, shape.rpy)
-    if shape.kind == "box":
-        half = np.array(shape.size) * 0.5
-    elif shape.kind == "cylinder":
-        half = np.array([shape.size[0], shape.size[0], 0.5 * shape.size[1]])
-    else:
-        half = np.full(3, shape.size[0])
-    signs = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
-    corners: FloatArray = signs * half @ where[:3, :3].T + where[:3, 3]
-    return corners
+def _pieces(pose: FloatArray, shape: Shape, axis: int | None) -> Iterator[tuple[Place, Place]]:
+    """Yield middles and half edges of what holds a shape that turns about one axis or about any.
 
-
-def _cells(lower: FloatArray, upper: FloatArray, axis: int | None) -> Iterator[tuple[Place, Place]]:
-    """Yield middles and half edges of the pieces of a box that turns about one axis or about any.
-
-    About one axis a piece keeps its extent along it; across it stays within a circle.
+    A ball, and a cylinder along the axis, are their own circle. Another shape is cut: about one
+    axis a piece keeps its extent along it; across it stays within a circle.
     """
-    size = upper - lower
-    turned = [k for k in range(3) if k != axis]
-    along = max(turned, key=lambda k: float(size[k]))
-    count = max(1, math.ceil(float(size[along]) / CELL))
-    size[along] /= count
-    half = np.where(np.isin(range(3), turned), 0.5 * np.linalg.norm(size[turned]), 0.5 * size)
-    for k in range(count):
-        middle = 0.5 * (lower + upper)
-        middle[along] = lower[along] + (k + 0.5) * size[along]
-        yield _place(middle), _place(half)
+    size = np.array(shape.size)
+    if shape.kind == "box":
+        half = 0.5 * size
+    elif shape.kind == "cylinder":
+        half = np.array([size[0], size[0], 0.5 * size[1]])
+    else:
+        half = np.full(3, size[0])
+    # Half edges of the box along the base frame around the shape as it stands with joints at 0.
+    half = np.abs(pose[:3, :3]) @ half
+    along = axis is not None and abs(pose[axis, 2]) > 1.0 - AGREE**2
+    if shape.kind == "sphere" or (shape.kind == "cylinder" and along):
+        yield _place(pose[:3, 3]), _place(half)
+        return
+    turned = np.isin(range(3), [k for k in range(3) if k != axis])
+    count = np.ones(3, dtype=int)
+    longest = int(np.argmax(np.where(turned, half, 0.0)))
+    count[longest] = math.ceil(2.0 * half[longest] / CELL - 1e-9)
+    cell = 2.0 * half / count
+    held = np.where(turned, 0.5 * np.linalg.norm(cell[turned]), 0.5 * cell)
+    for number in np.ndindex(*count.tolist()):
+        yield _place(pose[:3, 3] - half + (np.array(number) + 0.5) * cell), _place(held)
 
 
 def _place(values: FloatArray) -> Place:
