@@ -186,3 +186,25 @@ def test_a_command_becomes_its_trigger(
 ) -> None:
     """Conditions included; a trigger that is no command cannot be called by its name."""
     assert operator_trigger(SETUP, changed(idle, **changes), Operator(0.0, command)) is expected
+
+
+@pytest.mark.parametrize("late_ms", [0, 40, 80, 120])
+def test_one_damaged_answer_while_the_twin_aligns_is_no_motion(late_ms: int) -> None:
+    """A standing robot whose one reading is far off leads nobody, whenever that comes."""
+    pair = idle_pair()
+    pair.link("real", False)
+    pair.run(0.3)
+    since = len(pair.decisions())
+    pair.link("real", True)
+    pair.until(Mode.ALIGNING)
+    sound, begun = pair.real_at, pair.now
+    # For longer than it takes to align, each tenth answer is damaged.
+    for number in range(60):
+        pair.run(0.0097)
+        damaged = (number + late_ms // 40) % 10 == 0
+        pair.real_at = (  # type: ignore[method-assign]
+            (lambda t: (shifted(sound(t)[0], 0.4), sound(t)[1])) if damaged else sound
+        )
+    assert pair.now - begun > 0.5
+    assert "REAL_LEADS" not in [decision.mode_after for decision in pair.decisions()[since:]]
+    assert pair.mode is Mode.IDLE

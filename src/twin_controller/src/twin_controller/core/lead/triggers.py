@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import msgspec
+import numpy as np
 
 from twin_controller.core.control import unasked
 from twin_controller.core.events import (
@@ -207,13 +208,25 @@ def pair_agreed(setup: Setup, state: CoreState) -> bool:
     return bool(pair) and max(abs(a - b) for a, b in pair) <= setup.config.align.lead_tolerance
 
 
+def _goes_on(setup: Setup, real: Side, now: float) -> bool:
+    """Return whether the robot is under way: each of its newest readings is off each oldest one.
+
+    One reading alone, however far off, may be a damaged answer.
+    """
+    config = setup.config.change
+    if change.stands_still(real.change, now, config) or len(real.history) < 2 * config.window:
+        return False
+    rows = np.array([setup.to_border(sample.q) for sample in real.history])
+    apart = np.abs(rows[-config.window :, np.newaxis] - rows[: config.window]).max(axis=-1)
+    return bool(apart.min() > config.hysteresis)
+
+
 def rest_triggers(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
     """Return whether an alignment or a motion has ended."""
     config, lead, sides = setup.config, state.lead, state.sides
     if lead.mode is Mode.ALIGNING:
         if aligned(setup, state.follow.twin, sides, lead.since, now):
-            still = change.stands_still(sides.real.change, now, config.change)
-            return [Trigger.ALIGNED if still else Trigger.CAUGHT_UP]
+            return [Trigger.CAUGHT_UP if _goes_on(setup, sides.real, now) else Trigger.ALIGNED]
         failed = now - lead.since > config.align.timeout_ms * 1e-3
         if failed:
             return [Trigger.ALIGN_FAILED]
