@@ -13,7 +13,7 @@ from harness.running.thorough import examples, thorough
 from harness.watch import Watch
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from twin_controller.core.actions import Decided, FollowTwin, StreamReal
+from twin_controller.core.actions import CapTwin, Decided, FollowTwin, StreamReal
 from twin_controller.core.lead.modes import Mode
 
 # joint_3 stays above the keep-out zone below the table.
@@ -239,6 +239,10 @@ def test_a_common_shift_of_both_clocks_changes_nothing(shift: int) -> None:
             assert isinstance(b, FollowTwin)
             assert b.points[0].q == pytest.approx(a.points[0].q, abs=1e-5)
             assert b.stamp - a.stamp == pytest.approx(2.0 * shift, abs=1e-4)
+        elif isinstance(a, CapTwin):
+            # A measured delay: by a part of a tick, as in same_way.
+            assert isinstance(b, CapTwin)
+            assert b.speed_percent == pytest.approx(a.speed_percent, rel=0.01)
         elif isinstance(a, StreamReal):
             assert isinstance(b, StreamReal)
         elif not isinstance(a, Decided):
