@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+import statistics
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from bench.demo_tables import EXPERIMENTS
+from bench.draw_table import LEADS, SPEEDS, figures
 
 SERIES = "kit_field_50"
 """The demo on what a person can type: what README.md tells; the others are in bench/tables.txt."""
@@ -28,7 +30,7 @@ def with_figures(text: str, content: Mapping[str, Any]) -> str:
         ValueError: A block is missing, or there are several of one name.
     """
     blocks = {
-        "figures": demo_sentence(content.get("demos", ())),
+        "figures": " ".join([demo_sentence(content.get("demos", ())), *drawn_sentence(content)]),
         "first start": start_sentence(content),
     }
     return with_blocks(text, blocks, "README.md")
@@ -70,6 +72,30 @@ def demo_sentence(series: Sequence[Mapping[str, Any]]) -> str:
         f"of its largest speed), nothing removed, and {rest:.3f} % at rest. The article: up to "
         f"5 % and 2 %.{lost} {_measured_on(demos)}"
     )
+
+
+def drawn_sentence(content: Mapping[str, Any]) -> list[str]:
+    """Tell median and worst of all drawn robots: one sentence; none where none was measured."""
+    measured = content.get("draws")
+    if not measured:
+        return []
+    kinds = list(dict.fromkeys(trial["robot"] for trial in measured["trials"]))
+    told = []
+    for words, _, _ in LEADS:
+        pairs = []
+        for speed in SPEEDS:
+            found = [
+                value
+                for robot in kinds
+                for value in figures(measured, robot, words, speed, "path_percent")
+            ]
+            pairs.append(f"{statistics.median(found):.2f} / {max(found):.2f} %")
+        told.append(f"{words} {pairs[0]}, at full speed {pairs[1]}")
+    return [
+        f"In virtual time, {measured['count']} robots drawn of each of {len(kinds)} kinds, each "
+        f"number of the field plant within 30 %, median / worst: {'; '.join(told)} "
+        f"({measured['date']}, commit {measured['commit']})."
+    ]
 
 
 def start_sentence(content: Mapping[str, Any]) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from bench import first_start, page
-from bench.readme import demo_sentence, start_sentence, with_figures
+from bench.readme import demo_sentence, drawn_sentence, start_sentence, with_figures
 
 NAMES = ("figures", "first start")
 BLOCKS = "".join(
@@ -78,3 +78,17 @@ def test_a_first_start_that_was_cut_off_gives_no_figure() -> None:
     """Half a machine is no measurement."""
     with pytest.raises(RuntimeError, match="printed 1 times and 0 sizes"):
         first_start.figures("took 101.24 s\n")
+
+
+def test_drawn_robots_are_told_by_median_and_worst_of_all() -> None:
+    """A trial that came to no end is the worst of its column, and not left out."""
+    trials = [
+        {"robot": robot, "column": words, "speed_percent": speed, "path_percent": value}
+        for words in ("real leads", "twin leads, PR[1] alone", "twin leads, ring")
+        for speed in (50.0, 100.0)
+        for robot, value in (("a", 0.1), ("b", 0.2), ("b", None if speed > 50.0 else 0.4))
+    ]
+    told = {"trials": trials, "count": 3, "date": "2026-11-26", "commit": "abc"}
+    (text,) = drawn_sentence({"draws": told})
+    assert text.count("0.20 / 0.40 %, at full speed 0.20 / inf %") == 3
+    assert "3 robots drawn of each of 2 kinds" in text and not drawn_sentence({})
