@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
 import pytest
+from fanuc_emulator.config import load_emulator
 from harness.workspace import ROOT
 from harness.yaml_files import REMOVED, changed_yaml
 from msgspec.structs import replace
 from scara_config import ConfigError, load_robot
+from scara_config.modbus_map import load_modbus_map
+from scara_ros.gate.settings import load_gate
+from scara_ros.page.persons_io import load_persons
 from twin_controller.config import load_twin_controller
 from twin_controller.reporting.snapshots import recorded_choices
 from twin_controller.view import links_text
@@ -24,6 +29,19 @@ def test_the_shipped_file_loads() -> None:
     config = load_twin_controller(ROBOT, SHIPPED)
     assert config.limit.speed_percent == 80.0
     assert config.change.decimals == 2
+
+
+def test_nothing_of_a_stand_in_is_read(tmp_path: Path) -> None:
+    """How a robot behaves is measured: no file of a plant or of the stand-in is known here."""
+    folder = tmp_path / "config"
+    shutil.copytree(SHIPPED, folder)
+    for name in [*folder.rglob("plants/*.yaml"), *folder.rglob("emulator.yaml")]:
+        name.write_text("no: [yaml")
+    load_twin_controller(load_robot(folder), folder)
+    for load in (load_modbus_map, load_persons, load_gate):
+        load(folder)
+    with pytest.raises(ConfigError, match=r"emulator\.yaml"):
+        load_emulator(load_robot(folder), folder)
 
 
 @pytest.mark.parametrize(
