@@ -115,6 +115,20 @@ def test_a_twin_that_follows_is_never_a_new_leader(
     assert pair.triggers(since) == ["REAL_TOOK_OVER", "AT_REST"]
 
 
+def test_a_twin_that_goes_back_the_way_it_has_just_followed_leads() -> None:
+    """What it was sent there is done by IDLE: its own motion is no echo of it, nothing aligns."""
+    pair = connected()
+    since, goal = len(pair.decisions()), shifted(HOME, 3.0, -3.0)
+    pair.start_program(ramp(HOME, goal, 0.5), run=0.5)
+    pair.end_program()
+    while pair.state.lead.mode is not Mode.IDLE:
+        pair.run(0.01)
+    begun = pair.now
+    pair.jog_twin(lambda t: shifted(goal, -min(2.0, 3.0 * t), min(2.0, 3.0 * t)), begun)
+    pair.run(0.6)
+    assert pair.triggers(since) == ["REAL_TOOK_OVER", "AT_REST", "TWIN_MOVED"]
+
+
 @pytest.mark.parametrize(
     ("left", "tau"),
     [

@@ -30,6 +30,11 @@ def remember(tube: EchoTube, commands: Sequence[tuple[float, Joints]], memory: f
     return EchoTube((*kept, *commands))
 
 
+def rested(tube: EchoTube) -> EchoTube:
+    """Return what counts once the side rests where it was sent: that place alone."""
+    return EchoTube(tube.commands[-1:])
+
+
 def is_echo(
     tube: EchoTube, t: float, q: Joints, memory: float, rest: float, tolerance: float
 ) -> bool:
