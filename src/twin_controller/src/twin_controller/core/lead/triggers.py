@@ -250,7 +250,9 @@ def _both_rest(setup: Setup, state: CoreState, now: float) -> bool:
     # A leader that has only just begun still stands.
     if now - lead.since < config.settle.minimum_ms * 1e-3:
         return False
-    if motion.state not in ("idle", "following") or jogs_ahead(sides.twin, now):
+    # A twin that leads may follow a trajectory that stands for a moment.
+    ended = ("idle", "following") if lead.mode is Mode.REAL_LEADS else ("idle",)
+    if motion.state not in ended or jogs_ahead(sides.twin, now):
         return False
     return all(
         change.stands_still(side.change, now, config.change) for side in (sides.real, sides.twin)
