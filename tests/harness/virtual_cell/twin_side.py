@@ -80,8 +80,7 @@ class TwinSide:
         self._desk = CommandDesk(self.simulation.control, gate, files.simulation)
         self._pose = PoseController(robot, motion, 0.0)
         self._jogs = JogController(robot, motion, 0.0)
-        trim = partial(self.jog, prompt=True)
-        self.move_to = MoveTo(schedule, files, self._begin_move, trim, self._now)
+        self.move_to = MoveTo(robot, self._begin_move)
         self._trajectories = GoalQueue(robot.twin_joints, motion)
         self._held = HeldJoints(robot.twin_joints)
         self._waiting: dict[int, Callable[[Outcome], None]] = {}
@@ -98,6 +97,21 @@ class TwinSide:
         schedule.every(clock.period(motion.period), self._tick_trajectory, 0.0149)
         schedule.after(0.003, self._probe)
         self._tell_modes()
+
+    @property
+    def moves(self) -> str:
+        """What commands the joints, in words; empty: nothing does."""
+        found = []
+        if not self._pose.is_idle:
+            found.append(f"the pose controller is {self._pose.report(self._now()).state}")
+        if not self._jogs.is_idle:
+            found.append(f"the jog controller is {self._jogs.report()}")
+        return ", ".join(found)
+
+    @property
+    def trims(self) -> bool:
+        """Whether the end of a move is trimmed."""
+        return self._pose._ledger.trimming
 
     def follow(self, action: FollowTwin) -> None:
         """Take one set point from the controller."""
@@ -134,7 +148,6 @@ class TwinSide:
             command, self._last_id = COMMANDS[action.command], action.id
             self._pose.command(command, action.reason, self._now())
             self._jogs.obey(command, action.reason, self._now())
-            self.move_to.obey(command, action.reason)
             self._topic.send(partial(self._obey, command))
         self._settle()
 
@@ -220,6 +233,9 @@ class TwinSide:
         setpoints = self._pose.tick(self._now())
         if setpoints is not None:
             self._publish(setpoints)
+        trim = self._pose.take_jog()
+        if trim is not None:
+            self.jog(trim.names, trim.velocities, prompt=True)
         self._settle()
 
     def _tick_jog(self) -> None:
@@ -250,13 +266,18 @@ class TwinSide:
         self._tell_modes()
 
     def jog(self, names: Sequence[str], velocities: Sequence[float], prompt: bool = False) -> None:
-        """Send one jog to its controller; it ends by its time-out [rad/s or m/s]."""
+        """Send one jog to its controller; it ends by its time-out [rad/s or m/s].
+
+        One of somebody else, not ``prompt``, ends a trim.
+        """
 
         def arrive() -> None:
             try:
                 self._jogs.command(names, velocities, (), 0.0, self._now(), prompt)
             except ScaraControlError as error:
                 self.refused.append(f"jog: {error}")
+            if not prompt:
+                self._pose.jogged()
 
         self._topic.send(arrive)
 
@@ -308,10 +329,11 @@ class TwinSide:
         speed_percent: float,
         ended: Callable[[Outcome], None],
         names: Sequence[str],
+        trims: bool = False,
     ) -> None:
         """Begin a joint move; a refusal is an outcome too."""
         try:
-            number = self._pose.move(names, target, speed_percent, self._now())
+            number = self._pose.move(names, target, speed_percent, self._now(), trims)
         except ScaraControlError as error:
             ended(Outcome(0, False, str(error), (), 0.0))
         else:

@@ -115,6 +115,17 @@ def test_velocity_zero_stops_at_once():
     assert bench.sent[-1] == {} and bench.core.report() == "idle"
 
 
+def test_a_trim_gives_way_to_who_jogs():
+    """Its jogs come more often; those that are on their way would replace a person's."""
+    bench = Bench()
+    bench.core.command(["joint_1"], [0.01], (), 0.0, bench.now, prompt=True)
+    bench.jog(["joint_1"], [0.2])
+    with pytest.raises(MotionRefusedError, match="somebody else jogs: a trim gives way"):
+        bench.core.command(["joint_1"], [0.01], (), 0.0, bench.now, prompt=True)
+    bench.tick(10)
+    assert bench.sent[-1]["joint_1"] == pytest.approx(0.2)
+
+
 @settings(max_examples=80, deadline=None)
 @given(
     st.tuples(

@@ -86,7 +86,7 @@ def test_joints_that_are_not_named_hold():
 
 def ledger_at_end():
     """Return a ledger whose move began at 1 s and whose plan ended at 2 s."""
-    ledger = MoveLedger(JOINTS, CONFIG)
+    ledger = MoveLedger(load_robot(), load_motion())
     ledger.begin(1.0, is_move=True)
     ledger.settle(TARGET, 2.0)
     return ledger

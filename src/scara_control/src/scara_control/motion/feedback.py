@@ -50,15 +50,20 @@ class Feedback:
             return str(error)
         return ""
 
-    def rest(self, setpoint: Vector | None, ownership: Ownership, now: float) -> Vector:
+    def rest(
+        self, setpoint: Vector | None, ownership: Ownership, now: float, trims: bool = False
+    ) -> Vector:
         """Return where the joints rest.
 
-        That is at our last set point if they obey us and are there, else where measured.
+        That is at our last set point if they obey us and are there, else where measured. Joints
+        that a trim of ours moves are where they are now: so slow, they rest at once.
 
         Raises:
             MotionRefusedError: No fresh measurement, or a joint is moved by somebody else.
         """
         measured, config, rest = self.fresh(now), self._config.move, []
+        if trims:
+            return measured.extrapolated(now)
         for k, joint in enumerate(self._joints):
             q, qdot, foreign = measured.q[k], measured.qdot[k], ownership.foreign(joint.name)
             near = in_si(joint, config.start_tolerance_deg, config.start_tolerance_mm)

@@ -5,9 +5,11 @@ Services: ``joint_pose_controller/move`` (scara_msgs/MoveJoints).
 Subscribes: ``joint_pose_controller/target`` (JointState), ``joint_pose_controller/follow``
 (JointTrajectory), ``joint_pose_controller/speed_limit_percent`` (Float64), ``motion_command``,
 ``twin/joint_states``, ``twin/controller_modes``, ``twin/payload`` (what motion is planned for),
-``twin_controller/state`` (how late the real robot follows, if there is a twin controller).
+``twin_controller/state`` (how late the real robot follows, if there is a twin controller),
+``joint_vel_controller/command`` (somebody else's jog ends a trim).
 Publishes: ``twin/joint_setpoints`` (JointTrajectory), ``joint_pose_controller/state``
-(scara_msgs/MotionState), ``what_if/gate`` (scara_msgs/Audit: what the judge said of each move).
+(scara_msgs/MotionState), ``what_if/gate`` (scara_msgs/Audit: what the judge said of each move),
+``joint_vel_controller/command`` (JointJog: the trim at the end of a move that asks for it).
 Calls: ``what_if/judge`` (scara_msgs/JudgeMotion) before each move; a stop never waits for it;
 ``twin_controller/control`` (for whom it moves the twin).
 """
@@ -24,10 +26,12 @@ from scara_config import Robot
 from scara_ros.pacing import Pace
 from scara_ros.process.memory_io import keep_for_good
 from scara_ros.process.scheduling_io import go_first
+from scara_ros.standstill import said
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, String
 from trajectory_msgs.msg import JointTrajectory
 
+from control_msgs.msg import JointJog
 from scara_control.config import MotionConfig
 from scara_control.dynamics.effort import Load
 from scara_control.dynamics.payload_listener_node import PayloadListener
@@ -37,6 +41,7 @@ from scara_control.motion.command_listener_node import CommandListener, Lending,
 from scara_control.motion.commands import Command, CommandInbox, parse_modes
 from scara_control.motion.epoch import Epoch
 from scara_control.motion.idle_node import Attention, IdleWait
+from scara_control.motion.jogging.jog import TRIM
 from scara_control.motion.pose_control import PoseController
 from scara_control.motion.requests import Outcome
 from scara_control.motion.setpoint_messages_node import due_times, to_message, to_setpoints
@@ -84,12 +89,18 @@ class JointPoseController:
         self._state = rospy.Publisher(
             "joint_pose_controller/state", MotionState, queue_size=10, tcp_nodelay=True
         )
+        # A trim's jogs are as old as the move, or as whoever let it go on: a stop refuses them.
+        self._asked = 0.0
+        self._jog = rospy.Publisher(
+            "joint_vel_controller/command", JointJog, queue_size=1, tcp_nodelay=True
+        )
         guard = CallbackGuard()
         subscribe("twin/joint_states", JointState, self._reader, guard)
         subscribe("twin/controller_modes", String, self._on_modes, guard, queue_size=10)
         self._commands = CommandListener(
             self._on_command, guard, self._epoch, self._lock, self._core.stood_still
         )
+        subscribe("joint_vel_controller/command", JointJog, self._on_jog, guard)
         subscribe("joint_pose_controller/follow", JointTrajectory, self._on_follow, guard)
         subscribe("joint_pose_controller/target", JointState, self._on_target, guard, queue_size=10)
         subscribe(
@@ -134,6 +145,12 @@ class JointPoseController:
             setpoints = self._core.tick(now)
             if setpoints is not None:
                 self._setpoints.publish(to_message(setpoints, self._clock.offset()))
+            jog = self._core.take_jog()
+            if jog is not None:
+                message = JointJog(joint_names=jog.names, velocities=jog.velocities)
+                message.header.frame_id = TRIM
+                message.header.stamp = self._clock.stamp(self._asked)
+                self._jog.publish(message)
             self._settle(now)
 
     def _measure(self, measured: JointMotion) -> None:
@@ -158,11 +175,21 @@ class JointPoseController:
         with self._lock:
             now = self._clock.now()
             fresh = self._inbox.accept(message.header.frame_id, message.id, now)
-            if fresh and self._epoch.hear(command, message.reason, message.asked, time.monotonic()):
+            heard = time.monotonic()
+            if fresh and self._epoch.hear(command, message.reason, message.asked, heard):
                 self._core.command(command, message.reason, now)
+                if command is Command.RESUME:
+                    self._asked = message.asked if said(message.asked, heard) else heard
                 rospy.loginfo("%s (id %d)", command.text(message.reason), message.id)
                 self._movers.stopped(message)
             self._settle(now)
+
+    def _on_jog(self, message: JointJog) -> None:
+        if message.header.frame_id == TRIM:
+            return
+        with self._lock:
+            self._core.jogged()
+            self._settle(self._clock.now())
 
     def _on_follow(self, message: JointTrajectory) -> None:
         self._commands.hear_first()
@@ -237,6 +264,7 @@ class JointPoseController:
             request.speed_percent,
             request.asked,
             answer,
+            request.trims,
         )
         if refusal:
             return MoveJointsResponse(False, refusal, (), 0.0)
@@ -258,6 +286,7 @@ class JointPoseController:
         speed_percent: float,
         asked: float,
         ended: Callable[[Outcome], None],
+        trims: bool = False,
     ) -> str:
         """Begin a move that was asked for at ``asked``; return why not, or an empty text."""
         self._commands.hear_first()
@@ -279,7 +308,8 @@ class JointPoseController:
             try:
                 self._epoch.check(request)
                 self._rouse(now)
-                move_id = self._core.move(names, positions, speed_percent, now)
+                move_id = self._core.move(names, positions, speed_percent, now, trims)
+                self._asked = request.at
             except ScaraControlError as error:
                 self._settle(now)
                 return str(error)

@@ -7,8 +7,7 @@ Services: ``move_to`` (scara_msgs/MoveTo). Joints that do not move the tool hold
 replaces a running one once its point has proved reachable; STOP and ESTOP cancel.
 Calls: ``joint_pose_controller/move``, ``twin_controller/control`` (for whom it moves the twin).
 Subscribes: ``twin/joint_states``, ``motion_command``.
-Publishes: ``joint_vel_controller/command`` (JointJog), ``motion_command`` (a STOP that was
-overtaken by our own move).
+Publishes: ``motion_command`` (a STOP that was overtaken by our own move).
 """
 
 from __future__ import annotations
@@ -27,10 +26,8 @@ from scara_ros.process.memory_io import keep_for_good
 from scara_ros.services.service_client_node import ServiceClient, StartedCall
 from scara_ros.services.service_connection_io import ServiceError
 from scara_ros.shell.ros_node import refusing
-from scara_ros.standstill import said
 from sensor_msgs.msg import JointState
 
-from control_msgs.msg import JointJog
 from scara_control.config import MotionConfig
 from scara_control.errors import ScaraControlError
 from scara_control.joint_motion import JointMotion
@@ -41,9 +38,8 @@ from scara_control.motion.commands import Command, MotionRefusedError
 from scara_control.motion.epoch import Asked, Epoch
 from scara_control.motion.feedback import Feedback
 from scara_control.motion.idle_node import QUIET_S
-from scara_control.motion.jogging.jog import TRIM
 from scara_control.motion.requests import check_speed
-from scara_control.motion.trim import Requests, Trim, TrimStep, tool_error
+from scara_control.motion.trim import Requests, tool_error, yaw_error
 from scara_control.motion.wiring_node import (
     CallbackGuard,
     JointStateReader,
@@ -66,7 +62,6 @@ class RunningGoal:
 
     asked: float
     number: int
-    point: tuple[float, float, float]
     target: tuple[float, ...]
     speed_percent: float
     request: Any
@@ -92,9 +87,6 @@ class MotionServer:
         self._epoch = Epoch(time.monotonic())
         self._movers = told_movers()
         self._lending = Lending()
-        self._paused = False
-        # When somebody let a paused motion go on: from then on its jogs are as new as that.
-        self._resumed = 0.0
         self._stops = 0
         # A numeric solution loads a library, and the first caller would wait for it.
         home = [robot.home[joint.name] * joint.scale for joint in joints]
@@ -105,9 +97,6 @@ class MotionServer:
         within = config.trim.service_timeout
         self._move = ServiceClient(
             "joint_pose_controller/move", MoveJoints, within, wait=within, lasting=True
-        )
-        self._jog = rospy.Publisher(
-            "joint_vel_controller/command", JointJog, queue_size=1, tcp_nodelay=True
         )
         self._command = rospy.Publisher(
             "motion_command", MotionCommand, queue_size=10, tcp_nodelay=True
@@ -129,13 +118,10 @@ class MotionServer:
 
     def _on_command(self, message: MotionCommand) -> None:
         with self._lock:
-            self._paused = message.command == Command.PAUSE
             if message.command in list(Command) and message.header.frame_id != _NAME:
                 command, now = Command(message.command), time.monotonic()
-                obeyed = self._epoch.hear(command, message.reason, message.asked, now)
+                self._epoch.hear(command, message.reason, message.asked, now)
                 self._movers.stopped(message)
-                if command is Command.RESUME and obeyed:
-                    self._resumed = message.asked if said(message.asked, now) else now
             if (
                 message.command in (Command.STOP, Command.ESTOP, Command.YIELD)
                 and message.header.frame_id != _NAME
@@ -150,9 +136,8 @@ class MotionServer:
         turned = float("nan")
         try:
             with self._attentive():
-                reached, success = self._move_to(request), True
-            turned = reached.yaw_error
-            message = f"reached, {reached.error * 1e3:.3f} mm from the point"
+                error, turned = self._move_to(request)
+            success, message = True, f"reached, {error * 1e3:.3f} mm from the point"
             if self._tool.turns:
                 message += f" and {math.degrees(abs(turned)):.3f} deg from the yaw"
         except (ScaraControlError, ServiceError, rospy.ROSException) as refusal:
@@ -175,8 +160,8 @@ class MotionServer:
             with self._lock:
                 self._calls -= 1
 
-    def _move_to(self, request: Any) -> TrimStep:
-        """Do it all; return the last step of the trim."""
+    def _move_to(self, request: Any) -> tuple[float, float]:
+        """Do it all; return how far the tool is from its point [m] and its yaw [rad]."""
         self._stops_heard.hear_first()
         with self._lock:
             asked = self._epoch.begin(request.asked, time.monotonic())
@@ -189,9 +174,10 @@ class MotionServer:
         yaw = request.yaw if request.has_yaw else None
         target = self._tool.inverse(*point, elbow, seed, yaw).chosen.q
         with self._begun(asked) as number:
-            goal = RunningGoal(asked.at, number, point, target, request.speed_percent, request)
+            goal = RunningGoal(asked.at, number, target, request.speed_percent, request)
             self._drive(goal)
-            return self._trim(goal)
+        q = self._feedback.fresh(self._clock.now()).q
+        return tool_error(self._tool, q, point), yaw_error(self._tool, q, target)
 
     @contextmanager
     def _begun(self, asked: Asked) -> Iterator[int]:
@@ -200,7 +186,6 @@ class MotionServer:
         with self._lock:
             self._epoch.check(asked)
             number = self._requests.begin()
-            self._paused = False
             if not self._lock.wait_for(
                 lambda: self._requests.oldest == number, self._config.trim.timeout
             ):
@@ -215,7 +200,7 @@ class MotionServer:
 
     def _check(self, goal: RunningGoal) -> None:
         """Raise when the request was cancelled."""
-        # Until its end: the twin begins to move when it was judged, and once more to trim.
+        # Until its end: the twin begins to move when it was judged.
         self._lending.say(goal.request, goes_on=True)
         self._stops_heard.hear_first()
         with self._lock:
@@ -226,13 +211,14 @@ class MotionServer:
             raise MotionRefusedError(f"{_NAME} is shutting down")
 
     def _drive(self, goal: RunningGoal) -> None:
-        """Have joint_pose_controller make the joint move."""
+        """Have joint_pose_controller make the joint move and its trim."""
         self._check(goal)
         call = self._move.start(
             joint_names=self._names,
             joint_positions=goal.target,
             speed_percent=goal.speed_percent,
             asked=goal.asked,
+            trims=True,
         )
         while not call.ended.wait(_POLL):
             try:
@@ -263,48 +249,6 @@ class MotionServer:
             stop.header.frame_id = _NAME
             stop.header.stamp = rospy.Time.now()
             self._command.publish(stop)
-
-    def _trim(self, goal: RunningGoal) -> TrimStep:
-        """Drive out what the joint move has left; return the last step, which is within it."""
-        trim, jogged, inside = self._config.trim, False, 0.0
-        trimming = Trim(self._tool, goal.target, goal.point, self._config)
-        now = self._clock.now()
-        deadline = now + trim.timeout
-        try:
-            while True:
-                measured = self._feedback.fresh(now)
-                step = trimming.step(measured.q, measured.qdot, self._config.period)
-                self._check(goal)
-                inside = inside + self._config.period if not any(step.qdot) else 0.0
-                if inside >= trim.settled:
-                    return step
-                if step.error > trim.range_mm * 1e-3 or now > deadline:
-                    why = f"begins below {trim.range_mm:g} mm"
-                    if now > deadline:
-                        why = "ended without reaching it"
-                    raise MotionRefusedError(
-                        f"the tool stays {step.error * 1e3:.3f} mm from the point, allowed "
-                        f"{trim.tolerance_mm:g}, and {math.degrees(abs(step.yaw_error)):.3f} deg "
-                        f"from the yaw, allowed {trim.tolerance_deg:g}: trimming {why}"
-                    )
-                if self._paused:
-                    deadline += self._config.period
-                elif inside == 0.0 or jogged:
-                    self._publish_jog(step.qdot, goal)
-                    jogged = True
-                now += self._config.period
-                self._clock.sleep_until(now)
-        finally:
-            if jogged:
-                self._publish_jog((0.0,) * len(self._names), goal)
-                self._clock.sleep_until(self._clock.now() + trim.settled)
-
-    def _publish_jog(self, qdot: tuple[float, ...], goal: RunningGoal) -> None:
-        """Publish a jog that is as old as the request: a stop after that refuses it."""
-        jog = JointJog(joint_names=self._names, velocities=qdot)
-        jog.header.frame_id = TRIM
-        jog.header.stamp = self._clock.stamp(max(goal.asked, self._resumed))
-        self._jog.publish(jog)
 
 
 def main() -> None:

@@ -28,7 +28,14 @@ from scara_control.motion.commands import (
 from scara_control.motion.drive import PathDriver, believed
 from scara_control.motion.feedback import Feedback
 from scara_control.motion.following.stream import Stream
-from scara_control.motion.requests import MoveLedger, Outcome, PoseReport, check_move
+from scara_control.motion.requests import (
+    Jog,
+    MoveLedger,
+    MoveRequest,
+    Outcome,
+    PoseReport,
+    check_move,
+)
 from scara_control.motion.time_scaling import SpeedCap
 
 _LATCHED = "emergency stop is latched: RESET first"
@@ -48,10 +55,12 @@ class PoseController:
         self._feedback = Feedback(self._joints, config)
         self._setpoint: Vector | None = None
         self._stream = Stream(self._joints, config.follow)
-        self._ledger = MoveLedger(self._joints, config.move)
+        self._ledger = MoveLedger(robot, config)
         self._commanded = self.names
+        # Before this time who takes a joint from us does so by what is late [s].
+        self._ours_from = now
         self._phase = Phase.GOING
-        # Latched until RESET, and until RESUME or a stop; whatever moves meanwhile, or nothing.
+        # Latched until RESET, and until RESUME or a stop; whatever moves meanwhile.
         self._estopped = self._paused = False
         self._requested, self._cap = config.move.default_speed_percent, SpeedCap()
         self._peak = 0.0
@@ -62,7 +71,12 @@ class PoseController:
         self._feedback.measured = measured
 
     def move(
-        self, names: Sequence[str], positions: Sequence[float], speed_percent: float, now: float
+        self,
+        names: Sequence[str],
+        positions: Sequence[float],
+        speed_percent: float,
+        now: float,
+        trims: bool = False,
     ) -> int:
         """Begin a joint move; return its id, with which its outcome will come.
 
@@ -71,12 +85,14 @@ class PoseController:
             positions: [rad] or [m].
             speed_percent: 1 to 100; 0: the default.
             now: [s]
+            trims: Its end is the tool's, not the joints': see :meth:`take_jog`.
 
         Raises:
             ScaraControlError: The move is not possible, or not now; the text says why.
         """
         try:
-            return self._move(names, positions, speed_percent, now)
+            request = check_move(self._joints, names, positions, speed_percent, self._config.move)
+            return self._move(request, now, trims)
         except ValueError as error:
             self._message = f"refused: {error}"
             raise
@@ -93,8 +109,11 @@ class PoseController:
             self._message = f"follow: refused {self._stream.refused}: {error}"
             raise
         if begins:
+            # The last jogs of a trim may be late.
+            late = self._config.move.announce if self._ledger.trimming else 0.0
             self._end_move("aborted: replaced by a stream")
-            self._begin(packet.names, now, is_move=False)
+            self._ledger.begin(now, is_move=False)
+            self._begin(packet.names, now + late)
         return packet.select(self._commanded) if self._commanded != packet.names else packet
 
     def end_follow(self) -> None:
@@ -104,6 +123,11 @@ class PoseController:
         """
         if self._stream.session is not None:
             self._stop("follow: ended by its source")
+
+    def jogged(self) -> None:
+        """Note that somebody else jogs the joints: a trim gives way."""
+        if self._ledger.trimming:
+            self._stop("aborted: replaced by a jog")
 
     def stood_still(self, gap: float) -> None:
         """Note that nobody listened for ``gap`` [s]: that was no pause of a stream."""
@@ -163,15 +187,16 @@ class PoseController:
     def update_modes(self, modes: Mapping[str, str]) -> None:
         """Take in which controller each joint obeys.
 
-        A joint taken from us ends the motion of all. Not while a move is only announced: nothing
-        moves yet, and what takes the joint is late, as the last zero velocity of a trim before;
-        our next set points take it back. Who goes on taking it is noticed once the move begins.
+        A joint taken from us ends the motion of all. Not right at its beginning: what takes the
+        joint is late then, as the last jog of a trim before; our next set points take it back. Who
+        goes on taking it is noticed later.
         """
         lost = self._ownership.update(modes)
-        drive = self._driver.drive
-        if not lost or (drive is None and self._stream.session is None):
+        if self._ledger.trimming:  # its jogs may take our joints, and nobody else
+            lost = {name: mode for name, mode in modes.items() if mode == "position"}
+        elif self._driver.drive is None and self._stream.session is None:
             return
-        if self._stream.session is None and drive is not None and drive.announcing:
+        if not lost or self._driver.time < self._ours_from:
             return
         self._commanded = tuple(name for name in self._commanded if name not in lost)
         self._stop(f"aborted: {taken_text(lost)}")
@@ -205,18 +230,12 @@ class PoseController:
 
     def report(self, now: float) -> PoseReport:
         """Return what the controller does."""
-        drive = self._driver.drive
+        drive, motion = self._driver.drive, self._motion(now)
         moving = drive is not None and self._phase is not Phase.STOPPING
-        if drive is not None:
-            setpoint = drive.motion.q
-        elif self._stream.session is not None:
-            setpoint = self._stream.session.motion(now).q
-        else:
-            setpoint = self._setpoint or ()
         return PoseReport(
             state=self._state(),
             move_id=self._ledger.move_id,
-            setpoint=setpoint,
+            setpoint=motion.q if motion is not None else self._setpoint or (),
             target=drive.path.end if drive is not None and moving else (),
             speed_requested_percent=self._requested,
             peak_percent=self._peak,
@@ -228,15 +247,16 @@ class PoseController:
             message=self._message,
         )
 
+    def take_jog(self) -> Jog | None:
+        """Return the velocities that a trim wants joint_vel_controller to jog with, if any."""
+        return self._ledger.take_jog()
+
     def take_outcomes(self) -> list[Outcome]:
         """Return how moves have ended since the last call."""
         return self._ledger.take_outcomes()
 
-    def _move(
-        self, names: Sequence[str], positions: Sequence[float], speed_percent: float, now: float
-    ) -> int:
+    def _move(self, request: MoveRequest, now: float, trims: bool) -> int:
         """Begin a joint move; see :meth:`move`."""
-        request = check_move(self._joints, names, positions, speed_percent, self._config.move)
         if self._estopped:
             raise MotionRefusedError(_LATCHED)
         if self._stream.session is not None:
@@ -247,9 +267,11 @@ class PoseController:
             raise MotionRefusedError("paused: RESUME or STOP first")
         start, go_at = self._start(now)
         hold = self._planner.stop(start).end
-        path = self._planner.move(start, request.target(self._joints, hold), request.speed_percent)
+        target = request.target(self._joints, hold)
+        path = self._planner.move(start, target, request.speed_percent)
         self._end_move(f"aborted: replaced by move {self._ledger.move_id + 1}")
-        self._begin(self.names, now, is_move=True)
+        self._ledger.begin(now, is_move=True, trims_at=target if trims else ())
+        self._begin(self.names, go_at)
         self._requested, self._peak = request.speed_percent, path.peak_percent(self._joints)
         scale = 1.0 if any(start.qdot) or any(start.qddot) else self._wanted_scale(go_at)
         self._driver.start(path, go_at, scale)
@@ -262,7 +284,8 @@ class PoseController:
         if self._stream.session is not None:
             return State.FOLLOWING
         if self._driver.drive is None:
-            return State.PAUSED if self._paused else State.IDLE
+            still = State.MOVING if self._ledger.running else State.IDLE
+            return State.PAUSED if self._paused else still
         if self._phase is Phase.STOPPING:
             return State.STOPPING
         if self._paused:
@@ -270,19 +293,19 @@ class PoseController:
         return State.ANNOUNCING if self._driver.drive.announcing else State.MOVING
 
     def _standing_still(self, now: float) -> bool:
-        """Say whether the set point rests and no motion is announced."""
+        """Say whether the set point rests, no motion is announced and nothing is trimmed."""
         if self._stream.session is not None:
-            return all(
-                abs(v) <= slow
-                for v, slow in zip(self._stream.session.motion(now).qdot, self._feedback.standstill)
-            )
+            speeds = zip(self._stream.session.motion(now).qdot, self._feedback.standstill)
+            return all(abs(v) <= slow for v, slow in speeds)
         drive = self._driver.drive
-        return drive is None or (self._paused and drive.frozen)
+        if drive is None:
+            return self._paused or not self._ledger.running
+        return self._paused and drive.frozen
 
-    def _begin(self, names: tuple[str, ...], now: float, is_move: bool) -> None:
-        """Begin a move or a stream of ``names``."""
-        self._ledger.begin(now, is_move)
+    def _begin(self, names: tuple[str, ...], ours_from: float) -> None:
+        """Begin a move or a stream of ``names``, which nobody takes from us after a time [s]."""
         self._ownership.begin(names)
+        self._ours_from = ours_from
         self._commanded, self._message = names, ""
         self._phase = Phase.GOING
 
@@ -293,9 +316,9 @@ class PoseController:
         """
         go_at = self._driver.announced(now)
         if self._driver.drive is None:
-            return JointMotion.at_rest(
-                self._feedback.rest(self._setpoint, self._ownership, now)
-            ), go_at
+            trims = self._ledger.trimming
+            rest = self._feedback.rest(self._setpoint, self._ownership, now, trims)
+            return JointMotion.at_rest(rest), go_at
         self._feedback.fresh(now)
         if self._commanded != self.names:
             raise MotionRefusedError("still stopping after a joint was taken")
@@ -306,10 +329,8 @@ class PoseController:
 
     def _other_command(self) -> str:
         """Say what has command of the joints, so that a stream has not."""
-        if self._estopped:
-            return _LATCHED
-        if self._driver.drive is None:
-            return ""
+        if self._estopped or self._driver.drive is None:
+            return _LATCHED if self._estopped else ""
         if self._phase is Phase.STOPPING:
             return "still stopping"
         return "a move is running: STOP it first"
@@ -332,15 +353,12 @@ class PoseController:
         if trouble:
             self._stop(f"aborted: {trouble}")
         elif self._ledger.settling:
-            self._message = self._ledger.arrive(self._feedback.fresh(now), now) or self._message
+            arrived = self._ledger.arrive(self._feedback.fresh(now), now, self._paused)
+            self._message = arrived or self._message
 
     def _stop(self, text: str) -> None:
         """Ramp down whatever moves; ``text`` says why."""
-        motion = None
-        if self._stream.session is not None:
-            motion = self._stream.session.motion(self._driver.time)
-        elif self._driver.drive is not None:
-            motion = self._driver.drive.motion
+        motion = self._motion(self._driver.time)
         self._end_move(text)
         self._message = text
         already = self._phase is Phase.STOPPING and self._stream.session is None
@@ -350,6 +368,12 @@ class PoseController:
         elif not already:
             self._driver.start(self._planner.stop(motion), self._driver.time, 1.0)
             self._phase = Phase.STOPPING
+
+    def _motion(self, now: float) -> JointMotion | None:
+        """Return what the set point does; None: none is sent."""
+        if self._stream.session is not None:
+            return self._stream.session.motion(now)
+        return self._driver.drive.motion if self._driver.drive is not None else None
 
     def _end_move(self, why: str) -> None:
         """End the running move, if there is one, before it has arrived."""

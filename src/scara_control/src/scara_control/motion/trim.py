@@ -7,7 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from scara_control.config import MotionConfig
+from scara_control.joint_motion import Vector
 from scara_control.kinematics.tool import ToolKinematics
+from scara_control.motion.commands import MotionRefusedError
 
 _EASING, _LEAST_EASE = 0.7, 0.15
 """Gain after each overshoot, and the least that is left of it (our choice: settles with up to 0.15
@@ -134,6 +136,70 @@ class Trim:
             max(self._added[k] + self._config.integral_gain * (wanted - qdot) * dt, -most), most
         )
         return min(max(wanted + self._added[k], -fastest), fastest)
+
+
+class Trimming:
+    """The trim at the end of one move, until the tool has stayed where it shall be.
+
+    Not begun until the joints have arrived.
+    """
+
+    def __init__(self, tool: ToolKinematics, target: Sequence[float], config: MotionConfig) -> None:
+        """Remember where to; ``target`` are the tool's joints there, shape ``(n,)``."""
+        self.names = tuple(joint.name for joint in tool.joints)
+        self.begun = False
+        self._trim = Trim(tool, target, tool.position(target), config)
+        self._config = config
+        self._deadline = self._last = self._inside = 0.0
+        # Whether the joints were told to move last, and until when they do not listen.
+        self._moves = False
+        self._deaf_until = 0.0
+
+    def begin(self, now: float) -> None:
+        """Begin at ``now`` [s]."""
+        self.begun, self._last = True, now
+        self._deadline = now + self._config.trim.timeout
+
+    def hold(self, now: float) -> None:
+        """Go on to ``now`` [s] without a motion: paused. The jogs before it were stopped too."""
+        self._deadline += now - self._last
+        if self._moves:
+            # A stopped stream of jogs is heard again once it has paused.
+            self._deaf_until, self._moves = self._last + self._config.jog.timeout, False
+        self._last, self._inside = now, 0.0
+
+    def step(self, q: Sequence[float], qdot: Sequence[float], now: float) -> Vector | None:
+        """Return what the joints shall be told now; None: nothing.
+
+        Args:
+            q: Measured positions of the tool's joints, shape ``(n,)``.
+            qdot: Measured velocities, shape ``(n,)``.
+            now: [s]
+
+        Raises:
+            MotionRefusedError: The tool is too far away, or has not arrived in time.
+        """
+        trim, dt = self._config.trim, now - self._last
+        step, self._last = self._trim.step(q, qdot, dt), now
+        moves = any(step.qdot)
+        self._inside = 0.0 if moves else self._inside + dt
+        late = now > self._deadline
+        if not self.settled and (late or step.error > trim.range_mm * 1e-3):
+            why = "ended without reaching it" if late else f"begins below {trim.range_mm:g} mm"
+            raise MotionRefusedError(
+                f"the tool stays {step.error * 1e3:.3f} mm from the point, allowed "
+                f"{trim.tolerance_mm:g}, and {math.degrees(abs(step.yaw_error)):.3f} deg "
+                f"from the yaw, allowed {trim.tolerance_deg:g}: trimming {why}"
+            )
+        if now < self._deaf_until or not (moves or self._moves):
+            return None
+        self._moves = moves
+        return step.qdot
+
+    @property
+    def settled(self) -> bool:
+        """Whether the tool has stayed within the tolerance for long enough."""
+        return self._inside >= self._config.trim.settled
 
 
 class Requests:

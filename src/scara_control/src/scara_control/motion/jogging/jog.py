@@ -58,7 +58,8 @@ class JogController:
         self._velocity: dict[str, float] = {}
         self._zeros: dict[str, int] = {}
         self._time = self._deadline = now
-        self._estopped = False
+        # Whether the newest jog is a trim's.
+        self._estopped = self._prompt = False
         self._limit = 100.0
         self._shares = {joint.name: 1.0 for joint in self._joints}
         self._message = ""
@@ -105,6 +106,8 @@ class JogController:
         """
         begins = self.is_idle
         try:
+            if prompt and self._wanted and not self._prompt:
+                raise MotionRefusedError("somebody else jogs: a trim gives way")
             self._gate.check(now)
             named = self._check(names, velocities, displacements, duration, now)
         except ValueError as error:
@@ -122,6 +125,7 @@ class JogController:
             self._velocity[joint.name] = qdot if abs(qdot) > slow else 0.0
         if new:
             self._ownership.begin(self._velocity.keys() | {joint.name for joint in named})
+        self._prompt = prompt
         self._wanted = {joint.name: float(v) for joint, v in zip(named, velocities) if v}
         self._zeros = {name: self._config.jog.final_zeros for name in self._velocity}
         self._deadline = now + min(
