@@ -152,8 +152,8 @@ def test_the_whole_is_tested_in_five_parts(parts: str, nodes: str) -> None:
     own = os.nice(0)
     assert found == [
         ("cells", str(own), "-n 0", usual),
-        ("starts", str(own), "-n 2", usual),
         ("nodes", str(min(19, own + 5) if nodes else own), "-n 2", usual),
+        ("starts", str(own), "-n 2", usual),
         ("pages", str(own), "-n 0", usual),
         ("pure", "19", "-n 2", usual),
     ]
@@ -163,19 +163,27 @@ def test_the_whole_is_tested_in_five_parts(parts: str, nodes: str) -> None:
 def test_single_nodes_run_beside_cells_on_request_and_never_beside_a_browser(
     parts: str, tmp_path: Path, nodes: str, beside: bool
 ) -> None:
-    """Beside a node of another worker a browser stopped going on."""
+    """Beside a node of another worker a browser stopped going on.
+
+    Here nodes wait for pages in vain, and starts do not.
+    """
     (tmp_path / "build" / "ended").write_text("")
     says(
         tmp_path,
         '[ "$CELL_TEST_PART" != cells ] || for _ in {1..100}; do\n'
         f"  grep -q nodes build/ended && break; {'sleep 0.1' if beside else 'break'}\n"
         "done\n"
+        "for part in nodes:5 starts:100; do\n"
+        '  [ "$CELL_TEST_PART" != ${part%:*} ] || for ((k = 0; k < ${part#*:}; k++)); do\n'
+        "    grep -q pages build/ended && break; sleep 0.1\n"
+        "  done\n"
+        "done\n"
         'echo "$CELL_TEST_PART" >>build/ended\n',
     )
     assert run("bash", "-c", parts, env=asked(CELL_TEST_NODES=nodes)).returncode == 0
     ended = [part for part in (tmp_path / "build" / "ended").read_text().split() if part != "pure"]
-    after = ["starts", "pages"] if beside else ["starts", "nodes", "pages"]
-    assert ended == (["nodes", "cells", *after] if beside else ["cells", *after])
+    before = ["nodes", "cells"] if beside else ["cells", "nodes"]
+    assert ended == [*before, "pages", "starts"], "starts wait for the pages beside them"
 
 
 @pytest.mark.parametrize(
@@ -186,7 +194,7 @@ def test_a_part_that_fails_fails_the_whole(parts: str, part: str, code: int) -> 
     done = run("bash", "-c", parts, env=asked(FAILS=f"{part} {code}"))
     assert done.returncode == code and f"a part failed ({code})" in done.stderr
     shown = re.findall(r"^(\w+) \d+:", done.stdout, re.M)
-    assert shown == ["cells", "starts", "nodes", "pages", "pure"]
+    assert shown == ["cells", "nodes", "starts", "pages", "pure"]
 
 
 def test_an_interrupted_run_ends_what_runs_beside_it(parts: str, tmp_path: Path) -> None:
