@@ -35,6 +35,13 @@ expect.set_options(timeout=PATIENCE_MS)
 PLAYED = """([scene, alarms]) =>
     document.querySelector('[data-live="jog"]')?.textContent === scene &&
     document.querySelectorAll(".alarm.warn, .alarm.error").length === alarms"""
+# Nothing takes time to open or to fade.
+STILL = """document.addEventListener("DOMContentLoaded", () => {
+    const still = document.createElement("style");
+    still.textContent = "*, ::before, ::after { transition: none !important; " +
+        "animation-duration: 1ms !important; animation-delay: 0s !important; }";
+    document.head.append(still);
+})"""
 # What opens or fades is shown as it is in the end, without the time that it takes.
 SETTLE = """async () => {
     window.scrollTo(0, 0);
@@ -63,6 +70,7 @@ class Theatre:
     def __init__(self, page: Page, address: str, runs: Path) -> None:
         """Open it as an operator; ``runs`` is the folder of its recordings."""
         self.page, self.address, self.runs = page, address, runs
+        page.add_init_script(STILL)
         page.goto(f"{address}/?token={TOKEN}")
         expect(page.locator("[data-panel].shown")).to_be_visible(timeout=30_000)
         expect(page.locator(".control-text")).to_have_text("Nobody is in control")
