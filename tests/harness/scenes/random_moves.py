@@ -39,6 +39,7 @@ SPEEDS_PERCENT = (20.0, 60.0)
 DEADLINE_S = 20.0
 ENDS_S = 0.05
 """What tells the twin that its following ends takes so long at most."""
+STREAM_ENDS_S = 0.2
 TAKES_OVER_S = 0.3
 """So long after a command its first set points are looked at."""
 PAUSES_S = (0.06, 0.4)
@@ -188,9 +189,8 @@ class _Wanderer:
                     self.wrong(f"goal refused: {error}")
                 return
         elif kind == "program":
-            # The robot refuses it while its stream program ends.
-            cell.wait_until(lambda: not cell.refusals()["RUN"], 3.0, "RUN")
-            cell.schedule.run(0.03)
+            # The robot refuses it while its stream program ends, held for ``stop.hold_ms``.
+            cell.schedule.run(STREAM_ENDS_S)
             number = self.source.choice(sorted(cell.files.programs))
             cell.real.pendant(100.0, number)
         elif kind == "jog":
