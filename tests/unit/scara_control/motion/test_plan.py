@@ -118,6 +118,20 @@ def test_a_stop_from_any_state_takes_no_longer_than_the_braking_distance(q, qdot
     assert not any(path.at(path.duration).qdot)
 
 
+@settings(max_examples=60, deadline=None)
+@given(within(0.2), shares_of("velocity", 1.0), shares_of("acceleration", 1.0))
+def test_a_stop_at_once_gains_no_speed_first(q, qdot, qddot):
+    """A follower whose leader was stopped while it gained speed ran on by a hand's breadth."""
+    path = plan_stop(JOINTS, JointMotion(q, qdot, qddot), at_once=True)
+    for k, joint in enumerate(JOINTS):
+        turn = joint.acceleration / (8.0 * joint.jerk)
+        braking = abs(qdot[k]) * (2.0 * turn + abs(qdot[k]) / (2.0 * joint.acceleration))
+        assert (path.end[k] - q[k]) * math.copysign(1.0, qdot[k]) <= braking + 1e-9
+        fastest = np.abs(sampled(path)[2][:, k]).max()
+        # A joint that brakes already may swing back a little.
+        assert qddot[k] * qdot[k] < 0.0 or fastest <= abs(qdot[k]) + 1e-6
+
+
 def test_a_stop_near_a_limit_brakes_harder_rather_than_leave_it():
     """At 20 deg from the limit and full speed the usual deceleration is not enough."""
     joint = JOINTS[0]

@@ -59,9 +59,13 @@ class Planner:
             return path
         return slower
 
-    def stop(self, start: JointMotion) -> Path:
+    def stop(self, start: JointMotion, at_once: bool = False) -> Path:
         """Plan a stop; see :func:`scara_control.motion.plan.plan_stop`."""
-        return self._lighter(lambda share: plan_stop(self._joints, start, share), _HARD_STOP)[1]
+
+        def plan(share: float) -> Path:
+            return plan_stop(self._joints, start, share, at_once)
+
+        return self._lighter(plan, _HARD_STOP)[1]
 
     def _lighter(self, plan: Plan, least: float = LEAST) -> tuple[bool, Path]:
         """Plan with as much acceleration as the efforts allow, and no less than ``least``.

@@ -147,7 +147,9 @@ def plan_move(
     return Path([stop, on], target, share)
 
 
-def plan_stop(joints: Sequence[Joint], start: JointMotion, share: float = 1.0) -> Path:
+def plan_stop(
+    joints: Sequence[Joint], start: JointMotion, share: float = 1.0, at_once: bool = False
+) -> Path:
     """Plan the fastest jerk-limited stop of each joint.
 
     Brake harder rather than run beyond a limit.
@@ -156,12 +158,17 @@ def plan_stop(joints: Sequence[Joint], start: JointMotion, share: float = 1.0) -
         joints: Limits.
         start: Any state.
         share: Of the joints' accelerations, (0, 1]; jerks stay.
+        at_once: No joint gains speed first, and jerks are the highest. So whoever follows a robot
+            that was stopped at once stands no farther on than that.
 
     Raises:
         PlanError: A value is not finite.
     """
     _check_finite(start, start.q)
-    trajectory = _stop(joints, start, share)
+    if at_once:
+        braked = tuple(0.0 if v * a >= 0.0 else a for v, a in zip(start.qdot, start.qddot))
+        start = JointMotion(start.q, start.qdot, braked, start.time)
+    trajectory = _stop(joints, start, share, _HARDER[-1] if at_once else 1.0)
     return Path([trajectory], trajectory.at_time(trajectory.duration)[0], share)
 
 
@@ -201,10 +208,12 @@ def _check_finite(start: JointMotion, target: Sequence[float]) -> None:
             raise PlanError(f"no path: {what} = {list(values)}: not finite")
 
 
-def _stop(joints: Sequence[Joint], start: JointMotion, share: float) -> ruckig.Trajectory:
+def _stop(
+    joints: Sequence[Joint], start: JointMotion, share: float, jerks: float = 1.0
+) -> ruckig.Trajectory:
     """Calculate a stop, as hard as needed to stay within the limits."""
     for harder in _HARDER:
-        wanted = _input(joints, start, start.q, 100.0, share * harder, harder)
+        wanted = _input(joints, start, start.q, 100.0, share * harder, max(jerks, harder))
         wanted.control_interface = ruckig.ControlInterface.Velocity
         wanted.synchronization = ruckig.Synchronization.No
         trajectory = _calculate(wanted)
