@@ -1,6 +1,6 @@
 """A cell in which random moves pass random zones, and what became of each.
 
-Half of the zones lie on the way and half of them near it. Samples of both sides are stamped up to
+Most zones lie on the way or near it, some right before its begin. Samples of both sides are stamped up to
 2 ms too early or too late, and packets of the twin come up to 2 ms later than others.
 """
 
@@ -30,7 +30,9 @@ NUMBERS = range(2, 9)
 """RSR numbers of the programs."""
 SHORTEST = 0.25
 """A way that is shorter [rad] is no trial."""
-NEAREST_START_M = 0.02
+NEAREST_START_M, FARTHEST_START_M = 0.005, 0.06
+STANDS_S = 0.4
+"""So long the robot stands beside the zone before anything moves: its override is lowered."""
 LIMIT_S = 90.0
 """A way that grazes a zone's clearance is crept along."""
 LEADERS = ("program", "move_to", "operator")
@@ -125,12 +127,12 @@ class ZoneCell(VirtualCell):
     def _begin(self, leader: str, number: int, target: Sequence[float], speed: float) -> str:
         """Begin the move; return why it was refused."""
         self._slowed, self._answers = False, []
+        self.real.robot.write_override(round(speed) if leader == "program" else 100)
+        self.schedule.run(STANDS_S)
         if leader == "program":
-            self.real.pendant(speed, number)
+            self.real.signal(f"panel_run{number}", None)
             self.schedule.run(0.1)
             return ""
-        self.real.robot.write_override(100)
-        self.schedule.run(0.1)
         if leader == "operator":
             answer = self.operate("MOVE_JOINTS", target=tuple(target), speed_percent=speed)
             return "" if answer.success else answer.message
@@ -182,9 +184,9 @@ class ZoneCell(VirtualCell):
         return self.random.choice(far)
 
     def _zone(self, way: np.ndarray) -> KeepOut:
-        """Return a box on the way, near it, or before its end; the arm does not begin in it."""
+        """Return a box on the way, near it, or by one of its ends; the arm does not begin in it."""
         while True:
-            kind = self.random.choice(("on", "near", "end", "end"))
+            kind = self.random.choice(("on", "near", "end", "end", "begin"))
             # The tool, or a piece of arm, forearm or quill.
             point = self.random.choice((0, 0, 0, 3, 7, 12, 15))
             rows = way[point]
@@ -197,15 +199,18 @@ class ZoneCell(VirtualCell):
                 if length < 1e-4:
                     continue
                 middle, away = rows[-1] + ahead / length * self.random.uniform(0.02, 0.2), (0, 0.01)
+            if kind == "begin":
+                middle, away = rows[self.random.randrange(1, len(rows) // 4)], (0.0, 0.03)
             shift = [self.random.choice((-1, 1)) * self.random.uniform(*away) for _ in range(3)]
             half = [self.random.uniform(0.01, 0.12) for _ in range(3)]
             lower = tuple(1e3 * (m + s - h) for m, s, h in zip(middle, shift, half))
             upper = tuple(1e3 * (m + s + h) for m, s, h in zip(middle, shift, half))
             zone = KeepOut("box", lower, upper)
             near = clearance(way, *_box(zone))
-            if clearance(way[:, :1], *_box(zone)) < NEAREST_START_M:
+            begin = clearance(way[:, :1], *_box(zone))
+            if begin < NEAREST_START_M or (kind == "begin" and begin > FARTHEST_START_M):
                 continue
-            if kind == "on" or (near > 0.0 and near < 0.06):
+            if kind in ("on", "begin") or (near > 0.0 and near < 0.06):
                 return zone
 
     def _pose(self, files: CellFiles) -> tuple[float, ...]:

@@ -51,7 +51,8 @@ def test_a_pair_that_came_apart_is_looked_at_first(mode: str, diverged: bool, bu
 @pytest.mark.parametrize(("mode", "told"), [("IDLE", True), ("REAL_LEADS", True), ("FAULT", False)])
 def test_a_robot_that_is_only_followed_says_so_and_why(mode: str, told: bool) -> None:
     """Where a person would move the pair or hold it; a fault has its own words."""
-    for why, stops in ((f"{LEAD_IS_FALSE}: x", "the twin alone"), ("untried", "the twin")):
+    silent = "the twin alone, no zone slows the robot"
+    for why, stops in ((f"{LEAD_IS_FALSE}: x", silent), ("untried", "the twin")):
         words, button = next_step(CellState(mode=mode, only_followed=why))
         said = f"The robot is only followed. STOP stops {stops}. {why}."
         assert (words == said) == told

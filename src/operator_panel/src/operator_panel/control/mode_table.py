@@ -99,7 +99,8 @@ def next_step(state: CellState) -> tuple[str, str]:
     if state.diverged and state.mode in _APART:
         return _APART[state.mode]
     if state.only_followed and state.mode in (Mode.IDLE, Mode.REAL_LEADS):
-        alone = " alone" * state.only_followed.startswith(LEAD_IS_FALSE)
+        # Nothing is written to it: its override cannot be lowered beside a zone either.
+        alone = " alone, no zone slows the robot" * state.only_followed.startswith(LEAD_IS_FALSE)
         words = f"The robot is only followed. STOP stops the twin{alone}. {state.only_followed}."
         return words, "STOP"
     row = _BY_MODE.get(state.mode)

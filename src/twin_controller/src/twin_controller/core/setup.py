@@ -35,6 +35,7 @@ class Setup:
         self.upper = tuple(joint.upper for joint in self.joints)
         self.velocity = tuple(joint.velocity for joint in self.joints)
         self.acceleration = tuple(joint.acceleration for joint in self.joints)
+        self.jerk = tuple(joint.jerk for joint in self.joints)
         braking = config.cell.braking_acceleration_percent * 1e-2
         self.braking = tuple(joint.acceleration * braking for joint in self.joints)
         # What no zone and no person may be near, and those of it whose speed counts.

@@ -57,6 +57,7 @@ def shows_override(wanted: float, shown: float, config: SpeedOrders) -> bool:
 
 OPERATORS_SPEED = "the operator's SPEED"
 ZONE_AHEAD = "a keep-out zone is ahead, and a slower robot can stop before it"
+ZONE_BESIDE = "it stands beside a keep-out zone, and a slower start can be stopped before it"
 
 
 class Cap(NamedTuple):
@@ -197,7 +198,9 @@ def real_cap(setup: Setup, speeds: Speeds, safety: Safety, leader: str, own_prog
         caps.append(Cap(speeds.cap, OPERATORS_SPEED))
     if setup.config.cell.cartesian_speed_mm_s is not None:
         caps.append(Cap(setup.safe_percent, _cartesian(setup)))
-    # A robot that follows is as slow as its leader, whose cap holds.
+    # A robot that follows is as slow as its leader, whose cap holds, and its whole way was judged.
+    if leader not in ("twin", "operator"):
+        caps.append(Cap(100.0 * safety.guard.start, ZONE_BESIDE))
     if leader == "real":
         caps.append(Cap(safety.separation.cap, safety.separation.reason))
         caps.append(Cap(100.0 * safety.guard.share / safety.guard.asked, ZONE_AHEAD))

@@ -9,6 +9,7 @@ from scara_control.keep_out.zones import WatchedMove, free_part, heads_into, wid
 
 from twin_controller.config import CellLimits
 from twin_controller.core.events import Joints
+from twin_controller.core.safety.beside import Beside, judge_start
 from twin_controller.core.safety.fastest import fastest_point
 from twin_controller.core.safety.stopping import (
     Braking,
@@ -22,6 +23,7 @@ from twin_controller.core.safety.stopping import (
     stop_on_plan,
 )
 from twin_controller.core.setup import Setup
+from twin_controller.core.sides.change import stands_still
 from twin_controller.core.sides.measure import answers
 from twin_controller.core.sides.side import RealSide, Sides
 
@@ -41,7 +43,7 @@ before a zone only if all of them enter one."""
 
 
 class Guard(msgspec.Struct, frozen=True):
-    """The real robot's motion now. All of it is forgotten when the robot comes to rest."""
+    """The real robot's motion now. All but ``beside`` is forgotten when the robot comes to rest."""
 
     # A program drives it, or it is faster than standstill.
     moves: bool = False
@@ -52,10 +54,18 @@ class Guard(msgspec.Struct, frozen=True):
     share: float = 1.0
     # The part that its program asks for at full override; 1 if that is not known.
     asked: float = 1.0
+    # How fast it may begin, for it stands beside a zone; let go once its direction is known.
+    beside: Beside = Beside()
     # Since when a point is faster than the Cartesian limit allows [s]; None once none is.
     fast_since: float | None = None
     # Point, speed and limit in words, once that has lasted.
     too_fast: str = ""
+
+    @property
+    def start(self) -> float:
+        """The part of its full override with which it may begin."""
+        # A program that only just begins tells no speed yet.
+        return self.beside.share / (self.asked if self.asked > CRAWL else 1.0)
 
 
 def point_speed(setup: Setup, real: RealSide) -> tuple[float, str]:
@@ -87,12 +97,24 @@ def judge_guard(
     driven = flags is not None and (flags.own_program or flags.streaming) and not flags.paused
     moves = driven or speed > config.separation.standstill_mm_s * 1e-3
     if not moves:
-        guard = Guard()
+        guard = Guard(beside=guard.beside)
+    guard = replace(guard, beside=_beside(setup, guard, real, driven))
     violation, share = "", 1.0
     if setup.keep_out and speed > 0.0 and (moves or led):
         violation, share = _zone_ahead(setup, guard, real, ahead)
     guard = replace(guard, moves=moves, violation=violation, share=share, asked=_asked(real))
     return _too_fast(config.cell, guard, speed, name, real.last.time)
+
+
+def _beside(setup: Setup, guard: Guard, real: RealSide, driven: bool) -> Beside:
+    """Judge how fast the robot may begin where it stands; a pause inside a program is no stand."""
+    last = real.last
+    if not setup.keep_out or _share(setup, last.qdot) >= CRAWL:
+        # From here on the way ahead is judged.
+        return Beside()
+    if driven or not stands_still(real.change, last.time, setup.config.change):
+        return guard.beside
+    return judge_start(setup, guard.beside, last.q, real.change.still_since)
 
 
 def known_ahead(setup: Setup, sides: Sides, way: WatchedMove) -> Ways:

@@ -1,0 +1,82 @@
+"""How fast a robot may begin that stands beside a zone."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from harness.pair import ROBOT, SETUP
+from scara_config import KeepOut
+from scara_control.keep_out.points import all_positions
+from twin_controller.core.safety.beside import (
+    LEAST_PERCENT,
+    Beside,
+    judge_start,
+    start_share,
+    start_ways,
+)
+from twin_controller.core.setup import Setup
+
+HOME = (0.0, 0.0, -0.1, 0.0)
+TOOL_Z_MM = 60.0
+
+
+def below(gap_mm: float) -> Setup:
+    """Return a cell with a zone so far below the tool, and nowhere else."""
+    setup = Setup(ROBOT, SETUP.config)
+    top = TOOL_Z_MM - gap_mm
+    setup.keep_out = (KeepOut("box", (500.0, -200.0, top - 50.0), (800.0, 200.0, top)),)
+    return setup
+
+
+def stop_way(speed: float, acceleration: float, jerk: float, braking: float, delay: float) -> float:
+    """Return how far a joint comes, by steps of a microsecond: the same rule by another route."""
+    step, v, way = 1e-6, 0.0, 0.0
+    for k in range(round(delay / step)):
+        way += v * step
+        v = min(v + min(jerk * k * step, acceleration) * step, speed)
+    return way + v * v / (2.0 * braking)
+
+
+@pytest.mark.parametrize("joint", [0, 1, 2])
+@pytest.mark.parametrize("share", [0.05, 0.3, 1.0])
+def test_no_joint_comes_farther_than_it_is_reckoned(joint: int, share: float) -> None:
+    """And the reckoning is at most by 30 % too far, or 4 mm."""
+    delay = SETUP.config.cell.braking_delay_ms * 1e-3
+    way = start_ways(SETUP, share)[joint]
+    tables = (SETUP.acceleration, SETUP.jerk, SETUP.braking)
+    limits = [table[joint] for table in tables]
+    true = stop_way(share * SETUP.velocity[joint], *limits, delay)
+    assert true - 1e-6 <= way <= max(1.3 * true, true + 4e-3)
+
+
+@pytest.mark.parametrize("gap_mm", [6.0, 10.0, 14.0])
+def test_a_start_in_any_direction_ends_before_the_zone(gap_mm: float) -> None:
+    """With the speed that is allowed, by the arm's own kinematics; and it is not idle."""
+    setup = below(gap_mm)
+    share = start_share(setup, HOME)
+    assert LEAST_PERCENT * 1e-2 < share < 1.0
+    ways = np.array(start_ways(setup, share))
+    signs = np.array(list(itertools.product((-1.0, 0.0, 1.0), repeat=len(ways))))
+    ends = all_positions(setup.points, np.array(HOME) + signs * ways) * 1e3
+    halves = np.array([point.half for point in setup.points])[:, None] * 1e3
+    zone = setup.keep_out[0]
+    inside = (ends + halves > zone.lower_mm) & (ends - halves < zone.upper_mm)
+    assert not inside.all(axis=2).any()
+
+
+def test_the_nearer_the_slower_and_far_away_not_at_all() -> None:
+    """A robot that stands 50 mm above the table begins as fast as ever."""
+    shares = [start_share(below(gap), HOME) for gap in (0.1, 6.0, 10.0, 14.0, 50.0)]
+    assert shares == sorted(shares)
+    assert (shares[0], shares[-1]) == (LEAST_PERCENT * 1e-2, 1.0)
+
+
+def test_a_standstill_is_judged_once() -> None:
+    """Each sample of a robot at rest would cost a search; other zones are another question."""
+    setup = below(6.0)
+    judged = judge_start(setup, Beside(), HOME, 1.0)
+    assert judge_start(setup, judged, HOME, 1.0) is judged
+    assert judge_start(setup, judged, HOME, 2.0) is not judged
+    assert judge_start(below(50.0), judged, HOME, 1.0).share == 1.0
