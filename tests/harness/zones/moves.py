@@ -1,7 +1,7 @@
 """A cell in which random moves pass random zones, and what became of each.
 
-Most zones lie on the way or near it, some right before its begin. Samples of both sides are stamped up to
-2 ms too early or too late, and packets of the twin come up to 2 ms later than others.
+Most zones lie on the way or near it, some right before its begin. Samples of both sides are stamped
+up to 2 ms too early or too late, and packets of the twin come up to 2 ms later than others.
 """
 
 from __future__ import annotations

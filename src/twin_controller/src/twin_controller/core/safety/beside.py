@@ -85,8 +85,8 @@ def start_ways(setup: Setup, share: float) -> Joints:
     return tuple(_start_way(share * v, a, j, b, delay) for v, a, j, b in rows)
 
 
-def _start_way(most: float, acceleration: float, jerk: float, braking: float, delay: float) -> float:
-    rising = min(delay, acceleration / jerk)
+def _start_way(most: float, quickest: float, jerk: float, braking: float, delay: float) -> float:
+    rising = min(delay, quickest / jerk)
     steady, gained = delay - rising, 0.5 * jerk * rising**2
     way = jerk * rising**3 / 6.0 + gained * steady + 0.5 * jerk * rising * steady**2
     reached = min(gained + jerk * rising * steady, most)
