@@ -17,7 +17,8 @@ def with_lengths(tree: Any) -> Any:
     """Return a parsed robot.yaml with what follows from ``geometry`` and is not in it.
 
     These are ``reach_mm``, ``home_pose`` and the ``screw_axis`` of each joint of the arm. A joint
-    that moves no tool says ``screw_axis: null``. What fits no SCARA stays as it is.
+    that moves no tool says ``screw_axis: null``; one that counts the other way ``positive: right``
+    or ``positive: down``. What fits no SCARA stays as it is.
 
     Args:
         tree: The parsed file; it is changed.
@@ -33,6 +34,10 @@ def with_lengths(tree: Any) -> Any:
     arm = [joint for joint in arm if joint.get("screw_axis", ()) is not None]
     turning = [joint.get("type") == "revolute" for joint in arm]
     for joint, screw in zip(arm, screws_of(l1, l2, turning)):
+        against = joint.get("positive") == ("down" if joint.get("type") == "prismatic" else "right")
+        if against and "screw_axis" not in joint:
+            del joint["positive"]
+            screw = [0.0 - value for value in screw]
         joint.setdefault("screw_axis", screw)
     return tree
 

@@ -175,3 +175,24 @@ def test_wrong_profile_is_refused(
     """File, key, value and what is allowed."""
     with pytest.raises(ConfigError, match=rf"robot\.yaml: .*{text}"):
         load_robot(changed_yaml(shipped("robot.yaml"), tmp_path, path, value))
+
+
+def test_a_joint_that_counts_the_other_way_says_so_and_types_no_axis(tmp_path: Path) -> None:
+    """Its axis follows from the lengths, turned round; the elbow is the same joint."""
+    source = shipped("robot.yaml")
+    for number, word in ((1, "right"), (2, "down")):
+        source = changed_yaml(source, tmp_path, ["joints", number, "positive"], word) / "robot.yaml"
+    robot = load_robot(tmp_path)
+    assert robot.joints[1].screw_axis == (0.0, 0.0, -1.0, 0.0, 0.35, 0.0)
+    assert robot.joints[2].screw_axis == (0.0, 0.0, 0.0, 0.0, 0.0, -1.0)
+    assert ROBOT.elbow is not None and robot.elbow is not None
+    assert (robot.elbow.joint.name, robot.elbow.sign) == ("joint_2", -1.0)
+    assert robot.elbow.bend(0.3) == pytest.approx(-ROBOT.elbow.bend(0.3)) == pytest.approx(-0.3)
+
+
+@pytest.mark.parametrize("word", ["down", "sideways"])
+def test_a_word_that_is_no_way_to_count_is_refused(tmp_path: Path, word: str) -> None:
+    """A joint that turns counts to the left, or to the right."""
+    changed_yaml(shipped("robot.yaml"), tmp_path, ["joints", 0, "positive"], word)
+    with pytest.raises(ConfigError, match="positive"):
+        load_robot(tmp_path)

@@ -12,10 +12,13 @@ import pytest
 from fanuc_emulator.config import EmulatorConfig
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.drives.arm import Arm
+from fanuc_emulator.drives.planner import Planner
 from fanuc_emulator.tp.executor import ProgramState
 from harness.workspace import ROOT
+from harness.yaml_files import changed_yaml, shipped
 from scara_config import Robot, load_robot
 from scara_config.programs.files import read_taught
+from scara_config.programs.tp.values import Pose
 
 from fanuc_emulator import alarms
 
@@ -262,3 +265,17 @@ def test_the_arms_kinematics_find_back_from_the_pose(robot: Robot) -> None:
         for _ in range(5):
             q = limits[:, 0] + rng.uniform(0.3, 0.45, len(limits)) * np.ptp(limits, axis=1)
             assert arm.solve(arm.pose(q), q + 0.05) == pytest.approx(q, abs=1e-7)
+
+
+@pytest.mark.parametrize(("word", "letters"), [(None, "RL"), ("right", "LR")])
+def test_the_elbows_letter_is_told_by_its_side_and_not_by_its_sign(
+    tmp_path: Path, word: str | None, letters: str
+) -> None:
+    """A maker may count the elbow to the right."""
+    path = shipped("robot.yaml")
+    if word is not None:
+        path = changed_yaml(path, tmp_path, ["joints", 1, "positive"], word) / "robot.yaml"
+    planner = Planner(load_robot(path.parent), ())
+    none = Pose((0.0,) * 9)
+    for q2, letter in zip((0.5, -0.5), letters):
+        assert planner.tip_pose((0.0, q2, -0.1, 0.0, 0.0), none, none).config == letter

@@ -89,6 +89,12 @@ class Planner:
     def __init__(self, robot: Robot, limits: Sequence[AxisParameters]) -> None:
         self.robot, self._limits = robot, limits
         self._arm = Arm(robot)
+        elbow = robot.elbow
+        # Where it stands among the arm's joints; None: no side is named.
+        self._elbow = elbow and (
+            self._arm.columns.index(robot.joints.index(elbow.joint)),
+            elbow,
+        )
         self._others = [k for k in range(len(robot.joints)) if k not in self._arm.columns]
 
     def plan(self, step: PathStep, begin: Sequence[float]) -> Trapezoid:
@@ -159,17 +165,26 @@ class Planner:
 
     def _guesses(self, here: tuple[float, ...]) -> list[tuple[float, ...]]:
         """Return where to look for joint positions: here, and with the elbow on either side."""
-        if self.robot.geometry is None:
+        if self._elbow is None:
             return [here]
-        bent = [(here[0], side * max(abs(here[1]), 1.0), *here[2:]) for side in (1.0, -1.0)]
-        return [here, *bent]
+        k, elbow = self._elbow
+        bend = max(abs(elbow.bend(here[k])), 1.0)
+        bent = [elbow.sign * (side * bend - elbow.zero) for side in (1.0, -1.0)]
+        return [here, *((*here[:k], q, *here[k + 1 :]) for q in bent)]
 
     def _configured(self, target: Target, q: Sequence[float]) -> bool:
         """Tell whether the elbow is on the side that the target's configuration names, R or L."""
         place = target.place
         letters = place.config if isinstance(place, Pose) and place.config else ""
         side = {"R": 1.0, "L": -1.0}.get(letters.strip()[:1])
-        return side is None or self.robot.geometry is None or side * q[1] >= 0.0
+        return side is None or side * self._bend(q) >= 0.0
+
+    def _bend(self, q: Sequence[float]) -> float:
+        """Return how far the forearm is turned to the left [rad]; ``q`` of the arm's joints."""
+        if self._elbow is None:
+            return 0.0
+        k, elbow = self._elbow
+        return elbow.bend(q[k])
 
     def _tip(self, target: Target, begin: Sequence[float]) -> Matrix:
         """Return the pose of the tool's tip at a target, in the base, shape (4, 4) [m]."""
@@ -218,7 +233,8 @@ class Planner:
         w, r = math.atan2(turn[2, 1], turn[2, 2]), math.atan2(turn[1, 0], turn[0, 0])
         places = [value / _MM for value in tip[:3, 3]] + list(map(math.degrees, (w, p, r)))
         places += [q[k] / self.robot.joints[k].scale for k in self._others]
-        side = "" if self.robot.geometry is None else "R" if q[1] >= 0.0 else "L"
+        letter = "R" if self._bend(self._of_arm(q)) >= 0.0 else "L"
+        side = letter if self._elbow is not None else ""
         return Pose(tuple((*map(float, places), *[0.0] * POSE_NUMBERS))[:POSE_NUMBERS], side)
 
 

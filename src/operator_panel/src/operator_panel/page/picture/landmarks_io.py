@@ -66,9 +66,7 @@ def build_landmarks(scene: ui.scene, robot: Robot, glass: Panes) -> None:
             ZONE.cover(box.move(*middle), glass)
             box.with_name(f"zone {zone.name}")
         # The reach goes round as far as the first joint turns; all the way where that is unknown.
-        first, start, length = robot.arm_joints[0], 0.0, 2.0 * math.pi
-        if tuple(first.screw_axis or ()) == (0, 0, 1, 0, 0, 0):
-            start, length = first.lower, min(first.upper - first.lower, length)
+        start, length = turn_of(robot)
         for radius in reach_radii(robot):
             ring = scene.ring(
                 radius - LINE_M,
@@ -81,12 +79,22 @@ def build_landmarks(scene: ui.scene, robot: Robot, glass: Panes) -> None:
             ring.with_name("reach")
 
 
+def turn_of(robot: Robot) -> tuple[float, float]:
+    """Return where the reach begins and how far it goes round, seen from above [rad]."""
+    first, round_ = next(j for j in robot.arm_joints if j.si_unit == "rad"), 2.0 * math.pi
+    screw = tuple(first.screw_axis or ())
+    if screw not in ((0, 0, 1, 0, 0, 0), (0, 0, -1, 0, 0, 0)):
+        return 0.0, round_
+    start = first.lower if screw[2] > 0 else -first.upper
+    return start, min(first.upper - first.lower, round_)
+
+
 def reach_radii(robot: Robot) -> list[float]:
     """Return how far the tool can be from the base axis [m]: at most, and at least if known."""
     radii = [robot.reach_mm * 1e-3]
-    if robot.geometry is not None:
+    if robot.geometry is not None and (elbow := robot.elbow) is not None:
         first, second = robot.geometry.l1_mm * 1e-3, robot.geometry.l2_mm * 1e-3
-        bend = min(abs(robot.arm_joints[1].lower), abs(robot.arm_joints[1].upper))
+        bend = min(abs(elbow.bend(end)) for end in (elbow.joint.lower, elbow.joint.upper))
         radii.append(math.sqrt(first**2 + second**2 + 2.0 * first * second * math.cos(bend)))
     return radii
 
