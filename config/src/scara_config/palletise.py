@@ -41,8 +41,10 @@ class Parts(Section, frozen=True):
 
 
 class Table(Section, frozen=True):
-    """The rotary table with its stands."""
+    """The rotary table with its stands: what turns it, and the link that is its disc."""
 
+    joint: str
+    link: str
     axis_mm: Point
     top_mm: CoordinateMm
     radius_mm: ExtentMm

@@ -42,7 +42,7 @@ def test_places_are_those_of_the_urdf() -> None:
     table, pallet = WORK.table, WORK.pallet
     for stand, (x, y) in table.stands_mm.items():
         assert frame(stand) == pytest.approx((x, y, table.stand_top_mm), abs=1e-6)
-    assert frame("table_link")[:2] == pytest.approx(table.axis_mm, abs=1e-6)
+    assert frame(table.link)[:2] == pytest.approx(table.axis_mm, abs=1e-6)
     assert frame("pallet") == pytest.approx((*pallet.middle_mm, pallet.top_mm), abs=1e-6)
     assert frame("cell_plate")[2] == pytest.approx(WORK.floor_mm)
 

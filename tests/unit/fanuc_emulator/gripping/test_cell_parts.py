@@ -235,5 +235,7 @@ def test_shipped_program_places_nine_parts() -> None:
 def test_a_robot_without_a_table_is_told_to_have_no_stands() -> None:
     """In words: the parts turn with what is not there."""
     four = msgspec.structs.replace(ROBOT, joints=ROBOT.joints[:4])
-    with pytest.raises(ConfigError, match=r"robot.yaml has no table_joint: remove the file"):
+    with pytest.raises(
+        ConfigError, match=r"table.joint: robot.yaml has no table_joint: remove the file"
+    ):
         CellParts(WORK, four)

@@ -46,10 +46,6 @@ class Part(msgspec.Struct):
     turns: bool = True
 
 
-TABLE = "table_joint"
-"""It turns the stands with their parts."""
-
-
 class CellParts:
     """All parts and the suction.
 
@@ -67,11 +63,13 @@ class CellParts:
         self._work = work
         self._around = Surroundings(work)
         names = [joint.name for joint in robot.joints]
-        if TABLE not in names:
-            raise ConfigError(f"palletise.yaml: robot.yaml has no {TABLE}: remove the file")
-        self._columns = tuple(
-            names.index(name) for name in ("joint_1", "joint_2", "joint_3", TABLE)
-        )
+        table = work.table.joint
+        if table not in names:
+            raise ConfigError(
+                f"palletise.yaml: table.joint: robot.yaml has no {table}: remove the file"
+            )
+        arm = [names.index(joint.name) for joint in robot.arm_joints]
+        self._columns = (*arm[:3], names.index(table))
         self._lengths = (
             robot.geometry.l1_mm * MM,
             robot.geometry.l2_mm * MM,

@@ -46,7 +46,10 @@ class Surroundings:
         self._fixed = [
             Surface("pallet", work.pallet.top_mm * MM, middle, half=half),
             Surface(
-                "table_link", work.table.top_mm * MM, self._axis, radius=work.table.radius_mm * MM
+                work.table.link,
+                work.table.top_mm * MM,
+                self._axis,
+                radius=work.table.radius_mm * MM,
             ),
             Surface("floor", work.floor_mm * MM, (0.0, 0.0), half=(1e3, 1e3)),
         ]

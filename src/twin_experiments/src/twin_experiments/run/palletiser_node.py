@@ -12,8 +12,6 @@ from scara_config.palletise import MM, Palletise
 from scara_msgs.msg import TwinControllerState
 from twin_experiments.run.cell_node import Cell, RunError
 
-TABLE = "table_joint"
-
 
 class Palletiser:
     """Carries parts one by one.
@@ -43,7 +41,7 @@ class Palletiser:
     def carry(self, angle: float, pick: tuple[float, float], place: tuple[float, float]) -> None:
         """Carry one part from ``pick`` with the table at ``angle`` [rad] to ``place`` [m]."""
         if angle != self._angle:
-            self._cell.move_joint(TABLE, angle, self._work.task.speed_percent)
+            self._cell.move_joint(self._work.table.joint, angle, self._work.task.speed_percent)
             self._angle = angle
         self._visit(pick, self._work.pick_height, True)
         self._visit(place, self._work.place_height, False)
