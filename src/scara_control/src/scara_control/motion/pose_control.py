@@ -358,17 +358,15 @@ class PoseController:
 
     def _stop(self, text: str) -> None:
         """Ramp down whatever moves; ``text`` says why."""
-        motion = self._motion(self._driver.time)
-        followed = self._stream.session is not None
+        motion, followed = self._motion(self._driver.time), self._stream.session is not None
         self._end_move(text)
         self._message = text
-        already = self._phase is Phase.STOPPING and self._stream.session is None
+        already = self._phase is Phase.STOPPING and not followed
         self._stream.session = None
         if motion is None or not self._commanded:
             self._driver.drive, self._phase = None, Phase.GOING
         elif not already:
-            path = self._planner.stop(motion, at_once=followed)
-            self._driver.start(path, self._driver.time, 1.0)
+            self._driver.start(self._planner.stop(motion, followed), self._driver.time, 1.0)
             self._phase = Phase.STOPPING
 
     def _motion(self, now: float) -> JointMotion | None:
