@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal
 
 import msgspec
 from msgspec import Meta
@@ -216,24 +215,6 @@ class Stopping(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
                 )
 
 
-class Elbow(NamedTuple):
-    """How one joint bends the arm of a SCARA.
-
-    Attributes:
-        joint: That joint.
-        sign: 1: to the left is positive, seen from above; -1: to the right.
-        zero: How far the forearm is turned from the upper arm at 0 [rad].
-    """
-
-    joint: Joint
-    sign: float
-    zero: float
-
-    def bend(self, q: float) -> float:
-        """Return how far the forearm is turned to the left [rad], -pi to pi."""
-        return math.remainder(self.sign * q + self.zero, 2.0 * math.pi)
-
-
 class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The robot of robot.yaml."""
 
@@ -281,19 +262,6 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def arm_joints(self) -> list[Joint]:
         """The twin's joints that move the tool, in file order."""
         return [joint for joint in self.twin_joints if joint.screw_axis is not None]
-
-    @property
-    def elbow(self) -> Elbow | None:
-        """The joint that bends the arm of a SCARA; None: it is none by its lengths."""
-        turning = [joint for joint in self.arm_joints if joint.si_unit == "rad"]
-        if self.geometry is None or len(turning) < 2:
-            return None
-        places = [*(place_of(joint.screw_axis) for joint in turning)]
-        places.append((self.home_pose[0][3], self.home_pose[1][3]))
-        ways = [(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(places[:3])]
-        upper, fore = (math.atan2(y, x) for x, y in ways)
-        sign = math.copysign(1.0, (turning[1].screw_axis or (0.0, 0.0, 1.0))[2])
-        return Elbow(turning[1], sign, fore - upper)
 
     def joint(self, name: str) -> Joint:
         """Return the joint called ``name``.

@@ -14,6 +14,7 @@ import pytest
 from harness.workspace import ROOT
 from harness.yaml_files import REMOVED, changed_yaml, shipped
 from scara_config import ConfigError, PrismaticJoint, load_robot
+from scara_config.elbow import elbow_of
 
 SHIPPED = ROOT / "config"
 ROBOT = load_robot(SHIPPED)
@@ -185,9 +186,10 @@ def test_a_joint_that_counts_the_other_way_says_so_and_types_no_axis(tmp_path: P
     robot = load_robot(tmp_path)
     assert robot.joints[1].screw_axis == (0.0, 0.0, -1.0, 0.0, 0.35, 0.0)
     assert robot.joints[2].screw_axis == (0.0, 0.0, 0.0, 0.0, 0.0, -1.0)
-    assert ROBOT.elbow is not None and robot.elbow is not None
-    assert (robot.elbow.joint.name, robot.elbow.sign) == ("joint_2", -1.0)
-    assert robot.elbow.bend(0.3) == pytest.approx(-ROBOT.elbow.bend(0.3)) == pytest.approx(-0.3)
+    elbow, usual = elbow_of(robot), elbow_of(ROBOT)
+    assert elbow is not None and usual is not None
+    assert (elbow.joint.name, elbow.sign) == ("joint_2", -1.0)
+    assert elbow.bend(0.3) == pytest.approx(-usual.bend(0.3)) == pytest.approx(-0.3)
 
 
 @pytest.mark.parametrize("word", ["down", "sideways"])

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import msgspec
 import numpy as np
 from scara_config import Joint, Robot
+from scara_config.elbow import elbow_of
 from scara_config.programs.tp.motion import Asked
 from scara_config.programs.tp.values import POSE_NUMBERS, ExecutionError, Pose, Value
 
@@ -89,7 +90,7 @@ class Planner:
     def __init__(self, robot: Robot, limits: Sequence[AxisParameters]) -> None:
         self.robot, self._limits = robot, limits
         self._arm = Arm(robot)
-        elbow = robot.elbow
+        elbow = elbow_of(robot)
         # Where it stands among the arm's joints; None: no side is named.
         self._elbow = elbow and (
             self._arm.columns.index(robot.joints.index(elbow.joint)),

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from nicegui import ui
 from scara_config import Robot
+from scara_config.elbow import elbow_of
 from scara_ros.page.page_library_io import plain
 
 from scara_description.urdf import Vector
@@ -92,7 +93,7 @@ def turn_of(robot: Robot) -> tuple[float, float]:
 def reach_radii(robot: Robot) -> list[float]:
     """Return how far the tool can be from the base axis [m]: at most, and at least if known."""
     radii = [robot.reach_mm * 1e-3]
-    if robot.geometry is not None and (elbow := robot.elbow) is not None:
+    if robot.geometry is not None and (elbow := elbow_of(robot)) is not None:
         first, second = robot.geometry.l1_mm * 1e-3, robot.geometry.l2_mm * 1e-3
         bend = min(abs(elbow.bend(end)) for end in (elbow.joint.lower, elbow.joint.upper))
         radii.append(math.sqrt(first**2 + second**2 + 2.0 * first * second * math.cos(bend)))
