@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import math
+import shutil
 import threading
 from itertools import pairwise
 
 import pytest
 from harness.running.thorough import thorough
+from harness.workspace import ROOT
 from scara_config import load_robot
 from scara_control.config import load_motion
 from scara_control.kinematics.scara import Scara, tool_position
@@ -419,6 +421,30 @@ def test_a_jog_takes_its_joint_from_a_move(cell):
     assert not answer.success
     assert answer.message == "aborted: joint_2 was taken by its velocity controller"
     cell.still()
+
+
+def test_a_move_that_trims_drives_the_rest_out_through_the_velocity_controller(cell, tmp_path):
+    """Small velocities complete the joint move; a tolerance of 2 um leaves something to do."""
+    from scara_msgs.srv import MoveJoints
+
+    config = shutil.copytree(ROOT / "config", tmp_path / "config")
+    motion = config / "motion.yaml"
+    fine = motion.read_text().replace("  tolerance_mm: 0.02 ", "  tolerance_mm: 0.002 ")
+    motion.write_text(fine.replace("  timeout: 10.0 ", "  timeout: 1.0 "))
+    node = cell.ros.run(
+        "scara_control",
+        "joint_pose_controller",
+        "joint_pose_controller/move:=fine_move",
+        "__name:=fine_pose_controller",
+        f"_config_dir:={config}",
+    )
+    move = cell.ros.service("fine_move", MoveJoints)
+    answer = move(joint_names=NAMES[:3], joint_positions=FAR[:3], speed_percent=100.0, trims=True)
+    assert answer.success or "trimming ended without reaching it" in answer.message, answer
+    assert any(state.data.startswith("jogging joint_1") for state in cell.jog_states)
+    cell.still()
+    assert cell.q()[:3] == pytest.approx(FAR[:3], abs=1e-4)
+    assert node.stop() == 0
 
 
 def test_move_to_drives_the_rest_out_before_it_says_that_it_is_idle(cell):
