@@ -20,6 +20,9 @@ from __future__ import annotations
 
 import msgspec
 
+SLEW, SETTLED = 0.005, 50
+"""The offset goes to the middle no faster than this [s/s], once so many samples have told it: a
+bound that comes or goes would jerk whatever is asked for by that clock. Our choice."""
 DRIFT_SPAN = 30.0
 """Below this span [s] the first sample's uncertainty hides the drift, and 0 is shown."""
 
@@ -54,6 +57,8 @@ class ClockEstimate(msgspec.Struct, frozen=True):
     best_trip: float = 0.0
     first_offset: float = 0.0
     first_at: float = 0.0
+    # Where the offset was last, inside the interval or beside it; None: in its middle.
+    held: float | None = None
 
     @property
     def known(self) -> bool:
@@ -62,13 +67,19 @@ class ClockEstimate(msgspec.Struct, frozen=True):
 
     @property
     def offset(self) -> float:
-        """Middle of the interval, remote - local [s]; 0 while unknown."""
-        return 0.5 * (self.lower + self.upper) if self.known else 0.0
+        """Remote - local [s], near the middle of the interval; 0 while unknown."""
+        if not self.known:
+            return 0.0
+        if self.held is None:
+            return 0.5 * (self.lower + self.upper)
+        return min(max(self.held, self.lower), self.upper)
 
     @property
     def uncertainty(self) -> float:
-        """Half width of the interval and the newest reading's doubt [s]; infinite while unknown."""
-        return 0.5 * (self.upper - self.lower) + self.doubt if self.known else float("inf")
+        """To the farther bound, and the newest reading's doubt [s]; infinite while unknown."""
+        if not self.known:
+            return float("inf")
+        return max(self.upper - self.offset, self.offset - self.lower) + self.doubt
 
     @property
     def drift_ppm(self) -> float:
@@ -128,9 +139,15 @@ def observe(
             # A late reading only moves the upper bound: keep room for the shortest trip above it.
             if period > 0.0 or conflicts:
                 high = max(high, low + best)
+            held = None
+            if estimate.samples >= SETTLED:
+                most = SLEW * abs(received - estimate.at)
+                off = 0.5 * (low + high) - estimate.offset
+                held = estimate.offset + min(max(off, -most), most)
             return ClockEstimate(
                 lower=low,
                 upper=high,
+                held=held,
                 at=received,
                 samples=estimate.samples + 1,
                 jumps=estimate.jumps,
