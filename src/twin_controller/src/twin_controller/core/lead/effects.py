@@ -77,8 +77,9 @@ def carry_out(
             return _begin_stream(setup, state, now), []
         case Command.BASELINE:
             # What was sent on the way here is done: who goes that way again moves of itself.
+            reach = setup.config.settle.tolerance + 2.0 * setup.config.change.still_tolerance
             real, twin = (
-                replace(agree(setup, side), tube=rested(side.tube))
+                replace(agree(setup, side), tube=rested(side.tube, reach))
                 for side in (state.sides.real, state.sides.twin)
             )
             return replace(state, sides=Sides(real, twin)), []

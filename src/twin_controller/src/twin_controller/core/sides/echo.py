@@ -18,6 +18,9 @@ class EchoTube(msgspec.Struct, frozen=True):
     """The last commands to one side: (time [s], position in border units)."""
 
     commands: tuple[tuple[float, Joints], ...] = ()
+    # Around the place where the side rests, how far it may go on settling, border units; 0: it was
+    # sent somewhere since.
+    settles: float = 0.0
 
 
 def remember(tube: EchoTube, commands: Sequence[tuple[float, Joints]], memory: float) -> EchoTube:
@@ -30,9 +33,14 @@ def remember(tube: EchoTube, commands: Sequence[tuple[float, Joints]], memory: f
     return EchoTube((*kept, *commands))
 
 
-def rested(tube: EchoTube) -> EchoTube:
-    """Return what counts once the side rests where it was sent: that place alone."""
-    return EchoTube(tube.commands[-1:])
+def rested(tube: EchoTube, reach: float) -> EchoTube:
+    """Return what counts once the side rests where it was sent: that place alone.
+
+    Args:
+        tube: Commands sent.
+        reach: How far from there it may still be, and settle, border units.
+    """
+    return EchoTube(tube.commands[-1:], reach)
 
 
 def is_echo(
@@ -54,7 +62,7 @@ def is_echo(
     for value, commanded in zip(q, zip(*recent)):
         low, high = min(commanded), max(commanded)
         # A joint that was told to move may lag or overshoot; one that was not has no reason to.
-        margin = rest + tolerance if high - low > rest else rest
+        margin = rest + tolerance if high - low > rest else max(rest, tube.settles)
         if not low - margin <= value <= high + margin:
             return False
     return True
