@@ -7,7 +7,15 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from twin_controller.core.sides.clock import ClockEstimate, ClockTolerance, observe, unwrap_ms
+from msgspec.structs import replace
+from twin_controller.core.sides.clock import (
+    SETTLED,
+    SLEW,
+    ClockEstimate,
+    ClockTolerance,
+    observe,
+    unwrap_ms,
+)
 
 DRIFT_PPM = 500.0
 WRAP = 1 << 31
@@ -210,3 +218,24 @@ def test_a_patient_estimate_waits_for_a_remote_that_is_held_up() -> None:
         estimate = observe(estimate, now + 7.0 - late, now - 1e-3, now, 500.0, patience=patience)
     assert estimate.jumps == 0 and estimate.doubt == 0.0
     assert estimate.offset == pytest.approx(7.0, abs=2e-3)
+
+
+@given(st.lists(st.tuples(DELAY, DELAY), min_size=120, max_size=120), st.integers(60, 110))
+def test_a_settled_offset_goes_slowly_and_stays_within_its_bounds(
+    delays: list[tuple[float, float]], wide: int
+) -> None:
+    """A bound that goes out for a while moves nothing at once, and the truth stays covered."""
+    estimate, at, truth = ClockEstimate(), 0.0, 12.0
+    for number, (there, back) in enumerate(delays):
+        before = estimate
+        if number == wide:
+            before = replace(estimate, upper=estimate.upper + 0.003)
+        estimate = probe(before, at, truth, 0.1 * there, 0.1 * back)
+        lower, upper, offset = estimate.lower, estimate.upper, estimate.offset
+        assert lower <= offset <= upper
+        assert abs(offset - truth) <= estimate.uncertainty + 1e-12
+        if number > SETTLED:
+            step = estimate.at - before.at
+            forced = max(0.0, lower - before.offset, before.offset - upper)
+            assert abs(offset - before.offset) <= max(SLEW * step, forced) + 1e-12
+        at = estimate.at + 0.01
