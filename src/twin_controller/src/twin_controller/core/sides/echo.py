@@ -38,9 +38,11 @@ def rested(tube: EchoTube, reach: float) -> EchoTube:
 
     Args:
         tube: Commands sent.
-        reach: How far from there it may still be, and settle, border units.
+        reach: How far from there one that was on its way may still be, and settle, border units.
     """
-    return EchoTube(tube.commands[-1:], reach)
+    ways = zip(*(position for _, position in tube.commands))
+    moved = any(max(way) - min(way) > reach for way in ways)
+    return EchoTube(tube.commands[-1:], reach if moved else 0.0)
 
 
 def is_echo(
