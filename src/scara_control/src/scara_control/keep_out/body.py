@@ -138,7 +138,7 @@ def _pieces(pose: FloatArray, shape: Shape, axis: int | None) -> Iterator[tuple[
     if shape.kind == "sphere" or (shape.kind == "cylinder" and along):
         yield _place(pose[:3, 3]), _place(half)
         return
-    turned = np.isin(range(3), [k for k in range(3) if k != axis])
+    turned = np.array([k != axis for k in range(3)])
     count = np.ones(3, dtype=int)
     longest = int(np.argmax(np.where(turned, half, 0.0)))
     count[longest] = math.ceil(2.0 * half[longest] / CELL - 1e-9)

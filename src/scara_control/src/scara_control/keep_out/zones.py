@@ -134,7 +134,7 @@ def _points_near(
 ) -> list[WatchedPoint]:
     """Return the points whose way may come into a zone, by two rough looks."""
     start, turned = rows[0].tolist(), np.abs(np.diff(rows, axis=0)).sum(axis=0).tolist()
-    points = [point for point in points if _may_reach(point, start, turned, zones)]
+    points = [point for point in points if point_may_reach(point, start, turned, zones)]
     if not points:
         return []
     rough = _cut(points, rows, _fewest_steps(rows))
@@ -144,10 +144,17 @@ def _points_near(
     return [point for point, close in zip(points, _near(rough, zones, reach)) if close]
 
 
-def _may_reach(
+def point_may_reach(
     point: WatchedPoint, start: Joints, turned: Joints, zones: Sequence[KeepOut]
 ) -> bool:
-    """Return whether a point may come into a zone, by how far it can move at most."""
+    """Return whether a point may come into a zone, by how far it can move at most.
+
+    Args:
+        point: What is watched; one of which nobody knows how far it moves may be anywhere.
+        start: Where the joints are, SI.
+        turned: How far each joint moves from there at most, to either side, SI.
+        zones: Where it may not be.
+    """
     if point.rates is None:
         return bool(zones)
     here = [start[column] for column in point.columns]

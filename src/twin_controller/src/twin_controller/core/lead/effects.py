@@ -22,8 +22,7 @@ from twin_controller.core.orders.stop import (
 )
 from twin_controller.core.orders.stream import ask_for_stream, begin_stream
 from twin_controller.core.setup import Setup
-from twin_controller.core.sides.echo import rested
-from twin_controller.core.sides.measure import agree
+from twin_controller.core.sides.measure import arrived
 from twin_controller.core.sides.side import Sides
 from twin_controller.core.state import CoreState
 
@@ -76,13 +75,8 @@ def carry_out(
         case Command.BEGIN_STREAM:
             return _begin_stream(setup, state, now), []
         case Command.BASELINE:
-            # What was sent on the way here is done: who goes that way again moves of itself.
-            reach = setup.config.settle.tolerance + 2.0 * setup.config.change.still_tolerance
-            real, twin = (
-                replace(agree(setup, side), tube=rested(side.tube, reach))
-                for side in (state.sides.real, state.sides.twin)
-            )
-            return replace(state, sides=Sides(real, twin)), []
+            sides = Sides(arrived(setup, state.sides.real), arrived(setup, state.sides.twin))
+            return replace(state, sides=sides), []
         case Command.START_STREAM:
             # It is asked for in stage 8, behind the first set point of this lead.
             orders = state.orders

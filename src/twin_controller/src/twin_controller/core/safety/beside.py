@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import msgspec
 from scara_config import KeepOut
-from scara_control.keep_out.reach import may_reach
+from scara_control.keep_out.zones import point_may_reach
 
 from twin_controller.core.events import Joints
 from twin_controller.core.setup import Setup
@@ -60,14 +60,9 @@ def start_share(setup: Setup, q: Joints) -> float:
 def _may_enter(setup: Setup, q: Joints, share: float) -> bool:
     """Return whether a start at ``share`` of the largest speeds may end in a zone."""
     ways = start_ways(setup, share)
-    for point in setup.points:
-        # A chain of which nobody knows how far it reaches cannot be judged so.
-        if point.rates is None:
-            continue
-        here, turned = [q[k] for k in point.columns], [ways[k] for k in point.columns]
-        if may_reach(point.model, point.rates, here, turned, setup.keep_out, point.half):
-            return True
-    return False
+    # A chain of which nobody knows how far it reaches cannot be judged so.
+    known = [point for point in setup.points if point.rates is not None]
+    return any(point_may_reach(point, q, ways, setup.keep_out) for point in known)
 
 
 def start_ways(setup: Setup, share: float) -> Joints:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import msgspec
 
-from twin_controller.config import Change
+from twin_controller.config import Change, Settle
 from twin_controller.core.events import Joints
 
 NOISES = 5.0
@@ -67,6 +67,11 @@ def take_baseline(state: ChangeState, t: float, q: Joints, config: Change) -> Ch
 def drop_baseline(state: ChangeState) -> ChangeState:
     """Agree on nothing: nothing counts as a change until a baseline is taken."""
     return msgspec.structs.replace(state, baseline=(), recent=(), onset=None, previous=None)
+
+
+def settle_reach(settling: Settle, config: Change) -> float:
+    """Return how far a side that counts as standing may still settle, border units."""
+    return settling.tolerance + 2.0 * config.still_tolerance
 
 
 def settle(

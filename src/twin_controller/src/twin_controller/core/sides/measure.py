@@ -284,8 +284,7 @@ def _sampled(setup: Setup, side: S, sample: JointMotion) -> S:
     config, settle = change.widened(setup.config.change, side.noise), setup.config.settle
     border = setup.to_border(sample.q)
     own = answers(setup, side, sample)
-    # A side that counts as standing may still move by its tolerance.
-    reach = settle.tolerance + 2.0 * config.still_tolerance
+    reach = change.settle_reach(settle, config)
     known = change.settle(side.change, sample.time, config, settle.timeout_ms * 1e-3, reach)
     found = change.update(known, sample.time, border, config, echo=own)
     if not sample.qdot:
@@ -330,6 +329,15 @@ def agree(setup: Setup, side: S) -> S:
     border = setup.to_border(side.last.q)
     agreed = change.take_baseline(side.change, side.last.time, border, setup.config.change)
     return replace(side, change=agreed)
+
+
+def arrived(setup: Setup, side: S) -> S:
+    """Take where a side rests as agreed.
+
+    What was sent on the way there is done: who goes that way again moves of itself.
+    """
+    reach = change.settle_reach(setup.config.settle, setup.config.change)
+    return replace(agree(setup, side), tube=echo.rested(side.tube, reach))
 
 
 def agree_at_rest(setup: Setup, side: S, now: float) -> S:
