@@ -16,8 +16,10 @@ from harness.yaml_files import REMOVED, changed_yaml
 from robot_doctor.chain import read_description
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.profile import CHOICE
-from scara_description.body import load_body, rpy_of, urdf_of
+from scara_description.body import load_body, urdf_of
 from scara_description.inertia import rotation_from_rpy
+
+from scara_description.urdf import rpy_of
 
 FOLDER = ROOT / "config" / "robots" / "articulated_six"
 

@@ -20,6 +20,7 @@ from scara_config import ConfigError, Robot, load, locate
 from scara_config.quantities import BodyCoordinate, BodySize
 
 from scara_description.inertia import FloatArray, with_inertia
+from scara_description.urdf import rpy_of
 
 Triple = tuple[BodyCoordinate, BodyCoordinate, BodyCoordinate]
 ZERO: Triple = (0.0, 0.0, 0.0)
@@ -108,21 +109,6 @@ def urdf_of(robot: Robot, body: BodyFile) -> str:
     for joint in robot.twin_joints:
         lines += _transmission(joint.name)
     return with_inertia("\n".join([*lines, "</robot>", ""]))
-
-
-def rpy_of(rotation: FloatArray) -> Triple:
-    """Return roll, pitch and yaw [rad] of a rotation, about the fixed x, then y, then z.
-
-    Where pitch is straight up or down, roll is 0.
-    """
-    pitch = math.atan2(-rotation[2, 0], math.hypot(rotation[0, 0], rotation[1, 0]))
-    if math.hypot(rotation[0, 0], rotation[1, 0]) < 1e-9:
-        return 0.0, pitch, math.atan2(-rotation[0, 1], rotation[1, 1])
-    return (
-        math.atan2(rotation[2, 1], rotation[2, 2]),
-        pitch,
-        math.atan2(rotation[1, 0], rotation[0, 0]),
-    )
 
 
 def _problems(body: BodyFile, robot: Robot) -> Iterator[str]:

@@ -156,6 +156,21 @@ def origin_transform(xyz: Vector, rpy: Vector) -> np.ndarray:
     return pose
 
 
+def rpy_of(rotation: np.ndarray) -> Vector:
+    """Return roll, pitch and yaw [rad] of a rotation, about the fixed x, then y, then z.
+
+    Where pitch is straight up or down, roll is 0.
+    """
+    pitch = math.atan2(-rotation[2, 0], math.hypot(rotation[0, 0], rotation[1, 0]))
+    if math.hypot(rotation[0, 0], rotation[1, 0]) < 1e-9:
+        return 0.0, pitch, math.atan2(-rotation[0, 1], rotation[1, 1])
+    return (
+        math.atan2(rotation[2, 1], rotation[2, 2]),
+        pitch,
+        math.atan2(rotation[1, 0], rotation[0, 0]),
+    )
+
+
 def link_pose(model: Model, link: str, positions: Mapping[str, float]) -> np.ndarray:
     """Return the pose of ``link`` in the root, shape ``(4, 4)``.
 
