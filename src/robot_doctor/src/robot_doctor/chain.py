@@ -46,7 +46,7 @@ class DescribedArm(msgspec.Struct, frozen=True):
     Attributes:
         joints: Movable joints by name.
         links: Names of all links.
-        massless: Links without mass.
+        massless: Links that move, have a body and no mass.
         tool_pose: Pose of the tool frame in the root's with all joints at 0, row by row.
     """
 
@@ -78,7 +78,17 @@ def read_description(text: str, tool_frame: str) -> DescribedArm:
         tool = link_pose(model, tool_frame, {})
     except UrdfError as error:
         raise DescribedArmError(f"it cannot be read: {error}") from error
-    massless = [name for name, link in links.items() if link.find("inertial/mass") is None]
+    moved = {
+        joint.child for joint in model.joints if any(j.moves for j in model.chain(joint.child))
+    }
+    massless = [
+        name
+        for name, link in links.items()
+        # A frame needs none, nor what stands: nothing has to move it.
+        if name in moved
+        and link.find("collision") is not None
+        and link.find("inertial/mass") is None
+    ]
     rows = tuple(tuple(row) for row in tool.tolist())
     return DescribedArm(joints, frozenset(links), tuple(massless), rows)
 

@@ -5,7 +5,8 @@ links. Without ``--move`` nothing is written to the robot. Exit code 0 nothing i
 is, 2 there is no such profile. ``doctor --stops`` tries what stops the robot, one means after the
 other and each after a question, and offers to write what it saw into robot.yaml. ``doctor new NAME
 --from ROBOT`` copies the files of a robot that is there, renames it in them and writes its URDF;
-``doctor new NAME --scara 325 225 --stroke 150 --axes 4 --no-table`` makes those of a SCARA.
+``doctor new NAME --scara 325 225 --stroke 150 --axes 4 --no-table`` makes those of a SCARA;
+``doctor new NAME --urdf FILE`` those of an arm that a URDF describes.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from twin_controller.twin.rosbridge_access_io import read_access
 from robot_doctor.examine import EXAMPLE, RobotProfile, examine, mend
 from robot_doctor.finding import Finding, Group, Level, is_healthy, note, wrong
 from robot_doctor.link_checks import check_answers
+from robot_doctor.new_arm_io import make_arm
 from robot_doctor.new_profile_io import make_profile, make_scara
 from robot_doctor.new_scara import ScaraSize
 from robot_doctor.profile_files_io import place_of, read_profile
@@ -121,12 +123,19 @@ def new(
     axes: Annotated[int, typer.Option(help="Of a SCARA: with 4 its tool turns.", min=3, max=4)] = 4,
     table: Annotated[bool, typer.Option("--table/--no-table", help="A SCARA's turntable.")] = True,
     down: Annotated[bool, typer.Option("--down", help="A SCARA's joint 3 counts down.")] = False,
+    urdf: Annotated[Path | None, typer.Option(help="An arm's description, with meshes.")] = None,
+    tool: Annotated[
+        str | None, typer.Option(help="The link at the end of a URDF's arm; default: tool0.")
+    ] = None,
     config_dir: ConfigDir = None,
 ) -> None:
-    """Make the files of a new robot from those of one that is there, or a SCARA's from lengths."""
+    """Make the files of a new robot: of one that is there, a SCARA's lengths, or a URDF."""
     console = Console(highlight=False, soft_wrap=True)
     config = Path(config_dir or config_directory())
-    if scara is None:
+    if urdf is not None:
+        folder = make_arm(config, name, urdf, tool)
+        said = "Joints and limits are the URDF's, accelerations and positions are not."
+    elif scara is None:
         folder = make_profile(config, name, source)
         said = f"It is {source} under another name."
     else:

@@ -21,7 +21,7 @@ from scara_description.body import load_body, urdf_of
 from scara_description.inertia import largest_inertia
 
 from robot_doctor.new_scara import LIKE, ScaraSize, body_text, robot_text
-from robot_doctor.scaled_files import of_joints, positions_of, started
+from robot_doctor.scaled_files import of_joints, started, taught, two_points
 from scara_description.gazebo import CameraView, with_gazebo
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
@@ -49,7 +49,7 @@ def make_profile(config: Path, name: str, source: str, urdf_folder: Path | None 
         raise ConfigError(
             f"unknown robot {source!r}: {config / FOLDER} has {', '.join(known)}{hint}"
         )
-    with _new_folder(config, name, source) as folder:
+    with new_folder(config, name, source) as folder:
         _write_urdf(config, folder, name, urdf_folder)
     return folder
 
@@ -73,7 +73,7 @@ def make_scara(config: Path, name: str, size: ScaraSize, urdf_folder: Path | Non
     # Here, as the physics engine takes its time: the doctor's other questions need none.
     from scara_simulation.tuning.propose_gains_node import gains_text
 
-    with _new_folder(config, name, LIKE) as folder, _chosen(name):
+    with new_folder(config, name, LIKE) as folder, chosen(name):
         replace_file(folder / "body.yaml", body_text(name, size))
         replace_file(folder / "robot.yaml", robot_text(name, size, {}))
         robot = load_robot(config)
@@ -85,7 +85,8 @@ def make_scara(config: Path, name: str, size: ScaraSize, urdf_folder: Path | Non
         _write_urdf(config, folder, name, urdf_folder)
         for file in folder.glob("programs/*.LS"):
             program = msgspec.structs.replace(
-                read_listing(file), positions=positions_of(file.stem, robot, size)
+                read_listing(file),
+                positions=taught(robot, two_points(size) if file.stem == "TWO_POINT" else None),
             )
             replace_file(file, print_program(program))
         emulator = folder / "emulator.yaml"
@@ -97,7 +98,7 @@ def make_scara(config: Path, name: str, size: ScaraSize, urdf_folder: Path | Non
 
 
 @contextmanager
-def _new_folder(config: Path, name: str, source: str) -> Iterator[Path]:
+def new_folder(config: Path, name: str, source: str) -> Iterator[Path]:
     """Give a copy of a robot's folder under a new name; it is gone again if the rest fails."""
     if not NAME.fullmatch(name):
         raise ConfigError(f"{name!r} is no name for a robot: like my_robot_2, a letter first")
@@ -114,7 +115,7 @@ def _new_folder(config: Path, name: str, source: str) -> Iterator[Path]:
 
 
 @contextmanager
-def _chosen(name: str) -> Iterator[None]:
+def chosen(name: str) -> Iterator[None]:
     """Choose a robot for what is read within."""
     before = os.environ.get(CHOICE)
     os.environ[CHOICE] = name
@@ -142,9 +143,13 @@ def _write_urdf(config: Path, folder: Path, name: str, urdf_folder: Path | None)
     """Write the URDF from body.yaml, if the robot has one."""
     if not (folder / "body.yaml").is_file():
         return
-    with _chosen(name):
+    with chosen(name):
         robot = load_robot(config)
         text = urdf_of(robot, load_body(robot, config))
         text = with_gazebo(text, load(locate("camera.yaml", config), CameraView), robot.base_frame)
-    place = urdf_folder or Path(rospkg.RosPack().get_path("scara_description")) / "urdf"
-    replace_file(place / robot.urdf, text)
+    replace_file(urdf_place(urdf_folder) / robot.urdf, text)
+
+
+def urdf_place(folder: Path | None) -> Path:
+    """Return where URDFs are: ``folder``, or that of the package scara_description."""
+    return folder or Path(rospkg.RosPack().get_path("scara_description")) / "urdf"

@@ -5,15 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
-from scara_config import Robot
+from scara_config import Joint, Robot
 from scara_config.programs.files import axis_names
 from scara_config.programs.tp.listing import Coordinate, GroupPosition, Position
-from scara_control.kinematics.scara import Elbow
 from scara_control.kinematics.tool import tool_kinematics
 
 from robot_doctor.new_scara import HEIGHT_MM, ScaraSize
 
-TWO_POINTS: Mapping[str, Mapping[str, float]] = {
+TWO_POINTS: Mapping[str, dict[str, float]] = {
     "A": {"joint_1": -30.0, "joint_2": 60.0, "joint_3": 0.7},
     "B": {"joint_1": 45.0, "joint_2": 20.0, "joint_3": 0.25, "joint_4": 90.0, "table_joint": 60.0},
 }
@@ -22,26 +21,41 @@ BLOCK = r"(?:    .*\n)+"
 """Lines of an axis in a plant."""
 
 
-def positions_of(program: str, robot: Robot, size: ScaraSize) -> tuple[Position, ...]:
-    """Return the positions of a program: set positions with one elbow, or two points.
+def two_points(size: ScaraSize) -> dict[str, dict[str, float]]:
+    """Return TWO_POINT's joint values of a SCARA, in deg and mm."""
+    return {
+        name: values | {"joint_3": size.lift_mm(HEIGHT_MM - values["joint_3"] * size.stroke_mm)}
+        for name, values in TWO_POINTS.items()
+    }
+
+
+def taught(
+    robot: Robot, values: Mapping[str, Mapping[str, float]] | None = None
+) -> tuple[Position, ...]:
+    """Return the positions of a program.
+
+    Args:
+        robot: The profile.
+        values: Joint values by the position's name, in deg and mm; None: the set positions, with
+            one elbow, near home.
 
     Raises:
         ScaraControlError: A set position is out of reach or outside the limits.
     """
-    found: dict[str, Mapping[str, float]] = {}
-    if program == "TWO_POINT":
-        for name, values in TWO_POINTS.items():
-            height = HEIGHT_MM - values["joint_3"] * size.stroke_mm
-            found[name] = {**values, "joint_3": size.lift_mm(height)}
-    else:
+    if values is None:
         tool = tool_kinematics(robot)
         seed = [robot.home[joint.name] * joint.scale for joint in tool.joints]
-        for name, place in robot.positions_m.items():
-            q = tool.inverse(*place, Elbow.RIGHTY, seed).chosen.q
-            found[name] = {j.name: value / j.scale for j, value in zip(tool.joints, q)}
+        elbow = tool.elbow(seed)
+        values = {
+            name: {
+                joint.name: value / joint.scale
+                for joint, value in zip(tool.joints, tool.inverse(*place, elbow, seed).chosen.q)
+            }
+            for name, place in robot.positions_m.items()
+        }
     return tuple(
-        Position(number, name, (_group(robot, values),))
-        for number, (name, values) in enumerate(found.items(), start=1)
+        Position(number, name, (_group(robot, each),))
+        for number, (name, each) in enumerate(values.items(), start=1)
     )
 
 
@@ -71,3 +85,17 @@ def of_joints(plant: str, joints: Sequence[str]) -> str:
     return re.sub(
         r"(?m)^geometry:.*\n(?:  .*\n)*", "geometry: null    # as robot.yaml says\n", plant
     )
+
+
+def plant_of(plant: str, joints: Sequence[Joint]) -> str:
+    """Return a plant with an axis for each joint: a turning or a sliding one of those it has."""
+    head, begin, axes = plant.partition("\naxes:")
+    comment, _, rest = axes.partition("\n")
+    kinds = {
+        unit: body
+        for body in re.findall(rf"(?m)^  \w+:.*\n({BLOCK})", rest)[::-1]
+        for unit in ("deg", "mm")
+        if f"_per_turn_{unit}:" in body
+    }
+    rows = "".join(f"  {joint.name}:\n{kinds[joint.unit]}" for joint in joints)
+    return of_joints(f"{head}{begin}{comment}\n{rows}", [joint.name for joint in joints])

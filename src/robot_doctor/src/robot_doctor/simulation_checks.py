@@ -9,16 +9,19 @@ from typing import Any
 import numpy as np
 from scara_config import Joint, Robot
 from scara_config.lengths import place_of
+from scara_description.cover import COVER
 from scara_description.inertia import ShapeError, inertial_of
 
 from robot_doctor.chain import DescribedArm, DescribedJoint
 from robot_doctor.finding import Finding, Group, Places, fine, or_fine, write_urdf, wrong
-from scara_description.urdf import parse_robot
+from scara_description.urdf import parse_robot, tree_of
 
 RELATIVE = 1e-6
 PLACE_TOLERANCE = 1e-6
 OTHER_INERTIA = 1.7
 """A body that is not as even as its shapes is less far from them: our choice."""
+OTHER_COVERED = 10.0
+"""As that, of one whose shapes only hold its mesh: they tell the order of magnitude."""
 
 
 def check_description(robot: Robot, urdf: DescribedArm, places: Places) -> Iterator[Finding]:
@@ -75,20 +78,24 @@ def check_inertia(urdf: str, places: Places) -> Iterator[Finding]:
         urdf: A description that can be read.
         places: Of the files.
     """
-    for link in parse_robot(urdf).findall("link"):
+    root = parse_robot(urdf)
+    model = tree_of(root, {link.get("name", ""): () for link in root.findall("link")})
+    for link in root.findall("link"):
+        name = link.get("name", "")
+        mass = link.find("inertial/mass")
+        still = not any(joint.moves for joint in model.chain(name))
+        if still or mass is None or float(mass.get("value", "0")) == 0.0:
+            continue  # What stands has none to feel; without mass that was told.
         found = link.find("inertial/inertia")
         terms = {} if found is None else found.attrib
         try:
             computed = float(np.trace(inertial_of(link).inertia))
         except ShapeError:
-            continue  # Without mass that was told; a mesh has no volume here.
-        typed = (
-            sum(float(terms.get(key, "0")) for key in ("ixx", "iyy", "izz"))
-            if terms is not None
-            else 0.0
-        )
-        if terms is None or not 1.0 / OTHER_INERTIA < typed / computed < OTHER_INERTIA:
-            name = link.get("name", "")
+            continue  # A mesh has no volume here.
+        typed = sum(float(terms.get(key, "0")) for key in ("ixx", "iyy", "izz"))
+        covered = any(shape.get("name") == COVER for shape in link.findall("collision"))
+        far = OTHER_COVERED if covered else OTHER_INERTIA
+        if not 1.0 / far < typed / computed < far:
             what = (
                 f"link {name}: the inertia of {typed / 2.0:.4g} kg m^2 is not that of its mass and "
                 f"shapes, {computed / 2.0:.4g}"

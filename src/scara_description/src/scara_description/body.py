@@ -107,7 +107,7 @@ def urdf_of(robot: Robot, body: BodyFile) -> str:
             turn = home[:3, :3] if link.name == robot.tool_frame else np.eye(3)
             lines += _joint(link, robot, places[link.name] - places[link.parent], turn)
     for joint in robot.twin_joints:
-        lines += _transmission(joint.name)
+        lines += transmission(joint.name)
     return with_inertia("\n".join([*lines, "</robot>", ""]))
 
 
@@ -191,7 +191,8 @@ def _joint(link: Link, robot: Robot, at: FloatArray, turn: FloatArray) -> list[s
     return [*lines, "  </joint>"]
 
 
-def _transmission(name: str) -> list[str]:
+def transmission(name: str) -> list[str]:
+    """Return the lines of a joint's motor, for Gazebo."""
     kind = "<hardwareInterface>hardware_interface/EffortJointInterface</hardwareInterface>"
     return [
         f'  <transmission name="{name}_transmission">',

@@ -177,7 +177,7 @@ def largest_inertia(urdf: str, ranges: Mapping[str, tuple[float, float]], name: 
     for link in root.findall("link"):
         chain = model.chain(link.get("name", ""))
         if joint in chain and link.find("inertial/mass") is not None:
-            parts.append((_inertial_in(link), chain[chain.index(joint) + 1 :]))
+            parts.append((body_of(link), chain[chain.index(joint) + 1 :]))
     if joint.kind == "prismatic":
         return sum(body[1] for body, _ in parts)
     beyond = sorted({each.name for _, chain in parts for each in chain} & set(ranges))
@@ -209,8 +209,15 @@ def _seen(
     return seen
 
 
-def _inertial_in(link: ET.Element) -> Body:
-    """Return a link's name, mass, centre and inertia about it, along the link's frame."""
+def body_of(link: ET.Element) -> Body:
+    """Return a link's name, mass, centre and inertia about it, along the link's frame.
+
+    Args:
+        link: A ``<link>`` with an ``<inertial>``.
+
+    Raises:
+        KeyError, ValueError: A number is missing, or is none.
+    """
     inertial = link.find("inertial")
     assert inertial is not None
     origin, terms = inertial.find("origin"), inertial.find("inertia")

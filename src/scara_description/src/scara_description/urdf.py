@@ -103,9 +103,9 @@ def parse_urdf(text: str, seen: bool = True) -> Model:
     """
     robot = parse_robot(text)
     tag = "visual" if seen else "collision"
-    colours = {m.get("name", ""): _colour(m) for m in robot.findall("material")}
+    colours = {m.get("name", ""): material_colour(m) for m in robot.findall("material")}
     shapes = {
-        link.get("name", ""): tuple(_shape(shape, colours) for shape in link.findall(tag))
+        link.get("name", ""): tuple(shape_of(shape, colours) for shape in link.findall(tag))
         for link in robot.findall("link")
     }
     return tree_of(robot, shapes)
@@ -216,7 +216,7 @@ def _joint(element: ElementTree.Element) -> JointFrame:
     name, kind = element.get("name", ""), element.get("type", "fixed")
     if kind not in KINDS:
         raise UrdfError(f"joint {name} is {kind}: it must be one of {', '.join(KINDS)}")
-    xyz, rpy = _origin(element)
+    xyz, rpy = origin_of(element)
     return JointFrame(
         name=name,
         kind=kind,
@@ -250,14 +250,18 @@ def _limit(element: ElementTree.Element | None) -> tuple[float, float, float, fl
     return lower, upper, velocity, effort
 
 
-def _shape(visual: ElementTree.Element, colours: Mapping[str, str]) -> Shape:
-    geometry = visual.find("geometry")
-    material = visual.find("material")
-    colour = GREY
-    if material is not None:
-        own = material.find("color") is not None
-        colour = _colour(material) if own else colours.get(material.get("name", ""), GREY)
-    xyz, rpy = _origin(visual)
+def shape_of(visual: ElementTree.Element, colours: Mapping[str, str]) -> Shape:
+    """Return a ``<visual>`` or ``<collision>`` as a shape.
+
+    Args:
+        visual: The element.
+        colours: ``#rrggbb`` of the materials that have a name.
+
+    Raises:
+        UrdfError: Its geometry is missing or of another kind.
+    """
+    geometry, colour = visual.find("geometry"), colour_of(visual, colours)
+    xyz, rpy = origin_of(visual)
     for element in geometry if geometry is not None else ():
         if element.tag == "box":
             return Shape("box", _vector(element.get("size", "")), xyz, rpy, colour)
@@ -270,7 +274,17 @@ def _shape(visual: ElementTree.Element, colours: Mapping[str, str]) -> Shape:
     raise UrdfError("a shape has no geometry")
 
 
-def _origin(element: ElementTree.Element) -> tuple[Vector, Vector]:
+def colour_of(visual: ElementTree.Element, colours: Mapping[str, str]) -> str:
+    """Return ``#rrggbb`` of what is seen; ``colours`` has those of the named materials."""
+    material = visual.find("material")
+    if material is None:
+        return GREY
+    own = material.find("color") is not None
+    return material_colour(material) if own else colours.get(material.get("name", ""), GREY)
+
+
+def origin_of(element: ElementTree.Element) -> tuple[Vector, Vector]:
+    """Return where an element stands: xyz [m], rpy [rad]; 0 without an ``<origin>``."""
     origin = element.find("origin")
     if origin is None:
         return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
@@ -285,7 +299,7 @@ def _vector(text: str) -> Vector:
     return x, y, z
 
 
-def _colour(material: ElementTree.Element) -> str:
+def material_colour(material: ElementTree.Element) -> str:
     """Return ``#rrggbb`` of a material; grey if it has no colour of its own."""
     colour = material.find("color")
     if colour is None:
