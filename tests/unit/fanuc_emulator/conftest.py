@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import statistics
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs
 from fanuc_emulator.controller import Controller
-from fanuc_emulator.snapshot import Snapshot
+from fanuc_emulator.snapshot import ControlType, Snapshot
 from fanuc_emulator.tp.executor import Program
 from scara_config import Robot, load_robot
 from scara_config.modbus_map import load_modbus_map
@@ -55,6 +56,28 @@ class Bench:
         positions[names.index(joint)] = value
         self.controller.write_setpoint(positions)
         self.controller.write_setpoint_valid(True)
+
+    @property
+    def moving(self) -> bool:
+        """Whether an axis moves."""
+        return any(velocity != 0.0 for velocity in self.now.velocities)
+
+    def start_moving(self) -> None:
+        """Run until ARTICLE's first real motion is at speed."""
+        self.pulse("rsr2")
+        self.run_until(lambda now: max(abs(v) for v in now.velocities) > 1.0)
+
+    def start_stream(self) -> None:
+        """Start the stream program at the present position."""
+        self.stream_to("joint_1", self.now.positions[0])
+        self.pulse("rsr1")
+        self.run(0.05)
+        assert self.now.control_type is ControlType.STREAM
+
+    def cruising(self, axis: int) -> float:
+        """Return the speed that an axis kept longest [rad/s]."""
+        speeds = [abs(now.velocities[axis]) for now in self.history]
+        return statistics.median(speed for speed in speeds if speed > 0.8 * max(speeds))
 
 
 @pytest.fixture(scope="session")

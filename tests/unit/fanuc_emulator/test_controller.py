@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import statistics
 from typing import TYPE_CHECKING
 
 import pytest
@@ -16,31 +15,6 @@ if TYPE_CHECKING:
     from conftest import Bench
 
 ABORTED, PAUSED, RUNNING = ProgramState.ABORTED, ProgramState.PAUSED, ProgramState.RUNNING
-
-
-def moving(bench: Bench) -> bool:
-    """Tell whether an axis moves."""
-    return any(velocity != 0.0 for velocity in bench.now.velocities)
-
-
-def start_moving(bench: Bench, program: str = "rsr2") -> None:
-    """Run until the program's first real motion is at speed."""
-    bench.pulse(program)
-    bench.run_until(lambda now: max(abs(v) for v in now.velocities) > 1.0)
-
-
-def cruising(bench: Bench, axis: int) -> float:
-    """Return the speed that an axis kept longest [rad/s]."""
-    speeds = [abs(now.velocities[axis]) for now in bench.history]
-    return statistics.median(speed for speed in speeds if speed > 0.8 * max(speeds))
-
-
-def start_stream(bench: Bench) -> None:
-    """Start the stream program at the present position."""
-    bench.stream_to("joint_1", bench.now.positions[0])
-    bench.pulse("rsr1")
-    bench.run(0.05)
-    assert bench.now.control_type is ControlType.STREAM
 
 
 def test_article_program_visits_its_positions_and_rests_exactly_there(bench: Bench) -> None:
@@ -70,7 +44,7 @@ def test_cold_start_override_slows_a_program_down(bench: Bench) -> None:
     bench.controller.write_override(10)
     bench.pulse("rsr2")
     bench.run(2.5)
-    assert cruising(bench, 1) == pytest.approx(
+    assert bench.cruising(1) == pytest.approx(
         bench.robot.joint("joint_2").velocity * 0.5 * 0.1, rel=0.02
     )
 
@@ -84,11 +58,11 @@ def test_override_is_ten_percent_after_a_cold_start(bench: Bench) -> None:
 @pytest.mark.parametrize("name", ["hold", "enbl"])
 def test_hold_decelerates_on_the_path_and_start_resumes_it(bench: Bench, name: str) -> None:
     """*HOLD or ENBL off: PAUSED on the joint path; only START goes on, to the same end."""
-    start_moving(bench)
+    bench.start_moving()
     bench.controller.write_input(name, False)
     bench.run(0.6)
     held = bench.now.positions
-    assert not moving(bench)
+    assert not bench.moving
     assert bench.now.program_state is PAUSED and bench.now.outputs.paused
     assert bench.now.outputs.held is (name == "hold")
     assert held[1] / math.radians(69.600037824) == pytest.approx(
@@ -108,18 +82,18 @@ def test_the_robot_is_busy_while_a_program_runs_or_it_still_moves(bench: Bench) 
     """BUSY goes when it stands; PAUSED says before that it will."""
     bench.run(0.2)
     assert not bench.now.outputs.busy
-    start_moving(bench)
+    bench.start_moving()
     assert bench.now.outputs.busy
     bench.controller.write_input("hold", False)
     bench.run(0.01)
-    assert moving(bench) and bench.now.outputs.busy and not bench.now.outputs.progrun
+    assert bench.moving and bench.now.outputs.busy and not bench.now.outputs.progrun
     bench.run(1.0)
-    assert not moving(bench) and not bench.now.outputs.busy and bench.now.outputs.paused
+    assert not bench.moving and not bench.now.outputs.busy and bench.now.outputs.paused
 
 
 def test_start_while_held_is_refused_with_a_warning(bench: Bench) -> None:
     """START needs *HOLD on; a refusal is a WARN and no FAULT."""
-    start_moving(bench)
+    bench.start_moving()
     bench.controller.write_input("hold", False)
     bench.run(0.5)
     bench.pulse("start")
@@ -130,12 +104,12 @@ def test_start_while_held_is_refused_with_a_warning(bench: Bench) -> None:
 
 def test_cstopi_ends_a_program_and_nothing_can_resume_it(bench: Bench) -> None:
     """The state is paused while it decelerates and aborted at standstill."""
-    start_moving(bench)
+    bench.start_moving()
     bench.controller.write_input("cstopi", True)
     bench.run(0.002)
     assert bench.now.program_state is PAUSED
     bench.run(0.6)
-    assert bench.now.program_state is ABORTED and not moving(bench)
+    assert bench.now.program_state is ABORTED and not bench.moving
     stopped = bench.now.positions
     bench.controller.write_input("cstopi", False)
     bench.pulse("start")
@@ -145,7 +119,7 @@ def test_cstopi_ends_a_program_and_nothing_can_resume_it(bench: Bench) -> None:
 
 def test_imstp_cuts_the_drives_at_once_and_latches_an_alarm(bench: Bench) -> None:
     """SYSRDY and CMDENBL go off, the program waits, and only FAULT_RESET ends that."""
-    start_moving(bench)
+    bench.start_moving()
     bench.controller.write_input("imstp", False)
     bench.run(0.002)
     outputs = bench.now.outputs
@@ -154,7 +128,7 @@ def test_imstp_cuts_the_drives_at_once_and_latches_an_alarm(bench: Bench) -> Non
     assert bench.now.program_state is PAUSED
     bench.run(0.4)
     stopped = bench.now.positions
-    assert not moving(bench)
+    assert not bench.moving
     bench.pulse("fault_reset")
     assert bench.now.outputs.fault, "the input is still off"
     bench.controller.write_input("imstp", True)
@@ -168,7 +142,7 @@ def test_imstp_cuts_the_drives_at_once_and_latches_an_alarm(bench: Bench) -> Non
 
 def stopping_distance(bench: Bench, signal: str) -> float:
     """Move joint_2 up to speed, switch a signal off and return how far joint_2 still went [rad]."""
-    start_moving(bench)
+    bench.start_moving()
     bench.run_until(lambda now: abs(now.velocities[1]) > 5.0)
     begin = bench.now.positions[1]
     bench.controller.write_input(signal, False)
@@ -192,7 +166,7 @@ def test_emergency_stop_is_shorter_than_hold(bench: Bench) -> None:
 
 def test_reset_while_still_braking_is_refused(bench: Bench) -> None:
     """Drives are not switched on while an axis moves."""
-    start_moving(bench)
+    bench.start_moving()
     bench.controller.write_input("imstp", False)
     bench.controller.write_input("imstp", True)
     bench.controller.write_input("fault_reset", True)
@@ -203,7 +177,7 @@ def test_reset_while_still_braking_is_refused(bench: Bench) -> None:
 
 def test_safety_speed_caps_the_override_and_forbids_a_start(bench: Bench) -> None:
     """*SFSPD off: a running program slows down, a new one is refused; then all is as before."""
-    start_moving(bench)
+    bench.start_moving()
     bench.controller.write_input("sfspd", False)
     bench.run(0.4)
     assert bench.now.override == bench.config.safety_speed_percent
@@ -245,7 +219,7 @@ def test_a_refused_start_says_why_and_is_no_fault(
 def test_an_alarm_has_the_time_of_the_robots_clock_and_forbids_a_start(bench: Bench) -> None:
     """While its drives are on as well: the stream ended, the robot stands in a fault."""
     bench.run(1.5)
-    start_stream(bench)
+    bench.start_stream()
     bench.stream_to("joint_1", 10.0)
     bench.run_until(lambda now: now.alarm is not None, 1.0)
     alarm = bench.now.alarm
@@ -284,18 +258,16 @@ def test_stream_speed_and_override_limit_a_far_set_point(bench: Bench) -> None:
     """R[2] and the override multiply, as for any joint move."""
     bench.controller.source.speed_percent = 40
     bench.controller.write_override(50)
-    start_stream(bench)
+    bench.start_stream()
     bench.stream_to("joint_1", 1.5)
     bench.run(1.0)
-    assert cruising(bench, 0) == pytest.approx(
-        0.2 * bench.robot.joint("joint_1").velocity, rel=0.01
-    )
+    assert bench.cruising(0) == pytest.approx(0.2 * bench.robot.joint("joint_1").velocity, rel=0.01)
     assert bench.now.program_speed == 40
 
 
 def test_an_invalid_set_point_is_not_used(bench: Bench) -> None:
     """setpoint_valid 0: the robot stays, without an alarm."""
-    start_stream(bench)
+    bench.start_stream()
     bench.stream_to("joint_1", 1.0)
     bench.controller.write_setpoint_valid(False)
     bench.run(0.3)
@@ -316,7 +288,7 @@ def test_an_impossible_set_point_aborts_and_is_not_approached(
     bench: Bench, joint: str, value: float, code: alarms.AlarmCode, cause: str
 ) -> None:
     """Out of range or no number: alarm with axis and value, program ended, nothing moves there."""
-    start_stream(bench)
+    bench.start_stream()
     before = bench.now.positions
     bench.stream_to(joint, value)
     bench.run(0.3)
@@ -332,7 +304,7 @@ def test_a_set_point_at_the_end_of_the_range_may_be_off_by_a_float32s_rounding(
 ) -> None:
     """Half a micrometre or microradian beyond it is the end; more is outside."""
     joint, side = bench.robot.joint("joint_2"), -1.0 if end == "lower" else 1.0
-    start_stream(bench)
+    bench.start_stream()
     bench.stream_to("joint_2", getattr(joint, end) + side * 5e-7)
     bench.run(0.1)
     assert bench.now.alarm is None
@@ -358,20 +330,20 @@ def test_watchdog_stops_the_stream_on_its_ramp_and_latches(bench: Bench) -> None
 
     No alarm: a background program cannot raise one.
     """
-    start_stream(bench)
+    bench.start_stream()
     for beat in range(1, 20):
         bench.controller.write_heartbeat(beat)
         bench.stream_to("joint_1", 0.05 * beat)
         bench.run(0.01)
-    assert bench.now.watchdog_state is WatchdogState.ARMED and moving(bench)
+    assert bench.now.watchdog_state is WatchdogState.ARMED and bench.moving
     patience = bench.config.heartbeat_timeout_ms / 1000
     bench.run(patience - 0.012)
     assert bench.now.program_state is RUNNING
     bench.run(0.022)
     assert bench.now.watchdog_state is WatchdogState.EXPIRED
-    assert bench.now.program_state is PAUSED and bench.now.outputs.held and moving(bench)
+    assert bench.now.program_state is PAUSED and bench.now.outputs.held and bench.moving
     bench.run(0.5)
-    assert not moving(bench) and bench.now.program_state is ABORTED and bench.now.alarm is None
+    assert not bench.moving and bench.now.program_state is ABORTED and bench.now.alarm is None
     bench.controller.write_heartbeat(50)
     bench.controller.write_input("hold", True)
     bench.run(0.01)
@@ -402,7 +374,7 @@ def test_only_a_change_keeps_the_watchdog_awake_and_zero_disarms(
     bench: Bench, beats: list[tuple[int, int]], at: int, state: WatchdogState
 ) -> None:
     """The first change arms it, a value that stays ends what runs, 0 is a farewell [ms]."""
-    start_moving(bench)
+    bench.start_moving()
     begun = bench.now.tick * bench.config.dt * 1e3
     for value, when in [*beats, (None, at)]:
         bench.run((begun + when) * 1e-3 - bench.now.tick * bench.config.dt)
@@ -418,12 +390,12 @@ def test_watchdog_of_a_robot_at_rest_holds_nobody(bench: Bench, reset: str) -> N
     bench.controller.write_heartbeat(1)
     bench.run(bench.config.heartbeat_timeout_ms / 1000 + 0.1)
     assert bench.now.watchdog_state is WatchdogState.DISARMED and not bench.now.outputs.held
-    start_moving(bench)
+    bench.start_moving()
     bench.run(0.3)
     assert bench.now.program_state is RUNNING
     bench.controller.write_heartbeat(8)
     bench.run(0.8)
-    assert bench.now.program_state is ABORTED and not moving(bench)
+    assert bench.now.program_state is ABORTED and not bench.moving
     bench.controller.pulse_input(reset)
     bench.run(0.02)
     assert bench.now.watchdog_state is WatchdogState.DISARMED and not bench.now.outputs.held
@@ -431,13 +403,13 @@ def test_watchdog_of_a_robot_at_rest_holds_nobody(bench: Bench, reset: str) -> N
 
 def test_a_held_stream_catches_up_within_its_limits_after_resume(bench: Bench) -> None:
     """The set point may have gone on meanwhile."""
-    start_stream(bench)
+    bench.start_stream()
     bench.stream_to("joint_1", 0.5)
     bench.run(0.1)
     bench.controller.write_input("hold", False)
     bench.run(0.3)
     held = bench.now.positions[0]
-    assert not moving(bench) and 0.0 < held < 0.5
+    assert not bench.moving and 0.0 < held < 0.5
     bench.controller.write_input("hold", True)
     bench.pulse("start")
     bench.run(1.0)
@@ -446,7 +418,7 @@ def test_a_held_stream_catches_up_within_its_limits_after_resume(bench: Bench) -
 
 def test_snapshots_belong_together(bench: Bench) -> None:
     """Clock and position are of one instant, in whole periods; encoder and truth agree."""
-    start_moving(bench)
+    bench.start_moving()
     bench.run(0.1)
     for before, now in zip(bench.history, bench.history[1:]):
         assert now.clock_ms - before.clock_ms == bench.config.plant.servo_period_ms
