@@ -8,87 +8,27 @@ import re
 import struct
 import threading
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import msgspec
 import pytest
 from harness.opponents.modbus_robot import HEARTBEAT, Robot
 from harness.processes import free_port, wait_until
-from scara_config import Robot as Profile
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
 from scara_config.robot import Stopping
-from twin_controller.modbus.link_io import ModbusLink, ModbusSettings, NotWritableError
+from twin_controller.modbus.link_io import ModbusLink, NotWritableError
 from twin_controller.modbus.poll_times import PollTimes
 from twin_controller.modbus.port_io import ModbusPort
 from twin_controller.robot.signals import Number, Pulse, Signal
-from twin_controller.robot_sample import AlarmStatus, ProgramStatus, RobotSample
+
+if TYPE_CHECKING:
+    from conftest import Owner
 
 CONFIG = Path(__file__).resolve().parents[4] / "config"
 ROBOT, LAYOUT = load_robot(CONFIG), load_modbus_map(CONFIG)
 UP, DOWN = True, False
-
-
-class Owner:
-    """Collects what the link tells."""
-
-    def __init__(self) -> None:
-        self.samples: list[tuple[RobotSample, float, float]] = []
-        self.changes: list[tuple[bool, str]] = []
-        self.statuses: list[tuple[ProgramStatus, AlarmStatus]] = []
-        self.rejects: list[str] = []
-
-    def link(
-        self,
-        port: int,
-        profile: Profile = ROBOT,
-        alive: Callable[[], bool] = lambda: True,
-        on_sample: Callable[..., object] | None = None,
-        **settings: float | bool,
-    ) -> ModbusLink:
-        """Return a link that tells this owner, its samples perhaps to somebody else."""
-        quick = {"retry_first": 0.02, "retry_last": 0.05, **settings}
-        return ModbusLink(
-            ModbusSettings("127.0.0.1", port, **quick),  # type: ignore[arg-type]
-            LAYOUT,
-            profile,
-            on_sample or (lambda *sample: self.samples.append(sample)),
-            lambda *change: self.changes.append(change),
-            lambda *status: self.statuses.append(status),
-            self.rejects.append,
-            alive,
-        )
-
-    def wait_for(self, *changes: bool) -> None:
-        """Wait until the link was reported up and down in this order."""
-        wait_until(
-            lambda: tuple(up for up, _ in self.changes) == changes,
-            5.0,
-            f"{changes}, seen {self.changes}",
-        )
-
-
-@pytest.fixture
-def robot() -> Iterator[Robot]:
-    """Return a robot that listens."""
-    robot = Robot()
-    yield robot
-    robot.close()
-
-
-@pytest.fixture
-def owner() -> Owner:
-    """Return a fresh owner."""
-    return Owner()
-
-
-@pytest.fixture
-def link(robot: Robot, owner: Owner) -> Iterator[ModbusLink]:
-    """Return a link that is up."""
-    with owner.link(robot.port) as made:
-        owner.wait_for(UP)
-        yield made
 
 
 def test_samples_come_with_the_times_of_their_request_and_answer(
