@@ -92,6 +92,7 @@ TIMED = (
     "tests/unit/twin_controller/engine/test_input_queue.py",
     "tests/unit/twin_controller/modbus/test_bad_answers.py",
     "tests/unit/twin_controller/modbus/test_follow_only.py",
+    "tests/unit/twin_controller/modbus/test_link_writes.py",
     "tests/unit/twin_controller/modbus/test_modbus_link.py",
     "tests/unit/twin_controller/modbus/test_outbox.py",
     "tests/unit/twin_controller/modbus/test_writer.py",
