@@ -485,7 +485,7 @@ def test_a_recording_without_marks_is_one_experiment(make_bag: MakeBag) -> None:
     """Whoever moved first leads, nobody asked for positions, and the error is the same."""
     options: dict[str, Any] = {"experiments": ("twin_leads",), "lag_s": 0.004}
     _, document, page = write(make_bag(without=("experiment/marker",), **options))
-    marked = analyse(make_bag(**options))["experiments"][0]
+    marked = write(make_bag(**options)).document["experiments"][0]
     (found,) = document["experiments"]
     assert (found["name"], found["leader"], found["verdict"]) == ("recording", "twin", "pass")
     assert found["path_error_max_mm"] == pytest.approx(marked["path_error_max_mm"], rel=1e-3)
