@@ -390,13 +390,10 @@ def test_a_recording_of_a_real_robot_has_its_readings_in_place_of_the_truth(
 
 @pytest.mark.usefixtures("without_figures")
 def test_repeated_experiments_are_reported_each_and_together(make_bag: MakeBag) -> None:
-    """A row for each repeat; mean, spread and worst of the name."""
-    report, document, page = write(make_bag(experiments=("real_leads",) * 3))
-    assert [e["repeat"] for e in document["experiments"]] == [1, 2, 3]
+    """A row for each repeat, and one of their name; test_repeats.py holds its figures."""
+    report, document, page = write(make_bag(experiments=FIRST * 2))
+    assert [e["repeat"] for e in document["experiments"]] == [1, 2]
     (summary,) = document["repeats"]
-    errors = [e["path_error_max_percent"] for e in document["experiments"]]
-    assert summary["repeats"] == summary["passed"] == 3
-    assert summary["path_error_max_percent"]["worst"] == max(errors)
-    assert summary["path_error_max_percent"]["mean"] == pytest.approx(sum(errors) / 3, abs=1e-5)
-    assert [one.span.label for one in report.results[1:]] == ["real_leads #2", "real_leads #3"]
+    assert summary["repeats"] == summary["passed"] == 2
+    assert report.results[1].span.label == "real_leads #2"
     assert "Repeats" in page
