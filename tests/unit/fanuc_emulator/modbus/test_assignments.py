@@ -1,25 +1,22 @@
-"""$SNPX_ASG without a wire: names, entries, words, what a client assigns and reads then."""
+"""$SNPX_ASG without a wire: entries, words, what a client assigns and reads then."""
 
 from __future__ import annotations
 
-import contextlib
 import struct
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import msgspec
 import pytest
 from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.registers import NoRegisterError, RegisterError, Value
 from fanuc_emulator.snpx.access import AssignedRegisters
 from fanuc_emulator.snpx.assignments import AssignmentError, AssignmentTable, power_up
-from fanuc_emulator.snpx.variables import ValueKind, VariableError, parse
+from fanuc_emulator.snpx.variables import ValueKind, parse
 from fanuc_emulator.snpx.words import encode
 from hypothesis import given
 from hypothesis import strategies as st
-from scara_config import ConfigError
-from scara_config.modbus_map import ModbusMap, load_modbus_map
+from scara_config.modbus_map import load_modbus_map
 from scara_config.set_up.slots import WATCHED, Assignment
 
 if TYPE_CHECKING:
@@ -338,40 +335,6 @@ def test_what_the_robot_alone_knows_is_read_only(client: Client, name: str) -> N
         client.write(5000, [0, 0])
 
 
-@pytest.mark.parametrize(
-    "name",
-    ["", "R", "R[", "R[201]", "PR[0]", "POS[1]", "r[1]", "R[1]@0.1", "R[1]@2.2", "R[1]@1.0"]
-    + ["ALM[101]", "UI[19]", "$MCR", "$MCR.$GENOVERRIDE[1]", "$SNPX_ASG[81].$SIZE", "R[1] "],
-)
-def test_a_name_that_is_none_is_refused(name: str) -> None:
-    """With what was wrong."""
-    with pytest.raises(VariableError):
-        parse(name)
-
-
-@pytest.mark.parametrize(
-    ("name", "first", "last"),
-    [("R", 1, 200), ("PR", 1, 100), ("PRG", 1, 100), ("ALM", 1, 100), ("UI", 1, 18), ("UO", 1, 20)]
-    + [("DI", 1, 512), ("DO", 1, 512), ("RI", 1, 8), ("RO", 1, 8), ("POS", 0, 0)],
-)
-def test_an_array_has_its_first_and_its_last_element_and_no_other(
-    name: str, first: int, last: int
-) -> None:
-    """Counted as the controller counts; the error says how."""
-    for index in (first, last):
-        assert parse(f"{name}[{index}]")
-    for index in (max(first - 1, 0) if first else last + 1, last + 1):
-        with pytest.raises(VariableError, match=rf"the index is outside \[{first}, {last}\]"):
-            parse(f"{name}[{index}]")
-
-
-@given(st.text(max_size=40))
-def test_whatever_stands_in_a_name_only_variable_errors_come_out(name: str) -> None:
-    """A client may write anything."""
-    with contextlib.suppress(VariableError):
-        parse(name)
-
-
 @given(
     words=st.lists(st.integers(0, 0xFFFF), min_size=46, max_size=46),
     size=st.integers(0, 200),
@@ -395,34 +358,3 @@ def test_whatever_a_client_writes_into_an_entry_nothing_else_fails(
 def of_raw(words: Sequence[int]) -> str:
     """Return whatever the words are as text."""
     return struct.pack(f">{len(words)}H", *words).decode("latin-1").split("\0")[0]
-
-
-@pytest.mark.parametrize(
-    ("name", "change", "message"),
-    [
-        ("heartbeat", {"variable": ""}, "heartbeat.variable: is missing"),
-        ("heartbeat", {"variable": "R[999]"}, r"heartbeat.variable = 'R\[999\]': the index"),
-    ],
-)
-def test_a_map_with_a_wrong_variable_is_refused(
-    name: str, change: dict[str, str], message: str
-) -> None:
-    """With file, key and value."""
-    registers = dict(LAYOUT.holding_registers)
-    registers[name] = msgspec.structs.replace(registers[name], **change)
-    layout: ModbusMap = msgspec.structs.replace(LAYOUT, holding_registers=registers)
-    with pytest.raises(ConfigError, match=f"modbus_map.yaml: holding_registers.{message}"):
-        power_up(layout)
-
-
-def test_a_map_with_more_registers_than_entries_is_refused() -> None:
-    """61 entries are free for it; the message says so."""
-    register = LAYOUT.holding_registers["heartbeat"]
-    registers = {
-        f"r{k}": msgspec.structs.replace(register, address=12000 + 2 * k) for k in range(62)
-    }
-    layout: ModbusMap = msgspec.structs.replace(LAYOUT, holding_registers=registers)
-    with pytest.raises(ConfigError, match=r"take 62 slots: \$SNPX_ASG has 61 that are free$"):
-        power_up(layout)
-    del registers["r61"]
-    assert len(power_up(layout)) == 80
