@@ -57,11 +57,13 @@ unpinned_requirements() {
   grep -vixFf <(sed 's/ .*//' $(scope_files pins)) <(lines_of $(scope_files requirements))
 }
 
-# Install what a file pins: name. Everything anew, for a package that is there already would not be
-# compared with its hash.
+# Install what a file pins: name, and words for pip. Everything anew, for a package that is there
+# already would not be compared with its hash.
 install_pins() {
+  local name=$1
+  shift
   "$venv/bin/python" -m pip install --disable-pip-version-check --no-input --force-reinstall --no-deps \
-    --only-binary :all: --require-hashes -r "setup/$1.txt"
+    --only-binary :all: --require-hashes "$@" -r "setup/$name.txt"
 }
 
 make_venv() {
@@ -76,9 +78,10 @@ make_venv() {
   install_pins pins
 }
 
-# Add what a larger scope needs to the libraries that are there: farm or test.
+# Add what a larger scope needs to the libraries that are there: farm or test. Python compiles what
+# of them is imported, when it is; most of it never is.
 add_libraries() {
-  [ -z "$(unpinned_requirements)" ] && install_pins "pins_$1"
+  [ -z "$(unpinned_requirements)" ] && install_pins "pins_$1" --no-compile
 }
 
 # Print what to do when the libraries could not be installed: log file.
@@ -133,7 +136,9 @@ build_workspace() {
   local known
   known=$(sed -n 's/^CMAKE_HOME_DIRECTORY:INTERNAL=//p' build/CMakeCache.txt 2>/dev/null)
   if [ -n "$known" ] && [ "$known" != "$root" ]; then rm -rf build devel install; fi
-  cmake -S . -B build && cmake --build build -- -j"$(nproc)"
+  # Messages for Python alone: nothing here is in C++ or Lisp. Who sets the variable decides.
+  ROS_LANG_DISABLE=${ROS_LANG_DISABLE-gencpp:genlisp} cmake -S . -B build &&
+    cmake --build build -- -j"$(nproc)"
 }
 
 step_build() {
