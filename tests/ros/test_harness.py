@@ -8,15 +8,6 @@ from pathlib import Path
 import pytest
 from harness.processes import ROSRUN, Stage, wait_until, without_rosrun
 from harness.ros import Ros
-from std_msgs.msg import String
-from std_srvs.srv import Empty
-
-
-def test_a_message_published_by_a_tool_arrives_in_the_namespace(ros: Ros) -> None:
-    """Relative names of started processes and of the test meet in one namespace."""
-    ros.run("rostopic", "rostopic", "pub", "-r", "20", "greeting", "std_msgs/String", "data: hello")
-    assert ros.wait_for_message("greeting", String).data == "hello"
-    assert ros.name("greeting") in ros.shell("rostopic", "list")
 
 
 def test_rosrun_finds_what_the_harness_finds_without_it(ros: Ros) -> None:
@@ -35,12 +26,6 @@ def test_a_node_that_dies_fails_the_wait_with_its_output(ros: Ros) -> None:
     ros.run("rostopic", "rostopic", "no_such_verb")
     with pytest.raises(AssertionError, match="ended with"):
         ros.wait_for_service("never", timeout=30.0)
-
-
-def test_a_missing_service_is_named(ros: Ros) -> None:
-    """The failure says which service was waited for."""
-    with pytest.raises(AssertionError, match=f"service {ros.namespace}/never"):
-        ros.service("never", Empty, timeout=0.3)
 
 
 def test_a_grandchild_in_another_session_is_found_and_ended(ros: Ros) -> None:
