@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from harness.any_scara import any_size
+from harness.plants.trials import visiting
 from harness.running.thorough import SEARCH, thorough
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.experiments import figures, run_experiments
@@ -23,7 +24,8 @@ MADE = range(20)
 FIRST, LAST = (int(part) for part in os.environ.get("ANY_SCARA", "0-19").split("-"))
 PERCENT = {"real_leads": 1.2, "twin_leads": 2.0}
 """Of reach, as a robot of typed programs keeps them; test_kit_robot holds both each time."""
-TRIED = tuple(PERCENT) if SEARCH else ("twin_leads",)
+TRIED, PLACES = (tuple(PERCENT), None) if SEARCH else (("twin_leads",), 4)
+"""Experiments, and to how many places a twin goes that leads."""
 
 
 @pytest.mark.parametrize(
@@ -42,7 +44,8 @@ def test_a_made_scara_and_its_twin_keep_together(
     shutil.copytree(ROOT / "config", tmp_path / "config")
     monkeypatch.setattr("scara_config.robot.description_path", tmp_path.joinpath)
     make_scara(tmp_path / "config", "made", any_size(seed), tmp_path)
-    with VirtualCell(load_files("made", tmp_path / "config", plant)) as cell:
+    files = visiting(load_files("made", tmp_path / "config", plant), PLACES)
+    with VirtualCell(files) as cell:
         cell.connect()
         results = run_experiments(cell, TRIED)
     assert set(results) == set(TRIED)

@@ -91,7 +91,7 @@ def test_a_robot_without_a_table_is_followed_as_well(tmp_path: Path) -> None:
     follows(files)
 
 
-@pytest.mark.parametrize("command", ["STOP", "ESTOP"])
+@pytest.mark.parametrize("command", ["STOP", *thorough("ESTOP")])
 def test_a_stop_stops_the_twin_and_claims_no_more(cell: VirtualCell, command: str) -> None:
     """The robot goes on with its program; the twin stands, and does not begin again with it."""
     run(cell)

@@ -66,9 +66,12 @@ def test_release_of_an_emergency_stop_moves_nothing(
     assert not any("LEADS" in decision.mode_after for decision in cell.decisions[decided:])
 
 
-@pytest.mark.parametrize("command", ["STOP", "PAUSE", "ESTOP"])
+@pytest.mark.parametrize("command", ["STOP", "ESTOP", *thorough("PAUSE")])
 def test_the_simulator_obeys_a_stop_itself(cell: VirtualCell, command: str) -> None:
-    """A joint that no motion node drives comes to rest too, and the robot with it."""
+    """A joint that no motion node drives comes to rest too, and the robot with it.
+
+    PAUSE each time in test_pause.py.
+    """
     cell.twin.command_velocity("joint_1", 0.25)
     cell.wait_whatever(lambda: cell.mode == "TWIN_LEADS", 5.0, "TWIN_LEADS")
     assert cell.operate(command).success
@@ -145,12 +148,15 @@ class DeafSimulator:
 
 
 @pytest.mark.parametrize(
-    ("command", "mode"), [("STOP", "FAULT"), ("PAUSE", "FAULT"), ("ESTOP", "ESTOP")]
+    ("command", "mode"), [("STOP", "FAULT"), *thorough(("PAUSE", "FAULT"), ("ESTOP", "ESTOP"))]
 )
 def test_a_simulator_that_does_not_obey_is_a_fault_and_is_not_followed(
     cell: VirtualCell, monkeypatch: pytest.MonkeyPatch, command: str, mode: str
 ) -> None:
-    """Its nodes report that they stopped; its joint moves on, and the robot stands."""
+    """Its nodes report that they stopped; its joint moves on, and the robot stands.
+
+    Each command each time in core/orders/test_twin_stop.py.
+    """
     DeafSimulator(cell, monkeypatch, 10.0)
     cell.wait_whatever(lambda: cell.mode == "TWIN_LEADS", 5.0, "TWIN_LEADS")
     assert cell.operate(command).success

@@ -75,7 +75,10 @@ class Source:
 
 SOURCES = ("velocity", "position", "jog", "goal", "follow", "move")
 EACH_TIME = ("velocity", "goal", "move")
-"""Past all motion nodes, by a node that refuses, and by one that takes it; once each by all."""
+"""Past all motion nodes, by a node that refuses, and by one that takes it."""
+SOURCE = pytest.mark.parametrize(
+    "source", [*EACH_TIME, *thorough(*(source for source in SOURCES if source not in EACH_TIME))]
+)
 
 
 class Paced:
@@ -95,9 +98,7 @@ PACES = [pytest.param(PERIODS_S, id="all"), *thorough(*(((period,),) for period 
 
 
 @pytest.mark.parametrize("periods", PACES)
-@pytest.mark.parametrize(
-    "source", [*EACH_TIME, *thorough(*(source for source in SOURCES if source not in EACH_TIME))]
-)
+@SOURCE
 def test_whoever_commands_the_twin_moves_no_stopped_robot(
     source: str, periods: tuple[float, ...]
 ) -> None:
@@ -122,7 +123,7 @@ def test_whoever_commands_the_twin_moves_no_stopped_robot(
         assert len([each for each in after if each.trigger == "TWIN_MOVED_STOPPED"]) <= 1
 
 
-@pytest.mark.parametrize("source", SOURCES)
+@SOURCE
 def test_a_twin_that_moves_while_stopped_is_stopped_within_a_tenth_of_a_second(
     source: str,
 ) -> None:

@@ -9,8 +9,8 @@ from typing import Any
 
 import msgspec
 import pytest
-from harness.running.pairs import by_pairs, pairs
-from harness.running.thorough import SEARCH
+from harness.running.pairs import pairs
+from harness.running.thorough import SEARCH, thorough
 from harness.scenes.truth import travel
 from harness.stops.rows import (
     ALL,
@@ -111,7 +111,11 @@ def test_a_stop_that_nothing_carries_out_is_no_success(instant: Instant, command
 
 
 @pytest.mark.parametrize(
-    ("profile", "uop", "plant"), by_pairs(("", "full"), ("simple", "none"), PLANTS)
+    ("profile", "uop", "plant"),
+    [
+        *(("", "simple", "ideal"), ("full", "none", "field")),
+        *thorough(("", "none", "field"), ("full", "simple", "ideal")),
+    ],
 )
 def test_a_robot_without_the_signals_of_the_stream_is_never_led(
     profile: str, uop: str, plant: str
