@@ -13,7 +13,7 @@ from typing import Any
 
 from scara_config.faults import keys_of, line_of
 from scara_config.loader import ConfigError, config_directory
-from scara_config.profile import locate
+from scara_config.profile import PLANTS, locate
 from scara_config.robot import Robot, load_robot
 
 READERS: dict[str, str] = {
@@ -49,7 +49,8 @@ READERS_WITH_ROBOT: dict[str, str] = {
 OPTIONAL = frozenset({"body.yaml", "palletise.yaml"})
 """Not every robot has them."""
 
-_NEEDS_ROBOT = "has faults, so what depends on it was not checked: "
+NEEDS_ROBOT = "has faults, so what depends on it was not checked: "
+"""So goes on what is said in place of the faults of ``READERS_WITH_ROBOT``."""
 
 
 def reader(name: str) -> Callable[..., Any]:
@@ -84,18 +85,23 @@ def check_files(directory: Path | str | None = None, robot: Robot | None = None)
         robot = robot or load_robot(folder)
     except ConfigError:
         waiting = ", ".join(READERS_WITH_ROBOT)
-        return [*dict.fromkeys(found), f"{locate('robot.yaml', folder)}: {_NEEDS_ROBOT}{waiting}"]
+        return [*dict.fromkeys(found), f"{locate('robot.yaml', folder)}: {NEEDS_ROBOT}{waiting}"]
     for name in READERS_WITH_ROBOT:
         found += _faults_of(name, folder, robot)
+    # A plant that is not chosen today is read tomorrow.
+    for plant in sorted(locate(PLANTS, folder).glob("*.yaml")):
+        found += _faults_of("emulator.yaml", folder, robot, plant.stem)
     return list(dict.fromkeys(found))
 
 
-def _faults_of(name: str, folder: Path, robot: Robot | None = None) -> Iterator[str]:
-    """Yield the faults of one file."""
+def _faults_of(
+    name: str, folder: Path, robot: Robot | None = None, plant: str | None = None
+) -> Iterator[str]:
+    """Yield the faults of one file; of emulator.yaml with a plant."""
     if name in OPTIONAL and not locate(name, folder).exists():
         return
     try:
-        reader(name)(*([robot] if robot else []), folder)
+        reader(name)(*([robot] if robot else []), folder, *([plant] if plant else []))
     except ConfigError as error:
         yield from (with_line(line) for line in str(error).splitlines())
 

@@ -62,9 +62,9 @@ def test_roll_pitch_yaw_give_the_rotation_back(rpy: tuple[float, float, float]) 
         (
             ["links", 1, "parent"],
             "link_9",
-            r"links: link_1\.parent = 'link_9': Expected a link above it",
+            r"links\[1\]\.parent = 'link_9': Expected a link above it",
         ),
-        (["links", 1, "joint"], "joint_9", r"links: link_1\.joint = joint_9: no joint of the twin"),
+        (["links", 1, "joint"], "joint_9", r"links\[1\]\.joint = joint_9: no joint of the twin"),
         (["links", 1, "joint"], REMOVED, r"Expected each of joint_1, .* once"),
         (
             ["links", 0, "shapes", 0, "colour"],

@@ -47,12 +47,14 @@ class DescribedArm(msgspec.Struct, frozen=True):
         joints: Movable joints by name.
         links: Names of all links.
         massless: Links that move, have a body and no mass.
+        root: The link in whose frame all is.
         tool_pose: Pose of the tool frame in the root's with all joints at 0, row by row.
     """
 
     joints: dict[str, DescribedJoint]
     links: frozenset[str]
     massless: tuple[str, ...]
+    root: str
     tool_pose: tuple[tuple[float, ...], ...]
 
 
@@ -67,7 +69,7 @@ def read_description(text: str, tool_frame: str) -> DescribedArm:
         robot = parse_robot(text)
         links = {link.get("name", ""): link for link in robot.findall("link")}
         if tool_frame not in links:
-            raise DescribedArmError(f"it has no link {tool_frame}")
+            raise DescribedArmError(f"it has no link {tool_frame}: it has {', '.join(links)}")
         model = tree_of(robot, dict.fromkeys(links, ()))
         on_the_way = model.chain(tool_frame)
         joints = {
@@ -90,7 +92,7 @@ def read_description(text: str, tool_frame: str) -> DescribedArm:
         and link.find("inertial/mass") is None
     ]
     rows = tuple(tuple(row) for row in tool.tolist())
-    return DescribedArm(joints, frozenset(links), tuple(massless), rows)
+    return DescribedArm(joints, frozenset(links), tuple(massless), model.root, rows)
 
 
 def _described(joint: JointFrame, pose: FloatArray, moves_tool: bool) -> DescribedJoint:

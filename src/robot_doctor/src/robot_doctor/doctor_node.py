@@ -21,8 +21,8 @@ import typer
 from rich.console import Console
 from scara_config import ConfigError, Robot, config_directory, load
 from scara_config.modbus_map import ModbusMap, load_modbus_map, problems
-from scara_config.profile import chosen_robot, locate
-from scara_config.readers import check_files
+from scara_config.profile import PROGRAMS, chosen_robot, locate
+from scara_config.readers import NEEDS_ROBOT, check_files
 from scara_config.set_up.settings import connections_needed
 from scara_config.set_up.slots import has_slots
 from scara_config.writer import write_values
@@ -164,17 +164,26 @@ def next_command(healthy: bool, offline: bool) -> str:
 
 
 def other_files(folder: Path, profile: RobotProfile, found: list[Finding]) -> Iterator[Finding]:
-    """Yield the faults of all other files that a cell of this robot reads."""
+    """Yield the faults of all other files that a cell of this robot reads, each told once."""
     told = "\n".join(finding.what for finding in found)
     robot = None if isinstance(profile.robot, ConfigError) else profile.robot
+    places = {place_of(f, folder, profile.robot) for f in found if f.level is Level.WRONG} - {""}
     # That the body is another one's was told with the simulation, joint by joint.
     known = any(f.level is Level.WRONG and f.group is Group.SIMULATION for f in found)
-    about = ("robot.yaml: home_pose", "robot.yaml: joints.") if known else ()
+    about: tuple[str, ...] = ("robot.yaml: home_pose", "robot.yaml: joints.") if known else ()
+    if known and robot is not None:
+        about += (f"{robot.urdf}: cannot be read",)
     for fault in check_files(folder, robot):
         file, _, rest = fault.partition(" (line ")[0].partition(": ")
-        said = f"{Path(file).name}: {rest}"
-        if said not in told and not fault.startswith(about):
-            yield wrong(Group.FILES, fault, mend(fault, chosen_robot()))
+        said = f"{Path(file.partition(', line ')[0]).name}: {rest}"
+        waits = robot is None and NEEDS_ROBOT in fault
+        if said in told or fault.startswith(about) or waits:
+            continue
+        if profile.axes_occur_twice and f"/{PROGRAMS}/" in file:
+            continue
+        finding = wrong(Group.FILES, fault, mend(fault, chosen_robot()))
+        if place_of(finding, folder, profile.robot) not in places:
+            yield finding
 
 
 def tell(console: Console, finding: Finding, place: str = "") -> None:

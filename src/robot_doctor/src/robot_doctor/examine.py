@@ -49,6 +49,11 @@ class RobotProfile(msgspec.Struct, frozen=True):
     decimals: int
     places: Places
 
+    @property
+    def axes_occur_twice(self) -> bool:
+        """Whether two joints have one number, so that no program can name them."""
+        return any(".axis_number: " in fault for fault in self.faults)
+
 
 def examine(profile: RobotProfile) -> Iterator[Finding]:
     """Yield what the files say, group by group.
@@ -63,8 +68,9 @@ def examine(profile: RobotProfile) -> Iterator[Finding]:
         yield wrong(Group.ROBOT, str(robot), f"{mend(str(robot), profile.folder)}; {then}")
         return
     yield from check_robot(robot, profile.folder)
-    yield from check_programs(robot, profile.programs, profile.places)
-    yield from check_set_positions(robot, profile.programs, profile.places)
+    if not profile.axes_occur_twice:
+        yield from check_programs(robot, profile.programs, profile.places)
+        yield from check_set_positions(robot, profile.programs, profile.places)
     yield from _simulation(profile, robot)
     if isinstance(profile.layout, ConfigError):
         what = str(profile.layout)
@@ -111,12 +117,13 @@ def _simulation(profile: RobotProfile, robot: Robot) -> Iterator[Finding]:
             # Each fault of the two files is told once, and not of what is written from them too.
             described = read_description(profile.written or profile.urdf, robot.tool_frame)
         except DescribedArmError as error:
-            yield wrong(
-                Group.SIMULATION,
-                f"{robot.urdf}: {error}",
-                f"correct {profile.places.body or profile.places.urdf}; check_urdf may say more",
-                "URDF robot",
+            advice = (
+                f"correct {profile.places.body or profile.places.urdf}; check_urdf may say more"
             )
+            at = "URDF robot"
+            if "it has no link" in str(error):
+                advice, at = f"name a link of it in {profile.places.robot}", "robot.yaml tool_frame"
+            yield wrong(Group.SIMULATION, f"{robot.urdf}: {error}", advice, at)
         else:
             yield fine(Group.SIMULATION, f"{robot.urdf} has {len(described.links)} links")
             yield from check_description(robot, described, profile.places)

@@ -114,10 +114,19 @@ def place_of(finding: Finding, folder: Path, robot: Robot | ConfigError) -> str:
         file, _, rest = finding.what.partition(": ")
         name, keys = file.rpartition("/")[2], KEYS.match(rest)[0]  # type: ignore[index]
     path = locate(name if "." in name else "robot.yaml", folder)
-    if name == "URDF":
-        if isinstance(robot, ConfigError):
+    whole = Path(finding.what.partition(": ")[0])
+    if not finding.at and whole.is_absolute():
+        path = whole
+    if name == "URDF" or name.endswith(".urdf"):
+        urdf = robot if isinstance(robot, ConfigError) else _attempt(lambda: robot.description)
+        if isinstance(urdf, ConfigError):
             return ""
-        path, pattern = robot.description, rf"<{keys}\b|name=\"{keys}\""
+        if name != "URDF":
+            # The first of its joints and links that the text names.
+            words = re.findall(r"[\w-]+", finding.what.partition(": ")[2])
+            known = urdf.read_text(encoding="utf-8")
+            keys = next((word for word in words if f'name="{word}"' in known), "robot")
+        path, pattern = urdf, rf"<{keys}\b|name=\"{keys}\""
     elif name.endswith(PROGRAM_ENDING):
         path, pattern = locate(PROGRAMS, folder) / name, rf"^{re.escape(keys)}\b.*{{"
     else:

@@ -17,6 +17,8 @@ TWO_POINTS: Mapping[str, dict[str, float]] = {
     "B": {"joint_1": 45.0, "joint_2": 20.0, "joint_3": 0.25, "joint_4": 90.0, "table_joint": 60.0},
 }
 """Of TWO_POINT: in deg, joint 3 in parts of the stroke from its upper end."""
+SPEEDS = {"deg": 720.0, "mm": 1800.0}
+"""Of the turning and the sliding joint that are taken from LIKE's plants [deg/s], [mm/s]."""
 BLOCK = r"(?:    .*\n)+"
 """Lines of an axis in a plant."""
 
@@ -88,7 +90,10 @@ def of_joints(plant: str, joints: Sequence[str]) -> str:
 
 
 def plant_of(plant: str, joints: Sequence[Joint]) -> str:
-    """Return a plant with an axis for each joint: a turning or a sliding one of those it has."""
+    """Return a plant with an axis for each joint: a turning or a sliding one of those it has.
+
+    A slower joint has a longer gear: a turn of the motor moves it less, and its noise is finer.
+    """
     head, begin, axes = plant.partition("\naxes:")
     comment, _, rest = axes.partition("\n")
     kinds = {
@@ -97,5 +102,19 @@ def plant_of(plant: str, joints: Sequence[Joint]) -> str:
         for unit in ("deg", "mm")
         if f"_per_turn_{unit}:" in body
     }
-    rows = "".join(f"  {joint.name}:\n{kinds[joint.unit]}" for joint in joints)
+    gears = {joint: joint.velocity / joint.scale / SPEEDS[joint.unit] for joint in joints}
+    rows = "".join(
+        f"  {joint.name}:\n{_times(kinds[joint.unit], f'travel_per_turn_{joint.unit}', gear)}"
+        for joint, gear in gears.items()
+    )
+    for unit in SPEEDS:
+        slowest = min((gear for joint, gear in gears.items() if joint.unit == unit), default=1.0)
+        head = _times(head, f"noise_{unit}", min(1.0, slowest))
     return of_joints(f"{head}{begin}{comment}\n{rows}", [joint.name for joint in joints])
+
+
+def _times(text: str, key: str, factor: float) -> str:
+    """Return a text with the number behind ``key`` multiplied."""
+    return re.sub(
+        rf"(?<={key}: )[\d.]+", lambda found: f"{float(found[0]) * factor:.3g}", text, count=1
+    )

@@ -44,6 +44,10 @@ def check_description(robot: Robot, urdf: DescribedArm, places: Places) -> Itera
         known = name in {joint.name for joint in robot.joints}
         at = f"robot.yaml joints.{name}.twin" if known else f"URDF {name}"
         yield wrong(Group.SIMULATION, f"{name}: {what}", advice, at)
+    if robot.base_frame != urdf.root:
+        what = f"base_frame = {robot.base_frame}: the URDF begins with {urdf.root}"
+        paste = f"`base_frame: {urdf.root}` in {places.robot}"
+        yield wrong(Group.SIMULATION, what, paste, "robot.yaml base_frame")
     joints = [joint for joint in robot.twin_joints if joint.name in urdf.joints]
     lengths = list(_wrong_lengths(robot, urdf, places))
     yield from lengths
@@ -215,12 +219,14 @@ def _wrong_axis(
         what = f"{joint.name}: the sign of its axis is the opposite of the URDF's"
         yield wrong(Group.SIMULATION, what, f"correct the sign in {places.robot}", at)
         return
-    shown = ", ".join(f"{value:g}" for value in theirs.round(9))
+    shown = ", ".join(f"{value + 0.0:g}" for value in theirs.round(9))
     what = f"{joint.name}: screw_axis {list(joint.screw_axis)} is not the URDF's ({shown})"
     advice = (
         f"{places.robot}: direction omega and, for a point p of the axis, v = -omega x p in m, "
         "with all joints at 0"
     )
+    if not places.body:
+        advice += f"; by the URDF `screw_axis: [{shown}]`"
     if places.body:
         advice += (
             f"; {places.body}: at_mm of the link that it moves is such a point, in mm; "
@@ -241,7 +247,11 @@ def _wrong_tool(robot: Robot, urdf: DescribedArm, places: Places) -> Iterator[Fi
             f"home_pose is {distance * 1e3:.3g} mm from the URDF's {robot.tool_frame}, its "
             f"rotation differs by {turned:.3g}"
         )
-        advice = f"{places.robot}: home_pose is the tool's pose with all joints at 0, in m"
+        rows = ", ".join(f"[{', '.join(f'{x + 0.0:.9g}' for x in row)}]" for row in theirs.round(9))
+        advice = (
+            f"{places.robot}: home_pose is the tool's pose with all joints at 0, in m; by the URDF "
+            f"`home_pose: [{rows}]`"
+        )
         then = f"; then: {write_urdf(robot.name)}" if places.body else ""
         at = "robot.yaml home_pose" if robot.geometry is None else "robot.yaml geometry"
         yield wrong(Group.SIMULATION, what, f"{advice}{then}", at)

@@ -116,17 +116,17 @@ def _problems(body: BodyFile, robot: Robot) -> Iterator[str]:
     for number, link in enumerate(body.links):
         if (number == 0) != (link.parent == "") or (link.parent and link.parent not in known):
             yield (
-                f"links: {link.name}.parent = {link.parent!r}: Expected a link above it, "
+                f"links[{number}].parent = {link.parent!r}: Expected a link above it, "
                 "none for the first only"
             )
         if link.joint and link.joint not in [joint.name for joint in robot.twin_joints]:
-            yield f"links: {link.name}.joint = {link.joint}: no joint of the twin"
+            yield f"links[{number}].joint = {link.joint}: no joint of the twin"
         for shape in link.shapes:
             if (shape.box_mm is None) == (shape.cylinder_mm is None):
-                yield f"links: {link.name}.shapes: each needs either box_mm or cylinder_mm"
+                yield f"links[{number}].shapes: each needs either box_mm or cylinder_mm"
             if shape.colour not in COLOURS:
                 yield (
-                    f"links: {link.name}.shapes.colour = {shape.colour}: Expected one of "
+                    f"links[{number}].shapes.colour = {shape.colour}: Expected one of "
                     f"{', '.join(COLOURS)}"
                 )
         known.add(link.name)
