@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 
@@ -49,6 +50,19 @@ def test_a_scara_of_any_lengths_is_healthy(config: Path, tmp_path: Path, seed: i
     q[2] = low * 1e-3
     assert high - np.array(tool.position(q)) == pytest.approx([0.0, 0.0, size.stroke_mm * 1e-3])
     assert watched_points(robot)[1].name == "elbow"
+
+
+def test_one_with_two_tables_turns_both(config: Path, tmp_path: Path) -> None:
+    """The second is another axis of plants, gains, start and programs, and stands beside."""
+    make_scara(config, "mine", ScaraSize(325.0, 225.0, 150.0, 4, 2), tmp_path)
+    told = [f for f in examine(read_profile(config)) if f.level is not Level.FINE]
+    assert (told, check_files(config)) == ([], [])
+    robot = load_robot(config)
+    assert [joint.name for joint in robot.joints][4:] == ["table_joint", "table_2_joint"]
+    text = (config / "robots" / "mine" / "programs" / "TWO_POINT.LS").read_text()
+    assert len(re.findall(r"E[12]= +60.000 deg", text)) == 2
+    axes = load_emulator(robot, config, "field").plant.axes
+    assert axes["table_joint"] == axes["table_2_joint"]
 
 
 def test_its_programs_turn_the_elbow_one_way(config: Path, tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ import datetime
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 from rich.console import Console
@@ -122,6 +122,7 @@ def new(
     ] = 200.0,
     axes: Annotated[int, typer.Option(help="Of a SCARA: with 4 its tool turns.", min=3, max=4)] = 4,
     table: Annotated[bool, typer.Option("--table/--no-table", help="A SCARA's turntable.")] = True,
+    two_tables: Annotated[bool, typer.Option("--two-tables", help="Another on its left.")] = False,
     down: Annotated[bool, typer.Option("--down", help="A SCARA's joint 3 counts down.")] = False,
     urdf: Annotated[Path | None, typer.Option(help="An arm's description, with meshes.")] = None,
     tool: Annotated[
@@ -140,7 +141,8 @@ def new(
         said = f"It is {source} under another name."
     else:
         l1, l2 = scara
-        size = ScaraSize(l1, l2, stroke, 4 if axes == 4 else 3, table, down)
+        tables: Literal[0, 1, 2] = 2 if two_tables else 1 if table else 0
+        size = ScaraSize(l1, l2, stroke, 4 if axes == 4 else 3, tables, down)
         folder = make_scara(config, name, size)
         said = "Lengths and stroke are yours, limits and speeds are not."
     for file in sorted(folder.rglob("*.yaml")):

@@ -20,6 +20,8 @@ SPARE = 3.0
 friction and for what two joints do to each other."""
 LEAST_EFFORT = 10.0
 GRAVITY = 9.81
+TABLES = ("table", "table_2")
+"""What turntables are called: before it, and on its left."""
 PLACES = {"P1": (1.0, 0.0, 0.75), "P2": (0.775, 0.25, 0.45), "P3": (0.775, -0.25, 0.25)}
 """Set positions: x and y in parts of the reach, how far below the upper end in parts of the
 stroke."""
@@ -33,7 +35,7 @@ class ScaraSize(msgspec.Struct, frozen=True):
         l2_mm: From joint 2 to the axis of the tool.
         stroke_mm: Of joint 3.
         axes: 4: joint 4 turns the tool.
-        table: It stands before a turntable.
+        tables: It stands before a turntable, and has another one on its left.
         down: Joint 3 counts downwards.
     """
 
@@ -41,7 +43,7 @@ class ScaraSize(msgspec.Struct, frozen=True):
     l2_mm: float
     stroke_mm: float
     axes: Literal[3, 4] = 4
-    table: bool = True
+    tables: Literal[0, 1, 2] = 1
     down: bool = False
 
     @property
@@ -67,7 +69,7 @@ class ScaraSize(msgspec.Struct, frozen=True):
 
     def command(self, name: str) -> str:
         """Return what makes it."""
-        table = "" if self.table else " --no-table"
+        table = (" --no-table", "", " --two-tables")[self.tables]
         return (
             f"rosrun robot_doctor doctor new {name} --scara {self.l1_mm:g} {self.l2_mm:g} "
             f"--stroke {self.stroke_mm:g} --axes {self.axes}{table}{' --down' * self.down}"
@@ -77,7 +79,7 @@ class ScaraSize(msgspec.Struct, frozen=True):
     def joints(self) -> list[str]:
         """Names of its joints."""
         names = [f"joint_{number}" for number in range(1, self.axes + 1)]
-        return [*names, "table_joint"] if self.table else names
+        return [*names, *(f"{table}_joint" for table in TABLES[: self.tables])]
 
 
 def robot_text(name: str, size: ScaraSize, inertias: Mapping[str, float]) -> str:
@@ -137,8 +139,7 @@ def _joint(name: str, size: ScaraSize, inertia: float | None, stroke: tuple[floa
         "joint_2": (-145.0, 145.0, 780.0, 5500.0, 80000.0, size.l2_mm),
         "joint_3": (*stroke, 1800.0, 18000.0, 400000.0, 0.0),
         "joint_4": (-360.0, 360.0, 1500.0, 9000.0, 150000.0, 0.0),
-        "table_joint": (-180.0, 180.0, 180.0, 600.0, 6000.0, 0.0),
-    }[name]
+    }.get(name, (-180.0, 180.0, 180.0, 600.0, 6000.0, 0.0))
     if name in ("joint_1", "joint_2"):
         speed, acceleration, jerk = (slower * x for x in (speed, acceleration, jerk))
     unit, si = ("mm", 1e-3) if name == "joint_3" else ("deg", 0.0174533)
@@ -150,7 +151,7 @@ def _joint(name: str, size: ScaraSize, inertia: float | None, stroke: tuple[floa
             load, weight = RATED_KG, GRAVITY * (inertia + RATED_KG)
         effort = max(LEAST_EFFORT, SPARE * ((inertia + load) * si * acceleration + weight))
     screw = ""
-    if name == "table_joint":
+    if name not in size.joints[: size.axes]:
         screw = "    screw_axis: null       # does not move the tool\n"
     elif name == "joint_3" and size.down:
         screw = "    screw_axis: [0, 0, 0, 0, 0, -1]   # counts downwards\n"
@@ -178,7 +179,10 @@ def body_text(name: str, size: ScaraSize) -> str:
     l1, l2, reach, z = size.l1_mm, size.l2_mm, size.reach_mm, size.places_mm()["P1"][2]
     floor, rod = z - 250.0, size.stroke_mm + 140.0
     one, two, f = 3.2 * l1 / 200.0, 3.4 * l2 / 200.0, size.scale
-    plate = f"{800 * f:.10g}, {760 * f:.10g}"
+    # Its right edge stays where it is, whatever stands on the left.
+    broad = 760.0 if size.tables < 2 else 850.0
+    plate = f"box_mm: [{800 * f:.10g}, {broad * f:.10g}, 20]"
+    middle = f"{180 * f:.10g}, {(broad / 2 - 380) * f:.10g}, {floor - 10:.10g}"
     column = 50.0 + 0.5 * floor
     tool_parent = "link_4" if size.axes == 4 else "link_3"
     wrist = f"""\
@@ -244,27 +248,29 @@ links:
     parent: base_link
     mass_kg: 40.0
     shapes:
-      - {{box_mm: [{plate}, 20], at_mm: [{180 * f:.10g}, 0, {floor - 10:.10g}], colour: floor}}
+      - {{{plate}, at_mm: [{middle}], colour: floor}}
 """
-    return text + _table_text(size, floor) if size.table else text
+    beside = (299.444 * f, 0.0), (0.0, 299.444 * f)
+    for table, place in zip(TABLES[: size.tables], beside):
+        text += _table_text(size, floor, table, place)
+    return text + _stands_text(size, floor) if size.tables else text
 
 
-def _table_text(size: ScaraSize, floor: float) -> str:
-    """Return the links of the turntable, with a stand below each set position."""
-    f, top = size.scale, floor + 112.0
-    x = 299.444 * f
-    text = f"""\
-  - name: table_base
+def _table_text(size: ScaraSize, floor: float, table: str, place: tuple[float, float]) -> str:
+    """Return the links of a turntable, its axis at ``place`` [mm]."""
+    f, (x, y) = size.scale, place
+    return f"""\
+  - name: {table}_base
     parent: cell_plate
-    at_mm: [{x:.10g}, 0, {floor:.10g}]
+    at_mm: [{x:.10g}, {y:.10g}, {floor:.10g}]
     mass_kg: 15.0
     shapes:
       - {{cylinder_mm: [{95 * f:.10g}, 20], at_mm: [0, 0, 10], colour: black}}
       - {{cylinder_mm: [{70 * f:.10g}, 90], at_mm: [0, 0, 65], colour: dark}}
-  - name: table_link
-    parent: table_base
-    joint: table_joint
-    at_mm: [{x:.10g}, 0, {top:.10g}]
+  - name: {table}_link
+    parent: {table}_base
+    joint: {table}_joint
+    at_mm: [{x:.10g}, {y:.10g}, {floor + 112:.10g}]
     mass_kg: {3.0 * f * f:.4g}
     damping: 0.1
     friction: 0.3
@@ -272,13 +278,18 @@ def _table_text(size: ScaraSize, floor: float) -> str:
       - {{cylinder_mm: [{50 * f:.10g}, 16], at_mm: [0, 0, 8], colour: steel}}
       - {{cylinder_mm: [{135 * f:.10g}, 14], at_mm: [0, 0, 23], colour: white}}
 """
-    for number, (px, py, _) in enumerate(size.places_mm().values(), start=1):
-        text += f"""\
+
+
+def _stands_text(size: ScaraSize, floor: float) -> str:
+    """Return a stand below each set position, on the first turntable."""
+    return "".join(
+        f"""\
   - name: stand_{number}          # below P{number}
-    parent: table_link
-    at_mm: [{px:.10g}, {py:.10g}, {floor + 220:.10g}]
+    parent: {TABLES[0]}_link
+    at_mm: [{x:.10g}, {y:.10g}, {floor + 220:.10g}]
     mass_kg: 0.3
     shapes:
       - {{cylinder_mm: [18, 78], at_mm: [0, 0, -39], colour: steel}}
 """
-    return text
+        for number, (x, y, _) in enumerate(size.places_mm().values(), start=1)
+    )

@@ -14,9 +14,11 @@ from robot_doctor.new_scara import HEIGHT_MM, ScaraSize
 
 TWO_POINTS: Mapping[str, dict[str, float]] = {
     "A": {"joint_1": -30.0, "joint_2": 60.0, "joint_3": 0.7},
-    "B": {"joint_1": 45.0, "joint_2": 20.0, "joint_3": 0.25, "joint_4": 90.0, "table_joint": 60.0},
+    "B": {"joint_1": 45.0, "joint_2": 20.0, "joint_3": 0.25, "joint_4": 90.0},
 }
 """Of TWO_POINT: in deg, joint 3 in parts of the stroke from its upper end."""
+TABLE_DEG = 60.0
+"""At B all turntables stand there."""
 SPEEDS = {"deg": 720.0, "mm": 1800.0}
 """Of the turning and the sliding joint that are taken from LIKE's plants [deg/s], [mm/s]."""
 BLOCK = r"(?:    .*\n)+"
@@ -25,10 +27,12 @@ BLOCK = r"(?:    .*\n)+"
 
 def two_points(size: ScaraSize) -> dict[str, dict[str, float]]:
     """Return TWO_POINT's joint values of a SCARA, in deg and mm."""
-    return {
-        name: values | {"joint_3": size.lift_mm(HEIGHT_MM - values["joint_3"] * size.stroke_mm)}
+    tables = {"B": dict.fromkeys(size.joints[size.axes :], TABLE_DEG)}
+    lift = {
+        name: {"joint_3": size.lift_mm(HEIGHT_MM - values["joint_3"] * size.stroke_mm)}
         for name, values in TWO_POINTS.items()
     }
+    return {name: v | tables.get(name, {}) | lift[name] for name, v in TWO_POINTS.items()}
 
 
 def taught(
@@ -80,10 +84,17 @@ def started(emulator: str, robot: Robot) -> str:
 
 
 def of_joints(plant: str, joints: Sequence[str]) -> str:
-    """Return a plant without the axes that the robot has not, of the lengths in robot.yaml."""
-    for axis in re.findall(r"(?m)^  (\w+):.*\n(?=    )", plant.partition("\naxes:")[2]):
-        if axis not in joints:
-            plant = re.sub(rf"(?m)^  {axis}:.*\n{BLOCK}", "", plant)
+    """Return a plant with the robot's axes, of the lengths in robot.yaml.
+
+    What it has more of, as turntables, moves as the last that it has.
+    """
+    known = re.findall(r"(?m)^  (\w+):.*\n(?=    )", plant.partition("\naxes:")[2])
+    last = re.search(rf"(?m)^  {known[-1]}:.*\n({BLOCK})", plant)
+    for axis in set(known) - set(joints):
+        plant = re.sub(rf"(?m)^  {axis}:.*\n{BLOCK}", "", plant)
+    for axis in joints:
+        if axis not in known and last is not None:
+            plant += f"  {axis}:\n{last[1]}"
     return re.sub(
         r"(?m)^geometry:.*\n(?:  .*\n)*", "geometry: null    # as robot.yaml says\n", plant
     )
