@@ -213,6 +213,22 @@ FAULTS = {
     ),
     "no tool": ('<link name="tool0">', '<link name="other">', r"unknown links \['tool0'\]"),
     "name": ('name="joint_3"', 'name="joint-3"', "joint joint-3: name: Expected letters, digits"),
+    "colour": ('rgba="0.22 ', 'rgba="x ', "link .*: material color: 'x .*' is no vector"),
+    "no number": (
+        r'(?s)(<link name="link_3">.*?ixy=")[^"]*',
+        r"\g<1>inf",
+        "link link_3: inertial: cannot be read: mass and moments have to be finite",
+    ),
+    "no place": (
+        r'(?s)(<link name="link_3">.*?<inertial>\s*<origin xyz=")[^"]*',
+        r"\g<1>1 2",
+        "link link_3: inertial: cannot be read: '1 2' is no vector of three numbers",
+    ),
+    "twice": (
+        '<link name="link_4">',
+        '<link name="link_3">',
+        "link link_3: Expected a name of its",
+    ),
     "no XML": ("</robot>", "", "the robot description is no XML"),
 }
 """What is wrong: a pattern of the URDF, what stands in its place, and what is said of it."""

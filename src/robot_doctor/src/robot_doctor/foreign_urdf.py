@@ -68,6 +68,11 @@ def read_foreign(text: str, file: str, tool: str | None = None) -> Foreign:
     try:
         root = parse_robot(text)
         empty = Foreign(file, text, root, Model("", {}, ()), "")
+        for kind in ("link", "joint"):
+            names = [element.get("name", "") for element in root.findall(kind)]
+            for name in names:
+                if not name or names.count(name) > 1:
+                    raise empty.fault(kind, name, "Expected a name of its own")
         for element in root.findall("joint"):
             if element.find("parent") is not None:
                 _check_kind(empty, element)

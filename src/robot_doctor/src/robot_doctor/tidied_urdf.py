@@ -93,8 +93,11 @@ def _seen(link: ElementTree.Element) -> list[ElementTree.Element]:
 def _shapes(foreign: Foreign, link: ElementTree.Element, meshes: Meshes) -> list[Shape]:
     """Return the shapes of a link, in its frame."""
     name = link.get("name", "")
-    named = {m.get("name", ""): material_colour(m) for m in foreign.root.findall("material")}
-    colour = next((colour_of(visual, named) for visual in link.findall("visual")), GREY)
+    try:
+        named = {m.get("name", ""): material_colour(m) for m in foreign.root.findall("material")}
+        colour = next((colour_of(visual, named) for visual in link.findall("visual")), GREY)
+    except UrdfError as error:
+        raise foreign.fault("link", name, f"material color: {error}") from error
     found: list[Shape] = []
     for element in _seen(link):
         mesh = element.find("geometry/mesh")

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scara_description.urdf import JointFrame, joint_transform, parse_robot, tree_of
+from scara_description.urdf import JointFrame, joint_transform, origin_of, parse_robot, tree_of
 
 FloatArray = NDArray[np.float64]
 Body = tuple[str, float, FloatArray, FloatArray]
@@ -216,15 +216,17 @@ def body_of(link: ET.Element) -> Body:
         link: A ``<link>`` with an ``<inertial>``.
 
     Raises:
+        UrdfError: A place is no vector.
         KeyError, ValueError: A number is missing, or is none.
     """
     inertial = link.find("inertial")
     assert inertial is not None
-    origin, terms = inertial.find("origin"), inertial.find("inertia")
-    place = {} if origin is None else origin.attrib
-    turn = rotation_from_rpy(*_numbers(place.get("rpy", "0 0 0")))
+    terms, (place, rpy) = inertial.find("inertia"), origin_of(inertial)
+    turn = rotation_from_rpy(*rpy)
     t = {} if terms is None else {key: float(value) for key, value in terms.attrib.items()}
+    mass = float(inertial.find("mass").attrib["value"])  # type: ignore[union-attr]
+    if not np.isfinite([mass, *t.values()]).all():
+        raise ValueError("mass and moments have to be finite")
     xx, xy, xz, yy, yz, zz = (t.get(k, 0.0) for k in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
     inertia = turn @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ turn.T
-    mass = float(inertial.find("mass").attrib["value"])  # type: ignore[union-attr]
-    return link.get("name", ""), mass, np.array(_numbers(place.get("xyz", "0 0 0"))), inertia
+    return link.get("name", ""), mass, np.array(place), inertia

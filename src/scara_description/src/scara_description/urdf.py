@@ -264,7 +264,7 @@ def shape_of(visual: ElementTree.Element, colours: Mapping[str, str]) -> Shape:
     xyz, rpy = origin_of(visual)
     for element in geometry if geometry is not None else ():
         if element.tag == "box":
-            return Shape("box", _vector(element.get("size", "")), xyz, rpy, colour)
+            return Shape("box", _finite(element.get("size", "")), xyz, rpy, colour)
         if element.tag == "cylinder":
             size = (float(element.get("radius", "")), float(element.get("length", "")))
             return Shape("cylinder", size, xyz, rpy, colour)
@@ -288,7 +288,7 @@ def origin_of(element: ElementTree.Element) -> tuple[Vector, Vector]:
     origin = element.find("origin")
     if origin is None:
         return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    return _vector(origin.get("xyz", "0 0 0")), _vector(origin.get("rpy", "0 0 0"))
+    return _finite(origin.get("xyz", "0 0 0")), _finite(origin.get("rpy", "0 0 0"))
 
 
 def _vector(text: str) -> Vector:
@@ -299,12 +299,20 @@ def _vector(text: str) -> Vector:
     return x, y, z
 
 
+def _finite(text: str) -> Vector:
+    """Return a vector of finite numbers; an axis says of itself that it has no direction."""
+    x, y, z = _vector(text)
+    if not all(map(math.isfinite, (x, y, z))):
+        raise UrdfError(f"{text!r} is no vector of three finite numbers")
+    return x, y, z
+
+
 def material_colour(material: ElementTree.Element) -> str:
     """Return ``#rrggbb`` of a material; grey if it has no colour of its own."""
     colour = material.find("color")
     if colour is None:
         return GREY
-    red, green, blue = (
-        round(255 * min(max(float(word), 0.0), 1.0)) for word in colour.get("rgba", "").split()[:3]
-    )
+    rgba = colour.get("rgba", "")
+    parts = _finite(" ".join(rgba.split()[:3]))
+    red, green, blue = (round(255 * min(max(part, 0.0), 1.0)) for part in parts)
     return f"#{red:02x}{green:02x}{blue:02x}"
