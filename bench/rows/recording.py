@@ -13,7 +13,7 @@ from pathlib import Path
 from cell_recorder.reading.bag_reader_io import open_bag
 from cell_recorder.recording.bag_writer_io import BagWriter
 from cell_recorder.recording.recording import RecorderFile, RecorderSettings
-from scara_config import config_directory, load
+from scara_config import config_directory, load, load_robot
 from twin_experiments.report.report_io import analyse_bag
 
 from bench.cells.long_bag import DURATION_S, long_bag
@@ -41,7 +41,7 @@ def _message() -> tuple[dict[str, str], bytes]:
     from sensor_msgs.msg import JointState
 
     message = JointState(
-        name=["joint_1", "joint_2", "joint_3", "table_joint"],
+        name=[joint.name for joint in load_robot().twin_joints],
         position=[0.1] * 4,
         velocity=[0.2] * 4,
     )

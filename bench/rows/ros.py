@@ -19,7 +19,7 @@ from harness.processes import free_port, wait_until
 from harness.ros import Ros
 from scara_bringup.config import Ports
 from scara_bringup.processes.configuration_io import copy_with_ports
-from scara_config import config_directory
+from scara_config import config_directory, load_robot
 from scara_config.writer import write_values
 
 from bench.record import Beside, Goal, Record, interleaved, median, of_rounds
@@ -102,7 +102,7 @@ def _service_call(ros: Ros) -> Record:
 
 def _joint_states() -> dict[str, Any]:
     """Return one message as the simulator publishes it."""
-    names = ["joint_1", "joint_2", "joint_3", "table_joint"]
+    names = [joint.name for joint in load_robot().twin_joints]
     return {
         "header": {"seq": 1, "stamp": {"secs": 1700000000, "nsecs": 123456789}, "frame_id": ""},
         "name": names,
