@@ -231,17 +231,18 @@ def jogs(stage: Stage) -> None:
 
 
 def refused_set_points(stage: Stage) -> None:
-    """Beyond the range and no number: the program ends with an alarm; a client falls silent."""
+    """Beyond the range and no number: an alarm pauses the program; a client falls silent."""
     stage.controller.write_override(100)
-    for value in (1e3, math.nan):
+    for value, begin in ((1e3, "rsr1"), (math.nan, "start")):
         stage.aim(list(stage.home))
-        stage.pulse("rsr1")
+        stage.pulse(begin)
         stage.run(0.1)
         stage.aim([value, *stage.home[1:]])
         stage.run(0.1)
         stage.aim(list(stage.home))
         stage.pulse("fault_reset")
         stage.run(0.1)
+    stage.pulse("start")
     stage.controller.write_heartbeat(7)
     stage.run(0.5)
     stage.controller.write_heartbeat(8)

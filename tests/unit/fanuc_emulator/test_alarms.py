@@ -26,8 +26,8 @@ def test_kinds_are_told_apart_by_facility_and_number() -> None:
     assert len(set(codes)) == len(codes)
     shown = {alarm.text.split(maxsplit=1)[0] for alarm in ALL_CODES}
     assert shown == {
-        *("SRVO-001", "SRVO-037", "MOTN-017", "MOTN-018", "MOTN-023", "INTP-213"),
-        *("INTP-215", "INTP-216", "INTP-311", "SYST-011", "SYST-012"),
+        *("SRVO-001", "SRVO-037", "MOTN-017", "MOTN-018", "MOTN-023", "MOTN-063"),
+        *("INTP-213", "INTP-215", "INTP-216", "INTP-311", "SYST-011", "SYST-012"),
     }
     assert alarms.IMSTP.text == "SRVO-037 IMSTP input"
     assert all(len(code.text) <= 80 and code.text.isascii() for code in ALL_CODES)
@@ -100,3 +100,19 @@ def test_a_line_that_cannot_be_executed_ends_its_program(
     assert shown.outputs.fault and shown.program_state is ProgramState.ABORTED
     bench.controller.pulse_input("panel_reset")
     assert bench.run(0.1).alarm is None
+
+
+@pytest.mark.parametrize(
+    ("code", "severity"),
+    [
+        (alarms.POSITION_LIMIT, Severity.STOP),
+        (alarms.NOT_REACHABLE, Severity.STOP),
+        (alarms.POSITION_INVALID, Severity.STOP),
+        (alarms.IMSTP, Severity.SERVO),
+    ],
+)
+def test_severities_are_those_that_controllers_print(
+    code: alarms.AlarmCode, severity: Severity
+) -> None:
+    """STOP.G of MOTN-017 and -018, STOP.L of INTP-311, SERVO of SRVO-037: alarm histories."""
+    assert code.severity is severity

@@ -216,7 +216,7 @@ def test_a_refused_start_says_why_and_is_no_fault(
 
 
 def test_an_alarm_has_the_time_of_the_robots_clock_and_forbids_a_start(bench: Bench) -> None:
-    """While its drives are on as well: the stream ended, the robot stands in a fault."""
+    """While its drives are on as well: the stream is paused, the robot stands in a fault."""
     bench.run(1.5)
     bench.start_stream()
     bench.stream_to("joint_1", 10.0)

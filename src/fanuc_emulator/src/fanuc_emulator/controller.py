@@ -88,8 +88,9 @@ class Controller:
         self._zero = [zero_offset(plant, joint) for joint in robot.joints]
         self.source = StreamSource(robot.joints, self._home, ring_places)
         shown = self._level, self._outputs, (lambda: self._gripper), (lambda: self._vacuum)
-        sets = self.write_input, self.write_override
-        signals = Signals(*shown, *sets, lambda: self._tick * self._dt)
+        signals = Signals(
+            *shown, self.write_input, self.write_override, lambda: self._tick * self._dt
+        )
         self._registers = registers_of(signals, self.source, self._motion, planner)
         self._executor = Executor(self._registers, {each.name: each for each in programs.values()})
         self._jobs = Jobs(
@@ -107,10 +108,9 @@ class Controller:
         # Inputs that were on and off again since the background program looked.
         self._pulsed: set[str] = set()
         self._override = config.cold_start_override_percent
-        self._aborting = False
+        self._aborting, self._tick = False, 0
         # The drives were cut on the way of a move: whoever resumes it plans the rest anew.
         self._cut = False
-        self._tick = 0
         for name in config.settings.unwired:
             self.write_input(name, False)
         self._show()
@@ -119,8 +119,7 @@ class Controller:
     def override(self) -> int:
         """Override in force [percent]."""
         fast = self._inputs["sfspd"] and self._settings.mode != "T1"
-        cap = 100 if fast else self._config.safety_speed_percent
-        return min(self._override, cap)
+        return self._override if fast else min(self._override, self._config.safety_speed_percent)
 
     def write_input(self, name: str, value: bool) -> None:
         """Set UI signal ``name``; a background program copies each ``gripper`` to RO[1]."""
@@ -172,7 +171,7 @@ class Controller:
                 if isinstance(step, MOVES):
                     self._motion.start(step)
             except RefusedError as refused:
-                self._raise(refused.code, str(refused))
+                self._refuse(refused)
 
     def write_override(self, percent: int) -> None:
         """Set the general override, 1..100."""
@@ -229,7 +228,6 @@ class Controller:
 
     def snapshot(self) -> Snapshot:
         """Return what can be read now."""
-        motion = self._motion
         program = self._executor.program
         outputs, alarm = self._shown or (self._outputs(), self._alarms.shown)
         return Snapshot(
@@ -239,7 +237,7 @@ class Controller:
             measured_positions=self._reading.positions,
             measured_velocities=self._reading.velocities,
             positions=self._true_positions(),
-            velocities=motion.velocities,
+            velocities=self._motion.velocities,
             control_type=self._control_type,
             program_speed=self._program_speed,
             override=self.override,
@@ -316,8 +314,7 @@ class Controller:
         """Let the program go on, and start what its line asks for."""
         motion = self._motion
         try:
-            if self._executor.beside:
-                self._executor.advance_beside(self._dt)
+            self._executor.advance_beside(self._dt)
             ends = motion.path_done, motion.arrived, motion.nears_end
             step = self._executor.advance(self._dt, *ends)
             if self._executor.state is not ProgramState.RUNNING:
@@ -333,7 +330,12 @@ class Controller:
         except ExecutionError as error:
             self._raise(alarms.LINE_REFUSED, str(error))
         except RefusedError as refused:
-            self._raise(refused.code, str(refused))
+            self._refuse(refused)
+
+    def _refuse(self, refused: RefusedError) -> None:
+        """Make no motion; its line waits until the program goes on."""
+        self._executor.refuse()
+        self._raise(refused.code, str(refused))
 
     def _raise(self, code: AlarmCode, cause: str) -> None:
         """Make an alarm active and do what its severity asks for."""

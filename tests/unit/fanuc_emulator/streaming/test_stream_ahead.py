@@ -133,14 +133,14 @@ def test_a_held_program_goes_on_with_new_set_points_only(stage: Stage) -> None:
 
 
 @pytest.mark.parametrize(("bad", "text"), [(float("nan"), "Uninitialized"), (9.0, "Limit error")])
-def test_a_set_point_where_the_robot_cannot_go_ends_the_program(
+def test_a_set_point_where_the_robot_cannot_go_pauses_the_program(
     stage: Stage, bad: float, text: str
 ) -> None:
     """As a PR[1] does, when it is its turn; the alarm names the joint."""
     stage.run(0.1)
     stage.at = bad
     stage.run(0.3)
-    assert stage.now.program_state is ProgramState.ABORTED
+    assert stage.now.program_state is ProgramState.PAUSED
     assert stage.now.alarm is not None and text in stage.now.alarm.code.text
     assert "J1" in stage.now.alarm.cause
 

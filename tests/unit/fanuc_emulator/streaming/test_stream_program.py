@@ -63,18 +63,41 @@ def test_an_invalid_set_point_is_not_used(bench: Bench) -> None:
         ("joint_4", math.inf, alarms.POSITION_INVALID, "J4 = inf deg"),
     ],
 )
-def test_an_impossible_set_point_aborts_and_is_not_approached(
+def test_an_impossible_set_point_pauses_the_stream_and_is_not_approached(
     bench: Bench, joint: str, value: float, code: alarms.AlarmCode, cause: str
 ) -> None:
-    """Out of range or no number: alarm with axis and value, program ended, nothing moves there."""
+    """Out of range or no number: alarm with axis and value, program paused, nothing moves there."""
     bench.start_stream()
     before = bench.now.positions
     bench.stream_to(joint, value)
     bench.run(0.3)
     assert bench.now.alarm is not None
     assert (bench.now.alarm.code, bench.now.alarm.cause) == (code, cause)
-    assert bench.now.program_state is ABORTED and bench.now.outputs.fault
+    assert bench.now.program_state is PAUSED and bench.now.outputs.fault
     assert bench.now.positions == before
+
+
+@pytest.mark.parametrize("mended", [True, False])
+def test_a_stream_that_an_alarm_has_paused_goes_on_to_what_then_stands_in_pr1(
+    bench: Bench, mended: bool
+) -> None:
+    """After RESET and START; a set point that is still out of range is the same alarm again."""
+    bench.start_stream()
+    bench.stream_to("joint_1", 3.0)
+    bench.run(0.3)
+    bench.pulse("start")
+    assert bench.now.program_state is PAUSED, "FAULT is on"
+    if mended:
+        bench.stream_to("joint_1", 0.01)
+    bench.pulse("fault_reset")
+    assert bench.now.alarm is None
+    bench.run(0.2)
+    assert bench.now.program_state is PAUSED and not bench.moving
+    bench.pulse("start")
+    bench.run(0.4)
+    assert bench.now.program_state is (RUNNING if mended else PAUSED)
+    assert (bench.now.alarm is None) is mended
+    assert bench.now.positions[0] == pytest.approx(0.01 if mended else 0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("end", ["lower", "upper"])

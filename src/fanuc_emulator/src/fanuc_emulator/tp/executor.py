@@ -108,6 +108,8 @@ class Executor:
         self._locked = False
         # The last motion has been left before its end, for the corner to the next one.
         self._rounded: MoveStep | PathStep | None = None
+        # Where the motion stands that began last, and the one whose corner it rounded then.
+        self._began: tuple[Frame, int, MoveStep | PathStep | None] | None = None
 
     @property
     def step(self) -> Step | None:
@@ -122,7 +124,7 @@ class Executor:
         self.state = ProgramState.RUNNING
         self.line = index + 1
         self._frames = [self._frame(program, index, arguments)]
-        self._step = self._rounded = None
+        self._step = self._rounded = self._began = None
         self._locked = False
         self._delay = delay
 
@@ -141,6 +143,15 @@ class Executor:
         self.state = ProgramState.ABORTED
         self.beside = []
         self.cursor = max(0, self.line - 1)
+
+    def refuse(self) -> None:
+        """Take back the motion that began last: its line is executed anew when the program goes on.
+
+        What a set point asks for counts anew by itself.
+        """
+        if self._began is not None:
+            frame, index, rounded = self._began
+            frame.index, self._step, self._rounded = index, rounded, rounded
 
     def advance(
         self,
@@ -227,11 +238,13 @@ class Executor:
         Raises:
             ExecutionError: The stand-in cannot do it.
         """
+        self._began = None
         try:
             self._step = self._step_of(frame, line, here + 1)
         except ExecutionError as error:
             raise ExecutionError(frame.program.flow.named(here, str(error))) from error
         if isinstance(self._step, MOVES):
+            self._began = frame, here, self._rounded
             self._rounded = None
         if self._step is not None or line == Word("PAUSE"):
             self.waited = 0.0
