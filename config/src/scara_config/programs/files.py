@@ -11,6 +11,7 @@ import msgspec
 
 from scara_config.loader import ConfigError, load_text
 from scara_config.profile import PROGRAM_ENDING, PROGRAMS, locate
+from scara_config.programs.configuration import configuration_fault
 from scara_config.programs.steps import Step
 from scara_config.programs.tp.execution import Flow, flow_of
 from scara_config.programs.tp.listing import Line, MotionLine, Position, Program
@@ -170,6 +171,9 @@ def position_faults(position: Position, robot: Robot) -> Iterator[tuple[str, str
     if _cartesian(position):
         external = {name: axis for name, axis in axes.items() if name.startswith("E")}
         axes = dict.fromkeys(TIP) | external
+        config = position.groups[0].config
+        if fault := configuration_fault(config, robot):
+            yield "CONFIG", f"CONFIG : '{config}': {fault}"
     given = {each.name: each for each in position.groups[0].coordinates}
     for name in given:
         if name not in axes:
@@ -263,6 +267,6 @@ def _row_of(path: Path, number: int, coordinate: str) -> str:
         if re.match(r"P\[\d+", text):
             inside = bool(re.match(rf"P\[{number}[:\]]", text))
             found = f", line {row}" if inside else found
-        elif inside and re.search(rf"\b{coordinate}\s*=", text):
+        elif inside and re.search(rf"\b{coordinate}\s*[=:]", text):
             return f", line {row}"
     return found

@@ -93,13 +93,9 @@ class Controller:
         )
         self._registers = registers_of(signals, self.source, self._motion, planner)
         self._executor = Executor(self._registers, {each.name: each for each in programs.values()})
-        self._jobs = Jobs(
-            {**programs, STREAM_RSR: stream_program(config.rsr_programs[0])},
-            self._executor,
-            plant.start_delay_ms / 1000.0,
-            config.settings.start_for_continue,
-            self._start_obstacle,
-        )
+        numbered = {**programs, STREAM_RSR: stream_program(config.rsr_programs[0])}
+        starts = plant.start_delay_ms / 1000.0, config.settings.start_for_continue
+        self._jobs = Jobs(numbered, self._executor, *starts, self._start_obstacle)
         self._inputs = Inputs(config.settings)
         self._unlit = dict.fromkeys(unlit(config.settings.uop), False)
         self._alarms = AlarmList()

@@ -18,6 +18,7 @@ from harness.workspace import ROOT
 from harness.yaml_files import changed_yaml, shipped
 from scara_config import Robot, load_robot
 from scara_config.programs.files import read_taught
+from scara_config.programs.tp.listing import Indexed
 from scara_config.programs.tp.values import Pose
 
 from fanuc_emulator import alarms
@@ -67,6 +68,18 @@ class Stage:
             told = np.array(self.controller._motion._targets)
             self.told.append((self.now.program_line, told))
             if self.now.program_state is ProgramState.ABORTED:
+                break
+            if self.now.alarm is not None:
+                self.end()
+                break
+
+    def end(self) -> None:
+        """Go on until the program has ended or is paused, and the robot stands."""
+        for _ in range(20000):
+            self.now = self.controller.step()
+            self.told.append((self.now.program_line, np.array(self.controller._motion._targets)))
+            still = not any(self.now.velocities) and self.controller._motion.standing
+            if self.now.program_state is not ProgramState.RUNNING and still:
                 break
 
     def seconds(self, line: int) -> float:
@@ -179,13 +192,13 @@ HERE = joints(1, 0, 40, -100, 0)
 @pytest.mark.parametrize(
     ("line", "taught", "code", "cause"),
     [
-        ("L P[2] 9mm/sec FINE", HERE + tip(2, 700, 0, 99, 180, 0, 0), alarms.NOT_REACHABLE, "54%"),
+        ("L P[2] 9mm/sec FINE", HERE + tip(2, 700, 0, 99, 180, 0, 0), alarms.NOT_REACHABLE, "53%"),
         ("L P[2] 9mm/sec FINE", HERE + tip(2, 500, 0, 99, 170, 0, 0), alarms.NOT_REACHABLE, "% of"),
         (
             "L P[2] 9mm/sec FINE",
             HERE + joints(2, 0, -40, -100, 0),
-            alarms.NOT_REACHABLE,
-            "another configuration of the arm",
+            alarms.CONFIG_CHANGE,
+            "bent otherwise than its target says",
         ),
         ("L P[1] 9mm/sec FINE", tip(1, 400, 200, 99, 180, 0, 0), alarms.SINGULARITY, "after 0%"),
         (
@@ -214,6 +227,41 @@ def test_what_the_tool_cannot_do_is_an_alarm_before_it_moves(
     assert stage.now.alarm.code is code and cause in stage.now.alarm.cause
     rows = [q for shown, q in stage.told if shown == len(first) + 1]
     assert np.ptp(rows, axis=0).max() < 1e-12
+
+
+@pytest.mark.parametrize("ends", ["FINE", "CNT100"])
+def test_a_motion_that_was_refused_is_made_when_the_program_goes_on(run: Run, ends: str) -> None:
+    """STOP: paused before that line, whose corner is not rounded; RESET and START make it again."""
+    lines = ["PR[2]=P[1]", "PR[2,3]=400", "LOCK PREG", f"L P[2] 200mm/sec {ends}"]
+    stage = run(["J P[1] 50% FINE", *lines, "L PR[2] 200mm/sec FINE", "WAIT .1(sec)"], ARC)
+    now = stage.now
+    assert now.program_state is ProgramState.PAUSED and now.outputs.fault
+    assert now.alarm is not None and now.alarm.code is alarms.POSITION_LIMIT
+    there = stage.flange(5)[-1, :3, 3] if ends == "FINE" else None
+    for mended in (False, True):
+        if mended:
+            place = Indexed("PR", (2.0, 3.0))
+            stage.controller._registers.write(place, 80.0)
+        for key in ("panel_reset", "panel_start"):
+            stage.controller.pulse_input(key)
+            stage.end()
+        assert (stage.now.alarm is None) is mended
+    assert stage.now.program_state is ProgramState.ABORTED
+    assert there is None or there == pytest.approx(B, abs=1e-3)
+    arm, q = stage._arm, stage.told[-1][1]
+    assert 1e3 * arm.pose(q[list(arm.columns)])[:3, 3] == pytest.approx([*A[:2], 80.0], abs=1e-3)
+
+
+def test_a_user_alarm_pauses_the_program_behind_its_line(run: Run) -> None:
+    """RESET and START go on with what follows; the motion before it is not made twice."""
+    stage = run(["J P[1] 50% FINE", "R[51]=R[51]+1", "UALM[3]", "J P[2] 50% FINE"], CORNER)
+    assert stage.now.alarm is not None and stage.now.alarm.code is alarms.USER_ALARM
+    assert stage.now.program_state is ProgramState.PAUSED
+    for key in ("panel_reset", "panel_start"):
+        stage.controller.pulse_input(key)
+        stage.end()
+    assert stage.now.alarm is None and stage.now.program_state is ProgramState.ABORTED
+    assert stage.now.positions[0] == pytest.approx(math.radians(60.0), abs=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -278,4 +326,5 @@ def test_the_elbows_letter_is_told_by_its_side_and_not_by_its_sign(
     planner = Planner(load_robot(path.parent), ())
     none = Pose((0.0,) * 9)
     for q2, letter in zip((0.5, -0.5), letters):
-        assert planner.tip_pose((0.0, q2, -0.1, 0.0, 0.0), none, none).config == letter
+        shown = planner.tip_pose((0.0, q2, -0.1, 0.0, 0.0), none, none).config
+        assert shown == f"{letter}, 0, 0, 0"

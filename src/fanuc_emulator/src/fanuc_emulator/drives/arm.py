@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 from scara_config import Robot
+from scara_config.elbow import elbow_of
 
 Matrix = NDArray[np.float64]
 NEAR = 1e-10
@@ -25,6 +26,9 @@ SINGULAR = 0.005
 
 class Arm:
     """The joints that move the tool.
+
+    The flange of a SCARA is turned by R = J1 + J2 + J4, as its maker counts it [chk]; how tool0 of
+    robot.yaml is turned about the same axis is no matter here.
 
     Args:
         robot: robot.yaml.
@@ -41,6 +45,8 @@ class Arm:
         self.columns = tuple(k for k, _ in carried)
         self._screws = [np.array(screw) for _, screw in carried]
         self._home = np.array(robot.home_pose)
+        if elbow_of(robot) is not None and self._home[2, 2] < 0.0:
+            self._home[:3, :3] = np.diag((1.0, -1.0, -1.0))
         self._scale = np.array([1.0, 1.0, 1.0, *[1e3 / robot.reach_mm] * 3])
         self._limits = [(robot.joints[k].lower, robot.joints[k].upper) for k in self.columns]
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import msgspec
 import numpy as np
 from scara_config import Joint, Robot
-from scara_config.elbow import elbow_of
+from scara_config.programs.configuration import Configuration, read_configuration
 from scara_config.programs.tp.motion import Asked
 from scara_config.programs.tp.values import POSE_NUMBERS, ExecutionError, Pose, Value
 
@@ -16,12 +16,13 @@ from fanuc_emulator import alarms
 from fanuc_emulator.alarms import RefusedError, check_ranges
 from fanuc_emulator.drives.arm import Arm, Matrix, inverse
 from fanuc_emulator.drives.axis import AxisParameters
+from fanuc_emulator.drives.bend import Bend
 from fanuc_emulator.drives.interpolator import JointMove, Trapezoid
 from fanuc_emulator.drives.path import PathMove, Speed, ToolPath
 
 _MM = 1e-3
 ELSEWHERE = 1e-4
-"""A line ends so near the joint positions that were taught [rad, m], or it ends in others."""
+"""A path ends so near the joint positions that were taught [rad, m], or it ends in others."""
 
 
 class Target(msgspec.Struct, frozen=True):
@@ -90,12 +91,7 @@ class Planner:
     def __init__(self, robot: Robot, limits: Sequence[AxisParameters]) -> None:
         self.robot, self._limits = robot, limits
         self._arm = Arm(robot)
-        elbow = elbow_of(robot)
-        # Where it stands among the arm's joints; None: no side is named.
-        self._elbow = elbow and (
-            self._arm.columns.index(robot.joints.index(elbow.joint)),
-            elbow,
-        )
+        self._bend = Bend(robot, self._arm)
         self._others = [k for k in range(len(robot.joints)) if k not in self._arm.columns]
 
     def plan(self, step: PathStep, begin: Sequence[float]) -> Trapezoid:
@@ -130,13 +126,28 @@ class Planner:
             velocities,
             accelerations,
         )
-        taught = self._taught(last)
-        if taught is None or last.shifted:
-            return move
-        if max(abs(a - b) for a, b in zip(taught, move.end)) > ELSEWHERE:
-            why = "the same place in another configuration of the arm is taught"
-            raise RefusedError(alarms.NOT_REACHABLE, why)
+        self._check_bend(last, move.end)
         return move
+
+    def _check_bend(self, target: Target, end: Sequence[float]) -> None:
+        """Refuse a path that ends with the arm bent otherwise than its target says.
+
+        How often a joint has gone round there is no matter: the path itself leads to that.
+
+        Raises:
+            RefusedError: It does.
+        """
+        told, taught = _told(target), self._taught(target)
+        arm = self._of_arm(end)
+        same = True
+        if told is not None:
+            same = self._bend.is_bent(arm, told.letters)
+        elif taught is not None and not target.shifted:
+            apart = (a - b for a, b in zip(self._of_arm(taught), arm))
+            same = all(abs(math.remainder(each, math.tau)) <= ELSEWHERE for each in apart)
+        if not same:
+            why = "the path ends with the arm bent otherwise than its target says"
+            raise RefusedError(alarms.CONFIG_CHANGE, why)
 
     def _joints(self, target: Target, begin: Sequence[float]) -> tuple[float, ...]:
         """Return joint positions of a target, near where the motion begins.
@@ -148,44 +159,35 @@ class Planner:
         if found is None or target.shifted:
             goal = self._tip(target, begin) @ inverse(matrix(target.tool))
             here = self._of_arm(begin if found is None else found)
-            solved = [
-                each
-                for guess in self._guesses(here)
-                if (each := self._arm.solve(goal, guess)) is not None
-                and self._configured(target, each)
-            ]
-            if not solved:
-                raise RefusedError(alarms.NOT_REACHABLE, "no joint positions bring the tool there")
-            nearest = min(solved, key=lambda q: max(abs(a - b) for a, b in zip(q, here)))
             place = list(self._others_at(target, begin))
-            for column, position in zip(self._arm.columns, nearest):
+            for column, position in zip(self._arm.columns, self._solve(goal, _told(target), here)):
                 place[column] = position
             found = tuple(place)
         check_ranges(self.robot.joints, found)
         return found
 
-    def _guesses(self, here: tuple[float, ...]) -> list[tuple[float, ...]]:
-        """Return where to look for joint positions: here, and with the elbow on either side."""
-        if self._elbow is None:
-            return [here]
-        k, elbow = self._elbow
-        bend = max(abs(elbow.bend(here[k])), 1.0)
-        bent = [elbow.sign * (side * bend - elbow.zero) for side in (1.0, -1.0)]
-        return [here, *((*here[:k], q, *here[k + 1 :]) for q in bent)]
+    def _solve(
+        self, goal: Matrix, told: Configuration | None, here: tuple[float, ...]
+    ) -> tuple[float, ...]:
+        """Return the arm's joint positions that bring the flange somewhere, bent as it is told.
 
-    def _configured(self, target: Target, q: Sequence[float]) -> bool:
-        """Tell whether the elbow is on the side that the target's configuration names, R or L."""
-        place = target.place
-        letters = place.config if isinstance(place, Pose) and place.config else ""
-        side = {"R": 1.0, "L": -1.0}.get(letters.strip()[:1])
-        return side is None or side * self._bend(q) >= 0.0
+        Args:
+            goal: Pose of the flange in the base, shape (4, 4) [m].
+            told: The configuration; None: the arm stays bent as it is.
+            here: Where the motion begins [rad or m].
 
-    def _bend(self, q: Sequence[float]) -> float:
-        """Return how far the forearm is turned to the left [rad]; ``q`` of the arm's joints."""
-        if self._elbow is None:
-            return 0.0
-        k, elbow = self._elbow
-        return elbow.bend(q[k])
+        Raises:
+            RefusedError: There are none.
+        """
+        letters = (told or self._bend.at(here)).letters
+        for guess in self._bend.guesses(goal, here):
+            solved = self._arm.solve(goal, guess)
+            for each in () if solved is None else self._bend.alike(solved):
+                turned = self._bend.turned(each, told, here)
+                if turned is not None and self._bend.is_bent(each, letters):
+                    return turned
+        shown = f" with the arm bent {told.text}" if told else ""
+        raise RefusedError(alarms.NOT_REACHABLE, f"no joint positions bring the tool there{shown}")
 
     def _tip(self, target: Target, begin: Sequence[float]) -> Matrix:
         """Return the pose of the tool's tip at a target, in the base, shape (4, 4) [m]."""
@@ -234,9 +236,14 @@ class Planner:
         w, r = math.atan2(turn[2, 1], turn[2, 2]), math.atan2(turn[1, 0], turn[0, 0])
         places = [value / _MM for value in tip[:3, 3]] + list(map(math.degrees, (w, p, r)))
         places += [q[k] / self.robot.joints[k].scale for k in self._others]
-        letter = "R" if self._bend(self._of_arm(q)) >= 0.0 else "L"
-        side = letter if self._elbow is not None else ""
-        return Pose(tuple((*map(float, places), *[0.0] * POSE_NUMBERS))[:POSE_NUMBERS], side)
+        values = tuple((*map(float, places), *[0.0] * POSE_NUMBERS))[:POSE_NUMBERS]
+        return Pose(values, self._bend.at(self._of_arm(q)).text)
+
+
+def _told(target: Target) -> Configuration | None:
+    """Return how the arm is to be bent at a Cartesian target; None: nothing is told."""
+    place = target.place
+    return read_configuration(place.config or "") if isinstance(place, Pose) else None
 
 
 def matrix(pose: Pose) -> Matrix:
