@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from fanuc_emulator.tp.rehearsal import rehearse
+from scara_config import Robot, load_robot
 from scara_config.programs.files import Taught
 from scara_config.programs.steps import GripperStep, MoveStep, Step
 from scara_config.programs.tp.execution import flow_of
 from scara_config.programs.tp.lines import read_line
 from scara_config.programs.tp.listing import Program
-from scara_config.programs.walk import walk
+
+from harness.workspace import ROOT
 
 
 def program_of(name: str, steps: Sequence[Step]) -> Taught:
@@ -29,6 +32,6 @@ def program_of(name: str, steps: Sequence[Step]) -> Taught:
     return Taught(flow_of(Program(name, tuple(map(read_line, texts))), name), positions)
 
 
-def steps_of(program: Taught) -> list[Step]:
+def steps_of(program: Taught, robot: Robot | None = None) -> list[Step]:
     """Return what a program does, one step after the other."""
-    return list(walk(program.flow, program.positions))
+    return list(rehearse(program, robot or load_robot(ROOT / "config"), {}))

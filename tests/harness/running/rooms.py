@@ -30,7 +30,7 @@ ROOMS: dict[str, set[str]] = {
     "fanuc_kit": FLOOR | {"twin_controller"},
     "what_if": FLOOR
     | {"scara_msgs", "scara_control", "scara_description", "scara_simulation"}
-    | {"cell_recorder"},
+    | {"cell_recorder", "fanuc_emulator"},
     "twin_experiments": NODE | {"scara_control", "cell_recorder"},
     "twin_analysis": NODE
     | {"scara_control", "scara_simulation", "fanuc_emulator", "twin_controller"}

@@ -1,30 +1,45 @@
-"""The robot's time law, against the stand-in's own interpolator."""
+"""The time law in closed form, against the stand-in's own steps."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 from fanuc_emulator.drives.interpolator import JointMove
-from what_if.timing.law import trapezoid
+from what_if.timing.law import Law, straight_course
 
 VELOCITY, ACCELERATION = (4.0, 6.0, 1.0), (20.0, 30.0, 10.0)
 
 
 @pytest.mark.parametrize("end", [(1.0, -0.5, 0.05), (0.02, 0.0, 0.0), (2.0, 3.0, -0.2)])
 def test_a_move_takes_as_long_as_the_stand_ins(end: tuple[float, ...]) -> None:
-    """Two codes, one law: the stand-in steps, ours is in closed form."""
+    """It steps, ours is in closed form."""
     dt, steps = 1e-4, 0
     move = JointMove((0.0,) * 3, end, 1.0, VELOCITY, ACCELERATION)
     while not move.done:
         move.advance(1.0, dt)
         steps += 1
-    course = trapezoid((0.0,) * 3, end, VELOCITY, ACCELERATION, 0.004)
-    assert course.times[-1] == pytest.approx(steps * dt, abs=5 * dt)
+    law = Law(JointMove((0.0,) * 3, end, 1.0, VELOCITY, ACCELERATION), 1.0)
+    assert law.duration == pytest.approx(steps * dt, abs=5 * dt)
+
+
+@pytest.mark.parametrize("override", [0.1, 0.6, 1.0])
+def test_a_move_is_where_the_stand_ins_is_at_each_instant(override: float) -> None:
+    """At any override, ramps included."""
+    dt, end = 1e-4, (1.0, -0.5, 0.05)
+    move = JointMove((0.0,) * 3, end, 1.0, VELOCITY, ACCELERATION)
+    law = Law(move, override)
+    stepped = []
+    while not move.done:
+        move.advance(override, dt)
+        stepped.append(move.progress)
+    times = dt * np.arange(1, len(stepped) + 1)
+    assert np.abs(law.at(times)[0] - np.array(stepped)).max() < 2e-3
 
 
 def test_speeds_are_the_slopes_of_positions() -> None:
     """And nobody is faster than allowed."""
-    course = trapezoid((0.0,) * 3, (1.0, -0.5, 0.05), VELOCITY, ACCELERATION, 1e-4)
+    move = JointMove((0.0,) * 3, (1.0, -0.5, 0.05), 1.0, VELOCITY, ACCELERATION)
+    course = straight_course((0.0,) * 3, move, Law(move, 1.0), 1e-4)
     slopes = np.gradient(course.q, course.times, axis=0)
     assert np.abs(slopes - course.qdot)[2:-2].max() < 0.01
     assert np.all(np.abs(course.qdot).max(axis=0) <= np.array(VELOCITY) + 1e-9)
@@ -34,4 +49,5 @@ def test_speeds_are_the_slopes_of_positions() -> None:
 
 def test_a_move_to_where_it_stands_takes_no_time() -> None:
     """No division by nothing."""
-    assert trapezoid((1.0,), (1.0,), (1.0,), (1.0,), 0.01).times.tolist() == [0.0]
+    move = JointMove((1.0,), (1.0,), 1.0, (1.0,), (1.0,))
+    assert straight_course((1.0,), move, Law(move, 1.0), 0.01).times.tolist() == [0.0]

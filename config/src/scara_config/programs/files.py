@@ -17,7 +17,7 @@ from scara_config.programs.tp.execution import Flow, flow_of
 from scara_config.programs.tp.listing import Line, MotionLine, Position, Program
 from scara_config.programs.tp.reader import read
 from scara_config.programs.tp.values import POSE_NUMBERS, Pose
-from scara_config.programs.walk import check_motions, walk
+from scara_config.programs.walk import check_motions
 from scara_config.robot import Joint, Robot
 
 TIP = ("X", "Y", "Z", "W", "P", "R")
@@ -130,20 +130,6 @@ def read_taught(path: Path, robot: Robot) -> Taught:
     flow = flow_of(program, str(path))
     check_motions(flow, poses, str(path))
     return Taught(flow, positions, poses)
-
-
-def read_program(path: Path, robot: Robot) -> ProgramSteps:
-    """Read one file of programs/ and return what it makes the robot do.
-
-    Raises:
-        ConfigError: The file is wrong, or what the program does depends on its inputs.
-    """
-    taught = read_taught(path, robot)
-    try:
-        steps = tuple(walk(taught.flow, taught.positions))
-    except ConfigError as error:
-        raise ConfigError(f"{path}: {error}") from error
-    return ProgramSteps(taught.name, steps)
 
 
 def axis_names(robot: Robot) -> dict[str, Joint]:

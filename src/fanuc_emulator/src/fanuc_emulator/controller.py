@@ -19,7 +19,7 @@ from fanuc_emulator import alarms
 from fanuc_emulator.alarms import Alarm, AlarmCode, AlarmList, RefusedError, Severity
 from fanuc_emulator.config import EmulatorConfig
 from fanuc_emulator.drives.group import MotionGroup
-from fanuc_emulator.drives.planner import Planner
+from fanuc_emulator.drives.planner import Limits, Planner
 from fanuc_emulator.gripping.cell_parts import CellParts
 from fanuc_emulator.jobs import Jobs
 from fanuc_emulator.places import Signals, registers_of
@@ -71,7 +71,8 @@ class Controller:
         self._home = joint_positions(config.start_position, robot, lambda _: "start_position")
         plant = config.plant
         axes = axes_of(plant, robot.joints, self._home)
-        planner = Planner(robot, [axis.parameters for axis in axes])
+        of_axes = [axis.parameters for axis in axes]
+        planner = Planner(robot, [Limits(p.velocity, p.program_acceleration) for p in of_axes])
         self._motion = MotionGroup(
             axes,
             plant.dt,

@@ -5,7 +5,7 @@ The kit maps UI[n] to the flag F[n]: what a client writes is a flag, and a progr
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -56,22 +56,12 @@ def registers_of(
         planner: Knows where the tool is.
     """
     joints = planner.robot.joints
-
-    def here() -> Pose:
-        frames = []
-        for kind in FRAMES:
-            selected = as_number(registers.read(Name(f"{kind}_NUM")))
-            found = registers.read(Indexed(kind, (selected,))) if selected else NO_SHIFT
-            assert isinstance(found, Pose)
-            frames.append(found)
-        return planner.tip_pose(motion.commands, *frames)
-
     reads: dict[str, Callable[[], Value]] = {
         "R[2]": lambda: float(source.speed_percent),
         "RO[1]": signals.gripper,
         "RI[1]": signals.vacuum,
         "JPOS": lambda: joint_pose(joints, motion.commands),
-        "LPOS": here,
+        "LPOS": lambda: tool_place(registers, planner, motion.commands),
         "PR[1]": lambda: joint_pose(joints, source.setpoint),
     }
     writes: dict[str, Callable[[Value], None]] = {
@@ -88,6 +78,21 @@ def registers_of(
         reads[f"UO[{number}]"] = partial(_output, signals.outputs, name)
     registers = Registers(reads, writes, signals.now)
     return registers
+
+
+def tool_place(registers: Registers, planner: Planner, q: Sequence[float]) -> Pose:
+    """Return LPOS: where the tool that is selected is, in the frame that is.
+
+    Raises:
+        ExecutionError: One is not known.
+    """
+    frames = []
+    for kind in FRAMES:
+        selected = as_number(registers.read(Name(f"{kind}_NUM")))
+        found = registers.read(Indexed(kind, (selected,))) if selected else NO_SHIFT
+        assert isinstance(found, Pose)
+        frames.append(found)
+    return planner.tip_pose(q, *frames)
 
 
 def _switch(write: Callable[[str, bool], None], name: str, value: Value) -> None:

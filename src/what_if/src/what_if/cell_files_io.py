@@ -6,11 +6,12 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from fanuc_emulator.tp.rehearsal import read_program
 from scara_config import ConfigError, config_directory, load_robot
 from scara_config.palletise import find_palletise
 from scara_config.payload import Payload, Payloads, load_payloads
 from scara_config.profile import PROGRAM_ENDING
-from scara_config.programs.files import ProgramSteps, program_files, read_program
+from scara_config.programs.files import ProgramSteps, program_files
 from scara_control.config import load_motion
 from scara_control.dynamics.arm_model_io import ArmModel
 
@@ -135,8 +136,8 @@ def find_program(cell: Cell, name: str, directory: Path | str | None = None) -> 
             text lists those that exist.
     """
     if name.upper().endswith(PROGRAM_ENDING):
-        return read_program(Path(name), cell.robot)
+        return read_program(Path(name), cell.robot, directory)
     known = program_files(directory)
     if name.upper() not in known:
         raise ConfigError(f"unknown program {name!r}: there are {', '.join(known)}")
-    return read_program(known[name.upper()], cell.robot)
+    return read_program(known[name.upper()], cell.robot, directory)

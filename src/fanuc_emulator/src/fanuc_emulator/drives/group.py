@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from scara_config.programs.steps import MoveStep
+from scara_config.programs.steps import MoveStep, PathStep
 
 from fanuc_emulator.drives.axis import Axis
-from fanuc_emulator.drives.interpolator import JointMove, Trapezoid
-from fanuc_emulator.drives.planner import PathStep, Planner
+from fanuc_emulator.drives.interpolator import Trapezoid
+from fanuc_emulator.drives.planner import Planner
 from fanuc_emulator.plant.interpreter import StreamInterpreter
 
 
@@ -20,7 +20,7 @@ class MotionGroup:
         dt: Servo period [s].
         every: Servo periods in an interpolation period; the drives go straight between two points.
         interpreter: Carries out the stream; None: each set point counts at once.
-        planner: Plans lines and arcs; None: there are none.
+        planner: Plans moves.
         phase: So many servo periods of the first interpolation period are over.
 
     Attributes:
@@ -34,9 +34,9 @@ class MotionGroup:
         self,
         axes: Sequence[Axis],
         dt: float,
-        every: int = 1,
-        interpreter: StreamInterpreter | None = None,
-        planner: Planner | None = None,
+        every: int,
+        interpreter: StreamInterpreter | None,
+        planner: Planner,
         phase: int = 0,
     ) -> None:
         self.axes = tuple(axes)
@@ -96,51 +96,24 @@ class MotionGroup:
         places = zip(self.axes, self.positions, positions)
         return all([abs(q - there) <= axis.parameters.tolerance for axis, q, there in places])
 
-    def start_move(
-        self,
-        target: Sequence[float],
-        speed: float,
-        seconds: float | None = None,
-        quick: float = 1.0,
-    ) -> None:
-        """Plan a joint move from the end of the last one (or from where the command is).
-
-        Args:
-            target: Joint positions [rad or m], shape ``(n,)``.
-            speed: Fraction 0..1 of the greatest speed.
-            seconds: It takes so long at full override, if it can [s].
-            quick: Its accelerations, by the usual ones.
-        """
-        limits = [axis.parameters for axis in self.axes]
-        velocities = [p.velocity for p in limits]
-        accelerations = [p.program_acceleration * quick for p in limits]
-        begin = self.planned_end
-        self._begin(JointMove(begin, target, speed, velocities, accelerations, seconds))
-
     def start(self, step: MoveStep | PathStep) -> None:
-        """Begin the move of a program's line.
+        """Go on by the move of a program's line, which begins where the last one ends.
+
+        That one may not have ended yet.
 
         Raises:
             RefusedError: The tool cannot go there, or not on this way.
         """
-        if isinstance(step, PathStep):
-            assert self._planner is not None, "only joint moves to known places are planned"
-            self._begin(self._planner.plan(step, self.planned_end))
-            return
-        speed, quick = step.speed_percent / 100.0, step.acc_percent / 100.0
-        self.start_move(step.target, speed, step.seconds, quick)
+        move = self._planner.plan(step, self.planned_end)
+        self._end_stream()
+        if self._move is not None and not self._move.done:
+            self._rounded += (self._move,)
+        self._move = move
 
     @property
     def planned_end(self) -> tuple[float, ...]:
         """Where what is planned ends [rad or m]."""
         return self._targets if self._move is None else self._move.end
-
-    def _begin(self, move: Trapezoid) -> None:
-        """Go on by a move that begins where the last one ends, though that has not ended yet."""
-        self._end_stream()
-        if self._move is not None and not self._move.done:
-            self._rounded += (self._move,)
-        self._move = move
 
     def stream(self, target: Sequence[float] | None, speed: float) -> None:
         """Follow set points.

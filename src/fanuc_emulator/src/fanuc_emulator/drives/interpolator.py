@@ -8,6 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 
 def stopping_speed(distance: float, deceleration: float, dt: float) -> float:
     r"""Compute the largest speed from which a stop within ``distance`` is possible.
@@ -68,6 +71,11 @@ class Trapezoid:
         self._peak = 0.0
 
     @property
+    def law(self) -> tuple[float, float]:
+        """Greatest rate of the parameter [1/s] at an override of 1, and how it changes [1/s^2]."""
+        return self._rate_limit, self._rate_change
+
+    @property
     def done(self) -> bool:
         """The end of the path is reached."""
         return self.progress >= 1.0
@@ -102,6 +110,10 @@ class Trapezoid:
 
     def positions(self) -> tuple[float, ...]:
         """Return the joint positions on the path now; the exact target at its end."""
+        raise NotImplementedError
+
+    def places(self, progress: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the joint positions at values of the parameter, shape (m, n) [rad or m]."""
         raise NotImplementedError
 
 
@@ -147,3 +159,9 @@ class JointMove(Trapezoid):
             return self.end
         s = self.progress
         return tuple([begin + s * (end - begin) for begin, end in zip(self._start, self.end)])
+
+    def places(self, progress: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the joint positions at values of the parameter, shape (m, n) [rad or m]."""
+        begin = np.array(self._start)
+        found: NDArray[np.float64] = begin + progress[:, None] * (np.array(self.end) - begin)
+        return found

@@ -146,14 +146,19 @@ class PathMove(Trapezoid):
         """Return the joint positions on the path now."""
         if self.done:
             return self.end
+        return tuple(map(float, self.places(np.array([self.progress]))[0]))
+
+    def places(self, progress: Matrix) -> Matrix:
+        """Return the joint positions at values of the parameter, shape (m, n) [rad or m]."""
         parts = len(self._nodes) - 1
-        k = min(int(self.progress * parts), parts - 1)
-        u = self.progress * parts - k
+        k = np.minimum((progress * parts).astype(int), parts - 1)
+        u = (progress * parts - k)[:, None]
         a, b = self._nodes[k], self._nodes[k + 1]
         da, db = self._slopes[k] / parts, self._slopes[k + 1] / parts
         v = 1.0 - u
-        found = v * v * ((1.0 + 2.0 * u) * a + u * da) + u * u * ((1.0 + 2.0 * v) * b - v * db)
-        return tuple(map(float, found))
+        found: Matrix = v * v * ((1.0 + 2.0 * u) * a + u * da)
+        found += u * u * ((1.0 + 2.0 * v) * b - v * db)
+        return found
 
 
 def _solved(

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
-import msgspec
 import numpy as np
 from scara_config import Joint, Robot
 from scara_config.programs.configuration import Configuration, read_configuration
-from scara_config.programs.tp.motion import Asked
+from scara_config.programs.steps import MoveStep, PathStep, Target
 from scara_config.programs.tp.values import POSE_NUMBERS, ExecutionError, Pose, Value
 
 from fanuc_emulator import alarms
 from fanuc_emulator.alarms import RefusedError, check_ranges
 from fanuc_emulator.drives.arm import Arm, Matrix, inverse
-from fanuc_emulator.drives.axis import AxisParameters
 from fanuc_emulator.drives.bend import Bend
 from fanuc_emulator.drives.interpolator import JointMove, Trapezoid
 from fanuc_emulator.drives.path import PathMove, Speed, ToolPath
@@ -25,60 +24,15 @@ ELSEWHERE = 1e-4
 """A path ends so near the joint positions that were taught [rad, m], or it ends in others."""
 
 
-class Target(msgspec.Struct, frozen=True):
-    """Where a motion goes to.
+class Limits(NamedTuple):
+    """How fast an axis goes [rad/s or m/s], and by which acceleration a program changes that."""
 
-    Attributes:
-        place: Joint positions in the order of robot.yaml [rad or m], or what a register holds.
-        frame: User frame of a Cartesian position.
-        tool: Tool frame, by the flange.
-        offset: Is added in the user frame.
-        tool_offset: Is added in the tool's frame.
-    """
-
-    place: tuple[float, ...] | Pose
-    frame: Pose
-    tool: Pose
-    offset: Pose | None = None
-    tool_offset: Pose | None = None
-
-    @property
-    def shifted(self) -> bool:
-        """Something is added to it."""
-        return self.offset is not None or self.tool_offset is not None
-
-
-class PathStep(msgspec.Struct, frozen=True):
-    """A motion that is no joint motion to a position that is taught in joints.
-
-    Attributes:
-        line: Its number.
-        motion: What the line asks for.
-        targets: Two for an arc.
-    """
-
-    line: int
-    motion: Asked
-    targets: tuple[Target, ...]
-
-    @property
-    def fine(self) -> bool:
-        """The next line waits until the motors are there."""
-        return self.motion.cnt is None
-
-    @property
-    def cnt(self) -> float:
-        """How far the corner to the next motion is rounded, 0..100."""
-        return self.motion.cnt or 0.0
-
-    @property
-    def speed_percent(self) -> float:
-        """Programmed speed; 0: it is told otherwise."""
-        return self.motion.percent or 0.0
+    velocity: float
+    program_acceleration: float
 
 
 class Planner:
-    """Plans what is more than a joint motion to known joint positions.
+    """Plans the motions of programs.
 
     Args:
         robot: robot.yaml.
@@ -88,13 +42,13 @@ class Planner:
         robot: As given.
     """
 
-    def __init__(self, robot: Robot, limits: Sequence[AxisParameters]) -> None:
+    def __init__(self, robot: Robot, limits: Sequence[Limits]) -> None:
         self.robot, self._limits = robot, limits
         self._arm = Arm(robot)
         self._bend = Bend(robot, self._arm)
         self._others = [k for k in range(len(robot.joints)) if k not in self._arm.columns]
 
-    def plan(self, step: PathStep, begin: Sequence[float]) -> Trapezoid:
+    def plan(self, step: MoveStep | PathStep, begin: Sequence[float]) -> Trapezoid:
         """Return the motion from where the last one ends.
 
         Args:
@@ -104,10 +58,13 @@ class Planner:
         Raises:
             RefusedError: The tool cannot go there, or not on this way.
         """
-        motion, target = step.motion, step.targets[-1]
-        quick = 0.01 * motion.acc
         velocities = [each.velocity for each in self._limits]
-        accelerations = [each.program_acceleration * quick for each in self._limits]
+        if isinstance(step, MoveStep):
+            accelerations = self._accelerations(step.acc_percent)
+            share = 0.01 * step.speed_percent
+            return JointMove(begin, step.target, share, velocities, accelerations, step.seconds)
+        motion, target = step.motion, step.targets[-1]
+        accelerations = self._accelerations(motion.acc)
         if motion.kind == "J":
             end = self._joints(target, begin)
             share = 0.01 * (motion.percent or 100.0)
@@ -128,6 +85,9 @@ class Planner:
         )
         self._check_bend(last, move.end)
         return move
+
+    def _accelerations(self, percent: float) -> list[float]:
+        return [0.01 * percent * each.program_acceleration for each in self._limits]
 
     def _check_bend(self, target: Target, end: Sequence[float]) -> None:
         """Refuse a path that ends with the arm bent otherwise than its target says.

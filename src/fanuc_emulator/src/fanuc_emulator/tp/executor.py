@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 import msgspec
 from scara_config.programs.files import Taught
-from scara_config.programs.steps import MoveStep, WaitStep
+from scara_config.programs.steps import MoveStep, PathStep, WaitStep
 from scara_config.programs.tp.execution import execute, flow_of
 from scara_config.programs.tp.listing import (
     Call,
@@ -38,7 +38,6 @@ from scara_config.set_up import kit_programs
 
 from fanuc_emulator import alarms
 from fanuc_emulator.alarms import RefusedError
-from fanuc_emulator.drives.planner import PathStep
 from fanuc_emulator.tp.motions import Frame, StreamStep, motion_step, moves, reachable
 from fanuc_emulator.tp.registers import ProgramRegisters
 
@@ -98,7 +97,7 @@ class Executor:
         self.line = 0
         self.state = ProgramState.ABORTED
         self.program: Program | None = None
-        self._memory, self._library = memory, library or {}
+        self._memory, self._library = memory, library if library is not None else {}
         self._frames: list[Frame] = []
         self._step: Step | None = None
         self._delay = 0.0
@@ -115,6 +114,16 @@ class Executor:
     def step(self) -> Step | None:
         """What is being executed now, None while nothing runs or the start delay lasts."""
         return None if self.state is ProgramState.ABORTED else self._step
+
+    @property
+    def ended(self) -> bool:
+        """No program runs or is paused."""
+        return self.state is ProgramState.ABORTED
+
+    @property
+    def frame(self) -> Frame:
+        """The program that runs, of those that have called each other."""
+        return self._frames[-1]
 
     def start(
         self, program: Program, delay: float, index: int = 0, arguments: Sequence[Value] = ()
@@ -347,8 +356,11 @@ class Executor:
         if not isinstance(step, UntilStep):
             return True
         frame = self._frames[-1]
-        if truth(step.condition, frame.memory):
-            return True
+        try:
+            if truth(step.condition, frame.memory):
+                return True
+        except ExecutionError as error:
+            raise ExecutionError(frame.program.flow.named(step.line - 1, str(error))) from error
         self.waited += dt
         if step.jump is None or self.waited < 0.01 * number(Name("$WAITTMOUT"), frame.memory):
             return False

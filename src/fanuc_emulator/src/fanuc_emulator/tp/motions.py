@@ -6,14 +6,13 @@ from collections.abc import Iterator, Mapping
 
 import msgspec
 from scara_config.programs.files import Taught
-from scara_config.programs.steps import MoveStep
+from scara_config.programs.steps import MoveStep, PathStep, Target
 from scara_config.programs.tp.listing import Call, Case, If, Indexed, MotionLine, Name, Select
 from scara_config.programs.tp.motion import Asked, asked
 from scara_config.programs.tp.printer import print_expression
 from scara_config.programs.tp.values import ExecutionError, Memory, Pose, number, resolved
 from scara_config.programs.walk import taught
 
-from fanuc_emulator.drives.planner import PathStep, Target
 from fanuc_emulator.tp.registers import FRAMES, NO_SHIFT
 
 
@@ -66,16 +65,19 @@ def _target(frame: Frame, motion: Asked, target: Indexed) -> Target:
         ExecutionError: It is not taught, or there is no such frame.
     """
     memory, program = frame.memory, frame.program
-    selected = [int(number(Name(name), memory)) for name in ("UFRAME_NUM", "UTOOL_NUM")]
+    told: tuple[int | None, int | None] = (None, None)
     place: tuple[float, ...] | Pose
     if target.kind == "P":
         at = taught(target, memory, program.poses or program.positions)
         found = program.poses.get(at)
         place = program.positions.get(at) or found.pose if found else program.positions[at]
-        told = (found.frame, found.tool) if found else (None, None)
-        selected = [given if own is None else own for own, given in zip(told, selected)]
+        told = (found.frame, found.tool) if found else told
     else:
         place = _pose(target, memory)
+    selected = [
+        int(number(Name(f"{kind}_NUM"), memory)) if own is None else own
+        for kind, own in zip(FRAMES, told)
+    ]
     frames = [
         NO_SHIFT if not each else _pose(Indexed(kind, (float(each),)), memory)
         for kind, each in zip(FRAMES, selected)

@@ -1,4 +1,4 @@
-"""The time law of the robot's own joint moves."""
+"""The time law of the robot's own moves, in closed form: the planner's, at an override."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
+from fanuc_emulator.drives.interpolator import Trapezoid
 
 from what_if.geometry.bodies import FloatArray
 from what_if.geometry.way import straight
@@ -16,47 +17,65 @@ NO_TIME = 1e-9
 """[s]: shorter pieces of a trapezoid are rounding."""
 
 
-def trapezoid(
-    start: Sequence[float],
-    end: Sequence[float],
-    velocity: Sequence[float],
-    acceleration: Sequence[float],
-    sample: float,
-) -> Course:
-    r"""Return a joint move with a trapezoid of speed, all joints together.
+class Law:
+    r"""When a move is where on its path.
 
-    With the distances :math:`D_i` the place :math:`s \in [0, 1]` has the largest rate
-    :math:`r = \min_i v_i / D_i` and changes it by :math:`c = \min_i a_i / D_i`. Ramps take
-    :math:`r / c`; a move too short for both has the top rate :math:`\sqrt c`.
+    The place :math:`s \in [0, 1]` has the largest rate :math:`r` and changes it by :math:`c`. Ramps
+    take :math:`r / c`; a move too short for both has the top rate :math:`\sqrt c`.
 
     Args:
-        start: Joint positions, shape (n,), SI.
-        end: Likewise.
-        velocity: Largest joint speeds in this move, shape (n,).
-        acceleration: Largest accelerations, shape (n,).
+        move: As the robot plans it.
+        override: Fraction 0..1 of its programmed speed.
+
+    Attributes:
+        duration: Of the plan [s].
+        ramp: Of its beginning, and of its end [s].
+    """
+
+    def __init__(self, move: Trapezoid, override: float) -> None:
+        rate, self._change = move.law
+        self.duration = self.ramp = self._top = 0.0
+        if not move.done:
+            self._top = min(rate * override, math.sqrt(self._change))
+            self.ramp = self._top / self._change
+            self.duration = 1.0 / self._top + self.ramp
+
+    def times(self, sample: float) -> FloatArray:
+        """Return the corners and times between them no further apart than ``sample`` [s]."""
+        return _times((0.0, self.ramp, self.duration - self.ramp, self.duration), sample)
+
+    def at(self, times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return place, rate and change of rate at times from the beginning [s]; at rest behind."""
+        if self.duration == 0.0:
+            return np.ones_like(times), np.zeros_like(times), np.zeros_like(times)
+        times = np.minimum(times, self.duration)
+        brakes = self.duration - self.ramp
+        up, down = np.minimum(times, self.ramp), np.maximum(times - brakes, 0.0)
+        change, top = self._change, self._top
+        s = 0.5 * change * up**2 + top * np.maximum(times - self.ramp, 0.0) - 0.5 * change * down**2
+        speed = np.maximum(change * up - change * down, 0.0)
+        # At a corner of the trapezoid the joints have the ramp's acceleration just before or after.
+        bend = np.where(times <= self.ramp, change, np.where(times >= brakes, -change, 0.0))
+        s[times >= self.duration] = 1.0
+        return np.clip(s, 0.0, 1.0), speed, bend
+
+
+def straight_course(start: Sequence[float], move: Trapezoid, law: Law, sample: float) -> Course:
+    """Return a joint move with nothing beside it.
+
+    Args:
+        start: Joint positions at its start, shape (n,), SI.
+        move: The move.
+        law: Its own.
         sample: Distance of the chosen times [s].
     """
-    a, b = np.array(start, dtype=float), np.array(end, dtype=float)
-    way = b - a
-    moving = [k for k in range(len(way)) if way[k] != 0.0]
-    if not moving:
+    a, way = np.array(start, dtype=float), np.subtract(move.end, start)
+    times = law.times(sample)
+    s, speed, bend = law.at(times)
+    if len(times) < 2:
         still = np.zeros((1, len(a)))
-        return Course(np.zeros(1), a[None], still, still, np.zeros(1))
-    rate = min(velocity[k] / abs(way[k]) for k in moving)
-    change = min(acceleration[k] / abs(way[k]) for k in moving)
-    top = min(rate, math.sqrt(change))
-    ramp = top / change
-    duration = 1.0 / top + ramp
-    times = _times((0.0, ramp, duration - ramp, duration), sample)
-    up, down = np.minimum(times, ramp), np.maximum(times - (duration - ramp), 0.0)
-    s = 0.5 * change * up**2 + top * np.maximum(times - ramp, 0.0) - 0.5 * change * down**2
-    speed = np.maximum(change * up - change * down, 0.0)
-    # At a corner of the trapezoid the joints have the ramp's acceleration just before or after.
-    bend = np.where(times <= ramp, change, np.where(times >= duration - ramp, -change, 0.0))
-    s[-1] = 1.0
-    return Course(
-        times, a + s[:, None] * way, speed[:, None] * way, bend[:, None] * way, np.clip(s, 0.0, 1.0)
-    )
+        return Course(times, a[None], still, still, np.zeros(1))
+    return Course(times, a + s[:, None] * way, speed[:, None] * way, bend[:, None] * way, s)
 
 
 def _times(corners: Sequence[float], sample: float) -> FloatArray:

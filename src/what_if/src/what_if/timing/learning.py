@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import msgspec
 import numpy as np
-from scara_config.programs.steps import MoveStep
+from scara_config.programs.steps import MoveStep, PathStep
 
 from what_if.config import ProgramConfig
 from what_if.errors import WhatIfError
@@ -30,7 +30,8 @@ def rests_of(world: World, motion: ProgramRun, seen: Sequence[tuple[int, float]]
         motion: The program.
         seen: Numbers of the lines that the robot showed, and since when [s].
     """
-    steps, legs = motion.program.steps, plan(world, motion).legs
+    steps = motion.program.steps
+    legs = {leg.number: leg for leg in reversed(plan(world, motion).legs)}
     fine = world.cell.config.program.fine_ms * 1e-3
     found, at = [], 0
     for number, ((line, begin), (after, end)) in enumerate(pairwise(seen)):
@@ -38,9 +39,10 @@ def rests_of(world: World, motion: ProgramRun, seen: Sequence[tuple[int, float]]
             at += 1
         if at + 1 >= len(steps):
             break
-        step, leg = steps[at], legs[at]
-        if number and isinstance(step, MoveStep) and step.fine and steps[at + 1].line == after:
-            found.append(end - begin - (leg.duration - fine))
+        step = steps[at]
+        moves = isinstance(step, MoveStep | PathStep) and step.fine
+        if number and moves and steps[at + 1].line == after:
+            found.append(end - begin - (legs[at].duration - fine))
         at += 1
     return found
 

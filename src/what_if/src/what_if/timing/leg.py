@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from what_if.geometry.bodies import FloatArray
 from what_if.geometry.way import Way
+from what_if.verdict import Reason
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,7 @@ class Leg:
         course: When they are where; None: they stand.
         grip: The suction is switched on or off at the end; None: it stays.
         waits: The duration contains the robot's lag once.
+        number: Of the program's step that it belongs to; -1: it is no program's.
     """
 
     begin: float
@@ -50,9 +52,39 @@ class Leg:
     course: Course | None = None
     grip: bool | None = None
     waits: bool = False
+    number: int = -1
+
+    def of_step(self, number: int) -> Leg:
+        """Return it as a leg of one of a program's steps."""
+        return replace(self, number=number)
 
     def time_at(self, u: float) -> float:
         """Return when a place of the way is passed, from the beginning of the motion [s]."""
         if self.course is None:
             return self.begin
         return self.begin + float(np.interp(u, self.course.u, self.course.times))
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A motion in time, and what stands against it before anybody looks at bodies."""
+
+    legs: tuple[Leg, ...]
+    reasons: tuple[Reason, ...] = ()
+
+
+def curved(course: Course, begin: float, step: str, after: float) -> Leg:
+    r"""Return a leg whose way is no straight line, but nearly one between two samples.
+
+    A joint with the acceleration a strays from a straight piece that lasts h by at most
+    :math:`a h^2 / 8`.
+
+    Args:
+        course: Of the joints.
+        begin: From the beginning of the motion [s].
+        step: In words.
+        after: What its end is waited for [s].
+    """
+    h = float(np.max(np.diff(course.times)))
+    slack = np.max(np.abs(course.qddot), axis=0) * h * h / 8.0
+    return Leg(begin, float(course.times[-1]) + after, step, Way(course.q, slack.tolist()), course)

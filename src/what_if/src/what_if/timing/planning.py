@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
-from scara_config.programs.steps import GripperStep, MoveStep
 from scara_control.dynamics.effort import load_of
 from scara_control.dynamics.planner import Planner
 from scara_control.errors import JointLimitError, ScaraControlError
@@ -17,10 +14,10 @@ from scara_control.limits import check_limits
 from scara_control.trajectory.goal import named_joints, plan_path
 
 from what_if.errors import WhatIfError
-from what_if.geometry.way import Way
 from what_if.motions import JointTarget, Motion, ProgramRun, Recorded, ToolTarget
-from what_if.timing.law import move_leg, trapezoid
-from what_if.timing.leg import Course, Leg
+from what_if.timing.law import move_leg
+from what_if.timing.leg import Course, Leg, Planned, curved
+from what_if.timing.programs import plan_program
 from what_if.verdict import Cause, Reason
 from what_if.world import World
 
@@ -34,14 +31,6 @@ MOST_SAMPLES = 20000
 4 ms). The slack between two samples grows with it, so nothing is missed."""
 
 
-@dataclass(frozen=True)
-class Planned:
-    """A motion in time, and what stands against it before anybody looks at bodies."""
-
-    legs: tuple[Leg, ...]
-    reasons: tuple[Reason, ...] = ()
-
-
 def plan(world: World, motion: Motion) -> Planned:
     """Plan a motion from where the joints are.
 
@@ -50,7 +39,7 @@ def plan(world: World, motion: Motion) -> Planned:
     """
     try:
         if isinstance(motion, ProgramRun):
-            return _program(world, motion)
+            return plan_program(world, motion)
         if isinstance(motion, Setpoints):
             # Plan as trajectory_server does
             joints = world.cell.robot.twin_joints
@@ -71,7 +60,7 @@ def plan(world: World, motion: Motion) -> Planned:
                     at.qddot,
                 )
             course = Course(times, rows[0], rows[1], rows[2], np.arange(count, dtype=float))
-            leg = _curved(world, course, "trajectory", world.lag.mean)
+            leg = curved(course, 0.0, "trajectory", world.lag.mean)
             return Planned((leg,), tuple(_too_much(world, course)))
         if isinstance(motion, Recorded):
             return _recorded(world, motion)
@@ -155,56 +144,6 @@ def _destination(world: World, motion: ToolTarget | JointTarget) -> tuple[float,
     return tuple(q)
 
 
-def _program(world: World, motion: ProgramRun) -> Planned:
-    """Lay a program's steps in a row, each move by the robot's own law."""
-    robot, settings = world.cell.robot, world.cell.config.program
-    columns = [k for k, joint in enumerate(robot.joints) if joint.twin]
-    joints = robot.joints
-    acceleration = [j.acceleration * settings.acceleration_percent / 100.0 for j in joints]
-    sample, now, legs = world.cell.config.sample_ms * 1e-3, 0.0, list[Leg]()
-    here = [0.0] * len(joints)
-    for column, q in zip(columns, world.q):
-        here[column] = q
-    reasons: list[Reason] = []
-    for step in motion.program.steps:
-        words = f"line {step.line} of {motion.program.name}"
-        if isinstance(step, MoveStep):
-            percent = step.speed_percent * world.override_percent / 100.0
-            # A cap is for a robot that follows. What slows its own program is the override.
-            speed = [joint.velocity * percent / 100.0 for joint in joints]
-            try:
-                check_limits(joints, step.target)
-            except JointLimitError as error:
-                reasons.append(Reason(Cause.LIMIT, now, words, None, str(error)))
-            course = trapezoid(here, step.target, speed, acceleration, sample)
-            after = (settings.fine_ms if step.fine else settings.cnt_ms) * 1e-3
-            leg = move_leg(_twins(course, columns), now, words, after)
-            here = list(step.target)
-        elif isinstance(step, GripperStep):
-            takes_ms = 0.0  # without parts there is nothing to grip
-            if world.cell.work is not None:
-                gripper = world.cell.work.gripper
-                takes_ms = gripper.vacuum_ms if step.on else gripper.release_ms
-            leg = Leg(now, takes_ms * 1e-3, words, grip=step.on)
-        else:
-            leg = Leg(now, step.seconds, words)
-        legs.append(leg)
-        now += leg.duration
-    return Planned(tuple(legs), tuple(reasons))
-
-
-def _twins(course: Course, columns: Sequence[int]) -> Course:
-    """Leave out the joints that the twin does not have."""
-    chosen = list(columns)
-    return Course(
-        course.times,
-        course.q[:, chosen],
-        course.qdot[:, chosen],
-        course.qddot[:, chosen],
-        course.u,
-    )
-
-
 def _recorded(world: World, motion: Recorded) -> Planned:
     """Take the way of a bag; speeds and accelerations are taken from smoothed positions.
 
@@ -234,14 +173,14 @@ def _recorded(world: World, motion: Recorded) -> Planned:
     legs, begin = [], 0
     for when, on in motion.grips:
         end = int(np.clip(np.searchsorted(times, when), begin + 1, len(times) - 1))
-        legs += [_part(world, course, begin, end), Leg(float(course.times[end]), 0.0, "", grip=on)]
+        legs += [_part(course, begin, end), Leg(float(course.times[end]), 0.0, "", grip=on)]
         begin = end
     if begin < len(times) - 1:
-        legs.append(_part(world, course, begin, len(times) - 1))
+        legs.append(_part(course, begin, len(times) - 1))
     return Planned(tuple(legs), tuple(_too_much(world, course)))
 
 
-def _part(world: World, course: Course, begin: int, end: int) -> Leg:
+def _part(course: Course, begin: int, end: int) -> Leg:
     """Return a piece of what was recorded."""
     cut = slice(begin, end + 1)
     piece = Course(
@@ -251,19 +190,7 @@ def _part(world: World, course: Course, begin: int, end: int) -> Leg:
         course.qddot[cut],
         np.arange(end + 1 - begin, dtype=float),
     )
-    leg = _curved(world, piece, "recorded way", 0.0)
-    return Leg(float(course.times[begin]), leg.duration, leg.step, leg.way, leg.course)
-
-
-def _curved(world: World, course: Course, step: str, after: float) -> Leg:
-    r"""Return a leg whose way is no straight line, but nearly one between two samples.
-
-    A joint with the acceleration a strays from a straight piece that lasts h by at most
-    :math:`a h^2 / 8`.
-    """
-    h = float(np.max(np.diff(course.times)))
-    slack = np.max(np.abs(course.qddot), axis=0) * h * h / 8.0
-    return Leg(0.0, float(course.times[-1]) + after, step, Way(course.q, slack.tolist()), course)
+    return curved(piece, float(course.times[begin]), "recorded way", 0.0)
 
 
 def _too_much(world: World, course: Course) -> list[Reason]:

@@ -1,0 +1,239 @@
+"""What a program makes the robot do, told beforehand: by the interpreter that executes it.
+
+Nothing is known of the robot but what the program itself has set. The vacuum follows the suction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+
+import msgspec
+from scara_config import Robot
+from scara_config.loader import ConfigError
+from scara_config.programs.configuration import read_configuration
+from scara_config.programs.files import ProgramSteps, Taught, program_files, read_taught
+from scara_config.programs.steps import GripperStep, MoveStep, PathStep, Step, WaitStep
+from scara_config.programs.tp.listing import Indexed, Name, PulseTime
+from scara_config.programs.tp.printer import print_expression
+from scara_config.programs.tp.values import ExecutionError, Pose, Value, Written, as_number, truth
+from scara_config.programs.walk import UnknownValueError
+
+from fanuc_emulator.alarms import RefusedError
+from fanuc_emulator.drives.planner import Limits, Planner, joint_pose
+from fanuc_emulator.places import tool_place
+from fanuc_emulator.tp.executor import MOST_LINES, MOVES, Executor, ProgramState, UntilStep
+from fanuc_emulator.tp.motions import StreamStep
+from fanuc_emulator.tp.registers import Registers
+
+MOST = 100_000
+"""A program that executes more lines without a motion or a wait does not end, as far as anybody
+can know [our]."""
+GRIPPER, VACUUM = Indexed("RO", (1.0,)), Indexed("RI", (1.0,))
+"""The suction and its answer."""
+
+
+def read_program(path: Path, robot: Robot, directory: Path | str | None = None) -> ProgramSteps:
+    """Read one file of programs/ and return what it makes the robot do.
+
+    Args:
+        path: The file.
+        robot: robot.yaml.
+        directory: Folder with all YAML files; its programs can be called.
+
+    Raises:
+        ConfigError: The file is wrong, or what the program does cannot be told beforehand; the
+            text names file, program and line.
+    """
+    program = read_taught(path, robot)
+    called = program_files(directory)
+    library = _Library({name: each for name, each in called.items() if each != path}, robot)
+    try:
+        return ProgramSteps(program.name, tuple(rehearse(program, robot, library)))
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from error
+
+
+class _Library(Mapping[str, Taught]):
+    """Programs that can be called, each read when it is."""
+
+    def __init__(self, files: Mapping[str, Path], robot: Robot) -> None:
+        self._files, self._robot = files, robot
+
+    def __getitem__(self, name: str) -> Taught:
+        return read_taught(self._files[name], self._robot)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._files)
+
+    def __len__(self) -> int:
+        return len(self._files)
+
+
+class _Known(Registers):
+    """Registers and signals that the program itself has set."""
+
+    def __init__(self, robot: Robot) -> None:
+        places = {"JPOS": self._joints, "LPOS": self._tool}
+        super().__init__(places, {"OVERRIDE": _no_override})
+        limits = [Limits(joint.velocity, joint.acceleration) for joint in robot.joints]
+        self._planner = Planner(robot, limits)
+        # The motions so far, and where those end of which that was asked.
+        self.moves: list[MoveStep | PathStep] = []
+        self._here: tuple[float, ...] | None = None
+        # How the suction was switched, until something that takes time comes behind it.
+        self.switched: GripperStep | None = None
+        # Number of the line that is executed.
+        self.line: Callable[[], int] = int
+
+    def read(self, place: Indexed | Name) -> Value:
+        """Return what the program has put there.
+
+        Raises:
+            UnknownValueError: It has put nothing there.
+        """
+        place = GRIPPER if place == VACUUM else place
+        element = isinstance(place, Indexed) and place.kind == "PR" and len(place.index) > 1
+        if place in self._values or place in self._reads or element:
+            return super().read(place)
+        raise UnknownValueError(f"depends on {print_expression(place)}, which is not known")
+
+    def write(self, place: Indexed | Name, value: Written) -> None:
+        """Note what is there from now on."""
+        super().write(place, value)
+        if place == GRIPPER:
+            self.switched = GripperStep(self.line(), bool(self._values[place]))
+
+    def _pulse(self, place: Indexed | Name, pulse: PulseTime) -> None:
+        self.write(place, False)  # at its end
+
+    def _joints(self) -> Value:
+        return joint_pose(self._planner.robot.joints, self._end())
+
+    def _tool(self) -> Value:
+        return tool_place(self, self._planner, self._end())
+
+    def _end(self) -> tuple[float, ...]:
+        """Return where the motions so far end [rad or m].
+
+        Raises:
+            ExecutionError: There is none, or one of them cannot be made.
+        """
+        for step in self.moves:
+            if self._here is None and not _leads_to_one_place(step):
+                break
+            home, joints = self._planner.robot.home, self._planner.robot.joints
+            begin = self._here or tuple(home.get(j.name, 0.0) * j.scale for j in joints)
+            try:
+                self._here = self._planner.plan(step, begin).end
+            except RefusedError as refused:
+                raise ExecutionError(f"line {step.line} leads nowhere: {refused}") from refused
+        self.moves = []
+        if self._here is None:
+            raise UnknownValueError("depends on where the robot stands, which is not known")
+        return self._here
+
+
+def _leads_to_one_place(step: MoveStep | PathStep) -> bool:
+    """Tell whether a motion ends with the same joint positions, wherever it begins."""
+    if isinstance(step, MoveStep):
+        return True
+    place = step.targets[-1].place
+    if step.motion.kind != "J" or not isinstance(place, Pose):
+        return False
+    told = read_configuration(place.config or "")
+    return place.config is None or (told is not None and bool(told.turns))
+
+
+def _no_override(_: Value) -> None:
+    raise ExecutionError("sets the override, which is that of the robot here")
+
+
+def rehearse(program: Taught, robot: Robot, library: Mapping[str, Taught]) -> Iterator[Step]:
+    """Yield what a program does, from its first line to its end.
+
+    A motion whose corner is not rounded, because what follows it waits for its end, has a CNT of 0.
+
+    Args:
+        program: The program.
+        robot: robot.yaml.
+        library: Programs that it can call.
+
+    Raises:
+        ConfigError: What it does depends on an input or a register that it has not set, it does
+            not end, or a line asks for what cannot be judged; the text names program and line.
+    """
+    memory = _Known(robot)
+    executor = Executor(memory, library)
+    executor.start(program, 0.0)
+    memory.line = lambda: executor.frame.index + 1
+    for step in _steps(executor, memory):
+        if isinstance(step, MOVES):
+            memory.moves.append(step)
+        name = executor.frame.program.name
+        yield step if name == program.name else msgspec.structs.replace(step, program=name)
+
+
+def _steps(executor: Executor, memory: _Known) -> Iterator[Step]:
+    """Yield what is done, line by line; a motion once it is told whether its corner is rounded."""
+    waiting: MoveStep | PathStep | None = None
+    seconds, idle = 0.0, 0
+    while idle <= MOST:
+        try:
+            step = executor.advance(seconds, waiting is None, waiting is None, lambda _: True)
+        except RefusedError as refused:
+            raise ConfigError(f"{executor.frame.program.name}: {refused}") from refused
+        seconds = 0.0
+        if executor.state is ProgramState.PAUSED or executor.beside:
+            raise _named(executor, "what follows cannot be told beforehand")
+        if step is None and waiting is not None and executor.step is waiting:
+            # What comes next waits for its end.
+            yield _to_its_end(waiting)
+            waiting = None
+            continue
+        if step is not None and waiting is not None:
+            yield waiting
+            waiting = None
+        idle = 0 if step is not None else idle + MOST_LINES
+        until = executor.step if isinstance(executor.step, UntilStep) else None
+        if memory.switched is not None and until is None and (step or executor.ended):
+            yield memory.switched
+            memory.switched = None
+        if executor.ended:
+            return
+        match step:
+            case MoveStep() | PathStep():
+                waiting = step
+            case WaitStep():
+                yield step
+                seconds = step.seconds
+            case StreamStep():
+                raise _named(executor, "PR[1] is not known beforehand")
+            case None if until is not None:
+                if until.jump is None:
+                    raise _named(executor, "nothing that the program does makes this true")
+                seconds = 0.01 * as_number(memory.read(Name("$WAITTMOUT")))
+                yield WaitStep(until.line, seconds)
+        if isinstance(step, UntilStep) and memory.switched is not None:
+            # The answer of the suction is what it waits for: it takes its time in this line.
+            memory.switched = msgspec.structs.replace(memory.switched, line=step.line)
+            holds = truth(step.condition, executor.frame.memory)
+            if holds:
+                yield memory.switched
+                memory.switched = None
+    raise ConfigError(f"{executor.frame.program.name}: {MOST} lines do not lead to its end")
+
+
+def _to_its_end(step: MoveStep | PathStep) -> MoveStep | PathStep:
+    """Return a motion whose corner is not rounded."""
+    if isinstance(step, MoveStep):
+        return msgspec.structs.replace(step, cnt=0.0)
+    cnt = None if step.fine else 0.0
+    motion = msgspec.structs.replace(step.motion, cnt=cnt)
+    return msgspec.structs.replace(step, motion=motion)
+
+
+def _named(executor: Executor, why: str) -> ConfigError:
+    """Return an error that names the line which was executed last."""
+    frame = executor.frame
+    return ConfigError(frame.program.flow.named(frame.index - 1, why))
