@@ -49,6 +49,9 @@ ENTRIES: dict[str, Entry] = {
     **dict.fromkeys(("alarm_severity", "alarm_time"), Entry(WHOLE)),
     "payload_mass": Entry(("float32", *WHOLE)),
 }
+GRIPPER_NUMBERS = {"gripper": "suction_now", "vacuum": "vacuum_now"}
+"""Registers of RO[1] and RI[1] by the output that each stands for: of a robot whose gripper its own
+programs switch, and nobody else."""
 WRITTEN = ("setpoint", "setpoint_valid", "heartbeat", "stream_speed", "override")
 # Signals of a robot, as a Fanuc controller names them: UI and UO.
 INPUTS = (

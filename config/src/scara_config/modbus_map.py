@@ -182,8 +182,13 @@ class ModbusMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
 
     @property
     def has_gripper(self) -> bool:
-        """The robot has a suction gripper."""
+        """The robot has a suction gripper that a client can switch."""
         return self._has_any((*GRIPPER_INPUTS, *GRIPPER_OUTPUTS))
+
+    @property
+    def shows_gripper(self) -> bool:
+        """The robot tells whether its suction is on, by a signal or by a number."""
+        return self.has_gripper or self.find("suction_now") is not None
 
     @property
     def has_panel(self) -> bool:

@@ -215,7 +215,8 @@ class RealSide:
     def _hand_over(self, sample: RobotSample, sent: float, received: float) -> None:
         """Give a sample to the core, as RealLink does."""
         program = self.shown.program_name
-        event = measured(sample, sent, received, self._files.robot, False, program)
+        grips = self._files.layout.find("suction_now") is not None
+        event = measured(sample, sent, received, self._files.robot, grips, program)
         self._put(msgspec.structs.replace(event, now=self._clock()))
 
     def _due(self, action: StreamReal) -> None:

@@ -1,9 +1,10 @@
 """The map of a robot that holds what a person can type, and nothing else.
 
 A robot's own modbus_map.yaml may name more: joint speeds, a stamp of each reading, set points ahead
-of their time, a word that says whether PR[1] counts, its gripper and the keys beside it. A program
-of its own has to keep those, longer than anybody types. Without them the pair takes speeds from
-differences, the robot's plain clock as its stamp, and PR[1] alone.
+of their time, a word that says whether PR[1] counts, a signal that switches its gripper and the
+keys beside it. A program of its own has to keep those, longer than anybody types. Without them the
+pair takes speeds from differences, the robot's plain clock as its stamp, and PR[1] alone. A gripper
+is switched by the robot's own programs then, and two slots show it.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ _STATE = (
 """One request in each cycle, without a gap; the program's name says whether the robot streams."""
 _OF_PROGRAMS = ("heartbeat_echo", "watchdog_state")
 """BGTWIN keeps them."""
+_OF_GRIPPER = ("suction_now", "vacuum_now")
+"""Of a robot with a gripper; where nobody needs them they are left out."""
 _PLAIN = {
     "clock_ms": Register(
         address=FREE.start,
@@ -37,6 +40,20 @@ _PLAIN = {
         unit="percent",
         variable="$MCR.$GENOVERRIDE",
         meaning="$MCR.$GENOVERRIDE, 1..100",
+    ),
+    "suction_now": Register(
+        address=FREE.start,
+        type="int16",
+        unit="flag",
+        variable="RO[1]",
+        meaning="RO[1]: the suction is on; leave it out where there is no gripper",
+    ),
+    "vacuum_now": Register(
+        address=FREE.start,
+        type="int16",
+        unit="flag",
+        variable="RI[1]",
+        meaning="RI[1]: there is vacuum, a part is held",
     ),
 }
 
@@ -62,6 +79,7 @@ def kit_map(layout: ModbusMap, leads: bool = True) -> ModbusMap:
             address += register.words
 
     take(*[name for name in _STATE if leads or name not in _OF_PROGRAMS])
+    take(*[name for name in _OF_GRIPPER if leads and layout.shows_gripper])
     take(*[name for name, entry in ENTRIES.items() if leads and entry.need == "lead"])
     take(*[name for name in layout.holding_registers if name.startswith("alarm_")])
     return msgspec.structs.replace(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from scara_config import Robot
-from scara_config.map_entries import FAST_CLOCK
+from scara_config.map_entries import FAST_CLOCK, GRIPPER_NUMBERS
 from scara_config.modbus_map import RING_NUMBERS, TABLES, ModbusMap, Register, Table
 
 from fanuc_emulator.controller import Controller
@@ -211,6 +211,8 @@ class RegisterImage:
     def _show_signals(self, snapshot: Snapshot) -> None:
         """Fill the words of outputs, inputs and the confirmed command, where the map has such."""
         layout = self._layout
+        for output, name in GRIPPER_NUMBERS.items():
+            self._put(name, (int(getattr(snapshot.outputs, output)),))
         if layout.status_word is not None:
             lit = [
                 bit

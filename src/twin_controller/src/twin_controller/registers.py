@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from scara_config import Robot
-from scara_config.map_entries import FAST_CLOCK
+from scara_config.map_entries import FAST_CLOCK, GRIPPER_NUMBERS
 from scara_config.modbus_map import ModbusMap, Register
 from scara_config.set_up.kit_programs import STREAM
 from scara_control.joint_motion import JointMotion
@@ -121,6 +121,7 @@ class RegisterCodec:
             _, (word,) = self._take(self._status.register, words, None)
             on = frozenset(name for name, bit in self._status.bits.items() if word >> bit & 1)
         on |= told
+        on |= {each for each, name in GRIPPER_NUMBERS.items() if self.given(name, words)}
         control = self._control_by_program(words, on)
         watchdog = None
         try:

@@ -111,7 +111,8 @@ class Node:
             gate: what_if.yaml.
             learned: Where what was learned of the robot is kept; None: nowhere.
         """
-        self._setup = Setup(robot, config)
+        switches = layout.has_gripper or not layout.shows_gripper
+        self._setup = Setup(robot, config, switches)
         self._base_frame = own_frame(robot.base_frame)
         self._learned = learned
         self._sensors, self._strangers = config.separation.sensors, tuple[str, ...]()
@@ -155,7 +156,7 @@ class Node:
 
         return RealLink(
             robot,
-            layout.has_gripper,
+            layout.shows_gripper,
             connect,
             self._put,
             self._changed,

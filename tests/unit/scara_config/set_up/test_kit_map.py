@@ -10,7 +10,7 @@ from scara_config.profile import CHOICE
 from scara_config.set_up.kit_map import kit_map
 from scara_config.set_up.slots import own_slots, slot_problems
 
-TYPED = 10
+TYPED = 12
 """So few slots are typed in some minutes."""
 
 
@@ -29,6 +29,7 @@ def test_what_is_typed_is_a_whole_map(own: ModbusMap, leads: bool) -> None:
     assert len(own_slots(found)) <= TYPED
     assert kit_map(found, leads) == found and found.leads == leads
     assert not found.has_panel and not found.has_gripper
+    assert found.shows_gripper == (leads and own.shows_gripper)
 
 
 def test_only_what_the_kits_programs_keep_is_asked_of_a_program(own: ModbusMap) -> None:

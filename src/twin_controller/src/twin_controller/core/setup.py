@@ -19,13 +19,17 @@ from twin_controller.core.safety.fastest import fastest_speed, speed_cap
 class Setup:
     """The robot's tables in the order of the twin's joints, SI, and the controller's numbers."""
 
-    def __init__(self, robot: Robot, config: TwinControllerConfig) -> None:
+    def __init__(
+        self, robot: Robot, config: TwinControllerConfig, switches_gripper: bool = True
+    ) -> None:
         """Derive the joint tables.
 
         Args:
             robot: The profile.
             config: The numbers of twin_controller.yaml.
+            switches_gripper: A client can switch the robot's gripper, if it has one.
         """
+        self.switches_gripper = switches_gripper
         self.config = config
         self._robot = robot
         self.joints = robot.twin_joints

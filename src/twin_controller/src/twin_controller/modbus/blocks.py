@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import msgspec
 from scara_config import ConfigError, Robot
+from scara_config.map_entries import GRIPPER_NUMBERS
 from scara_config.modbus_map import ModbusMap, Table
 
 from twin_controller.robot_sample import NUMBERS
@@ -14,6 +15,7 @@ from twin_controller.robot_sample import NUMBERS
 STATE = (
     *("position", "position_valid", "clock_ms", "velocity", "control_type"),
     *("program_speed", "heartbeat_echo", "watchdog_state", "override_now"),
+    *GRIPPER_NUMBERS.values(),
 )
 SETPOINT = ("setpoint", "setpoint_valid", "heartbeat", "stream_speed")
 # Set points ahead: written in one request behind what has changed.

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import msgspec
 import pytest
-from harness.pair import SETUP, idle_pair
+from harness.pair import ROBOT, SETUP, idle_pair
 from harness.parts import changed
 from twin_controller.core.actions import AnyAction, Decided, Grip
 from twin_controller.core.events import GripAnswered, TwinGripper
 from twin_controller.core.lead.modes import Mode
+from twin_controller.core.setup import Setup
 from twin_controller.reporting.snapshots import decode_state, encode_state
 from twin_controller.view import alarm_text, state_view, statuses
 
@@ -106,6 +107,18 @@ def test_switch_of_the_twins_gripper_is_refused_otherwise_and_seen(
     assert orders(actions) == [] and triggers(actions) == ["GRIPPER_REFUSED"]
     assert f"in {mode}: not passed on to the real robot" in grippers.trouble
     grippers.twin_shows(False)
+    assert grippers.trouble == ""
+
+
+def test_switch_of_the_twins_gripper_stays_the_twins_where_no_client_switches_the_robots(
+    grippers: Grippers,
+) -> None:
+    """Its own programs do: two slots show it, none sets it."""
+    grippers.pair.setup = Setup(ROBOT, SETUP.config, switches_gripper=False)
+    actions = grippers.twin_shows(True)
+    assert orders(actions) == [] and triggers(actions) == ["GRIPPER_REFUSED"]
+    assert "the robot's own programs switch its gripper" in grippers.trouble
+    assert Grip("twin", True) not in orders(grippers.real_shows(True))
     assert grippers.trouble == ""
 
 

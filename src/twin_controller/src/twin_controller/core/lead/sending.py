@@ -171,6 +171,8 @@ def order_grippers(setup: Setup, state: CoreState, before: Sides, event: AnyEven
     refusal = ""
     if lead.mode not in (Mode.IDLE, *FOLLOWS_TWIN):
         refusal = f"in {lead.mode}: not passed on to the real robot"
+    if not setup.switches_gripper:
+        refusal = "and not passed on: the robot's own programs switch its gripper"
     if not setup.writes:
         refusal = f"and not passed on: {setup.only_followed}"
     grips, made = watch_grippers(
