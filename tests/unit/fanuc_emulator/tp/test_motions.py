@@ -272,6 +272,10 @@ def test_a_user_alarm_pauses_the_program_behind_its_line(run: Run) -> None:
         (["PR[3]=LPOS", "PR[3,2]=(-50)", "J PR[3] 40% FINE"], (400, -50, 100)),
         ([*SHIFT, "L P[1] 99mm/sec FINE Offset,PR[4]"], (400, 200, 120)),
         (
+            ["PR[4]=P[1]-P[1]", "PR[4,6]=30", "L P[1] 99mm/sec FINE Offset,PR[4]"],
+            (400, 200, 100),
+        ),
+        (
             ["PR[4]=P[1]-P[1]", "PR[4,3]=20", "L P[1] 99mm/sec FINE Tool_Offset,PR[4]"],
             (400, 200, 80),
         ),

@@ -159,7 +159,9 @@ class Planner:
             assert isinstance(place, Pose)
             tip = frame @ matrix(place)
         if target.offset is not None:
-            tip = frame @ matrix(target.offset) @ inverse(frame) @ tip
+            # Number by number, W, P and R too: no turn about the frame's origin.
+            parts = zip(numbers_of(inverse(frame) @ tip), target.offset.values)
+            tip = frame @ matrix(Pose(tuple(a + b for a, b in parts)))
         if target.tool_offset is not None:
             tip = tip @ matrix(target.tool_offset)
         return tip
@@ -191,13 +193,18 @@ class Planner:
     def tip_pose(self, q: Sequence[float], frame: Pose, tool: Pose) -> Pose:
         """Return LPOS: where the tool's tip is in a user frame, with the external axes."""
         tip = inverse(matrix(frame)) @ self._arm.pose(self._of_arm(q)) @ matrix(tool)
-        turn = tip[:3, :3]
-        p = math.atan2(-turn[2, 0], math.hypot(turn[0, 0], turn[1, 0]))
-        w, r = math.atan2(turn[2, 1], turn[2, 2]), math.atan2(turn[1, 0], turn[0, 0])
-        places = [value / _MM for value in tip[:3, 3]] + list(map(math.degrees, (w, p, r)))
+        places = numbers_of(tip)
         places += [q[k] / self.robot.joints[k].scale for k in self._others]
         values = tuple((*map(float, places), *[0.0] * POSE_NUMBERS))[:POSE_NUMBERS]
         return Pose(values, self._bend.at(self._of_arm(q)).text)
+
+
+def numbers_of(pose: Matrix) -> list[float]:
+    """Return X Y Z W P R of a transform [mm, deg]."""
+    turn = pose[:3, :3]
+    p = math.atan2(-turn[2, 0], math.hypot(turn[0, 0], turn[1, 0]))
+    w, r = math.atan2(turn[2, 1], turn[2, 2]), math.atan2(turn[1, 0], turn[0, 0])
+    return [float(value) / _MM for value in pose[:3, 3]] + list(map(math.degrees, (w, p, r)))
 
 
 def _told(target: Target) -> Configuration | None:
