@@ -163,7 +163,20 @@ ensure_setup() {
     flock 9
   fi
   step_debian
-  step_python
+  scope=run step_python
+  # What farm and tests add is installed beside the build, which needs none of it. The lock is held
+  # until both have ended, also where this shell is interrupted.
+  local more=
+  if [ "$scope" != run ]; then
+    step_python >"$logs/more.txt" 2>&1 &
+    more=$!
+  fi
   step_build "${1:-}"
+  if [ -z "$more" ] || wait "$more"; then
+    [ -z "$more" ] || cat "$logs/more.txt"
+  else
+    cat "$logs/more.txt" >&2
+    exit 1
+  fi
   exec 9<&-
 }

@@ -64,6 +64,22 @@ def test_libraries_of_the_tests_are_installed_beside_and_once(
     assert bash(tree, first).stdout.count("installed") == 0
 
 
+@pytest.mark.parametrize(("ends", "code", "said"), [("true", 0, "done"), ("exit 1", 1, "")])
+def test_what_tests_add_is_installed_beside_the_build(
+    tree: Path, ends: str, code: int, said: str
+) -> None:
+    """Each waits for the other here; what cannot be installed ends the set-up with its reason."""
+    meet = "touch $1; for k in $(seq 100); do [ -e $2 ] && return; sleep 0.1; done; exit 3"
+    steps = (
+        f"check_machine() {{ :; }}; step_debian() {{ :; }}; meet() {{ {meet}; }}; "
+        f"step_python() {{ [ $scope = run ] || {{ meet a b; echo added; {ends}; }}; }}; "
+        "step_build() { meet b a; }; scope=test; ensure_setup && echo done"
+    )
+    done = bash(tree, steps)
+    assert done.returncode == code and said in done.stdout, done.stderr
+    assert "added" in (done.stderr if code else done.stdout)
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
