@@ -6,11 +6,11 @@ import os
 from pathlib import Path
 
 from harness.second_world.campaign import SCARA, benches
-from harness.second_world.frequency import hits, near
 from rich.console import Console
 from what_if.uncertainty.many_worlds_io import chances
 
 from bench.second_world.figure import Figure
+from bench.second_world.frequency import hits, near
 
 CONFIG = Path(__file__).resolve().parents[2] / "config"
 SEED, STATED, OTHER = 5, 1, 2

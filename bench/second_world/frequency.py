@@ -8,13 +8,12 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
+from harness.second_world.planting import Bench, moves, program
+from harness.second_world.truth import Truth, Vector
 from what_if.motions import ProgramRun
 from what_if.uncertainty.spreads import Spread, drawn, spreads_of
 from what_if.uncertainty.varied import varied
 from what_if.world import World
-
-from harness.second_world.planting import Bench, moves, program
-from harness.second_world.truth import Truth, Vector
 
 FREE = 0.005
 """A way keeps off everything by so much [m] until it comes near its end."""
