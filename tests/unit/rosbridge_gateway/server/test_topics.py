@@ -146,18 +146,6 @@ def test_long_answer_comes_in_pieces_if_the_call_asks_for_it(cell: Cell) -> None
     assert answer["id"] == "c" and answer["values"] == {"text": "\u00e4" * 300}
 
 
-def test_unknown_compression_is_json_with_a_warning(cell: Cell) -> None:
-    """The subscription is made all the same."""
-    client = cell.client()
-    client.say(op="set_level", level="warning")
-    client.say(op="subscribe", id="s", topic="t", type="T", compression="bson")
-    warning = client.hear()
-    assert (warning["id"], warning["level"]) == ("s", "warning")
-    assert "JSON is sent: allowed: none, png, cbor, cbor-raw" in warning["msg"]
-    cell.deliver("/cell/t", b'{"data":"x"}')
-    assert client.hear()["msg"] == {"data": "x"}
-
-
 def test_remark_on_what_was_published_reaches_who_cannot_see_it_himself(cell: Cell) -> None:
     """The audit tells it too; the twin controller sends again by itself what is not obeyed."""
     client = cell.client()
