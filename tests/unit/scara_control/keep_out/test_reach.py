@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from harness.pair import SETUP
+from harness.running.thorough import thorough
 from harness.yaml_files import CONFIG
 from hypothesis import given
 from hypothesis import strategies as st
@@ -29,7 +30,7 @@ def _corners(name: str, shares: list[tuple[float, ...]]) -> np.ndarray:
     return low + np.array(shares)[:, : len(low)] * (high - low)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [NAMES[0], NAMES[3], *thorough(*NAMES[1:3])])
 @given(shares=st.lists(CORNER, min_size=2, max_size=4))
 def test_no_way_leads_further_than_the_rates_say(
     name: str, shares: list[tuple[float, ...]]
