@@ -6,9 +6,10 @@ Each node a process of its own, a relay on both wires of the twin controller, ev
 from __future__ import annotations
 
 import contextlib
+import signal
 import time
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from scara_config import load_robot
@@ -50,16 +51,15 @@ class FaultCell(Cell):
         self,
         ros: Ros,
         environment: Mapping[str, str] | None = None,
-        nodes: Sequence[str] = NODES,
     ) -> None:
-        """Choose ports; the context starts ``nodes``, with ``environment`` beside that of ``ros``.
+        """Choose ports; the context starts the nodes, with ``environment`` beside that of ``ros``.
 
         Without one its twin controller knows the robot: its first move is as fast as the others.
         All nodes know the token of the operator's page.
         """
         given = environment or {OVERRIDE: str(known_robot(ros.folder / "known_robot"))}
         super().__init__(ros.stage, {VARIABLE: TOKEN, **given})
-        self.ros, self._nodes = ros, nodes
+        self.ros = ros
         self.arguments["recorder"] = (f"_directory:={ros.folder}",)
         self.put_relays("modbus", "web")
         self.states: deque[Any] = deque(maxlen=2000)
@@ -69,7 +69,7 @@ class FaultCell(Cell):
         self.twin = Motion([joint.name for joint in ROBOT.twin_joints])
 
     def __enter__(self) -> FaultCell:
-        for node in self._nodes:
+        for node in NODES:
             self.start_node(node)
         self._watch()
         wait_until(self._is_ready, 60.0, "an idle cell", period=0.1)
@@ -86,6 +86,24 @@ class FaultCell(Cell):
                 f"{process} ended with {process.poll()}:\n{process.tail()}"
             )
         return bool(self.states) and self._recovered()
+
+    @contextlib.contextmanager
+    def beside(self, *nodes: str) -> Iterator[None]:
+        """Let further nodes run for a while, which may stand still or have died by its end."""
+        for node in nodes:
+            self.start_node(node)
+        try:
+            yield
+        finally:
+            for node in nodes:
+                self.end(node)
+
+    def end(self, node: str) -> None:
+        """Ask a node to end, also one that stands still."""
+        process = self.processes.pop(node, None)
+        if process is not None:
+            process.signal(signal.SIGCONT)
+            process.stop()
 
     def set_up(self, settings: str) -> None:
         """Start the robot again, set up otherwise, and lead the pair to IDLE."""

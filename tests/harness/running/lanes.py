@@ -130,6 +130,7 @@ SHARED = {
     "tests/system/faults/test_links.py": "one breakable cell",
     "tests/system/faults/test_processes.py": "one breakable cell",
     "tests/system/faults/test_recording.py": "one breakable cell",
+    "tests/system/faults/test_stalled_orders.py": "one breakable cell",
     "tests/system/faults/test_stops.py": "one breakable cell",
     "tests/system/faults/test_storm.py": "one breakable cell",
     "tests/system/operation/test_cell.py": "one live cell",

@@ -94,7 +94,7 @@ class Orders:
             "joint_pose_controller/move": MoveJoints,
         }
         for service in self._kinds:
-            cell.ros.wait_for_service(service)
+            rospy.wait_for_service(cell.ros.name(service), DEADLINE_S)
         self._targets = cell.ros.publisher("joint_pose_controller/target", JointState)
         self._follow = cell.ros.publisher("joint_pose_controller/follow", JointTrajectory)
         self._goals = cell.ros.publisher(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
@@ -71,19 +70,14 @@ class Crew:
 @contextmanager
 def crew(cell: FaultCell) -> Iterator[Crew]:
     """Start what a storm needs beside the cell's nodes, and end it again."""
-    for node in EXTRA:
-        cell.start_node(node)
-    try:
-        made = Crew(cell)
-        with closing(made.hands):
-            wait_until(lambda: not made.deaths(), STARTED_S, "all nodes of a storm")
-            yield made
-    finally:
-        for node in (*EXTRA, "operator_panel"):
-            process = cell.processes.pop(node, None)
-            if process is not None:
-                process.signal(signal.SIGCONT)
-                process.stop()
+    with cell.beside(*EXTRA):
+        try:
+            made = Crew(cell)
+            with closing(made.hands):
+                wait_until(lambda: not made.deaths(), STARTED_S, "all nodes of a storm")
+                yield made
+        finally:
+            cell.end("operator_panel")
 
 
 def _at(message: Any) -> float:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import closing
 
 import pytest
-from harness.faults.fault_cell import NODES, FaultCell
-from harness.ros import Master, Ros
+from harness.faults.fault_cell import FaultCell
 from harness.running.thorough import thorough
 from harness.scenes.stalled_orders import MORE_NODES, ROUTES, Orders, Round, draw
 
@@ -21,13 +19,10 @@ FIRST = [Round(node, orders[0], 0.15, 0.5) for node, orders in ROUTES.items()]
 
 
 @pytest.fixture(scope="module")
-def orders(ros_master: Master, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Orders]:
-    """Give a cell with all motion nodes."""
-    with (
-        closing(Ros(ros_master, tmp_path_factory.mktemp("orders"), "orders")) as ros,
-        FaultCell(ros, nodes=(*NODES, *MORE_NODES)) as cell,
-        Orders(cell) as opened,
-    ):
+def orders(fault_cell: FaultCell) -> Iterator[Orders]:
+    """Let all motion nodes run."""
+    fault_cell.recover()
+    with fault_cell.beside(*MORE_NODES), Orders(fault_cell) as opened:
         yield opened
 
 
