@@ -1,7 +1,7 @@
 """A SCARA from three numbers drives the demo's experiments as it was made, without an edit.
 
-Some by default, 20 of them on both plants in the thorough run; a part of them by ANY_SCARA, such as
-``4-8``.
+20 of them on both plants by night; a part of them by ANY_SCARA, such as ``4-8``. Each time
+robot_doctor/test_new_scara.py holds their files, and test_kit_robot.py both experiments.
 """
 
 from __future__ import annotations
@@ -12,8 +12,6 @@ from pathlib import Path
 
 import pytest
 from harness.any_scara import any_size
-from harness.plants.trials import visiting
-from harness.running.thorough import SEARCH, thorough
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.experiments import figures, run_experiments
 from harness.virtual_cell.files import load_files
@@ -23,32 +21,25 @@ from robot_doctor.new_profile_io import make_scara
 MADE = range(20)
 FIRST, LAST = (int(part) for part in os.environ.get("ANY_SCARA", "0-19").split("-"))
 PERCENT = {"real_leads": 1.2, "twin_leads": 2.0}
-"""Of reach, as a robot of typed programs keeps them; test_kit_robot holds both each time."""
-TRIED, PLACES = (tuple(PERCENT), None) if SEARCH else (("twin_leads",), 4)
-"""Experiments, and to how many places a twin goes that leads."""
+"""Of reach, as a robot of typed programs keeps them."""
 
 
-@pytest.mark.parametrize(
-    ("seed", "plant"),
-    [
-        (5, "ideal"),
-        *thorough(*((seed, plant) for seed in MADE for plant in ("ideal", "field"))),
-    ],
-)
+@pytest.mark.thorough
+@pytest.mark.parametrize("seed", MADE)
+@pytest.mark.parametrize("plant", ["ideal", "field"])
 def test_a_made_scara_and_its_twin_keep_together(
     seed: int, plant: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """On the files as the doctor made them; thoroughly in both experiments."""
+    """On the files as the doctor made them."""
     if not FIRST <= seed <= LAST:
         pytest.skip("another part")
     shutil.copytree(ROOT / "config", tmp_path / "config")
     monkeypatch.setattr("scara_config.robot.description_path", tmp_path.joinpath)
     make_scara(tmp_path / "config", "made", any_size(seed), tmp_path)
-    files = visiting(load_files("made", tmp_path / "config", plant), PLACES)
-    with VirtualCell(files) as cell:
+    with VirtualCell(load_files("made", tmp_path / "config", plant)) as cell:
         cell.connect()
-        results = run_experiments(cell, TRIED)
-    assert set(results) == set(TRIED)
+        results = run_experiments(cell)
+    assert set(results) == set(PERCENT)
     for name, result in results.items():
         assert not result.reasons, (any_size(seed), result.reasons)
         percent = 100.0 * figures(result).path_max_mm / cell.files.robot.reach_mm

@@ -60,6 +60,7 @@ def test_set_points_are_decided_before_they_are_sent() -> None:
     assert max(at - when for at, when in zip(sent, decided)) > 9.7 * MS
 
 
+@pytest.mark.thorough
 def test_without_the_spacing_each_set_point_is_sent_at_once() -> None:
     """The test of the tests: with ``stream.period_ms: null`` they come as the polls do."""
     files = without_ring(load_files("fanuc_sr6ia"))

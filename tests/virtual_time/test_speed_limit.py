@@ -63,8 +63,7 @@ def test_moves_at_full_speed_stay_below_80_percent_and_together(cell: TroubledCe
     [
         *thorough({"late_write": 0.005}),
         {"late_write": 0.02},
-        *thorough({"late_answer": 0.025}),
-        {"clock_jitter": 0.002},
+        *thorough({"late_answer": 0.025}, {"clock_jitter": 0.002}),
     ],
     ids=["packets 5 ms late", "packets 20 ms late", "answers 25 ms late", "clocks off by 2 ms"],
 )
@@ -80,8 +79,7 @@ def test_a_late_wire_makes_the_robot_no_faster(options: dict[str, float]) -> Non
 @pytest.mark.parametrize(
     "trouble",
     [
-        *thorough(lambda cell: cell.stand_controller(0.1)),
-        lambda cell: cell.stand_controller(0.3),
+        *thorough(lambda cell: cell.stand_controller(0.1), lambda cell: cell.stand_controller(0.3)),
         lambda cell: cell.stand_robot(0.1),
     ],
     ids=["controller 0.1 s", "controller 0.3 s", "robot 0.1 s"],
@@ -96,7 +94,7 @@ def test_who_stood_still_catches_up_no_faster_than_allowed(
 
 
 @pytest.mark.parametrize(
-    ("joint", "percent"), [("joint_1", 100.0), ("joint_2", 82.0), *thorough(("table_joint", 100.0))]
+    ("joint", "percent"), [("joint_1", 100.0), *thorough(("joint_2", 82.0), ("table_joint", 100.0))]
 )
 def test_direct_velocities_lead_the_robot_no_faster_than_allowed(
     cell: TroubledCell, joint: str, percent: float
@@ -113,7 +111,7 @@ def test_direct_velocities_lead_the_robot_no_faster_than_allowed(
 
 
 @pytest.mark.parametrize(
-    ("joint", "position"), [*thorough(("joint_1", 1.5)), ("joint_3", -0.02), ("table_joint", 1.5)]
+    ("joint", "position"), [("joint_3", -0.02), *thorough(("joint_1", 1.5), ("table_joint", 1.5))]
 )
 def test_direct_positions_lead_the_robot_no_faster_than_allowed(
     cell: TroubledCell, joint: str, position: float

@@ -82,7 +82,7 @@ def run_trial(
         visits: So many places a twin that leads goes to; None: all of the experiment's.
     """
     trial = Trial(robot, variant.name, leader, speed_percent)
-    files = visiting(variant.files(robot), visits)
+    files = _visiting(variant.files(robot), visits)
     if speed_percent != ARTICLE_PERCENT:
         files = long_moves(files, speed_percent)
     with TroubledCell(files, clock_jitter=variant.clock_jitter, seed=1) as cell:
@@ -113,7 +113,7 @@ def run_trial(
     )
 
 
-def visiting(files: CellFiles, visits: int | None) -> CellFiles:
+def _visiting(files: CellFiles, visits: int | None) -> CellFiles:
     """Return a cell whose twin, where it leads, visits the first places only."""
     listed = files.experiments.experiments
     led = msgspec.structs.replace(listed["twin_leads"], visits=listed["twin_leads"].visits[:visits])

@@ -55,6 +55,8 @@ def test_largest_distance_is_that_of_the_readings_and_not_of_twenty_states_a_sec
     settings = metrics_settings(files.experiments.metrics, files.robot)
     seen = trace(motions[0], motions[1], tool, settings)
     largest = float(seen.deviation_mm[seen.moving].max())
+    fastest = np.abs(motions[0].velocities[:, 0]).max() / files.robot.twin_joints[0].velocity
+    assert 0.995 < fastest < 1.02, "a label is part of a figure"
     print(f"readings {largest:.2f} mm, told {max(told):.2f} mm, in states {max(stated):.2f} mm")
     assert abs(max(told) - largest) <= AGREE_MM
     assert max(stated) < largest - AGREE_MM, "the peak is too long to test anything"

@@ -78,23 +78,23 @@ def test_a_field_robot_that_follows_is_measured_and_stays_within_the_goals(robot
     assert trial.rest_percent is not None and trial.rest_percent <= 0.2, trial
 
 
-@pytest.mark.parametrize(
-    ("leader", "reached"), [("real_leads", 100.0), *thorough(("twin_leads", 76.0))]
-)
-@pytest.mark.parametrize("robot", ["fanuc_sr6ia", *thorough("articulated_six")])
+@pytest.mark.thorough
+@pytest.mark.parametrize(("leader", "reached"), [("real_leads", 100.0), ("twin_leads", 76.0)])
+@pytest.mark.parametrize("robot", ["fanuc_sr6ia", "articulated_six"])
 def test_long_moves_reach_the_speed_that_they_are_named_after(
     robot: str, leader: str, reached: float
 ) -> None:
     """A label is part of a figure: the article's moves are too short for 100 %.
 
-    An arm that touches what stands around it is thrown beyond that speed. test_ahead holds the twin
-    that leads to it each time.
+    An arm that touches what stands around it is thrown beyond that speed. Each time test_peak
+    holds a robot that leads to it, test_ahead a twin.
     """
     trial = run_trial(robot, IDEAL, leader, 100.0)
     assert trial.fastest_percent == pytest.approx(reached, abs=0.5)
     assert trial.path_percent is not None and trial.path_percent <= 0.5, trial
 
 
+@pytest.mark.thorough
 def test_a_trial_that_ends_early_says_why() -> None:
     """A robot with half the acceleration comes apart from the twin at 50 % speed."""
     trial = run_trial("fanuc_sr6ia", BY_NAME["half the acceleration"], "twin_leads", 50.0)
