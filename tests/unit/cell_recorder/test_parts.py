@@ -189,13 +189,13 @@ def resident() -> int:
 
 
 def test_memory_does_not_grow_with_the_messages(tmp_path: Path) -> None:
-    """Six parts of a minute after the first two; an index for each message took 79 MB for them."""
+    """Three parts of a minute after two; an index for each message took 39 MB for them."""
     writer = BagWriter(tmp_path / "run.bag", SETTINGS)
     feed(writer, 0, 120 * RATE)
     before = resident()
-    feed(writer, 120 * RATE, 360 * RATE)
+    feed(writer, 120 * RATE, 180 * RATE)
     grown = resident() - before
     status = writer.close()
     assert (status.failure, status.dropped, status.refused) == ("", 0, 0)
-    assert status.parts >= 8
+    assert status.parts >= 5
     assert grown < 4e6, f"{grown / 1e6:.1f} MB"

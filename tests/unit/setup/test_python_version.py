@@ -58,8 +58,8 @@ FILES = sorted(
 
 def newer(text: str) -> Iterator[str]:
     """Yield what a source uses that Python 3.10 does not have."""
-    tree = ast.parse(text)
-    for node in ast.walk(tree):
+    waits = any(name in text for name in SEPARATE)
+    for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name in MODULES)
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
@@ -75,7 +75,7 @@ def newer(text: str) -> Iterator[str]:
                 yield f".{node.attr}"
         elif isinstance(node, ast.Name) and node.id in NEWER[""]:
             yield node.id
-        elif isinstance(node, (ast.Try, ast.With)) and catches_too_little(node):
+        elif waits and isinstance(node, (ast.Try, ast.With)) and catches_too_little(node):
             yield "TimeoutError of asyncio"
 
 

@@ -58,7 +58,7 @@ def test_nothing_from_before_a_stop_begins_after_it(seed: int) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_is_asked_for_after_the_stop_begins(kind: str) -> None:
     """Once nobody stands still any more, a STOP of the past refuses nothing."""
-    for seed in range(20):
+    for seed in range(examples(5, 20)):
         world = play(seed)
         count = len(world.begun)
         for web in (False, True) if kind in BY_WEB else (False,):

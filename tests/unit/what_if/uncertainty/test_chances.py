@@ -9,10 +9,9 @@ from statistics import NormalDist
 import pytest
 from harness.running.thorough import examples
 from harness.yaml_files import CONFIG
-from what_if.cell_files_io import find_program
 from what_if.errors import WhatIfError
 from what_if.judging import judge
-from what_if.motions import JointTarget, ProgramRun
+from what_if.motions import JointTarget
 from what_if.uncertainty import many_worlds_io as many_worlds
 from what_if.uncertainty.chances import Chances, chances_lines, chances_of, interval, tried
 from what_if.uncertainty.many_worlds_io import chances
@@ -57,11 +56,10 @@ def test_the_chance_of_a_hit_is_that_of_the_gap(
 
 def test_the_same_seed_gives_the_same_chances_whatever_the_workers(world: World) -> None:
     """One process or two; another seed gives others."""
-    motion = ProgramRun(find_program(world.cell, "ARTICLE", CONFIG))
-    one, two = (chances(world, motion, TWO_LOTS, 3, workers, CONFIG) for workers in (1, 2))
+    one, two = (chances(world, TURN, TWO_LOTS, 3, workers, CONFIG) for workers in (1, 2))
     assert one == two
     assert one.collision == 0.0 and one.duration_spread_s > 0.0
-    assert chances(world, motion, 5, 4, 1, CONFIG).duration_s != one.duration_s
+    assert chances(world, TURN, 5, 4, 1, CONFIG).duration_s != one.duration_s
 
 
 def test_processes_that_are_killed_are_begun_once_more(
