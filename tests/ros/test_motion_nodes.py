@@ -161,26 +161,6 @@ def test_move_to_brings_the_tool_to_the_articles_points(cell, name):
     assert 0.1 < answer.duration < 10.0
 
 
-def test_move_to_refuses_what_is_out_of_reach(cell):
-    """With value and range; nothing moves."""
-    answer = cell.move_to(0.9, 0.0, 0.0, 0.0, "")
-    assert not answer.success
-    assert "radius 0.9 m, outside the reach [0.175, 0.65] m" in answer.message
-    answer = cell.move_to(0.5, 0.0, 0.1, 101.0, "")
-    assert not answer.success and "speed_percent = 101 is outside [1, 100]" in answer.message
-    answer = cell.move_to(x=0.5, z=0.1, has_yaw=True)
-    assert not answer.success and math.isnan(answer.yaw_error)
-    assert "yaw: this arm has no joint that turns its tool" in answer.message
-    assert not cell.setpoints
-
-
-def test_move_answers_with_the_measured_joints(cell):
-    """All joints, in robot.yaml's order."""
-    answer = cell.move(joint_positions=FAR, speed_percent=100.0)
-    assert answer.success and answer.message.startswith("reached in ")
-    assert answer.joint_positions == pytest.approx(FAR, abs=1e-3) and 0.2 < answer.duration < 5.0
-
-
 def test_move_refuses_a_wrong_request(cell):
     """The answer and the state say the same; what is wrong, and how, is test_requests.py's."""
     text = "joint_2 = 2.71 rad is outside [-2.618, 2.618]"
@@ -256,23 +236,6 @@ def test_the_speed_cap_stretches_a_move(cell):
     assert cell.answer(answers).success
 
 
-def test_pause_freezes_a_move_and_resume_ends_it(cell):
-    """Nothing moves while paused, the caller waits, the target is reached.
-
-    The move is slow, so that a machine that is late still pauses it on its way.
-    """
-    answers = cell.background(cell.move, joint_positions=FAR, speed_percent=10.0)
-    cell.state("moving")
-    cell.command("PAUSE")
-    cell.state("paused")
-    cell.still()
-    assert not answers and cell.states[-1].target == pytest.approx(FAR)
-    refused = cell.move(joint_positions=HOME)
-    assert not refused.success and refused.message == "paused: RESUME or STOP first"
-    cell.command("RESUME")
-    assert cell.answer(answers).success and cell.q() == pytest.approx(FAR, abs=1e-3)
-
-
 def test_stop_cancels_move_to_with_its_reason(cell):
     """Both the caller of move_to and the state hear why; the twin stands somewhere on its way."""
     answers = cell.background(cell.move_to, x=0.3, y=0.4, z=0.1, speed_percent=10.0)
@@ -325,19 +288,6 @@ def test_a_repeated_command_is_obeyed_once(cell):
     cell.ros.wait_until(lambda: cell.states[-1].state in ("announcing", "moving"), 5.0, "the move")
     cell.command("STOP", number=7777)
     assert cell.answer(answers).success
-
-
-def test_a_newer_move_to_replaces_the_older(cell):
-    """The older one ends at once, the newer one reaches its point.
-
-    One that is refused replaces nothing.
-    """
-    answers = cell.background(cell.move_to, x=0.3, y=0.4, z=0.1, speed_percent=10.0)
-    cell.state("moving")
-    assert not cell.move_to(0.9, 0.0, 0.0, 0.0, "").success and not answers
-    assert cell.move_to(*POINTS["P2"], 100.0, "").success
-    answer = cell.answer(answers)
-    assert not answer.success and answer.message == "replaced by a newer request"
 
 
 def trajectory(q, qdot, stamp):
@@ -410,17 +360,6 @@ def test_a_jog_moves_one_joint_until_its_time_out(cell):
     cell.still()
     assert 0.04 < cell.q()[3] < 0.12 and cell.q()[:3] == pytest.approx(HOME[:3], abs=1e-3)
     assert cell.move(joint_positions=FAR, speed_percent=100.0).success
-
-
-def test_a_jog_takes_its_joint_from_a_move(cell):
-    """The last command wins; the move is aborted and says so."""
-    answers = cell.background(cell.move, joint_positions=FAR, speed_percent=10.0)
-    cell.state("moving")
-    cell.jog(["joint_2"], [0.1])
-    answer = cell.answer(answers)
-    assert not answer.success
-    assert answer.message == "aborted: joint_2 was taken by its velocity controller"
-    cell.still()
 
 
 def test_a_move_that_trims_drives_the_rest_out_through_the_velocity_controller(cell, tmp_path):

@@ -72,7 +72,7 @@ def test_everything_can_be_touched_and_read_at_each_size_light_and_dark(
     assert found == []
 
 
-@at_sizes("phone", "wide")
+@at_sizes("phone")
 def test_nothing_moves_when_alarms_commands_and_troubles_come(theatre: Theatre, size: str) -> None:
     """0 px: who presses a button presses the one that he saw."""
     theatre.resize(size)
@@ -110,7 +110,7 @@ UNCOVERED = """() => {
 }"""
 
 
-@at_sizes("tablet", "low")
+@at_sizes("low")
 def test_picture_is_the_largest_thing_whatever_happens(theatre: Theatre, size: str) -> None:
     """At rest, moving, paused by an alarm, stopped, in a preview and while somebody looks back."""
     page = theatre.page
@@ -163,7 +163,7 @@ def test_measure_finds_what_it_looks_for(theatre: Theatre) -> None:
         assert any(text.startswith(f"bad: {kind}") for text in found), (kind, found)
 
 
-@at_sizes("phone", "low")
+@at_sizes("low")
 def test_usual_command_is_read_without_scrolling(theatre: Theatre, size: str) -> None:
     """Its title with three numbers, its outcome, who sent it and when."""
     theatre.resize(size)
@@ -211,7 +211,7 @@ def drawn(theatre: Theatre, where: str) -> list[str]:
     return theatre.drawn_problems(where)
 
 
-@at_sizes("tablet", "wide")
+@at_sizes("tablet")
 def test_drawn_letters_are_as_large_as_all_others_and_have_room(
     theatre: Theatre, size: str
 ) -> None:
@@ -242,7 +242,7 @@ def test_drawn_letters_are_as_large_as_all_others_and_have_room(
     assert found == []
 
 
-@at_sizes("low", "flat")
+@at_sizes("flat")
 def test_reason_of_a_lower_speed_is_read_without_scrolling(theatre: Theatre, size: str) -> None:
     """The longest usual one, and one about a person."""
     theatre.page.set_viewport_size({"width": 1280, "height": 640})
