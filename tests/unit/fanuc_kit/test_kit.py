@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,6 +17,7 @@ from fanuc_kit.sheet import Boxes, Listing, Sheet, Table, Text, html, markdown
 from fanuc_kit.write_node import app as write
 from harness.emulated.served import CONFIG, LAYOUT, served
 from harness.processes import free_port
+from pymodbus.client import ModbusTcpClient
 from scara_config.modbus_map import load_modbus_map
 from scara_config.profile import CHOICE
 from scara_config.programs.tp.reader import read as read_program
@@ -195,3 +197,24 @@ def test_the_map_that_is_made_is_that_of_the_slots(tmp_path: Path) -> None:
     assert [cells[3] for cells in rows(folder / "2_slots.md")] == [
         slot.name for slot in slot_table(made) if slot.size
     ]
+
+
+def test_the_kits_slots_show_the_robots_own_gripper() -> None:
+    """RO[1] as a word of its own, read over the wire where sheet 2 was typed."""
+    layout = kit_map(LAYOUT)
+    shown = layout.holding_registers["suction_now"]
+
+    def typed(table: AssignmentTable) -> None:
+        for number, slot in enumerate(slot_table(layout), start=1):
+            table.put(number, "$ADDRESS", slot.address)
+            table.put(number, "$SIZE", slot.size)
+            table.put(number, "$VAR_NAME", slot.name)
+            table.put(number, "$MULTIPLY", slot.multiply)
+
+    with served("ready", typed) as (port, _, _), ModbusTcpClient("127.0.0.1", port=port) as line:
+        for on in (True, False):
+            line.write_coil(LAYOUT.coils["gripper"].offset, on)
+            found, deadline = None, time.monotonic() + 2.0
+            while found != [int(on), 0] and time.monotonic() < deadline:
+                found = line.read_holding_registers(shown.offset, count=2).registers
+            assert found == [int(on), 0]
