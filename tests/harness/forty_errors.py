@@ -285,7 +285,7 @@ FORTY = {
     ),
 }
 """By what is wrong: lengths, points, reach, inertia, signs, limits, table, signals."""
-ALONE = {
+ALONE = (
     "l2",
     "home pose",
     "axis",
@@ -300,5 +300,5 @@ ALONE = {
     "no unit vector",
     "axis number",
     "table without joint",
-}
+)
 """What another one of the same robot hides, or stands in its place."""

@@ -1,4 +1,7 @@
-"""Each of 40 planted errors is named with its file, line and remedy, alone and all in one round."""
+"""Each of 40 planted errors is named with its file, line and remedy, all in one round.
+
+What another one hides is planted alone; thoroughly each of them is.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from harness.forty_errors import ALONE, BIG, FORTY, SMALL, Planted, robot
+from harness.running.thorough import thorough
 from harness.workspace import ROOT
 from robot_doctor.doctor_node import other_files
 from robot_doctor.examine import examine
@@ -45,7 +49,24 @@ def test_there_are_forty() -> None:
     assert len(FORTY) >= 40
 
 
-@pytest.mark.parametrize("name", FORTY)
+def place(config: Path, error: Planted) -> str:
+    """Return where an error is to be told."""
+    file, text = error.there if error.there[0] else (error.file, error.new)
+    path = config / "robots" / error.robot / file
+    if file.endswith(".urdf"):
+        path = ROOT / "src" / "scara_description" / "urdf" / file
+    whole = path.read_text()
+    return f"{path}:{whole[: whole.index(text)].count(chr(10)) + 1}"
+
+
+def named(found: list[tuple[Finding, str]], error: Planted) -> list[tuple[str, str]]:
+    """Return advice and place of the findings that are of an error."""
+    return [(f.advice, at) for f, at in found if re.search(error.what, f.what)]
+
+
+@pytest.mark.parametrize(
+    "name", [*ALONE, *thorough(*(name for name in FORTY if name not in ALONE))]
+)
 def test_a_planted_error_is_named_with_file_line_and_remedy(
     config: Path, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -54,17 +75,9 @@ def test_a_planted_error_is_named_with_file_line_and_remedy(
     monkeypatch.setenv(CHOICE, error.robot)
     plant(config, error)
     found = told(config)
-    named = [each for each in found if re.search(error.what, each[0].what)]
-    assert len(named) == 1, [(f.what, at) for f, at in found]
-    finding, at = named[0]
-    assert re.search(error.remedy, finding.advice), finding.advice
-    file, text = error.there if error.there[0] else (error.file, error.new)
-    path = config / "robots" / error.robot / file
-    if file.endswith(".urdf"):
-        path = ROOT / "src" / "scara_description" / "urdf" / file
-    whole = path.read_text()
-    line = whole[: whole.index(text)].count("\n") + 1
-    assert at == f"{path}:{line}"
+    ((advice, at),) = named(found, error)
+    assert re.search(error.remedy, advice), advice
+    assert at == place(config, error)
     assert len({finding.what for finding, _ in found}) == len(found), "each is told once"
 
 
@@ -72,16 +85,15 @@ def test_a_planted_error_is_named_with_file_line_and_remedy(
 def test_all_of_them_are_named_in_one_round(
     config: Path, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """None waits for another one to be mended."""
+    """None waits for another one to be mended; each at its line, with its remedy."""
     monkeypatch.setenv(CHOICE, name)
     planted = {key: e for key, e in FORTY.items() if e.robot == name and key not in ALONE}
     for error in planted.values():
         plant(config, error)
     found = told(config)
-    missed = [
-        key for key, e in planted.items() if not any(re.search(e.what, f.what) for f, _ in found)
-    ]
-    assert not missed, [finding.what for finding, _ in found]
+    for key, error in planted.items():
+        places = [at for advice, at in named(found, error) if re.search(error.remedy, advice)]
+        assert place(config, error) in places, (key, named(found, error))
 
 
 def test_all_values_that_are_given_have_one_elbow(
