@@ -1,8 +1,7 @@
 """Where an arm begins and what it visits, found by its own limits, body and kinematics.
 
 Home is the most agile of many poses in which the arm is clear of its zone, halfway out. The set
-positions stand beside it as those of the article do, as far as the arm gets there without turning
-its tool.
+positions stand beside it as those of the article do, as far as the arm gets there.
 """
 
 from __future__ import annotations
@@ -39,9 +38,7 @@ NEAREST, HALFWAY, FARTHEST = 0.3, 0.6, 0.85
 CLEAR_MM = 20.0
 """How far the ways stay away from the zone; the twin controller refuses those nearer than 5 mm."""
 BESIDE = {"P2": (-0.12, 0.25, 0.06), "P3": (-0.12, -0.25, 0.1)}
-IN_LINE = {"P2": (-0.15, 0.0, 0.12), "P3": (0.1, 0.0, 0.15)}
-"""Of P1, in parts of the reach: outwards from the first axis, to its left, upwards. The second is
-for an arm that turns its tool with its foot."""
+"""Of P1, in parts of the reach: outwards from the first axis, to its left, upwards."""
 SHRUNK = (1.0, 0.7, 0.5, 0.35, 0.2)
 FAR = 2.0
 """How far the zone below reaches, in parts of the reach."""
@@ -133,19 +130,15 @@ def find_places(robot: Robot) -> FoundPlaces:
     """
     points = watched_points(robot)
     homes = list(_homes(robot, points))
-    # With fewer joints, and no closed form, the tool turns with the foot.
-    turns = robot.geometry is None and len(robot.arm_joints) < 6
-    wanted = (IN_LINE,) if turns else (BESIDE, IN_LINE)
-    for offsets, shrink, home in itertools.product(wanted, SHRUNK, homes):
+    for shrink, home in itertools.product(SHRUNK, homes):
         arm = msgspec.structs.replace(robot, home=home)
-        begin, places = tuple(arm.home_positions), _places(arm, offsets, shrink)
+        begin, places = tuple(arm.home_positions), _places(arm, shrink)
         if _ways(arm, points, places, begin):
             return FoundPlaces(home, places, _two_points(arm, points, begin))
     known = ", ".join(joint.name for joint in robot.arm_joints)
     raise ConfigError(
         f"{robot.urdf}: {len(robot.arm_joints)} joints ({known}) find no home from which the tool "
-        "gets to three places without turning over, above the floor: give the arm more range, or "
-        "another --tool"
+        "gets to three places above the floor: give the arm more range, or another --tool"
     )
 
 
@@ -222,16 +215,14 @@ def _agility(chain: ScrewModel, q: FloatArray, reach: float) -> float:
     return float(np.linalg.svd(rows, compute_uv=False)[-1])
 
 
-def _places(
-    robot: Robot, offsets: Mapping[str, Sequence[float]], shrink: float
-) -> dict[str, tuple[float, float, float]]:
+def _places(robot: Robot, shrink: float) -> dict[str, tuple[float, float, float]]:
     """Return the set positions from home, whole millimetres."""
     chain = ScrewModel.from_robot(robot)
     q = [robot.home[joint.name] * joint.scale for joint in robot.arm_joints]
     tip, foot = forward_kinematics(chain, q)[:3, 3], _foot(chain)
     out = (tip[:2] - foot) / np.linalg.norm(tip[:2] - foot)
     found = {"P1": tip}
-    for name, (outwards, left, up) in offsets.items():
+    for name, (outwards, left, up) in BESIDE.items():
         x, y = outwards * out + left * np.array([-out[1], out[0]])
         found[name] = tip + shrink * 1e-3 * robot.reach_mm * np.array([x, y, up])
     return {

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 
+import msgspec
 import numpy as np
 import pytest
 from harness.workspace import ROOT
@@ -160,3 +162,28 @@ def test_yaw_turns_the_tool_about_the_vertical_from_how_it_is_at_home(robot: Rob
     assert tool.yaw(ahead) / 1e-6 == pytest.approx(0.3, rel=1e-3)
     with pytest.raises(UnreachableError, match="target yaw = nan is not finite"):
         tool.inverse(*place, None, home, math.nan)
+
+
+@pytest.mark.parametrize("joints", [3, 4, 5])
+def test_an_arm_of_fewer_joints_comes_to_the_place_turned_as_it_may(
+    robot: Robot, joints: int
+) -> None:
+    """It has no joint for the tool's turn: a yaw is refused, a place and a speed are not."""
+    fewer = msgspec.structs.replace(robot, joints=robot.joints[:joints])
+    tool = tool_kinematics(fewer)
+    assert not tool.turns
+    seed = [fewer.home[joint.name] * joint.scale for joint in tool.joints]
+    for angle, height in itertools.product((-0.6, 0.0, 0.7), (0.3, 0.4)):
+        target = (0.36 * math.cos(angle), 0.36 * math.sin(angle), height)
+        q = tool.inverse(*target, None, seed).chosen.q
+        assert math.dist(tool.position(q), target) < 1e-7
+        wanted = (0.1, -0.05, 0.08)
+        given = tool.joint_velocities(q, wanted)
+        assert not given.damped
+        assert tool.velocity(q, given.qdot) == pytest.approx(wanted, abs=1e-9)
+    with pytest.raises(ScaraControlError, match=f"yaw: an arm of {joints} joints cannot choose it"):
+        tool.inverse(0.36, 0.0, 0.3, None, seed, 0.1)
+    with pytest.raises(ScaraControlError, match=f"yaw: an arm of {joints} joints cannot choose it"):
+        tool.joint_velocities(seed, wanted, 0.1)
+    with pytest.raises(UnreachableError, match="the tool turned as it may be: not reached"):
+        tool.inverse(2.0, 0.0, 0.3, None, seed)

@@ -3,8 +3,9 @@ r"""Inverse kinematics of any open chain by least squares over its screw axes.
 It is for arms without a closed form here.
 
 The tool keeps the orientation that it has at home, turned about z of the base by a yaw if one is
-given, so a tool position asks for all six degrees of freedom of a six-joint arm. Several starts are
-tried in a fixed order: the same question has the same answer on every machine.
+given, so a tool position asks for all six degrees of freedom of a six-joint arm. An arm of fewer
+joints cannot have both: its tool comes to the place turned as it may be. Several starts are tried
+in a fixed order: the same question has the same answer on every machine.
 """
 
 from __future__ import annotations
@@ -75,6 +76,11 @@ class NumericArm:
         return cls(joints, chain, home, forward_kinematics(chain, home)[:3, :3])
 
     @property
+    def keeps_turn(self) -> bool:
+        """Whether it has joints enough for a place and an orientation."""
+        return len(self.joints) >= 6
+
+    @property
     def lower(self) -> FloatArray:
         """Lower limits, shape ``(n,)``."""
         return np.array([joint.lower for joint in self.joints])
@@ -117,7 +123,7 @@ def inverse(
 
     Raises:
         UnreachableError: Not finite, or no start leads there; the text says how near the best came.
-        ScaraControlError: ``elbow_wanted``.
+        ScaraControlError: ``elbow_wanted``, or a ``yaw`` of an arm that cannot choose it.
         JointVectorError: ``seed`` is no joint vector.
     """
     if elbow_wanted:
@@ -126,6 +132,8 @@ def inverse(
     if not np.isfinite(place).all():
         raise UnreachableError(f"target {tuple(place.tolist())} is not finite")
     if yaw is not None:
+        if not arm.keeps_turn:
+            raise ScaraControlError(f"yaw: an arm of {len(arm.joints)} joints cannot choose it")
         if not math.isfinite(yaw):
             raise UnreachableError(f"target yaw = {yaw} is not finite")
         turn = exp6(np.array([0.0, 0.0, yaw, 0.0, 0.0, 0.0]))[:3, :3]
@@ -137,7 +145,7 @@ def inverse(
         q = _descend(arm, place, begin)
         pose = forward_kinematics(arm.chain, q)
         distance = float(np.linalg.norm(pose[:3, 3] - place))
-        turned = float(np.abs(pose[:3, :3] - arm.rotation).max())
+        turned = float(np.abs(pose[:3, :3] - arm.rotation).max()) if arm.keeps_turn else 0.0
         if distance <= POSITION_TOLERANCE and turned <= ROTATION_TOLERANCE:
             found.append(q)
             if number < 2 or len(found) == 3:
@@ -146,6 +154,7 @@ def inverse(
     if not found:
         shown = ", ".join(f"{value:.6g}" for value in place)
         how = "as at home" if yaw is None else f"turned by {yaw:.6g} rad"
+        how = how if arm.keeps_turn else "turned as it may be"
         raise UnreachableError(
             f"target ({shown}) m, the tool {how}: not reached within the joints' limits; "
             f"the best of {STARTS + 2} starts ends {best[1] * 1e3:.3g} mm away"
@@ -168,21 +177,26 @@ def velocities_for(
         yaw_rate: How fast the tool turns about z of the base [rad/s].
 
     Returns:
-        Joint velocities, and as manipulability the smallest singular value of the Jacobian.
+        Joint velocities, and as manipulability the smallest singular value of the Jacobian. An arm
+        of fewer than six joints turns its tool as it may.
 
     Raises:
         JointVectorError: A wrong count or a value that is not finite.
+        ScaraControlError: A ``yaw_rate`` of an arm that cannot choose it.
 
     Source:
         Nakamura & Hanafusa, Inverse kinematic solutions with singularity robustness (1986).
     """
     jacobian = tip_jacobian(arm.chain, check_joint_vector(arm.joints, q))
+    twist = np.array([0.0, 0.0, yaw_rate, *velocity])
+    if not arm.keeps_turn:
+        if yaw_rate:
+            raise ScaraControlError(f"yaw: an arm of {len(arm.joints)} joints cannot choose it")
+        jacobian, twist = jacobian[3:], twist[3:]
     smallest = float(np.linalg.svd(jacobian, compute_uv=False)[-1])
     share = max(0.0, 1.0 - smallest / SINGULAR_BELOW)
-    twist = np.array([0.0, 0.0, yaw_rate, *velocity])
-    qdot = jacobian.T @ np.linalg.solve(
-        jacobian @ jacobian.T + (DAMPING * share) ** 2 * np.eye(6), twist
-    )
+    damped = jacobian @ jacobian.T + (DAMPING * share) ** 2 * np.eye(len(twist))
+    qdot = jacobian.T @ np.linalg.solve(damped, twist)
     return JointVelocities(tuple(qdot.tolist()), smallest, share > 0.0)
 
 
@@ -213,12 +227,18 @@ def _descend(arm: NumericArm, target: FloatArray, start: FloatArray) -> FloatArr
 
     def residual(q: FloatArray) -> FloatArray:
         pose = forward_kinematics(arm.chain, q)
+        if not arm.keeps_turn:
+            apart: FloatArray = pose[:3, 3] - target
+            return apart
         return np.concatenate(
             [pose[:3, 3] - target, ARM_LENGTH * (pose[:3, :3] - arm.rotation).ravel()]
         )
 
     def slope(q: FloatArray) -> FloatArray:
         pose, jacobian = forward_kinematics(arm.chain, q), tip_jacobian(arm.chain, q)
+        if not arm.keeps_turn:
+            moved: FloatArray = jacobian[3:]
+            return moved
         turns = [ARM_LENGTH * (skew(omega) @ pose[:3, :3]).ravel() for omega in jacobian[:3].T]
         return np.vstack([jacobian[3:], np.array(turns).T])
 

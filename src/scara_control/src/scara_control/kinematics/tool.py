@@ -79,7 +79,7 @@ class ToolKinematics(Protocol):
     ) -> InverseAnswer:
         """Return joint positions for a tool position [m] and its ``yaw`` [rad], near ``seed``.
 
-        Without a ``yaw`` a SCARA keeps that of ``seed``, another arm that of home.
+        Without a ``yaw`` a SCARA keeps that of ``seed``, another arm that of home, if it can.
 
         Raises:
             ScaraControlError: Out of reach or outside the limits, or a ``yaw`` that this arm cannot
@@ -158,7 +158,7 @@ class NumericTool:
     @property
     def turns(self) -> bool:
         """Whether it has joints enough for a place and an orientation."""
-        return len(self.arm.joints) >= 6
+        return self.arm.keeps_turn
 
     def position(self, q: Sequence[float]) -> Triple:
         """Forward kinematics."""
