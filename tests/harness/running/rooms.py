@@ -26,7 +26,7 @@ ROOMS: dict[str, set[str]] = {
     "twin_controller": NODE | {"scara_control"},
     "cell_recorder": NODE,
     "robot_doctor": FLOOR
-    | {"scara_control", "scara_description", "scara_simulation", "twin_controller"},
+    | {"scara_control", "scara_description", "scara_simulation", "twin_controller", "what_if"},
     "fanuc_kit": FLOOR | {"twin_controller"},
     "what_if": FLOOR
     | {"scara_msgs", "scara_control", "scara_description", "scara_simulation"}

@@ -17,8 +17,9 @@ from scara_description.mesh_io import find_mesh, read_mesh
 
 from robot_doctor.chain import DescribedArm, read_description
 from robot_doctor.foreign_urdf import Foreign, read_foreign
+from robot_doctor.free_space import FreeSpace
 from robot_doctor.new_arm import ArmFigures, arm_text, start_acceleration
-from robot_doctor.new_places import FoundPlaces, around, find_places, floor_below
+from robot_doctor.new_places import FoundPlaces, find_places, floor_below
 from robot_doctor.new_profile_io import chosen, new_folder, urdf_place
 from robot_doctor.new_scara import GRAVITY, LIKE
 from robot_doctor.scaled_files import plant_of, started, taught
@@ -96,8 +97,7 @@ def _robot(
     zone = floor_below(robot, model)
     share = _share(robot, urdf)
     robot = written(ArmFigures(share, home, {"P1": (0.0, 0.0, 0.0)}, zone))
-    boxes = [zone, *around(robot, model)]
-    found = find_places(msgspec.structs.replace(robot, keep_out=boxes))
+    found = find_places(robot, FreeSpace(robot, model))
     return written(ArmFigures(share, found.home, found.positions, zone)), found
 
 

@@ -13,21 +13,20 @@ from typing import NamedTuple
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 from scara_config import ConfigError, KeepOut, Robot
 from scara_control.errors import ScaraControlError
 from scara_control.keep_out.points import WatchedPoint, all_positions, watched_points
-from scara_control.keep_out.zones import judge_way
 from scara_control.kinematics.jacobians import tip_jacobian
 from scara_control.kinematics.screws import ScrewModel, forward_kinematics
 from scara_control.kinematics.tool import ToolKinematics, tool_kinematics
 from scara_control.kinematics.twists import FloatArray
 
-from scara_description.urdf import Model, link_pose, origin_transform
+from robot_doctor.free_space import CLEAR_MM, FreeSpace
+from scara_description.urdf import Model, Shape, link_pose, origin_transform
 
 POSES = 2000
 TRIED = 25
-"""So many of the best poses may be home."""
+"""So many of the best free poses may be home."""
 WITHIN = 0.8
 """Part of each joint's range in which home is looked for, and turns of more than half a round are
 not; the rest is room for moves."""
@@ -35,8 +34,6 @@ ROOM = 0.02
 """Part of a joint's range that a set position stays away from its ends."""
 NEAREST, HALFWAY, FARTHEST = 0.3, 0.6, 0.85
 """Of the reach: how far home is from the first axis."""
-CLEAR_MM = 20.0
-"""How far the ways stay away from the zone; the twin controller refuses those nearer than 5 mm."""
 BESIDE = {"P2": (-0.12, 0.25, 0.06), "P3": (-0.12, -0.25, 0.1)}
 """Of P1, in parts of the reach: outwards from the first axis, to its left, upwards."""
 SHRUNK = (1.0, 0.7, 0.5, 0.35, 0.2)
@@ -65,8 +62,13 @@ def floor_below(robot: Robot, model: Model) -> KeepOut:
         robot: The profile, without zones.
         model: Its URDF with the shapes that collide.
     """
-    chain = [model.root, *(joint.child for joint in model.chain(robot.tool_frame))]
-    lows = [middle[2] - half[2] for middle, half in _standing(model, chain)]
+    foot = [joint.child for joint in model.chain(robot.tool_frame)]
+    lows = [
+        _underside(link_pose(model, link, {}) @ origin_transform(shape.xyz, shape.rpy), shape)
+        for link in (model.root, *foot)
+        for shape in model.shapes[link]
+        if not any(joint.moves for joint in model.chain(link))
+    ]
     # What hangs near the foot cannot stand higher: a tenth of the poses has to be clear.
     clear = np.quantile(_undersides(watched_points(robot), _poses(robot)[1]).min(axis=0), 0.9)
     lows.append(float(clear) - 2e-3 * CLEAR_MM)
@@ -74,67 +76,22 @@ def floor_below(robot: Robot, model: Model) -> KeepOut:
     return KeepOut("floor", (-side, -side, top - side), (side, side, top))
 
 
-def around(robot: Robot, model: Model) -> list[KeepOut]:
-    """Return boxes around what stands beside the arm, as zones in the base frame.
-
-    Args:
-        robot: The profile.
-        model: Its URDF with the shapes that collide.
-    """
-    chain = [model.root, *(joint.child for joint in model.chain(robot.tool_frame))]
-    beside = [link for link in model.shapes if link not in chain]
-    return [
-        KeepOut("around", _triple(1e3 * (middle - half)), _triple(1e3 * (middle + half)))
-        for middle, half in _standing(model, beside, False)
-    ]
-
-
-def _standing(
-    model: Model, links: Sequence[str], still: bool = True
-) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Yield middle and half edges [m] of a box around each shape, with all joints at 0.
-
-    Args:
-        model: A URDF with its shapes.
-        links: Whose shapes.
-        still: Only those that no joint moves.
-    """
-    for link in links:
-        pose = link_pose(model, link, {})
-        for shape in () if still and _moved(model, link) else model.shapes[link]:
-            size = np.array(shape.size)
-            if shape.kind != "box":
-                size = np.array([2 * size[0], 2 * size[0], size[-1] * (1 + (len(size) == 1))])
-            place = pose @ origin_transform(shape.xyz, shape.rpy)
-            yield place[:3, 3], 0.5 * np.abs(place[:3, :3]) @ size
-
-
-def _moved(model: Model, link: str) -> bool:
-    return any(joint.moves for joint in model.chain(link))
-
-
-def _triple(values: FloatArray) -> tuple[float, float, float]:
-    x, y, z = values.tolist()
-    return x, y, z
-
-
-def find_places(robot: Robot) -> FoundPlaces:
+def find_places(robot: Robot, space: FreeSpace) -> FoundPlaces:
     """Find home, set positions and two more places.
 
     Args:
-        robot: The profile with all boxes as zones that the arm shall not be in; its home and
-            positions are not looked at.
+        robot: The profile with its zone; its home and positions are not looked at.
+        space: Its zone and bodies.
 
     Raises:
         ConfigError: The arm has no pose, or no places, that are as they must be.
     """
-    points = watched_points(robot)
-    homes = list(_homes(robot, points))
+    homes = list(itertools.islice(_homes(robot, space), TRIED))
     for shrink, home in itertools.product(SHRUNK, homes):
         arm = msgspec.structs.replace(robot, home=home)
         begin, places = tuple(arm.home_positions), _places(arm, shrink)
-        if _ways(arm, points, places, begin):
-            return FoundPlaces(home, places, _two_points(arm, points, begin))
+        if _ways(arm, space, places, begin):
+            return FoundPlaces(home, places, _two_points(arm, space, begin))
     known = ", ".join(joint.name for joint in robot.arm_joints)
     raise ConfigError(
         f"{robot.urdf}: {len(robot.arm_joints)} joints ({known}) find no home from which the tool "
@@ -142,32 +99,31 @@ def find_places(robot: Robot) -> FoundPlaces:
     )
 
 
-def _homes(robot: Robot, points: Sequence[WatchedPoint]) -> Iterator[dict[str, float]]:
-    """Yield poses of the arm that are clear of the zones in deg and mm, the most agile first."""
+def _underside(pose: FloatArray, shape: Shape) -> float:
+    """Return the height of the underside of the box around a shape [m]."""
+    radius, length = shape.size[0], shape.size[-1]
+    round_one = (2 * radius, 2 * radius, length if shape.kind == "cylinder" else 2 * radius)
+    edges = shape.size if shape.kind == "box" else round_one
+    return float(pose[2, 3] - 0.5 * np.abs(pose[2, :3]) @ np.array(edges))
+
+
+def _homes(robot: Robot, space: FreeSpace) -> Iterator[dict[str, float]]:
+    """Yield poses of the arm that are free in deg and mm, the most agile first."""
     chain, reach = ScrewModel.from_robot(robot), 1e-3 * robot.reach_mm
     poses, rows = _poses(robot)
+    floor = max((1e-3 * zone.upper_mm[2] for zone in robot.keep_out), default=-math.inf)
+    clear = _undersides(space.points, rows).min(axis=0) > floor + 1e-3 * CLEAR_MM
     ranked = []
-    for q in poses[_clear(robot, points, rows)]:
-        out = float(np.linalg.norm(forward_kinematics(chain, q)[:2, 3] - _foot(chain)))
+    for k in np.flatnonzero(clear).tolist():
+        out = float(np.linalg.norm(forward_kinematics(chain, poses[k])[:2, 3] - _foot(chain)))
         if NEAREST <= out / reach <= FARTHEST:
             # Folded it would be as agile, and in its own way.
-            ranked.append(
-                (-min(1.0, out / (HALFWAY * reach)) * _agility(chain, q, reach), q.tolist())
-            )
-    for _, q in sorted(ranked)[:TRIED]:
-        home = {joint.name: 0.0 for joint in robot.twin_joints}
-        yield home | {j.name: round(x / j.scale, 2) + 0.0 for j, x in zip(robot.arm_joints, q)}
-
-
-def _clear(robot: Robot, points: Sequence[WatchedPoint], rows: FloatArray) -> NDArray[np.bool_]:
-    """Return for each pose whether all watched points' boxes are clear of all zones."""
-    places = all_positions(points, rows)
-    half = np.array([point.half for point in points])[:, None] + 1e-3 * CLEAR_MM
-    clear = np.ones(len(rows), dtype=bool)
-    for zone in robot.keep_out:
-        low, high = 1e-3 * np.array(zone.lower_mm), 1e-3 * np.array(zone.upper_mm)
-        clear &= ~((places + half > low) & (places - half < high)).all(axis=2).any(axis=0)
-    return clear
+            near = min(1.0, out / (HALFWAY * reach))
+            ranked.append((-near * _agility(chain, poses[k], reach), k))
+    for _, k in sorted(ranked):
+        if space.touches_nothing(rows[k : k + 1]):
+            shown = zip(robot.twin_joints, rows[k].tolist())
+            yield {joint.name: round(q / joint.scale, 2) + 0.0 for joint, q in shown}
 
 
 def _poses(robot: Robot) -> tuple[FloatArray, FloatArray]:
@@ -233,7 +189,7 @@ def _places(robot: Robot, shrink: float) -> dict[str, tuple[float, float, float]
 
 def _ways(
     robot: Robot,
-    points: Sequence[WatchedPoint],
+    space: FreeSpace,
     places: Mapping[str, Sequence[float]],
     begin: tuple[float, ...],
 ) -> bool:
@@ -251,9 +207,7 @@ def _ways(
         for joint, value in zip(robot.twin_joints, corner)
         if joint.screw_axis is not None
     )
-    return inside and all(
-        _is_free(robot, points, one, other) for one, other in itertools.combinations(corners, 2)
-    )
+    return inside and all(space.has_way(*way) for way in itertools.combinations(corners, 2))
 
 
 def _solved(robot: Robot, tool: ToolKinematics, place: Sequence[float]) -> tuple[float, ...]:
@@ -264,15 +218,8 @@ def _solved(robot: Robot, tool: ToolKinematics, place: Sequence[float]) -> tuple
     return tuple(q.get(joint, robot.home[joint.name] * joint.scale) for joint in robot.twin_joints)
 
 
-def _is_free(
-    robot: Robot, points: Sequence[WatchedPoint], one: tuple[float, ...], other: tuple[float, ...]
-) -> bool:
-    velocity = tuple(joint.velocity for joint in robot.twin_joints)
-    return not judge_way(points, robot.keep_out, one, other, velocity, CLEAR_MM).violation
-
-
 def _two_points(
-    robot: Robot, points: Sequence[WatchedPoint], home: tuple[float, ...]
+    robot: Robot, space: FreeSpace, home: tuple[float, ...]
 ) -> dict[str, dict[str, float]]:
     """Return joint values of two places on either side of home, in deg and mm."""
     for part in (0.3, 0.2, 0.1, 0.05, 0.0):
@@ -285,7 +232,7 @@ def _two_points(
                     for joint, q, s in zip(robot.twin_joints, home, signs)
                 )
             )
-        if all(_is_free(robot, points, *way) for way in itertools.combinations((home, *ends), 2)):
+        if all(space.has_way(*way) for way in itertools.combinations((home, *ends), 2)):
             break
     return {
         name: {j.name: round(q / j.scale, 2) for j, q in zip(robot.twin_joints, end)}

@@ -19,7 +19,7 @@ from scara_description.urdf import GREY, Shape, Vector, rpy_of
 FloatArray = NDArray[np.float64]
 COVER = "cover"
 """Name of a shape of a URDF that holds a mesh, and is not the body itself."""
-MOST_SLABS = 4
+MOST_SLABS = 6
 """More would hug a link no better, and each costs a look at every zone: our choice."""
 THINNEST = 1e-3
 """Smallest edge of a cover [m]: a plate has to have a body. Our choice."""

@@ -1,0 +1,61 @@
+"""Where an arm comes into no zone, and hits neither itself nor what stands around.
+
+Zones by the twin controller's rule, bodies by the second world's: what these refuse a new robot
+shall not be made to do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scara_config import Robot
+from scara_control.keep_out.points import watched_points
+from scara_control.keep_out.zones import judge_way
+from scara_control.kinematics.twists import FloatArray
+from what_if.geometry.bodies import bodies_of
+from what_if.geometry.scene import Press, Scene
+from what_if.geometry.tree import Tree, stroke
+
+from scara_description.urdf import Model
+
+CLEAR_MM = 20.0
+"""How far the ways stay away from the zone; the twin controller refuses those nearer than 5 mm."""
+APART_M = 0.005
+"""How far bodies stay apart."""
+STEPS = 24
+"""Poses of a way at which bodies are looked at: our choice, the second world judges all of it."""
+
+
+class FreeSpace:
+    """An arm among its zones and bodies.
+
+    Args:
+        robot: The profile.
+        model: Its URDF with the shapes that collide.
+    """
+
+    def __init__(self, robot: Robot, model: Model) -> None:
+        joints = robot.twin_joints
+        tree = Tree(
+            model,
+            [joint.name for joint in joints],
+            [stroke(joint.lower, joint.upper) for joint in joints],
+        )
+        self._scene = Scene(tree, bodies_of(model, robot.tool_frame, ()), Press())
+        self.points, self._robot = watched_points(robot), robot
+
+    def touches_nothing(self, rows: FloatArray) -> bool:
+        """Return whether bodies are apart in all poses, shape (m, n)."""
+        self._scene.distances.forget()
+        poses = self._scene.body_poses(rows)
+        near = np.argwhere(self._scene.gaps(poses) < APART_M)
+        return all(self._scene.distance(k, poses[k], n) >= APART_M for k, n in near.tolist())
+
+    def has_way(self, one: Sequence[float], other: Sequence[float]) -> bool:
+        """Return whether the straight way between two poses is free, and both of them."""
+        velocity = tuple(joint.velocity for joint in self._robot.twin_joints)
+        zones = self._robot.keep_out
+        judged = judge_way(self.points, zones, tuple(one), tuple(other), velocity, CLEAR_MM)
+        rows = np.linspace(np.array(one), np.array(other), STEPS)
+        return not judged.violation and self.touches_nothing(rows)
