@@ -15,6 +15,7 @@ from typing import Any
 
 import msgspec
 import pytest
+import typer
 from harness.running.thorough import thorough
 from harness.virtual_cell.baseline import (
     RENEW,
@@ -190,3 +191,17 @@ def test_a_baseline_that_is_missing_says_how_to_write_one(tmp_path: Path) -> Non
     assert read_baseline(path).figures["r"]["real_leads"] == FIGURES
     with pytest.raises(BaselineError, match="no baseline for r twin_leads"):
         worse("r", "twin_leads", FIGURES, read_baseline(path))
+
+
+def test_the_figures_of_a_robot_that_somebody_made_are_shown(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """There is no baseline to hold them to, and that is no fault."""
+    from harness.virtual_cell import __main__ as command
+
+    monkeypatch.setattr("harness.virtual_cell.experiments.measure", lambda _: {"made": FIGURES})
+    with pytest.raises(typer.Exit) as ended:
+        command.main(["mine"])
+    assert ended.value.exit_code == 0 and "mine" in capsys.readouterr().out
+    with pytest.raises(BaselineError, match="no baseline for fanuc_sr6ia made"):
+        command.main(["fanuc_sr6ia"])

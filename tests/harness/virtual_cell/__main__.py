@@ -59,7 +59,9 @@ def main(
             for name in Figures.__struct_fields__:
                 was = f"{getattr(old, name):.6g}" if old else "-"
                 table.add_row(robot, experiment, name, f"{getattr(new, name):.6g}", was)
-            lines += stored.worse(robot, experiment, new, known)
+            # A robot that somebody has made has no baseline.
+            if robot in ROBOTS:
+                lines += stored.worse(robot, experiment, new, known)
     console.print(table)
     for line in lines:
         console.print(line, soft_wrap=True)
