@@ -25,6 +25,7 @@ from robot_doctor.free_space import CLEAR_MM, FreeSpace
 from scara_description.urdf import Model, Shape, link_pose, origin_transform
 
 POSES = 2000
+"""That fill the joint space evenly."""
 TRIED = 25
 """So many of the best free poses may be home."""
 WITHIN = 0.8
@@ -128,9 +129,8 @@ def _homes(robot: Robot, space: FreeSpace) -> Iterator[dict[str, float]]:
 
 def _poses(robot: Robot) -> tuple[FloatArray, FloatArray]:
     """Return poses of the arm's joints, and of all joints of the twin: shapes (POSES, n)."""
-    from scipy.stats import (
-        qmc,
-    )  # half a second, which the doctor's other questions need not wait for
+    # Half a second, which the doctor's other questions need not wait for.
+    from scipy.stats import qmc
 
     joints = robot.arm_joints
     low, high = (np.array([getattr(joint, key) for joint in joints]) for key in ("lower", "upper"))
@@ -142,7 +142,9 @@ def _poses(robot: Robot) -> tuple[FloatArray, FloatArray]:
     # The foot looks ahead: where the arm stands about its first axis is nobody's choice.
     if turns[0] and low[0] < 0.0 < high[0]:
         poses[:, 0] = 0.0
-    rows = np.zeros((POSES, len(robot.twin_joints)))
+    # What moves no tool stands at 0, or as near to it as it can.
+    still = [min(max(0.0, joint.lower), joint.upper) for joint in robot.twin_joints]
+    rows = np.tile(still, (POSES, 1))
     rows[:, [robot.twin_joints.index(joint) for joint in joints]] = poses
     return poses, rows
 
