@@ -13,7 +13,7 @@ import pytest
 from fanuc_emulator.config import load_emulator, load_programs
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.gripping.cell_parts import CellParts
-from fanuc_emulator.gripping.surroundings import Surroundings
+from fanuc_emulator.gripping.surroundings import Surface, Surroundings
 from fanuc_emulator.snapshot import Snapshot
 from fanuc_emulator.tp.executor import ProgramState
 from harness.programs import program_of
@@ -36,6 +36,15 @@ def joints(x: float, y: float, z: float, table: float) -> list[float]:
     q2 = math.acos((x * x + y * y - l1 * l1 - l2 * l2) / (2 * l1 * l2))
     q1 = math.atan2(y, x) - math.atan2(l2 * math.sin(q2), l1 + l2 * math.cos(q2))
     return [q1, q2, z - h, 0.0, table]
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "carried"),
+    [(0.31, 0.3, True), (0.33, 0.3, False), (0.1, 0.41, True), (0.1, 0.43, False)],
+)
+def test_a_face_carries_what_is_near_its_edge(x: float, y: float, carried: bool) -> None:
+    """Its two edges may be of different lengths."""
+    assert Surface("pallet", 0.0, (0.1, 0.3), half=(0.2, 0.1)).carries(x, y, 0.02) is carried
 
 
 class Bench:

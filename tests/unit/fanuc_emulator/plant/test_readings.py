@@ -41,14 +41,19 @@ def test_the_ideal_plant_shows_what_is_true(config: EmulatorConfig, robot: Robot
         )
 
 
+@pytest.mark.parametrize(
+    ("phase_ms", "ticks"),
+    [(0, [0, 0, 0, 0, 4, 4, 4, 4, 8, 8]), (6, [0, 0, 0, 3, 3, 3, 3, 7, 7, 7])],
+)
 def test_positions_and_clock_are_read_together_once_a_period(
-    config: EmulatorConfig, robot: Robot
+    config: EmulatorConfig, robot: Robot, phase_ms: int, ticks: list[int]
 ) -> None:
-    """Between two readings the registers stand."""
-    readings = Readings(changed(config.plant, period_ms=8), robot.joints, np.random.default_rng(1))
+    """Between two readings the registers stand; the first period may be shorter."""
+    plant = changed(config.plant, period_ms=8, phase_ms=phase_ms)
+    readings = Readings(plant, robot.joints, np.random.default_rng(1))
     shown = [readings.read(k, (float(k),) * 5, (0.0,) * 5, 2 * k) for k in range(10)]
-    assert [reading.positions[0] for reading in shown] == [0, 0, 0, 0, 4, 4, 4, 4, 8, 8]
-    assert [reading.clock_ms for reading in shown] == [0, 0, 0, 0, 8, 8, 8, 8, 16, 16]
+    assert [reading.positions[0] for reading in shown] == ticks
+    assert [reading.clock_ms for reading in shown] == [2 * tick for tick in ticks]
 
 
 def test_noise_has_the_rms_of_the_file(config: EmulatorConfig, robot: Robot) -> None:
