@@ -36,21 +36,16 @@ def start_moving(bench: Bench) -> None:
     bench.run_until(lambda now: max(abs(v) for v in now.velocities) > 1.0)
 
 
-def standing(bench: Bench) -> bool:
-    """Tell whether no axis moves."""
-    return not any(bench.now.velocities)
-
-
 def test_cstopi_as_delivered_lets_the_program_run_to_its_end(bench: Bench) -> None:
     """CSTOPI for ABORT FALSE: the robot goes on, and only what waits is cleared."""
     bench = set_up(bench, cstopi_for_abort=False)
     start_moving(bench)
     bench.pulse("rsr3", 0.1)
     bench.pulse("cstopi", 0.03)
-    assert bench.now.program_state is RUNNING and not standing(bench)
+    assert bench.now.program_state is RUNNING and bench.moving
     bench.run_until(lambda now: now.program_state is ABORTED)
     bench.run(0.5)
-    assert bench.now.program_name == "ARTICLE" and standing(bench), "RSR3 was cleared"
+    assert bench.now.program_name == "ARTICLE" and not bench.moving, "RSR3 was cleared"
 
 
 @pytest.mark.parametrize("name", ["hold", "enbl"])
@@ -61,7 +56,7 @@ def test_hold_stops_whatever_is_set_for_cstopi(bench: Bench, name: str, for_abor
     start_moving(bench)
     bench.controller.write_input(name, False)
     bench.run(0.3)
-    assert bench.now.program_state is PAUSED and standing(bench)
+    assert bench.now.program_state is PAUSED and not bench.moving
 
 
 def test_hold_in_a_wait_keeps_the_next_move_from_beginning(bench: Bench) -> None:
@@ -69,7 +64,7 @@ def test_hold_in_a_wait_keeps_the_next_move_from_beginning(bench: Bench) -> None
     bench.pulse("panel_run2")
     bench.run_until(lambda now: now.program_line == WAIT_LINE)
     bench.run(0.2)
-    assert standing(bench)
+    assert not bench.moving
     stood = bench.now.positions
     bench.controller.write_input("hold", False)
     bench.run(2.0)
@@ -189,7 +184,7 @@ def test_imstp_pauses_and_a_resumed_program_finishes_its_move(bench: Bench) -> N
     start_moving(bench)
     bench.controller.write_input("imstp", False)
     bench.run(0.5)
-    assert bench.now.program_state is PAUSED and standing(bench)
+    assert bench.now.program_state is PAUSED and not bench.moving
     bench.controller.write_input("imstp", True)
     bench.pulse("fault_reset")
     bench.run(0.5)
@@ -216,7 +211,7 @@ def test_simple_allocation_is_the_makers_table(bench: Bench) -> None:
     assert lit == [1, 10], "CMDENBL and BUSY; no SYSRDY, no PROGRUN"
     bench.pulse("fault_reset")
     bench.run(0.5)
-    assert bench.now.program_state is ABORTED and standing(bench)
+    assert bench.now.program_state is ABORTED and not bench.moving
 
 
 def test_simple_allocation_starts_nothing_where_start_only_continues(bench: Bench) -> None:
@@ -237,8 +232,8 @@ def test_without_allocation_the_pendant_alone_has_an_effect(bench: Bench) -> Non
     for name, level in (("hold", False), ("imstp", False), ("enbl", False), ("cstopi", True)):
         bench.controller.write_input(name, level)
     bench.run(0.2)
-    assert bench.now.program_state is RUNNING and not standing(bench)
+    assert bench.now.program_state is RUNNING and bench.moving
     assert not any(getattr(bench.now.outputs, name) for name in UO)
     bench.pulse("panel_abort")
     bench.run(0.5)
-    assert bench.now.program_state is ABORTED and standing(bench)
+    assert bench.now.program_state is ABORTED and not bench.moving

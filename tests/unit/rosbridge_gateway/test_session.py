@@ -256,15 +256,11 @@ def test_client_that_is_held_back_is_told_once_a_second() -> None:
     ("level", "answered"), [("info", True), ("warning", True), ("error", True), ("none", False)]
 )
 def test_set_level_decides_which_remarks_come(level: str, answered: bool) -> None:
-    """Errors are sent unless the client wants none."""
+    """Errors are sent unless the client wants none; a remark of its own is heard in silence."""
     client = session()
     assert say(client, op="set_level", level=level) is None
+    assert say(client, op="status", level="error", msg="x") is None
     assert (say(client, op="unsubscribe", topic="t") is not None) == answered
-
-
-def test_status_of_a_client_is_heard_in_silence() -> None:
-    """A remark needs no answer, or two sides would remark for ever."""
-    assert say(session(), op="status", level="error", msg="x") is None
 
 
 def test_subscriptions_with_ids_end_one_by_one() -> None:
@@ -282,6 +278,9 @@ def test_subscriptions_with_ids_end_one_by_one() -> None:
     assert not client.unsubscribed("/t", "unknown")
     assert client.unsubscribed("/t", "a") and client.subscriptions == ()
     assert not client.unsubscribed("/t", "a")
+    for packet_id in ("a", "b"):
+        client.subscribed("/t", packets.Subscribe(id=packet_id, topic="t"))
+    assert client.unsubscribed("/t", UNSET), "without an id all end"
 
 
 @pytest.mark.parametrize(
@@ -387,14 +386,6 @@ def test_call_in_fragments_that_does_not_fit_is_answered_as_a_call() -> None:
     call = {"op": "call_service", "id": "c", "service": "s", "args": 5}
     answers = [say(client, **part) for part in pieces(json.dumps(call), 30)]
     assert isinstance(answers[-1], ServiceResponse) and answers[-1].id == "c"
-
-
-def test_unsubscribe_without_an_id_ends_all() -> None:
-    """As rosbridge has it."""
-    client = session()
-    for packet_id in ("a", "b"):
-        client.subscribed("/t", packets.Subscribe(id=packet_id, topic="t"))
-    assert client.unsubscribed("/t", UNSET)
 
 
 def test_advertisements_end_one_by_one_or_all() -> None:

@@ -56,9 +56,8 @@ class Bench:
     def step(self) -> None:
         """Let one period pass."""
         self.now = round(self.now + CONFIG.period, 6)
-        measured = JointMotion.measured(
-            tuple(a + b for a, b in zip(self.q, self.off)), ZERO, self.now
-        )
+        q = tuple(a + b for a, b in zip(self.q, self.off))
+        measured = JointMotion.measured(q, ZERO, self.now)
         self.desk.measure(measured)
         self.pose.measure(measured)
         packet = self.pose.tick(self.now)
@@ -349,9 +348,8 @@ def test_joint_states_that_fail_to_come_abort_the_goal(bench: Bench) -> None:
     late = bench.now + CONFIG.state_timeout + 0.1
     assert bench.desk.tick(late).end_stream
     bench.desk.hear_motion("idle", "", 100.0, late)
-    assert (
-        bench.desk.tick(late + 0.01).ended[0][1].text == "aborted: twin/joint_states fails to come"
-    )
+    (_, ended), *_ = bench.desk.tick(late + 0.01).ended
+    assert ended.text == "aborted: twin/joint_states fails to come"
     with pytest.raises(GoalError, match="no fresh twin/joint_states"):
         bench.desk.accept("b", GOAL, late)
 
