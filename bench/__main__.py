@@ -64,7 +64,7 @@ def _variations(options: Options) -> list[Row]:
 def _demos(options: Options) -> list[Row]:
     from bench.demos import run
 
-    return run(_seeds(options), options.rows, options.folder, options.console)
+    return run(_seeds(options), options.first, options.rows, options.folder, options.console)
 
 
 def _day(options: Options) -> list[Row]:
@@ -144,7 +144,7 @@ def main(
         typer.Option(
             "--demos",
             help="The demo of both plants at 50 and 100 %, --seeds times each, all or ROW ... "
-            "(kit_field_50 field_100 ...); bench/tables.txt.",
+            "(kit_drawn_50 field_100 ...); bench/tables.txt.",
         ),
     ] = False,
     day: Annotated[
@@ -194,7 +194,7 @@ def main(
             min=0.0,
         ),
     ] = None,
-    first: Annotated[int, typer.Option(help="Storm, draws: the first seed.", min=0)] = 0,
+    first: Annotated[int, typer.Option(help="Storm, draws, demos: the first seed.", min=0)] = 0,
     draws: Annotated[
         int, typer.Option(help="Plants: so many drawn by seeds instead, of each robot.", min=0)
     ] = 0,

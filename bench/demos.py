@@ -31,9 +31,11 @@ PATH_PERCENT, REST_PERCENT = 5.0, 2.0
 """The article's errors, percent of reach."""
 KIT = "with the kit's own programs, PR[1] alone"
 OPTION = "with set points ahead, an option that nobody can type"
+DRAWN = "drawn"
+"""A plant of its own for each run: the field plant's numbers drawn by the run's seed."""
 SERIES = (
     ("ideal", 50.0, KIT),
-    ("field", 50.0, KIT),
+    (DRAWN, 50.0, KIT),
     ("ideal", 50.0, OPTION),
     ("ideal", 100.0, OPTION),
     ("field", 50.0, OPTION),
@@ -44,20 +46,23 @@ SPEED = re.compile(r"(\bspeed_percent: |\bJ P\[.*\] )[0-9.]+")
 
 
 def series_name(plant: str, speed: float, holds: str) -> str:
-    """Return how a series is asked for, such as ``field_100`` or ``kit_field_50``."""
+    """Return how a series is asked for, such as ``field_100`` or ``kit_drawn_50``."""
     return f"{'kit_' * (holds == KIT)}{plant}_{speed:g}"
 
 
 NAMES = tuple(series_name(*series) for series in SERIES)
 
 
-def run(repeats: int, wanted: Sequence[str], folder: Path, console: Console) -> list[Row]:
+def run(
+    repeats: int, first: int, wanted: Sequence[str], folder: Path, console: Console
+) -> list[Row]:
     """Run the demo ``repeats`` times for each series, keep the figures and write the pages.
 
     The pages are written after each series: one that is ended keeps those before it.
 
     Args:
         repeats: How many runs of each; one that ends without a report is counted and said.
+        first: The seed of the first run of DRAWN; each later run takes the next.
         wanted: Some of NAMES: the others stay as they were measured last; all if empty.
         folder: Where bags and reports go.
         console: For progress.
@@ -73,7 +78,8 @@ def run(repeats: int, wanted: Sequence[str], folder: Path, console: Console) -> 
         name = series_name(plant, speed, holds)
         if wanted and name not in wanted:
             continue
-        entry = _series(plant, speed, holds, repeats, folder / name, console)
+        seeds = range(first, first + repeats)
+        entry = _series((plant, speed, holds), seeds, folder / name, console)
         known = {each["series"]: each for each in page.so_far().get("demos", ())}
         known[name] = page.measured({"series": name, **entry}, load)
         page.write({**page.so_far(), "demos": [known[each] for each in NAMES if each in known]})
@@ -99,20 +105,24 @@ def _worst(runs: Sequence[dict[str, dict[str, Any]]], name: str, key: str) -> fl
 
 
 def _series(
-    plant: str, speed: float, holds: str, repeats: int, folder: Path, console: Console
+    series: tuple[str, float, str], seeds: Sequence[int], folder: Path, console: Console
 ) -> dict[str, Any]:
-    """Run the demo with one plant, one speed and one robot again and again."""
-    failed = 0
+    """Run the demo once for each seed; only DRAWN looks at them."""
+    (plant, speed, holds), failed = series, 0
     runs: list[dict[str, dict[str, Any]]] = []
     labels: list[dict[str, Any]] = []
-    for number in range(1, repeats + 1):
+    for number, seed in enumerate(seeds, 1):
         made = folder / f"demo_{number}"
-        report = _demo(made, plant, speed, holds)
+        chosen = f"field:{seed}" if plant == DRAWN else plant
+        report = _demo(made, chosen, speed, holds)
         figures = None if report is None else _figures(report, made)
         said = figures or "no report"
-        console.print(f"{plant}, {speed:g} % [{number}/{repeats}] {said}", markup=False)
+        console.print(f"{chosen}, {speed:g} % [{number}/{len(seeds)}] {said}", markup=False)
         failed += figures is None
         runs += [figures] if figures else []
+        if report and plant == DRAWN:
+            told = f"the field plant drawn anew for each run, seeds {seeds[0]} to {seeds[-1]}"
+            report["made_with"]["plant"] = {"name": DRAWN, "description": told}
         labels += [report["made_with"]] if report else []
     known = label(labels) if labels else {"robot": load_robot().name, "plant": f"plant {plant}"}
     known["robot"] += f" {holds}"

@@ -7,6 +7,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
+from fanuc_kit.sheets import map_file
 from harness.faults.fault_cell import SET_UPS, FaultCell
 from harness.faults.rows import Row
 from harness.ros import Ros, own_master
@@ -15,7 +16,11 @@ from harness.storm.rules.effects import EFFECTS
 from harness.storm.rules.monitor import timeline
 from harness.storm.storm import STORM, Scene, Storm, summed
 from harness.workspace import ROOT
+from harness.yaml_files import copy_configuration
 from rich.console import Console
+from scara_config.loader import OVERRIDE
+from scara_config.modbus_map import load_modbus_map
+from scara_config.set_up.kit_map import kit_map
 
 from bench.journal import Journal
 
@@ -41,6 +46,7 @@ class Seeds:
 def run(seeds: Seeds, folder: Path, console: Console) -> list[Row]:
     """Play the scenes; return how often each rule was broken.
 
+    Each seed is another robot of the field plant's kind, with the map that the kit's sheets make.
     Each violation is printed with its seed, its scene and its evidence, and written into the
     folder. What a scene has found is in the folder's journal at once: a storm that is ended early
     goes on where it was.
@@ -50,11 +56,15 @@ def run(seeds: Seeds, folder: Path, console: Console) -> list[Row]:
     """
     journal = Journal(folder, ROOT)
     part = folder / time.strftime("part_%H-%M-%S")
-    part.mkdir()
+    config = part / "config"
+    config.mkdir(parents=True)
+    copy_configuration(config)
+    typed = map_file(kit_map(load_modbus_map(config)))
+    (config / "modbus_map.yaml").write_text(typed, encoding="utf-8")
     with (
         own_master(part / "master", "bench") as master,
         closing(Ros(master, part / "cell", "storm")) as ros,
-        FaultCell(ros) as cell,
+        FaultCell(ros, {OVERRIDE: str(config)}) as cell,
         crew(cell) as made,
     ):
         storm = _Storms(made, journal, folder, console)
@@ -76,7 +86,7 @@ class _Storms:
 
     def seed(self, seed: int, seconds: float) -> None:
         """Play the scenes of a seed until ``seconds`` are over, those of the journal included."""
-        self._crew.cell.set_up(SET_UPS[seed % len(SET_UPS)])
+        self._crew.cell.set_up(SET_UPS[seed % len(SET_UPS)], f"field:{seed}")
         past, number = 0.0, 0
         while past < seconds:
             past += self.scene(seed, number)

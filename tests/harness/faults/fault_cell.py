@@ -14,7 +14,7 @@ from typing import Any
 
 from scara_config import load_robot
 from scara_config.loader import OVERRIDE
-from scara_config.profile import SETTINGS_CHOICE
+from scara_config.profile import PLANT_CHOICE, SETTINGS_CHOICE
 
 from harness.plants.known_robot import known_robot
 from harness.processes import wait_until
@@ -105,14 +105,25 @@ class FaultCell(Cell):
             process.signal(signal.SIGCONT)
             process.stop()
 
-    def set_up(self, settings: str) -> None:
-        """Start the robot again, set up otherwise, and lead the pair to IDLE."""
-        if self.environment.get(SETTINGS_CHOICE, "") == settings:
+    def set_up(self, settings: str, plant: str = "") -> None:
+        """Start the robot again, set up otherwise, and lead the pair to IDLE.
+
+        Args:
+            settings: How its controller was set up, where it is not as filed.
+            plant: How it moves, such as ``field:7``; empty: as filed. Another plant is another
+                robot: the twin controller begins anew too.
+        """
+        wanted = {SETTINGS_CHOICE: settings, PLANT_CHOICE: plant}
+        changed = {key for key in wanted if self.environment.get(key, "") != wanted[key]}
+        if not changed:
             return
-        self.environment[SETTINGS_CHOICE] = settings
-        self.kill("emulator")
-        self.start_node("emulator")
+        self.environment |= wanted
+        nodes = ("emulator", "twin_controller") if PLANT_CHOICE in changed else ("emulator",)
+        for node in nodes:
+            self.kill(node)
+            self.start_node(node)
         self.recover()
+        self.pendant("override", "100")
 
     def command(self, command: str, **fields: Any) -> Any:
         """Call ``twin_controller/command``."""

@@ -21,7 +21,7 @@ def series(**changed: Any) -> dict[str, Any]:
     one = {"path_percent": 0.2, "positioning_percent": 0.01, "true_percent": None}
     one |= {"speed_percent": 50.5}
     worse = one | {"path_percent": 0.594, "true_percent": 0.0221, "speed_percent": 63.7}
-    made = {"series": "kit_field_50", "robot": "a robot", "plant": "plant field: late", **TOLD}
+    made = {"series": "kit_drawn_50", "robot": "a robot", "plant": "plant field: late", **TOLD}
     made |= {
         "asked_percent": 100.0,
         "failed": 0,
