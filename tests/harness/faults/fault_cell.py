@@ -73,8 +73,7 @@ class FaultCell(Cell):
             self.start_node(node)
         self._watch()
         wait_until(self._is_ready, 60.0, "an idle cell", period=0.1)
-        self.pendant("override", "100")
-        wait_until(lambda: self.states[-1].speed_limited is False, 5.0, "override 100 %")
+        self._full_override()
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -123,7 +122,11 @@ class FaultCell(Cell):
             self.kill(node)
             self.start_node(node)
         self.recover()
+        self._full_override()
+
+    def _full_override(self) -> None:
         self.pendant("override", "100")
+        wait_until(lambda: self.states[-1].real_override_percent == 100.0, 5.0, "override 100 %")
 
     def command(self, command: str, **fields: Any) -> Any:
         """Call ``twin_controller/command``."""
