@@ -92,8 +92,7 @@ def test_a_program_starts_on_the_pendant_as_soon_as_the_pair_is_idle(
         cell.schedule.run(0.03)
         assert cell.mode == "IDLE", "the answer of move_to ends the lead"
     cell.wait_until(lambda: cell.mode == "IDLE", 5.0, "IDLE")
-    assert cell.refusals()["RUN"] == ""
-    cell.schedule.run(0.03)
+    cell.wait_until(lambda: cell.refusals()["RUN"] == "", 0.1, "RUN")
     cell.real.pendant(100.0, cell.files.program_number("TWO_POINT"))
     cell.wait_until(lambda: cell.mode == "REAL_LEADS", 0.3, "REAL_LEADS")
     assert cell.real.shown.alarm is None

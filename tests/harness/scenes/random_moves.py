@@ -39,7 +39,8 @@ SPEEDS_PERCENT = (20.0, 60.0)
 DEADLINE_S = 20.0
 ENDS_S = 0.05
 """What tells the twin that its following ends takes so long at most."""
-STREAM_ENDS_S = 0.2
+STREAM_ENDS_S = 1.5
+"""A robot that still runs its stream program behind IDLE is stopped within this."""
 TAKES_OVER_S = 0.3
 """So long after a command its first set points are looked at."""
 PAUSES_S = (0.06, 0.4)
@@ -189,8 +190,8 @@ class _Wanderer:
                     self.wrong(f"goal refused: {error}")
                 return
         elif kind == "program":
-            # The robot refuses it while its stream program ends, held for ``stop.hold_ms``.
-            cell.schedule.run(STREAM_ENDS_S)
+            # Until then the robot would refuse it, and the page does not offer it.
+            cell.wait_until(lambda: not cell.refusals()["RUN"], STREAM_ENDS_S, "RUN")
             number = self.source.choice(sorted(cell.files.programs))
             cell.real.pendant(100.0, number)
         elif kind == "jog":

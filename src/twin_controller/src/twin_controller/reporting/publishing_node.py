@@ -173,7 +173,9 @@ class Publishing:
         fields["held_since"] = rospy.Time()  # of nobody
         if fields["holder"]:
             fields["held_since"] = rospy.Time.from_sec(max(0.0, stamp.to_sec() - held))
-        if self._refused_pace.is_due(now, (lead.mode, lead.paused, lead.why, lead.must_align)):
+        ends = orders.hold_away, orders.stop is None
+        told = lead.mode, lead.paused, lead.why, lead.must_align, ends
+        if self._refused_pace.is_due(now, told):
             self._refused = refusals(self._setup, state, now)
         fields |= {"command": list(self._refused), "refused": list(self._refused.values())}
         fields["judge"] = self._judge

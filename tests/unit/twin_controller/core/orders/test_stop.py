@@ -8,7 +8,9 @@ import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
 from harness.watch import Watch, watched
-from twin_controller.core.actions import Command, Send
+from twin_controller.core.actions import CapTwin, Command, Send
+from twin_controller.core.follow.response import SLOWEST_PERCENT
+from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.lead.modes import Mode
 
 replace = msgspec.structs.replace
@@ -324,12 +326,32 @@ def test_a_stream_that_does_not_end_at_rest_is_stopped(pair: Deaf) -> None:
     """By HOLD, which is given back once the robot shows it."""
     pair.not_heard = (Command.END_AT_REST,)
     since = rested_behind_a_move(pair)
-    pair.run(0.5 * RETRY_S)
+    pair.run(1.5 * RETRY_S)
     assert sent(pair, since) == [] and pair.streaming
+    assert "ends its stream" in refusals(pair.setup, pair.state, pair.now)["RUN"]
+    pair.run_until(lambda: pair.hold_away, RETRY_S)
+    assert "ends its stream" in refusals(pair.setup, pair.state, pair.now)["RUN"]
     pair.run(1.5)
+    assert refusals(pair.setup, pair.state, pair.now)["RUN"] == ""
     assert sent(pair, since) == [Command.STOP_REAL]
     assert not pair.streaming and not pair.hold_away and pair.state.orders.stop is None
     assert pair.mode is Mode.IDLE
+
+
+def test_a_twin_that_moves_before_the_stream_can_begin_is_led_slowly(pair: Deaf) -> None:
+    """Set points that run away from the robot make it leap behind them."""
+    pair.not_heard = (Command.END_AT_REST,)
+    rested_behind_a_move(pair)
+    since = len(pair.actions)
+    pair.move_twin(ramp(pair.twin_q, shifted(pair.twin_q, 20.0), 2.0), run=0.2)
+    assert pair.mode is Mode.TWIN_LEADS and caps(pair, since)[-1] == SLOWEST_PERCENT
+    pair.run(1.0)
+    assert pair.streaming and caps(pair, since)[-1] > SLOWEST_PERCENT
+
+
+def caps(pair: Pair, since: int) -> list[float]:
+    """Return the caps of the twin's speed since the given index of actions."""
+    return [each.speed_percent for each in pair.actions[since:] if isinstance(each, CapTwin)]
 
 
 def test_a_program_started_behind_a_stream_is_no_disobedience(pair: Deaf) -> None:

@@ -9,9 +9,10 @@ from twin_controller.core.actions import AnyAction, Command, SendReal
 from twin_controller.core.events import AnyEvent, TwinMeasured, TwinMotion
 from twin_controller.core.follow.ahead import stream_ahead
 from twin_controller.core.follow.blend import finished
-from twin_controller.core.follow.pace import follower_pace
+from twin_controller.core.follow.pace import Pace, follower_pace
 from twin_controller.core.follow.real import stream_real
 from twin_controller.core.follow.remembered import Remembered, note_sample
+from twin_controller.core.follow.response import SLOWEST_PERCENT
 from twin_controller.core.follow.twin import follow_twin
 from twin_controller.core.lead.effects import send_twin
 from twin_controller.core.lead.modes import Mode
@@ -30,7 +31,7 @@ from twin_controller.core.orders.stop import (
     tell_twin_stop,
     twin_stop_again,
 )
-from twin_controller.core.orders.stream import start_stream
+from twin_controller.core.orders.stream import begins_late, start_stream
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.change import stands_still
 from twin_controller.core.sides.measure import remember
@@ -98,7 +99,7 @@ def order_real(setup: Setup, state: CoreState, streamed: bool, now: float) -> Re
     if streamed and may and stream is not None and flags is not None:
         stream, asked = start_stream(stream, flags, now)
         stop = None if asked else stop
-    stop, again = stop_again(stop, now)
+    stop, again = stop_again(stop, setup.config.stop, now)
     away = orders.hold_away or any(each.command in TAKES_HOLD for each in again)
     state = replace(state, orders=replace(orders, stream=stream, stop=stop, hold_away=away))
     state, back = _give_hold_back(setup, state, now)
@@ -193,13 +194,18 @@ def cap_both(setup: Setup, state: CoreState, now: float) -> Result:
     """Keep the speed caps, and remember whether both sides are usable for the next step's edge."""
     orders, lead = state.orders, state.lead
     leader = Leader(lead.leader, state.follow.slowed)
+    pace = follower_pace(setup, state.follow, state.sides, orders.speeds.cap, now)
+    late = begins_late(orders.stream, orders.stop)
+    if late:
+        # Its set points would run away from it, and it would leap behind them.
+        pace = Pace(SLOWEST_PERCENT, late)
     speeds, sent = cap_speeds(
         setup,
         orders.speeds,
         state.sides,
         state.safety,
         leader,
-        follower_pace(setup, state.follow, state.sides, orders.speeds.cap, now),
+        pace,
         now,
     )
     lead = replace(lead, links_up=state.sides.usable)

@@ -68,6 +68,17 @@ def stop_patience(config: Stop) -> Patience:
     return Patience(config.retry_ms * 1e-3, config.attempts, GiveUp.DRIVES_OFF)
 
 
+def _patience(command: Command, config: Stop) -> Patience:
+    """Return the same; a robot at rest may take twice as long to end its stream by itself.
+
+    Nobody waits for it, and whoever starts a program at the pendant would find HOLD away.
+    """
+    patience = stop_patience(config)
+    if command is Command.END_AT_REST:
+        return replace(patience, period=2.0 * patience.period)
+    return patience
+
+
 def safety_patience(config: Stop) -> Patience:
     """Return how long the robot may go on moving in spite of a safety stop."""
     return Patience(config.safety_retry_ms * 1e-3)
@@ -78,8 +89,8 @@ def tell_stop(
 ) -> StopOrder:
     """Return the stop after the robot, whose link is up or not, was told ``command``."""
     if stop is None or stop.given_back is not None or stop.order.wanted is not command:
-        return StopOrder(tell(None, command, stop_patience(config), now), now, reached)
-    order = tell(stop.order, command, stop_patience(config), now)
+        return StopOrder(tell(None, command, _patience(command, config), now), now, reached)
+    order = tell(stop.order, command, _patience(command, config), now)
     return replace(stop, order=order, reached=reached)
 
 
@@ -137,14 +148,17 @@ def disobeyed(stop: StopOrder | None, config: Stop, now: float) -> bool:
     )
 
 
-def stop_again(stop: StopOrder | None, now: float) -> tuple[StopOrder | None, list[SendReal]]:
+def stop_again(
+    stop: StopOrder | None, config: Stop, now: float
+) -> tuple[StopOrder | None, list[SendReal]]:
     """Send a stop again that the real robot should show by now."""
     if stop is None or stop.given_back is not None:
         return stop, []
     for again in due([stop.order], now).sends:
         why = "the real robot does not show it yet"
         if again.wanted is Command.END_AT_REST:
-            stop, again = replace(stop, since=now), replace(again, wanted=Command.STOP_REAL)
+            stop = replace(stop, since=now)
+            again = replace(again, wanted=Command.STOP_REAL, patience=stop_patience(config))
         return replace(stop, order=again, reached=True), [SendReal(again.wanted, why)]
     return stop, []
 
