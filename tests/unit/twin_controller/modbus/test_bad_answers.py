@@ -208,7 +208,7 @@ def test_what_is_left_at_the_end_is_written_in_spite_of_a_busy_robot(robot: Robo
 
 def test_a_command_that_is_never_taken_ends_the_link_with_the_reason(robot: Robot) -> None:
     """Though all else is answered: nobody may think that the stop was given."""
-    owner = Owner()
+    owner, robot.echoes = Owner(), True
     with owner.link(robot.port) as link:
         wait_until(lambda: link.connected)
         robot.once[COIL].extend(["busy"] * 10_000)
