@@ -10,12 +10,14 @@ from harness.parts import changed
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_control.joint_motion import JointMotion
-from twin_controller.core.events import TwinGripper
+from twin_controller.core.events import RealMeasured, TwinGripper
 from twin_controller.core.follow.memory import RealFollows
 from twin_controller.core.follow.real import setpoint_spacing, stream_real, target_of, twin_course
-from twin_controller.core.follow.twin import close_gap, estimate_acceleration
+from twin_controller.core.follow.remembered import SPACING_S
+from twin_controller.core.follow.twin import close_gap, estimate_acceleration, go_on
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.setup import Setup
+from twin_controller.core.sides.side import RealSide
 from twin_controller.estimation.rhythm import Rhythm, heard
 
 replace = msgspec.structs.replace
@@ -45,6 +47,41 @@ def test_acceleration_needs_two_samples_and_is_bounded(samples: int, expected: f
     assert estimate_acceleration(history, (100.0,)) == (expected,)
     backwards = tuple(replace(sample, qdot=(-sample.qdot[0],)) for sample in history)
     assert estimate_acceleration(backwards, (100.0,)) == (-expected,)
+
+
+def turning(jerk: float, told: bool = False) -> tuple[RealSide, np.polynomial.Polynomial]:
+    """Return a robot of which joint_1 has this jerk [rad/s^3], read each 10 ms, and its way."""
+    way = np.polynomial.Polynomial((0.1, 2.0, 5.0, jerk / 6.0))
+    rest = (0.0,) * (len(HOME) - 1)
+    rows = [
+        JointMotion.measured((way(t), *rest), (way.deriv()(t), *rest), t)
+        for t in (-0.02, -0.01, 0.0)
+    ]
+    motion = rows[-1] if told else replace(rows[-1], qdot=())
+    return RealSide(history=tuple(rows), flags=RealMeasured(0.0, 0.0, 0.0, 0, motion)), way
+
+
+def test_a_robot_that_tells_positions_alone_goes_on_with_its_jerk() -> None:
+    """Through a turn from speeding up to braking the acceleration alone would go too far."""
+    side, way = turning(-300.0)
+    qddot, (point,) = go_on(SETUP, side)
+    assert qddot[0] == pytest.approx(10.0) and point.time == SPACING_S
+    assert point.q[0] == pytest.approx(way(SPACING_S))
+    assert point.qdot[0] == pytest.approx(way.deriv()(SPACING_S))
+    assert point.qddot[0] == pytest.approx(way.deriv(2)(SPACING_S))
+    assert go_on(SETUP, turning(-300.0, told=True)[0])[1] == ()
+
+
+@pytest.mark.parametrize("jerk", [1e5, -1e5])
+def test_no_joint_is_thought_faster_to_speed_up_than_it_can_be(jerk: float) -> None:
+    """A difference of differences of readings is noisy; nor is a set point beyond a limit."""
+    side, _ = turning(jerk)
+    qddot, (point,) = go_on(SETUP, side)
+    assert abs(point.qddot[0]) <= SETUP.acceleration[0] + 1e-9
+    assert abs(qddot[0]) <= SETUP.acceleration[0]
+    at_end = replace(side.history[-1], q=(SETUP.upper[0], *HOME[1:]), qdot=(9.0, 0.0, 0.0, 0.0))
+    side = replace(side, history=(*side.history[:-1], at_end))
+    assert go_on(SETUP, side)[1][0].q[0] <= SETUP.upper[0]
 
 
 def test_a_small_gap_is_closed_at_once_and_a_large_one_at_alignment_speed() -> None:

@@ -14,7 +14,7 @@ from twin_controller.core.events import LinkChanged, RealMeasured
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.measure import take_in
 from twin_controller.core.sides.side import RealSide, Sides
-from twin_controller.core.sides.speeds import FEWEST, MOST, slope_weights, speeds
+from twin_controller.core.sides.speeds import CUBIC, FEWEST, MOST, PARABOLA, slope_weights, speeds
 
 CONFIG = Path(__file__).resolve().parents[5] / "config"
 ROBOT = load_robot(CONFIG)
@@ -48,6 +48,20 @@ def test_a_motion_that_speeds_up_has_the_speed_of_its_newest_reading(noise: floa
     assert found(0.5 * 30.0 * t**2, noise) == pytest.approx(30.0 * t[-1])
 
 
+@pytest.mark.parametrize("period", [0.004, 0.008, 0.016])
+def test_a_drive_that_turns_to_braking_has_its_speed(period: float) -> None:
+    """A jerk that lasts costs nothing from the fourth reading on; while it begins, less than j T^2.
+
+    From 30 to -30 rad/s^2 within 40 ms, as in the middle of the article's moves.
+    """
+    jerk, t = -60.0 / 0.04, period * np.arange(30)
+    begun = np.maximum(0.0, t - t[20])
+    way, speed = 15.0 * t**2 + jerk / 6.0 * begun**3, 30.0 * t + jerk / 2.0 * begun**2
+    off = [abs(found(way[: k + 1], 1e-6, period) - speed[k]) for k in range(19, 29)]
+    assert max(off[5:]) <= 0.01 * abs(jerk) * period**2 + 0.01
+    assert max(off) <= 0.25 * abs(jerk) * period**2 + 0.01
+
+
 def test_one_reading_has_no_speed() -> None:
     """Nor has one long after those before it."""
     assert found(np.array([0.3])) == 0.0
@@ -60,8 +74,8 @@ def test_noise_is_averaged_as_long_as_a_jerk_costs_less(noise_deg: float, percen
     """Over a reading's age of 10 ms half a percent of the greatest speed is 0.02 deg."""
     noise, random = math.radians(noise_deg), np.random.default_rng(7)
     wrong = [found(random.normal(0.0, noise, 40), noise) for _ in range(500)]
-    few = noise * np.linalg.norm(slope_weights(-PERIOD * np.arange(FEWEST)[::-1]))
-    most = noise * np.linalg.norm(slope_weights(-PERIOD * np.arange(MOST)[::-1]))
+    few = noise * np.linalg.norm(slope_weights(-PERIOD * np.arange(CUBIC + 1)[::-1], CUBIC))
+    most = noise * np.linalg.norm(slope_weights(-PERIOD * np.arange(MOST)[::-1], PARABOLA))
     assert 0.9 * most <= np.std(wrong) <= 1.1 * few
     assert np.std(wrong) <= 1e-2 * percent * MOST_SPEED[0]
 

@@ -149,14 +149,19 @@ def way_on(
     after = SPACING_S
     while after <= AHEAD_S and at + after <= path.duration:
         there = path.at(at + after)
-        # What lies beyond a limit by a reading's noise alone would be refused.
-        q = tuple(
-            min(max(a + b, min(low, q)), max(high, q))
-            for a, b, low, high, q in zip(there.q, off, setup.lower, setup.upper, sample.q)
-        )
+        q = within(setup, [a + b for a, b in zip(there.q, off)], sample.q)
         points.append(JointMotion(q, there.qdot, _limited(setup, there), after))
         after += SPACING_S
     return _limited(setup, here), tuple(points)
+
+
+def within(setup: Setup, wanted: Sequence[float], here: Joints) -> Joints:
+    """Return positions within the joints' limits, or no further beyond them than ``here``.
+
+    What lies beyond a limit by a reading's noise alone would be refused.
+    """
+    rows = zip(wanted, setup.lower, setup.upper, here)
+    return tuple([min(max(q, min(low, at)), max(high, at)) for q, low, high, at in rows])
 
 
 def _rests(setup: Setup, sample: JointMotion) -> bool:

@@ -9,11 +9,11 @@ from twin_controller.core.actions import FollowTwin
 from twin_controller.core.events import Joints
 from twin_controller.core.follow.blend import Blend, begin_blend, finished, sample_blend
 from twin_controller.core.follow.memory import TwinFollows
-from twin_controller.core.follow.remembered import Remembered, way_on
+from twin_controller.core.follow.remembered import SPACING_S, Remembered, way_on, within
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.change import stands_still
 from twin_controller.core.sides.pairing import deviation
-from twin_controller.core.sides.side import Sides
+from twin_controller.core.sides.side import RealSide, Sides
 
 replace = msgspec.structs.replace
 
@@ -37,6 +37,36 @@ def estimate_acceleration(history: tuple[JointMotion, ...], limits: Joints) -> J
         older = [(a - b) / h2 for a, b in zip(before.qdot, history[-3].qdot)]
         slope = [s + (s - o) * h1 / (h1 + h2) for s, o in zip(slope, older)]
     return tuple(min(max(s, -limit), limit) for s, limit in zip(slope, limits))
+
+
+def go_on(setup: Setup, real: RealSide) -> tuple[Joints, tuple[JointMotion, ...]]:
+    """Return the acceleration at the newest sample and, with its jerk, where the motion goes on to.
+
+    A drive turns from speeding up to braking within some ten milliseconds. Readings of positions
+    come as far apart: without the jerk the twin would go too far by a multiple. Of speeds that
+    are told by noisy stamps a jerk would be noise alone: there is none.
+    """
+    history = real.history
+    qddot = estimate_acceleration(history, setup.acceleration)
+    if len(history) < 3 or real.flags is None or real.flags.motion.qdot:
+        return qddot, ()
+    last, before, first = history[-1], history[-2], history[-3]
+    h1, h2, t = last.time - before.time, before.time - first.time, SPACING_S
+    rows = zip(last.qdot, before.qdot, first.qdot)
+    jerks = [2.0 * ((c - b) / h1 - (b - a) / h2) / (h1 + h2) for c, b, a in rows]
+    # Within the next SPACING_S no joint shall be thought faster to speed up than it can be.
+    bounds = zip(jerks, qddot, setup.acceleration)
+    jerks = [min(max(j, (-most - a) / t), (most - a) / t) for j, a, most in bounds]
+    rows = zip(last.q, last.qdot, qddot, jerks)
+    there = [q + t * (v + t * (a / 2.0 + t * j / 6.0)) for q, v, a, j in rows]
+    rows = zip(last.qdot, qddot, jerks)
+    point = JointMotion(
+        within(setup, there, last.q),
+        tuple([v + t * (a + t * j / 2.0) for v, a, j in rows]),
+        tuple([a + t * j for a, j in zip(qddot, jerks)]),
+        t,
+    )
+    return qddot, (point,)
 
 
 def follow_twin(
@@ -69,7 +99,7 @@ def follow_twin(
         follows = replace(follows, blend=blend)
     qddot, points = way_on(setup, remembered, sample)
     if qddot is None:
-        qddot = estimate_acceleration(sides.real.history, setup.acceleration)
+        qddot, points = go_on(setup, sides.real)
     here = JointMotion(sample.q, sample.qdot, qddot)
     way = tuple(_with_gap(setup, point, blend, sample.time) for point in (here, *points))
     return follows, FollowTwin(sides.twin.clock.to_remote(sample.time), way)

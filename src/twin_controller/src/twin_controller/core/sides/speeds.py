@@ -1,14 +1,18 @@
 r"""The speeds of a side that tells positions alone: differences of them, over its own clock.
 
-A parabola goes through the newest readings by least squares; its slope at the newest of them is
-the speed. With the readings' instants :math:`s_i` counted from the newest one it is a weighted sum
-of the positions, so noise of standard deviation :math:`\sigma` becomes
+A parabola or a cubic goes through the newest readings by least squares; its slope at the newest of
+them is the speed. With the readings' instants :math:`s_i` counted from the newest one it is a
+weighted sum of the positions, so noise of standard deviation :math:`\sigma` becomes
 
 .. math:: v = \sum_i w_i q_i, \qquad \sigma_v = \sigma \sqrt{\sum_i w_i^2}.
 
-Few readings follow a motion closely, many average its noise away. A jerk :math:`j` that lasts makes
-the slope wrong by :math:`j/6 \sum_i w_i s_i^3`: as many readings are taken as make both
-errors together least (Savitzky and Golay 1964, at the end of the stretch).
+Few readings follow a motion closely, many average its noise away. A jerk :math:`j` that began a
+time :math:`a` ago makes the slope wrong by
+
+.. math:: \frac{j}{6} \sum_i w_i \max(0, s_i + a)^3 - \frac{j}{2} a^2.
+
+A cubic follows a jerk that lasts, and is noisier. That curve and as many readings are taken as make
+noise and the worst :math:`a` together least (Savitzky and Golay 1964, at the end of the stretch).
 """
 
 from __future__ import annotations
@@ -23,6 +27,7 @@ from twin_controller.core.events import Joints
 
 FEWEST, MOST = 3, 16
 """So many readings are taken; our choice."""
+PARABOLA, CUBIC = 2, 3
 LONGEST_S = 0.15
 """Readings older than this say nothing of the speed now [s]; our choice."""
 ROUNDED_S = 0.1
@@ -58,21 +63,33 @@ def speeds(
     # In parts of the greatest speed, of the joint that is worst.
     noisy = max(one / most for one, most in zip(noise, velocity)) + USUAL * age_doubt
     jerk = max(a / (ROUNDED_S * most) for a, most in zip(acceleration, velocity))
-    weights, least = slope_weights(s[-FEWEST:]), np.inf
-    for count in range(FEWEST, len(rows) + 1):
-        tried = slope_weights(s[-count:])
-        wrong = math.hypot(noisy * np.linalg.norm(tried), jerk / 6.0 * (tried @ s[-count:] ** 3))
-        if wrong >= least:
-            break
-        weights, least = tried, wrong
+    weights, least = slope_weights(s[-FEWEST:], PARABOLA), np.inf
+    for degree in (PARABOLA, CUBIC):
+        best = np.inf
+        for count in range(degree + 1, len(rows) + 1):
+            tried = slope_weights(s[-count:], degree)
+            late = jerk / 6.0 * _largest_lag(tried, s[-count:])
+            wrong = math.hypot(noisy * np.linalg.norm(tried), late)
+            if wrong >= best:
+                break
+            best = wrong
+            if wrong < least:
+                weights, least = tried, wrong
     return tuple([float(v) for v in weights @ q[-len(weights) :]])
 
 
-def slope_weights(s: np.ndarray) -> np.ndarray:
+def slope_weights(s: np.ndarray, degree: int) -> np.ndarray:
     """Return by what positions at ``s`` [s], shape (n,), count for the slope at 0, shape (n,).
 
-    Of a parabola by least squares; two points make a line.
+    Of a curve of this degree by least squares, or of the highest that so few points allow.
     """
-    powers = np.vander(s, min(3, len(s)), increasing=True)
+    powers = np.vander(s, min(degree + 1, len(s)), increasing=True)
     weights: np.ndarray = np.linalg.pinv(powers)[1]
     return weights
+
+
+def _largest_lag(weights: np.ndarray, s: np.ndarray) -> float:
+    """Return 6/j times the error of the slope for the worst begin of a jerk: at one of ``s``."""
+    ago = -s[:, np.newaxis]
+    seen = np.maximum(0.0, s + ago) ** 3 @ weights
+    return float(np.max(np.abs(seen - 3.0 * s**2)))
