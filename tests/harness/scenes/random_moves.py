@@ -192,6 +192,8 @@ class _Wanderer:
         elif kind == "program":
             # Until then the robot would refuse it, and the page does not offer it.
             cell.wait_until(lambda: not cell.refusals()["RUN"], STREAM_ENDS_S, "RUN")
+            # A twin that begins to follow catches up with what was seen late, and does not glide.
+            self.taken_over = -1.0
             number = self.source.choice(sorted(cell.files.programs))
             cell.real.pendant(100.0, number)
         elif kind == "jog":
