@@ -49,27 +49,39 @@ def test_acceleration_needs_two_samples_and_is_bounded(samples: int, expected: f
     assert estimate_acceleration(backwards, (100.0,)) == (-expected,)
 
 
-def turning(jerk: float, told: bool = False) -> tuple[RealSide, np.polynomial.Polynomial]:
-    """Return a robot of which joint_1 has this jerk [rad/s^3], read each 10 ms, and its way."""
+def turning(
+    jerk: float, told: bool = False, period: float = 0.01
+) -> tuple[RealSide, np.polynomial.Polynomial]:
+    """Return a robot of which joint_1 has this jerk [rad/s^3], and its way; it has been read."""
     way = np.polynomial.Polynomial((0.1, 2.0, 5.0, jerk / 6.0))
     rest = (0.0,) * (len(HOME) - 1)
     rows = [
         JointMotion.measured((way(t), *rest), (way.deriv()(t), *rest), t)
-        for t in (-0.02, -0.01, 0.0)
+        for t in period * np.arange(-7.0, 1.0)
     ]
     motion = rows[-1] if told else replace(rows[-1], qdot=())
     return RealSide(history=tuple(rows), flags=RealMeasured(0.0, 0.0, 0.0, 0, motion)), way
 
 
-def test_a_robot_that_tells_positions_alone_goes_on_with_its_jerk() -> None:
+@pytest.mark.parametrize("period", [0.004, 0.01, 0.016])
+def test_a_robot_that_tells_positions_alone_goes_on_with_its_jerk(period: float) -> None:
     """Through a turn from speeding up to braking the acceleration alone would go too far."""
-    side, way = turning(-300.0)
+    side, way = turning(-300.0, period=period)
     qddot, (point,) = go_on(SETUP, side)
     assert qddot[0] == pytest.approx(10.0) and point.time == SPACING_S
     assert point.q[0] == pytest.approx(way(SPACING_S))
     assert point.qdot[0] == pytest.approx(way.deriv()(SPACING_S))
     assert point.qddot[0] == pytest.approx(way.deriv(2)(SPACING_S))
+
+
+def test_speeds_that_are_told_or_of_uncertain_age_have_no_jerk() -> None:
+    """It would be noise alone; nor does a jerk come from speeds that lie too close."""
     assert go_on(SETUP, turning(-300.0, told=True)[0])[1] == ()
+    assert go_on(SETUP, turning(-300.0, period=0.002)[0])[1] == ()
+    side, _ = turning(-300.0)
+    assert side.flags is not None
+    ticked = replace(side, flags=replace(side.flags, plain_clock=True))
+    assert ticked.age_doubt > 0.0 and go_on(SETUP, ticked)[1] == ()
 
 
 @pytest.mark.parametrize("jerk", [1e5, -1e5])

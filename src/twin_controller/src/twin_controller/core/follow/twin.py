@@ -17,6 +17,8 @@ from twin_controller.core.sides.side import RealSide, Sides
 
 replace = msgspec.structs.replace
 
+JERK_S = 0.0095
+"""A jerk is told by speeds so far apart [s]; our choice."""
 OWN_MOTION = ("announcing", "moving", "stopping")
 """What the twin shows while it does something of its own."""
 
@@ -44,13 +46,20 @@ def go_on(setup: Setup, real: RealSide) -> tuple[Joints, tuple[JointMotion, ...]
 
     A drive turns from speeding up to braking within some ten milliseconds. Readings of positions
     come as far apart: without the jerk the twin would go too far by a multiple. Of speeds that
-    are told by noisy stamps a jerk would be noise alone: there is none.
+    are told, and of readings of uncertain age, a jerk would be noise alone: there is none.
     """
     history = real.history
     qddot = estimate_acceleration(history, setup.acceleration)
-    if len(history) < 3 or real.flags is None or real.flags.motion.qdot:
+    if real.flags is None or real.flags.motion.qdot or real.age_doubt:
         return qddot, ()
-    last, before, first = history[-1], history[-2], history[-3]
+    rows = [history[-1]]
+    for each in reversed(history[:-1]):
+        # Of speeds that lie closer a second difference is noise.
+        if len(rows) < 3 and rows[-1].time - each.time >= JERK_S:
+            rows.append(each)
+    if len(rows) < 3:
+        return qddot, ()
+    last, before, first = rows
     h1, h2, t = last.time - before.time, before.time - first.time, SPACING_S
     rows = zip(last.qdot, before.qdot, first.qdot)
     jerks = [2.0 * ((c - b) / h1 - (b - a) / h2) / (h1 + h2) for c, b, a in rows]

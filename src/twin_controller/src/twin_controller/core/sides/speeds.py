@@ -64,7 +64,8 @@ def speeds(
     noisy = max(one / most for one, most in zip(noise, velocity)) + USUAL * age_doubt
     jerk = max(a / (ROUNDED_S * most) for a, most in zip(acceleration, velocity))
     weights, least = slope_weights(s[-FEWEST:], PARABOLA), np.inf
-    for degree in (PARABOLA, CUBIC):
+    # What is not known of the readings' age is no noise that a finer curve could average away.
+    for degree in (PARABOLA,) if age_doubt else (PARABOLA, CUBIC):
         best = np.inf
         for count in range(degree + 1, len(rows) + 1):
             tried = slope_weights(s[-count:], degree)
