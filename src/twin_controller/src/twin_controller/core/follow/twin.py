@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import msgspec
+import numpy as np
 from scara_control.joint_motion import JointMotion
 
 from twin_controller.core.actions import FollowTwin
@@ -52,27 +53,25 @@ def go_on(setup: Setup, real: RealSide) -> tuple[Joints, tuple[JointMotion, ...]
     qddot = estimate_acceleration(history, setup.acceleration)
     if real.flags is None or real.flags.motion.qdot or real.age_doubt:
         return qddot, ()
-    rows = [history[-1]]
+    apart = [history[-1]]
     for each in reversed(history[:-1]):
         # Of speeds that lie closer a second difference is noise.
-        if len(rows) < 3 and rows[-1].time - each.time >= JERK_S:
-            rows.append(each)
-    if len(rows) < 3:
+        if len(apart) < 3 and apart[-1].time - each.time >= JERK_S:
+            apart.append(each)
+    if len(apart) < 3:
         return qddot, ()
-    last, before, first = rows
+    last, before, first = apart
     h1, h2, t = last.time - before.time, before.time - first.time, SPACING_S
-    rows = zip(last.qdot, before.qdot, first.qdot)
-    jerks = [2.0 * ((c - b) / h1 - (b - a) / h2) / (h1 + h2) for c, b, a in rows]
+    q, v, a = np.array(last.q), np.array(last.qdot), np.array(qddot)
+    slope, older = (v - before.qdot) / h1, np.subtract(before.qdot, first.qdot) / h2
     # Within the next SPACING_S no joint shall be thought faster to speed up than it can be.
-    bounds = zip(jerks, qddot, setup.acceleration)
-    jerks = [min(max(j, (-most - a) / t), (most - a) / t) for j, a, most in bounds]
-    rows = zip(last.q, last.qdot, qddot, jerks)
-    there = [q + t * (v + t * (a / 2.0 + t * j / 6.0)) for q, v, a, j in rows]
-    rows = zip(last.qdot, qddot, jerks)
+    most = np.array(setup.acceleration)
+    jerk = np.clip(2.0 * (slope - older) / (h1 + h2), (-most - a) / t, (most - a) / t)
+    there = q + t * (v + t * (a / 2.0 + t * jerk / 6.0))
     point = JointMotion(
-        within(setup, there, last.q),
-        tuple([v + t * (a + t * j / 2.0) for v, a, j in rows]),
-        tuple([a + t * j for a, j in zip(qddot, jerks)]),
+        within(setup, there.tolist(), last.q),
+        tuple((v + t * (a + t * jerk / 2.0)).tolist()),
+        tuple((a + t * jerk).tolist()),
         t,
     )
     return qddot, (point,)

@@ -68,8 +68,11 @@ def speeds(
     for degree in (PARABOLA,) if age_doubt else (PARABOLA, CUBIC):
         best = np.inf
         for count in range(degree + 1, len(rows) + 1):
-            tried = slope_weights(s[-count:], degree)
-            late = jerk / 6.0 * _largest_lag(tried, s[-count:])
+            part = s[-count:]
+            tried = slope_weights(part, degree)
+            # A jerk that began at one of the readings, the worst of them.
+            seen = np.maximum(0.0, part - part[:, np.newaxis]) ** 3 @ tried
+            late = jerk / 6.0 * float(np.max(np.abs(seen - 3.0 * part**2)))
             wrong = math.hypot(noisy * np.linalg.norm(tried), late)
             if wrong >= best:
                 break
@@ -87,10 +90,3 @@ def slope_weights(s: np.ndarray, degree: int) -> np.ndarray:
     powers = np.vander(s, min(degree + 1, len(s)), increasing=True)
     weights: np.ndarray = np.linalg.pinv(powers)[1]
     return weights
-
-
-def _largest_lag(weights: np.ndarray, s: np.ndarray) -> float:
-    """Return 6/j times the error of the slope for the worst begin of a jerk: at one of ``s``."""
-    ago = -s[:, np.newaxis]
-    seen = np.maximum(0.0, s + ago) ** 3 @ weights
-    return float(np.max(np.abs(seen - 3.0 * s**2)))

@@ -31,7 +31,11 @@ def refusals(setup: Setup, state: CoreState, now: float) -> dict[str, str]:
     found = {command: _answer(setup, state, now, command) for command in (*COMMANDS, "HOME")}
     found["SPEED"] = _answer(setup, state, now, "SPEED")
     found["MOVE"] = found["MOVE_JOINTS"] = _answer(setup, state, now, "MOVE")
-    found["RUN"] = _why_not_lead(state, Trigger.REAL_MOVED) or _why_not_started(state)
+    found["RUN"] = _why_not_lead(state, Trigger.REAL_MOVED)
+    stop = state.orders.stop
+    if not found["RUN"] and (state.orders.hold_away or (stop and stop.given_back is None)):
+        # The robot itself would refuse it.
+        found["RUN"] = "the real robot still ends its stream program: wait a moment"
     # A jog makes the twin the leader, and goes on meanwhile.
     jogs = state.lead.mode is Mode.TWIN_LEADS
     found["JOG"] = "" if jogs else _why_not_lead(state, Trigger.TWIN_MOVED)
@@ -47,14 +51,6 @@ def _answer(setup: Setup, state: CoreState, now: float, command: str) -> str:
     reply = actions[-1]
     assert isinstance(reply, Reply)  # operate answers every command, with the answer last
     return "" if reply.success else reply.message
-
-
-def _why_not_started(state: CoreState) -> str:
-    """Return why the robot would refuse a program now: it is still told to end its stream."""
-    stop = state.orders.stop
-    if state.orders.hold_away or (stop is not None and stop.given_back is None):
-        return "the real robot still ends its stream program: wait a moment"
-    return ""
 
 
 def _why_not_lead(state: CoreState, moved: Trigger) -> str:
