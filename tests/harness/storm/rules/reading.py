@@ -19,6 +19,8 @@ ENDS_A_PROGRAM = ("pendant abort",)
 """Stops that end what runs and do not stay."""
 JUST_BEFORE_S = 0.05
 """A side that moved so shortly before an abort has been ended by it."""
+PUBLISHED_S = 0.03
+"""A decision is published so long after it was carried out, at most."""
 ALIGNED_S = 0.3
 """The twin comes to rest within this after its alignment has ended."""
 
@@ -125,7 +127,7 @@ def aligning(history: History) -> list[tuple[float, float]]:
     begun: float | None = None
     for decided in history.decisions:
         if begun is None and decided.after == "ALIGNING":
-            begun = decided.at
+            begun = decided.at - PUBLISHED_S
         elif begun is not None and decided.after != "ALIGNING":
             found.append((begun, decided.at + ALIGNED_S))
             begun = None

@@ -154,6 +154,14 @@ def test_command_is_in_force_until_a_stop_can_have_reached_the_side() -> None:
         assert len(list(moves_by_itself(made))) == found, begins
 
 
+@pytest.mark.parametrize(("begins", "found"), [(1.99, 0), (2.5, 0), (1.9, 1)])
+def test_a_twin_moves_from_its_alignment_on(begins: float, found: int) -> None:
+    """A decision is published a moment after it was carried out."""
+    aligned = [decided(2.0, "STOPPED", "ALIGNING"), decided(3.0, "ALIGNING", "IDLE")]
+    made = history(twin=moving((begins, begins + 0.4, 50.0)), decisions=aligned)
+    assert len(list(moves_by_itself(made))) == found
+
+
 def test_motion_on_a_connection_that_comes_back_is_found() -> None:
     """The controller had said that both are stopped."""
     decisions = [decided(2.0, "OPERATOR_LEADS", "OFFLINE")]
