@@ -16,12 +16,19 @@ class Clocks:
     def __init__(self, monkeypatch: pytest.MonkeyPatch, simulated: bool = False) -> None:
         """Begin; no ROS master is asked."""
         self.now, self.offset = 1000.0, 1.7e9
-        fake = SimpleNamespace(
-            monotonic=lambda: self.now, time=lambda: self.now + self.offset, sleep=time.sleep
-        )
+        self.held: list[float] = []
+        fake = SimpleNamespace(monotonic=self._monotonic, time=self._time, sleep=time.sleep)
         monkeypatch.setattr("scara_control.motion.wiring_node.time", fake)
         monkeypatch.setattr(rospy, "get_param", lambda name, default: simulated)
         self.clock = MotionClock()
+
+    def _monotonic(self) -> float:
+        """Look at the clock; ``held`` says for how long the process stands still before looks."""
+        self.now += self.held.pop(0) if self.held else 0.0
+        return self.now
+
+    def _time(self) -> float:
+        return self._monotonic() + self.offset
 
     def stamp(self, ago: float = 0.0) -> rospy.Time:
         """Return the stamp of a message that was sent some time ago [s]."""
@@ -34,6 +41,17 @@ def test_a_stamp_says_when_a_message_was_sent(monkeypatch: pytest.MonkeyPatch) -
     assert clocks.clock.asked(clocks.stamp(0.25)) == pytest.approx(999.75, abs=1e-5)
     assert clocks.clock.asked(clocks.clock.stamp(999.5)) == pytest.approx(999.5, abs=1e-5)
     assert clocks.clock.asked(rospy.Time()) == 0.0
+
+
+@pytest.mark.parametrize("held", [(0.0, 0.1), (0.0, 0.0, 0.1), (0.0, 0.1, 0.0, 0.0, 0.05, 0.0)])
+def test_who_is_held_between_two_looks_tells_the_same_time(
+    held: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On a busy machine set points would be stamped for later or sooner than they are meant."""
+    clocks = Clocks(monkeypatch)
+    clocks.held = list(held)
+    assert clocks.clock.offset() == pytest.approx(1.7e9, abs=1e-5)
+    assert not clocks.held
 
 
 @pytest.mark.parametrize("step", [-3600.0, -0.1, 0.1, 3600.0])
