@@ -31,9 +31,8 @@ def tried() -> str:
 
     It is asked before the first table is written: what they write themselves is no change.
     """
-    today = datetime.now(timezone.utc).date().isoformat()
     machine = f"{processor_of(PROCESSORS)}, {os.cpu_count()} cores"
-    return f"{today}, {commit_of(ROOT)}, {machine}"
+    return f"{datetime.now(timezone.utc).date()}, {commit_of(ROOT)}, {machine}"
 
 
 @pytest.fixture(scope="session")

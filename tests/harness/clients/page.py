@@ -8,8 +8,8 @@ from pathlib import Path
 END = "<!-- end of table -->"
 ROSBRIDGE, MODBUS, UPSTREAM = "rosbridge", "Modbus", "rosbridge_server"
 
-TRIED = "tried"
-"""The row that says when, at which commit and on what machine a column was run."""
+TRIED, SAME = "tried", "same"
+"""The row that says when, where and at which commit a column was run; as the one on its left."""
 
 Results = Mapping[tuple[str, str], Mapping[str, str | None]]
 """What went wrong (None: nothing) by check, by client and version."""
@@ -20,8 +20,8 @@ def begin(protocol: str) -> str:
     return f"<!-- table: ./cell test --clients ({protocol}) -->"
 
 
-def table(results: Results) -> str:
-    """Return the rows: a column for each client's version.
+def table(results: Results, failures_only: bool = False) -> str:
+    """Return the rows: a column for each client's version; failures only: no row that works.
 
     Example:
         >>> print(table({("roslibpy", "2.1.0"): {"connect": None}}))
@@ -32,11 +32,13 @@ def table(results: Results) -> str:
     columns = sorted(results)
     longest_first = sorted(columns, key=lambda column: -len(results[column]))
     checks = dict.fromkeys(check for column in longest_first for check in results[column])
-    rows = [
-        ["check", *(" ".join(column) for column in columns)],
-        ["---"] * (len(columns) + 1),
-        *([check, *(_cell(results[column], check) for column in columns)] for check in checks),
-    ]
+    rows = [["check", *(" ".join(column) for column in columns)], ["---"] * (len(columns) + 1)]
+    for check in checks:
+        cells = [_cell(results[column], check) for column in columns]
+        if check == TRIED:
+            cells = [SAME if k and cell == cells[k - 1] else cell for k, cell in enumerate(cells)]
+        if not failures_only or set(cells) - {"", "works"}:
+            rows.append([check, *cells])
     text = "\n".join("| " + " | ".join(row) + " |" for row in rows)
     return text.replace("| --- |", "|---|").replace(" --- |", "---|")
 
@@ -57,19 +59,18 @@ def read(rows: str) -> dict[tuple[str, str], dict[str, str | None]]:
         >>> read(table({("roslibpy", "2.1.0"): {"connect": None, "listen": "Error"}}))
         {('roslibpy', '2.1.0'): {'connect': None, 'listen': 'Error'}}
     """
-    lines = [
-        [cell.strip() for cell in line.strip().strip("|").split("|")]
-        for line in rows.strip().splitlines()
-    ]
+    split = (line.strip().strip("|").split("|") for line in rows.strip().splitlines())
+    lines = [[cell.strip() for cell in line] for line in split]
     if not lines:
         return {}
     heads = [head.rpartition(" ")[::2] for head in lines[0][1:]]
     found: dict[tuple[str, str], dict[str, str | None]] = {head: {} for head in heads}
     for check, *cells in lines[2:]:
+        last = ""
         for head, cell in zip(heads, cells):
             if cell:
-                plain = check == TRIED or cell != "works"
-                found[head][check] = cell.removeprefix("fails: ") if plain else None
+                last = last if check == TRIED and cell == SAME else cell
+                found[head][check] = None if last == "works" else last.removeprefix("fails: ")
     return found
 
 
@@ -89,5 +90,5 @@ def write(page: Path, results: Results, protocol: str) -> None:
         raise ValueError(f"{page}: no place for the table: it needs the lines {mark} and {END}")
     run = {client for client, _ in results}
     kept = {column: cells for column, cells in read(old).items() if column[0] not in run}
-    rows = table({**kept, **results})
+    rows = table({**kept, **results}, failures_only=protocol == UPSTREAM)
     page.write_text(f"{before}{mark}\n{rows}\n{END}{after}", encoding="utf-8")
