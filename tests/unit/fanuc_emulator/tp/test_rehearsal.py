@@ -130,6 +130,11 @@ def test_the_suction_is_switched_in_the_line_that_waits_for_its_answer() -> None
         (["PAUSE"], "cannot be told beforehand"),
         (["RO[1]=ON", "WAIT RI[1]=OFF"], "nothing that the program does makes this true"),
         (["LBL[1]", "JMP LBL[1]"], "TEST: 100000 lines do not lead to its end"),
+        (["LBL[1]", "WAIT 1(sec)", "JMP LBL[1]"], "TEST: 100000 lines do not lead to its end"),
+        (
+            ["J P[1] 9% FINE", "J P[2] 9% CNT60", "PR[3]=LPOS"],
+            r"line 3 of TEST: .*depends on how far the last motion has come.*: give that motion F",
+        ),
         (["R[1]=1/0"], "line 1 of TEST: .*: division by zero"),
         (["IF R[1],JMP LBL[1]", "LBL[1]"], r"depends on R\[1\]"),
         (["R[1]=5", "IF (R[1]),JMP LBL[1]", "LBL[1]"], "5 is neither ON nor OFF"),
@@ -158,6 +163,17 @@ def test_a_called_programs_steps_name_it() -> None:
         MoveStep(3, POSITIONS[3], 50.0, True),
     ]
     assert found == expected
+
+
+def test_a_step_names_the_program_that_its_line_is_in() -> None:
+    """Though by then another program is called, or the called one has ended."""
+    found = walked("RO[1]=ON", "J P[1] 50% CNT60", "CALL LIFT", LIFT=["J P[2] 9% FINE", "RO[1]=OFF"])
+    assert [(step.line, step.program) for step in found] == [
+        (1, ""),
+        (2, ""),
+        (1, "LIFT"),
+        (2, "LIFT"),
+    ]
 
 
 @pytest.mark.parametrize(

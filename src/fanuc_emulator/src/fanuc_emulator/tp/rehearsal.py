@@ -27,8 +27,8 @@ from fanuc_emulator.tp.motions import StreamStep
 from fanuc_emulator.tp.registers import Registers
 
 MOST = 100_000
-"""A program that executes more lines without a motion or a wait does not end, as far as anybody
-can know [our]."""
+"""A program that does more, or executes more lines without a motion or a wait, does not end, as far
+as anybody can know [our]."""
 GRIPPER, VACUUM = Indexed("RO", (1.0,)), Indexed("RI", (1.0,))
 """The suction and its answer."""
 
@@ -83,8 +83,10 @@ class _Known(Registers):
         self._here: tuple[float, ...] | None = None
         # How the suction was switched, until something that takes time comes behind it.
         self.switched: GripperStep | None = None
-        # Number of the line that is executed.
-        self.line: Callable[[], int] = int
+        # Tells number and program of the line that is executed; no name: the one that was started.
+        self.place: Callable[[], tuple[int, str]] = lambda: (0, "")
+        # The last motion goes on while the lines behind it are executed.
+        self.goes_on = False
 
     def read(self, place: Indexed | Name) -> Value:
         """Return what the program has put there.
@@ -102,7 +104,8 @@ class _Known(Registers):
         """Note what is there from now on."""
         super().write(place, value)
         if place == GRIPPER:
-            self.switched = GripperStep(self.line(), bool(self._values[place]))
+            line, program = self.place()
+            self.switched = GripperStep(line, bool(self._values[place]), program)
 
     def _pulse(self, place: Indexed | Name, pulse: PulseTime) -> None:
         self.write(place, False)  # at its end
@@ -117,8 +120,11 @@ class _Known(Registers):
         """Return where the motions so far end [rad or m].
 
         Raises:
-            ExecutionError: There is none, or one of them cannot be made.
+            ExecutionError: There is none, the last one goes on, or one of them cannot be made.
         """
+        if self.goes_on:
+            why = "depends on how far the last motion has come, which is not known"
+            raise UnknownValueError(f"{why}: give that motion FINE")
         for step in self.moves:
             if self._here is None and not _leads_to_one_place(step):
                 break
@@ -166,19 +172,24 @@ def rehearse(program: Taught, robot: Robot, library: Mapping[str, Taught]) -> It
     memory = _Known(robot)
     executor = Executor(memory, library)
     executor.start(program, 0.0)
-    memory.line = lambda: executor.frame.index + 1
+
+    def place() -> tuple[int, str]:
+        name = executor.frame.program.name
+        return executor.frame.index + 1, "" if name == program.name else name
+
+    memory.place = place
     for step in _steps(executor, memory):
         if isinstance(step, MOVES):
             memory.moves.append(step)
-        name = executor.frame.program.name
-        yield step if name == program.name else msgspec.structs.replace(step, program=name)
+        yield step
 
 
 def _steps(executor: Executor, memory: _Known) -> Iterator[Step]:
     """Yield what is done, line by line; a motion once it is told whether its corner is rounded."""
     waiting: MoveStep | PathStep | None = None
-    seconds, idle = 0.0, 0
-    while idle <= MOST:
+    seconds, name, count = 0.0, "", 0
+    while count <= MOST:
+        memory.goes_on = waiting is not None
         try:
             step = executor.advance(seconds, waiting is None, waiting is None, lambda _: True)
         except RefusedError as refused:
@@ -188,24 +199,25 @@ def _steps(executor: Executor, memory: _Known) -> Iterator[Step]:
             raise _named(executor, "what follows cannot be told beforehand")
         if step is None and waiting is not None and executor.step is waiting:
             # What comes next waits for its end.
-            yield _to_its_end(waiting)
+            yield msgspec.structs.replace(_to_its_end(waiting), program=name)
             waiting = None
             continue
         if step is not None and waiting is not None:
-            yield waiting
+            yield msgspec.structs.replace(waiting, program=name)
             waiting = None
-        idle = 0 if step is not None else idle + MOST_LINES
         until = executor.step if isinstance(executor.step, UntilStep) else None
+        count += 1 if step is not None or until is not None else MOST_LINES
         if memory.switched is not None and until is None and (step or executor.ended):
             yield memory.switched
             memory.switched = None
         if executor.ended:
             return
+        _, program = memory.place()
         match step:
             case MoveStep() | PathStep():
-                waiting = step
+                waiting, name = step, program
             case WaitStep():
-                yield step
+                yield msgspec.structs.replace(step, program=program)
                 seconds = step.seconds
             case StreamStep():
                 raise _named(executor, "PR[1] is not known beforehand")
@@ -213,10 +225,10 @@ def _steps(executor: Executor, memory: _Known) -> Iterator[Step]:
                 if until.jump is None:
                     raise _named(executor, "nothing that the program does makes this true")
                 seconds = 0.01 * as_number(memory.read(Name("$WAITTMOUT")))
-                yield WaitStep(until.line, seconds)
+                yield WaitStep(until.line, seconds, program)
         if isinstance(step, UntilStep) and memory.switched is not None:
             # The answer of the suction is what it waits for: it takes its time in this line.
-            memory.switched = msgspec.structs.replace(memory.switched, line=step.line)
+            memory.switched = GripperStep(step.line, memory.switched.on, program)
             holds = truth(step.condition, executor.frame.memory)
             if holds:
                 yield memory.switched
