@@ -12,8 +12,10 @@ import pytest
 from harness.workspace import ROOT
 from robot_doctor.examine import examine
 from robot_doctor.finding import Level
+from robot_doctor.foreign_urdf import read_foreign
 from robot_doctor.new_arm_io import make_arm
 from robot_doctor.profile_files_io import read_profile
+from robot_doctor.tidied_urdf import tidied
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.profile import CHOICE
 from scara_config.readers import check_files
@@ -141,6 +143,24 @@ def test_meshes_are_held_and_what_hangs_still_belongs_to_its_carrier(
             round_in = np.hypot(own[:, 0], own[:, 1]) <= size[0] + 1e-9
             inside |= round_in & (np.abs(own[:, 2]) <= 0.5 * size[1] + 1e-9)
     assert inside.all()
+
+
+def test_a_table_that_cannot_stand_at_0_stands_within_its_range(
+    config: Path, tmp_path: Path
+) -> None:
+    """At home and in all programs, though 30 deg of the two decimals shown would be outside."""
+    source = described(tmp_path, "scara_cell")
+    old = r'(?s)(<joint name="table_joint".*?lower=")[^"]*'
+    text, count = re.subn(old, r"\g<1>0.5236", source.read_text(), count=1)
+    assert count == 1
+    source.write_text(text)
+    assert made(config, source).home["table_joint"] == 30.01
+
+
+def test_a_file_may_have_any_name(tmp_path: Path) -> None:
+    """Two hyphens would end the comment that names it."""
+    foreign = read_foreign(described(tmp_path).read_text(), "their--arm.urdf")
+    assert parse_robot(tidied(foreign, "mine", lambda _: np.zeros((0, 3, 3)))) is not None
 
 
 LIMIT = r'<limit lower="-1\.57.*?/>'

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import msgspec
 import numpy as np
-from scara_config import ConfigError, KeepOut, Robot
+from scara_config import ConfigError, Joint, KeepOut, Robot
 from scara_control.errors import ScaraControlError
 from scara_control.keep_out.points import WatchedPoint, all_positions, watched_points
 from scara_control.kinematics.jacobians import tip_jacobian
@@ -124,7 +124,7 @@ def _homes(robot: Robot, space: FreeSpace) -> Iterator[dict[str, float]]:
     for _, k in sorted(ranked):
         if space.touches_nothing(rows[k : k + 1]):
             shown = zip(robot.twin_joints, rows[k].tolist())
-            yield {joint.name: round(q / joint.scale, 2) + 0.0 for joint, q in shown}
+            yield {joint.name: _rounded(joint, q) for joint, q in shown}
 
 
 def _poses(robot: Robot) -> tuple[FloatArray, FloatArray]:
@@ -237,6 +237,13 @@ def _two_points(
         if all(space.has_way(*way) for way in itertools.combinations((home, *ends), 2)):
             break
     return {
-        name: {j.name: round(q / j.scale, 2) for j, q in zip(robot.twin_joints, end)}
+        name: {j.name: _rounded(j, q) for j, q in zip(robot.twin_joints, end)}
         for name, end in zip("AB", ends)
     }
+
+
+def _rounded(joint: Joint, q: float) -> float:
+    """Return a joint position in deg or mm with two decimals, within the joint's range."""
+    value = round(q / joint.scale, 2) + 0.0
+    inwards = (value * joint.scale < joint.lower) - (value * joint.scale > joint.upper)
+    return round(value + 0.01 * inwards, 2)

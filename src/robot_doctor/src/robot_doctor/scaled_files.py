@@ -66,9 +66,10 @@ def taught(
 
 
 def _group(robot: Robot, values: Mapping[str, float]) -> GroupPosition:
-    """Return a position by joint values in deg and mm; 0 where none is given."""
+    """Return a position by joint values in deg and mm; a joint without one is as at home."""
+    told = {**robot.home, **values}
     coordinates = tuple(
-        Coordinate(axis, round(values.get(joint.name, 0.0), 9) + 0.0, joint.unit)
+        Coordinate(axis, round(told.get(joint.name, 0.0), 9) + 0.0, joint.unit)
         for axis, joint in axis_names(robot).items()
     )
     return GroupPosition(1, "0", "1", "", coordinates)

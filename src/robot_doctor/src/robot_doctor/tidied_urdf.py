@@ -50,7 +50,8 @@ def tidied(foreign: Foreign, name: str, meshes: Meshes) -> str:
     shapes = {link.get("name", ""): _shapes(foreign, link, meshes) for link in _links(foreign)}
     carriers = _carriers(foreign, shapes)
     robot = ElementTree.Element("robot", name=name)
-    robot.append(ElementTree.Comment(f" Made from {foreign.file} by robot_doctor: doctor new. "))
+    file = foreign.file.replace("--", "- -")  # which ends a comment
+    robot.append(ElementTree.Comment(f" Made from {file} by robot_doctor: doctor new. "))
     for link in _links(foreign):
         own = link.get("name", "")
         if carriers[own] == own:
