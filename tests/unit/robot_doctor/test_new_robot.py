@@ -96,6 +96,19 @@ def test_each_finding_of_another_arm_names_its_file_and_the_next_command(
     )
 
 
+def test_a_cartesian_position_may_have_a_set_positions_name(
+    config: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where it is only the controller's frames say: it is not held against robot.yaml."""
+    monkeypatch.setenv(CHOICE, "articulated_six")
+    program = config / "robots" / "articulated_six" / "programs" / "ARTICLE.LS"
+    frames = "UF : 0, UT : 1,\t\tCONFIG : 'N U T, 0, 0, 0',\n"
+    place = "\tX= 400 mm, Y= 0 mm, Z= 240 mm,\n\tW= 180 deg, P= 0 deg, R= 0 deg\n};"
+    before, _, rest = program.read_text().partition('P[1:"P1"]{')
+    program.write_text(f'{before}P[1:"P1"]{{\n   GP1:\n\t{frames}{place}{rest.partition("};")[2]}')
+    assert is_healthy(examine(read_profile(config)))
+
+
 def test_the_joint_values_that_the_doctor_gives_are_right(
     config: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

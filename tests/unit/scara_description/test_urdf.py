@@ -118,6 +118,14 @@ def test_colours_are_those_of_the_named_materials() -> None:
         (one_link('<visual><geometry><mesh filename="x"/></geometry></visual>'), "kind mesh"),
         (one_link("<visual/>"), "no geometry"),
         (one_link('<visual><geometry><box size="1 2"/></geometry></visual>'), "'1 2' is no vector"),
+        (
+            one_link('<visual><geometry><sphere radius="x"/></geometry></visual>'),
+            "sphere radius = 'x': Expected a finite number",
+        ),
+        (
+            one_link('<visual><geometry><cylinder radius="nan" length="1"/></geometry></visual>'),
+            "cylinder radius = 'nan': Expected a finite number",
+        ),
         ('<robot name="r"><link name="a"/><link name="b"/></robot>', "no tree"),
         (
             '<robot name="r"><link name="a"/><link name="b"/><link name="c"/>'

@@ -124,7 +124,7 @@ def read_taught(path: Path, robot: Robot) -> Taught:
     positions = {
         position.number: joint_values(position, robot)
         for position in program.positions
-        if not _cartesian(position)
+        if not is_cartesian(position)
     }
     poses = {position.number: _pose(position, robot) for position in program.positions}
     flow = flow_of(program, str(path))
@@ -154,7 +154,7 @@ def _follows(line: Line) -> bool:
 def position_faults(position: Position, robot: Robot) -> Iterator[tuple[str, str]]:
     """Yield what is wrong with a position: the coordinate, and a text that begins with it."""
     axes: dict[str, Joint | None] = dict(axis_names(robot))
-    if _cartesian(position):
+    if is_cartesian(position):
         external = {name: axis for name, axis in axes.items() if name.startswith("E")}
         axes = dict.fromkeys(TIP) | external
         config = position.groups[0].config
@@ -178,7 +178,7 @@ def position_faults(position: Position, robot: Robot) -> Iterator[tuple[str, str
             yield name, f"{shown}: {outside}"
 
 
-def _cartesian(position: Position) -> bool:
+def is_cartesian(position: Position) -> bool:
     """Tell whether a position says where the tool is."""
     return any(each.name in TIP for each in position.groups[0].coordinates)
 
@@ -188,14 +188,14 @@ def _pose(position: Position, robot: Robot) -> TaughtPose:
     group = position.groups[0]
     given = {each.name: each.value or 0.0 for each in group.coordinates}
     values = [0.0] * POSE_NUMBERS
-    if _cartesian(position):
+    if is_cartesian(position):
         values[: len(TIP)] = [given[name] for name in TIP]
     for name, joint in axis_names(robot).items():
         if name in given:
             external = len(TIP) + int(name[1:]) - 1
-            values[external if _cartesian(position) else joint.axis_number - 1] = given[name]
+            values[external if is_cartesian(position) else joint.axis_number - 1] = given[name]
     frame, tool = (int(each) if each.isdigit() else None for each in (group.frame, group.tool))
-    config = group.config if _cartesian(position) else None
+    config = group.config if is_cartesian(position) else None
     return TaughtPose(Pose(tuple(values), config), frame, tool)
 
 

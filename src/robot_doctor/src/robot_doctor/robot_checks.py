@@ -8,7 +8,12 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from scara_config import ConfigError, Joint, Robot
 from scara_config.profile import PROGRAM_ENDING
-from scara_config.programs.files import axis_names, joint_values, position_faults
+from scara_config.programs.files import (
+    axis_names,
+    is_cartesian,
+    joint_values,
+    position_faults,
+)
 from scara_config.programs.tp.listing import Position, Program
 from scara_control.errors import ScaraControlError
 from scara_control.kinematics.scara import Elbow
@@ -149,7 +154,8 @@ def check_set_positions(
         return  # check_kinematics says why
     for file, program in programs.items():
         for position in () if isinstance(program, ConfigError) else program.positions:
-            if position.comment in robot.positions_m:
+            # A Cartesian one counts from frames that only the controller has.
+            if position.comment in robot.positions_m and not is_cartesian(position):
                 yield from _elsewhere(robot, tool, f"{places.programs}/{file}", position)
 
 

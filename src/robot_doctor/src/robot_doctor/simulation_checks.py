@@ -10,7 +10,7 @@ import numpy as np
 from scara_config import Joint, Robot
 from scara_config.lengths import place_of
 from scara_description.cover import COVER
-from scara_description.inertia import ShapeError, inertial_of
+from scara_description.inertia import ShapeError, body_of, inertial_of
 
 from robot_doctor.chain import DescribedArm, DescribedJoint
 from robot_doctor.finding import Finding, Group, Places, fine, or_fine, write_urdf, wrong
@@ -86,17 +86,21 @@ def check_inertia(urdf: str, places: Places) -> Iterator[Finding]:
     model = tree_of(root, {link.get("name", ""): () for link in root.findall("link")})
     for link in root.findall("link"):
         name = link.get("name", "")
-        mass = link.find("inertial/mass")
         still = not any(joint.moves for joint in model.chain(name))
-        if still or mass is None or float(mass.get("value", "0")) == 0.0:
+        if still or link.find("inertial/mass") is None:
             continue  # What stands has none to feel; without mass that was told.
-        found = link.find("inertial/inertia")
-        terms = {} if found is None else found.attrib
         try:
+            _, mass, _, inertia = body_of(link)
+            if mass == 0.0:
+                continue
             computed = float(np.trace(inertial_of(link).inertia))
         except ShapeError:
             continue  # A mesh has no volume here.
-        typed = sum(float(terms.get(key, "0")) for key in ("ixx", "iyy", "izz"))
+        except (KeyError, ValueError, ZeroDivisionError) as error:
+            what = f"link {name}: its inertial or a collision shape cannot be read: {error}"
+            yield wrong(Group.SIMULATION, what, f"correct {places.urdf}", f"URDF {name}")
+            continue
+        typed = float(np.trace(inertia))
         covered = any(shape.get("name") == COVER for shape in link.findall("collision"))
         far = OTHER_COVERED if covered else OTHER_INERTIA
         if not 1.0 / far < typed / computed < far:

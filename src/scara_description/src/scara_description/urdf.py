@@ -258,7 +258,7 @@ def shape_of(visual: ElementTree.Element, colours: Mapping[str, str]) -> Shape:
         colours: ``#rrggbb`` of the materials that have a name.
 
     Raises:
-        UrdfError: Its geometry is missing or of another kind.
+        UrdfError: Its geometry is missing, of another kind, or without its lengths.
     """
     geometry, colour = visual.find("geometry"), colour_of(visual, colours)
     xyz, rpy = origin_of(visual)
@@ -266,12 +266,23 @@ def shape_of(visual: ElementTree.Element, colours: Mapping[str, str]) -> Shape:
         if element.tag == "box":
             return Shape("box", _finite(element.get("size", "")), xyz, rpy, colour)
         if element.tag == "cylinder":
-            size = (float(element.get("radius", "")), float(element.get("length", "")))
+            size = (_length(element, "radius"), _length(element, "length"))
             return Shape("cylinder", size, xyz, rpy, colour)
         if element.tag == "sphere":
-            return Shape("sphere", (float(element.get("radius", "")),), xyz, rpy, colour)
+            return Shape("sphere", (_length(element, "radius"),), xyz, rpy, colour)
         raise UrdfError(f"a shape of kind {element.tag} cannot be shown: box, cylinder, sphere can")
     raise UrdfError("a shape has no geometry")
+
+
+def _length(element: ElementTree.Element, key: str) -> float:
+    text = element.get(key, "")
+    try:
+        length = float(text)
+    except ValueError:
+        length = math.nan
+    if not math.isfinite(length):
+        raise UrdfError(f"{element.tag} {key} = {text!r}: Expected a finite number")
+    return length
 
 
 def colour_of(visual: ElementTree.Element, colours: Mapping[str, str]) -> str:
