@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from fanuc_emulator.config import load_emulator
@@ -18,6 +19,7 @@ from scara_config.programs.files import ProgramSteps, read_taught
 from what_if.cell_files_io import find_program
 from what_if.judging import judge
 from what_if.motions import ProgramRun
+from what_if.timing.learning import rests_of
 from what_if.timing.planning import plan
 from what_if.verdict import Cause, Outcome
 from what_if.world import World
@@ -109,6 +111,18 @@ def test_a_program_is_judged_on_the_way_that_the_stand_in_takes(
     way = judged_way(world, motion)
     # Points of the way are up to 1 mm from each other.
     assert apart(places, way) < 1e-3 and apart(way, places) < 1e-3
+
+
+def test_nothing_is_learned_of_what_is_refused_or_not_shown(world: World, tmp_path: Path) -> None:
+    """A move that the judge thinks impossible, and the lines of a called program."""
+    lines = ("UFRAME_NUM=0", "UTOOL_NUM=0", "PR[2]=P[2]", "PR[2,1]=900", "WAIT .1(sec)")
+    far = ("J P[1] 40% FINE", "L PR[2] 99mm/sec FINE", "WAIT .1(sec)")
+    path = written(tmp_path, "SEEN", (*lines, *far))
+    found = find_program(world.cell, str(path), CONFIG)
+    seen = [(line, float(line)) for line in (5, 6, 7, 8)]
+    assert len(rests_of(world, ProgramRun(found), seen)) == 1
+    called = tuple(msgspec.structs.replace(step, program="LIFT") for step in found.steps)
+    assert rests_of(world, ProgramRun(ProgramSteps("SEEN", called)), seen) == []
 
 
 @pytest.mark.parametrize(("aside_mm", "refused"), [(0.0, True), (80.0, False)])

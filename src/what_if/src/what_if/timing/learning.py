@@ -23,7 +23,8 @@ def rests_of(world: World, motion: ProgramRun, seen: Sequence[tuple[int, float]]
     """Return how long the robot rested at the end of each move with FINE [s].
 
     The first line that was seen is left out: a start delay or a pause is in it. So is
-    a line that was not seen from its beginning to that of the next one.
+    a line that was not seen from its beginning to that of the next one, and a move that the plan
+    has not: it refuses it. The lines of a called program are not shown.
 
     Args:
         world: When the program began: joints and override count.
@@ -31,18 +32,19 @@ def rests_of(world: World, motion: ProgramRun, seen: Sequence[tuple[int, float]]
         seen: Numbers of the lines that the robot showed, and since when [s].
     """
     steps = motion.program.steps
+    lines = [0 if step.program else step.line for step in steps]
     legs = {leg.number: leg for leg in reversed(plan(world, motion).legs)}
     fine = world.cell.config.program.fine_ms * 1e-3
     found, at = [], 0
     for number, ((line, begin), (after, end)) in enumerate(pairwise(seen)):
-        while at < len(steps) and steps[at].line != line:
+        while at < len(steps) and lines[at] != line:
             at += 1
         if at + 1 >= len(steps):
             break
-        step = steps[at]
+        step, leg = steps[at], legs.get(at)
         moves = isinstance(step, MoveStep | PathStep) and step.fine
-        if number and moves and steps[at + 1].line == after:
-            found.append(end - begin - (legs[at].duration - fine))
+        if number and moves and leg is not None and lines[at + 1] == after:
+            found.append(end - begin - (leg.duration - fine))
         at += 1
     return found
 
