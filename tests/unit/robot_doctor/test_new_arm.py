@@ -145,6 +145,18 @@ def test_meshes_are_held_and_what_hangs_still_belongs_to_its_carrier(
     assert inside.all()
 
 
+def test_an_arm_may_stand_on_a_rail(config: Path, tmp_path: Path) -> None:
+    """A slide across its axes: its payload counts with the longest lever."""
+    source = described(tmp_path)
+    rail = """<link name="rail"><collision><origin xyz="0 0 -0.4"/><geometry>
+    <box size="0.3 2.4 0.1"/></geometry></collision></link><joint name="rail" type="prismatic">
+    <parent link="rail"/><child link="base_link"/><axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1" velocity="1" effort="3000"/></joint></robot>"""
+    source.write_text(source.read_text().replace("</robot>", rail))
+    robot = made(config, source)
+    assert [joint.si_unit for joint in robot.arm_joints] == ["m", *["rad"] * 6]
+
+
 def test_a_table_that_cannot_stand_at_0_stands_within_its_range(
     config: Path, tmp_path: Path
 ) -> None:

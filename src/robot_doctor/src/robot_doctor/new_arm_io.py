@@ -12,7 +12,8 @@ from scara_config.programs.files import read_listing
 from scara_config.programs.tp.printer import print_program
 from scara_config.writer import replace_file
 from scara_control.keep_out.body import read_body
-from scara_control.keep_out.points import watched_points
+from scara_control.keep_out.reach import largest_rates
+from scara_control.kinematics.screws import ScrewModel
 from scara_description.mesh_io import find_mesh, read_mesh
 
 from robot_doctor.chain import DescribedArm, read_description
@@ -159,16 +160,17 @@ def _other_files(folder: Path, robot: Robot, found: FoundPlaces) -> None:
 
 def _payloads(robot: Robot) -> str:
     """Return payloads.yaml: an empty tool, and what the rest of the weakest effort carries."""
-    loads = []
-    for point in watched_points(robot)[:1]:
-        for column, rates in zip(point.columns, point.rates or ()):
-            joint = robot.twin_joints[column]
-            lever = max(float(np.linalg.norm(rates)), 1e-3)
-            loads.append(
-                (1.0 - 1.0 / SPARE)
-                * joint.effort
-                / (lever * (GRAVITY + lever * joint.acceleration))
-            )
+    joints, rates = robot.arm_joints, largest_rates(ScrewModel.from_robot(robot))
+    # A slide across an axis changes its radius: by its longest way at most.
+    ways = sum(max(-joint.lower, joint.upper) for joint in joints if joint.si_unit == "m")
+    far = 1e-3 * robot.reach_mm + ways
+    levers = [1.0 if joint.si_unit == "m" else far for joint in joints]
+    if rates is not None:
+        levers = [max(float(np.linalg.norm(each)), 1e-3) for each in rates]
+    loads = [
+        (1.0 - 1.0 / SPARE) * joint.effort / (lever * (GRAVITY + lever * joint.acceleration))
+        for joint, lever in zip(joints, levers)
+    ]
     return f"""\
 # What may hang at the tool: PAYLOAD[number], as on a real controller; docs/tuning.md.
 # [our] What the efforts of the URDF leave: take it from the manual.
