@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from functools import lru_cache
+from itertools import pairwise
 
 import msgspec
 
@@ -23,6 +24,8 @@ TURN_AXES = {6: (4, 5, 6), 4: (4,)}
 """Axis numbers that the three numbers belong to, by the number of the arm's joints."""
 FIELDS = 3
 """Numbers behind the letters."""
+PARALLEL = 1.0 - 1e-6
+"""Cosine between two axes of a wrist from which they count as one."""
 _EDGE_DEG = 0.0005
 """180 deg counts as the next turn, and what is so near to it does too [src]."""
 _TEXT = re.compile(r"([A-Z](?:\s*[A-Z])*)((?:\s*,\s*-?\d+)*)")
@@ -41,8 +44,8 @@ class Configuration(msgspec.Struct, frozen=True):
 
     @property
     def text(self) -> str:
-        """As it stands in a program."""
-        return ", ".join([" ".join(self.letters), *map(str, self.turns)])
+        """As it stands in a program; empty: no letters tell how this arm is bent."""
+        return ", ".join([" ".join(self.letters), *map(str, self.turns)]) if self.letters else ""
 
 
 @lru_cache(maxsize=256)
@@ -65,11 +68,15 @@ def read_configuration(text: str) -> Configuration | None:
 
 
 def letter_groups(robot: Robot) -> tuple[str, ...]:
-    """Return the letters that tell how an arm is bent: a SCARA's elbow, six joints of a wrist."""
+    """Return the letters that tell how an arm is bent: a SCARA's elbow, six joints with a wrist."""
     if elbow_of(robot) is not None:
         return ("RL",)
-    turning = [joint for joint in robot.arm_joints if joint.si_unit == "rad"]
-    return ("NF", "UD", "TB") if len(turning) == len(robot.arm_joints) == 6 else ()
+    turning = [joint.screw_axis for joint in robot.arm_joints if joint.si_unit == "rad"]
+    if not len(turning) == len(robot.arm_joints) == 6:
+        return ()
+    wrist = pairwise((axis or ())[:3] for axis in turning[3:])
+    across = all(abs(sum(a * b for a, b in zip(*axes))) < PARALLEL for axes in wrist)
+    return ("NF", "UD", "TB") if across else ()
 
 
 def turn_joints(robot: Robot) -> tuple[Joint, ...]:

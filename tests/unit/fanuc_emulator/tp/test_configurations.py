@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import msgspec
 import numpy as np
 import pytest
 from fanuc_emulator.alarms import RefusedError
 from fanuc_emulator.drives.bend import Bend
-from fanuc_emulator.drives.planner import PathStep, Planner, Target
+from fanuc_emulator.drives.planner import Limits, PathStep, Planner, Target
 from fanuc_emulator.plant.config import axes_of, load_plant
 from harness.workspace import ROOT
 from scara_config import Robot, load_robot
@@ -157,3 +158,39 @@ def test_a_straight_arm_counts_for_both_sides() -> None:
     straight = (0.2, 0.0, -0.1, 0.0)
     assert bend.is_bent(straight, "R") and bend.is_bent(straight, "L")
     assert bend.at(straight).text == "R, 0, 0, 0"
+
+
+FOOT = ("z", 0.0, 0.0, 0.0), ("y", 0.0, 0.0, 0.2), ("y", 0.0, 0.0, 0.5)
+UNUSUAL = {
+    "offset wrist": (*FOOT, ("y", 0.3, 0.0, 0.6), ("z", 0.3, 0.1, 0.6), ("y", 0.3, 0.1, 0.5)),
+    "flat wrist": (*FOOT, ("y", 0.3, 0.0, 0.6), ("y", 0.4, 0.0, 0.6), ("y", 0.5, 0.0, 0.6)),
+    "elbow that rolls": (
+        *(("z", 0.0, 0.0, 0.0), ("y", 0.0, 0.0, 0.0), ("z", 0.0, 0.0, 0.0)),
+        *(("y", 0.0, 0.0, 0.5), ("z", 0.0, 0.0, 0.5), ("y", 0.0, 0.0, 0.5)),
+    ),
+    "five joints": (*FOOT, ("x", 0.3, 0.0, 0.6), ("y", 0.3, 0.0, 0.6)),
+}
+"""Arms by their axes at 0: direction and a point [m]."""
+
+
+@pytest.mark.parametrize("name", UNUSUAL)
+def test_an_unusual_arm_goes_where_it_is_told_or_nowhere(name: str) -> None:
+    """Back to LPOS, whether its axes make a wrist or not; another place would be a fault."""
+    joints = []
+    for joint, (letter, *point) in zip(SIX.joints, UNUSUAL[name]):
+        omega = np.eye(3)["xyz".index(letter)]
+        screw = tuple((*omega.tolist(), *np.cross(point, omega).tolist()))
+        joints.append(msgspec.structs.replace(joint, screw_axis=screw))
+    robot = msgspec.structs.replace(SIX, joints=tuple(joints))
+    planner = Planner(robot, [Limits(joint.velocity, joint.acceleration) for joint in joints])
+    rng, reached = np.random.default_rng(1), 0
+    for _ in range(20):
+        place = planner.tip_pose(rng.uniform(-1.0, 1.0, len(joints)).tolist(), BASE, BASE)
+        try:
+            end = planner.plan(asks(place), [0.1] * len(joints)).end
+        except RefusedError:
+            continue
+        reached += 1
+        there = planner.tip_pose(end, BASE, BASE)
+        assert there.values[:3] == pytest.approx(place.values[:3], abs=1e-3)
+    assert reached >= 10

@@ -82,11 +82,15 @@ class Bend:
                 yield (*three, *_wrist(self._arm, self._zero, goal, three))
 
     def alike(self, q: Sequence[float]) -> Iterator[tuple[float, ...]]:
-        """Yield joint positions, then those with the wrist turned over: the tool stays."""
+        """Yield joint positions, then those with the wrist turned over and the tool as it is."""
         yield tuple(q)
         if len(self.groups) > 1:
             over = q[4] - 2.0 * _shape(self._arm, q).bent
-            yield (*q[:3], q[3] + math.pi, over, q[5] + math.pi)
+            turned = (*q[:3], q[3] + math.pi, over, q[5] + math.pi)
+            # Where the wrist's axes do not meet in a point the other joints move with it.
+            found = self._arm.solve(self._arm.pose(q), turned)
+            if found is not None:
+                yield found
 
     def turned(
         self, q: Sequence[float], told: Configuration | None, here: Sequence[float]
@@ -194,7 +198,8 @@ def _signs(zero: _Shape) -> list[float]:
 def _arms(arm: Arm, zero: _Shape, goal: Matrix) -> Iterator[tuple[float, float, float]]:
     """Yield the first three of six joints that bring the wrist where a pose of the flange has it.
 
-    Shoulder, elbow and wrist are a triangle in a plane through the first axis.
+    Shoulder, elbow and wrist are a triangle in a plane through the first axis; where two of them
+    are one point there is nothing to yield.
     """
     six = arm.jacobian([0.0] * 6).T
     shoulder, elbow, wrist = zero.points
@@ -202,12 +207,15 @@ def _arms(arm: Arm, zero: _Shape, goal: Matrix) -> Iterator[tuple[float, float, 
     place = (goal @ held)[:3]
     first, base = six[0, :3], np.cross(six[0, :3], six[0, 3:])
     upper, fore = elbow - shoulder, wrist - elbow
+    product = float(np.linalg.norm(upper) * np.linalg.norm(fore))
+    if product == 0.0:
+        return
     for back in (0.0, math.pi):
         q1 = _angle(wrist - base, place - base, first) + back
         reached = base + turned_by(-q1 * first) @ (place - base) - shoulder
         reached -= zero.second * (zero.second @ reached)
         square = float(reached @ reached - upper @ upper - fore @ fore)
-        cosine = 0.5 * square / float(np.linalg.norm(upper) * np.linalg.norm(fore))
+        cosine = 0.5 * square / product
         if abs(cosine) > 1.0:
             continue
         for side in (1.0, -1.0):
