@@ -9,7 +9,7 @@ import pytest
 from harness.workspace import ROOT
 from robot_doctor.examine import examine
 from robot_doctor.finding import Level, is_healthy
-from robot_doctor.new_profile_io import make_profile
+from robot_doctor.new_profile_io import make_profile, new_folder
 from robot_doctor.profile_files_io import read_profile
 from scara_config import ConfigError, load_robot
 from scara_config.profile import CHOICE
@@ -94,6 +94,13 @@ def test_each_finding_of_another_arm_names_its_file_and_the_next_command(
     assert urdf and all(
         text.endswith("rosrun scara_description write_urdf articulated_six") for text in urdf
     )
+
+
+def test_a_folder_that_was_broken_off_is_gone(config: Path) -> None:
+    """Whatever ended the making, a person at the keyboard too."""
+    with pytest.raises(KeyboardInterrupt), new_folder(config, "other", "articulated_six"):
+        raise KeyboardInterrupt
+    assert not (config / "robots" / "other").exists()
 
 
 def test_a_cartesian_position_may_have_a_set_positions_name(

@@ -109,9 +109,11 @@ def new_folder(config: Path, name: str, source: str) -> Iterator[Path]:
         shutil.copytree(config / FOLDER / source, folder)
         _rename(folder, name, source)
         yield folder
-    except (OSError, ValueError) as error:
+    except BaseException as error:
         shutil.rmtree(folder, ignore_errors=True)
-        raise ConfigError(f"{folder} was not made: {error}") from error
+        if isinstance(error, OSError | ValueError):
+            raise ConfigError(f"{folder} was not made: {error}") from error
+        raise
 
 
 @contextmanager
