@@ -7,12 +7,15 @@ import re
 import shutil
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from harness.workspace import ROOT
+from robot_doctor.chain import read_description
 from robot_doctor.examine import examine
 from robot_doctor.finding import Level
 from robot_doctor.foreign_urdf import read_foreign
+from robot_doctor.new_arm import ArmFigures, arm_text
 from robot_doctor.new_arm_io import make_arm
 from robot_doctor.profile_files_io import read_profile
 from robot_doctor.tidied_urdf import tidied
@@ -143,6 +146,16 @@ def test_meshes_are_held_and_what_hangs_still_belongs_to_its_carrier(
             round_in = np.hypot(own[:, 0], own[:, 1]) <= size[0] + 1e-9
             inside |= round_in & (np.abs(own[:, 2]) <= 0.5 * size[1] + 1e-9)
     assert inside.all()
+
+
+def test_an_acceleration_that_had_to_be_raised_says_so() -> None:
+    """A joint of 6 deg/s would be at its speed with 24 deg/s^2."""
+    urdf = read_description((URDFS / f"{SIX}.urdf").read_text(), "tool0")
+    slow = msgspec.structs.replace(urdf.joints["joint_1"], velocity=0.10472)
+    urdf = msgspec.structs.replace(urdf, joints={**urdf.joints, "joint_1": slow})
+    text = arm_text("mine", "doctor new", urdf, ("base_link", "tool0"), ArmFigures(1.0, {}, {}))
+    assert "s2: 100   # the least allowed; speed and efforts ask for 24\n" in text
+    assert text.count("the least allowed") == 1
 
 
 def test_an_arm_may_stand_on_a_rail(config: Path, tmp_path: Path) -> None:

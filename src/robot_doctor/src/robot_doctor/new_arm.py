@@ -16,9 +16,8 @@ START_S = 0.25
 """From rest to full speed where no effort says otherwise; ours, as of arms of 3 to 10 kg."""
 RISE_S = 0.06
 """From none to all of the acceleration: our choice."""
-LEAST = {"acceleration": 100.0, "jerk": 1000.0}
-"""What quantities.py allows at least."""
-MOST_JERK = 2e6
+LEAST_ACCELERATION = 100.0
+"""What quantities.py allows at least [deg/s^2], [mm/s^2]; the jerk is above its own least then."""
 DUST = 1e-14
 """What rounding leaves of a written 0."""
 LEANS = 1e-9
@@ -140,8 +139,10 @@ def _joint(name: str, number: int, joint: DescribedJoint, share: float) -> str:
     """Return the entry of one joint."""
     turns = joint.kind == "revolute"
     unit, scale = ("deg", math.pi / 180.0) if turns else ("mm", 1e-3)
-    acceleration = max(LEAST["acceleration"], share * start_acceleration(joint) / scale)
-    jerk = min(MOST_JERK, max(LEAST["jerk"], acceleration / RISE_S))
+    carried = share * start_acceleration(joint) / scale
+    acceleration, told = max(LEAST_ACCELERATION, carried), ""
+    if carried < LEAST_ACCELERATION:
+        told = f"   # the least allowed; speed and efforts ask for {carried:.3g}"
     screw = f"[{', '.join(map(_number, joint.screw))}]" if joint.moves_tool else "null"
     return f"""\
   - name: {name}
@@ -152,8 +153,8 @@ def _joint(name: str, number: int, joint: DescribedJoint, share: float) -> str:
     lower_{unit}: {joint.lower / scale:.10g}
     upper_{unit}: {joint.upper / scale:.10g}
     velocity_{unit}_s: {joint.velocity / scale:.10g}
-    acceleration_{unit}_s2: {acceleration:.4g}
-    jerk_{unit}_s3: {jerk:.4g}
+    acceleration_{unit}_s2: {acceleration:.4g}{told}
+    jerk_{unit}_s3: {acceleration / RISE_S:.4g}
     effort: {joint.effort:.10g}
 """
 
