@@ -62,7 +62,7 @@ def read_description(text: str, tool_frame: str) -> DescribedArm:
     """Read a URDF.
 
     Raises:
-        DescriptionError: No XML, no tree, no link of the name ``tool_frame``, a joint without
+        DescribedArmError: No XML, no tree, no link of the name ``tool_frame``, a joint without
             limit.
     """
     try:

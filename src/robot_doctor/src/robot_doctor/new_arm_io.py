@@ -82,17 +82,15 @@ def _robot(
     urdf = _in_order(read_description(text, foreign.tool), foreign)
     made_by = f"rosrun robot_doctor doctor new {name} --urdf {source.name}"
     frames = (foreign.model.root, foreign.tool)
-    middle = {key: _middle(joint.lower, joint.upper) for key, joint in urdf.joints.items()}
+    home = {}
+    for key, joint in urdf.joints.items():
+        middle = 0.0 if joint.lower <= 0.0 <= joint.upper else 0.5 * (joint.lower + joint.upper)
+        home[key] = round(middle * (180.0 / np.pi if joint.kind == "revolute" else 1e3), 6)
 
     def written(figures: ArmFigures) -> Robot:
         replace_file(folder / "robot.yaml", arm_text(name, made_by, urdf, frames, figures))
         return load_robot(config)
 
-    scale = {
-        key: 180.0 / np.pi if joint.kind == "revolute" else 1e3
-        for key, joint in urdf.joints.items()
-    }
-    home = {key: round(value * scale[key], 6) for key, value in middle.items()}
     robot = written(ArmFigures(1.0, home, {"P1": (0.0, 0.0, 0.0)}))
     model = read_body(robot)
     zone = floor_below(robot, model)
@@ -106,11 +104,6 @@ def _in_order(urdf: DescribedArm, foreign: Foreign) -> DescribedArm:
     """Return the description with its joints base to tool, then those that move no tool."""
     joints = {joint.name: urdf.joints[joint.name] for joint in foreign.moving}
     return msgspec.structs.replace(urdf, joints=joints)
-
-
-def _middle(low: float, high: float) -> float:
-    """Return 0, or the middle of a range without it."""
-    return 0.0 if low <= 0.0 <= high else 0.5 * (low + high)
 
 
 def _share(robot: Robot, urdf: DescribedArm) -> float:

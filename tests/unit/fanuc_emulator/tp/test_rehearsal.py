@@ -167,7 +167,9 @@ def test_a_called_programs_steps_name_it() -> None:
 
 def test_a_step_names_the_program_that_its_line_is_in() -> None:
     """Though by then another program is called, or the called one has ended."""
-    found = walked("RO[1]=ON", "J P[1] 50% CNT60", "CALL LIFT", LIFT=["J P[2] 9% FINE", "RO[1]=OFF"])
+    found = walked(
+        "RO[1]=ON", "J P[1] 50% CNT60", "CALL LIFT", LIFT=["J P[2] 9% FINE", "RO[1]=OFF"]
+    )
     assert [(step.line, step.program) for step in found] == [
         (1, ""),
         (2, ""),

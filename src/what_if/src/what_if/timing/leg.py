@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -53,10 +53,6 @@ class Leg:
     grip: bool | None = None
     waits: bool = False
     number: int = -1
-
-    def of_step(self, number: int) -> Leg:
-        """Return it as a leg of one of a program's steps."""
-        return replace(self, number=number)
 
     def time_at(self, u: float) -> float:
         """Return when a place of the way is passed, from the beginning of the motion [s]."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from fanuc_emulator.alarms import POSITION_LIMIT, RefusedError
@@ -139,5 +140,5 @@ class _Row:
         return Course(course.times, *rows, course.u)
 
     def _lay(self, leg: Leg) -> None:
-        self.legs.append(leg.of_step(self.number))
+        self.legs.append(replace(leg, number=self.number))
         self.now += leg.duration

@@ -69,7 +69,7 @@ def stop_patience(config: Stop) -> Patience:
 
 
 def _patience(command: Command, config: Stop) -> Patience:
-    """Return the same; a robot at rest may take twice as long to end its stream by itself.
+    """Return how long the robot may take to show a stop; at rest it ends its stream in twice that.
 
     Nobody waits for it, and whoever starts a program at the pendant would find HOLD away.
     """
