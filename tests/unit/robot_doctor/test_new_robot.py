@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 
 import pytest
 from harness.workspace import ROOT
+from robot_doctor.doctor_node import other_files
 from robot_doctor.examine import examine
 from robot_doctor.finding import Level, is_healthy
 from robot_doctor.new_profile_io import make_profile, new_folder
-from robot_doctor.profile_files_io import read_profile
+from robot_doctor.profile_files_io import place_of, read_profile
 from scara_config import ConfigError, load_robot
 from scara_config.profile import CHOICE
 from scara_config.readers import check_files
@@ -114,6 +116,30 @@ def test_a_cartesian_position_may_have_a_set_positions_name(
     before, _, rest = program.read_text().partition('P[1:"P1"]{')
     program.write_text(f'{before}P[1:"P1"]{{\n   GP1:\n\t{frames}{place}{rest.partition("};")[2]}')
     assert is_healthy(examine(read_profile(config)))
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (None, "articulated_six.urdf: cannot be read: No such file or directory"),
+        (b"<robot name='\xff'/>", r"articulated_six.urdf: is not in UTF-8: byte 0xff \(line 1\)"),
+    ],
+)
+def test_a_urdf_that_cannot_be_read_is_told(
+    config: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, content: bytes | None, told: str
+) -> None:
+    """As every other file, once and with what to do."""
+    monkeypatch.setenv(CHOICE, "articulated_six")
+    monkeypatch.setattr("scara_config.robot.description_path", tmp_path.joinpath)
+    (config / "robots" / "articulated_six" / "body.yaml").unlink()
+    if content is not None:
+        (tmp_path / "articulated_six.urdf").write_bytes(content)
+    profile = read_profile(config)
+    found = list(examine(profile))
+    found += other_files(config, profile, found)
+    (wrong,) = [f for f in found if f.level is Level.WRONG]
+    assert re.search(told, wrong.what) and wrong.advice
+    place_of(wrong, config, profile.robot)
 
 
 def test_the_joint_values_that_the_doctor_gives_are_right(

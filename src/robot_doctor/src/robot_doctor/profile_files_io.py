@@ -12,6 +12,7 @@ import msgspec
 from scara_config import ConfigError, Robot, load, locate
 from scara_config.faults import find_faults, keys_of, line_of
 from scara_config.lengths import with_lengths
+from scara_config.loader import load_text
 from scara_config.modbus_map import ModbusMap
 from scara_config.profile import PROGRAM_ENDING, PROGRAMS, known_robots, robot_folder
 from scara_config.programs.files import program_files, read_listing
@@ -40,9 +41,7 @@ def read_profile(folder: Path) -> RobotProfile:
     own = robot_folder(folder)
     robot, faults = _read_robot(folder)
     urdf: str | ConfigError = (
-        robot
-        if isinstance(robot, ConfigError)
-        else _attempt(lambda: robot.description.read_text("utf-8"))
+        robot if isinstance(robot, ConfigError) else _attempt(lambda: load_text(robot.description))
     )
     decimals = DECIMALS
     if not isinstance(robot, ConfigError):
@@ -124,7 +123,9 @@ def place_of(finding: Finding, folder: Path, robot: Robot | ConfigError) -> str:
         if name != "URDF":
             # The first of its joints and links that the text names.
             words = re.findall(r"[\w-]+", finding.what.partition(": ")[2])
-            known = urdf.read_text(encoding="utf-8")
+            known = _attempt(lambda: load_text(urdf))
+            if isinstance(known, ConfigError):
+                return ""
             keys = next((word for word in words if f'name="{word}"' in known), "robot")
         path, pattern = urdf, rf"<{keys}\b|name=\"{keys}\""
     elif name.endswith(PROGRAM_ENDING):
