@@ -37,6 +37,8 @@ def ends() -> Iterator[tuple[socket.socket, socket.socket]]:
     """Both ends of a line, with small buffers."""
     near, far = socket.socketpair()
     near.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
+    # rosnode, once another test has used it, gives each new socket of the process a limit.
+    near.settimeout(None)
     with near, far:
         far.settimeout(10.0)
         yield near, far
