@@ -11,6 +11,7 @@ from scara_config import KeepOut
 from scara_config.lengths import place_of, stretched
 
 from robot_doctor.chain import DescribedArm, DescribedJoint
+from robot_doctor.new_scara import STOPPING
 
 START_S = 0.25
 """From rest to full speed where no effort says otherwise; ours, as of arms of 3 to 10 kg."""
@@ -99,14 +100,7 @@ reach_mm: {_number(math.floor(1e3 * reach) / 1e3 if size is None else reach)}
 home: {{{homes}}}   # deg, mm
 positions_m:               # named positions of the tool, as it is turned at home
 {places}{zones}\
-# Without a means of stopping that was tried at its address a robot is followed, never led.
-stopping:
-  uop: full
-  tried:                   # the stand-in only: rosrun robot_doctor doctor --stops
-    hold: 127.0.0.1
-    cstopi: 127.0.0.1
-    imstp: 127.0.0.1
-joints:
+{STOPPING}joints:
 {joints}"""
 
 

@@ -25,6 +25,16 @@ TABLES = ("table", "table_2")
 PLACES = {"P1": (1.0, 0.0, 0.75), "P2": (0.775, 0.25, 0.45), "P3": (0.775, -0.25, 0.25)}
 """Set positions: x and y in parts of the reach, how far below the upper end in parts of the
 stroke."""
+STOPPING = """\
+# Without a means of stopping that was tried at its address a robot is followed, never led.
+stopping:
+  uop: full
+  tried:                   # the stand-in only: rosrun robot_doctor doctor --stops
+    hold: 127.0.0.1
+    cstopi: 127.0.0.1
+    imstp: 127.0.0.1
+"""
+"""What stops the stand-in of a robot that was made here."""
 
 
 class ScaraSize(msgspec.Struct, frozen=True):
@@ -120,14 +130,7 @@ positions_m:               # [our] named positions of the tool
 {places}
 keep_out:                  # boxes in the base frame that no part of the arm may enter
   - {{name: below_tool, lower_mm: [{lower}], upper_mm: [{upper}]}}   # [our]
-# Without a means of stopping that was tried at its address a robot is followed, never led.
-stopping:
-  uop: full
-  tried:                   # the stand-in only: rosrun robot_doctor doctor --stops
-    hold: 127.0.0.1
-    cstopi: 127.0.0.1
-    imstp: 127.0.0.1
-joints:
+{STOPPING}joints:
 {joints}"""
 
 

@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 import numpy as np
 from scara_description.body import transmission
 from scara_description.cover import COVER, cover
-from scara_description.inertia import Body, FloatArray, body_of
+from scara_description.inertia import TERMS, Body, FloatArray, body_of
 
 from robot_doctor.foreign_urdf import Foreign
 from scara_description.urdf import (
@@ -184,15 +184,7 @@ def _inertial(bodies: list[Body]) -> ElementTree.Element:
     element = ElementTree.Element("inertial")
     ElementTree.SubElement(element, "origin", xyz=_numbers(centre), rpy="0 0 0")
     ElementTree.SubElement(element, "mass", value=repr(float(mass)))
-    keys = {
-        "ixx": (0, 0),
-        "ixy": (0, 1),
-        "ixz": (0, 2),
-        "iyy": (1, 1),
-        "iyz": (1, 2),
-        "izz": (2, 2),
-    }
-    terms = {key: repr(float(inertia[at])) for key, at in keys.items()}
+    terms = {key: repr(float(inertia[at])) for key, at in TERMS.items()}
     ElementTree.SubElement(element, "inertia", terms)
     return element
 

@@ -24,6 +24,8 @@ Body = tuple[str, float, FloatArray, FloatArray]
 
 LEVELS = 25
 """Positions of each joint from end to end at which the inertia is looked at, beside its 0."""
+TERMS = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
+"""URDF's names of an inertia's terms, in its order, and where they stand in the matrix."""
 _INERTIAL = re.compile(r"^(?P<indent> *)<inertial>.*?</inertial>\n", re.DOTALL | re.MULTILINE)
 
 
@@ -133,16 +135,8 @@ def _block(inertial: Inertial, indent: str) -> str:
         return "0" if abs(value) < 1e-9 * scale else f"{value:.6g}"
 
     centre = " ".join(number(value, 1.0) for value in inertial.centre)
-    terms = {
-        "ixx": (0, 0),
-        "ixy": (0, 1),
-        "ixz": (0, 2),
-        "iyy": (1, 1),
-        "iyz": (1, 2),
-        "izz": (2, 2),
-    }
     inertia = " ".join(
-        f'{key}="{number(inertial.inertia[at], largest)}"' for key, at in terms.items()
+        f'{key}="{number(inertial.inertia[at], largest)}"' for key, at in TERMS.items()
     )
     lines = (
         "<inertial>",
@@ -227,6 +221,6 @@ def body_of(link: ET.Element) -> Body:
     mass = float(inertial.find("mass").attrib["value"])  # type: ignore[union-attr]
     if not np.isfinite([mass, *t.values()]).all():
         raise ValueError("mass and moments have to be finite")
-    xx, xy, xz, yy, yz, zz = (t.get(k, 0.0) for k in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
+    xx, xy, xz, yy, yz, zz = (t.get(k, 0.0) for k in TERMS)
     inertia = turn @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ turn.T
     return link.get("name", ""), mass, np.array(place), inertia
