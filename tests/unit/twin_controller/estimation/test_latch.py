@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from twin_controller.estimation.latch import (
     MOST,
-    TICKED_S,
     UNKNOWN_AGE_MS,
     Latch,
     cut,
@@ -55,7 +54,7 @@ def test_nothing_is_subtracted_from_stamps_that_are_the_readings_own() -> None:
     for seed in range(12):
         steps = heard(Latch(), TICK_MS, 0, moves=3, seed=seed)
         assert steps[-1].settled and not steps[-1].period_ms
-        assert steps[-1].instant(1234) == 1234 and steps[-1].doubt == TICKED_S
+        assert steps[-1].instant(1234) == 1234 and steps[-1].doubt == 0.0
 
 
 def test_a_reading_of_unknown_age_is_taken_for_half_of_the_oldest() -> None:

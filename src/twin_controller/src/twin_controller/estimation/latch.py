@@ -46,8 +46,6 @@ grid leaves."""
 UNKNOWN_AGE_MS, UNKNOWN_AGE_S = 4.0, 0.0023
 """Mean [ms] and standard deviation [s] of the age of a reading while nothing is known of it: of any
 up to 8 ms, as most robots interpolate [src]."""
-TICKED_S = 1e-3 * TICK_MS / 12.0**0.5
-"""Standard deviation of an age of any up to a tick [s]: of stamps that are told by ticks alone."""
 MOVES = 0.01
 """A stretch counts if its fastest joint goes on with this part of its greatest speed; below it a
 wrong instant is hidden by noise. Our choice."""
@@ -101,10 +99,8 @@ class Latch(msgspec.Struct, frozen=True):
 
     @property
     def doubt(self) -> float:
-        """Standard deviation of a reading from its instant [s], as far as it is told from here."""
-        if self.period_ms:
-            return 0.0
-        return TICKED_S if self.settled else UNKNOWN_AGE_S
+        """Standard deviation of a reading from its instant [s] until that is known to a tick."""
+        return 0.0 if self.period_ms or self.settled else UNKNOWN_AGE_S
 
     def instant(self, clock_ms: float) -> float:
         """Return when the reading was renewed that came with a stamp [ms of the robot's clock]."""

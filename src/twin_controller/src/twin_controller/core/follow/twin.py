@@ -47,11 +47,11 @@ def go_on(setup: Setup, real: RealSide) -> tuple[Joints, tuple[JointMotion, ...]
 
     A drive turns from speeding up to braking within some ten milliseconds. Readings of positions
     come as far apart: without the jerk the twin would go too far by a multiple. Of speeds that
-    are told, and of readings of uncertain age, a jerk would be noise alone: there is none.
+    are told, and of instants that are known to a tick, a jerk would be noise alone: there is none.
     """
     history = real.history
     qddot = estimate_acceleration(history, setup.acceleration)
-    if real.flags is None or real.flags.motion.qdot or real.age_doubt:
+    if real.flags is None or real.flags.motion.qdot or real.ticked:
         return qddot, ()
     apart = [history[-1]]
     for each in reversed(history[:-1]):

@@ -103,6 +103,11 @@ class RealSide(Side, frozen=True):
         return self.latch.doubt if self.flags is not None and self.flags.plain_clock else 0.0
 
     @property
+    def ticked(self) -> bool:
+        """Whether its readings' instants are known to a tick of its plain clock at best."""
+        return self.flags is not None and self.flags.plain_clock and not self.latch.period_ms
+
+    @property
     def takes_ahead(self) -> int:
         """How many set points it takes ahead of their time; 0: none."""
         return self.flags.ring_places if self.flags is not None else 0
