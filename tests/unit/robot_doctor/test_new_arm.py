@@ -6,6 +6,7 @@ import itertools
 import re
 import shutil
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -23,6 +24,7 @@ from scara_config import ConfigError, Robot, load_robot
 from scara_config.profile import CHOICE
 from scara_config.readers import check_files
 from scara_control.keep_out.points import watched_points
+from scara_control.kinematics import numeric
 from scara_control.kinematics.screws import ScrewModel, forward_kinematics
 from scara_control.kinematics.tool import ScaraTool, tool_kinematics
 from scara_description.inertia import rotation_from_rpy
@@ -186,6 +188,26 @@ def test_a_file_may_have_any_name(tmp_path: Path) -> None:
     """Two hyphens would end the comment that names it."""
     foreign = read_foreign(described(tmp_path).read_text(), "their--arm.urdf")
     assert parse_robot(tidied(foreign, "mine", lambda _: np.zeros((0, 3, 3)))) is not None
+
+
+def test_an_arm_that_gets_nowhere_turned_as_it_must_be_is_refused_soon(
+    config: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Joints 2 to 6 are parallel: beside home the tool is never turned as there."""
+    source = described(tmp_path)
+    text = source.read_text().replace('<axis xyz="1 0 0"/>', '<axis xyz="0 1 0"/>')
+    source.write_text(text)
+    descents: list[int] = []
+    descend = numeric._descend
+
+    def counted(*given: Any) -> Any:
+        descents.append(1)
+        return descend(*given)
+
+    monkeypatch.setattr(numeric, "_descend", counted)
+    with pytest.raises(ConfigError, match=r"urdf: 6 joints \(joint_1, .* joint_6\) find no home"):
+        make_arm(config, "mine", source, None, tmp_path)
+    assert len(descents) < 500
 
 
 LIMIT = r'<limit lower="-1\.57.*?/>'

@@ -90,9 +90,9 @@ def find_places(robot: Robot, space: FreeSpace) -> FoundPlaces:
     homes = list(itertools.islice(_homes(robot, space), TRIED))
     for shrink, home in itertools.product(SHRUNK, homes):
         arm = msgspec.structs.replace(robot, home=home)
-        begin, places = tuple(arm.home_positions), _places(arm, shrink)
-        if _ways(arm, space, places, begin):
-            return FoundPlaces(home, places, _two_points(arm, space, begin))
+        places = _places(arm, shrink)
+        if corners := _corners(arm, space, places):
+            return FoundPlaces(home, places, _two_points(arm, space, corners))
     known = ", ".join(joint.name for joint in robot.arm_joints)
     raise ConfigError(
         f"{robot.urdf}: {len(robot.arm_joints)} joints ({known}) find no home from which the tool "
@@ -189,18 +189,23 @@ def _places(robot: Robot, shrink: float) -> dict[str, tuple[float, float, float]
     }
 
 
-def _ways(
-    robot: Robot,
-    space: FreeSpace,
-    places: Mapping[str, Sequence[float]],
-    begin: tuple[float, ...],
-) -> bool:
-    """Return whether the arm gets to all places, and from one to the next, clear of the zones."""
+def _corners(
+    robot: Robot, space: FreeSpace, places: Mapping[str, Sequence[float]]
+) -> list[tuple[float, ...]]:
+    """Return joint positions at home and at all places, each way between them clear of the zones.
+
+    None, if the arm does not get to one of them.
+    """
     try:
-        tool = tool_kinematics(robot)
-        corners = [begin, *(_solved(robot, tool, place) for place in places.values())]
+        # From home alone: a place that only another start leads to is no neighbour of home, and an
+        # arm that gets to none would be asked for minutes.
+        tool = tool_kinematics(robot, starts=0)
+        corners = [
+            tuple(robot.home_positions),
+            *(_solved(robot, tool, place) for place in places.values()),
+        ]
     except ScaraControlError:
-        return False
+        return []
     inside = all(
         joint.lower + ROOM * (joint.upper - joint.lower)
         <= value
@@ -209,7 +214,8 @@ def _ways(
         for joint, value in zip(robot.twin_joints, corner)
         if joint.screw_axis is not None
     )
-    return inside and all(space.has_way(*way) for way in itertools.combinations(corners, 2))
+    free = inside and all(space.has_way(*way) for way in itertools.combinations(corners, 2))
+    return corners if free else []
 
 
 def _solved(robot: Robot, tool: ToolKinematics, place: Sequence[float]) -> tuple[float, ...]:
@@ -221,11 +227,12 @@ def _solved(robot: Robot, tool: ToolKinematics, place: Sequence[float]) -> tuple
 
 
 def _two_points(
-    robot: Robot, space: FreeSpace, home: tuple[float, ...]
+    robot: Robot, space: FreeSpace, corners: Sequence[tuple[float, ...]]
 ) -> dict[str, dict[str, float]]:
-    """Return joint values of two places on either side of home, in deg and mm."""
-    for part in (0.3, 0.2, 0.1, 0.05, 0.0):
-        ends = []
+    """Return joint values of two places on either side of home, else of P2 and P3, in deg, mm."""
+    home = corners[0]
+    for part in (0.3, 0.2, 0.1, 0.05):
+        ends: list[tuple[float, ...]] = []
         for sign in (-1.0, 1.0):
             signs = itertools.cycle((sign, sign, -sign))
             ends.append(
@@ -236,6 +243,8 @@ def _two_points(
             )
         if all(space.has_way(*way) for way in itertools.combinations((home, *ends), 2)):
             break
+    else:
+        ends = list(corners[-2:])
     return {
         name: {j.name: _rounded(j, q) for j, q in zip(robot.twin_joints, end)}
         for name, end in zip("AB", ends)

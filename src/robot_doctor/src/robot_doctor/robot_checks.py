@@ -133,6 +133,10 @@ def check_programs(
                 f"correct {places.programs}/{file}: deg for a turning joint, mm for a sliding one",
                 f"{file} P[{number}",
             )
+        if len(program.positions) > 1 == len({each.groups for each in program.positions}):
+            names = " and ".join(f"P[{p.number}:{p.comment}]" for p in program.positions)
+            what = f"{file}: {names} are one place: it moves nothing"
+            yield note(Group.ROBOT, what, f"teach another place in {places.programs}/{file}")
         if not found:
             said = f"{file}: {len(program.positions)} positions within the joints' limits"
             yield fine(Group.ROBOT, said)

@@ -57,15 +57,17 @@ class NumericArm:
         chain: Screw axes and home pose.
         home: Joint positions at home, shape ``(n,)``: [rad], prismatic [m].
         rotation: Orientation of the tool at home, shape ``(3, 3)``.
+        starts: So many are tried beside the given one and home.
     """
 
     joints: tuple[Joint, ...]
     chain: ScrewModel
     home: FloatArray
     rotation: FloatArray
+    starts: int = STARTS
 
     @classmethod
-    def from_robot(cls, robot: Robot) -> NumericArm:
+    def from_robot(cls, robot: Robot, starts: int = STARTS) -> NumericArm:
         """Take the joints that move the twin's tool from robot.yaml.
 
         Raises:
@@ -73,7 +75,7 @@ class NumericArm:
         """
         joints, chain = tuple(robot.arm_joints), ScrewModel.from_robot(robot)
         home = np.array([robot.home[joint.name] * joint.scale for joint in joints])
-        return cls(joints, chain, home, forward_kinematics(chain, home)[:3, :3])
+        return cls(joints, chain, home, forward_kinematics(chain, home)[:3, :3], starts)
 
     @property
     def keeps_turn(self) -> bool:
@@ -157,7 +159,7 @@ def inverse(
         how = how if arm.keeps_turn else "turned as it may be"
         raise UnreachableError(
             f"target ({shown}) m, the tool {how}: not reached within the joints' limits; "
-            f"the best of {STARTS + 2} starts ends {best[1] * 1e3:.3g} mm away"
+            f"the best of {arm.starts + 2} starts ends {best[1] * 1e3:.3g} mm away"
         )
     nearest = min(found, key=lambda q: float(np.linalg.norm(q - start)))
     return tuple(np.clip(nearest, arm.lower, arm.upper).tolist())
@@ -212,7 +214,7 @@ def _starts(arm: NumericArm, seed: FloatArray) -> Iterator[FloatArray]:
 
     yield seed
     yield arm.home
-    for share in qmc.Halton(len(arm.joints), scramble=False).random(STARTS):
+    for share in qmc.Halton(len(arm.joints), scramble=False).random(arm.starts):
         yield arm.lower + share * (arm.upper - arm.lower)
 
 

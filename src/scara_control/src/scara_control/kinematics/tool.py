@@ -12,7 +12,13 @@ from typing import NamedTuple, Protocol
 
 from scara_config import Joint, Robot
 
-from scara_control.kinematics.numeric import NumericArm, inverse, tool_velocity_of, velocities_for
+from scara_control.kinematics.numeric import (
+    STARTS,
+    NumericArm,
+    inverse,
+    tool_velocity_of,
+    velocities_for,
+)
 from scara_control.kinematics.scara import (
     Elbow,
     Scara,
@@ -196,15 +202,19 @@ class NumericTool:
         return None
 
 
-def tool_kinematics(robot: Robot) -> ToolKinematics:
+def tool_kinematics(robot: Robot, starts: int = STARTS) -> ToolKinematics:
     """Return what answers for the arm of ``robot``.
+
+    Args:
+        robot: The profile.
+        starts: So many an arm without a closed form tries beside the given one and home.
 
     Raises:
         ScaraControlError: The profile has ``geometry`` and is no SCARA, or its screw axes are no
             mechanism.
     """
     return (
-        NumericTool(NumericArm.from_robot(robot))
+        NumericTool(NumericArm.from_robot(robot, starts))
         if robot.geometry is None
         else ScaraTool(Scara.from_robot(robot))
     )
