@@ -294,6 +294,9 @@ def load_robot(directory: Path | str | None = None) -> Robot:
 
 def robot_faults(robot: Robot) -> Iterator[str]:
     """Yield everything in which a profile contradicts itself: key, value, what is expected."""
+    if not robot.arm_joints:
+        yield "joints: no joint moves the tool: Expected one with twin: true and a screw_axis"
+        return
     for joint in robot.joints:
         if not joint.lower < joint.upper:
             yield f"joints.{joint.name}: lower limit is not below the upper limit"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from harness.workspace import ROOT
-from robot_doctor.doctor_node import other_files
+from robot_doctor.doctor_node import app, other_files
 from robot_doctor.examine import examine
 from robot_doctor.finding import Level, is_healthy
 from robot_doctor.new_profile_io import make_profile, new_folder
@@ -16,6 +16,7 @@ from robot_doctor.profile_files_io import place_of, read_profile
 from scara_config import ConfigError, load_robot
 from scara_config.profile import CHOICE
 from scara_config.readers import check_files
+from typer.testing import CliRunner
 
 
 @pytest.fixture
@@ -116,6 +117,46 @@ def test_a_cartesian_position_may_have_a_set_positions_name(
     before, _, rest = program.read_text().partition('P[1:"P1"]{')
     program.write_text(f'{before}P[1:"P1"]{{\n   GP1:\n\t{frames}{place}{rest.partition("};")[2]}')
     assert is_healthy(examine(read_profile(config)))
+
+
+def test_a_profile_without_joints_is_told_once_at_its_line(
+    config: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What hangs on joints is checked once there are some."""
+    monkeypatch.setenv(CHOICE, "scara_4axis")
+    path = config / "robots" / "scara_4axis" / "robot.yaml"
+    path.write_text(f"{path.read_text().partition('joints:')[0]}joints: []\n")
+    profile = read_profile(config)
+    found = list(examine(profile))
+    found += other_files(config, profile, found)
+    (wrong,) = [f for f in found if f.level is Level.WRONG]
+    assert "joints: no joint moves the tool" in wrong.what and wrong.advice.startswith("correct")
+    row = path.read_text().partition("joints:")[0].count("\n") + 1
+    assert place_of(wrong, config, profile.robot) == f"{path}:{row}"
+
+
+def test_a_program_that_moves_nothing_is_named(
+    config: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """TWO_POINT with both places at one: it may be meant."""
+    monkeypatch.setenv(CHOICE, "scara_4axis")
+    program = config / "robots" / "scara_4axis" / "programs" / "TWO_POINT.LS"
+    text, row = program.read_text(), r"(?s)(?<=\"){0}\"\]{{.*?}};"
+    first = re.search(row.format("A"), text)
+    assert first is not None
+    program.write_text(re.sub(row.format("B"), first[0].replace("A", "B", 1), text))
+    (told,) = [f for f in examine(read_profile(config)) if f.level is not Level.FINE]
+    assert told.level is Level.NOTE
+    assert told.what == "TWO_POINT.LS: P[1:A] and P[2:B] are one place: it moves nothing"
+
+
+def test_a_urdf_and_lengths_at_once_are_refused(config: Path, tmp_path: Path) -> None:
+    """One of them would be left out without a word."""
+    urdf = ROOT / "src" / "scara_description" / "urdf" / "articulated_six.urdf"
+    said = ["new", "mine", "--urdf", str(urdf), "--scara", "325", "225"]
+    done = CliRunner().invoke(app, [*said, "--config-dir", str(config)])
+    assert done.exit_code == 2 and "--urdf and --scara: give one of them" in done.output
+    assert not (config / "robots" / "mine").exists()
 
 
 @pytest.mark.parametrize(

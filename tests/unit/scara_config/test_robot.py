@@ -123,6 +123,7 @@ def test_home_is_the_articles_position_1_in_si() -> None:
 @pytest.mark.parametrize(
     ("path", "value", "text"),
     [
+        (["joints"], [], r"joints: no joint moves the tool: Expected one with twin: true"),
         (["joints", 0, "lower_deg"], 200.0, r"joint_1: lower limit is not below the upper limit"),
         (["joints", 0, "upper_deg"], -148.0, r"joint_1: lower limit is not below the upper limit"),
         (["joints", 1, "name"], "joint_1", r"name joint_1 occurs more than once"),

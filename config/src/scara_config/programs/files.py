@@ -21,7 +21,8 @@ from scara_config.programs.walk import check_motions
 from scara_config.robot import Joint, Robot
 
 TIP = ("X", "Y", "Z", "W", "P", "R")
-"""Coordinates of a Cartesian position."""
+"""Coordinates of a Cartesian position; what is left of its numbers is E1 to E3."""
+MOST_EXTERNAL = POSE_NUMBERS - len(TIP)
 
 
 class TaughtPose(msgspec.Struct, frozen=True):
@@ -160,6 +161,9 @@ def position_faults(position: Position, robot: Robot) -> Iterator[tuple[str, str
         config = position.groups[0].config
         if fault := configuration_fault(config, robot):
             yield "CONFIG", f"CONFIG : '{config}': {fault}"
+        for name in list(external)[MOST_EXTERNAL:]:
+            last = f"E{MOST_EXTERNAL}"
+            yield name, f"{name}: a Cartesian position has E1 to {last}: teach it in joints"
     given = {each.name: each for each in position.groups[0].coordinates}
     for name in given:
         if name not in axes:

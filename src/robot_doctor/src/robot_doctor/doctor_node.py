@@ -133,6 +133,8 @@ def new(
     """Make the files of a new robot: of one that is there, a SCARA's lengths, or a URDF."""
     console = Console(highlight=False, soft_wrap=True)
     config = Path(config_dir or config_directory())
+    if urdf is not None and scara is not None:
+        raise ConfigError("--urdf and --scara: give one of them; an arm is made from one")
     if urdf is not None:
         folder = make_arm(config, name, urdf, tool)
         said = "Joints and limits are the URDF's, accelerations and positions are not."

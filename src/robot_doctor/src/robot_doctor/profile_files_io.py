@@ -84,7 +84,10 @@ def _read_robot(folder: Path) -> tuple[Robot | ConfigError, tuple[str, ...]]:
 
     robot = _attempt(lambda: load(path, Robot, complete))
     if not isinstance(robot, ConfigError):
-        found += [with_line(f"{path}: {fault}") for fault in robot_faults(robot)]
+        told = [with_line(f"{path}: {fault}") for fault in robot_faults(robot)]
+        if not robot.arm_joints:
+            return ConfigError(told[0]), tuple(found)
+        found += told
         # The other checks need a home of each joint, which was told to be missing.
         home = {joint.name: 0.0 for joint in robot.twin_joints} | robot.home
         robot = msgspec.structs.replace(robot, home=home)

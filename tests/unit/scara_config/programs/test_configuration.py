@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import msgspec
 import pytest
 from harness.workspace import ROOT
 from scara_config import load_robot
@@ -94,3 +95,21 @@ def test_a_configuration_that_the_arm_cannot_have_is_refused_with_file_and_line(
         read_taught(path, load_robot(ROBOTS / "fanuc_sr6ia"))
     said = "P[1].CONFIG : 'N U T, 0, 0, 0': this arm has R or L"
     assert str(refused.value) == f"{path}, line 7: {said}"
+
+
+def test_a_cartesian_position_has_three_external_axes_at_most(tmp_path: Path) -> None:
+    """The controller writes no more of them there; one in joints may have all nine axes."""
+    table = load_robot(ROBOTS / "fanuc_sr6ia")
+    more = [
+        msgspec.structs.replace(table.joint("table_joint"), name=f"table_{n}", axis_number=n)
+        for n in (6, 7, 8)
+    ]
+    robot = msgspec.structs.replace(table, joints=[*table.joints, *more])
+    path = tmp_path / "TEST.LS"
+    others = ", ".join(f"E{n}= 0 deg" for n in (1, 2, 3, 4))
+    taught = "P[1]{\n   GP1:\n\tUF : 0, UT : 1,\t\tCONFIG : 'R, 0, 0, 0',\n"
+    taught += f"\tX= 1 mm, Y= 1 mm, Z= 1 mm, W= 0 deg, P= 0 deg, R= 0 deg, {others}\n}};\n"
+    path.write_text(f"/PROG TEST\n/MN\n1:J P[1] 9% FINE ;\n/POS\n{taught}/END\n")
+    said = "E4: a Cartesian position has E1 to E3: teach it in joints"
+    with pytest.raises(ConfigError, match=rf"line \d+: P\[1\]\.{said}"):
+        read_taught(path, robot)

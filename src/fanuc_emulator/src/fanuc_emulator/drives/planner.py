@@ -184,7 +184,7 @@ class Planner:
         for number, column in enumerate(self._others):
             if taught is not None:
                 place[column] = taught[column]
-            else:
+            elif 6 + number < POSE_NUMBERS:
                 assert isinstance(target.place, Pose)
                 joint = self.robot.joints[column]
                 place[column] = target.place.values[6 + number] * joint.scale
