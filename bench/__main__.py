@@ -38,6 +38,7 @@ class Options:
     scene: int | None = None
     rows: tuple[str, ...] = ()
     draws: int = 0
+    scaras: int = 0
 
 
 def _faults(options: Options) -> list[Row]:
@@ -79,6 +80,10 @@ def _plants(options: Options) -> list[Row]:
         from bench.draws import run as run_draws
 
         return run_draws(options.draws, options.first, options.console)
+    if options.scaras:
+        from bench.scaras import run as run_scaras
+
+        return run_scaras(options.scaras, options.first, options.console)
     from bench.plants import run
 
     return run(options.folder, options.console)
@@ -198,6 +203,9 @@ def main(
     draws: Annotated[
         int, typer.Option(help="Plants: so many drawn by seeds instead, of each robot.", min=0)
     ] = 0,
+    scaras: Annotated[
+        int, typer.Option(help="Plants: so many SCARAs of random sizes instead.", min=0)
+    ] = 0,
     scene: Annotated[
         int | None, typer.Option(help="Storm: only this scene of the first seed.", min=0)
     ] = None,
@@ -288,7 +296,9 @@ def main(
         raise typer.Exit(0 if measure(rows or [], _folder(False), console, as_json) else 1)
     try:
         folder = _folder(continued, "storm" if chosen == ["storm"] else "bench")
-        options = Options(seeds, minutes, folder, console, first, scene, tuple(rows or ()), draws)
+        options = Options(
+            seeds, minutes, folder, console, first, scene, tuple(rows or ()), draws, scaras
+        )
         measured = [row for name in chosen for row in SECTIONS[name](options)]
     except JournalError as error:
         typer.echo(str(error), err=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import cycle
+from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -17,6 +18,7 @@ from harness.scenes.troubled import TroubledCell
 from harness.virtual_cell.cell import CellError
 from harness.virtual_cell.experiments import run_experiments
 from harness.virtual_cell.files import CellFiles
+from harness.workspace import ROOT
 
 ARTICLE_PERCENT = 50.0
 """The speed of the article's moves; they are too short for much more."""
@@ -70,7 +72,12 @@ class Trial:
 
 @cache
 def run_trial(
-    robot: str, variant: Variant, leader: str, speed_percent: float, visits: int | None = None
+    robot: str,
+    variant: Variant,
+    leader: str,
+    speed_percent: float,
+    visits: int | None = None,
+    folder: Path = ROOT / "config",
 ) -> Trial:
     """Run one experiment on a new cell; the same one is run once.
 
@@ -80,9 +87,10 @@ def run_trial(
         leader: ``real_leads`` or ``twin_leads``.
         speed_percent: What the programs ask for.
         visits: So many places a twin that leads goes to; None: all of the experiment's.
+        folder: With all YAML files.
     """
     trial = Trial(robot, variant.name, leader, speed_percent)
-    files = _visiting(variant.files(robot), visits)
+    files = _visiting(variant.files(robot, folder), visits)
     if speed_percent != ARTICLE_PERCENT:
         files = long_moves(files, speed_percent)
     with TroubledCell(files, clock_jitter=variant.clock_jitter, seed=1) as cell:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -13,6 +14,7 @@ from scara_config.profile import DEFAULT_PLANT
 from scara_config.set_up.kit_map import kit_map
 
 from harness.virtual_cell.files import CellFiles, load_files
+from harness.workspace import ROOT
 
 Change = Callable[[Plant], Plant]
 
@@ -44,9 +46,9 @@ class Variant:
     ahead: bool = True
     kit: bool = False
 
-    def files(self, robot: str) -> CellFiles:
-        """Return the cell of a profile with this robot."""
-        files = load_files(robot, plant=self.plant)
+    def files(self, robot: str, folder: Path = ROOT / "config") -> CellFiles:
+        """Return the cell of a profile with this robot; its YAML files are in ``folder``."""
+        files = load_files(robot, folder, self.plant)
         plant = self.change(files.emulator.plant)
         files = replace(files, emulator=msgspec.structs.replace(files.emulator, plant=plant))
         if self.kit and "imstp" in files.layout.coils:
