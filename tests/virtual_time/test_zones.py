@@ -2,7 +2,8 @@
 
 The real core, the real stand-in and the real twin; whoever leads; samples stamped up to 2 ms wrong.
 Judged by the ground truth of both sides, with kinematics of the tests' own. A few moves by default,
-2,000 with HYPOTHESIS_SEARCH=1, or as many as ZONE_MOVES says from the seed that ZONE_SEED says.
+2,000 with HYPOTHESIS_SEARCH=1 and 1,000 of each made SCARA, or as many as ZONE_MOVES says from the
+seed that ZONE_SEED says.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections import Counter
 from dataclasses import replace
 
 import pytest
+from harness.any_scara import MADE, any_size, made_scara
 from harness.programs import program_of
 from harness.running.thorough import thorough
 from harness.scenes.steps import ROBOT
@@ -22,10 +24,27 @@ from scara_config.programs.steps import MoveStep
 
 FEW, MANY, EACH = 4, 2000, 8
 MOVES = int(os.environ.get("ZONE_MOVES", MANY if "HYPOTHESIS_SEARCH" in os.environ else FEW))
+MADE_MOVES = 1000 if "HYPOTHESIS_SEARCH" in os.environ else 20
 SEED = int(os.environ.get("ZONE_SEED", 1))
 NUMBER = 7
 DEEPEST_MM = -12.0
 """Straight down so far the tool stays 20 mm above the zone below the table."""
+
+
+def wrong_moves(cell: ZoneCell, moves: int, counts: Counter[str]) -> list[tuple[int, Outcome]]:
+    """Make random moves, count what became of them, and return those that are wrong."""
+    promised = cell.setup.config.cell.keep_out_clearance_mm * 1e-3
+    wrong: list[tuple[int, Outcome]] = []
+    for number in range(moves):
+        made = cell.trial()
+        false = made.false(promised)
+        passed = made.way < 0.0 and not made.stopped
+        counts.update({"moves": 1, made.leader: 1, "enter": made.way < 0.0})
+        counts.update({"stopped": made.stopped, "slowed": made.slowed})
+        counts.update({"false stops": false, "missed zones": made.missed or passed})
+        if false or made.missed or passed or made.other:
+            wrong.append((number, made))
+    return wrong
 
 
 def test_no_zone_is_entered_and_no_free_way_is_stopped() -> None:
@@ -34,19 +53,21 @@ def test_no_zone_is_entered_and_no_free_way_is_stopped() -> None:
     wrong: list[tuple[int, int, Outcome]] = []
     for seed in range(SEED, SEED + -(-MOVES // EACH)):
         with ZoneCell(seed) as cell:
-            promised = cell.setup.config.cell.keep_out_clearance_mm * 1e-3
-            for number in range(min(EACH, MOVES)):
-                made = cell.trial()
-                false = made.false(promised)
-                passed = made.way < 0.0 and not made.stopped
-                counts.update({"moves": 1, made.leader: 1, "enter": made.way < 0.0})
-                counts.update({"stopped": made.stopped, "slowed": made.slowed})
-                counts.update({"false stops": false, "missed zones": made.missed or passed})
-                if false or made.missed or passed or made.other:
-                    wrong.append((seed, number, made))
+            wrong += [(seed, *each) for each in wrong_moves(cell, min(EACH, MOVES), counts)]
     print(f"seeds {SEED} to {seed}: {dict(counts)}")
     assert not wrong, wrong
     assert counts["enter"] > 0.2 * counts["moves"], "the zones are not on the ways"
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("seed", range(20))
+def test_a_made_scara_enters_no_zone(seed: int) -> None:
+    """Of any size, three or four axes, its quill counted up or down."""
+    counts: Counter[str] = Counter()
+    with made_scara(seed) as folder, ZoneCell(seed, load_files(MADE, folder)) as cell:
+        wrong = wrong_moves(cell, MADE_MOVES, counts)
+    print(f"{any_size(seed)}: {dict(counts)}")
+    assert not wrong, wrong
 
 
 @pytest.mark.parametrize(

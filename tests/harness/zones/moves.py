@@ -6,7 +6,6 @@ up to 2 ms too early or too late, and packets of the twin come up to 2 ms later 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from random import Random
@@ -22,7 +21,7 @@ from harness.starter import way_out
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import CellFiles, load_files
 from harness.virtual_cell.timing import Delays
-from harness.zones.truth import clearance, straight, watched
+from harness.zones.truth import Body, straight
 
 ROBOT = "fanuc_sr6ia"
 JITTER_S = 2e-3
@@ -70,10 +69,12 @@ class Outcome:
 class ZoneCell(VirtualCell):
     """A cell with seven random programs and zones that change from move to move."""
 
-    def __init__(self, seed: int) -> None:
-        """Connect."""
+    def __init__(self, seed: int, files: CellFiles | None = None) -> None:
+        """Connect; a SCARA of ``files``, or the article's robot."""
         self.random = Random(seed)
-        files = load_files(ROBOT)
+        files = files or load_files(ROBOT)
+        self.body = Body.of(files.robot)
+        self.turns = len(files.robot.arm_joints) == 4
         self.targets = {number: self._pose(files) for number in NUMBERS}
         programs = {
             number: program_of(f"P{number}", [MoveStep(1, self._full(files, q), 100.0, True)])
@@ -101,7 +102,7 @@ class ZoneCell(VirtualCell):
         # The way of who leads: the sides agree to some hundredths of a degree.
         start = (self.real if leader == "program" else self.twin).truth[-1][1]
         number, target = self._far_target(start)
-        way = watched(straight(start, target))
+        way = self.body.watched(straight(start, target))
         zone = self._zone(way)
         self.setup.keep_out = (zone,)
         begun, decided = self.schedule.now, len(self.decisions)
@@ -112,14 +113,19 @@ class ZoneCell(VirtualCell):
         made = self.decisions[decided:]
         stops = [decision.why for decision in made if decision.trigger == "KEEP_OUT"]
         came = min(
-            clearance(watched(np.array([q for at, q, _ in side.truth if at >= begun])), *_box(zone))
+            self.body.clearance(
+                self.body.watched(np.array([q for at, q, _ in side.truth if at >= begun])),
+                *_box(zone),
+            )
             for side in (self.real, self.twin)
         )
         stopped = bool(stops) or "keep-out zone" in refused
         other = "" if stopped else refused or self._unexpected(made)
         words = (stops or [refused])[0]
         # Between two rows of a coarse way the tool goes up to 2 mm: too much for the verdict.
-        near = clearance(watched(straight(start, target, FINE_ROWS)), *_box(zone))
+        near = self.body.clearance(
+            self.body.watched(straight(start, target, FINE_ROWS)), *_box(zone)
+        )
         outcome = Outcome(leader, speed, near, came, stopped, self._slowed, other, words)
         self._recover()
         return outcome
@@ -136,10 +142,12 @@ class ZoneCell(VirtualCell):
         if leader == "operator":
             answer = self.operate("MOVE_JOINTS", target=tuple(target), speed_percent=speed)
             return "" if answer.success else answer.message
-        both = target[0] + target[1]
-        point = tuple(watched(np.array([target]))[0, 0])
-        elbow = "righty" if math.sin(both - target[0]) > 0.0 else "lefty"
-        self.twin.move_to.begin(point, speed, elbow, lambda *answer: self._answers.append(answer))
+        point = tuple(self.body.watched(np.array([target]))[0, 0])
+        elbow = "righty" if self.body.bend(target) > 0.0 else "lefty"
+        yaw = self.body.yaw(target) if self.turns else None
+        self.twin.move_to.begin(
+            point, speed, elbow, lambda *answer: self._answers.append(answer), yaw
+        )
         return ""
 
     def _end(self, leader: str) -> None:
@@ -187,8 +195,8 @@ class ZoneCell(VirtualCell):
         """Return a box on the way, near it, or by one of its ends; the arm does not begin in it."""
         while True:
             kind = self.random.choice(("on", "near", "end", "end", "begin"))
-            # The tool, or a piece of arm, forearm or quill.
-            point = self.random.choice((0, 0, 0, 3, 7, 12, 15))
+            # The tool, or a piece of a link.
+            point = self.random.choice((0, self.random.randrange(2, len(way))))
             rows = way[point]
             middle = rows[self.random.randrange(len(rows) // 4, len(rows))]
             away = (0.0, 0.03) if kind == "on" else (0.0, 0.25)
@@ -206,8 +214,8 @@ class ZoneCell(VirtualCell):
             lower = tuple(1e3 * (m + s - h) for m, s, h in zip(middle, shift, half))
             upper = tuple(1e3 * (m + s + h) for m, s, h in zip(middle, shift, half))
             zone = KeepOut("box", lower, upper)
-            near = clearance(way, *_box(zone))
-            begin = clearance(way[:, :1], *_box(zone))
+            near = self.body.clearance(way, *_box(zone))
+            begin = self.body.clearance(way[:, :1], *_box(zone))
             if begin < NEAREST_START_M or (kind == "begin" and begin > FARTHEST_START_M):
                 continue
             if kind in ("on", "begin") or (near > 0.0 and near < 0.06):
