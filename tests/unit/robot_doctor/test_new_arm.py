@@ -273,6 +273,11 @@ FAULTS = {
         r'\1<collision><geometry><mesh filename="theirs.urdf"/></geometry></collision>',
         r"link link_3: collision: .*theirs.urdf: a mesh of kind .urdf: Expected .stl or .obj",
     ),
+    "a mesh of a kind that is not read": (
+        r'(?s)(<link name="link_3">.*?)<collision>.*?</collision>',
+        r'\1<collision><geometry><mesh filename="theirs.dae"/></geometry></collision>',
+        r"theirs.dae: a mesh of kind .dae: .*export it as one of these, with MeshLab or Blender",
+    ),
     "no body": (
         r'(?s)(<link name="link_3">).*?(<inertial>)',
         r"\1\2",
@@ -309,6 +314,7 @@ def test_what_cannot_be_used_is_told_in_one_line(config: Path, tmp_path: Path, n
     text, count = re.subn(old, new, source.read_text(), count=1)
     assert count == 1
     source.write_text(text)
+    (tmp_path / "theirs.dae").write_text("<COLLADA/>")
     before = sorted(tmp_path.rglob("*"))
     with pytest.raises(ConfigError, match=told) as error:
         make_arm(config, "mine", source, None, tmp_path)

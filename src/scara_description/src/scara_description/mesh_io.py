@@ -31,7 +31,8 @@ def read_mesh(path: Path) -> FloatArray:
             found = _stl(path.read_bytes())
         else:
             kinds = " or ".join(ENDINGS)
-            raise UrdfError(f"{path}: a mesh of kind {path.suffix}: Expected {kinds}")
+            how = "export it as one of these, with MeshLab or Blender, and name that"
+            raise UrdfError(f"{path}: a mesh of kind {path.suffix}: Expected {kinds}: {how}")
     except OSError as error:
         raise UrdfError(f"{path}: cannot be read: {error.strerror}") from error
     except (ValueError, IndexError) as error:
