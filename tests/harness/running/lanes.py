@@ -24,13 +24,12 @@ CELLS = ("tests/system/",)
 STARTS = (
     "tests/system/operation/test_refused.py",
     "tests/system/test_bringup.py",
+    "tests/system/test_catkin_make.py",
     "tests/system/test_named_cell.py",
     "tests/system/test_rostest.py",
     "tests/system/test_tutorial.py",
 )
-"""Cells that each test starts and ends: it waits for what they say, and judges no times."""
-BUILDS = ("tests/system/test_catkin_make.py",)
-"""A build of the workspace only computes."""
+"""Cells that each test starts and ends, and a build: it waits for them, and judges no times."""
 BROWSES = re.compile(
     r"^(?:from|import) (?:playwright|harness\.wires\.browser|harness\.page\.(?:hand|theatre))\b",
     re.MULTILINE,
@@ -178,8 +177,6 @@ def part_of(file: str) -> str:
     Args:
         file: Its path from the root of the project.
     """
-    if file in BUILDS:
-        return "pure"
     if file in STARTS:
         return "starts"
     if file.startswith(CELLS):
