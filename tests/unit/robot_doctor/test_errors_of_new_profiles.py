@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -173,25 +173,28 @@ ERRORS = {
 
 
 @pytest.fixture(scope="module")
-def made(
-    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[Path]:
-    """Make a profile in a copy of the configuration; its URDF stands beside it."""
-    folder = tmp_path_factory.mktemp(request.param)
-    shutil.copytree(ROOT / "config", folder / "config")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("scara_config.robot.description_path", folder.joinpath)
-        patch.setenv(CHOICE, "mine")
-        MADE[request.param](folder)
-        yield folder / "config"
+def folders(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Make a profile of each kind in a copy of the configuration; its URDF stands beside it."""
+    found = {}
+    for kind, make in MADE.items():
+        found[kind] = tmp_path_factory.mktemp(kind)
+        shutil.copytree(ROOT / "config", found[kind] / "config")
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("scara_config.robot.description_path", found[kind].joinpath)
+            patch.setenv(CHOICE, "mine")
+            make(found[kind])
+    return found
 
 
-@pytest.mark.parametrize(
-    ("made", "name"), [(e.made, name) for name, e in ERRORS.items()], indirect=["made"]
-)
-def test_an_error_is_told_once_at_its_line(made: Path, name: str) -> None:
+@pytest.mark.parametrize("name", ERRORS)
+def test_an_error_is_told_once_at_its_line(
+    folders: dict[str, Path], name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Nothing else is told: what follows from it, or is said of it elsewhere, is left out."""
-    config, error = made, ERRORS[name]
+    error = ERRORS[name]
+    monkeypatch.setattr("scara_config.robot.description_path", folders[error.made].joinpath)
+    monkeypatch.setenv(CHOICE, "mine")
+    config = folders[error.made] / "config"
     path = config / "robots" / "mine" / error.file
     before = path.read_text()
     text, count = re.subn(error.old, error.new, before, count=1)
