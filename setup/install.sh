@@ -66,7 +66,8 @@ install_pins() {
     --only-binary :all: --require-hashes "$@" -r "setup/$name.txt"
 }
 
-make_venv() {
+# Make a .venv without libraries, unless there is one.
+empty_venv() {
   [ -z "$(unpinned_requirements)" ] || return 1
   # A venv knows its own path: one that was moved or copied here is made anew.
   if ! grep -qsF "VIRTUAL_ENV=$venv" "$venv/bin/activate" && ! grep -qsF "VIRTUAL_ENV=\"$venv\"" "$venv/bin/activate" ||
@@ -75,8 +76,9 @@ make_venv() {
     /usr/bin/python3 -m venv --system-site-packages "$venv" || return 1
   fi
   touch "$venv/CATKIN_IGNORE" # rospack and catkin shall not look inside
-  install_pins pins
 }
+
+make_venv() { empty_venv && install_pins pins; }
 
 # Add what a larger scope needs to the libraries that are there: farm or test. Python compiles what
 # of them is imported, when it is; most of it never is.
@@ -101,22 +103,37 @@ advise_python() {
   fi
 }
 
-step_python() {
-  local stamp
-  stamp=$({ echo "$venv"; /usr/bin/python3 -V; cat setup/requirements.txt setup/pins.txt; } | hash_of)
-  if ! [ -x "$venv/bin/python" ] || ! stamped "$venv/.cell-stamp" "$stamp"; then
-    rm -f "$venv/.cell-stamp-farm" "$venv/.cell-stamp-test"
-    run_step 2/3 "Python libraries in .venv" "$logs/pip.log" advise_python make_venv
-    echo "$stamp" >"$venv/.cell-stamp"
-  fi
-  [ "$scope" = run ] || step_libraries farm "of the farm" "$stamp"
-  [ "$scope" != test ] || step_libraries test "of the tests" "$stamp"
+# Print the stamp of what a cell needs.
+python_stamp() {
+  { echo "$venv"; /usr/bin/python3 -V; cat setup/requirements.txt setup/pins.txt; } | hash_of
 }
 
-# Add the libraries of a larger scope: its name, in words, and the stamp of what a cell needs.
+libraries_are_there() {
+  [ -x "$venv/bin/python" ] && stamped "$venv/.cell-stamp" "$(python_stamp)"
+}
+
+# Where a cell's libraries are not there or other ones: nothing counts that was added to them.
+step_venv() {
+  libraries_are_there && return 0
+  rm -f "$venv"/.cell-stamp*
+  run_step 2/3 ".venv" "$logs/venv.log" advise_python empty_venv
+}
+
+step_python() {
+  libraries_are_there && return 0
+  run_step 2/3 "Python libraries in .venv" "$logs/pip.log" advise_python make_venv
+  python_stamp >"$venv/.cell-stamp"
+}
+
+step_more_libraries() {
+  [ "$scope" = run ] || step_libraries farm "of the farm"
+  [ "$scope" != test ] || step_libraries test "of the tests"
+}
+
+# Add the libraries of a larger scope: its name, and in words.
 step_libraries() {
   local stamp
-  stamp=$({ echo "$3"; cat "setup/requirements_$1.txt" "setup/pins_$1.txt"; } | hash_of)
+  stamp=$({ python_stamp; cat "setup/requirements_$1.txt" "setup/pins_$1.txt"; } | hash_of)
   stamped "$venv/.cell-stamp-$1" "$stamp" && return 0
   run_step 2/3 "Python libraries $2 in .venv" "$logs/pip_$1.log" advise_python add_libraries "$1"
   echo "$stamp" >"$venv/.cell-stamp-$1"
@@ -163,14 +180,16 @@ ensure_setup() {
     flock 9
   fi
   step_debian
-  scope=run step_python
-  # What farm and tests add is installed beside the build, which needs none of it. The lock is held
-  # until both have ended, also where this shell is interrupted.
+  step_venv
+  # What farm and tests add is installed beside a cell's libraries and the build, which need none of
+  # it: pip is one process. The lock is held until all have ended, also where this shell is
+  # interrupted.
   local more=
   if [ "$scope" != run ]; then
-    step_python >"$logs/more.txt" 2>&1 &
+    step_more_libraries >"$logs/more.txt" 2>&1 &
     more=$!
   fi
+  scope=run step_python
   step_build "${1:-}"
   if [ -z "$more" ] || wait "$more"; then
     [ -z "$more" ] || cat "$logs/more.txt"

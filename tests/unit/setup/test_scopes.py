@@ -39,9 +39,9 @@ def test_each_verb_sets_up_what_it_needs() -> None:
 @pytest.mark.parametrize(
     ("before", "change", "count"),
     [
-        ("", "", 1),
-        ("scope=farm; ", "", 2),
-        ("scope=test; ", "", 3),
+        ("", "", 2),
+        ("scope=farm; ", "", 3),
+        ("scope=test; ", "", 4),
         ("scope=farm; ", "echo '# new' >>setup/pins_farm.txt", 1),
         ("scope=test; ", "echo '# new' >>setup/pins_test.txt", 1),
         ("", "echo '# new' >>setup/pins_test.txt", 0),
@@ -56,7 +56,7 @@ def test_libraries_of_the_tests_are_installed_beside_and_once(
         "run_step() { echo installed; mkdir -p $venv/bin; touch $venv/bin/python; "
         "chmod +x $venv/bin/python; }; "
     )
-    first = f"{install}{before}step_python"
+    first = f"{install}{before}step_venv; step_python; step_more_libraries"
     done = bash(tree, first)
     if change:
         done = bash(tree, f"{change}; {first}")
@@ -65,15 +65,16 @@ def test_libraries_of_the_tests_are_installed_beside_and_once(
 
 
 @pytest.mark.parametrize(("ends", "code", "said"), [("true", 0, "done"), ("exit 1", 1, "")])
-def test_what_tests_add_is_installed_beside_the_build(
+def test_what_tests_add_is_installed_beside_what_a_cell_needs(
     tree: Path, ends: str, code: int, said: str
 ) -> None:
     """Each waits for the other here; what cannot be installed ends the set-up with its reason."""
     meet = "touch $1; for k in $(seq 100); do [ -e $2 ] && return; sleep 0.1; done; exit 3"
     steps = (
         f"check_machine() {{ :; }}; step_debian() {{ :; }}; meet() {{ {meet}; }}; "
-        f"step_python() {{ [ $scope = run ] || {{ meet a b; echo added; {ends}; }}; }}; "
-        "step_build() { meet b a; }; scope=test; ensure_setup && echo done"
+        "step_venv() { touch venv; }; step_python() { [ $scope = run ] && meet b a; }; "
+        f"step_more_libraries() {{ [ -e venv ] && meet a b && meet c d; echo added; {ends}; }}; "
+        "step_build() { meet d c; }; scope=test; ensure_setup && echo done"
     )
     done = bash(tree, steps)
     assert done.returncode == code and said in done.stdout, done.stderr

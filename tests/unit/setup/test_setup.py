@@ -290,7 +290,9 @@ def test_build_of_another_folder_is_thrown_away(tree: Path) -> None:
 
 def test_second_start_waits_for_the_first(tree: Path) -> None:
     """Two set-ups at once would install over each other."""
-    stubs = "check_machine() { :; }; step_debian() { :; }; step_python() { :; }; "
+    stubs = (
+        "check_machine() { :; }; step_debian() { :; }; step_venv() { :; }; step_python() { :; }; "
+    )
     first = (
         f"{stubs} step_build() {{ touch busy; while [ ! -e go ]; do sleep 0.05; done; touch "
         f"first; }}; ensure_setup"
