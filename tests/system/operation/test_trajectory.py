@@ -46,46 +46,26 @@ def decisions(cell: LiveCell) -> list[str]:
     return lines
 
 
-def test_recording_holds_goal_and_result_of_an_action(live_cell: LiveCell) -> None:
-    """Of the action's own types, and of this goal.
+def test_the_real_robot_follows_a_trajectory_of_the_twin_and_the_recording_holds_it(
+    live_cell: LiveCell,
+) -> None:
+    """The client reads success, the robot's registers show the goal, and the pair is idle.
 
-    The recorder, as any subscriber, hears what a new client says once it is connected to it.
+    The end was no stop. Goal and result are recorded with the action's own types. The recorder, as
+    any subscriber, hears what a new client says once it is connected to it.
     """
 
     def scene() -> None:
         answer = live_cell.call("/recorder/start")
         assert answer["success"], answer
-        ended = send(live_cell, 1.0, 0.1, 0.1, listeners=2)
-        idle(live_cell)
-        assert live_cell.call("/recorder/stop")["success"]
-        assert ended["state"] == SUCCEEDED, ended
-        with rosbag.Bag(answer["path"]) as bag:
-            kinds = {
-                name: info.msg_type for name, info in bag.get_type_and_topic_info().topics.items()
-            }
-            assert RECORDED.items() <= kinds.items(), kinds
-            (goal,) = (read.message for read in bag.read_messages("/joint_trajectory_action/goal"))
-            (end,) = (read.message for read in bag.read_messages("/joint_trajectory_action/result"))
-        assert goal.goal.trajectory.joint_names == ["joint_1", "joint_2"]
-        assert end.status.goal_id.id == goal.goal_id.id and end.status.status == SUCCEEDED
-        assert send(live_cell, 1.0, *HOME)["state"] == SUCCEEDED
-        idle(live_cell)
-
-    live_cell.beside_lost_links(scene)
-
-
-def test_the_real_robot_follows_a_trajectory_of_the_twin(live_cell: LiveCell) -> None:
-    """The client reads success, the robot's registers show the goal, and the pair is idle.
-
-    The end was no stop.
-    """
-
-    def scene() -> None:
         before = decisions(live_cell)
-        ended = send(live_cell, 2.0, 0.4, 0.5, -0.10)  # the table is not named: it holds
+        # The table is not named: it holds.
+        ended = send(live_cell, 2.0, 0.4, 0.5, -0.10, listeners=2)
         assert (ended["state"], ended["code"]) == (SUCCEEDED, 0), ended
         assert ended["feedback"] > 5
         idle(live_cell)
+        assert live_cell.call("/recorder/stop")["success"]
+        recorded(answer["path"])
         wanted = [22.918, 28.648, -100.0, 0.0]
         joints = live_cell.real_joints()
         assert [*joints[:3], joints[4]] == pytest.approx(wanted, abs=0.1), "deg and mm"
@@ -97,3 +77,14 @@ def test_the_real_robot_follows_a_trajectory_of_the_twin(live_cell: LiveCell) ->
         idle(live_cell)
 
     live_cell.beside_lost_links(scene)
+
+
+def recorded(path: str) -> None:
+    """Hold that a bag has one goal of these joints, and that it succeeded."""
+    with rosbag.Bag(path) as bag:
+        kinds = {name: info.msg_type for name, info in bag.get_type_and_topic_info().topics.items()}
+        assert RECORDED.items() <= kinds.items(), kinds
+        (goal,) = (read.message for read in bag.read_messages("/joint_trajectory_action/goal"))
+        (end,) = (read.message for read in bag.read_messages("/joint_trajectory_action/result"))
+    assert goal.goal.trajectory.joint_names == ["joint_1", "joint_2", "joint_3"]
+    assert end.status.goal_id.id == goal.goal_id.id and end.status.status == SUCCEEDED
