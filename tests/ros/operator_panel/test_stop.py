@@ -6,6 +6,7 @@ The twin controller is a bare service, so that it can stand still and live on wi
 from __future__ import annotations
 
 import json
+import re
 import signal
 import time
 from collections.abc import Iterator
@@ -136,12 +137,16 @@ def test_page_whose_server_stands_still_says_so_itself(cell: Cell, viewer: Page)
     cell.panel.process.signal(signal.SIGSTOP)
     try:
         expect(viewer.locator(".banner-lost")).to_be_visible()
+        since = re.compile(r"since \d\d:\d\d:\d\d")
+        expect(viewer.locator("body.is-lost .lost-text")).to_contain_text(since)
+        expect(viewer.locator(".grid")).to_have_css("filter", "grayscale(1)")
         expect(place).to_have_text("")
         viewer.keyboard.press("Space")
         expect(place).to_have_text("not confirmed")
         expect(viewer.locator(".banner:visible").first).to_contain_text("use the stop at the robot")
     finally:
         cell.panel.process.signal(signal.SIGCONT)
+    expect(viewer.locator("body:not(.is-lost)")).to_be_visible()
 
 
 def test_confirmed_goes_with_the_mode_and_with_each_line_that_is_lost(theatre: Theatre) -> None:

@@ -78,8 +78,12 @@ def stands(robot: HoldOnlyRobot) -> list[float]:
     return list(robot.q)
 
 
+@pytest.mark.thorough
 def test_it_leads(cell: LiveCell, robot: HoldOnlyRobot) -> None:
-    """Its own program runs to its end, and the pair is idle again."""
+    """Its own program runs to its end, and the pair is idle again.
+
+    Each time in virtual time, in stopping/test_hold_only.py.
+    """
     robot.run_program()
     wait_mode(cell, "REAL_LEADS")
     wait_until(lambda: robot.state == ABORTED, 60.0, "its program's end")

@@ -225,12 +225,13 @@ def test_changed_gain_is_in_force_and_written_back_and_can_be_undone(
     expect(field).to_have_value("22.96")
 
 
+@pytest.mark.thorough
 def test_gain_changed_and_changed_back_before_the_panel_looked_is_shown(
     operator: Page, panel: Panel
 ) -> None:
     """The panel hears of the last values only, which are those that it showed.
 
-    What is typed is in force for nobody.
+    What is typed is in force for nobody. Each time ros/operator_panel/test_tuning_form.py.
     """
     operator.get_by_role("tab", name="Tuning").click()
     operator.get_by_label("Joint", exact=True).click()
@@ -258,10 +259,15 @@ def test_viewer_sees_everything_and_begins_no_motion(viewer: Page) -> None:
     expect(viewer.locator('[data-stop-answer="STOP"]')).to_have_text("confirmed")
 
 
+@pytest.mark.thorough
 def test_second_operator_asks_and_the_first_hands_over(
     operator: Page, open_page: Callable[..., Page]
 ) -> None:
-    """One holds control; until it answers the other may only stop."""
+    """One holds control; until it answers the other may only stop.
+
+    Each time the page's part in ros/operator_panel/test_every_control.py, the controller's in
+    ros/twin_controller/test_control.py.
+    """
     second = open_page()
     expect(second.get_by_role("button", name="Home", exact=True)).to_be_disabled()
     expect(second.get_by_role("button", name="STOP", exact=True)).to_be_enabled()
@@ -300,10 +306,14 @@ def test_pair_as_data_is_what_the_page_shows(viewer: Page, panel: Panel) -> None
         assert position == pytest.approx(shown(viewer, "joint_1.real"), abs=0.05)
 
 
+@pytest.mark.thorough
 def test_page_greys_out_when_its_server_is_killed_and_comes_back_by_itself(
     operator: Page, panel: Panel
 ) -> None:
-    """Since when is said; the new server finds the operator still to be one."""
+    """Since when is said; the new server finds the operator still to be one.
+
+    Each time without a cell, in ros/operator_panel/test_stop.py and test_operator_panel.py.
+    """
     panel.stop(signal.SIGKILL)
     expect(operator.locator("body.is-lost .lost-text")).to_contain_text(
         re.compile(r"since \d\d:\d\d:\d\d")
