@@ -117,7 +117,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     return {kind: write(folder, kind).read_bytes() for kind in KINDS}
 
 
-@pytest.mark.parametrize("count", [100, pytest.param(1200, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("count", [50, pytest.param(1200, marks=pytest.mark.thorough)])
 def test_damaged_bag_is_read_or_refused_with_a_bag_error(
     whole: dict[str, bytes], tmp_path: Path, count: int
 ) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from harness.running.thorough import thorough
+from harness.running.thorough import examples, thorough
 from scara_config import Robot, load_robot
 from scara_config.payload import Payload, load_payloads
 from scara_config.profile import CHOICE
@@ -59,7 +59,9 @@ def rated() -> Payload:
     return load_payloads(CONFIG).payloads[-1]
 
 
-def hard_moves(robot: Robot, count: int = 60) -> Iterator[tuple[JointMotion, list[float]]]:
+def hard_moves(
+    robot: Robot, count: int = examples(30, 60)
+) -> Iterator[tuple[JointMotion, list[float]]]:
     """Yield moves of the arm alone, at random and from corner to corner of the workspace."""
     random, joints = np.random.default_rng(7), robot.twin_joints
     arm = [joint.screw_axis is not None for joint in joints]

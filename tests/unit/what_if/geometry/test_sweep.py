@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from harness.running.thorough import thorough
+from harness.running.thorough import examples, thorough
 from harness.yaml_files import CONFIG
 from scara_config.profile import CHOICE
 from what_if.cell_files_io import read_cell
@@ -143,7 +143,7 @@ def densely(scene: Scene, way: Way, count: int) -> float:
 def test_the_clearance_is_what_a_dense_look_finds(cell: Cell) -> None:
     """On ways through the whole workspace: never less than promised, and as near as told."""
     scene = Scene(cell.tree, cell.bodies, Press())
-    q = random_poses(cell.tree, cell, 24, 3)
+    q = random_poses(cell.tree, cell, examples(12, 24), 3)
     for start, end in zip(q[::2], q[1::2]):
         way = straight(start, end)
         found, least = sweep(scene, way, NEARER), densely(scene, way, 300)
