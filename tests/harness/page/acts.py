@@ -85,16 +85,6 @@ class Panel:
         self.process = self.cell.start_node("operator_panel", env={VARIABLE: TOKEN})
         wait_until_served(self.process)
 
-    @contextlib.contextmanager
-    def standing_still(self) -> Iterator[None]:
-        """Let the node do nothing for a while, as on a machine that has stopped."""
-        assert self.process is not None
-        self.process.signal(signal.SIGSTOP)
-        try:
-            yield
-        finally:
-            self.process.signal(signal.SIGCONT)
-
     def stop(self, number: signal.Signals = signal.SIGINT) -> int:
         """End the node and return its exit code."""
         assert self.process is not None

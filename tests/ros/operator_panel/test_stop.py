@@ -15,6 +15,7 @@ import pytest
 from harness.page.theatre import Theatre
 from harness.processes import Process, free_port, wait_until
 from harness.ros import Ros
+from harness.running.thorough import thorough
 from harness.wires.browser import kept_chromium
 from harness.wires.command_service import NAME, CommandService
 from harness.wires.operator_page import Panel, heard
@@ -68,11 +69,14 @@ def stopped(live: ClientConnection, command: str = "STOP", press: int = 1) -> tu
     return answer["confirmed"], time.monotonic() - begun
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+@pytest.mark.parametrize("number", [*thorough(signal.SIGKILL), signal.SIGSTOP])
 def test_first_stop_of_a_viewer_gets_through_without_a_master(
     cell: Cell, number: signal.Signals
 ) -> None:
-    """Killed or standing still: nobody is asked where the controller is."""
+    """Killed or standing still: nobody is asked where the controller is.
+
+    By day the one that answers nothing: to ask it would take for ever, a killed one refuses.
+    """
     with cell.panel.live() as viewer:
         cell.master.signal(number)
         confirmed, after = stopped(viewer)

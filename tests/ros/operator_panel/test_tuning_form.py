@@ -89,7 +89,7 @@ def tuner(ros_module: Ros) -> Tuner:
     return Tuner(ros_module)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def page(ros_module: Ros) -> Iterator[tuple[Page, LateBrowser]]:
     """Give the operator's page on a panel of its own, with the tuning form in front."""
     port = free_port()
@@ -147,3 +147,6 @@ def test_new_range_keeps_what_is_typed(tuner: Tuner, page: tuple[Page, LateBrows
     tuner.tell_range(400.0)
     expect(field).to_have_attribute("title", "alone: 0 to 400", timeout=20_000)
     expect(field).to_have_value("23.5")
+    # Changed and changed back before the panel looked: what is typed is in force for nobody.
+    tuner.tell_value(24.75)
+    expect(field).to_have_value("24.75", timeout=20_000)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import pytest
 from harness.live_cell import LiveCell
@@ -85,20 +85,6 @@ def pages(browser: Browser, panel: Panel) -> Iterator[Pages]:
     made = Pages(browser, panel)
     yield made
     assert {f"http://{host}/" for host in made.asked} == {made.address}
-
-
-@pytest.fixture
-def open_page(pages: Pages) -> Iterator[Callable[..., Page]]:
-    """Give a function that opens one more page, for the length of a test."""
-    opened: list[Page] = []
-
-    def open_one(token: str = TOKEN) -> Page:
-        opened.append(pages.open(token))
-        return opened[-1]
-
-    yield open_one
-    for page in opened:
-        page.context.close()
 
 
 @pytest.fixture

@@ -9,7 +9,6 @@ import json
 import re
 import signal
 import urllib.request
-from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -225,29 +224,6 @@ def test_changed_gain_is_in_force_and_written_back_and_can_be_undone(
     expect(field).to_have_value("22.96")
 
 
-@pytest.mark.thorough
-def test_gain_changed_and_changed_back_before_the_panel_looked_is_shown(
-    operator: Page, panel: Panel
-) -> None:
-    """The panel hears of the last values only, which are those that it showed.
-
-    What is typed is in force for nobody. Each time ros/operator_panel/test_tuning_form.py.
-    """
-    operator.get_by_role("tab", name="Tuning").click()
-    operator.get_by_label("Joint", exact=True).click()
-    operator.get_by_role("option", name="Joint 1").click()
-    field = operator.get_by_label("position d", exact=True)
-    expect(field).to_have_value("276.2")
-    field.fill("270")
-    press(operator, "Preview step")
-    expect(operator.get_by_text("Typed gains: overshoot")).to_be_visible()
-    with panel.standing_still():
-        changed = "{config: {doubles: [{name: position_d, value: 270.0}]}}"
-        panel.cell.call("/twin/pid/joint_1/set_parameters", changed)
-        assert panel.cell.call("/twin/pid/undo")["success"]
-    expect(field).to_have_value("276.2")
-
-
 def test_viewer_sees_everything_and_begins_no_motion(viewer: Page) -> None:
     """Buttons are dead, and what is sent past them is refused by the server; STOP is alive."""
     expect(viewer.get_by_text("Watching only")).to_be_visible()
@@ -257,25 +233,6 @@ def test_viewer_sees_everything_and_begins_no_motion(viewer: Page) -> None:
     expect(viewer.locator("[data-command='0']")).to_contain_text("only watches")
     press(viewer, "STOP")
     expect(viewer.locator('[data-stop-answer="STOP"]')).to_have_text("confirmed")
-
-
-@pytest.mark.thorough
-def test_second_operator_asks_and_the_first_hands_over(
-    operator: Page, open_page: Callable[..., Page]
-) -> None:
-    """One holds control; until it answers the other may only stop.
-
-    Each time the page's part in ros/operator_panel/test_every_control.py, the controller's in
-    ros/twin_controller/test_control.py.
-    """
-    second = open_page()
-    expect(second.get_by_role("button", name="Home", exact=True)).to_be_disabled()
-    expect(second.get_by_role("button", name="STOP", exact=True)).to_be_enabled()
-    second.get_by_role("button", name="Ask for control").click()
-    expect(operator.get_by_text("asks for control")).to_be_visible()
-    operator.get_by_role("button", name="Hand over").click()
-    expect(second.get_by_role("button", name="Home", exact=True)).to_be_enabled()
-    expect(operator.get_by_role("button", name="Home", exact=True)).to_be_disabled()
 
 
 def test_camera_is_seen_by_whoever_watches_and_its_end_is_said(
