@@ -197,6 +197,9 @@ class Storm:
         if not cell.states or time.time() - cell.states[-1].header.stamp.to_sec() > FRESH_S:
             return False
         if command := way_out(cell.mode):
+            if command == "RESET":
+                # A button that the last deed pressed may go down after both were released.
+                self._released()
             self._do(command)
         return cell.mode == "IDLE"
 
