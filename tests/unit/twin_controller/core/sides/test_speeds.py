@@ -73,7 +73,8 @@ def test_one_reading_has_no_speed() -> None:
 def test_noise_is_averaged_as_long_as_a_jerk_costs_less(noise_deg: float, percent: float) -> None:
     """Over a reading's age of 10 ms half a percent of the greatest speed is 0.02 deg."""
     noise, random = math.radians(noise_deg), np.random.default_rng(7)
-    wrong = [found(random.normal(0.0, noise, 40), noise) for _ in range(500)]
+    moves = 2.0 * PERIOD * np.arange(40)
+    wrong = [found(moves + random.normal(0.0, noise, 40), noise) - 2.0 for _ in range(500)]
     few = noise * np.linalg.norm(slope_weights(-PERIOD * np.arange(CUBIC + 1)[::-1], CUBIC))
     most = noise * np.linalg.norm(slope_weights(-PERIOD * np.arange(MOST)[::-1], PARABOLA))
     assert 0.9 * most <= np.std(wrong) <= 1.1 * few
@@ -126,3 +127,22 @@ def test_noise_of_a_robot_that_stands_is_no_speed_and_a_slow_motion_is_one(
     last = np.array([qdot[0] for moves, qdot in shown if moves][50:])
     assert last.mean() == pytest.approx(math.radians(5.0), rel=0.1)
     assert last.std() <= 0.005 * SETUP.velocity[0]
+
+
+def test_a_joint_that_stands_while_another_moves_has_no_speed_but_now_and_then() -> None:
+    """Its noise alone would make the twin tremble: 60 of 60 readings had a speed of it.
+
+    One that creeps by ten times its noise within what is looked at has the speed that it has.
+    """
+    source, noise = np.random.default_rng(5), 1e-4
+    t = 0.016 * np.arange(80)
+    rows = np.stack([2.0 * t, 0.0 * t, 0.01 * t], axis=1)
+    rows += source.normal(0.0, noise, rows.shape)
+    samples = readings(rows, 0.016)
+    limits = (MOST_SPEED * 3, MOST_ACCELERATION * 3)
+    told = np.array(
+        [speeds(samples[:k], samples[k], (noise,) * 3, *limits) for k in range(20, len(samples))]
+    )
+    assert np.abs(told[:, 0] - 2.0).max() < 0.1
+    assert np.count_nonzero(told[:, 1]) <= 2
+    assert np.count_nonzero(told[:, 2]) >= 55 and abs(told[:, 2].mean() - 0.01) < 2e-3

@@ -32,6 +32,9 @@ LONGEST_S = 0.15
 """Readings older than this say nothing of the speed now [s]; our choice."""
 ROUNDED_S = 0.1
 """A drive takes about so long to its greatest acceleration [s]: that tells its jerk; our choice."""
+STILL = 5.5
+"""A joint stands whose readings lie no further apart than this times their standard deviation: of
+16 of one joint that stands, 1 in 100 does. Our choice."""
 USUAL = 0.5
 """Part of its greatest speed with which a joint moves where the age of readings is weighed."""
 
@@ -45,6 +48,8 @@ def speeds(
     age_doubt: float = 0.0,
 ) -> Joints:
     """Return the speed of each joint at the newest reading, SI.
+
+    A joint that stands while others move has none: its noise would make its follower tremble.
 
     Args:
         history: The readings before it, oldest first.
@@ -79,7 +84,8 @@ def speeds(
             best = wrong
             if wrong < least:
                 weights, least = tried, wrong
-    return tuple([float(v) for v in weights @ q[-len(weights) :]])
+    moves = np.ptp(q, axis=0) > STILL * np.array(noise)
+    return tuple([float(v) for v in moves * (weights @ q[-len(weights) :])])
 
 
 def slope_weights(s: np.ndarray, degree: int) -> np.ndarray:
