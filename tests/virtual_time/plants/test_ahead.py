@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 
 import pytest
 from harness.plants.known_robot import knowing
@@ -17,6 +18,7 @@ from harness.scenes.steps import both_stood, go
 from harness.scenes.truth import standstill_since
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import CellFiles
+from harness.workspace import ROOT
 from twin_controller.config import with_links
 
 ROBOT = "fanuc_sr6ia"
@@ -34,9 +36,9 @@ WORSE = 1.5
 class OnADesk(Variant):
     """A pair on a desk, as the demo is: a late process of ours is no lost link."""
 
-    def files(self, robot: str) -> CellFiles:
+    def files(self, robot: str, folder: Path = ROOT / "config") -> CellFiles:
         """Return the cell with the limits of a desk."""
-        files = super().files(robot)
+        files = super().files(robot, folder)
         return replace(files, controller=with_links(files.controller, "desk"))
 
 
