@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import statistics
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
 from itertools import product
@@ -37,10 +37,10 @@ def run(count: int, first: int, console: Console) -> list[Row]:
     with ProcessPoolExecutor() as pool:
         for (_, seed, (words, _, _), _), trial in zip(planned, pool.map(_tried, planned)):
             trials.append({**asdict(trial), "column": words, "seed": seed})
-            console.print(_words(trial), markup=False, soft_wrap=True)
+            console.print(words_of(trial), markup=False, soft_wrap=True)
     measured = page.measured({"trials": trials, "first": first, "count": count}, load)
     page.write({**page.so_far(), "draws": measured})
-    return _rows(measured)
+    return rows_of(measured, ROBOTS)
 
 
 def _tried(planned: tuple[str, int, tuple[str, str, bool], float]) -> Trial:
@@ -48,7 +48,8 @@ def _tried(planned: tuple[str, int, tuple[str, str, bool], float]) -> Trial:
     return run_trial(robot, drawn(seed, kit), leader, speed)
 
 
-def _words(trial: Trial) -> str:
+def words_of(trial: Trial) -> str:
+    """Return what came of a trial, in a line."""
     said = f"path {trial.path_percent} %, at rest {trial.rest_percent} %, {trial.seconds} s"
     return (
         f"{trial.robot}, {trial.variant}, {trial.leader}, {trial.speed_percent:g} %: "
@@ -56,12 +57,21 @@ def _words(trial: Trial) -> str:
     )
 
 
-def _rows(measured: Mapping[str, Any]) -> list[Row]:
+def rows_of(
+    measured: Mapping[str, Any], robots: Sequence[str], speeds: Sequence[float] = SPEEDS
+) -> list[Row]:
+    """Return median and worst of the trials against their goals: of each robot, column and speed.
+
+    Args:
+        measured: Trials, each with what it is counted to: its ``robot`` and its ``column``.
+        robots: Those that count.
+        speeds: The first of ``SPEEDS``, or all.
+    """
     rows = []
-    for robot in ROBOTS:
+    for robot in robots:
         rests = []
         for words, _, _ in LEADS:
-            for speed, (median, worst) in zip(SPEEDS, goals_of(words)):
+            for speed, (median, worst) in zip(speeds, goals_of(words)):
                 found = figures(measured, robot, words, speed, "path_percent")
                 rests += figures(measured, robot, words, speed, "rest_percent")
                 case = f"{robot}, {words}, {speed:g} %"
