@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-import msgspec
 import numpy as np
 import pytest
 from harness.opponents.ideal_twin import CONFIG, DT, FAR, HOME, MODES, NAMES, ROBOT, Bench, smooth
@@ -365,35 +364,6 @@ def test_joints_that_never_arrive_fail_the_move():
     (outcome,) = bench.outcomes
     assert not outcome.success and "joint_1 is 0.057 deg from its target" in outcome.message
     assert bench.report.message == outcome.message
-
-
-def test_a_late_loop_does_not_make_the_twin_jump():
-    """After a stall longer than the horizon the path goes on where the last packet ended."""
-    bench = Bench()
-    bench.move()
-    bench.tick(20)
-    promised = bench.packets[-1].points[-1]
-    bench.now += 0.4
-    bench.tick()
-    assert msgspec.structs.replace(bench.setpoints[-1], time=promised.time) == promised
-    bench.until("idle")
-    assert bench.q == FAR
-
-
-def test_a_clock_that_goes_back_ends_all_motion():
-    """After a reset of the simulation nothing of the old time axis is left."""
-    bench = Bench()
-    bench.move()
-    bench.tick(20)
-    bench.now = 0.0
-    bench.tick()
-    assert [outcome.message for outcome in bench.outcomes] == ["aborted: the clock went back"]
-    assert bench.report.state == "idle"
-    bench.tick()
-    bench.q, bench.qdot = HOME, (0.0,) * 4
-    bench.tick()
-    bench.move()
-    bench.until("idle")
 
 
 @pytest.mark.parametrize("command", [Command.STOP, Command.ESTOP])
