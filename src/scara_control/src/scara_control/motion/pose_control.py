@@ -212,8 +212,7 @@ class PoseController:
 
         The first request after that needs a tick before it, so that its motion begins now.
         """
-        waits = self._stream.session is not None or self._ledger.running
-        return self._driver.drive is None and not waits
+        return self._driver.drive is None and not (self.is_following or self._ledger.running)
 
     def tick(self, now: float) -> Setpoints | None:
         """Go on to ``now``; return the set points to publish, if anything moves."""
@@ -223,6 +222,8 @@ class PoseController:
             self._driver.drive = self._stream.session = None
             self._setpoint = self._feedback.measured = None
             self._phase, self._driver.time = Phase.GOING, now
+        elif self._driver.is_past(now):
+            return None
         self._driver.advance(now, self._wanted_scale)
         self._cap.forget(self._driver.time)
         self._watch(now)
@@ -395,6 +396,5 @@ class PoseController:
             self._phase = Phase.PARKED
         else:
             ahead = self._driver.ahead(drive, self._wanted_scale)
-        times, motions = (d.time for d in ahead), (d.motion for d in ahead)
-        packet = Setpoints.due(self.names, times, motions)
+        packet = Setpoints.due(self.names, (d.time for d in ahead), (d.motion for d in ahead))
         return packet if self._commanded == self.names else packet.select(self._commanded)

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import msgspec
-from harness.opponents.ideal_twin import FAR, HOME, Bench
+import numpy as np
+import pytest
+from harness.opponents.ideal_twin import DT, FAR, HOME, Bench
+from scara_control.joint_motion import JointMotion
 
 
 def test_a_late_loop_does_not_make_the_twin_jump():
@@ -33,3 +36,18 @@ def test_a_clock_that_goes_back_ends_all_motion():
     bench.tick()
     bench.move()
     bench.until("idle")
+
+
+@pytest.mark.parametrize("late", [1, 2, 5, 20])
+def test_a_loop_that_was_held_while_a_move_began_sends_each_set_point_once(late: int) -> None:
+    """The request is the first to know what time it is; the loop's ticks of before come then."""
+    bench = Bench()
+    held = bench.now + DT
+    bench.core.tick(held + (late + 0.4) * DT)
+    bench.core.measure(JointMotion.measured(bench.q, bench.qdot, held))
+    bench.core.move((), FAR, 100.0, held + (late + 0.4) * DT)
+    bench.now = held - DT
+    bench.until("idle", 2000)
+    assert [outcome.success for outcome in bench.outcomes] == [True]
+    stamps = [packet.times[0] for packet in bench.packets]
+    assert np.allclose(np.diff(stamps), DT) and stamps[0] == pytest.approx(held + late * DT)
