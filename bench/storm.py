@@ -69,6 +69,7 @@ def run(seeds: Seeds, folder: Path, console: Console) -> list[Row]:
     ):
         storm = _Storms(made, journal, folder, console)
         if seeds.scene is not None:
+            storm.set_up(seeds.first)
             storm.scene(seeds.first, seeds.scene)
         else:
             for seed in range(seeds.first, seeds.first + seeds.count):
@@ -84,9 +85,13 @@ class _Storms:
         self._journal, self._folder, self._console = journal, folder, console
         self._rows: list[Row] = []
 
+    def set_up(self, seed: int) -> None:
+        """Start the robot of a seed."""
+        self._crew.cell.set_up(SET_UPS[seed % len(SET_UPS)], f"field:{seed}")
+
     def seed(self, seed: int, seconds: float) -> None:
         """Play the scenes of a seed until ``seconds`` are over, those of the journal included."""
-        self._crew.cell.set_up(SET_UPS[seed % len(SET_UPS)], f"field:{seed}")
+        self.set_up(seed)
         past, number = 0.0, 0
         while past < seconds:
             past += self.scene(seed, number)

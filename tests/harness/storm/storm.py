@@ -34,6 +34,7 @@ WATCHED_S = 1.0
 ENDS_S = 30.0
 """A fault has ended within this."""
 FRESH_S = 0.5
+AWAY = "lead the real robot away by its pendant"
 STORM, MACHINE = "storm", "storm, while the machine itself stood still"
 LOST = (
     *(OSError, AssertionError, PendantError, ServiceError),
@@ -108,6 +109,8 @@ class Storm:
         """Use a crew whose cell is IDLE."""
         self._crew = crew
         self._attempts: list[Attempt] = []
+        # Whether the robot stands where the twin cannot come, as the pair has said.
+        self._in_the_way = False
 
     def play(self, seed: int, number: int, seconds: float = SECONDS) -> Scene:
         """Play one scene, lead the pair back to IDLE, and judge all of it."""
@@ -200,6 +203,10 @@ class Storm:
             if command == "RESET":
                 # A button that the last deed pressed may go down after both were released.
                 self._released()
+                self._in_the_way = AWAY in cell.states[-1].why
+            elif self._in_the_way:
+                self._in_the_way = False
+                self._do("pendant program", "2")
             self._do(command)
         return cell.mode == "IDLE"
 

@@ -51,7 +51,7 @@ def apart_text(setup: Setup, sides: Sides) -> str:
     away = f"{abs(here - there):.2f} {joint.unit}"
     text = f"{joint.name} is {away} away, at {here:.2f} instead of {there:.2f} {joint.unit}"
     if sides.twin.touches:
-        return f"{text}; {sides.twin.touches}"
+        return f"{text}; {sides.twin.touches}: lead the real robot away by its pendant"
     motion = sides.twin.motion
     state = "" if motion is None else f", its motion is {motion.state} {motion.message}".rstrip()
     return f"{text}; the twin reports no contact{state}"
