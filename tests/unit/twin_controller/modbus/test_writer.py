@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from scara_config import Robot, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
-from twin_controller.core.actions import RobotSetpoint, StreamAhead
+from twin_controller.core.actions import RobotSetpoint, StreamAhead, StreamReal
 from twin_controller.modbus.outbox_io import Command, Outbox
 from twin_controller.modbus.port_io import ModbusSettings, Retries, UnansweredError
 from twin_controller.modbus.writer_io import Writer
@@ -24,10 +24,10 @@ TIMES = LAYOUT.holding_registers["heartbeat"].offset
 
 
 class Port:
-    """Notes each write but heartbeats of their own; calls back in the middle of one."""
+    """Notes each write, counts heartbeats of their own; calls back in the middle of one."""
 
     def __init__(self, beats: int) -> None:
-        self._beats = beats
+        self._beats, self.beats = beats, 0
         self.written: list[tuple[str, int]] = []
         self.meanwhile: dict[int, Callable[[], None]] = {}
         # So many of the next writes are done, but not confirmed.
@@ -36,6 +36,7 @@ class Port:
     def write_words(self, offset: int, words: list[int]) -> None:
         """Note registers."""
         if len(words) == 1 and offset == self._beats:
+            self.beats += 1
             return
         self.written.append(("words", offset))
         self.meanwhile.pop(len(self.written), lambda: None)()
@@ -87,6 +88,28 @@ def test_set_points_come_before_their_times(line: tuple[Writer, Outbox, Port]) -
     writer._write_all()
     coil = LAYOUT.coils["rsr1"].offset
     assert port.written == [("words", 11500), ("words", 11572), ("words", TIMES), ("coil", coil)]
+
+
+@pytest.mark.parametrize("ring", [False, True])
+def test_no_heartbeat_comes_before_a_set_point_that_is_not_confirmed(
+    line: tuple[Writer, Outbox, Port], ring: bool
+) -> None:
+    """It carries one; behind it a heartbeat of its own is due again."""
+    writer, box, port = line
+    if ring:
+        box.put_ahead(nine())
+    else:
+        box.put_setpoint(StreamReal(nine().points[0], 50.0, 0.0))
+    port.unanswered = 3
+    for _ in range(3):
+        writer._write_all()
+    assert not port.unanswered and not port.beats
+    while box.beats_soon:
+        writer._write_all()
+    assert not port.beats
+    writer._due = 0.0
+    writer._write_all()
+    assert port.beats == 1
 
 
 @pytest.mark.parametrize("request_number", [1, 2])

@@ -157,6 +157,13 @@ class Outbox:
             self._commands.extendleft(reversed(commands))
 
     @property
+    def beats_soon(self) -> bool:
+        """A set point is due, which carries a heartbeat."""
+        with self._changed:
+            setpoints, now = self._setpoints, time.monotonic()
+            return self._ahead is not None or bool(setpoints and setpoints[0].send_at <= now)
+
+    @property
     def unfinished(self) -> bool:
         """Commands wait, or ends of pulses."""
         return bool(self._commands or self._releases)

@@ -182,8 +182,11 @@ class Writer:
                 self._attempt(self._release, name)
             except UnansweredError:
                 self._outbox.end_pulse(name, time.monotonic())
-        if time.monotonic() >= self._due and (
-            not (self.beats and self._listener.alive()) or self._beat(self._next_heartbeat())
+        # A heartbeat before a set point that is not confirmed would make that one late.
+        if (
+            time.monotonic() >= self._due
+            and not self._outbox.beats_soon
+            and (not (self.beats and self._listener.alive()) or self._beat(self._next_heartbeat()))
         ):
             self._beaten()
 
