@@ -89,7 +89,7 @@ def test_equal_alarms_are_one_row_with_their_count_and_cells() -> None:
     ]
     assert found[2].ids == found[2].waiting == [f"a/cell_{k}: real" for k in range(3)]
     assert (found[2].raised, found[2].times, found[2].cleared) == (3.0, 3, 0.0)
-    assert found[2].until == 0.0, "none of them is shelved"
+    assert (found[2].until, found[2].marked) == (0.0, 0.0), "nobody has done anything to them"
 
 
 def test_a_row_tells_who_has_looked_at_some_of_its_alarms() -> None:
@@ -132,6 +132,17 @@ def test_events_are_told_as_on_the_operators_page() -> None:
         "why": "PAUSE: by a person",
         "who": "ann",
     }
-    events = [Event(2, 2.0, "decision", True, "IDLE -> PAUSED", body), Event(1, 1.0, "cycle")]
-    found = wall_of(3.0, [], [], [("a/milk", event) for event in events]).events
-    assert [event.text for event in found] == ["Ready → Paused: By a person, asked for by ann", ""]
+    events = [
+        Event(4, 4.0, "decision", True, "IDLE -> PAUSED", body),
+        Event(3, 3.0, "decision", False, "of an older journal"),
+        alarm(2, "real", "R[5] is slow"),
+        Event(1, 1.0, "cycle"),
+    ]
+    wall = wall_of(3.0, [], [], [("a/milk", event) for event in events])
+    assert [event.text for event in wall.events] == [
+        "Ready → Paused: By a person, asked for by ann",
+        "of an older journal",
+        "R[5] is slow",
+        "",
+    ]
+    assert wall.unreadable == 0

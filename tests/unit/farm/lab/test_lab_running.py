@@ -6,13 +6,14 @@ import sys
 from pathlib import Path
 from random import Random
 
+import msgspec
 import pytest
 from farm.lab.command_line_io import app
 from farm.lab.plan import Job, Plan, jobs_of
 from farm.lab.running_io import LabError, begin, read_plan, result_of, run
 from typer.testing import CliRunner
 
-PLAN = Plan("judge", ("1,2,3",), variations=8, spread_mm=5.0)
+PLAN = Plan("judge", ("1,2,3",), (), 8, 5.0, None, 0)
 JOBS = jobs_of(PLAN, Random)
 
 
@@ -59,7 +60,7 @@ def test_a_folder_holds_one_plan(tmp_path: Path) -> None:
     begin(tmp_path, PLAN)
     assert read_plan(tmp_path) == PLAN
     with pytest.raises(LabError, match="is another plan"):
-        begin(tmp_path, Plan("judge", ("4,5,6",)))
+        begin(tmp_path, msgspec.structs.replace(PLAN, seed=1))
     with pytest.raises(LabError, match="is no plan of the lab"):
         read_plan(tmp_path / "nothing")
     with pytest.raises(LabError, match="No such file"):

@@ -48,11 +48,11 @@ class Mark(msgspec.Struct, frozen=True):
     id: str
     person: str
     time: float
-    raised: float = 0.0
-    times: int = 0
-    until: float = 0.0
-    why: str = ""
-    acknowledges: bool = False
+    raised: float
+    times: int
+    until: float
+    why: str
+    acknowledges: bool
 
 
 class AlarmRow(msgspec.Struct, frozen=True):
@@ -82,7 +82,7 @@ class AlarmRow(msgspec.Struct, frozen=True):
     text: str
     raised: float
     times: int
-    cleared: float = 0.0
+    cleared: float
     person: str = ""
     marked: float = 0.0
     until: float = 0.0
@@ -158,7 +158,7 @@ class AlarmBook:
         known = self._known(name)
         if self._is_acknowledged(name, known):
             raise MarkError(f"{name}: is acknowledged, by {self.acknowledged[name].person}")
-        return Mark(name, person, now, known.raised, known.times, acknowledges=True)
+        return Mark(name, person, now, known.raised, known.times, 0.0, "", True)
 
     def shelve(self, name: str, person: str, now: float, seconds: float, why: str) -> Mark:
         """Return the mark of somebody who puts an alarm out of the way for a time.
@@ -180,7 +180,7 @@ class AlarmBook:
         if seconds and not why.strip():
             raise MarkError(f"{name}: say why it is shelved: others will ask")
         until = now + seconds if seconds else 0.0
-        return Mark(name, person, now, known.raised, known.times, until, why.strip()[:300])
+        return Mark(name, person, now, known.raised, known.times, until, why.strip()[:300], False)
 
     def rows(self, now: float) -> list[AlarmRow]:
         """Return what asks for somebody: raised ones first, then cleared, acknowledged, shelved."""

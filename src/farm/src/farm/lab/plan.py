@@ -73,11 +73,11 @@ class Plan(msgspec.Struct, frozen=True):
 
     kind: str
     targets: tuple[str, ...]
-    words: tuple[str, ...] = ()
-    variations: int = 1
-    spread_mm: float = 0.0
-    speeds: tuple[float, float] | None = None
-    seed: int = 0
+    words: tuple[str, ...]
+    variations: int
+    spread_mm: float
+    speeds: tuple[float, float] | None
+    seed: int
 
 
 def jobs_of(plan: Plan, chance_of: ChanceOf) -> list[Job]:
