@@ -76,18 +76,12 @@ def test_name_is_resolved_in_the_gateways_namespace(written: str, resolved: str)
 
 
 @pytest.mark.parametrize(
-    "name", ["", "/", "a b", "~private", "a//b", "a/", "/ä", "a\n", "x" * 3 + "-", "a;b"]
+    "name", ["", "/", "a b", "~private", "a//b", "a/", "/ä", "a\n", "x" * 3 + "-", "a;b", "x" * 256]
 )
 def test_illegal_name_is_refused(name: str) -> None:
     """What ROS does not allow as a name does not reach it."""
     answer = say(session(), op="subscribe", id="1", topic=name)
-    assert answer == Status(id="1", level="error", msg=f"{name!r} is no legal ROS name")
-
-
-def test_a_name_is_too_long_from_256_characters_on() -> None:
-    """And is shown by its beginning alone."""
-    answer = say(session(), op="subscribe", topic="x" * 256)
-    assert isinstance(answer, Status) and answer.msg == f"{'x' * 80!r} is no legal ROS name"
+    assert answer == Status(id="1", level="error", msg=f"{name[:80]!r} is no legal ROS name")
 
 
 def test_bad_packet_is_answered_and_survived() -> None:

@@ -50,11 +50,20 @@ def test_an_alarm_that_went_stays_until_somebody_looks() -> None:
 def test_an_acknowledged_alarm_is_listed_while_it_lasts() -> None:
     """With who and when."""
     book = told(said(1))
-    acknowledge(book, 3.0)
+    assert acknowledge(book, 3.0).until == 0.0
     (row,) = book.rows(100.0)
     assert (row.status, row.person, row.marked) == (Status.ACKNOWLEDGED, "ann@desk", 3.0)
     book.told(CELL, said(9, active=False))
     assert book.rows(100.0) == []
+
+
+def test_an_alarm_that_does_not_say_whether_it_lasts_does() -> None:
+    """It is counted once, though a mark of a longer history has counted more of them."""
+    body = {"source": SOURCE, "level": "error", "text": "slow"}
+    book = told(Event(1, 1.0, "alarm", False, "slow", body))
+    book.read(Mark(NAME, "ann@desk", 0.5, 0.5, 7, 0.0, "", True))
+    (row,) = book.rows(100.0)
+    assert (row.status, row.times) == (Status.RAISED, 1)
 
 
 def test_what_is_raised_after_a_look_asks_again() -> None:
@@ -125,7 +134,7 @@ def test_a_lost_cell_is_an_alarm() -> None:
     [
         (lambda book: book.acknowledge("m/b: x", "ann", 1.0), "no such alarm; there are: m/a"),
         (lambda book: [acknowledge(book, 2.0) for _ in range(2)], "is acknowledged, by ann"),
-        (lambda book: book.shelve(NAME, "ann", 1.0, 9e9, "why"), "allowed are 0 to 8 h"),
+        (lambda book: book.shelve(NAME, "ann", 1.0, 9e9, "why"), "2500000.00 h: .* 0 to 8 h"),
         (lambda book: book.shelve(NAME, "ann", 1.0, -1.0, "why"), "allowed are 0 to 8 h"),
         (lambda book: book.shelve(NAME, "ann", 1.0, float("nan"), "why"), "allowed are"),
         (lambda book: book.shelve(NAME, "ann", 1.0, 60.0, " "), "say why"),

@@ -10,13 +10,6 @@ from farm.lab.plan import MOST_JOBS, LabPlanError, Plan, jobs_of, summary
 POINT = "0.51,0.16,0.10"
 
 
-def plan_of(
-    kind: str, *targets: str, variations: int = 1, spread_mm: float = 0.0, seed: int = 0
-) -> Plan:
-    """Return a plan without words and speeds."""
-    return Plan(kind, targets, (), variations, spread_mm, None, seed)
-
-
 def test_a_plan_gives_the_same_jobs_again() -> None:
     """Another seed gives others; the first of each target is the target itself."""
     plan = Plan("judge", (POINT, "0.5,0,0.1,90"), ("--json",), 20, 5.0, (20.0, 80.0), 7)
@@ -32,31 +25,35 @@ def test_a_plan_gives_the_same_jobs_again() -> None:
 
 def test_a_plan_may_be_one_job() -> None:
     """And as many as are allowed."""
-    assert len(jobs_of(plan_of("judge", POINT), Random)) == 1
-    assert len(jobs_of(plan_of("judge", POINT, variations=MOST_JOBS), Random)) == MOST_JOBS
+    for count in (1, MOST_JOBS):
+        assert len(jobs_of(Plan("judge", (POINT,), (), count, 0.0, None, 0), Random)) == count
 
 
 def test_a_point_is_varied_by_what_the_plan_says_and_by_nothing_else() -> None:
-    """Without a spread, all variations of a point are that point."""
-    jobs = jobs_of(plan_of("judge", "0.4,0,0.1", variations=3), Random)
-    assert {float(x) for job in jobs for x in job.words[0].split(",")} == {0.4, 0.0, 0.1}
+    """Without a spread, all variations of a point are that point; a yaw is never varied."""
+    jobs = jobs_of(Plan("judge", ("0.4,0,0.1,90",), (), 3, 0.0, None, 0), Random)
+    assert jobs[1].words == jobs[2].words == ("0.40000,0.00000,0.10000,90.00000",)
+    moved = jobs_of(Plan("judge", ("0.4,0,0.1,90",), (), 2, 5.0, None, 0), Random)[1].words[0]
+    kept = [float(x) == y for x, y in zip(moved.split(","), (0.4, 0.0, 0.1, 90.0))]
+    assert kept == [False, False, False, True]
 
 
 def test_one_target_does_not_change_the_jobs_of_another() -> None:
     """Each variation has a chance of its own."""
-    both = jobs_of(plan_of("judge", POINT, "0.4,0,0.1", variations=5, spread_mm=5.0), Random)
-    alone = jobs_of(plan_of("judge", "0.4,0,0.1", variations=5, spread_mm=5.0), Random)
+    both = jobs_of(Plan("judge", (POINT, "0.4,0,0.1"), (), 5, 5.0, None, 0), Random)
+    alone = jobs_of(Plan("judge", ("0.4,0,0.1",), (), 5, 5.0, None, 0), Random)
     assert [job.words for job in both[5:]] == [job.words for job in alone]
 
 
 @pytest.mark.parametrize(
     ("plan", "text"),
     [
-        (plan_of("dance", "x"), "allowed are judge, replay, report, fit"),
-        (plan_of("judge"), "nothing to do"),
-        (plan_of("judge", POINT, variations=MOST_JOBS + 1), "allowed are 1 to"),
-        (plan_of("replay", "a.bag", variations=2), "a recording is what it is"),
-        (plan_of("judge", "ARTICLE", variations=2), "a program is what it is"),
+        (Plan("dance", ("x",), (), 1, 0.0, None, 0), "allowed are judge, replay, report, fit"),
+        (Plan("judge", (), (), 1, 0.0, None, 0), "nothing to do"),
+        (Plan("judge", (POINT,) * 2, (), MOST_JOBS // 2 + 1, 0.0, None, 0), "allowed are 1 to"),
+        (Plan("judge", (POINT,), (), 0, 0.0, None, 0), "0 variations: allowed are 1 to"),
+        (Plan("replay", ("a.bag",), (), 2, 0.0, None, 0), "a recording is what it is"),
+        (Plan("judge", ("ARTICLE",), (), 2, 0.0, None, 0), "a program is what it is"),
     ],
 )
 def test_what_cannot_be_planned_is_refused(plan: Plan, text: str) -> None:
