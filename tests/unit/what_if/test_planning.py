@@ -1,0 +1,122 @@
+"""A motion in time: its samples, its pieces and what it asks for, at the bounds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scara_control.joint_motion import JointMotion, Setpoints
+from what_if.errors import WhatIfError
+from what_if.judging import judge
+from what_if.learning.course import predict
+from what_if.motions import JointTarget, Motion, Recorded, ToolTarget, point_of
+from what_if.timing.leg import Course, curved
+from what_if.timing.planning import plan
+from what_if.timing.use import use_of
+from what_if.world import World
+
+HOME = (0.0, 0.0, -0.16, 0.0)
+THERE = (1.0, 0.4, -0.1, 0.2)
+
+
+def test_a_text_is_a_point_of_three_or_four_finite_numbers() -> None:
+    """Two say no height, and five nothing that anybody knows; a program's name is no point."""
+    assert point_of("0.5,-0.1, 0.2") == ToolTarget(0.5, -0.1, 0.2) and point_of("ARTICLE") is None
+    assert point_of("1,2,3,90", 30.0, "lefty") == ToolTarget(1, 2, 3, math.pi / 2, "lefty", 30.0)
+    for text in ("1", "1,2", "1,2,3,4,5", "1e999,0,0"):
+        with pytest.raises(WhatIfError, match="expected x,y,z"):
+            point_of(text)
+
+
+def recorded(rows: list[tuple[float, ...]], seconds: float, *grips: tuple[float, bool]) -> Recorded:
+    """Return what a bag holds of joint positions at even times."""
+    points = [JointMotion(row, (), ()) for row in rows]
+    names = ("joint_1", "joint_2", "joint_3", "table_joint")
+    return Recorded(
+        Setpoints.due(names, np.linspace(0, seconds, len(rows)).tolist(), points), grips
+    )
+
+
+def test_a_recorded_way_is_cut_where_the_suction_was_switched(world: World) -> None:
+    """At the switch's own time; behind one at the end comes no piece any more."""
+    for last, behind in ((1.5, [None]), (2.5, [])):
+        legs = plan(world, recorded([HOME, THERE], 2.0, (0.5, True), (last, False))).legs
+        assert [leg.grip for leg in legs] == [None, True, None, False, *behind]
+        assert legs[1].begin == pytest.approx(0.5, abs=0.005)
+        assert legs[-1].begin + legs[-1].duration == pytest.approx(2.0, abs=0.01)
+        for leg, after in pairwise(legs):
+            assert leg.begin + leg.duration == pytest.approx(after.begin)
+    with pytest.raises(WhatIfError, match="fewer than two positions"):
+        plan(world, recorded([HOME], 1.0))
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+@pytest.mark.parametrize(("beyond", "refused"), [(0.5e-4, 0), (2e-4, 1)])
+def test_a_joint_may_leave_its_range_by_noise_alone(
+    world: World, sign: float, beyond: float, refused: int
+) -> None:
+    """A ten-thousandth of the range, of places and of speeds."""
+    joint, share = world.cell.robot.twin_joints[0], sign * (1.0 + 2.0 * beyond)
+    still = plan(world, recorded([(share * joint.upper, *HOME[1:])] * 2, 1.0))
+    fast = plan(world, recorded([HOME, (0.2 * share * joint.velocity, *HOME[1:])], 0.2))
+    assert len(still.reasons) == len(fast.reasons) == refused
+
+
+POINT = Setpoints(("joint_1",), (JointMotion((1.0,), (), (), 1.0),))
+
+
+@pytest.mark.parametrize("motion", [JointTarget(THERE, 100.0), POINT])
+def test_a_motion_is_looked_at_as_often_as_the_settings_say(world: World, motion: Motion) -> None:
+    """Nothing between two samples is longer, and there are no more of them than that takes."""
+    times, sample = plan(world, motion).legs[0].course.times, world.cell.config.sample_ms * 1e-3
+    assert np.diff(times).max() <= sample + 1e-12 and len(times) < times[-1] / sample + 2.0
+    assert len(plan(world, JointTarget(HOME)).legs[0].course.times) == 2
+
+
+def test_a_move_takes_its_plan_and_the_lag(world: World) -> None:
+    """At the default speed if none is said, with the spread of one lag."""
+    verdict = judge(world, JointTarget(THERE))
+    default = world.cell.motion.move.default_speed_percent
+    assert verdict == judge(world, JointTarget(THERE, default))
+    moves = plan(world, JointTarget(THERE)).legs[0].course.times[-1]
+    assert verdict.duration_s == pytest.approx(moves + world.lag.mean)
+    assert verdict.duration_spread_s == pytest.approx(world.lag.spread)
+    assert judge(world, JointTarget(THERE, 1.0)).duration_s > verdict.duration_s
+    with pytest.raises(WhatIfError, match=r"speed_percent = 100\.1"):
+        judge(world, JointTarget(THERE, 100.1))
+
+
+def test_a_curved_way_strays_by_a_parabolas_height() -> None:
+    """Of the largest acceleration, in the longest step."""
+    times, still = np.array([0.0, 0.1, 0.3]), np.zeros((3, 1))
+    leg = curved(Course(times, still, still, np.array([[1.0], [-4.0], [2.0]]), times), 0.0, "", 0.5)
+    assert leg.way.slack == pytest.approx([4.0 * 0.2**2 / 8.0]) and leg.duration == 0.8
+
+
+def test_what_braking_gives_back_is_no_work(world: World) -> None:
+    """Efforts of 2.25 and 3.25 N m drive at 2 rad/s, -1.75 brake: work and shares by hand."""
+    joint = SimpleNamespace(velocity=4.0, acceleration=6.0, effort=6.5)
+    model = SimpleNamespace(damping=0.5, friction=0.25, inverse_dynamics=lambda q, v, a: a)
+    times, column = np.arange(4.0), np.array([[1.0], [2.0], [-3.0], [-3.0]])
+    course = Course(times, 2.0 * times[:, None], np.full((4, 1), 2.0), column, times)
+    use = use_of([joint], (), model, course)
+    assert use.work == pytest.approx(0.5 * (4.5 + 6.5) + 0.5 * 6.5)
+    assert (use.speed, use.acceleration, use.effort, use.effort_at) == (0.5, 0.5, 0.5, 1.0)
+    turn = np.array([(0.0,) * 4, (1e-3, 0.0, 0.0, 0.0)])
+    course = Course(np.array([0.0, 1e-3]), turn, turn, turn, np.zeros(2))
+    use = use_of(world.cell.robot.twin_joints, world.cell.points, world.models[False], course)
+    assert use.point_speed == pytest.approx(0.65, rel=0.1), "the stretched arm at 1 rad/s"
+
+
+def test_a_stroke_of_the_spindle_is_predicted_as_long_as_it_is(world: World) -> None:
+    """Upright ways count as any; a motion to where the robot stands is no prediction."""
+    down = JointTarget((0.0, 0.0, -0.06, 0.0), 50.0)
+    verdict = judge(world, down)
+    said = predict(world, down, verdict, "down")
+    assert said is not None and said.way_m == pytest.approx(0.1, abs=2e-3)
+    assert said.effort == pytest.approx([use.effort_percent / 100.0 for use in verdict.joints])
+    assert predict(replace(world, q=down.q), down, verdict, "none") is None
