@@ -63,11 +63,7 @@ def say(to: Session, now: float = 0.0, **packet: Any) -> Request | packets.Packe
 
 @pytest.mark.parametrize(
     ("written", "resolved"),
-    [
-        ("twin/joint_states", "/cell/twin/joint_states"),
-        ("/clock", "/clock"),
-        ("/" + "x" * 254, "/" + "x" * 254),
-    ],
+    [("twin/joint_states", "/cell/twin/joint_states"), ("/clock",) * 2, ("/" + "x" * 254,) * 2],
 )
 def test_name_is_resolved_in_the_gateways_namespace(written: str, resolved: str) -> None:
     """Names without a leading slash are relative."""

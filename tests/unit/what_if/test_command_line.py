@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import msgspec
 import pytest
 from harness.yaml_files import CONFIG
 from typer.testing import CliRunner
-from what_if.errors import WhatIfError
 from what_if.judge_node import app
-from what_if.motions import point_of
 from what_if.verdict import Outcome, Verdict
 
 
@@ -45,15 +41,6 @@ def test_json_is_the_verdict() -> None:
     verdict = msgspec.json.decode(text, type=Verdict)
     assert (code, verdict.outcome) == (2, Outcome.REFUSED)
     assert verdict.reasons[0].text.startswith("the nozzle would hit part_")
-
-
-def test_a_point_has_three_numbers_or_four() -> None:
-    """A yaw is in degrees; a name is no point."""
-    point = point_of("0.5, .1,-0.05, 90")
-    assert point is not None and point.yaw == pytest.approx(1.5708, abs=1e-4)
-    assert point_of("ARTICLE") is None and point_of(str(Path("a.bag"))) is None
-    with pytest.raises(WhatIfError, match="expected x,y,z"):
-        point_of("1,2")
 
 
 def test_worlds_that_differ_are_told_with_their_seed() -> None:

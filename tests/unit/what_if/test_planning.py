@@ -13,7 +13,7 @@ from scara_control.joint_motion import JointMotion, Setpoints
 from what_if.errors import WhatIfError
 from what_if.judging import judge
 from what_if.learning.course import predict
-from what_if.motions import JointTarget, Motion, Recorded, ToolTarget, point_of
+from what_if.motions import JointTarget, Recorded, ToolTarget, point_of
 from what_if.timing.leg import Course, curved
 from what_if.timing.planning import plan
 from what_if.timing.use import use_of
@@ -25,7 +25,7 @@ THERE = (1.0, 0.4, -0.1, 0.2)
 
 def test_a_text_is_a_point_of_three_or_four_finite_numbers() -> None:
     """Two say no height, and five nothing that anybody knows; a program's name is no point."""
-    assert point_of("0.5,-0.1, 0.2") == ToolTarget(0.5, -0.1, 0.2) and point_of("ARTICLE") is None
+    assert point_of("0.5,-.1, 0.2") == ToolTarget(0.5, -0.1, 0.2) and point_of("a.bag") is None
     assert point_of("1,2,3,90", 30.0, "lefty") == ToolTarget(1, 2, 3, math.pi / 2, "lefty", 30.0)
     for text in ("1", "1,2", "1,2,3,4,5", "1e999,0,0"):
         with pytest.raises(WhatIfError, match="expected x,y,z"):
@@ -55,39 +55,33 @@ def test_a_recorded_way_is_cut_where_the_suction_was_switched(world: World) -> N
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
-@pytest.mark.parametrize(("beyond", "refused"), [(0.5e-4, 0), (2e-4, 1)])
-def test_a_joint_may_leave_its_range_by_noise_alone(
-    world: World, sign: float, beyond: float, refused: int
-) -> None:
+def test_a_joint_may_leave_its_range_by_noise_alone(world: World, sign: float) -> None:
     """A ten-thousandth of the range, of places and of speeds."""
-    joint, share = world.cell.robot.twin_joints[0], sign * (1.0 + 2.0 * beyond)
-    still = plan(world, recorded([(share * joint.upper, *HOME[1:])] * 2, 1.0))
-    fast = plan(world, recorded([HOME, (0.2 * share * joint.velocity, *HOME[1:])], 0.2))
-    assert len(still.reasons) == len(fast.reasons) == refused
+    joint = world.cell.robot.twin_joints[0]
+    for share, refused in ((sign * (1.0 + 1e-4), 0), (sign * (1.0 + 4e-4), 1)):
+        still = plan(world, recorded([(share * joint.upper, *HOME[1:])] * 2, 1.0))
+        fast = plan(world, recorded([HOME, (0.2 * share * joint.velocity, *HOME[1:])], 0.2))
+        assert len(still.reasons) == len(fast.reasons) == refused
 
 
-POINT = Setpoints(("joint_1",), (JointMotion((1.0,), (), (), 1.0),))
-
-
-@pytest.mark.parametrize("motion", [JointTarget(THERE, 100.0), POINT])
-def test_a_motion_is_looked_at_as_often_as_the_settings_say(world: World, motion: Motion) -> None:
+def test_a_motion_is_looked_at_as_often_as_the_settings_say(world: World) -> None:
     """Nothing between two samples is longer, and there are no more of them than that takes."""
-    times, sample = plan(world, motion).legs[0].course.times, world.cell.config.sample_ms * 1e-3
-    assert np.diff(times).max() <= sample + 1e-12 and len(times) < times[-1] / sample + 2.0
+    point = Setpoints(("joint_1",), (JointMotion((1.0,), (), (), 1.0),))
+    sample = world.cell.config.sample_ms * 1e-3
+    for motion in (JointTarget(THERE, 100.0), point):
+        times = plan(world, motion).legs[0].course.times
+        assert np.diff(times).max() <= sample + 1e-12 and len(times) < times[-1] / sample + 2.0
     assert len(plan(world, JointTarget(HOME)).legs[0].course.times) == 2
 
 
 def test_a_move_takes_its_plan_and_the_lag(world: World) -> None:
     """At the default speed if none is said, with the spread of one lag."""
     verdict = judge(world, JointTarget(THERE))
-    default = world.cell.motion.move.default_speed_percent
-    assert verdict == judge(world, JointTarget(THERE, default))
+    assert verdict == judge(world, JointTarget(THERE, world.cell.motion.move.default_speed_percent))
     moves = plan(world, JointTarget(THERE)).legs[0].course.times[-1]
     assert verdict.duration_s == pytest.approx(moves + world.lag.mean)
     assert verdict.duration_spread_s == pytest.approx(world.lag.spread)
     assert judge(world, JointTarget(THERE, 1.0)).duration_s > verdict.duration_s
-    with pytest.raises(WhatIfError, match=r"speed_percent = 100\.1"):
-        judge(world, JointTarget(THERE, 100.1))
 
 
 def test_a_curved_way_strays_by_a_parabolas_height() -> None:

@@ -36,7 +36,8 @@ def test_one_cell_first_then_the_rest_one_by_one() -> None:
     waits, watch = step(RUNS, OWN, OWN, now=100.0)
     assert (waits.do, watch) == (Do.WAIT, 100.0)
     assert step(RUNS, OWN, OWN, since=100.0, now=159.0)[0].do is Do.WAIT
-    assert step(RUNS, OWN, OWN, since=100.0, now=160.0)[0].cells == ("m/b",)
+    next_one = step(RUNS, OWN, OWN, since=100.0, now=160.0)[0]
+    assert (next_one.cells, next_one.text) == (("m/b",), "m/a is well with it: m/b")
     assert step(RUNS, TOLD, OWN, since=100.0, now=161.0)[0].cells == ("m/c",)
     assert step(RUNS, TOLD, RUNS, since=100.0, now=161.0)[0].text == (
         "wait for their next start: m/b"

@@ -25,7 +25,7 @@ def there(now: float) -> Roster:
 
 
 def test_the_worst_cell_comes_first() -> None:
-    """Lost above bad, bad above a warning, then by name."""
+    """Lost above bad, bad above a warning, then who became so last, then by name."""
     roster = Roster(2.0)
     for cell in (A, B, C, D):
         roster.alive(cell, 10.0)
@@ -36,13 +36,18 @@ def test_the_worst_cell_comes_first() -> None:
     rows = roster.rows(11.5)
     assert [row.name for row in rows] == ["m/d", "m/b", "m/c", "m/a"]
     assert (rows[0].status, rows[0].since) == (LOST, 11.0) and rows[1].text == "fan"
+    assert roster.lost() == {"m/d": 11.0}
+    roster.gone(A, 12.0)
+    assert [row.name for row in roster.rows(12.0)][:2] == ["m/a", "m/d"]
 
 
 def test_a_cell_that_is_there_and_says_nothing_is_silent() -> None:
     """Its last state is old; it is shown as what it is."""
     roster = there(0.0)
+    row = roster.rows(1.0)[0]
+    assert (row.age_s, row.last_event, row.cpu_percent, row.memory_mb) == (0.0, 0, 0.0, 0.0)
     roster.shown(A, state(1), 1.0)
-    assert roster.rows(2.9)[0].status == "working"
+    assert (roster.rows(2.9)[0].status, roster.rows(2.5)[0].age_s) == ("working", 1.5)
     row = roster.rows(3.1)[0]
     assert (row.status, row.level, row.since) == (SILENT, Level.BAD, 1.0)
 

@@ -38,9 +38,8 @@ def test_cards_come_by_name_and_the_worst_by_how_bad_they_are() -> None:
     assert [card.name for card in wall.cards] == sorted(str(cell) for cell in CELLS)
     assert wall.worst == ["a/cell_3", "a/cell_0", "a/cell_2"] and wall.lost == 1
     assert [card.short for card in wall.cards[-2:]] == ["a/milk", "b/milk"]
-    # Of a lost cell nobody knows whether that is still so.
-    facts = {card.name: card.facts for card in wall.cards}
-    assert facts["a/cell_3"] == [] and "the farm may move it" in facts["a/milk"]
+    told = {card.name: (card.title, card.facts) for card in wall.cards}
+    assert told["a/cell_3"] == ("Lost", []) and "the farm may move it" in told["a/milk"][1]
 
 
 def shown(state: CellState) -> Wall:
@@ -130,12 +129,8 @@ def test_a_row_says_when_the_first_of_its_shelved_alarms_comes_back() -> None:
 
 def test_events_are_told_as_on_the_operators_page() -> None:
     """A decision by the titles of its modes; all else as the journal has it."""
-    body = {
-        "mode_before": "IDLE",
-        "mode_after": "PAUSED",
-        "why": "PAUSE: by a person",
-        "who": "ann",
-    }
+    body = {"mode_before": "IDLE", "mode_after": "PAUSED"}
+    body |= {"why": "PAUSE: by a person", "who": "ann"}
     events = [
         Event(4, 4.0, "decision", True, "IDLE -> PAUSED", body),
         Event(3, 3.0, "decision", False, "of an older journal"),

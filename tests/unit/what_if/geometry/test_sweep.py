@@ -164,6 +164,15 @@ def test_a_way_of_many_knots_is_that_of_its_pieces(world: World) -> None:
     assert many.hit.u / 500.0 == pytest.approx(one.hit.u, abs=2e-3)
 
 
+def test_a_free_way_is_decided_by_few_distances(world: World) -> None:
+    """Some 30; a bound that is too small asks for thousands, and a verdict would come too late."""
+    scene, asked = Scene(world.cell.tree, world.cell.bodies, Press()), []
+    measure = scene.distance
+    scene.distance = lambda *words: asked.append(words) or measure(*words)
+    assert sweep(scene, straight(world.q, (-2.0, 1.5, -0.05, 1.0)), NEARER).hit is None
+    assert len(asked) < 60
+
+
 def test_what_stands_still_is_looked_at_too(world: World) -> None:
     """A way of no length: an arm that touches something already is told."""
     scene = Scene(world.cell.tree, [*world.cell.bodies, post(world, 0.65, 0.0, 0.02)], Press())

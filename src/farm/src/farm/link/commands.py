@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from farm.link.rights import ALWAYS, ASKABLE, Rights
 from farm.wire import CLOCKS_AGREE_S, Command, clock_words
@@ -34,9 +34,9 @@ class CommandRules:
     """
 
     rights: Rights
-    remote: bool = False
-    revision: int = 0
-    seen: Mapping[str, float] = field(default_factory=dict)
+    remote: bool
+    revision: int
+    seen: Mapping[str, float]
 
 
 def judge(command: Command, guard: CommandRules, now: float) -> tuple[str, Mapping[str, float]]:
