@@ -40,6 +40,10 @@ as answers of 3 to 8 ms leave no time for much shorter ones."""
 SMOOTHING_RATE = 2e-3
 """The smoothing that is reckoned with changes by so much at most [s^2/s]; our choice."""
 
+BELOW = 0.995
+"""Set points go with this part of the program speed: a robot whose motion needs all of it, and a
+rounding more, takes one interpolation period longer, and stays late. Our choice."""
+
 
 Course = Callable[[float], JointMotion]
 """The motion of all joints at a local time [s]."""
@@ -184,7 +188,7 @@ def judged(
             longest = spacing or setup.config.real.poll_period_ms * 1e-3
         # Where set points were left out, the robot has stood: it catches up bit by bit.
         last, dt = before.q, min(slot.taken_at - before.t, longest)
-    told = min(limit.told_percent, cap) * 1e-2
+    told = BELOW * min(limit.told_percent, cap) * 1e-2
     q, slowed = slow_setpoint(passes, last, dt, told, bounds_of(setup))
     return RobotSetpoint(q, t=slot.taken_at, asked=passes), slowed
 
