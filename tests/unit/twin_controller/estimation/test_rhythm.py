@@ -5,7 +5,7 @@ from __future__ import annotations
 from random import Random
 
 import pytest
-from twin_controller.estimation.rhythm import ASSUMED_MS, ENOUGH, FEW, Rhythm, heard
+from twin_controller.estimation.rhythm import ASSUMED_MS, ENOUGH, FEW, FORGET, Rhythm, heard
 
 POLL_MS = 9.7
 
@@ -36,6 +36,25 @@ def test_a_period_is_found_though_stamps_are_wrong(period: int, error: int) -> N
         assert rhythm.period == pytest.approx(period * 1e-3)
         variance = sum(k * k for k in range(-error, error + 1)) / (2 * error + 1)
         assert rhythm.jitter == pytest.approx(variance**0.5 * 1e-3, rel=0.3)
+
+
+@pytest.mark.parametrize(("period", "error"), [(4, 2), (6, 2)])
+def test_no_part_of_a_period_is_taken_for_it(period: int, error: int) -> None:
+    """All parts of these have the same R: with one of them the robot's clock would be late."""
+    for seed in range(8):
+        found = [rhythm_of(period, error, count, seed) for count in range(ENOUGH, FORGET + 1, 100)]
+        assert found[-1].period == pytest.approx(period * 1e-3)
+        assert all(0.8e-3 * period < rhythm.period < 8.1e-3 for rhythm in found)
+        # Too rough to tell which reading of the grid a stamp means.
+        assert not any(rhythm.corrects for rhythm in found)
+
+
+def test_the_period_of_exact_stamps_is_no_other_that_they_nearly_keep() -> None:
+    """Polls in step with 10 ms see only every other or third reading of 4 ms."""
+    random, rhythm = Random(1), Rhythm()
+    for k in range(1000):
+        rhythm = heard(rhythm, int(10.0 * k + random.uniform(-0.3, 0.3) + 5.0) // 4 * 4, 1e-2 * k)
+    assert rhythm.period == pytest.approx(0.004)
 
 
 def test_stamps_that_are_right_have_no_jitter() -> None:

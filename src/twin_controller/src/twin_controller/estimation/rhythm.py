@@ -7,8 +7,10 @@ same phase, whatever was asked when:
 
 is 1 for the period itself and each part of it, and near 0 for all others. The longest period that
 the readings keep is the one; how far R is from 1 tells how far a stamp is from its reading (Mardia
-and Jupp, *Directional Statistics*, sec. 2.3). Stamps that are too rough for that keep no period:
-then what their distance from our own clock varies by tells how rough they are.
+and Jupp, *Directional Statistics*, sec. 2.3). By chance R is as large as r with a probability of
+exp(-n r^2), so rough stamps need more readings. Until then, and where they are too rough to keep a
+period at all, a long one is assumed, and what their distance from our own clock varies by tells how
+rough they are.
 """
 
 from __future__ import annotations
@@ -20,8 +22,11 @@ import msgspec
 
 PERIODS_MS = range(1, 21)
 """Periods that are looked for [ms]; interpolation periods are 2 to 8 ms, some robots give 10."""
-KEPT = 0.25
-"""R of a period that is kept: by chance 1 of 100,000 gets there with ENOUGH readings."""
+KEPT = 24.0
+"""n R^2 of a period that is kept; our choice: parts of a period must not seem kept without it."""
+AS_WELL = 8.0
+"""n R^2 of a multiple of that period which is kept too: all parts of a period have about the same
+R. Our choice."""
 ASSUMED_MS = 8
 """Most robots are no slower than this [ms]."""
 ENOUGH = 200
@@ -55,23 +60,31 @@ class Rhythm(msgspec.Struct, frozen=True, dict=True):
     @property
     def known(self) -> bool:
         """Whether enough readings have come."""
-        return self.count >= ENOUGH or (self.count >= FEW and self._longest(EXACT) > PERIODS_MS[0])
+        return self.count >= ENOUGH or self._kept_ms is not None
 
     @property
     def period(self) -> float:
-        """The time between two readings [s]; a long one is assumed while unknown."""
-        return self._period_ms * 1e-3
+        """The time between two readings [s]; a long one is assumed while unknown.
+
+        Of readings that keep none, half of what their stamps vary by is taken to be their age: the
+        robot's clock is in the middle between that and none of it.
+        """
+        if self._kept_ms is not None:
+            return self._kept_ms * 1e-3
+        if not self.known:
+            return ASSUMED_MS * 1e-3
+        if self._excess <= ROUGH_MS**2:
+            return PERIODS_MS[0] * 1e-3
+        return min(math.sqrt(0.5 * 12.0 * self._excess), ASSUMED_MS) * 1e-3
 
     @property
     def jitter(self) -> float:
         """Standard deviation of a stamp from its reading [s]; 0 while unknown."""
         if not self.known:
             return 0.0
-        period = self._period_ms
-        if period == PERIODS_MS[0]:
-            # Each reading is of any age up to the period.
-            excess = self.variance - period**2 / 12.0
-            return 1e-3 * math.sqrt(excess) if excess > ROUGH_MS**2 else 0.0
+        if self._kept_ms is None:
+            return 1e-3 * math.sqrt(self._excess) if self._excess > ROUGH_MS**2 else 0.0
+        period = self._kept_ms
         kept = min(math.hypot(*self.phases[period - PERIODS_MS[0]]), 1.0)
         # The stamps are whole milliseconds: what rounding leaves of R = 1 is no jitter.
         if kept > EXACT:
@@ -81,16 +94,16 @@ class Rhythm(msgspec.Struct, frozen=True, dict=True):
     @property
     def corrects(self) -> bool:
         """Whether a stamp tells its reading's instant: it is rough, but by less than a period."""
-        return 0.0 < self.roughness <= CLEAR * self.period
+        return self._kept_ms is not None and 0.0 < self.roughness <= CLEAR * self.period
 
     def instant(self, clock_ms: int) -> float:
         """Return the instant of the reading that is stamped so [ms of the robot's clock].
 
         The nearest one of the grid on which all readings lie, where the stamps are rough.
         """
-        if not self.corrects:
+        period = self._kept_ms
+        if period is None or not self.corrects:
             return float(clock_ms)
-        period = self._period_ms
         cosine, sine = self.phases[period - PERIODS_MS[0]]
         off = clock_ms - period * math.atan2(sine, cosine) / (2.0 * math.pi)
         return clock_ms - (off - period * round(off / period))
@@ -105,16 +118,23 @@ class Rhythm(msgspec.Struct, frozen=True, dict=True):
         """How far what :meth:`instant` gives may be from the reading [s]."""
         return 0.0 if self.corrects else self.roughness
 
-    @cached_property
-    def _period_ms(self) -> int:
-        if not self.known:
-            return ASSUMED_MS
-        return self._longest(KEPT if self.count >= ENOUGH else EXACT)
+    @property
+    def _excess(self) -> float:
+        """Variance of the stamps beyond that of their rounding [ms^2]."""
+        return self.variance - 1.0 / 12.0
 
-    def _longest(self, least: float) -> int:
-        """Return the longest period whose R is at least so much [ms]."""
-        kept = (p for p, phase in zip(PERIODS_MS, self.phases) if math.hypot(*phase) >= least)
-        return max(kept, default=PERIODS_MS[0])
+    @cached_property
+    def _kept_ms(self) -> int | None:
+        """The period that the readings keep [ms]; None if they keep none, or it is not known."""
+        kept = {p: math.hypot(*phase) for p, phase in zip(PERIODS_MS, self.phases) if p > 1}
+        exact = [p for p, r in kept.items() if r >= EXACT]
+        if exact and self.count >= FEW:
+            return max(exact)
+        base = max(kept, key=lambda p: kept[p])
+        if self.count < ENOUGH or kept[base] < math.sqrt(KEPT / self.count):
+            return None
+        least = math.sqrt(AS_WELL / self.count)
+        return max(p for p, r in kept.items() if p % base == 0 and r >= least)
 
 
 def heard(rhythm: Rhythm, clock_ms: int, at: float) -> Rhythm:
