@@ -86,7 +86,9 @@ def test_a_zone_that_is_far_along_one_axis_is_out_of_reach(axis: int, side: floa
     low[axis], high[axis] = sorted((side * 2000.0, side * 9000.0))
     far = KeepOut("far", tuple(low), tuple(high))
     assert tool.rates is not None
-    assert not may_reach(tool.model, tool.rates, (0.0, 0.0, -0.1), (0.1, 0.1, 0.1), [far])
+    assert not may_reach(
+        tool.model, tool.rates, (0.0, 0.0, -0.1), (0.1, 0.1, 0.1), [far], tool.half
+    )
 
 
 @pytest.mark.parametrize("axis", range(3))
@@ -103,7 +105,7 @@ def test_a_zone_that_begins_where_the_tool_stands_is_within_reach(
     low[axis], high[axis] = sorted((at[axis], at[axis] + side * 100.0))
     zone = KeepOut("zone", tuple(low.tolist()), tuple(high.tolist()))
     assert tool.rates is not None
-    assert may_reach(tool.model, tool.rates, here, (0.0, 0.0, 0.0), [zone])
+    assert may_reach(tool.model, tool.rates, here, (0.0, 0.0, 0.0), [zone], tool.half)
 
 
 def test_a_number_that_is_none_is_looked_at_closely() -> None:
@@ -112,8 +114,10 @@ def test_a_number_that_is_none_is_looked_at_closely() -> None:
     far = KeepOut("far", (5000.0, 5000.0, 5000.0), (6000.0, 6000.0, 6000.0))
     here = (0.0, 0.0, -0.1)
     assert tool.rates is not None
-    assert not may_reach(tool.model, tool.rates, here, (0.1, 0.1, 0.1), [far])
-    assert may_reach(tool.model, tool.rates, (float("nan"), 0.0, -0.1), (0.1, 0.1, 0.1), [far])
+    assert not may_reach(tool.model, tool.rates, here, (0.1, 0.1, 0.1), [far], tool.half)
+    assert may_reach(
+        tool.model, tool.rates, (float("nan"), 0.0, -0.1), (0.1, 0.1, 0.1), [far], tool.half
+    )
 
 
 def test_a_zone_that_only_the_body_around_a_point_touches_is_within_reach() -> None:
@@ -126,7 +130,25 @@ def test_a_zone_that_only_the_body_around_a_point_touches_is_within_reach() -> N
     zone = KeepOut("zone", tuple(low.tolist()), tuple(high.tolist()))
     assert part.rates is not None
     turned = (0.0, 0.001)
-    assert not may_reach(part.model, part.rates, here[:2], turned, [zone])
+    assert not may_reach(part.model, part.rates, here[:2], turned, [zone], (0.0, 0.0, 0.0))
     assert may_reach(part.model, part.rates, here[:2], turned, [zone], part.half)
     assert "deeper" in heads_into([part], [zone], here, (0.0, 0.5, -0.1, 0.0))
     assert free_part([part], [zone], (0.0, -0.5, -0.1, 0.0), here) < 1.0
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize(("joint", "turn", "axis"), [(0, 0.1, 0), (0, 0.1, 1), (2, 0.05, 2)])
+def test_a_zone_is_reached_by_the_way_of_one_joint_and_by_no_less(
+    joint: int, turn: float, axis: int, side: float
+) -> None:
+    """To either side along each axis of the base, to a tenth of a millimetre."""
+    tool = next(point for point in SETUP.points if point.name == "tool")
+    assert tool.rates is not None
+    here, turned = (0.0, 0.0, -0.1), [turn if k == joint else 0.0 for k in range(3)]
+    place = 1e3 * positions(tool, np.array([[*here, 0.0]]))[0]
+    for off_mm, reached in ((-0.1, True), (0.1, False)):
+        low, high = place - 1000.0, place + 1000.0
+        face = place[axis] + side * (1e3 * turn * tool.rates[joint][axis] + off_mm)
+        (low if side > 0.0 else high)[axis] = face
+        zone = KeepOut("wall", tuple(low), tuple(high))
+        assert may_reach(tool.model, tool.rates, here, turned, [zone], tool.half) is reached

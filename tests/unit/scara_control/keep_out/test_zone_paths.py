@@ -293,3 +293,16 @@ def test_a_target_of_many_turns_is_judged_in_few_steps(turns: float) -> None:
     home = SETUP.home
     way = judge_way(POINTS, [ZONE], home, (turns, *home[1:]), SETUP.velocity)
     assert way.target == (turns, *home[1:])
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_the_boxes_around_paths_lose_no_zone_at_their_edge(axis: int, side: float) -> None:
+    """A tenth of a millimetre is enough, however far out it is."""
+    path = np.zeros((1, 2, 3))
+    path[0, :, axis] = side * 0.6
+    for depth_mm, close in ((0.1, True), (-0.1, False)):
+        low, high = np.full(3, -2000.0), np.full(3, 2000.0)
+        (low if side > 0.0 else high)[axis] = side * (610.0 - depth_mm)
+        zone = KeepOut("wall", tuple(low), tuple(high))
+        assert zones._near(path, [zone], np.full((1, 3), 0.01))[0] == close

@@ -55,7 +55,7 @@ def may_reach(
     start: Sequence[float],
     turned: Sequence[float],
     zones: Sequence[KeepOut],
-    half: Point = (0.0, 0.0, 0.0),
+    half: Point,
 ) -> bool:
     """Return whether the tool may come into a zone; False is certain.
 
