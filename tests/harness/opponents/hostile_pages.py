@@ -30,17 +30,22 @@ ORIGIN = "http://localhost:8080"
 """A page that may connect, and only look."""
 PERIOD_S = 0.01
 """How often the other client asks."""
+QUIET_S = 1.5
 
 
 @dataclass(frozen=True)
 class Answers:
-    """How long [s] another client waited for its answers, and how many bytes the pages sent."""
+    """How long [s] another client waited for its answers, and how many bytes the pages sent.
+
+    ``quiet`` is the p99 of right before, without the pages: what the machine itself makes it wait.
+    """
 
     count: int
     median: float
     p99: float
     worst: float
     sent: int
+    quiet: float
 
 
 def _publish(data: bytes) -> bytes:
@@ -199,11 +204,12 @@ def _ask(port: int, seconds: float) -> list[float]:
 def beside_pages(port: int, seconds: float) -> Answers:
     """Measure another client's answers beside eight hostile pages, each side in a process."""
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
+        quiet = np.percentile(pool.submit(_ask, port, QUIET_S).result(), 99)
         pages = pool.submit(visit, port, seconds)
         waits = np.array(pool.submit(_ask, port, seconds).result())
         sent = pages.result()
     p50, p99 = np.percentile(waits, (50, 99))
-    return Answers(len(waits), float(p50), float(p99), float(waits.max()), sent)
+    return Answers(len(waits), float(p50), float(p99), float(waits.max()), sent, float(quiet))
 
 
 if __name__ == "__main__":

@@ -8,6 +8,8 @@ from harness.opponents.hostile_pages import beside_pages
 from harness.opponents.running_gateway import RunningGateway
 
 P99_S, WORST_S = 0.02, 0.1
+TIMES = 2.0
+"""On a machine that is busy itself an answer takes no more than so many times as long."""
 
 
 @pytest.mark.parametrize("seconds", [4.0, pytest.param(60.0, marks=pytest.mark.thorough)])
@@ -18,10 +20,11 @@ def test_eight_hostile_pages_keep_no_other_client_waiting(
 
     def measure() -> list[Row]:
         answers = beside_pages(gateway.port, seconds)
+        limit = max(P99_S, TIMES * answers.quiet)
         fault = f"gateway: eight hostile pages for {seconds:g} s"
         return [
             Row(fault, "MB that they sent", 1.0, answers.sent / 1e6, at_least=True),
-            Row(fault, "another client's answer, p99 [s]", P99_S, answers.p99),
+            Row(fault, "another client's answer, p99 [s]", limit, answers.p99),
             Row(fault, "another client's answer, worst [s]", WORST_S, answers.worst),
         ]
 
