@@ -29,6 +29,9 @@ AS_WELL = 8.0
 R. Our choice."""
 ASSUMED_MS = 8
 """Most robots are no slower than this [ms]."""
+ROUGH_AGE_MS = 4
+"""So old readings are at most whose rough stamps keep no period [ms]; our choice: between none and
+ASSUMED_MS, for the robot's clock is taken to be in the middle of what may be."""
 ENOUGH = 200
 """So many readings tell the period."""
 FEW, EXACT = 20, 1.0 - 1e-9
@@ -51,6 +54,8 @@ class Rhythm(msgspec.Struct, frozen=True, dict=True):
 
     # Readings seen, at most FORGET.
     count: int = 0
+    # The clock is read beside the readings, not renewed with them.
+    plain: bool = False
     # Mean cosine and sine of 2 pi c / p for each of PERIODS_MS.
     phases: tuple[tuple[float, float], ...] = ((0.0, 0.0),) * len(PERIODS_MS)
     # Mean and variance of how far its clock is ahead of ours [ms], [ms^2]: of the last ones.
@@ -66,16 +71,15 @@ class Rhythm(msgspec.Struct, frozen=True, dict=True):
     def period(self) -> float:
         """The time between two readings [s]; a long one is assumed while unknown.
 
-        Of readings that keep none, half of what their stamps vary by is taken to be their age: the
-        robot's clock is in the middle between that and none of it.
+        Readings with rough stamps that keep none are of some age; a clock of its own is of none.
         """
         if self._kept_ms is not None:
             return self._kept_ms * 1e-3
         if not self.known:
             return ASSUMED_MS * 1e-3
-        if self._excess <= ROUGH_MS**2:
+        if self.plain or self._excess <= ROUGH_MS**2:
             return PERIODS_MS[0] * 1e-3
-        return min(math.sqrt(0.5 * 12.0 * self._excess), ASSUMED_MS) * 1e-3
+        return ROUGH_AGE_MS * 1e-3
 
     @property
     def jitter(self) -> float:
@@ -137,13 +141,14 @@ class Rhythm(msgspec.Struct, frozen=True, dict=True):
         return max(p for p, r in kept.items() if p % base == 0 and r >= least)
 
 
-def heard(rhythm: Rhythm, clock_ms: int, at: float) -> Rhythm:
+def heard(rhythm: Rhythm, clock_ms: int, at: float, plain: bool = False) -> Rhythm:
     """Take the stamp of one new reading in.
 
     Args:
         rhythm: What is known so far.
         clock_ms: The stamp [ms of the robot's clock].
         at: Our time half-way between question and answer [s].
+        plain: It is the clock's own, not that of the reading beside it.
     """
     count = min(rhythm.count + 1, FORGET)
     phases = []
@@ -157,8 +162,8 @@ def heard(rhythm: Rhythm, clock_ms: int, at: float) -> Rhythm:
         )
     ahead = clock_ms - 1e3 * at
     if not rhythm.count:
-        return Rhythm(count, tuple(phases), ahead)
+        return Rhythm(count, plain, tuple(phases), ahead)
     part = 1.0 / min(count, SPREAD_FORGET)
     off = ahead - rhythm.ahead
     variance = (1.0 - part) * (rhythm.variance + part * off * off)
-    return Rhythm(count, tuple(phases), rhythm.ahead + part * off, variance)
+    return Rhythm(count, plain, tuple(phases), rhythm.ahead + part * off, variance)

@@ -165,7 +165,8 @@ def _real_sampled(setup: Setup, real: RealSide, event: RealMeasured) -> RealSide
     # The robot latches less often than it is asked: the same clock is the same sample.
     if clock_ms == real.clock_ms:
         return replace(real, asked=event.sent)
-    rhythm = heard(real.rhythm, clock_ms, 0.5 * (event.sent + event.received))
+    middle = 0.5 * (event.sent + event.received)
+    rhythm = heard(real.rhythm, clock_ms, middle, event.plain_clock)
     # What the stamps are rough by is no motion: each reading lies on the robot's own grid.
     stamp = rhythm.instant(clock_ms)
     known = real.clock
