@@ -49,6 +49,16 @@ def test_no_part_of_a_period_is_taken_for_it(period: int, error: int) -> None:
         assert not any(rhythm.corrects for rhythm in found)
 
 
+@pytest.mark.parametrize(("plain", "period"), [(True, 0.001), (False, 0.004)])
+def test_a_clock_beside_the_readings_is_of_no_age(plain: bool, period: float) -> None:
+    """However its stamps vary: those vary with the answers' times. Others are of some age."""
+    random, rhythm = Random(1), Rhythm()
+    for k in range(ENOUGH):
+        at = POLL_MS * k
+        rhythm = heard(rhythm, int(at) + random.randint(-3, 3), 1e-3 * at, plain)
+    assert rhythm.period == period and rhythm.jitter > 0.001 and not rhythm.corrects
+
+
 def test_the_period_of_exact_stamps_is_no_other_that_they_nearly_keep() -> None:
     """Polls in step with 10 ms see only every other or third reading of 4 ms."""
     random, rhythm = Random(1), Rhythm()

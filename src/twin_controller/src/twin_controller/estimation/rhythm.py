@@ -9,8 +9,8 @@ is 1 for the period itself and each part of it, and near 0 for all others. The l
 the readings keep is the one; how far R is from 1 tells how far a stamp is from its reading (Mardia
 and Jupp, *Directional Statistics*, sec. 2.3). By chance R is as large as r with a probability of
 exp(-n r^2), so rough stamps need more readings. Until then, and where they are too rough to keep a
-period at all, a long one is assumed, and what their distance from our own clock varies by tells how
-rough they are.
+period at all, their readings are taken to be of some age, and what their distance from our own
+clock varies by tells how rough they are.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class Rhythm(msgspec.Struct, frozen=True, dict=True):
             return self._kept_ms * 1e-3
         if not self.known:
             return ASSUMED_MS * 1e-3
-        if self.plain or self._excess <= ROUGH_MS**2:
+        if self.plain or not self._roughness_ms:
             return PERIODS_MS[0] * 1e-3
         return ROUGH_AGE_MS * 1e-3
 
@@ -87,7 +87,7 @@ class Rhythm(msgspec.Struct, frozen=True, dict=True):
         if not self.known:
             return 0.0
         if self._kept_ms is None:
-            return 1e-3 * math.sqrt(self._excess) if self._excess > ROUGH_MS**2 else 0.0
+            return 1e-3 * self._roughness_ms
         period = self._kept_ms
         kept = min(math.hypot(*self.phases[period - PERIODS_MS[0]]), 1.0)
         # The stamps are whole milliseconds: what rounding leaves of R = 1 is no jitter.
@@ -123,9 +123,10 @@ class Rhythm(msgspec.Struct, frozen=True, dict=True):
         return 0.0 if self.corrects else self.roughness
 
     @property
-    def _excess(self) -> float:
-        """Variance of the stamps beyond that of their rounding [ms^2]."""
-        return self.variance - 1.0 / 12.0
+    def _roughness_ms(self) -> float:
+        """How far stamps vary beyond their rounding, age included [ms]; 0: not enough to tell."""
+        excess = self.variance - 1.0 / 12.0
+        return math.sqrt(excess) if excess > ROUGH_MS**2 else 0.0
 
     @cached_property
     def _kept_ms(self) -> int | None:
