@@ -21,7 +21,7 @@ NOW = 1_000_000.0
 RIGHTS = Rights("watcher", {"watcher": [], "mover": list(GUARDED)}, {"ann": "mover"})
 DIFFERENCES = (-3600.0, -60.0, -2.1, -0.06, 0.0, 0.06, 0.6, 2.1, 60.0, 3600.0)
 """How far a desk's clock is ahead of the cell's [s]."""
-OPEN = CommandRules(RIGHTS, True, 7, {})
+OPEN = CommandRules(RIGHTS, remote=True, revision=7, seen={})
 GOOD = Command("id1", "RESUME", "ann", "desk_1", NOW + 1.0, revision=7)
 
 
@@ -74,7 +74,7 @@ def test_a_stop_is_taken_whatever_the_clocks_show(command: str, difference: floa
     """By a desk ahead or behind, in time or late, once or again, by anybody: it never hurts."""
     asked = NOW + difference
     stop = Command("id2", command, "nobody", "desk_1", asked + 2.0, asked=asked)
-    guard = CommandRules(RIGHTS, False, 7, {})
+    guard = CommandRules(RIGHTS, remote=False, revision=7, seen={})
     for now in (NOW, NOW + 0.5, NOW + 7200.0):
         why, seen = judge(stop, guard, now)
         assert why == "" and seen == guard.seen
@@ -101,7 +101,7 @@ def test_a_command_is_remembered_beside_those_that_come_after_it() -> None:
     for command, at in zip(asked, (0.0, 0.1, 2.0)):
         why, seen = judge(command, guard, NOW + at)
         assert not why
-        guard = CommandRules(RIGHTS, True, 7, seen)
+        guard = CommandRules(RIGHTS, remote=True, revision=7, seen=seen)
     for command in asked:
         assert "taken already" in judge(command, guard, NOW + 2.0)[0]
 
@@ -136,8 +136,11 @@ def test_a_right_that_names_nothing_is_refused_at_the_start(
 
 def test_a_refused_command_is_not_taken_later() -> None:
     """The switch is turned on a moment later: the old question stays refused."""
-    _, seen = judge(GOOD, CommandRules(RIGHTS, False, 7, {}), NOW)
-    assert "taken already" in judge(GOOD, CommandRules(RIGHTS, True, 7, seen), NOW + 0.1)[0]
+    _, seen = judge(GOOD, CommandRules(RIGHTS, remote=False, revision=7, seen={}), NOW)
+    assert (
+        "taken already"
+        in judge(GOOD, CommandRules(RIGHTS, remote=True, revision=7, seen=seen), NOW + 0.1)[0]
+    )
 
 
 @pytest.mark.parametrize("command", ["RESUME", "ALIGN", "MOVE"])
@@ -150,17 +153,21 @@ def test_what_was_recorded_is_refused_when_it_is_played_again(command: str, back
     for k in range(100):
         now = NOW + 10.0 + k
         _, seen = judge(
-            replace(GOOD, id=f"x{k}", expires=now + 1.0), CommandRules(RIGHTS, False, 0, seen), now
+            replace(GOOD, id=f"x{k}", expires=now + 1.0),
+            CommandRules(RIGHTS, remote=False, revision=0, seen=seen),
+            now,
         )
     for after in (0.0, 0.5, 2.0, 5.0, 110.0):
-        assert judge(asked, CommandRules(RIGHTS, True, 7, seen), NOW + after - back)[0]
+        assert judge(
+            asked, CommandRules(RIGHTS, remote=True, revision=7, seen=seen), NOW + after - back
+        )[0]
 
 
 def test_memory_for_ids_is_bounded_and_keeps_what_has_not_expired() -> None:
     """The oldest that have expired go first; of the others none, however many come after it."""
     seen = {"young": NOW + 1.0} | {f"old{k}": NOW - 1.0 for k in range(MOST_SEEN - 3)}
     for k in range(10):
-        guard = CommandRules(RIGHTS, False, 0, seen)
+        guard = CommandRules(RIGHTS, remote=False, revision=0, seen=seen)
         seen = dict(judge(replace(GOOD, id=f"new{k}"), guard, NOW)[1])
     assert len(seen) == MOST_SEEN + 1 and "young" in seen and "new0" in seen and "old0" not in seen
 
@@ -168,7 +175,7 @@ def test_memory_for_ids_is_bounded_and_keeps_what_has_not_expired() -> None:
 def test_shipped_rights_never_move_a_cell() -> None:
     """By default the farm may stop, never move."""
     rights = load_farm(ROOT / "config").link.rights
-    guard = CommandRules(rights, True, 7, {})
+    guard = CommandRules(rights, remote=True, revision=7, seen={})
     for command in GUARDED:
         assert "may only STOP and PAUSE" in refused(replace(GOOD, command=command), guard)
 
