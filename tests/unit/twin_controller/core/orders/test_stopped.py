@@ -31,6 +31,20 @@ def test_a_stopped_twin_moves_again_from_a_part_of_its_largest_speed_on(
     assert (Command.STOP_TWIN in pair.performed(since)) is told
 
 
+@pytest.mark.parametrize(("stops", "named"), [(1, 1), (2, 2)])
+def test_a_twin_that_goes_on_is_named_once_after_each_stop(
+    pair: Pair, stops: int, named: int
+) -> None:
+    """Each of its motions would fill the history; who stops it again is told again."""
+    for _ in range(stops):
+        pair.do("STOP", 1.0)
+        for _ in range(3):
+            pair.jog_twin(ramp(pair.twin_q, shifted(pair.twin_q, 2.0), BURST), pair.now)
+            pair.run(1.0)
+    said = [each for each in pair.decisions() if each.trigger == "TWIN_MOVED_STOPPED"]
+    assert len(said) == named
+
+
 @pytest.mark.parametrize("way_out", ["ALIGN", "HOME", "MOVE_JOINTS"])
 def test_a_person_leaves_it(pair: Pair, way_out: str) -> None:
     """By a command of the controller; from then on the twin may lead again."""

@@ -38,7 +38,7 @@ class Lead(msgspec.Struct, frozen=True):
     must_align: bool = False
     # When the real robot was asked to reset [s]; None once that has succeeded or failed.
     reset_since: float | None = None
-    # It was said that the twin moves in spite of a stop; once in a stop.
+    # It was said that the twin moves in spite of a stop; once in a stop, and again after a STOP.
     twin_named: bool = False
     # It was said that the robot moves in spite of all that can be done from here; once in a mode.
     helpless: bool = False

@@ -247,8 +247,9 @@ def _forget_cause(setup: Setup, state: CoreState, trigger: Trigger, now: float) 
         lead = replace(lead, reset_since=None)
     if trigger is Trigger.ESTOP_IGNORED:
         lead = replace(lead, helpless=True)
-    if trigger is Trigger.TWIN_MOVED_STOPPED:
-        lead = replace(lead, twin_named=True)
+    if trigger in (Trigger.TWIN_MOVED_STOPPED, Trigger.STOP):
+        # A person who stops again is told again if it goes on all the same.
+        lead = replace(lead, twin_named=trigger is Trigger.TWIN_MOVED_STOPPED)
     if trigger is Trigger.TWIN_MOVED_UNASKED:
         # The twin comes to rest elsewhere: it is stopped once, not at each sample from there.
         state = replace(state, sides=_drop_baselines(state.sides))
