@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from harness.scenes.truth import Row, tool_and_elbow
+from harness.storm.names import DEAF
 from harness.storm.rules.history import SIDES, Decided, Deed, History, Told, Violation
 from harness.storm.rules.reading import between, lives, motions
 
@@ -23,6 +24,10 @@ COUNTS = 1.0
 """A motion of less [deg or mm] needs no author."""
 BEFORE_S, AFTER_S = 1.0, 0.5
 """An author is named so long before or after the motion's begin."""
+NAMED = "TWIN_MOVED_STOPPED"
+"""Names a program that moves a stopped twin, once in a stop: until STOP comes again, or it ends."""
+SENDS_S = 1.2
+"""A program that goes on sends again within this: the slowest of a storm does each second."""
 BLIND_S = 1.0
 """So long around a fault the controller may not see what moves."""
 STRANGERS = ("gateway MOVE",)
@@ -96,6 +101,8 @@ def without_author(history: History) -> Iterator[Violation]:
                 at = motion.begin
                 if motion.way <= COUNTS or _blind(history, at) or _author(history, at):
                     continue
+                if side == "twin" and _sends_on(history, at):
+                    continue
                 yield Violation(
                     "a motion without an author",
                     at,
@@ -126,6 +133,27 @@ def _author(history: History, at: float) -> bool:
         return True
     entries = (e for e in history.audit if begin <= e.at <= end)
     return any(e.success and not e.what.startswith(REFUSALS) for e in entries)
+
+
+def _sends_on(history: History, at: float) -> bool:
+    """Return whether the program that was named in this stop has sent until a motion's begin.
+
+    It is the author of what it sent without a longer gap since, and of nothing else: neither of
+    what another program moves, nor of what moves after it has ended.
+    """
+    decided = [d for d in history.decisions if d.at <= at]
+    edges = [d for d in decided if d.after != "STOPPED" or d.event in ("STOP", NAMED)]
+    if not edges or edges[-1].event != NAMED:
+        return False
+    named = edges[-1].at
+    sent = [d for d in history.deeds if d.name in DEAF and named - BEFORE_S <= d.sent <= at]
+    before = [deed for deed in sent if deed.sent <= named]
+    if not before:
+        return False
+    source = max(before, key=lambda deed: deed.sent)
+    own = sorted((d.sent, d.until) for d in sent if d.name == source.name and d.sent >= source.sent)
+    ends = [until for _, until in own]
+    return all(later - end <= SENDS_S for later, end in zip([*(a for a, _ in own[1:]), at], ends))
 
 
 def not_idle_again(history: History) -> Iterator[Violation]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import pytest
-from harness.storm.rules.history import Decided, Entry, Strike, Told
+from harness.storm.rules.history import Decided, Deed, Entry, Strike, Told
 from harness.storm.rules.literal import history, motion, moving, states
 from harness.storm.rules.pair import (
     apart_while_idle,
@@ -89,6 +89,59 @@ def test_motion_without_an_author_is_found(known: dict[str, object]) -> None:
     """A refused command and a stop are none."""
     (found,) = without_author(history(MOVES, states=states("STOPPED"), **known))
     assert "in mode STOPPED" in found.evidence
+
+
+NAMED = Decided(2.05, "STOPPED", "TWIN_MOVED_STOPPED", "STOPPED", "")
+AGAIN = moving((2.0, 2.1, 90.0), (4.0, 4.1, 90.0))
+"""A stopped twin that moves, and does so again long after it was named."""
+
+
+def sent(*times: float, name: str = "joint velocity") -> list[Deed]:
+    """Return what a program sends."""
+    return [dataclasses.replace(motion(at, sides=("twin",)), name=name) for at in times]
+
+
+def test_program_that_was_named_and_sends_on_is_the_author() -> None:
+    """It is named once in a stop, however long it goes on."""
+    known = {"states": states("STOPPED"), "decisions": [NAMED]}
+    assert not list(without_author(history(twin=AGAIN, deeds=sent(1.99, 2.99, 3.99), **known)))
+
+
+OTHER = sent(1.99) + sent(2.6, 3.3, 3.99, name="joint position")
+RESET_SINCE = Decided(3.0, "STOPPED", "RESET", "STOPPED", "")
+
+
+@pytest.mark.parametrize(
+    ("deeds", "decisions"),
+    [
+        (sent(1.99), [NAMED]),
+        (sent(1.99, 3.99), [NAMED]),
+        (OTHER, [NAMED]),
+        ([], [NAMED]),
+        (sent(2.99, 3.99), [NAMED]),
+        (sent(1.99, 2.99, 3.99), [NAMED, Decided(2.5, "STOPPED", "STOP", "STOPPED", "")]),
+        (sent(1.99, 2.99, 3.99), [NAMED, Decided(2.5, "STOPPED", "ALIGN", "ALIGNING", "")]),
+        (sent(1.99, 2.99, 3.99), [RESET_SINCE]),
+    ],
+    ids=[
+        *("has ended", "had ended in between", "another program", "nobody sends", "had not begun"),
+        *("stopped anew", "the stop is over", "never named"),
+    ],
+)
+def test_motion_of_a_stopped_twin_that_no_named_program_sends_is_found(
+    deeds: list[Deed], decisions: list[Decided]
+) -> None:
+    """A name given once does not stand for whatever moves afterwards."""
+    known = {"states": states("STOPPED"), "decisions": decisions}
+    (*_, found) = without_author(history(twin=AGAIN, deeds=deeds, **known))
+    assert found.begin == pytest.approx(4.0)
+
+
+def test_robot_that_moves_while_a_program_of_the_twins_side_is_named_is_found() -> None:
+    """A program that moves a stopped twin is no author of the robot's motion."""
+    known = {"states": states("STOPPED"), "decisions": [NAMED]}
+    (found,) = without_author(history(AGAIN, deeds=sent(1.99, 2.99, 3.99), **known))
+    assert found.evidence.startswith("real")
 
 
 def test_pair_that_is_not_led_back_is_found() -> None:
