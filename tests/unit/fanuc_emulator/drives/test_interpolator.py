@@ -98,3 +98,13 @@ def test_a_move_to_where_it_stands_is_done_at_once() -> None:
     move = JointMove((0.3, 0.1, 0.0), (0.3, 0.1, 0.0), 1.0, VELOCITIES, ACCELERATIONS)
     assert move.done
     assert move.advance(1.0, DT) == (0.3, 0.1, 0.0)
+    assert move.law == (0.0, 0.0) and move.nears_end(0.0)
+
+
+@pytest.mark.parametrize("seconds", [0.1, 1.5, 6.0])
+def test_a_move_takes_the_time_that_it_is_told_or_the_shortest(seconds: float) -> None:
+    """By a ramp, an even part and a ramp; what cannot be done in time is done at the speed told."""
+    move = JointMove((0.0,) * 3, (1.0, 0.2, 0.0), 0.5, VELOCITIES, ACCELERATIONS, seconds)
+    plain = JointMove((0.0,) * 3, (1.0, 0.2, 0.0), 0.5, VELOCITIES, ACCELERATIONS)
+    taken, shortest = (DT * (len(drive(each, 1.0)) - 1) for each in (move, plain))
+    assert taken == pytest.approx(max(seconds, shortest), abs=2.0 * DT)

@@ -41,7 +41,9 @@ def rate_for(seconds: float, change: float) -> float:
         seconds: From the beginning to the end [s].
         change: Acceleration and deceleration of the rate [1/s^2].
     """
-    return 0.5 * (change * seconds - math.sqrt(max((change * seconds) ** 2 - 4.0 * change, 0.0)))
+    # Ramps alone take 2 / sqrt(change): the shortest time.
+    twice = max(change * seconds, 2.0 * math.sqrt(change))
+    return 0.5 * (twice - math.sqrt(max(twice**2 - 4.0 * change, 0.0)))
 
 
 class Trapezoid:

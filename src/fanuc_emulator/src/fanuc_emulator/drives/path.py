@@ -61,8 +61,7 @@ class ToolPath:
         """Return the twist by the part of the way, in the base, shape (6,)."""
         turn = self._begin[:3, :3] @ self._turn
         step = 1e-6
-        low, high = max(part - step, 0.0), min(part + step, 1.0)
-        along = (self._place(high) - self._place(low)) / (high - low)
+        along = (self._place(part + step) - self._place(part - step)) / (2.0 * step)
         return np.concatenate([turn, along - np.cross(turn, self._place(part))])
 
 
