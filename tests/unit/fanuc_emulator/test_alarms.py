@@ -33,6 +33,12 @@ def test_kinds_are_told_apart_by_facility_and_number() -> None:
     assert all(len(code.text) <= 80 and code.text.isascii() for code in ALL_CODES)
 
 
+def test_severities_count_as_their_register_says() -> None:
+    """0 none, 1 warn, and so on, as the maker lists them."""
+    names = ("NONE", "WARN", "PAUSE", "STOP", "SERVO", "ABORT", "SYSTEM")
+    assert [(each.name, int(each)) for each in Severity] == [*zip(names, range(7))]
+
+
 def test_a_warning_is_shown_but_is_no_fault_and_hides_behind_a_real_alarm() -> None:
     """WARN raises no FAULT; what stops the robot is shown first."""
     active = AlarmList()

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 from fanuc_emulator.tp.executor import ProgramState
+from fanuc_emulator.uop import NORMALLY_ON, UI, UO
+from scara_config.programs.tp.listing import Indexed
 
 from fanuc_emulator import alarms
 
@@ -249,6 +251,36 @@ def test_snapshots_belong_together(bench: Bench) -> None:
             + now.tick * bench.config.plant.servo_period_ms
         )
         assert now.measured_positions == pytest.approx(now.positions, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("place", "name"),
+    [
+        *((f"UI[{n}]", name) for n, name in enumerate(UI, start=1)),
+        *((f"F[{n}]", name) for n, name in enumerate(UI, start=1)),
+        *(("SI[1]", "panel_reset"), ("SI[3]", "panel_hold"), ("SI[6]", "panel_start")),
+    ],
+)
+def test_a_program_reads_the_inputs_by_their_numbers(bench: Bench, place: str, name: str) -> None:
+    """UI, the flags that they are mapped to, and SI of the operator's panel; it may set flags."""
+    kind, number = place.rstrip("]").split("[")
+    where, registers = Indexed(kind, (float(number),)), bench.controller._registers
+    before = registers.read(where)
+    assert before is (name in NORMALLY_ON)
+    bench.controller.write_input(name, not before)
+    assert registers.read(where) is not before
+    if kind == "F":
+        registers.write(where, before)
+        assert (name in bench.controller.snapshot().inputs) is before
+
+
+def test_a_program_reads_the_outputs_by_their_numbers(bench: Bench) -> None:
+    """UO[1] to UO[10], and RO[1] of the gripper."""
+    registers, outputs = bench.controller._registers, bench.now.outputs
+    found = [registers.read(Indexed("UO", (float(n),))) for n in range(1, 11)]
+    assert found == [getattr(outputs, name) for name in UO] and True in found and False in found
+    registers.write(Indexed("RO", (1.0,)), True)
+    assert registers.read(Indexed("RO", (1.0,))) is bench.run(0.01).outputs.gripper is True
 
 
 def test_clock_wraps_to_zero(bench: Bench) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import msgspec
@@ -50,6 +51,36 @@ def test_a_drawn_robot_is_a_plant_within_its_limits(filed: str) -> None:
                 assert 1.0 - SPREAD <= ratio <= 1.0 + SPREAD
         assert plant.geometry == base.geometry and plant.payload_kg == base.payload_kg
     assert len(readings) >= 5 and len(interpolations) >= 4
+
+
+def numbers_of(plant: object, path: str = "") -> dict[str, float]:
+    """Return all numbers of a plant by their places in its file."""
+    parts = plant.items() if isinstance(plant, dict) else enumerate(plant)
+    found = {}
+    for key, value in parts:
+        if isinstance(value, (dict, list)):
+            found |= numbers_of(value, f"{path}{key}.")
+        elif isinstance(value, (int, float)) and not isinstance(value, bool):
+            found[f"{path}{key}"] = value
+    return found
+
+
+def test_each_number_is_drawn_near_what_is_filed_or_stays() -> None:
+    """Within the spread, to both sides of it; filters in steps of 10 ms, times in whole ones."""
+    filed, ratios = numbers_of(msgspec.to_builtins(FILED)), dict[str, set[float]]()
+    stays = r"^(clock|payload_kg|geometry|shown|servo_|fine|axes\.\w+\.(encoder|travel|zero|estop))"
+    for seed in SEEDS:
+        plant = load_plant(ROBOT, CONFIG, f"field:{seed}")
+        for key, value in numbers_of(msgspec.to_builtins(plant)).items():
+            if filed[key] and not re.search("interpolation|measuring.*period|phase", key):
+                ratios.setdefault(key, set()).add(value / filed[key])
+                rough = 5.0 if key.startswith("filter_ms") else 0.5 * key.startswith("start_delay")
+                assert abs(value - filed[key]) <= SPREAD * abs(filed[key]) + rough + 1e-9, key
+    for key, seen in ratios.items():
+        if re.search(stays, key):
+            assert seen == {1.0}, key
+        elif not key.endswith("feedforward"):
+            assert min(seen) < 0.85 and max(seen) > 1.15, key
 
 
 def test_a_draw_that_is_no_number_is_refused() -> None:

@@ -108,6 +108,22 @@ def test_a_hold_stops_a_stream_at_once(field: Controller) -> None:
     assert abs(now.velocities[0]) < 0.02 * speed
 
 
+def test_a_stream_goes_straight_at_the_override_times_its_own_speed(field: Controller) -> None:
+    """R[2] of 50 % at an override of 50 %: a quarter, and no joint is there before the others."""
+    home, velocity = begin_stream(field), field._robot.joints[0].velocity
+    field.source.speed_percent = 50
+    field.write_override(50)
+    begin = np.array(field._motion.commands)
+    end = begin + [0.5, 0.1, *[0.0] * (len(home) - 2)]
+    field.write_setpoint(end)
+    rows = np.array([field.step() and field._motion.commands for _ in range(800)])
+    gone = (rows - begin)[:, :2]
+    assert np.abs(gone[:, 0] - 5.0 * gone[:, 1]).max() < 1e-3
+    assert rows[-1] == pytest.approx(end, abs=1e-6)
+    fastest = np.abs(np.diff(gone[:, 0])).max() / field._config.dt
+    assert fastest == pytest.approx(0.25 * velocity, rel=0.02)
+
+
 def test_truth_and_encoders_are_apart_by_the_zero_offset(field: Controller) -> None:
     """At rest they differ by that, by noise and by half a count."""
     joints, axes = field._robot.joints, field._config.plant.axes

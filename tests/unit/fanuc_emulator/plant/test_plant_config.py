@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
 import pytest
 from fanuc_emulator.config import load_emulator
-from fanuc_emulator.plant.config import load_plant
+from fanuc_emulator.plant.config import axis_parameters, load_plant
 from harness.yaml_files import REMOVED, changed_yaml, copy_configuration, shipped
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.profile import CHOICE, PLANT_CHOICE, known_robots
@@ -41,6 +42,36 @@ def test_what_a_plant_does_not_name_its_axes_do_not_have(robot: Robot) -> None:
     for axis in load_plant(robot, CONFIG, "ideal").axes.values():
         assert (axis.payload_inertia_percent, axis.friction) == (0.0, None)
         assert axis.zero_offset_deg == axis.zero_offset_mm == 0.0
+
+
+@pytest.mark.parametrize("name", ["joint_2", "joint_3"])
+def test_an_axis_is_what_its_figures_say(name: str) -> None:
+    """Percent of robot.yaml's acceleration; the drive moves the payload too; turns to SI."""
+    robot = load_robot(CONFIG)
+    plant, joint = load_plant(robot, CONFIG, "field"), robot.joint(name)
+    axis, made = plant.axes[name], axis_parameters(plant, joint)
+    rubs, friction, percent = axis.friction, made.friction, 0.01 * joint.acceleration
+    assert rubs is not None and friction is not None
+    inertia = 1.0 + 0.01 * axis.payload_inertia_percent
+    assert inertia > 1.2
+    drive = percent / inertia
+    travel = {"joint_2": math.radians(7.2), "joint_3": 0.02}[name]
+    window = {"joint_2": math.radians(0.01), "joint_3": 2e-5}[name]
+    for found, wanted in (
+        ((made.lower, made.upper, made.velocity), (joint.lower, joint.upper, joint.velocity)),
+        (made.program_acceleration, axis.program_acceleration_percent * percent),
+        (made.command_acceleration, axis.command_acceleration_percent * percent),
+        (made.servo_acceleration, axis.servo_acceleration_percent * drive),
+        (made.estop_deceleration, axis.estop_deceleration_percent * drive),
+        (made.natural_frequency**2 * inertia, (math.tau * axis.natural_frequency_hz) ** 2),
+        ((made.damping, made.velocity_feedforward), (axis.damping, axis.velocity_feedforward)),
+        ((made.resolution, made.tolerance), (travel / 2**17, window)),
+        (friction.static, (rubs.static_percent + rubs.load_percent) * drive),
+        (friction.coulomb, (rubs.coulomb_percent + rubs.load_percent) * drive),
+        (friction.viscous * joint.velocity, rubs.viscous_percent * drive),
+        (friction.stribeck, 0.01 * rubs.stribeck_percent * joint.velocity),
+    ):
+        assert found == pytest.approx(wanted)
 
 
 def test_a_plant_is_chosen_by_name_or_by_the_environment(

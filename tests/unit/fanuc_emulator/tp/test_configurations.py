@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 import pytest
 from fanuc_emulator.alarms import RefusedError
-from fanuc_emulator.drives.bend import Bend
+from fanuc_emulator.drives.bend import BARELY, Bend
 from fanuc_emulator.drives.planner import Limits, PathStep, Planner, Target
 from fanuc_emulator.plant.config import axes_of, load_plant
 from harness.workspace import ROOT
@@ -158,6 +158,23 @@ def test_a_straight_arm_counts_for_both_sides() -> None:
     straight = (0.2, 0.0, -0.1, 0.0)
     assert bend.is_bent(straight, "R") and bend.is_bent(straight, "L")
     assert bend.at(straight).text == "R, 0, 0, 0"
+
+
+@pytest.mark.parametrize("share", [0.95, 1.05])
+@pytest.mark.parametrize(
+    ("robot", "joint", "letters"), [(SCARA, 1, "RL"), (SIX, 4, "NF")], ids=["elbow", "wrist"]
+)
+def test_an_arm_that_is_barely_bent_counts_for_both_sides(
+    robot: Robot, joint: int, letters: str, share: float
+) -> None:
+    """Up to a ten-thousandth of a radian."""
+    bend = Bend(robot, PLANNERS[robot.name]._arm)
+    q = [0.1, 0.5, -0.1, 0.2] if robot is SCARA else [0.1, 0.5, 0.1, 0.3, 0.6, 0.5]
+    for k, letter in enumerate(letters):
+        q[joint] = share * BARELY * (1.0 - 2.0 * k)
+        shown = bend.at(q).letters
+        assert shown[0] == letter and bend.is_bent(q, shown)
+        assert bend.is_bent(q, letters[1 - k] + shown[1:]) is (share < 1.0)
 
 
 FOOT = ("z", 0.0, 0.0, 0.0), ("y", 0.0, 0.0, 0.2), ("y", 0.0, 0.0, 0.5)
