@@ -87,7 +87,7 @@ class _Storms:
 
     def set_up(self, seed: int) -> None:
         """Start the robot of a seed."""
-        self._crew.cell.set_up(SET_UPS[seed % len(SET_UPS)], f"field:{seed}")
+        self._crew.set_up(SET_UPS[seed % len(SET_UPS)], f"field:{seed}")
 
     def seed(self, seed: int, seconds: float) -> None:
         """Play the scenes of a seed until ``seconds`` are over, those of the journal included."""

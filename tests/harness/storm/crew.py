@@ -7,20 +7,19 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from typing import Any
 
+from scara_config.profile import DEFAULT_PLANT
+
 from harness.faults.fault_cell import ROBOT, FaultCell
 from harness.processes import wait_until
 from harness.running.standstill import MACHINE
 from harness.starter import PACKAGES
 from harness.storm.hands import Hands
-from harness.storm.rules.history import SIDES, Decided, Entry, History, Joint, Told
+from harness.storm.rules.history import SIDES, Decided, Entry, History, Told
+from harness.storm.servos import joints_of
 from harness.storm.strikes import Strikes
 
 EXTRA = ("motion_server", "kinematics_server", "joint_vel_controller", "trajectory_server")
 STARTED_S = 30.0
-JOINTS = tuple(
-    Joint(j.name, j.lower, j.upper, j.velocity, j.acceleration, j.jerk, j.scale)
-    for j in ROBOT.twin_joints
-)
 
 
 class Crew:
@@ -32,6 +31,12 @@ class Crew:
         self.hands = Hands(cell)
         self.strikes = Strikes(cell)
         self._clock = time.time() - MACHINE.now()
+        self._joints = joints_of(ROBOT, DEFAULT_PLANT)
+
+    def set_up(self, settings: str, plant: str) -> None:
+        """Start another robot: its settings, and its plant with its draw."""
+        self.cell.set_up(settings, plant)
+        self._joints = joints_of(ROBOT, plant)
 
     def history(self, begun: float, **known: Any) -> History:
         """Return what was seen since ``begun`` together with what the storm itself knows."""
@@ -39,7 +44,7 @@ class Crew:
         gaps = [(a + self._clock, b + self._clock) for a, b in MACHINE.gaps(begun - self._clock)]
         return History(
             begun,
-            JOINTS,
+            self._joints,
             {side: sorted(getattr(cell, side).truth(begun)) for side in SIDES},
             decisions=[_decided(d) for d in cell.decided(begun)],
             states=[_told(s) for s in list(cell.states) if _at(s) >= begun],

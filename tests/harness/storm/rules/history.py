@@ -11,8 +11,25 @@ SIDES = ("real", "twin")
 
 
 @dataclass(frozen=True)
+class Servo:
+    """How a drive follows what it is told: natural frequency [rad/s], accelerations SI.
+
+    ``command_acceleration`` is what it takes as command, ``servo_acceleration`` what its motor has.
+    """
+
+    frequency: float
+    damping: float
+    feedforward: float
+    command_acceleration: float
+    servo_acceleration: float
+
+
+@dataclass(frozen=True)
 class Joint:
-    """What a joint may do, SI; ``scale`` leads from deg or mm to SI."""
+    """What a joint may do, SI; ``scale`` leads from deg or mm to SI.
+
+    ``servo`` is that of the robot that is played; None: it is exactly as fast as it is told.
+    """
 
     name: str
     lower: float
@@ -21,6 +38,7 @@ class Joint:
     acceleration: float
     jerk: float
     scale: float
+    servo: Servo | None = None
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,8 @@ from itertools import pairwise
 
 from harness.scenes.truth import Row
 from harness.storm.rules.history import SIDES, History, Joint, Violation
-from harness.storm.rules.reading import REST_S, between, lives, share
+from harness.storm.rules.reading import REST_S, between, lives
+from harness.storm.rules.servo import fastest
 
 RANGE_DEG_MM = 0.15
 """What a joint may show beyond its range: a servo that settles at its end."""
@@ -18,8 +19,10 @@ SPAN_S = 0.018
 """Speeds by positions are taken over so long at least."""
 PATH_SPEED = 1.05
 """What positions may show beyond the speed: rounding over ``SPAN_S``."""
-FOLLOWS = 0.81
-"""80 % and 1 % for measuring."""
+FOLLOWS, MEASURING = 0.80, 0.01
+"""What a robot that follows is told at most, and what measuring may add."""
+TURNS_S = 0.3
+"""So shortly before it may have gone the other way: the drive has both speeds to get over."""
 TAKES_OVER_S = 0.1
 """A robot that begins on its own is seen to lead within this."""
 
@@ -87,11 +90,18 @@ def _worst(side: str, rule: str, group: list[Finding]) -> Violation:
 
 
 def above_eighty(history: History) -> Iterator[Violation]:
-    """The robot stays at 80 % when it follows, plus 1 % for measuring."""
+    """The robot stays at 80 % when it follows, and at what its own drive makes of 80 %.
+
+    It is told no more; a drive that takes more acceleration than its motor has overshoots.
+    """
     for begin, end in following(history):
-        rows = [row for life in lives(history, "real") for row in between(life, begin, end)]
-        fast = [(share(row, history.joints), row[0]) for row in rows]
-        over = [(part, at) for part, at in fast if part > FOLLOWS]
+        over = [
+            (part, row[0])
+            for life in lives(history, "real")
+            for row in between(life, begin, end)
+            for part, allowed in _speeds(history, life, row)
+            if part > allowed
+        ]
         if over:
             yield Violation(
                 "the robot above 80 % while it follows",
@@ -99,6 +109,18 @@ def above_eighty(history: History) -> Iterator[Violation]:
                 max(at for _, at in over),
                 f"real: {100 * max(over)[0]:.1f} % of a joint's speed",
             )
+
+
+def _speeds(history: History, life: Sequence[Row], row: Row) -> Iterator[tuple[float, float]]:
+    """Yield the speed of each joint above 80 %, and with what it may have been told no more."""
+    for k, joint in enumerate(history.joints):
+        part = row[2][k] / joint.velocity
+        if abs(part) <= FOLLOWS + MEASURING:
+            continue
+        lately = between(life, row[0] - TURNS_S, row[0])
+        other = min(math.copysign(qdot[k], qdot[k] * part) for _, _, qdot in lately)
+        before = max(min(other / joint.velocity, 0.0), -FOLLOWS)
+        yield abs(part), fastest(joint, FOLLOWS, round(before, 2)) + MEASURING
 
 
 def following(history: History) -> list[tuple[float, float]]:
