@@ -11,7 +11,7 @@ import msgspec
 import pytest
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.register_image import RegisterImage
-from fanuc_emulator.registers import RegisterError, Value, decode
+from fanuc_emulator.registers import NoRegisterError, RegisterError, Value, decode
 from fanuc_emulator.streaming.ring import EMPTY
 from harness.followed import FOLLOW_MAP
 from scara_config.modbus_map import ModbusMap, load_modbus_map
@@ -166,6 +166,19 @@ def test_a_value_outside_its_range_is_refused_and_not_kept(
     with pytest.raises(RegisterError, match=text):
         image.take(offset, words)
     assert held(image) == before
+
+
+def test_a_register_that_is_not_there_is_named_by_its_number(
+    image: RegisterImage, layout: ModbusMap
+) -> None:
+    """As the map counts, from 1."""
+    held = layout.holding_registers
+    number = held["position"].address
+    with pytest.raises(NoRegisterError, match=f"^register {number}: it does not exist or is read"):
+        image.check_writable(number - 1, 1)
+    last = max(each.address + each.words for each in held.values())
+    with pytest.raises(NoRegisterError, match=f"^register {last}: the map has none there in hold"):
+        image.read("holding_registers", last - 2, 2)
 
 
 def test_payload_that_the_robot_was_told_is_shown(layout: ModbusMap, bench: Bench) -> None:

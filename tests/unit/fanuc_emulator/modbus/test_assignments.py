@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import msgspec
 import pytest
 from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.registers import NoRegisterError, RegisterError, Value
+from fanuc_emulator.settings import ControllerSettings, load_settings
 from fanuc_emulator.snpx.access import AssignedRegisters
 from fanuc_emulator.snpx.assignments import AssignmentError, AssignmentTable, power_up
 from fanuc_emulator.snpx.variables import ValueKind, parse
@@ -22,16 +24,17 @@ from scara_config.set_up.slots import WATCHED, Assignment
 if TYPE_CHECKING:
     from conftest import Bench
 
-LAYOUT = load_modbus_map(Path(__file__).resolve().parents[4] / "config")
+CONFIG = Path(__file__).resolve().parents[4] / "config"
+LAYOUT = load_modbus_map(CONFIG)
 
 
 class Client:
     """Reads and writes as a driver does, by numbers counted from 1, without a wire."""
 
-    def __init__(self, bench: Bench) -> None:
+    def __init__(self, bench: Bench, settings: ControllerSettings | None = None) -> None:
         self.image = RegisterImage(LAYOUT, bench.robot)
         self.inputs = [False] * 512
-        self.registers = AssignedRegisters(LAYOUT, self.image, self.inputs)
+        self.registers = AssignedRegisters(LAYOUT, self.image, self.inputs, settings)
         self.bench = bench
 
     def read(self, number: int, count: int) -> list[int]:
@@ -204,6 +207,51 @@ def test_a_variable_is_read_by_its_form(
     assert client.read(5000, len(words)) == words
 
 
+SETTINGS = msgspec.structs.replace(
+    load_settings(CONFIG, ""), rsr=(101, 0, 103, 0, 0, 0, 0, 108), job_base=7, num_modbus=5
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "words"),
+    [
+        ("$SHELL_CFG.$NUM_RSR[1]", {}, [w for k in SETTINGS.rsr for w in int32(k)]),
+        ("$SHELL_CFG.$RSR_ENABLE[1]", {}, [w for k in SETTINGS.rsr for w in int32(k > 0)]),
+        ("$SHELL_CFG.$JOB_BASE", {}, [*int32(7), 0, 0]),
+        ("$SHELL_CFG.$USE_ABORT", {"cstopi_for_abort": True}, [*int32(1), 0, 0]),
+        ("$SHELL_CFG.$USE_ABORT", {"cstopi_for_abort": False}, [0] * 4),
+        ("$SHELL_CFG.$CONT_ONLY", {"start_for_continue": True}, [*int32(1), 0, 0]),
+        ("$SHELL_CFG.$CONT_ONLY", {"start_for_continue": False}, [0] * 4),
+        ("$OPWORK.$UOP_DISABLE", {"enable_ui": True}, [0] * 4),
+        ("$OPWORK.$UOP_DISABLE", {"enable_ui": False}, [*int32(1), 0, 0]),
+        ("$RMT_MASTER", {"rmt_master": 2}, [*int32(2), 0, 0]),
+        ("$SNPX_PARAM.$NUM_ASG", {}, [*int32(80), 0, 0]),
+        ("$SNPX_PARAM.$NUM_MODBUS", {}, [*int32(5), 0, 0]),
+        ("SI[0]", {}, [0, 0, 1, *[0] * 5, 1, 1, *[0] * 6, 0]),
+        ("SI[0]", {"mode": "T1"}, [0, 0, 1, *[0] * 14]),
+        ("SI[0]", {"mode": "T2", "remote": False}, [*[0] * 9, 1, *[0] * 7]),
+        ("SO[0]", {}, [1, *[0] * 16]),
+        ("SO[0]", {"tp_enabled": True}, [*[0] * 7, 1, *[0] * 9]),
+    ],
+)
+def test_a_client_reads_how_the_controller_is_set_up(
+    bench: Bench, name: str, changes: dict[str, object], words: list[int]
+) -> None:
+    """As its screens show it; behind the last element there is nothing."""
+    client = Client(bench, msgspec.structs.replace(SETTINGS, **changes))
+    client.assign(1, 5000, len(words), name, 1.0)
+    assert client.read(5000, len(words)) == words
+
+
+def test_a_fault_lights_the_panel(bench: Bench) -> None:
+    """SO[3]."""
+    client = Client(bench, SETTINGS)
+    client.assign(1, 5000, 1, "SO[3]", 1.0)
+    bench.controller.write_input("imstp", False)
+    bench.run(0.01)
+    assert client.read(5000, 1) == [1]
+
+
 def test_the_fast_clock_counts_2_ms(client: Client) -> None:
     """A clock without a background program."""
     client.assign(1, 5000, 2, "$FAST_CLOCK", 1.0)
@@ -220,6 +268,8 @@ def test_the_fast_clock_counts_2_ms(client: Client) -> None:
         ("R[50]", 0.0, float32(-7.25), -7.25),
         ("R[50]@1.1", 1.0, [0x10000 - 7], -7.0),
         ("PR[50]@27.2", 0.0, float32(12.5), None),
+        # a register of the map, in another form than it has there
+        ("PR[1]@29.2", 100.0, int32(-1234), None),
     ],
 )
 def test_a_written_variable_is_one_value_in_all_forms(

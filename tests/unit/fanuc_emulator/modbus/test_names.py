@@ -31,7 +31,9 @@ def test_a_name_that_is_none_is_refused(name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "first", "last"),
     [("R", 1, 200), ("PR", 1, 100), ("PRG", 1, 100), ("ALM", 1, 100), ("UI", 1, 18), ("UO", 1, 20)]
-    + [("DI", 1, 512), ("DO", 1, 512), ("RI", 1, 8), ("RO", 1, 8), ("POS", 0, 0)],
+    + [("DI", 1, 512), ("DO", 1, 512), ("RI", 1, 8), ("RO", 1, 8), ("POS", 0, 0)]
+    + [("SI", 0, 15), ("SO", 0, 15), ("$SHELL_CFG.$NUM_RSR", 1, 8)]
+    + [("$SHELL_CFG.$RSR_ENABLE", 1, 8)],
 )
 def test_an_array_has_its_first_and_its_last_element_and_no_other(
     name: str, first: int, last: int

@@ -9,6 +9,8 @@ import subprocess
 from typing import TYPE_CHECKING
 
 import pytest
+from harness.workspace import ROOT
+from scara_config.modbus_map import load_modbus_map
 
 from .conftest import answers, request
 
@@ -155,6 +157,18 @@ def test_a_refused_write_is_a_line_of_the_log(asked: Asked) -> None:
     assert asked.told[1:] == ["refused to write coils 6019 to 6019: there is none"]
     assert asked.ask("10 2AF8 0002 04 0001 0002") == "90 02"
     assert asked.told[2].startswith("refused to write holding registers 11001 to 11002: ")
+
+
+def test_behind_the_last_coil_and_before_the_first_there_is_none(asked: Asked) -> None:
+    """What lies between is off; a request over an end of them is refused."""
+    coils = [bit.offset for bit in load_modbus_map(ROOT / "config").coils.values()]
+    for first, count, right in (
+        (min(coils), max(coils) - min(coils) + 1, True),
+        (max(coils), 2, False),
+        (min(coils) - 1, 2, False),
+    ):
+        answer = asked.ask(f"01 {first:04X} {count:04X}")
+        assert answer.startswith("01" if right else "81 02")
 
 
 def test_free_digital_signals_can_be_wired_to_nothing(asked: Asked) -> None:

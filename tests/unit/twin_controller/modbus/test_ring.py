@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from scara_config import ConfigError, load_robot
 from scara_config.modbus_map import load_modbus_map
 from twin_controller.core.actions import RobotSetpoint, StreamAhead
+from twin_controller.modbus import ring
 from twin_controller.modbus.blocks import ring_block
 from twin_controller.modbus.ring import EMPTY, RingCodec
 from twin_controller.registers import RegisterCodec
@@ -73,8 +74,12 @@ def test_places_times_and_number_stand_where_the_map_says() -> None:
     assert times == [1100, *[EMPTY & 0xFFFFFFFF] * 7, 900, 1000]
 
 
-def test_neighbouring_places_go_in_one_request_as_far_as_it_carries_them() -> None:
+@pytest.mark.parametrize("most", [123, 108])
+def test_neighbouring_places_go_in_one_request_as_far_as_it_carries_them(
+    most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Six of 18 words; a seventh would be more than the 123 that one request may write."""
+    monkeypatch.setattr(ring, "MOST_WRITTEN", most)
     robot = Robot("fanuc_sr6ia")
     points = robot.points([(number, 100 * number, 0.5) for number in range(1, 9)])
     requests = list(robot.client.setpoints(StreamAhead(points, 8, 50.0)))

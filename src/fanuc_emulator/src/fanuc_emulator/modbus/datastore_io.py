@@ -151,5 +151,5 @@ def _between(table: dict[str, Bit]) -> dict[int, bool]:
     if not table:
         return {}
     offsets = [bit.offset for bit in table.values()]
-    levels = dict.fromkeys(range(min(offsets), max(offsets) + 1), False)
+    levels = dict.fromkeys(range(min(offsets), max(offsets)), False)
     return levels | {bit.offset: bit.normal for bit in table.values()}

@@ -91,6 +91,19 @@ _PROGRAM = _fields((ValueKind.TEXT, 8, 1), (ValueKind.INTEGER, 1, 2), (ValueKind
 _ALARM = _fields((ValueKind.INTEGER, 1, 11), (ValueKind.TEXT, 40, 2), (ValueKind.TEXT, 9, 1))
 
 FAMILIES = {
+    name: Family(name, 1, 1, _NUMBER)
+    for name in (
+        "$MCR.$GENOVERRIDE",
+        "$FAST_CLOCK",
+        "$RMT_MASTER",
+        "$OPWORK.$UOP_DISABLE",
+        "$SHELL_CFG.$USE_ABORT",
+        "$SHELL_CFG.$CONT_ONLY",
+        "$SHELL_CFG.$JOB_BASE",
+        "$SNPX_PARAM.$NUM_ASG",
+        "$SNPX_PARAM.$NUM_MODBUS",
+    )
+} | {
     "R": Family("R[{}]", 1, 200, _NUMBER),
     "PR": Family("PR[{}]", 1, 100, _POSITION),
     "POS": Family("POS[{}]", 0, 0, _POSITION),
@@ -102,19 +115,10 @@ FAMILIES = {
     "DO": Family("DO[{}]", 1, 512, _SIGNAL),
     "RI": Family("RI[{}]", 1, 8, _SIGNAL),
     "RO": Family("RO[{}]", 1, 8, _SIGNAL),
-    "$MCR.$GENOVERRIDE": Family("$MCR.$GENOVERRIDE", 1, 1, _NUMBER),
-    "$FAST_CLOCK": Family("$FAST_CLOCK", 1, 1, _NUMBER),
     "SI": Family("SI[{}]", 0, 15, _SIGNAL),
     "SO": Family("SO[{}]", 0, 15, _SIGNAL),
-    "$RMT_MASTER": Family("$RMT_MASTER", 1, 1, _NUMBER),
-    "$OPWORK.$UOP_DISABLE": Family("$OPWORK.$UOP_DISABLE", 1, 1, _NUMBER),
-    "$SHELL_CFG.$USE_ABORT": Family("$SHELL_CFG.$USE_ABORT", 1, 1, _NUMBER),
-    "$SHELL_CFG.$CONT_ONLY": Family("$SHELL_CFG.$CONT_ONLY", 1, 1, _NUMBER),
-    "$SHELL_CFG.$JOB_BASE": Family("$SHELL_CFG.$JOB_BASE", 1, 1, _NUMBER),
     "$SHELL_CFG.$RSR_ENABLE": Family("$SHELL_CFG.$RSR_ENABLE[{}]", 1, 8, _NUMBER),
     "$SHELL_CFG.$NUM_RSR": Family("$SHELL_CFG.$NUM_RSR[{}]", 1, 8, _NUMBER),
-    "$SNPX_PARAM.$NUM_ASG": Family("$SNPX_PARAM.$NUM_ASG", 1, 1, _NUMBER),
-    "$SNPX_PARAM.$NUM_MODBUS": Family("$SNPX_PARAM.$NUM_MODBUS", 1, 1, _NUMBER),
     "$SNPX_ASG.$ADDRESS": Family("$SNPX_ASG[{}].$ADDRESS", 1, SLOTS, _NUMBER),
     "$SNPX_ASG.$SIZE": Family("$SNPX_ASG[{}].$SIZE", 1, SLOTS, _NUMBER),
     "$SNPX_ASG.$VAR_NAME": Family(
