@@ -90,6 +90,18 @@ def test_a_bag_that_is_garbled_gives_all_but_the_broken_message(tmp_path: Path) 
     assert values(path) == [float(i) for i in range(40) if i != 35]
 
 
+@pytest.mark.parametrize("strange", [1, 3, 700])
+def test_strange_bytes_between_two_records_cost_no_message(tmp_path: Path, strange: int) -> None:
+    """The next one is found wherever they end; so many are told."""
+    path = unfinished(tmp_path)
+    data = path.read_bytes()
+    place = data.index(struct.pack("<d", 25.0)) + 8
+    path.write_bytes(data[:place] + b"\xff" * strange + data[place:])
+    assert values(path) == [float(i) for i in range(40)]
+    with open_bag(path) as bag:
+        assert f": {strange} bytes from byte {place} on are no record" in bag.missing[0]
+
+
 def test_a_finished_bag_that_lost_its_index_is_repaired(tmp_path: Path) -> None:
     """The header promises an index that is not there any more."""
     path = unfinished(tmp_path).with_name("open.bag")

@@ -52,7 +52,8 @@ def test_alarm_that_says_something_else_or_gets_worse_is_told() -> None:
 def test_cleared_alarm_says_how_long_it_lasted(gone: float, lasted: float) -> None:
     """Until it went away, not until that was believed; a clock set back gives no time below 0."""
     book = ActiveAlarms(2.0, 5.0)
-    book.say(10.0, NODE, SOURCE, ERROR, "no answer")
+    (told,) = book.say(10.0, NODE, SOURCE, ERROR, "no answer")
+    assert (told.active, told.seconds, told.raised) == (True, 0.0, 0.0)
     book.say(gone, NODE, SOURCE, OK, "fine")
     assert book.look(gone + 1.5) == [] and book.active == 1
     (cleared,) = book.look(gone + 2.0)

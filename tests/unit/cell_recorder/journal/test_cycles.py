@@ -127,6 +127,15 @@ def test_pause_is_part_of_the_cycle_and_counted() -> None:
     assert (cycle.paused_s, cycle.end, cycle.outcome) == (1000.0, 1025.0, "done")
 
 
+def test_a_clock_that_is_set_back_in_a_pause_takes_no_time_away() -> None:
+    """A pause lasts no time at least."""
+    cycles = begun()
+    cycles.decided(20.0, PAUSED, "real")
+    cycles.decided(19.5, REAL_LEADS, "real")
+    (cycle,) = cycles.close(30.0)
+    assert (cycle.paused_s, cycle.start, cycle.end) == (0.0, 10.0, 30.0)
+
+
 def test_stop_in_a_pause_ends_the_cycle_with_the_pause_counted() -> None:
     """STOP clears what RESUME would have gone on with."""
     cycles = begun()

@@ -21,6 +21,7 @@ from scara_ros.journal_files_io import numbered
 
 NOON = 1_795_348_800.0  # 2026-11-22 12:00 UTC
 DAY = 86400.0
+SOFTWARE = 1_686_355_200.0  # 2023-06-10 00:00 UTC: Debian 12
 YEARS = 3652 * DAY
 JUMPS = st.floats(-4000 * DAY, 4000 * DAY) | st.floats(-4 * DAY, 4 * DAY)
 SETTINGS = replace(load_journal(CONFIG), keep_days=100, limit_mb=10.0, day_limit_mb=10.0)
@@ -207,14 +208,46 @@ def test_numbers_go_on_where_todays_file_has_none_yet(tmp_path: Path) -> None:
     assert numbers(tmp_path) == [2]  # that of the last entry that was put aside is 1
 
 
-def test_a_machine_that_does_not_know_the_time_yet_puts_nothing_aside(tmp_path: Path) -> None:
-    """Without a battery a clock begins in 1970: then the files are right, and the clock is not."""
+@pytest.mark.parametrize("begun", [60.0, SOFTWARE - 61.0])
+def test_a_machine_that_does_not_know_the_time_yet_puts_nothing_aside(
+    tmp_path: Path, begun: float
+) -> None:
+    """Its clock is older than its software: then the files are right, and the clock is not."""
     with opened(tmp_path) as files:
         write(files, said(NOON))
-    with opened(tmp_path, 60.0) as files:
-        write(files, said(61.0), said(NOON + 1.0))
+    with opened(tmp_path, begun) as files:
+        write(files, said(begun + 1.0), said(NOON + 1.0))
     assert [path.name for path in tmp_path.iterdir() if path.suffix] == ["2026-11-22.jsonl"]
     assert numbers(tmp_path) == [1, 2, 3]
+
+
+def test_a_clock_that_may_be_right_goes_on_in_todays_file(tmp_path: Path) -> None:
+    """From the day on which the oldest software of a cell came out."""
+    with opened(tmp_path) as files:
+        write(files, said(NOON))
+    with opened(tmp_path, SOFTWARE) as files:
+        write(files, said(SOFTWARE))
+    assert {path.name for path in tmp_path.glob("20*")} == {
+        "2026-11-22.future",
+        "2023-06-10.jsonl",
+    }
+
+
+@pytest.mark.parametrize("limit", ["day_limit_mb", "limit_mb"])
+def test_what_just_fits_is_kept(tmp_path: Path, limit: str) -> None:
+    """To the byte."""
+    entries = [said(NOON), said(NOON + DAY)] if limit == "limit_mb" else [said(NOON)] * 2
+    size = 2 * len(encode(stamped(said(NOON), 1, "milk_2")))
+    entries[1] = replace(entries[1], what="x" * (2000 - size + len("MOVE")))
+    with opened(tmp_path, **{limit: 0.002}) as files:
+        write(files, *entries)
+        assert files.held_mb == 0.002 and not files.told
+        if limit == "limit_mb":
+            write(files, said(NOON + DAY))
+            assert [type(each) for each in files.told] == [Gap]
+        else:
+            with pytest.raises(JournalError, match="has come to day_limit_mb"):
+                write(files, said(NOON))
 
 
 def test_a_disk_that_is_full_when_the_clock_comes_back_loses_nothing(

@@ -125,6 +125,15 @@ def test_a_flood_does_not_put_off_what_is_due(
             flooded.set()
 
 
+def test_the_slowest_answer_of_the_disk_is_told_in_milliseconds(tmp_path: Path) -> None:
+    """None yet: 0."""
+    with start(tmp_path) as writer:
+        assert writer.status.slowest_sync_ms == 0.0
+        writer._slowest = 70.0
+        assert writer.status.slowest_sync_ms == 70_000.0
+    assert JournalStatus() == JournalStatus(0, 0, 0, "", "", 0.0, 0.0), "nothing is known"
+
+
 def test_nobody_waits_for_a_slow_disk(tmp_path: Path, disk: Disk) -> None:
     """An entry is left within a moment while the disk hangs, and written later."""
     with start(tmp_path) as writer:

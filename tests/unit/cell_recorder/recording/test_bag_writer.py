@@ -72,10 +72,11 @@ def test_everything_put_before_close_is_in_the_bag(tmp_path: Path) -> None:
 def test_stamps_never_run_backwards(tmp_path: Path) -> None:
     """A message that was overtaken by another thread's gets the stamp of that one."""
     writer = BagWriter(tmp_path / "run.bag", SETTINGS)
-    for second, topic in ((5, "/a"), (4, "/b"), (6, "/a")):
+    # A simulated clock begins at 0.
+    for second, topic in ((0, "/a"), (5, "/a"), (4, "/b"), (6, "/a")):
         writer.put(topic, FLOAT64, struct.pack("<d", second), second * 10**9)
     writer.close()
-    assert [stamp // 10**9 for _, stamp, _ in read(writer.path)] == [5, 5, 6]
+    assert [stamp for _, stamp, _ in read(writer.path)] == [k * 10**9 for k in (0, 5, 5, 6)]
 
 
 def test_each_chunk_says_when_its_first_and_its_last_message_came(tmp_path: Path) -> None:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import msgspec
 import pytest
-from fanuc_emulator.plant.config import StreamFile
-from fanuc_emulator.plant.interpreter import StreamInterpreter
+from fanuc_emulator.plant.config import StreamFile, load_plant
+from fanuc_emulator.plant.interpreter import StreamInterpreter, interpreter_of
+from harness.yaml_files import CONFIG
+from scara_config import Robot
 
 PERIOD = 0.008
 FILE = StreamFile(False, lag_ms=24.0, lag_step_ms=8.0, lag_largest_ms=40.0, rest_s=240.0)
@@ -98,3 +100,17 @@ def test_an_invalid_set_point_is_not_planned() -> None:
     stream.step((0.016, 0.0), 1.0)
     assert stream.step(None, 1.0)[0] == pytest.approx(0.016)
     assert stream.step(None, 1.0)[0] == pytest.approx(0.016)
+
+
+def test_a_plant_without_look_ahead_has_one_by_its_own_figures(robot: Robot) -> None:
+    """Period, lag and the joints' speeds; with look-ahead each set point counts at once."""
+    plant = load_plant(robot, CONFIG, "field")
+    stream, joints = interpreter_of(plant, robot.joints), robot.joints
+    assert stream is not None and plant.interpolation_period_ms == 8
+    begin = (0.0,) * len(joints)
+    stream.reset(begin)
+    shown = [stream.step((joints[0].velocity, *begin[1:]), 1.0)[0] for _ in range(140)]
+    assert stream.lag == pytest.approx(1e-3 * plant.stream.lag_ms)
+    assert shown[:5] == pytest.approx([0.0] * 3 + [0.008 * k * joints[0].velocity for k in (1, 2)])
+    assert shown[126] < shown[127] == shown[128] == joints[0].velocity
+    assert interpreter_of(load_plant(robot, CONFIG, "ideal"), joints) is None

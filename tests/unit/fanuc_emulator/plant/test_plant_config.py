@@ -95,6 +95,21 @@ def test_an_unknown_plant_is_refused_with_those_that_exist(robot: Robot) -> None
 
 
 @pytest.mark.parametrize(
+    "place",
+    [[], ["clock"], ["answers"], ["measuring"], ["stream"], ["axes", "joint_1"]]
+    + [["geometry"], ["axes", "joint_1", "friction"]],
+)
+def test_a_key_that_nobody_knows_is_refused_wherever_it_stands(
+    tmp_path: Path, robot: Robot, place: list[str | int]
+) -> None:
+    """A typing error changes nothing in silence."""
+    copy_configuration(tmp_path)
+    changed_yaml(shipped("plants/field.yaml"), tmp_path / "plants", [*place, "strange"], 1)
+    with pytest.raises(ConfigError, match=r"plants/field.yaml: .*strange"):
+        load_plant(robot, tmp_path, "field")
+
+
+@pytest.mark.parametrize(
     ("path", "value", "text"),
     [
         (["axes", "joint_9"], {}, r"axes.joint_9 = .*missing required field|joint_9.*no joint"),

@@ -94,8 +94,7 @@ class Bag:
 
         Empty if it is not in the bag.
         """
-        found = self._connections(topic)
-        return found[0].msgtype if found else ""
+        return next((each.msgtype for each in self._connections(topic)), "")
 
     def require(self, topics: Collection[str]) -> None:
         """Check that each topic has messages.
