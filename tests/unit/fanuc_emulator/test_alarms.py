@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import pytest
-from fanuc_emulator.alarms import Alarm, AlarmCode, AlarmList, Severity
+from fanuc_emulator.alarms import (
+    Alarm,
+    AlarmCode,
+    AlarmList,
+    RefusedError,
+    Severity,
+    check_ranges,
+)
 from fanuc_emulator.tp.executor import ProgramState
+from scara_config import Robot
 from scara_config.programs.files import Taught
 from scara_config.programs.tp.execution import flow_of
 from scara_config.programs.tp.lines import read_line
@@ -37,6 +46,28 @@ def test_severities_count_as_their_register_says() -> None:
     """0 none, 1 warn, and so on, as the maker lists them."""
     names = ("NONE", "WARN", "PAUSE", "STOP", "SERVO", "ABORT", "SYSTEM")
     assert [(each.name, int(each)) for each in Severity] == [*zip(names, range(7))]
+
+
+@pytest.mark.parametrize("end", ["lower", "upper"])
+@pytest.mark.parametrize("off", [0.9e-6, 1.1e-6])
+def test_a_position_at_the_end_of_its_range_may_be_off_by_a_millionth(
+    robot: Robot, end: str, off: float
+) -> None:
+    """Of a radian or a metre; the alarm names axis, place and unit as the pendant does."""
+    place = [0.0] * len(robot.joints)
+    joint = robot.joints[2]
+    place[2] = getattr(joint, end) + (off if end == "upper" else -off)
+    if off < 1e-6:
+        check_ranges(robot.joints, place)
+        return
+    shown = f"^J3 = {place[2] * 1e3:.3f} mm, there$"
+    with pytest.raises(RefusedError, match=shown) as refused:
+        check_ranges(robot.joints, place, ", there")
+    assert refused.value.code is alarms.POSITION_LIMIT
+    place[2] = math.nan
+    with pytest.raises(RefusedError) as refused:
+        check_ranges(robot.joints, place)
+    assert refused.value.code is alarms.POSITION_INVALID
 
 
 def test_a_warning_is_shown_but_is_no_fault_and_hides_behind_a_real_alarm() -> None:

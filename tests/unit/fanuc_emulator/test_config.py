@@ -11,10 +11,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs, on_a_desk
+from fanuc_emulator.config import (
+    EmulatorConfig,
+    EmulatorFile,
+    load_emulator,
+    load_programs,
+    on_a_desk,
+)
 from fanuc_emulator.plant.config import axis_parameters
+from fanuc_emulator.settings import ControllerSettings
 from harness.programs import steps_of
 from harness.yaml_files import REMOVED, changed_yaml, copy_configuration, shipped
+from msgspec import ValidationError, convert
 from msgspec.structs import replace
 from scara_config import ConfigError, Robot
 from scara_config.programs.steps import MoveStep
@@ -184,3 +192,39 @@ def test_a_wrong_setting_is_refused(robot: Robot, text: str, message: str) -> No
     """With its name and what is allowed."""
     with pytest.raises(ConfigError, match=message):
         load_emulator(robot, CONFIG, settings=text)
+
+
+@pytest.mark.parametrize(
+    ("kind", "key", "low", "high"),
+    [
+        (EmulatorFile, "cold_start_override_percent", 1, 100),
+        (EmulatorFile, "safety_speed_percent", 1, 100),
+        (EmulatorFile, "heartbeat_timeout_ms", 10, 10_000),
+        (EmulatorFile, "desk_heartbeat_timeout_ms", 10, 10_000),
+        (EmulatorFile, "gripper_timeout_ms", 10, 10_000),
+        (EmulatorFile, "start_wait_ms", 0, 10_000),
+        (EmulatorFile, "rsr_programs", ["A"], ["A", "B"] * 4),
+        (EmulatorFile, "rsr_programs", ["A"], ["ABCDEFGHIJKLMNOP"]),
+        (ControllerSettings, "shortest_pulse_ms", 0, 1000),
+        (ControllerSettings, "num_modbus", 0, 16),
+        (ControllerSettings, "rmt_master", 0, 3),
+        (ControllerSettings, "job_base", 0, 9999),
+        (ControllerSettings, "rsr", (101,) * 8, (101,) * 8),
+    ],
+)
+def test_the_least_and_the_largest_are_taken_and_nothing_beyond(
+    config: EmulatorConfig, kind: type, key: str, low: Any, high: Any
+) -> None:
+    """Of numbers, lists and names; one key more is refused too."""
+    filed = config.settings if kind is ControllerSettings else config
+    fields = {name: getattr(filed, name) for name in kind.__struct_fields__}
+    for value in (low, high):
+        assert getattr(convert({**fields, key: value}, kind), key) == value
+    beyond = [low - 1, high + 1] if isinstance(low, int) else [low[1:], (*high, *high)]
+    if key == "rsr_programs" and len(high) == 1:
+        beyond = [[""], ["1A"], ["a"], ["_A"], ["A-B"], [high[0] + "Q"], ["A\n"]]
+    for value in beyond:
+        with pytest.raises(ValidationError, match=key):
+            convert({**fields, key: value}, kind)
+    with pytest.raises(ValidationError, match="strange"):
+        convert({**fields, "strange": 1}, kind)

@@ -121,6 +121,93 @@ def test_suction_grips_only_what_is_near_below(bench: Bench, dx: float, dz: floa
     assert bench.parts.held is None and bench.kinds() == []
 
 
+@pytest.mark.parametrize(
+    ("dy", "dz", "gripped"),
+    [
+        (0.0, 0.9e-3, True),
+        (0.0, 1.1e-3, False),
+        (0.0, -1.9e-3, True),
+        (0.0, -2.1e-3, False),
+        (-5.9e-3, 0.0, True),
+        (-6.1e-3, 0.0, False),
+    ],
+)
+def test_suction_reaches_as_far_as_its_figures(
+    bench: Bench, dy: float, dz: float, gripped: bool
+) -> None:
+    """1.5 mm above and below the part's top, 6 mm beside its middle; the pick is at 0.5 mm."""
+    bench.be(X, Y + dy, WORK.pick_height + dz, True)
+    assert (bench.parts.held is not None) is gripped
+
+
+HANGS = 0.0205
+"""A held part's underside is so far below the tool [m]."""
+
+
+@pytest.mark.parametrize(
+    ("held", "dx", "dy", "z", "hit"),
+    [
+        # The part's top is at -10 mm and gives way by 8 mm, its radius is 12 mm.
+        (False, 0.0, 0.0, -0.0181, "nozzle hit part_1"),
+        (False, 0.0, 0.0, -0.0179, ""),
+        (False, 0.0, -0.0119, -0.0190, "nozzle hit part_1"),
+        (False, 0.0, -0.0121, -0.0190, ""),
+        # The stand's top is at -30 mm, its middle 16.5 mm inwards, its radius 32 mm.
+        (False, 0.0, 0.0165, -0.0306, "nozzle hit stand_1"),
+        (False, 0.0, 0.0165, -0.0304, ""),
+        (False, 0.0, 0.0165 - 0.0319, -0.0310, "nozzle hit stand_1"),
+        (False, 0.0, 0.0165 - 0.0321, -0.0310, ""),
+        (True, 0.0, 0.0, HANGS - 0.0381, "part_1 hit stand_1"),
+        (True, 0.0, 0.0, HANGS - 0.0379, ""),
+        # The middle of part_2 is 28.6 mm off, 14.3 mm to one side and 24.7 mm inwards.
+        (True, 0.0143, 0.0247, HANGS - 0.0106, "part_1 hit part_2"),
+        (True, 0.0143, 0.0247, HANGS - 0.0104, ""),
+        (True, 0.0143, 0.0247 - 0.0238, HANGS - 0.0120, "part_1 hit part_2"),
+        (True, 0.0143, 0.0247 - 0.0242, HANGS - 0.0120, ""),
+    ],
+)
+def test_what_goes_too_deep_has_hit(
+    bench: Bench, held: bool, dx: float, dy: float, z: float, hit: str
+) -> None:
+    """Half a millimetre into a face or a part, or more than the bellows gives way."""
+    if held:
+        bench.pick()
+    bench.parts.events.clear()
+    bench.be(X + dx, Y + dy, z, held, DT)
+    assert [(event.kind, event.message) for event in bench.parts.events] == (
+        [("collision", hit)] if hit else []
+    )
+    assert bench.parts.collisions == bool(hit)
+    for event in bench.parts.events:
+        assert event.part == hit[hit.find("part_") :][:6] * ("part_" in hit)
+        assert event.position == pytest.approx((X + dx, Y + dy, z - HANGS * held), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("dx", "dy", "above", "kind", "on"),
+    [
+        (0.0, 0.0, 0.0049, "placed", "stand_1"),
+        (0.0, 0.0, 0.0051, "dropped", "stand_1"),
+        (0.0143, 0.0247 - 0.0238, 0.0201, "dropped", "part_2"),
+        (0.0143, 0.0247 - 0.0242, 0.0049, "placed", "stand_1"),
+    ],
+)
+def test_where_a_part_is_let_go_it_lies_on_what_is_below(
+    bench: Bench, dx: float, dy: float, above: float, kind: str, on: str
+) -> None:
+    """A fall of more than 5 mm is a drop, and so is another part below; the text says on what."""
+    bench.pick()
+    bench.be(X + dx, Y + dy, HANGS - 0.03 + above, False)
+    last = bench.parts.events[-1]
+    assert (last.kind, bench.parts.drops) == (kind, kind == "dropped")
+    assert last.message.endswith(f"on {on}")
+    if kind == "dropped":
+        fall = above - 0.02 * (on == "part_2")
+        assert f"it fell {1e3 * fall:.1f} mm on" in last.message
+    place = bench.parts.place(bench.parts.parts[0])
+    assert place == pytest.approx((X + dx, Y + dy, -0.03 + 0.02 * (on == "part_2")), abs=1e-9)
+
+
 def test_part_is_let_go_once_air_is_in_the_nozzle(bench: Bench) -> None:
     """That takes release_ms; suction that comes back before keeps the part."""
     bench.pick()

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from functools import reduce
+from operator import getitem
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 from fanuc_emulator.config import load_emulator
-from fanuc_emulator.plant.config import axis_parameters, load_plant
+from fanuc_emulator.plant.config import Plant, axis_parameters, load_plant
 from harness.yaml_files import REMOVED, changed_yaml, copy_configuration, shipped
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.profile import CHOICE, PLANT_CHOICE, known_robots
@@ -92,6 +95,53 @@ def test_an_unknown_plant_is_refused_with_those_that_exist(robot: Robot) -> None
     """A typing error starts nothing."""
     with pytest.raises(ConfigError, match=r"unknown plant 'feild': .*plants has field, ideal"):
         load_plant(robot, CONFIG, "feild")
+
+
+BOUNDS = {
+    "clock.boot_offset_ms": (0, 2**31 - 1),
+    "clock.drift_ppm": (-500.0, 500.0),
+    "clock.error_ms": (0, 20),
+    "servo_period_ms": (1, 10),
+    "servo_substeps": (1, 16),
+    "interpolation_period_ms": (1, 40),
+    "interpolation_phase_ms": (0, 40),
+    "filter_ms.0": (10, 500),
+    "start_delay_ms": (0, 1000),
+    "measuring.period_ms": (1, 40),
+    "measuring.decimals": (0, 6),
+    "measuring.noise_deg": (0.0, 1.0),
+    "measuring.noise_mm": (0.0, 1.0),
+    "measuring.phase_ms": (0, 40),
+    "stream.rest_s": (0.0, 3600.0),
+    "payload_kg": (0.0, 1000.0),
+    "axes.joint_1.natural_frequency_hz": (0.1, 100.0),
+    "axes.joint_1.damping": (0.1, 5.0),
+    "axes.joint_1.velocity_feedforward": (0.0, 1.0),
+    "axes.joint_1.encoder_counts_per_turn": (1, 2**26),
+    "axes.joint_1.payload_inertia_percent": (0.0, 1000.0),
+    "axes.joint_1.zero_offset_deg": (-1.0, 1.0),
+    "axes.joint_1.zero_offset_mm": (-1.0, 1.0),
+}
+"""What can be a robot, by the places in a plant's file."""
+
+
+@pytest.mark.parametrize("place", BOUNDS)
+def test_a_figure_that_no_robot_has_is_refused(robot: Robot, place: str) -> None:
+    """The least and the largest are taken, what lies beyond is not."""
+    filed, (low, high) = load_plant(robot, CONFIG, "field"), BOUNDS[place]
+    step = 1 if isinstance(low, int) else 0.2
+
+    def with_figure(value: float) -> Plant:
+        fields: Any = msgspec.to_builtins(filed)
+        *path, last = [int(word) if word.isdigit() else word for word in place.split(".")]
+        reduce(getitem, path, fields)[last] = value
+        return msgspec.convert(fields, Plant, strict=False)
+
+    for value in (low, high):
+        assert with_figure(value)
+    for value in (low - step, high + step):
+        with pytest.raises(msgspec.ValidationError, match=place.removesuffix(".0").split(".")[-1]):
+            with_figure(value)
 
 
 @pytest.mark.parametrize(

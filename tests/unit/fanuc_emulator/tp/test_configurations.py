@@ -125,6 +125,26 @@ def test_six_joints_are_bent_and_turned_as_they_are_told() -> None:
     assert len(seen) == 8
 
 
+def test_six_joints_are_looked_for_where_they_are() -> None:
+    """In closed form: each guess but where the arm stands brings the flange to its goal.
+
+    All ways to bend the arm are among them and their likes, with the wrist turned over.
+    """
+    arm = PLANNERS[SIX.name]._arm
+    bend = Bend(SIX, arm)
+    for q in drawn():
+        goal, letters = arm.pose(q), set[str]()
+        here, *guesses = bend.guesses(goal, SIX.home_positions)
+        assert here == tuple(SIX.home_positions) and len(guesses) in (2, 4)
+        for guess in guesses:
+            both = list(bend.alike(guess))
+            assert len(both) == 2
+            for each in both:
+                assert arm.pose(each) == pytest.approx(goal, abs=1e-7)
+            letters |= {bend.at(each).letters for each in both}
+        assert len(letters) == 2 * len(guesses)
+
+
 def test_a_turn_that_leads_nowhere_is_refused() -> None:
     """J4 of articulated_six has no second turn at this place; of J6 one way alone is in range."""
     planner = PLANNERS[SIX.name]
