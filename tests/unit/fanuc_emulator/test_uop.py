@@ -12,7 +12,9 @@ from fanuc_emulator.uop import (
     UopRequest,
     UopSettings,
     unlit,
+    with_panel,
 )
+from harness.followed import FOLLOW_MAP
 from scara_config.modbus_map import load_modbus_map
 
 READY = UopSettings(
@@ -154,6 +156,18 @@ def test_outputs_without_allocation_are_those_of_the_makers_table() -> None:
     assert unlit("full") == ()
     assert unlit("none") == UO
     assert [UO.index(name) + 1 for name in UO if name not in unlit("simple")] == [1, 6, 9, 10]
+
+
+def test_a_map_without_keys_gets_those_of_the_stand_in() -> None:
+    """They stand where the shipped map has them, and the override can be written."""
+    shipped, made = load_modbus_map(), with_panel(FOLLOW_MAP)
+    assert not FOLLOW_MAP.coils.keys() & PANEL
+    for name in PANEL:
+        bit, wanted = made.coils[name], shipped.coils[name]
+        assert (bit.address, bit.normal) == (wanted.address, wanted.normal)
+        assert (bit.pulse_ms, bit.write) == (wanted.pulse_ms, wanted.write)
+    override = made.holding_registers["override"]
+    assert override.write and override.address == made.holding_registers["override_now"].address
 
 
 def test_names_and_levels_at_rest_are_those_of_the_map() -> None:
