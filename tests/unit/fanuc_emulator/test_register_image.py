@@ -152,7 +152,10 @@ def test_half_a_value_keeps_its_other_half(image: RegisterImage) -> None:
         (11100, [0, 0], r"override = 0 is outside \[1, 100\]"),
         (11100, [101, 0], r"override = 101 is outside"),
         (11070, [0], r"stream_speed = 0 is outside"),
-        (11069, [0x8000], r"heartbeat = -32768 is outside"),
+        (11070, [101], r"stream_speed = 101 is outside \[1, 100\]"),
+        (11069, [0x8000], r"heartbeat = -32768 is outside \[0, 32767\]"),
+        (11069, [0xFFFF], r"heartbeat = -1 is outside"),
+        (11068, [0xFFFF], r"setpoint_valid = -1 is outside \[0, 1\]"),
         (11068, [2], r"setpoint_valid = 2 is outside"),
         (11071, [0xFFFF], r"ring_write = -1 is outside \[0, 32760\]"),
         (11071, [32761], r"ring_write = 32761 is outside"),
@@ -166,6 +169,19 @@ def test_a_value_outside_its_range_is_refused_and_not_kept(
     with pytest.raises(RegisterError, match=text):
         image.take(offset, words)
     assert held(image) == before
+
+
+@pytest.mark.parametrize(
+    ("offset", "first", "last"),
+    [(11100, 1, 100), (11070, 1, 100), (11069, 0, 32767), (11068, 0, 1), (11071, 0, 32760)],
+)
+def test_the_ends_of_its_range_are_taken(
+    image: RegisterImage, offset: int, first: int, last: int
+) -> None:
+    """Override, R[2], R[1], whether PR[1] is complete, the ring's number."""
+    for value in (first, last):
+        ((_, (taken,)),) = image.take(offset, [value])
+        assert taken == value
 
 
 def test_a_register_that_is_not_there_is_named_by_its_number(

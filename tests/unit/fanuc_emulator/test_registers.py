@@ -2,6 +2,7 @@
 
 import math
 
+import msgspec
 import pytest
 from fanuc_emulator.registers import RegisterError, decode, encode
 from hypothesis import given
@@ -42,6 +43,18 @@ def test_values_stand_low_word_first_and_text_two_characters_a_word(
     assert encode(here, value) == words  # type: ignore[arg-type]
     decoded = decode(here, words)
     assert decoded == (value if isinstance(value, str) else pytest.approx(value, rel=1e-7))
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "words"),
+    [("int16", 3.5, [7]), ("int32", -1.7, [0xFFFD, 0xFFFF]), ("float32", 0.5, [0, 0x3F80])],
+)
+def test_a_scaled_value_is_a_number_of_its_steps(kind: str, value: float, words: list[int]) -> None:
+    """Whole ones, the nearest, where the register is whole."""
+    here = msgspec.structs.replace(register(kind), scale=0.5)
+    assert encode(here, (value,)) == words
+    assert decode(here, words) == (pytest.approx(value, abs=0.25 * (kind != "float32")),)
+    assert decode(here, encode(here, (1.5,))) == (1.5,)
 
 
 def test_high_word_first_swaps_the_words_of_wide_values_only() -> None:

@@ -375,6 +375,41 @@ def test_an_entry_out_of_range_is_refused(
 
 
 @pytest.mark.parametrize(
+    ("field", "least", "largest", "beyond"),
+    [
+        ("$ADDRESS", 0, 16384, (-1, 16385)),
+        ("$SIZE", 0, 16384, (-1, 16385)),
+        ("$MULTIPLY", 0.0001, 10000.0, (0.00009, 10000.5, -0.5)),
+        ("$VAR_NAME", "", "$SNPX_ASG[11].$ADDRESS@001.002", ("R[1]" + " " * 34,)),
+    ],
+)
+def test_the_ends_of_an_entrys_ranges_are_taken(
+    field: str, least: float | str, largest: float | str, beyond: tuple[float | str, ...]
+) -> None:
+    """In the first entry and the last; there is none behind it."""
+    table = AssignmentTable(power_up(LAYOUT))
+    for slot in (1, 80):
+        for value in (least, largest):
+            version = table.version
+            table.put(slot, field, value)
+            assert table.value(slot, field) == value and table.version != version
+        for value in beyond:
+            with pytest.raises(AssignmentError):
+                table.check(slot, field, value)
+    with pytest.raises(IndexError):
+        table[81]
+
+
+def test_the_gripper_is_the_first_output_of_the_robot(client: Client) -> None:
+    """RO[1]; of RI and the other RO nothing is wired here."""
+    client.bench.controller.write_input("gripper", True)
+    client.bench.run(0.01)
+    client.assign(1, 5000, 8, "RO[1]", 1.0)
+    client.assign(2, 6000, 8, "RI[1]", 1.0)
+    assert client.read(5000, 8) == [1, *[0] * 7] and client.read(6000, 8) == [0] * 8
+
+
+@pytest.mark.parametrize(
     "name", ["POS[0]", "ALM[1]", "PRG[1]", "UI[1]", "DO[1]", "$FAST_CLOCK", "PR[1]", "R[8]"]
 )
 def test_what_the_robot_alone_knows_is_read_only(client: Client, name: str) -> None:
