@@ -215,6 +215,18 @@ def test_what_is_no_bag_is_refused(tmp_path: Path, content: bytes | None, text: 
         pass
 
 
+def test_several_topics_are_read_at_their_times(tmp_path: Path) -> None:
+    """In seconds, as one alone is; the bag begins with the first message and ends with the last."""
+    stamps = pytest.approx([1000.0 + k for k in range(40)], abs=1e-6)
+    with open_bag(unfinished(tmp_path)) as bag:
+        alone = [(stamp, message.data) for stamp, message in bag.messages("a")]
+        both = [(stamp, read().data) for stamp, topic, read in bag.merged(("a",)) if topic == "a"]
+        assert alone == both and [value for _, value in both] == [float(k) for k in range(40)]
+        assert [stamp for stamp, _ in both] == stamps
+        assert (bag.start, bag.end) == pytest.approx((1000.0, 1039.0), abs=1e-6)
+        assert [list(times) for times in bag.arrivals()] == [stamps]
+
+
 def test_an_unfinished_bag_without_a_message_is_refused(tmp_path: Path) -> None:
     """There is nothing to repair."""
     path = unfinished(tmp_path, chunks=0)

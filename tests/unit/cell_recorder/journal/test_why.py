@@ -13,6 +13,7 @@ from cell_recorder.journal.entries import KINDS, Alarm, Audit, Cycle, Decision, 
 from cell_recorder.journal.since import Since, SinceError, parse_since
 from cell_recorder.journal.story import StoryLine, duration, tell
 from cell_recorder.journal.why_node import app
+from msgspec.structs import replace
 from typer.testing import CliRunner
 
 from scara_msgs.msg import TwinControllerState
@@ -139,6 +140,18 @@ def test_stop_is_told_with_who_asked_and_what_became_of_it() -> None:
 def test_what_became_of_a_stop(later: list[Any], outcome: str) -> None:
     """A refusal is no way on; a worse stop is named."""
     assert tell([STOP, *later])[0].outcome.startswith(outcome)
+
+
+def test_an_alarm_that_was_cleared_is_told_with_how_long_it_lasted() -> None:
+    """One that is raised has not lasted yet."""
+    raised = Alarm(
+        number=1, time=9.0, source="[gateway]", level="error", active=True, text="down", seconds=0.0
+    )
+    cleared = replace(raised, number=2, time=84.0, active=False, seconds=75.0)
+    assert [(line.what, line.words, line.outcome) for line in tell([raised, cleared])] == [
+        ("error", "[gateway]: down", ""),
+        ("cleared", "[gateway]: down", "after 1 min 15 s"),
+    ]
 
 
 def test_repeats_are_one_line() -> None:

@@ -245,7 +245,7 @@ def test_close_ends_although_the_disk_is_full(tmp_path: Path, disk: Disk) -> Non
     disk.problem = OSError(28, "No space left on device")
     writer.put(said("lost"))
     status = writer.close()
-    assert status.waiting == 1
+    assert status.waiting == 1 and not writer._thread.is_alive()
     assert lost_at_close(status) == f"1 entry is lost: {tmp_path}: No space left on device"
 
 

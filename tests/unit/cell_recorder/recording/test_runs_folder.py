@@ -108,6 +108,26 @@ def test_an_experiment_and_what_is_being_written_stay(tmp_path: Path) -> None:
     assert state.held_mb == pytest.approx(1.5)
 
 
+def test_a_recording_that_goes_meanwhile_hides_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Somebody removes the first that is looked at behind its mark."""
+    for name in "abc":
+        make(tmp_path, name, 9000.0)
+    lstat, bags = Path.lstat, list[Path]()
+
+    def gone(path: Path) -> os.stat_result:
+        bags.extend([path] * (path.suffix == ".bag"))
+        # Each is seen once when the sizes are added up.
+        if bags[:1] == [path] and bags.count(path) == 2:
+            raise FileNotFoundError(2, "No such file or directory")
+        return lstat(path)
+
+    monkeypatch.setattr(Path, "lstat", gone)
+    _, found = keep_limit(tmp_path, RunsState(limit_mb=0.1), NOW)
+    assert len(found) == 2
+
+
 def test_what_else_lies_beside_a_recording_stays(tmp_path: Path) -> None:
     """Only the bags and the mark go; an empty folder goes with them."""
     make(tmp_path, "with_notes", 9000.0)
