@@ -84,6 +84,8 @@ TYPED: dict[str, dict[str, object]] = {
     "select_mode": {"RSR": "RSR"},
     "rsr": {"ENABLE, 101": (101, *range(102, 109))},
     "job_base": {"0": 0},
+    "user_frame": {"0": 0},
+    "tool_frame": {"1": 1},
 }
 """What a person's keys make of the words in the sheet."""
 
@@ -154,7 +156,7 @@ def test_slots_are_written_once_somebody_agrees_and_read_back() -> None:
         refused = CliRunner().invoke(write, command, input="n\n")
         assert refused.exit_code == 1 and table[2].size == 0
         done = CliRunner().invoke(write, [*command, "--yes"])
-        assert done.exit_code == 0 and "24 written; all slots are there" in done.output, done.output
+        assert done.exit_code == 0 and "26 written; all slots are there" in done.output, done.output
         assert [table[number] for number in range(1, 81)] == slot_table(kit_map(LAYOUT))
         again = CliRunner().invoke(write, command)
         assert "0 written; all slots are there" in again.output

@@ -118,6 +118,8 @@ def system(**changed: str) -> str:
         "$SHELL_CFG.$JOB_BASE": "0",
         "$SHELL_CFG.$RSR_ENABLE[1]": "TRUE",
         "$SHELL_CFG.$NUM_RSR[1]": "101",
+        "$MNUFRAMENUM[1]": "0",
+        "$MNUTOOLNUM[1]": "1",
     }
     for number, slot in enumerate(slot_table(LAYOUT), start=1):
         values |= {
@@ -134,6 +136,12 @@ def system(**changed: str) -> str:
             rows += [
                 f"     Field: {array}  ARRAY[9] OF REAL",
                 f"      [{index} = {value}",
+            ]
+        elif name.startswith("$MNU"):
+            array, _, index = name.rpartition("[")
+            rows += [
+                f"[*SYSTEM*]{array}  Storage: SHADOW  Access: RW  : ARRAY[1] OF BYTE",
+                f"     [{index} = {value}",
             ]
         elif "." in name:
             rows.append(f"     Field: {name} Access: RW: INTEGER = {value}")
@@ -226,7 +234,8 @@ def test_a_controller_that_is_set_up_lacks_nothing() -> None:
     full = IOSTATE.replace("UI[   2] OFF", "UI[   2]  ON") + "".join(
         f"UI[{number:4d}]  ON\n" for number in range(3, 19)
     )
-    found = read(system(), VERSION, full.replace("</PRE></body></html>", ""))
+    frames = tool_frames("0.000")
+    found = read(system(), frames, VERSION, full.replace("</PRE></body></html>", ""))
     found.signals["UI"] |= dict.fromkeys(range(3, 19), True)
     assert list(missing(LAYOUT, found)) == [] and unheard(found) == []
 
@@ -241,6 +250,8 @@ def test_a_controller_that_is_set_up_lacks_nothing() -> None:
         ("$SHELL_CFG.$CONT_ONLY", "FALSE", "CONT_ONLY is False", "START for CONTINUE only: TRUE"),
         ("$SHELL_CFG.$NUM_RSR[1]", "0", "NUM_RSR[1] is 0", "RSR1 program number: ENABLE, 101"),
         ("$SHELL_CFG.$JOB_BASE", "100", "JOB_BASE is 100", "Base number: 0"),
+        ("$MNUFRAMENUM[1]", "2", "$MNUFRAMENUM[1] is 2", "Frames > User Frame > SETIND: 0"),
+        ("$MNUTOOLNUM[1]", "4", "$MNUTOOLNUM[1] is 4", "Frames > Tool Frame > SETIND: 1"),
         ("$SNPX_ASG[2].$ADDRESS", "1001", "slot 2 is POS[0]@27.19 at 1001, 19", "$SNPX_ASG"),
         ("$SNPX_ASG[2].$SIZE", "0", "slot 2 is empty", "$SNPX_ASG"),
     ],
@@ -251,6 +262,41 @@ def test_what_is_not_set_is_named_with_its_menu(
     """One line for each."""
     (line,) = missing(LAYOUT, read(system(**{name: value})))
     assert said in line and menu in line
+
+
+def tool_frames(z: str) -> str:
+    """Return the file of frames: the first tool frame is so far out, the second never set."""
+    return (
+        "[*SYSTEM*]$MNUTOOL  Storage: SHADOW  Access: RW  : ARRAY[1,10] OF POSITION\n"
+        "     [1,1] = \n  Group: 1   Config: N D B, 0, 0, 0\n"
+        f"  X:     0.000   Y:     0.000   Z:   {z}\n"
+        "  W:     0.000   P:     0.000   R:     0.000\n"
+        "     [1,2] = Uninitialized\n"
+        "[*SYSTEM*]$MNUFRAMENUM  Storage: SHADOW  Access: RW  : ARRAY[1] OF BYTE\n     [1] = 0\n"
+    )
+
+
+def test_a_tool_frame_that_no_program_sets_is_named_unless_it_is_the_flange() -> None:
+    """Cartesian positions are of that tool; the pair's are of joints, so nothing else shows it."""
+    found = read(tool_frames("120.500"))
+    assert found.unread == [] and found.variables["$MNUFRAMENUM[1]"] == 0
+    (line,) = missing(LAYOUT, found)
+    assert "$MNUTOOL[1,1] is 0, 0, 120.5, 0, 0, 0" in line and "Tool Frame > DETAIL: all 0" in line
+    assert list(missing(LAYOUT, found, tool_is_set=True)) == []
+    assert list(missing(LAYOUT, found, leads=False)) == []
+    flange = read(tool_frames("0.000"))
+    assert list(missing(LAYOUT, flange)) == []
+    assert "$MNUTOOL[1,1].X" not in unheard(flange) and "$MNUTOOL[1,1].X" in unheard(read(CURPOS))
+
+
+def test_the_selected_frames_are_read_of_the_current_position_too() -> None:
+    """Of the first group."""
+    selected = ("$MNUFRAMENUM[1]", "$MNUTOOLNUM[1]")
+    assert [read(CURPOS).variables[name] for name in selected] == [0, 1]
+    other = CURPOS.replace("Frame #:   0  Tool #:   1", "Frame #:   3  Tool #:   2")
+    lines = list(missing(LAYOUT, read(other, CURPOS)))
+    assert ["user frame" in line.lower() for line in lines] == [True, False]
+    assert len(lines) == 2
 
 
 def test_a_robot_that_is_only_followed_needs_less() -> None:

@@ -78,6 +78,8 @@ GAPS: list[tuple[str, str, Callable[[AssignmentTable], None], str, str]] = [
     ("start", "ready, start_for_continue: false", lambda _: None, "start_for_continue", "START"),
     ("RSR off", f"ready, rsr: {[0] * 8}", lambda _: None, "rsr", "RSR1 is disabled"),
     ("RSR number", f"ready, rsr: {[1] * 8}", lambda _: None, "rsr", "RSR1 starts RSR0001"),
+    ("user frame", "ready, user_frame: 2", lambda _: None, "user_frame", "user frame 2"),
+    ("tool frame", "ready, tool_frame: 3", lambda _: None, "tool_frame", "tool frame 3"),
     ("RSR base", "ready, job_base: 100", lambda _: None, "job_base", "RSR0101 and 100 more"),
 ]
 
@@ -106,6 +108,16 @@ def test_a_ready_robot_has_no_gap() -> None:
     texts = [finding.what for finding in seen.findings]
     assert "the controller is set up as the kit says" in texts
     assert "two settings cannot be seen from here" in texts
+
+
+def test_frames_that_no_slot_shows_are_looked_up_at_the_robot() -> None:
+    """Slots that were typed before they were asked for are no gap; what to look at is said."""
+    assert "$MNUTOOLNUM[1]" in str(look("ready, tool_frame: 0").findings)
+    seen = look(READY, slot(30, "$ADDRESS", 9001))
+    assert seen.wrong == [] and seen.writes == 0
+    (told,) = [found for found in seen.findings if "$MNUTOOLNUM[1]" in found.what]
+    assert told.level is Level.NOTE and "slot 30" in told.what
+    assert "User Frame > SETIND: 0" in told.advice and "Tool Frame > SETIND: 1" in told.advice
 
 
 def test_a_delivered_robot_is_led_through_gap_by_gap() -> None:

@@ -4,7 +4,7 @@ The kit prints this table, the doctor names its rows, and the stand-in's files o
 values.
 
 Source:
-    The maker's operator's manual B-83284EN/09, sections 3.3, 3.8, 3.15: docs/sources.md.
+    The maker's operator's manual B-83284EN/09, sections 3.3, 3.8, 3.9, 3.15: docs/sources.md.
 """
 
 from __future__ import annotations
@@ -57,6 +57,9 @@ class Setting:
 _VARIABLES = "SYSTEM > Variables"
 _CONFIG = "SYSTEM > Config"
 _SELECT = "SETUP > Prog Select"
+_FRAMES = "SETUP > Frames"
+TOOL_NUMBER = "$MNUTOOLNUM[1]"
+"""The tool frame that is selected; 0: none, or nothing shows it."""
 SETTINGS = (
     Setting(
         "num_modbus",
@@ -170,6 +173,20 @@ SETTINGS = (
         "3.8.1",
     ),
     Setting(
+        "user_frame",
+        f"{_FRAMES} > User Frame > SETIND",
+        "0",
+        "programs whose positions name another frame than the one selected stop",
+        "3.9.2",
+    ),
+    Setting(
+        "tool_frame",
+        f"{_FRAMES} > Tool Frame > SETIND",
+        "1",
+        "as the user frame; its numbers are 0 (DETAIL) where no program sets UTOOL[1]",
+        "3.9.1",
+    ),
+    Setting(
         "programs",
         "SELECT > CREATE, then SETUP > BG Logic",
         "the sheet of programs",
@@ -214,6 +231,8 @@ WANTED = (
     Wanted("rsr", "$SHELL_CFG.$RSR_ENABLE[1]", 1, "RSR1 is disabled"),
     Wanted("rsr", "$SHELL_CFG.$NUM_RSR[1]", STREAM_NUMBER, "RSR1 starts RSR{:04d}"),
     Wanted("job_base", "$SHELL_CFG.$JOB_BASE", 0, "RSR1 starts RSR0101 and {} more"),
+    Wanted("user_frame", "$MNUFRAMENUM[1]", 0, "user frame {} is selected"),
+    Wanted("tool_frame", TOOL_NUMBER, 1, "tool frame {} is selected"),
 )
 """In the order of ``SETTINGS``."""
 
@@ -271,6 +290,7 @@ def watched_of(words: list[int]) -> Watched:
         whole = sum(word << 16 * at for at, word in enumerate(of(slot)))
         return tuple(bool(whole >> bit & 1) for bit in range(count))
 
-    *numbers, si, so, ui, uo = WATCHED
-    values = {slot.name: of(slot)[0] | of(slot)[1] << 16 for slot in numbers}
+    # A number has the factor 1; signals, sixteen a word, have 0.
+    values = {slot.name: of(slot)[0] | of(slot)[1] << 16 for slot in WATCHED if slot.multiply}
+    si, so, ui, uo = (slot for slot in WATCHED if not slot.multiply)
     return Watched(values, bits(si, 16), bits(so, 16), bits(ui, 18), bits(uo, 20))

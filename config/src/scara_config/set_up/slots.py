@@ -79,13 +79,17 @@ _NUMBERS = (
     "$SHELL_CFG.$RSR_ENABLE[1]",
     "$SHELL_CFG.$NUM_RSR[1]",
 )
+_FRAMES = ("$MNUFRAMENUM[1]", "$MNUTOOLNUM[1]")
 _SIGNALS = {"SI[0]": 1, "SO[0]": 1, "UI[1]": 2, "UO[1]": 2}
 """Sixteen signals a word."""
+_ROWS = (
+    *[(name, 2, 1.0) for name in _NUMBERS],
+    *[(name, size, 0.0) for name, size in _SIGNALS.items()],
+    *[(name, 2, 1.0) for name in _FRAMES],
+)
 WATCHED = tuple(
-    Assignment(_FIRST_WATCHED + 2 * at, 2, name, 1.0) for at, name in enumerate(_NUMBERS)
-) + tuple(
-    Assignment(_FIRST_WATCHED + 2 * (len(_NUMBERS) + at), size, name, 0.0)
-    for at, (name, size) in enumerate(_SIGNALS.items())
+    Assignment(_FIRST_WATCHED + 2 * at, size, name, multiply)
+    for at, (name, size, multiply) in enumerate(_ROWS)
 )
 """By these a client sees how the controller is set up, without writing anything."""
 FREE_SLOTS = LAST_OWN - FIRST_OWN + 1 - len(WATCHED)

@@ -35,6 +35,7 @@ class ControllerSettings(UopSettings, frozen=True, forbid_unknown_fields=True, k
         select_mode: By which signals a program is chosen.
         rsr: Registration number of RSR1 to RSR8; 0: that RSR is disabled.
         job_base: Is added to it; the program is named RSR and four digits.
+        user_frame, tool_frame: Numbers of those that are selected.
     """
 
     num_modbus: Annotated[int, Meta(ge=0, le=16)]
@@ -47,6 +48,8 @@ class ControllerSettings(UopSettings, frozen=True, forbid_unknown_fields=True, k
     select_mode: Literal["RSR", "PNS", "STYLE", "OTHER"]
     rsr: Annotated[tuple[int, ...], Meta(min_length=8, max_length=8)]
     job_base: Annotated[int, Meta(ge=0, le=9999)]
+    user_frame: Annotated[int, Meta(ge=0, le=9)]
+    tool_frame: Annotated[int, Meta(ge=0, le=10)]
 
     @property
     def local(self) -> str:

@@ -13,6 +13,8 @@ from fanuc_kit.printouts import Printout, Value
 
 HMI_DEVICE = "R553"
 """The option without which there is no Modbus server of this kind."""
+_TOOL = "$MNUTOOL[1,1]"
+_TOOL_MENU = "MENU > SETUP > Frames > Tool Frame > DETAIL: all 0"
 _LIMITS = (
     ("lower", "$PARAM_GROUP[1].$LOWERLIMS[{}]"),
     ("upper", "$PARAM_GROUP[1].$UPPERLIMS[{}]"),
@@ -20,7 +22,9 @@ _LIMITS = (
 )
 
 
-def missing(layout: ModbusMap, found: Printout, leads: bool = True) -> Iterator[str]:
+def missing(
+    layout: ModbusMap, found: Printout, leads: bool = True, tool_is_set: bool = False
+) -> Iterator[str]:
     """Yield what the printouts show that is not set, each with its menu.
 
     What no printout says is not judged.
@@ -29,6 +33,7 @@ def missing(layout: ModbusMap, found: Printout, leads: bool = True) -> Iterator[
         layout: modbus_map.yaml.
         found: What the printouts say.
         leads: False: the robot is only followed, and needs less.
+        tool_is_set: A program of the profile sets the numbers of its tool frame.
     """
     if found.options and HMI_DEVICE not in found.options:
         yield f"option {HMI_DEVICE}, HMI Device (SNPX), is not there: order it from the maker"
@@ -43,6 +48,11 @@ def missing(layout: ModbusMap, found: Printout, leads: bool = True) -> Iterator[
         value = found.variables.get(each.variable, each.value)
         if value != each.value:
             yield _line(each.key, f"{each.variable} is {value}")
+    frame = [found.variables.get(f"{_TOOL}.{axis}") for axis in "XYZWPR"]
+    if not tool_is_set and any(isinstance(at, float) and abs(at) > 5e-4 for at in frame):
+        numbers = ", ".join(f"{at:g}" for at in frame if isinstance(at, float))
+        what = f"{_TOOL} is {numbers}, and no program sets UTOOL[1]: Cartesian positions are of"
+        yield f"{what} that tool -> {_TOOL_MENU}"
     inputs = found.signals.get("UI")
     if inputs is not None and len(inputs) < 18:
         have = ", ".join(map(str, sorted(inputs)))
@@ -58,6 +68,7 @@ def unheard(found: Printout) -> list[str]:
         "$SNPX_PARAM.$NUM_MODBUS",
         "$SNPX_ASG[1].$ADDRESS",
         *[each.variable for each in WANTED],
+        f"{_TOOL}.X",
     ]
     silent = [name for name in names if name not in found.variables]
     silent += ["options"] * (not found.options) + ["UI"] * ("UI" not in found.signals)

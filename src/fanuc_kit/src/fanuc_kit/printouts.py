@@ -36,6 +36,7 @@ _GROUP = re.compile(r"\s*(?:Group|Config):")
 _OPTION = re.compile(r"(.{22})([A-Z0-9]{4})\s*")
 _AXIS = re.compile(r"\s*(\d+)\s+(\d+)\s+(\S.*?)\s*")
 _JOINT = re.compile(r"Joint\s+(\d+):\s+(-?[\d.]+)\s*")
+_SELECTED = re.compile(r"Frame #:\s*(\d+)\s+Tool #:\s*(\d+)\s*")
 _COORDINATE = re.compile(r"([XYZWPR]|E\d):\s+(-?[\d.]+)\s*")
 _POSITION = re.compile(r"\s*\[(\d+),(\d+)\]\s*=\s*'(.*?)'\s*(.*?)\s*")
 _FIRST_GROUP = re.compile(r"\$POSREG\[1,(\d+)\]")
@@ -187,7 +188,11 @@ def _take_position(line: str, into: Printout) -> bool:
     if (one := _COORDINATE.fullmatch(line.strip())) is not None:
         into.pose[one[1]] = float(one[2])  # that of the world comes last
         return True
-    heads = ("Group #", "CURRENT", "Frame #", "Tool #", "CFG:", "Cartesian position cannot")
+    if (selected := _SELECTED.fullmatch(line.strip())) is not None:
+        for name, value in zip(("$MNUFRAMENUM[1]", "$MNUTOOLNUM[1]"), selected.groups()):
+            into.variables.setdefault(name, int(value))  # the first group comes first
+        return True
+    heads = ("Group #", "CURRENT", "Tool #", "CFG:", "Cartesian position cannot")
     return line.strip().startswith(heads)
 
 

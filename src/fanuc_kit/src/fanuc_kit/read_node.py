@@ -6,6 +6,7 @@ Exit code 0: nothing is missing, 1: something is, 2: a file cannot be read.
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Annotated
 
@@ -13,6 +14,7 @@ import typer
 from rich.console import Console
 from scara_config import ConfigError, load_robot
 from scara_config.modbus_map import load_modbus_map
+from scara_config.programs.files import program_files
 from scara_config.set_up.kit_map import kit_map
 from scara_ros.shell.command_line_io import CommandLine, ConfigDir, RobotName, choose_robot
 from scara_ros.shell.program_io import WRONG
@@ -20,6 +22,7 @@ from scara_ros.shell.program_io import WRONG
 from fanuc_kit.judge import missing, proposals, unheard
 from fanuc_kit.printouts import Printout, read_printout
 
+_SETS_TOOL = re.compile(r"^\s*\d*:\s*UTOOL\[1(:[^\]]*)?\]\s*=", re.MULTILINE)
 ENDS = (".va", ".dg", ".ls", ".txt", ".htm", ".stm")
 app = CommandLine("read", {ConfigError: WRONG}, help="Read a controller's own printouts.")
 
@@ -41,7 +44,10 @@ def read(
             raise ConfigError(f"{path}: cannot be read: {error}") from error
         read_printout(text, path.name, found)
     console = Console(highlight=False, soft_wrap=True)
-    gaps, offers = list(missing(layout, found, profile.lead)), list(proposals(profile, found))
+    texts = (path.read_text(encoding="utf-8") for path in program_files(config_dir).values())
+    tool_is_set = any(_SETS_TOOL.search(text) for text in texts)
+    gaps = list(missing(layout, found, profile.lead, tool_is_set))
+    offers = list(proposals(profile, found))
     for title, lines in (
         ("not set", gaps),
         ("robot.yaml", offers),

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import msgspec
 from scara_config.modbus_map import ModbusMap
-from scara_config.set_up.settings import Setting, Watched, setting, watched_of
+from scara_config.set_up.settings import TOOL_NUMBER, Setting, Watched, setting, watched_of
 from scara_config.set_up.slots import WATCHED, Assignment, own_slots, slot_table
 
 from robot_doctor.finding import Finding, Group, Level, fine, note
@@ -49,7 +49,15 @@ def check_set_up(layout: ModbusMap, found: SetUp, led: bool) -> Iterator[Finding
     for row, what in gaps:
         level = Level.WRONG if led or not row.leads else Level.NOTE
         yield Finding(Group.LINKS, level, what, row.advice)
-    if found.served and watched_of(list(found.watched)).there:
+    watched = watched_of(list(found.watched))
+    if found.served and watched.there and not watched.numbers[TOOL_NUMBER]:
+        slot = _named(slot_table(layout), WATCHED[-1])
+        yield note(
+            Group.LINKS,
+            f"{slot} reads 0: it shows nothing, or tool frame 0 is selected",
+            f"{setting('user_frame').advice}; {setting('tool_frame').advice}",
+        )
+    if found.served and watched.there:
         yield note(
             Group.LINKS,
             "two settings cannot be seen from here",
@@ -132,7 +140,9 @@ def _settings(found: Watched) -> Iterator[tuple[Setting, str]]:
         if not found.ui[index]:
             yield setting("unwired"), f"{name} is off: without a wire, or somebody switched it off"
     for key, said in found.differ():
-        yield setting(key), said
+        # A slot that is not typed, or shows no variable of one byte, reads 0 too: that is a note.
+        if key != "tool_frame" or found.numbers[TOOL_NUMBER]:
+            yield setting(key), said
     if not (found.si[8] and found.si[9]):
         yield setting("mode"), "the mode switch is not at AUTO"
     if found.so[7]:

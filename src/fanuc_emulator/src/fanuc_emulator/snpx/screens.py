@@ -31,6 +31,8 @@ def variable(settings: ControllerSettings, family: str, index: int) -> int | Non
         "$SHELL_CFG.$USE_ABORT": int(settings.cstopi_for_abort),
         "$SHELL_CFG.$CONT_ONLY": int(settings.start_for_continue),
         "$SHELL_CFG.$JOB_BASE": settings.job_base,
+        "$MNUFRAMENUM": settings.user_frame,
+        "$MNUTOOLNUM": settings.tool_frame,
         "$SNPX_PARAM.$NUM_ASG": SLOTS,
         "$SNPX_PARAM.$NUM_MODBUS": settings.num_modbus,
     }

@@ -119,6 +119,8 @@ FAMILIES = {
     "SO": Family("SO[{}]", 0, 15, _SIGNAL),
     "$SHELL_CFG.$RSR_ENABLE": Family("$SHELL_CFG.$RSR_ENABLE[{}]", 1, 8, _NUMBER),
     "$SHELL_CFG.$NUM_RSR": Family("$SHELL_CFG.$NUM_RSR[{}]", 1, 8, _NUMBER),
+    "$MNUFRAMENUM": Family("$MNUFRAMENUM[{}]", 1, 1, _NUMBER),
+    "$MNUTOOLNUM": Family("$MNUTOOLNUM[{}]", 1, 1, _NUMBER),
     "$SNPX_ASG.$ADDRESS": Family("$SNPX_ASG[{}].$ADDRESS", 1, SLOTS, _NUMBER),
     "$SNPX_ASG.$SIZE": Family("$SNPX_ASG[{}].$SIZE", 1, SLOTS, _NUMBER),
     "$SNPX_ASG.$VAR_NAME": Family(
