@@ -17,6 +17,7 @@ from fanuc_kit.sheet import Boxes, Listing, Sheet, Table, Text, html, markdown
 from fanuc_kit.write_node import app as write
 from harness.emulated.served import CONFIG, LAYOUT, served
 from harness.processes import free_port
+from harness.yaml_files import copy_configuration
 from pymodbus.client import ModbusTcpClient
 from scara_config.modbus_map import load_modbus_map
 from scara_config.profile import CHOICE
@@ -187,6 +188,27 @@ def test_printouts_of_a_folder_are_read(tmp_path: Path) -> None:
     (tmp_path / "system.va").unlink()
     done = CliRunner().invoke(read, [str(tmp_path)])
     assert done.exit_code == 2 and "no printout" in done.output
+
+
+@pytest.mark.parametrize(
+    ("line", "named"), [("UTOOL[1]=PR[9]", False), ("UTOOL[2]=PR[9]", True), ("UTOOL_NUM=1", True)]
+)
+def test_a_tool_frame_that_a_program_of_the_robot_sets_is_not_judged(
+    tmp_path: Path, line: str, named: bool
+) -> None:
+    """That one; selecting it, or setting another, is no setting."""
+    config = tmp_path / "config"
+    config.mkdir()
+    copy_configuration(config)
+    text = programs()["RSR0101"].replace("PR[1]=JPOS", line)
+    (config / "programs" / "TOOLS.LS").write_text(text.replace("RSR0101", "TOOLS"))
+    (tmp_path / "sysframe.va").write_text(
+        "[*SYSTEM*]$MNUTOOL  Storage: SHADOW  Access: RW  : ARRAY[1,1] OF POSITION\n"
+        "    [1,1] =\n  Group: 1   Config: N D B, 0, 0, 0\n"
+        "  X:     0.000   Y:     0.000   Z:    20.000\n"
+    )
+    done = CliRunner().invoke(read, [str(tmp_path / "sysframe.va"), "--config-dir", str(config)])
+    assert ("no program sets UTOOL[1]" in done.output) is named, done.output
 
 
 def test_the_map_that_is_made_is_that_of_the_slots(tmp_path: Path) -> None:
