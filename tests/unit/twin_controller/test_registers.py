@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 from scara_config.set_up.kit_map import kit_map
-from twin_controller.modbus.blocks import Block
+from twin_controller.modbus.blocks import Block, check_robot
 from twin_controller.registers import RegisterCodec
 from twin_controller.robot_sample import (
     AlarmStatus,
@@ -284,6 +284,14 @@ def test_a_map_that_needs_more_than_one_request_is_refused(
     }
     with pytest.raises(ConfigError, match=text):
         RegisterCodec(msgspec.structs.replace(LAYOUT, holding_registers=registers), ROBOT)
+
+
+def test_a_map_without_positions_has_no_place_for_an_axis() -> None:
+    """The first joint is named."""
+    held = {name: each for name, each in LAYOUT.holding_registers.items() if name != "position"}
+    layout = msgspec.structs.replace(LAYOUT, holding_registers=held)
+    with pytest.raises(ConfigError, match="position has 0 values, joint_1 is axis 1"):
+        check_robot(layout, ROBOT)
 
 
 FOLLOWED = RegisterCodec(FOLLOW_MAP, msgspec.structs.replace(ROBOT, lead=False))

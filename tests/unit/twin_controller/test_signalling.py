@@ -55,6 +55,19 @@ def test_commands_go_one_after_the_other_in_their_order() -> None:
     assert second is not None and second.code == 10 and second.sequence != first.sequence
 
 
+def test_it_says_when_something_is_to_be_written() -> None:
+    """At once, then when the command is to be repeated; confirmed, nothing is."""
+    waiting = CommandQueue(WORD, PATIENCE)
+    waiting.put("cstopi", True, True)
+    assert waiting.due() is None, "the robot's number is not known"
+    waiting.confirm(4)
+    assert waiting.due() == 0.0
+    command = waiting.next(10.0)
+    assert command is not None and waiting.due() == pytest.approx(10.1)
+    waiting.confirm(command.sequence)
+    assert waiting.due() is None
+
+
 def test_an_unconfirmed_command_is_repeated_with_its_number_then_given_up() -> None:
     """A lost write costs 0.1 s; a deaf robot is told about, and the next command has its turn."""
     commands = queue()

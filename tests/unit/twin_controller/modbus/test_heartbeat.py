@@ -53,6 +53,12 @@ def test_what_was_never_written_is_somebody_elses(own: int, ahead: int, foreign:
     assert stranger == (foreign not in ours)
 
 
+@pytest.mark.parametrize(("own", "sent"), [(32766, 1), (32767, 2), (5, 9)])
+def test_zero_is_never_ours(own: int, sent: int) -> None:
+    """Not even where the count begins again: it disarms the watchdog."""
+    assert heard(Echo(own, own), 0, sent) == (Echo(own, 0), True)
+
+
 def test_the_count_fits_into_a_signed_word() -> None:
     """R[] of one word ends there; 0 would disarm the watchdog."""
     assert next_beat(32766) == 32767 and next_beat(32767) == 1

@@ -148,6 +148,21 @@ def test_one_question_that_was_held_up_does_not_bring_the_next_too_soon(tick_ms:
     assert statistics.quantiles(ages, n=10)[7] < 0.5e-3
 
 
+def test_a_machine_that_stood_still_asks_as_close_to_the_ticks_as_before() -> None:
+    """What a stall took is no time from being woken to asking."""
+    robot, times, off = Robot(5, ppm=0.0), PollTimes(POLL, DRIFT_PPM), []
+    now, count = 100.0, 0
+    times.begin(now)
+    while now < LEARNT + 20.0:
+        now, count = max(now, times.due) + (0.2 if count % 40 == 0 else 1e-5), count + 1
+        stamp, _ = robot.read(now)
+        times.polled(stamp, now, now)
+        if times.aimed and now > LEARNT:
+            # Behind a tick or, to scan, before one.
+            off.append(abs(math.remainder(times.due - BASE, 5e-3)))
+    assert len(off) > 500 and max(off) < 0.5e-3
+
+
 @pytest.mark.parametrize("tick_ms", [2, 4, 5, 6, 8, 9])
 def test_the_core_learns_the_same_period_and_the_same_clock(tick_ms: int) -> None:
     """Polls that always come alike would make a period look longer, and lose the clock's bound."""
