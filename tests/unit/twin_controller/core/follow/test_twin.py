@@ -84,6 +84,17 @@ def test_speeds_that_are_told_or_of_uncertain_age_have_no_jerk() -> None:
     assert ticked.age_doubt > 0.0 and go_on(SETUP, ticked)[1] == ()
 
 
+def test_the_acceleration_of_readings_of_any_age_is_the_last_slope_alone() -> None:
+    """What the slope changed by is their ages more than the motion."""
+    side, _ = turning(-300.0)
+    assert side.flags is not None
+    ticked = replace(side, flags=replace(side.flags, plain_clock=True))
+    last, before = side.history[-1], side.history[-2]
+    slope = (last.qdot[0] - before.qdot[0]) / (last.time - before.time)
+    assert go_on(SETUP, ticked)[0][0] == pytest.approx(slope, rel=1e-9)
+    assert abs(go_on(SETUP, side)[0][0] - slope) > 1.0
+
+
 @pytest.mark.parametrize("jerk", [1e5, -1e5])
 def test_no_joint_is_thought_faster_to_speed_up_than_it_can_be(jerk: float) -> None:
     """A difference of differences of readings is noisy; nor is a set point beyond a limit."""

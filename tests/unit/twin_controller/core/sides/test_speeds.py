@@ -56,10 +56,46 @@ def test_a_drive_that_turns_to_braking_has_its_speed(period: float) -> None:
     """
     jerk, t = -60.0 / 0.04, period * np.arange(30)
     begun = np.maximum(0.0, t - t[20])
-    way, speed = 15.0 * t**2 + jerk / 6.0 * begun**3, 30.0 * t + jerk / 2.0 * begun**2
+    way = -5.0 * t + 15.0 * t**2 + jerk / 6.0 * begun**3
+    speed = -5.0 + 30.0 * t + jerk / 2.0 * begun**2
     off = [abs(found(way[: k + 1], 1e-6, period) - speed[k]) for k in range(19, 29)]
     assert max(off[5:]) <= 0.01 * abs(jerk) * period**2 + 0.01
     assert max(off) <= 0.25 * abs(jerk) * period**2 + 0.01
+
+
+def test_no_drive_is_thought_faster_than_it_can_be() -> None:
+    """Where speeding up ends at its greatest speed a parabola through the corner goes beyond."""
+    t, most = 0.012 * np.arange(40), MOST_SPEED[0]
+    begun = np.minimum(t, most / 38.0)
+    way = 19.0 * begun**2 + most * (t - begun)
+    for sign in (1.0, -1.0):
+        told = [found(sign * way[: k + 1], 1e-5, 0.012) for k in range(3, 40)]
+        assert max(sign * np.array(told)) == pytest.approx(most, abs=1e-9)
+
+
+def test_a_motion_that_begins_is_seen_by_its_newest_readings_whatever_their_age() -> None:
+    """What an unknown age hides grows with the speed: first there is little to average.
+
+    At half the greatest speed the same ages are averaged over more readings than three.
+    """
+    random = np.random.default_rng(11)
+    few: list[float] = []
+    for _ in range(200):
+        ages = random.uniform(0.0, 0.008, 24)
+        times = 0.01 * np.arange(24)
+        at = np.maximum(0.0, times - ages - times[19])
+        samples = readings(20.0 * at**2, 0.01)
+        told = speeds(samples[:-1], samples[-1], (1e-5,), MOST_SPEED, MOST_ACCELERATION, 0.0023)
+        few.append(told[0] - 40.0 * at[-1])
+    # It goes at 1.4 rad/s then; readings of when it stood would make that 0.6 rad/s less.
+    assert abs(np.mean(few)) <= 0.3
+    evenly = 0.5 * MOST_SPEED[0] * (times - random.uniform(0.0, 0.008, (500, 24)))
+    rows = [readings(row, 0.01) for row in evenly]
+    wrong = [
+        speeds(row[:-1], row[-1], (1e-5,), MOST_SPEED, MOST_ACCELERATION, 0.0023)[0] for row in rows
+    ]
+    three = np.linalg.norm(slope_weights(times[-FEWEST:] - times[-1], PARABOLA))
+    assert np.std(wrong) <= 0.5 * three * 0.0023 * 0.5 * MOST_SPEED[0]
 
 
 def test_one_reading_has_no_speed() -> None:

@@ -50,7 +50,8 @@ def go_on(setup: Setup, real: RealSide) -> tuple[Joints, tuple[JointMotion, ...]
     are told, and of instants that are known to a tick, a jerk would be noise alone: there is none.
     """
     history = real.history
-    qddot = estimate_acceleration(history, setup.acceleration)
+    # Readings of any age make speeds whose second difference is noise.
+    qddot = estimate_acceleration(history[-2:] if real.age_doubt else history, setup.acceleration)
     if real.flags is None or real.flags.motion.qdot or real.ticked:
         return qddot, ()
     apart = [history[-1]]

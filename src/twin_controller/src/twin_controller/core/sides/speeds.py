@@ -35,8 +35,6 @@ ROUNDED_S = 0.1
 STILL = 5.5
 """A joint stands whose readings lie no further apart than this times their standard deviation: of
 16 of one joint that stands, 1 in 100 does. Our choice."""
-USUAL = 0.5
-"""Part of its greatest speed with which a joint moves where the age of readings is weighed."""
 
 
 def speeds(
@@ -65,8 +63,10 @@ def speeds(
         return (0.0,) * len(newest.q)
     q = np.array([row.q for row in rows])
     s = np.array([row.time - newest.time for row in rows])
-    # In parts of the greatest speed, of the joint that is worst.
-    noisy = max(one / most for one, most in zip(noise, velocity)) + USUAL * age_doubt
+    # In parts of the greatest speed, of the joint that is worst: what a reading's age hides grows
+    # with the speed, so a motion that only begins is seen by the few newest of them.
+    share = float(np.max(np.abs(q[-1] - q[-FEWEST:][0]) / velocity)) / -float(s[-FEWEST:][0])
+    noisy = max(one / most for one, most in zip(noise, velocity)) + min(share, 1.0) * age_doubt
     jerk = max(a / (ROUNDED_S * most) for a, most in zip(acceleration, velocity))
     weights, least = slope_weights(s[-FEWEST:], PARABOLA), np.inf
     # What is not known of the readings' age is no noise that a finer curve could average away.
@@ -85,7 +85,13 @@ def speeds(
             if wrong < least:
                 weights, least = tried, wrong
     moves = np.ptp(q, axis=0) > STILL * np.array(noise)
-    return tuple([float(v) for v in moves * (weights @ q[-len(weights) :])])
+    # Where a motion turns a parabola goes too far: no drive is faster than it can be.
+    return tuple(
+        [
+            min(max(float(v), -most), most)
+            for v, most in zip(moves * (weights @ q[-len(weights) :]), velocity)
+        ]
+    )
 
 
 def slope_weights(s: np.ndarray, degree: int) -> np.ndarray:
