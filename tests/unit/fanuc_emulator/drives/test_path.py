@@ -141,4 +141,5 @@ def test_a_turn_on_the_spot_and_a_way_of_nothing() -> None:
     rate = move_of(SCARA, shifted, Speed(mm_s=100.0, deg_s=1.0)).law[0]
     assert shifted.angle == 0.0 and rate == pytest.approx(0.1 / shifted.length)
     nowhere = ToolPath(pose_of(*begin), pose_of(*begin))
-    assert move_of(SCARA, nowhere, Speed(mm_s=1.0, deg_s=1.0, seconds=9.0)).done
+    move = move_of(SCARA, nowhere, Speed(mm_s=1.0, deg_s=1.0, seconds=9.0))
+    assert move.done and move.law == (0.0, 0.0)

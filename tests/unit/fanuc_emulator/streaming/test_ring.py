@@ -17,7 +17,7 @@ class Client:
     def __init__(self, ring: SetpointRing, first: int = 1) -> None:
         self.ring, self.number = ring, first
         self.rows: list[tuple[float, ...]] = [(0.0,)] * PLACES
-        self.times = [EMPTY] * PLACES
+        self.times = [-1] * PLACES
 
     def give(self, *points: tuple[int, float]) -> None:
         """Give set points (time, position) behind those before."""
