@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import statistics
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from bench.plant_tables import MADE
@@ -37,6 +38,19 @@ def figures(
     ]
 
 
+def spread(found: Sequence[float], unit: str = "") -> str:
+    """Tell the median of all draws, the worst of those that came to an end, and how many did not.
+
+    Args:
+        found: A figure of each; infinite for one that came to none.
+        unit: Stands behind them.
+    """
+    ended = [value for value in found if math.isfinite(value)]
+    left = len(found) - len(ended)
+    told = f"{statistics.median(found):.2f} / {max(ended, default=math.nan):.2f}{unit}"
+    return f"{told} and {left} that did not end" if left else told
+
+
 def draw_table(measured: Mapping[str, Any]) -> list[str]:
     """Return the table: Markdown lines.
 
@@ -55,7 +69,7 @@ def draw_table(measured: Mapping[str, Any]) -> list[str]:
         for words, _, _ in LEADS:
             for speed in SPEEDS:
                 found = figures(measured, robot, words, speed, "path_percent")
-                cells.append(f"{statistics.median(found):.2f} / {max(found):.2f}")
+                cells.append(spread(found))
         lines.append(f"| {robot} | {' | '.join(cells)} |")
     count, first = measured["count"], measured["first"]
     return [

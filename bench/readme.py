@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from bench.demo_tables import EXPERIMENTS
-from bench.draw_table import LEADS, SPEEDS, figures
+from bench.draw_table import LEADS, SPEEDS, figures, spread
 
 SERIES = "kit_drawn_50"
 """The demo on what a person can type: what README.md tells; the others are in bench/tables.txt."""
@@ -90,7 +90,7 @@ def drawn_sentence(content: Mapping[str, Any]) -> list[str]:
                 for robot in kinds
                 for value in figures(measured, robot, words, speed, "path_percent")
             ]
-            pairs.append(f"{statistics.median(found):.2f} / {max(found):.2f} %")
+            pairs.append(spread(found, " %"))
         told.append(f"{words} {pairs[0]}, at full speed {pairs[1]}")
     return [
         f"In virtual time, {measured['count']} robots drawn of each of {len(kinds)} kinds, each "

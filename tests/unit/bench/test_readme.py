@@ -81,7 +81,7 @@ def test_a_first_start_that_was_cut_off_gives_no_figure() -> None:
 
 
 def test_drawn_robots_are_told_by_median_and_worst_of_all() -> None:
-    """A trial that came to no end is the worst of its column, and not left out."""
+    """A trial that came to no end is told beside the worst of the others, and counts as one."""
     trials = [
         {"robot": robot, "column": words, "speed_percent": speed, "path_percent": value}
         for words in ("real leads", "twin leads, PR[1] alone", "twin leads, ring")
@@ -90,5 +90,5 @@ def test_drawn_robots_are_told_by_median_and_worst_of_all() -> None:
     ]
     told = {"trials": trials, "count": 3, "date": "2026-11-26", "commit": "abc"}
     (text,) = drawn_sentence({"draws": told})
-    assert text.count("0.20 / 0.40 %, at full speed 0.20 / inf %") == 3
+    assert text.count("0.20 / 0.40 %, at full speed 0.20 / 0.20 % and 1 that did not end") == 3
     assert "3 robots drawn of each of 2 kinds" in text and not drawn_sentence({})
