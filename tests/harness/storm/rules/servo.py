@@ -30,12 +30,10 @@ def fastest(joint: Joint, told: float, before: float = 0.0) -> float:
     speed = command = before * joint.velocity
     # So far it is behind a command that goes on at that speed.
     behind = friction * (1.0 - servo.feedforward) * speed / stiffness
-    most = 0.0
+    ramp, limit, most = servo.command_acceleration * STEP_S, servo.servo_acceleration, 0.0
     for _ in range(round(SETTLES_S / STEP_S)):
-        ramp = servo.command_acceleration * STEP_S
         command = min(command + ramp, told * joint.velocity)
         force = stiffness * behind + friction * (servo.feedforward * command - speed)
-        limit = servo.servo_acceleration
         speed += min(max(force, -limit), limit) * STEP_S
         speed = min(max(speed, -joint.velocity), joint.velocity)
         behind += (command - speed) * STEP_S
