@@ -41,7 +41,7 @@ def table_page() -> str:
     usual = _usual()
     parts = [INTRODUCTION, TRIGGERS]
     parts += [f"| `{trigger.name}` | {trigger.value} |\n" for trigger in Trigger]
-    parts += ["\n## Most modes\n", *_table((f"`{t.name}`", does) for t, does in usual.items())]
+    parts += ["\n## Most modes\n", *_table((f"`{t.name}`", "", does) for t, does in usual.items())]
     modes: dict[str, list[str]] = {}
     for mode in Mode:
         modes.setdefault("".join(_section(mode, usual)), []).append(mode.name)
@@ -62,28 +62,26 @@ def _usual() -> dict[Trigger, Does]:
 
 def _section(mode: Mode, usual: Mapping[Trigger, Does]) -> Iterator[str]:
     """Yield one mode: its own rows, and which of most modes' triggers decide nothing in it."""
-    own: dict[tuple[str, Does], list[str]] = {}
-    nothing = []
+    own, nothing = [], []
     for trigger, paused, row in rows(mode):
         name = f"`{trigger.name}`"
         if row.silent:
             nothing += [name] if trigger in usual else []
         elif paused is not None or usual.get(trigger) != _does(row):
-            after = f" after {paused.name}" if paused is not None else ""
-            own.setdefault((after, _does(row)), []).append(name)
-    yield from _table((", ".join(names) + after, does) for (after, does), names in own.items())
+            own.append((name, f" after {paused.name}" if paused is not None else "", _does(row)))
+    yield from _table(own)
     if nothing:
         yield f"\nDecides nothing: {', '.join(nothing)}.\n"
 
 
-def _table(triggers: Iterable[tuple[str, Does]]) -> Iterator[str]:
-    """Yield a table with one line for all triggers that do the same."""
-    same: dict[Does, list[str]] = {}
-    for name, does in triggers:
-        same.setdefault(does, []).append(name)
+def _table(triggers: Iterable[tuple[str, str, Does]]) -> Iterator[str]:
+    """Yield a table with one line for all triggers that do the same, after the same mode."""
+    same: dict[tuple[str, Does], list[str]] = {}
+    for name, after, does in triggers:
+        same.setdefault((after, does), []).append(name)
     yield "| trigger | next mode | actions | why |\n|---|---|---|---|\n"
-    for does, names in same.items():
-        yield f"| {', '.join(names)} | {' | '.join(does)} |\n"
+    for (after, does), names in same.items():
+        yield f"| {', '.join(names)}{after} | {' | '.join(does)} |\n"
 
 
 def rows(mode: Mode) -> Iterator[tuple[Trigger, Mode | None, Row]]:
