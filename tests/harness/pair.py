@@ -17,37 +17,7 @@ from typing import Any, TypeVar
 import msgspec
 from scara_control.joint_motion import JointMotion, Setpoints
 from twin_controller.config import load_twin_controller
-from twin_controller.core.actions import (
-    Action,
-    AnyAction,
-    CapTwin,
-    Command,
-    Decided,
-    FollowTwin,
-    MoveTwin,
-    OverrideReal,
-    Reply,
-    Send,
-    SendReal,
-    SendTwin,
-    StreamAhead,
-    StreamReal,
-)
-from twin_controller.core.events import (
-    AnyEvent,
-    ClockProbe,
-    ControlAsked,
-    LinkChanged,
-    MoveEnded,
-    Operator,
-    PersonSeen,
-    RealAlarm,
-    RealMeasured,
-    Tick,
-    TwinMeasured,
-    TwinMotion,
-    TwinPlan,
-)
+from twin_controller.core import actions, events
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import initial_state
@@ -76,7 +46,8 @@ WATCHED = Setup(
 HOME = SETUP.home
 PLAN_ROWS = 16
 KEEPS = (list, dict, set, deque)
-Kind = TypeVar("Kind", bound=Action)
+Kind = TypeVar("Kind", bound=actions.Action)
+Watch = Callable[[events.AnyEvent, list[actions.AnyAction]], None]
 
 
 class Pair(RealSide, TwinSide):
@@ -106,28 +77,28 @@ class Pair(RealSide, TwinSide):
         self.real_drift = self.twin_drift = 0.0
         self.command_delay = self.report_delay = 0.0
         self.noise: Callable[[], float] = lambda: 0.0
-        self.actions: list[AnyAction] = []
-        self.replies: dict[int, Reply] = {}
-        self.inputs: list[AnyEvent] = []
-        self.watch: Callable[[AnyEvent, list[AnyAction]], None] = lambda event, actions: None
+        self.actions: list[actions.AnyAction] = []
+        self.replies: dict[int, actions.Reply] = {}
+        self.inputs: list[events.AnyEvent] = []
+        self.watch: Watch = lambda event, made: None
         self._poll_due: float | None = None
         self._due: list[tuple[float, int, Callable[[], object]]] = []
         self._order = count()
 
-    def feed(self, event: AnyEvent) -> list[AnyAction]:
+    def feed(self, event: events.AnyEvent) -> list[actions.AnyAction]:
         """Give one input to the core and let the sides obey what it decides."""
         self.inputs.append(event)
-        self.state, actions = step(self.setup, self.state, event)
-        self.actions += actions
-        self.watch(event, actions)
-        for action in actions:
-            if isinstance(action, Reply):
+        self.state, made = step(self.setup, self.state, event)
+        self.actions += made
+        self.watch(event, made)
+        for action in made:
+            if isinstance(action, actions.Reply):
                 self.replies[action.id] = action
             elif self.command_delay:
                 self._later(self.command_delay, partial(self._obey, action))
             else:
                 self._obey(action)
-        return actions
+        return made
 
     def connect(self) -> None:
         """Bring both links up and wait until the controller is idle."""
@@ -139,12 +110,12 @@ class Pair(RealSide, TwinSide):
     def link(self, side: str, up: bool) -> None:
         """Bring one link up or down."""
         setattr(self, f"{side}_up", up)
-        self.feed(LinkChanged(self.now, side, up, "" if up else "cut"))  # type: ignore[arg-type]
+        self.feed(events.LinkChanged(self.now, side, up, "" if up else "cut"))  # type: ignore[arg-type]
 
-    def operate(self, command: str, **arguments: object) -> Reply:
+    def operate(self, command: str, **arguments: object) -> actions.Reply:
         """Send one command of the operator and return the answer."""
         number = len(self.replies) + 1
-        self.feed(Operator(self.now, command, number, **arguments))  # type: ignore[arg-type]
+        self.feed(events.Operator(self.now, command, number, **arguments))  # type: ignore[arg-type]
         return self.replies[number]
 
     def do(self, command: str, run: float = 0.0, **arguments: object) -> None:
@@ -153,10 +124,10 @@ class Pair(RealSide, TwinSide):
         assert reply.success, reply.message
         self.run(run)
 
-    def control(self, action: str, person: str = "", **arguments: object) -> Reply:
+    def control(self, action: str, person: str = "", **arguments: object) -> actions.Reply:
         """Let somebody take, ask for, hand over, deny, release or keep control."""
         number = len(self.replies) + 1
-        self.feed(ControlAsked(self.now, action, number, person, **arguments))  # type: ignore[arg-type]
+        self.feed(events.ControlAsked(self.now, action, number, person, **arguments))  # type: ignore[arg-type]
         return self.replies[number]
 
     def start_program(self, path: Path_, run: float = 0.0) -> None:
@@ -177,13 +148,13 @@ class Pair(RealSide, TwinSide):
         """Raise an alarm that stops the real robot."""
         self.raise_alarm()
         if self.real_up:
-            self.feed(RealAlarm(self.now, text))
+            self.feed(events.RealAlarm(self.now, text))
 
     def warn(self, text: str) -> None:
         """Let the real robot show a warning; without a text the person there has cleared it."""
-        self.feed(RealAlarm(self.now, text, stops=False))
+        self.feed(events.RealAlarm(self.now, text, stops=False))
 
-    def order_twin(self, do: Command, number: int) -> None:
+    def order_twin(self, do: actions.Command, number: int) -> None:
         """Give the twin a motion command that is not ours."""
         self.command_twin(do, number, self.now)
 
@@ -201,13 +172,13 @@ class Pair(RealSide, TwinSide):
         """Return the actions of a kind since the given index of actions."""
         return [action for action in self.actions[since:] if isinstance(action, kind)]
 
-    def performed(self, since: int = 0) -> list[Command]:
+    def performed(self, since: int = 0) -> list[actions.Command]:
         """Return the commands that either side was sent since the given index of actions."""
-        return [action.command for action in self.made(Send, since)]
+        return [action.command for action in self.made(actions.Send, since)]
 
-    def decisions(self) -> list[Decided]:
+    def decisions(self) -> list[actions.Decided]:
         """Return all decisions so far."""
-        return self.made(Decided)
+        return self.made(actions.Decided)
 
     def triggers(self, since: int = 0) -> list[str]:
         """Return the triggers decided on since the given index of decisions."""
@@ -225,7 +196,7 @@ class Pair(RealSide, TwinSide):
         """
         for _ in range(round(duration / 0.05)):
             for sensor, place in (x if isinstance(x, dict) else {"": x}).items():
-                self.feed(PersonSeen(self.now, (place, 0.0, 0.0), age, sensor))
+                self.feed(events.PersonSeen(self.now, (place, 0.0, 0.0), age, sensor))
             self.run(0.05)
 
     def until(self, mode: Mode, limit: float = 10.0) -> None:
@@ -271,14 +242,14 @@ class Pair(RealSide, TwinSide):
             self._report_plan()
         if self.twin_up and tick % 50 == 9:
             remote = self.now + self.twin_clock
-            self.feed(ClockProbe(self.now, self.now - 0.0008, self.now, remote - 0.0004))
+            self.feed(events.ClockProbe(self.now, self.now - 0.0008, self.now, remote - 0.0004))
         if tick % 10 == 0:
-            self.feed(Tick(self.now))
+            self.feed(events.Tick(self.now))
 
     def _report_real(self) -> None:
         clock = int((self.now + self.real_clock) * 1000) // 2 * 2
         q, qdot = self.real_at(clock * 1e-3 - self.real_clock)
-        event = RealMeasured(
+        event = events.RealMeasured(
             now=self.now,
             sent=self.now - 0.0005,
             received=self.now,
@@ -298,7 +269,8 @@ class Pair(RealSide, TwinSide):
 
     def _report_twin(self) -> None:
         q, qdot = self._noisy(self.twin_q), self.twin_speed(self.now)
-        event = TwinMeasured(self.now, JointMotion.measured(q, qdot, self.now + self.twin_clock))
+        motion = JointMotion.measured(q, qdot, self.now + self.twin_clock)
+        event = events.TwinMeasured(self.now, motion)
         self._report(event, lambda: self.twin_up)
         self.report_motion()
 
@@ -307,7 +279,7 @@ class Pair(RealSide, TwinSide):
         shown, applied = self.shown_motion(self.now), min(100.0, self.limit)
         still = shown in ("idle_pair", "paused", "estopped")
         target, peak = self.announced if shown == "moving" else ((), 0.0)
-        event = TwinMotion(
+        event = events.TwinMotion(
             *(self.now, shown, 100.0, applied, self.limit, self.command_id, still, ""),
             target=target,
             peak_percent=peak,
@@ -321,7 +293,7 @@ class Pair(RealSide, TwinSide):
                 JointMotion.measured(q, qdot, 0.01 * k) for k, (q, qdot) in enumerate(rows)
             )
             coming = Setpoints(SETUP.names, points)
-            event = TwinPlan(self.now, self.now + self.twin_clock, coming)
+            event = events.TwinPlan(self.now, self.now + self.twin_clock, coming)
             self._report(event, lambda: self.twin_up)
 
     def _noisy(self, q: Joints) -> Joints:
@@ -330,7 +302,7 @@ class Pair(RealSide, TwinSide):
     def _later(self, delay: float, call: Callable[[], object]) -> None:
         heapq.heappush(self._due, (self.now + delay, next(self._order), call))
 
-    def _report(self, event: AnyEvent, up: Callable[[], bool]) -> None:
+    def _report(self, event: events.AnyEvent, up: Callable[[], bool]) -> None:
         if not self.report_delay:
             self.feed(event)
             return
@@ -338,48 +310,42 @@ class Pair(RealSide, TwinSide):
         def arrive() -> None:
             if up():
                 fields = {"now": self.now} | (
-                    {"received": self.now} if isinstance(event, RealMeasured) else {}
+                    {"received": self.now} if isinstance(event, events.RealMeasured) else {}
                 )
                 self.feed(replace(event, **fields))
 
         self._later(self.report_delay, arrive)
 
-    def _obey(self, action: AnyAction) -> None:
+    def _obey(self, action: actions.AnyAction) -> None:
         match action:
-            case SendTwin():
+            case actions.SendTwin():
                 self.perform_twin(action, self.now)
-            case SendReal() if self.real_up:
+            case actions.SendReal() if self.real_up:
                 self.command_real(action.command)
-            case FollowTwin() if self.twin_up:
+            case actions.FollowTwin() if self.twin_up:
                 self.take_follow(action, self.now)
-            case StreamReal() if self.real_up:
+            case actions.StreamReal() if self.real_up:
                 self._later(
                     action.send_at - self.now,
                     lambda: self.setpoints.append((self.now, action.setpoint.q)),
                 )
-            case StreamAhead() if self.real_up:
+            case actions.StreamAhead() if self.real_up:
                 points = {
                     point.number: (point.clock_ms * 1e-3 - self.real_clock, point.q)
                     for point in action.points
                 }
                 self.give_ahead(points, action.newest)
-            case OverrideReal() if self.real_up:
+            case actions.OverrideReal() if self.real_up:
                 self.override = float(round(action.speed_percent))
-            case CapTwin() if self.twin_up:
+            case actions.CapTwin() if self.twin_up:
                 self.limit = action.speed_percent
-            case MoveTwin():
+            case actions.MoveTwin():
                 accepted = self.twin_up and self.motion == "idle"
                 if accepted:
-                    self.move_twin(
-                        ramp(
-                            self.twin_q,
-                            action.target if action.command == "MOVE_JOINTS" else HOME,
-                            1.5,
-                        )
-                    )
-                self.feed(
-                    MoveEnded(self.now, accepted, "done" if accepted else f"refused: {self.motion}")
-                )
+                    target = action.target if action.command == "MOVE_JOINTS" else HOME
+                    self.move_twin(ramp(self.twin_q, target, 1.5))
+                text = "done" if accepted else f"refused: {self.motion}"
+                self.feed(events.MoveEnded(self.now, accepted, text))
 
 
 def idle_pair(**arguments: Any) -> Pair:

@@ -6,7 +6,7 @@ Each move begins from IDLE after a random pause, or while the motion before it i
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 from scara_config.programs.steps import MoveStep, WaitStep
@@ -156,29 +156,26 @@ class _Wanderer:
         asked = Asked(kind)
         point = self.tool.position([pose[k] for k in self.columns])
         before = len(cell.decisions)
-        if kind == "operator":
-            answer = cell.operate("MOVE_JOINTS", target=tuple(pose), speed_percent=speed)
-            if not answer.success:
-                self.wrong(f"refused: {answer.message}")
-        elif kind == "operator_point":
-            answer = cell.operate("MOVE", target=point, speed_percent=speed)
+        names = tuple(joint.name for joint in self.joints)
+        if kind not in ("operator", "operator_point", "program"):
+            for earlier in self.asked:
+                earlier.replaced = earlier.replaced or earlier.answer is None
+        if kind in ("move_to", "joints"):
+            self.asked.append(asked)
+        if kind in ("operator", "operator_point"):
+            command, target = ("MOVE", point) if kind in TRIMMED else ("MOVE_JOINTS", tuple(pose))
+            answer = cell.operate(command, target=target, speed_percent=speed)
             if not answer.success:
                 self.wrong(f"refused: {answer.message}")
         elif kind == "move_to":
-            self._replace()
-            self.asked.append(asked)
             cell.twin.move_to.begin(point, speed, "", asked.ended)
         elif kind == "joints":
-            self._replace()
-            self.asked.append(asked)
 
             def ended(outcome: Outcome) -> None:
                 asked.ended(outcome.success, outcome.message)
 
-            cell.twin._begin_move(pose, speed, ended, [joint.name for joint in self.joints])
+            cell.twin._begin_move(pose, speed, ended, list(names))
         elif kind == "goal":
-            self._replace()
-            names = tuple(joint.name for joint in self.joints)
             here = cell.twin.truth[-1][1]
             way = max(abs(a - b) / j.velocity for a, b, j in zip(pose, here, self.joints))
             took = 0.6 + 2.0 * way * 100.0 / speed
@@ -197,14 +194,11 @@ class _Wanderer:
             number = self.source.choice(sorted(cell.files.programs))
             cell.real.pendant(100.0, number)
         elif kind == "jog":
-            self._replace()
             self._jog()
-        elif kind == "stop":
-            self._replace()
+        else:
             self._stop()
-        leads = ("REAL_LEADS",) if kind == "program" else ("TWIN_LEADS", "OPERATOR_LEADS")
-        if kind == "stop":
             return
+        leads = ("REAL_LEADS",) if kind == "program" else ("TWIN_LEADS", "OPERATOR_LEADS")
 
         def began() -> bool:
             return any(made.mode_after in leads for made in cell.decisions[before:]) or (
@@ -216,10 +210,6 @@ class _Wanderer:
         except CellError as error:
             said = [f"{made.trigger} ({made.why})" for made in cell.decisions]
             self.wrong(f"{error}; {cell.twin.ended}; {said}")
-
-    def _replace(self) -> None:
-        for asked in self.asked:
-            asked.replaced = asked.replaced or asked.answer is None
 
     def _jog(self) -> None:
         joint = self.source.choice(self.joints)
@@ -255,12 +245,8 @@ class _Wanderer:
     def _into_trim(self) -> None:
         """Command during the trim of the motion before, if it is trimmed."""
         cell = self.cell
-        try:
-            cell.wait_until(lambda: cell.twin.trims or self._over(), DEADLINE_S, "a trim")
-        except CellError as error:
-            self.wrong(str(error))
-            return
-        if not cell.twin.trims:
+        came = self._comes(lambda: bool(cell.twin.trims) or self._over(), "a trim")
+        if not came or not cell.twin.trims:
             return
         cell.schedule.run(self.source.uniform(*TRIMMED_S))
         if not cell.twin.trims:
@@ -272,6 +258,14 @@ class _Wanderer:
         self._watch_setpoint()
         self._command(kind)
 
+    def _comes(self, condition: Callable[[], bool], what: str) -> bool:
+        try:
+            self.cell.wait_until(condition, DEADLINE_S, what)
+        except CellError as error:
+            self.wrong(str(error))
+            return False
+        return True
+
     def _over(self) -> bool:
         answered = all(asked.answer for asked in self.asked) and not self.jogs
         return self.cell.mode == "IDLE" and answered
@@ -279,21 +273,15 @@ class _Wanderer:
     def _rest(self) -> None:
         """Wait for the end, and judge it; begin anew after a failure."""
         cell = self.cell
-        try:
-            cell.wait_until(self._over, DEADLINE_S, "IDLE and all answers")
-        except CellError as error:
-            self.wrong(str(error))
+        if not self._comes(self._over, "IDLE and all answers"):
             self._recover()
         for asked in self.asked:
             success, text = asked.answer or (False, "no answer")
-            if asked.replaced and not success:
-                continue
-            if not success:
+            if not success and not asked.replaced:
                 self.wrong(f"{asked.what} failed: {text}")
         for made in cell.decisions:
-            if made.trigger == "MOVE_FAILED" and not any(
-                word in made.why for word in ("replaced by", "STOP by the operator")
-            ):
+            asked_for = "replaced by" in made.why or "STOP by the operator" in made.why
+            if made.trigger == "MOVE_FAILED" and not asked_for:
                 self.wrong(made.why)
         for ended in cell.twin.ended:
             if ended.code is not Code.SUCCESSFUL and " | in its trim goal" in self.said:
@@ -326,7 +314,8 @@ class _Wanderer:
             return
         if self.idle_since is None:
             # A command that has just been given has not begun yet.
-            if not self.said or self._was_led():
+            led = bool(cell.decisions) and cell.decisions[-1].mode_after == "IDLE"
+            if not self.said or led:
                 self.idle_since = cell.schedule.now
                 self.rested.clear()
             return
@@ -343,9 +332,6 @@ class _Wanderer:
             if span > MOVED_DEG_MM:
                 self.reported = True
                 self.wrong(f"the {name} has moved {span:.3f} {after:.3f} s after IDLE")
-
-    def _was_led(self) -> bool:
-        return bool(self.cell.decisions) and self.cell.decisions[-1].mode_after == "IDLE"
 
     def _span(self, truth: Sequence[Row], since: float) -> float:
         rows = []

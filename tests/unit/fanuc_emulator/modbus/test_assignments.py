@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -16,6 +15,7 @@ from fanuc_emulator.snpx.access import AssignedRegisters
 from fanuc_emulator.snpx.assignments import AssignmentError, AssignmentTable, power_up
 from fanuc_emulator.snpx.variables import ValueKind, parse
 from fanuc_emulator.snpx.words import encode
+from harness.yaml_files import CONFIG
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_config.modbus_map import load_modbus_map
@@ -24,14 +24,16 @@ from scara_config.set_up.slots import WATCHED, Assignment
 if TYPE_CHECKING:
     from conftest import Bench
 
-CONFIG = Path(__file__).resolve().parents[4] / "config"
 LAYOUT = load_modbus_map(CONFIG)
+SETTINGS = msgspec.structs.replace(
+    load_settings(CONFIG, ""), rsr=(101, 0, 103, 0, 0, 0, 0, 108), job_base=7, num_modbus=5
+)
 
 
 class Client:
     """Reads and writes as a driver does, by numbers counted from 1, without a wire."""
 
-    def __init__(self, bench: Bench, settings: ControllerSettings | None = None) -> None:
+    def __init__(self, bench: Bench, settings: ControllerSettings = SETTINGS) -> None:
         self.image = RegisterImage(LAYOUT, bench.robot)
         self.inputs = [False] * 512
         self.registers = AssignedRegisters(LAYOUT, self.image, self.inputs, settings)
@@ -46,26 +48,19 @@ class Client:
         """Write holding registers."""
         return self.registers.write(number - 1, words, self.bench.now)
 
-    def floats(self, number: int, count: int) -> list[float]:
-        """Read float32 values."""
-        return list(
-            struct.unpack(
-                f"<{count}f", struct.pack(f"<{2 * count}H", *self.read(number, 2 * count))
-            )
-        )
-
     def assign(self, slot: int, address: int, size: int, name: str, multiply: float) -> None:
         """Assign by entry 80, one value after the other: as published drivers do it."""
-        for field, words, factor in (
-            ("ADDRESS", int32(address), 1.0),
-            ("SIZE", int32(size), 1.0),
-            ("VAR_NAME", text(name), -1.0),
-            ("MULTIPLY", float32(multiply), 0.0),
-        ):
-            variable = text(f"$SNPX_ASG[{slot}].${field}")
-            entry = [*int32(16000), *int32(len(words)), *variable, *float32(factor)]
-            self.write(16300, entry)
+        fields = {"ADDRESS": int32(address), "SIZE": int32(size), "VAR_NAME": text(name)}
+        for field, words in (fields | {"MULTIPLY": float32(multiply)}).items():
+            self.point_at(slot, field)
             self.write(16000, words)
+            assert self.read(16000, len(words)) == words, "as a driver checks what it has written"
+
+    def point_at(self, slot: int, field: str) -> None:
+        """Let entry 80 show a field of an entry at 16000."""
+        words, factor = {"VAR_NAME": (40, -1.0), "MULTIPLY": (2, 0.0)}.get(field, (2, 1.0))
+        name = text(f"$SNPX_ASG[{slot}].${field}")
+        self.write(16300, [*int32(16000), *int32(words), *name, *float32(factor)])
 
 
 @pytest.fixture
@@ -91,14 +86,16 @@ def text(value: str, words: int = 40) -> list[int]:
 
 def of_text(words: Sequence[int]) -> str:
     """Return the text of words."""
-    return struct.pack(f">{len(words)}H", *words).split(b"\0")[0].decode()
+    return struct.pack(f">{len(words)}H", *words).decode("latin-1").split("\0")[0]
+
+
+NAMES_78_79 = text("$SNPX_ASG[80].$SIZE") + text("$SNPX_ASG[80].$VAR_NAME")
 
 
 def test_power_up_content_is_the_map() -> None:
     """Behind slot 1 as delivered; 76 to 79 show entry 80 from 16300 on."""
     entries = power_up(LAYOUT)
-    assert len(entries) == 80
-    assert entries[0] == Assignment(1, 10000, "R[1]@1.1", 1.0)
+    assert len(entries) == 80 and entries[0] == Assignment(1, 10000, "R[1]@1.1", 1.0)
     assert sum(entry.size for entry in entries[1:75] if entry not in WATCHED) == sum(
         register.words for register in LAYOUT.holding_registers.values()
     )
@@ -134,7 +131,8 @@ def test_a_drivers_own_layout_is_read(client: Client) -> None:
     bench = client.bench
     bench.pulse("rsr3")
     bench.run(0.3)
-    position = client.floats(at["POS[0]@27.19"], 9)
+    words = client.read(at["POS[0]@27.19"], 18)
+    position = struct.unpack("<9f", struct.pack("<18H", *words))
     for measured, joint in zip(bench.now.measured_positions, bench.robot.joints):
         axis = joint.axis_number - 1
         assert position[axis] == pytest.approx(measured / joint.scale, rel=1e-6)
@@ -156,100 +154,79 @@ def test_a_drivers_own_layout_is_read(client: Client) -> None:
     assert client.write(1900, [7]) == [] and client.registers.unassigned(1899, 1) == "1900 to 1900"
 
 
-def test_entries_are_read_back_through_entry_80(client: Client) -> None:
-    """As a driver checks what it has written."""
-    client.assign(5, 4321, 38, "PR[7]@27.19", 0.0)
-    for field, count, factor, expected in (
-        ("ADDRESS", 2, 1.0, int32(4321)),
-        ("SIZE", 2, 1.0, int32(38)),
-        ("VAR_NAME", 40, -1.0, text("PR[7]@27.19")),
-        ("MULTIPLY", 2, 0.0, float32(0.0)),
-    ):
-        name = text(f"$SNPX_ASG[5].${field}")
-        client.write(16300, [*int32(16000), *int32(count), *name, *float32(factor)])
-        assert client.read(16000, count) == expected
-
-
 @pytest.mark.parametrize(
-    ("name", "multiply", "words"),
+    ("name", "multiply", "changes", "words"),
     [
-        ("POS[0]@31.2", 0.0, float32(-160.0)),
-        ("POS[0]@31.2", 100.0, int32(-16000)),
-        ("POS[0]@1.18", 0.0, [0] * 18),
-        ("POS[0]@26.1", 1.0, [0]),
-        ("POS[0]@45.1", 1.0, [1]),
-        ("$MCR.$GENOVERRIDE", 1.0, int32(100)),
-        ("$MCR.$GENOVERRIDE", 0.0, float32(100.0)),
-        ("$SNPX_ASG[77].$ADDRESS", 1.0, int32(16302)),
+        ("POS[0]@31.2", 0.0, {}, float32(-160.0)),
+        ("POS[0]@31.2", 100.0, {}, int32(-16000)),
+        ("POS[0]@1.18", 0.0, {}, [0] * 18),
+        ("POS[0]@26.1", 1.0, {}, [0]),
+        ("POS[0]@45.1", 1.0, {}, [1]),
+        ("$MCR.$GENOVERRIDE", 1.0, {}, int32(100)),
+        ("$MCR.$GENOVERRIDE", 0.0, {}, float32(100.0)),
+        ("$SNPX_ASG[77].$ADDRESS", 1.0, {}, int32(16302)),
         (
             "$SNPX_ASG[77].$VAR_NAME",
             -1.0,
-            [*text("$SNPX_ASG[80].$SIZE"), *text("$SNPX_ASG[80].$VAR_NAME")],
+            {},
+            NAMES_78_79,
         ),
-        ("UI[1]", 1.0, [1, 1, 1, 0, 0, 0, 0, 1, *[0] * 10]),
-        ("UI[1]", 0.0, [0b10000111, 0]),
-        ("UO[1]", 1.0, [1, 1, 0]),
-        ("DI[1]", 0.0, [0b100, 0]),
-        ("DI[3]", 1.0, [1, 0]),
-        ("DO[1]", 1.0, [0, 0]),
-        ("RI[1]", 1.0, [0]),
-        ("RO[1]", 1.0, [0]),
-        ("PR[99]@27.19", 0.0, [0] * 19),
-        ("PRG[100]", -1.0, [0] * 18),
+        ("UI[1]", 1.0, {}, [1, 1, 1, 0, 0, 0, 0, 1, *[0] * 10]),
+        ("UI[1]", 0.0, {}, [0b10000111, 0]),
+        ("UO[1]", 1.0, {}, [1, 1, 0]),
+        ("DI[1]", 0.0, {}, [0b100, 0]),
+        ("DI[3]", 1.0, {}, [1, 0]),
+        ("DO[1]", 1.0, {}, [0, 0]),
+        ("RI[1]", 1.0, {}, [0]),
+        ("RO[1]", 1.0, {}, [0]),
+        ("PR[99]@27.19", 0.0, {}, [0] * 19),
+        ("PRG[100]", -1.0, {}, [0] * 18),
+        # How the controller is set up, as its screens show it; nothing behind the last element.
+        ("$SHELL_CFG.$NUM_RSR[1]", 1.0, {}, [w for k in SETTINGS.rsr for w in int32(k)]),
+        ("$SHELL_CFG.$RSR_ENABLE[1]", 1.0, {}, [w for k in SETTINGS.rsr for w in int32(k > 0)]),
+        ("$SHELL_CFG.$JOB_BASE", 1.0, {}, [*int32(7), 0, 0]),
+        ("$SHELL_CFG.$USE_ABORT", 1.0, {"cstopi_for_abort": True}, [*int32(1), 0, 0]),
+        ("$SHELL_CFG.$USE_ABORT", 1.0, {"cstopi_for_abort": False}, [0] * 4),
+        ("$SHELL_CFG.$CONT_ONLY", 1.0, {"start_for_continue": True}, [*int32(1), 0, 0]),
+        ("$SHELL_CFG.$CONT_ONLY", 1.0, {"start_for_continue": False}, [0] * 4),
+        ("$OPWORK.$UOP_DISABLE", 1.0, {"enable_ui": True}, [0] * 4),
+        ("$OPWORK.$UOP_DISABLE", 1.0, {"enable_ui": False}, [*int32(1), 0, 0]),
+        ("$RMT_MASTER", 1.0, {"rmt_master": 2}, [*int32(2), 0, 0]),
+        ("$SNPX_PARAM.$NUM_ASG", 1.0, {}, [*int32(80), 0, 0]),
+        ("$SNPX_PARAM.$NUM_MODBUS", 1.0, {}, [*int32(5), 0, 0]),
+        ("SI[0]", 1.0, {}, [0, 0, 1, *[0] * 5, 1, 1, *[0] * 6, 0]),
+        ("SI[0]", 1.0, {"mode": "T1"}, [0, 0, 1, *[0] * 14]),
+        ("SI[0]", 1.0, {"mode": "T2", "remote": False}, [*[0] * 9, 1, *[0] * 7]),
+        ("SO[0]", 1.0, {}, [1, *[0] * 16]),
+        ("SO[0]", 1.0, {"tp_enabled": True}, [*[0] * 7, 1, *[0] * 9]),
     ],
 )
 def test_a_variable_is_read_by_its_form(
-    client: Client, name: str, multiply: float, words: list[int]
+    bench: Bench, name: str, multiply: float, changes: dict[str, object], words: list[int]
 ) -> None:
     """By 0 a float32, else int32 of the value times it; signals one or sixteen a word."""
+    client = Client(bench, msgspec.structs.replace(SETTINGS, **changes))
     client.inputs[2] = True
     client.assign(1, 5000, len(words), name, multiply)
     assert client.read(5000, len(words)) == words
 
 
-SETTINGS = msgspec.structs.replace(
-    load_settings(CONFIG, ""), rsr=(101, 0, 103, 0, 0, 0, 0, 108), job_base=7, num_modbus=5
-)
-
-
 @pytest.mark.parametrize(
-    ("name", "changes", "words"),
+    ("signal", "level", "name", "words"),
     [
-        ("$SHELL_CFG.$NUM_RSR[1]", {}, [w for k in SETTINGS.rsr for w in int32(k)]),
-        ("$SHELL_CFG.$RSR_ENABLE[1]", {}, [w for k in SETTINGS.rsr for w in int32(k > 0)]),
-        ("$SHELL_CFG.$JOB_BASE", {}, [*int32(7), 0, 0]),
-        ("$SHELL_CFG.$USE_ABORT", {"cstopi_for_abort": True}, [*int32(1), 0, 0]),
-        ("$SHELL_CFG.$USE_ABORT", {"cstopi_for_abort": False}, [0] * 4),
-        ("$SHELL_CFG.$CONT_ONLY", {"start_for_continue": True}, [*int32(1), 0, 0]),
-        ("$SHELL_CFG.$CONT_ONLY", {"start_for_continue": False}, [0] * 4),
-        ("$OPWORK.$UOP_DISABLE", {"enable_ui": True}, [0] * 4),
-        ("$OPWORK.$UOP_DISABLE", {"enable_ui": False}, [*int32(1), 0, 0]),
-        ("$RMT_MASTER", {"rmt_master": 2}, [*int32(2), 0, 0]),
-        ("$SNPX_PARAM.$NUM_ASG", {}, [*int32(80), 0, 0]),
-        ("$SNPX_PARAM.$NUM_MODBUS", {}, [*int32(5), 0, 0]),
-        ("SI[0]", {}, [0, 0, 1, *[0] * 5, 1, 1, *[0] * 6, 0]),
-        ("SI[0]", {"mode": "T1"}, [0, 0, 1, *[0] * 14]),
-        ("SI[0]", {"mode": "T2", "remote": False}, [*[0] * 9, 1, *[0] * 7]),
-        ("SO[0]", {}, [1, *[0] * 16]),
-        ("SO[0]", {"tp_enabled": True}, [*[0] * 7, 1, *[0] * 9]),
+        ("imstp", False, "SO[3]", [1]),
+        ("gripper", True, "RO[1]", [1, *[0] * 7]),
+        ("gripper", True, "RI[1]", [0] * 8),
     ],
 )
-def test_a_client_reads_how_the_controller_is_set_up(
-    bench: Bench, name: str, changes: dict[str, object], words: list[int]
+def test_a_fault_lights_the_panel_and_the_gripper_is_the_first_output_of_the_robot(
+    client: Client, signal: str, level: bool, name: str, words: list[int]
 ) -> None:
-    """As its screens show it; behind the last element there is nothing."""
-    client = Client(bench, msgspec.structs.replace(SETTINGS, **changes))
+    """SO[3], RO[1]; of RI and the other RO nothing is wired here."""
+    client.bench.controller.write_input(signal, level)
+    client.bench.run(0.01)
     client.assign(1, 5000, len(words), name, 1.0)
     assert client.read(5000, len(words)) == words
-
-
-def test_a_fault_lights_the_panel(bench: Bench) -> None:
-    """SO[3]."""
-    client = Client(bench, SETTINGS)
-    client.assign(1, 5000, 1, "SO[3]", 1.0)
-    bench.controller.write_input("imstp", False)
-    bench.run(0.01)
-    assert client.read(5000, 1) == [1]
 
 
 def test_the_fast_clock_counts_2_ms(client: Client) -> None:
@@ -267,6 +244,7 @@ def test_the_fast_clock_counts_2_ms(client: Client) -> None:
         ("R[50]", 100.0, int32(-725), -7.25),
         ("R[50]", 0.0, float32(-7.25), -7.25),
         ("R[50]@1.1", 1.0, [0x10000 - 7], -7.0),
+        ("R[50]@1.1", 1.0, [3], 3.0),
         ("PR[50]@27.2", 0.0, float32(12.5), None),
         # a register of the map, in another form than it has there
         ("PR[1]@29.2", 100.0, int32(-1234), None),
@@ -278,10 +256,12 @@ def test_a_written_variable_is_one_value_in_all_forms(
     """What is written by one entry is read by another, in its form."""
     client.assign(1, 5000, len(given), form, multiply)
     client.assign(2, 6000, 2, form.partition("@")[0], 0.0)
-    client.write(5000, given)
+    # A negative number of one word is replaced whole: its high word goes with the low one.
+    for words in ([0xBFF9] * len(given), given):
+        client.write(5000, words)
     assert client.read(5000, len(given)) == given
     if shown is not None:
-        assert client.floats(6000, 1) == [shown]
+        assert client.read(6000, 2) == float32(shown)
 
 
 @pytest.mark.parametrize(
@@ -303,30 +283,20 @@ def test_a_number_is_shown_as_the_nearest_count_or_the_largest(
     assert encode(ValueKind.NUMBER, 2, multiply, value) == int32(count)
 
 
-def test_a_negative_number_of_one_word_is_replaced_whole(client: Client) -> None:
-    """-7 is followed by 3: the high word goes with the low one."""
-    client.assign(1, 5000, 1, "R[50]@1.1", 1.0)
-    client.assign(2, 6000, 2, "R[50]", 1.0)
-    for value in (-7, 3):
-        client.write(5000, [value & 0xFFFF])
-        assert client.read(6000, 2) == int32(value)
-
-
 def test_registers_of_the_map_keep_their_meaning_wherever_they_are_assigned(client: Client) -> None:
-    """R[1] is the heartbeat, R[2] the speed of the stream, in whatever form they are written."""
+    """R[1] is the heartbeat, R[2] the speed of the stream, in whatever form they are written.
+
+    Words of the map's own form may stand before and behind those that are converted.
+    """
     client.assign(1, 5000, 4, "R[1]", 0.0)
-    touched = dict(client.write(5000, [*float32(12.0), *float32(55.0)]))
-    assert touched == {"heartbeat": (12,), "stream_speed": (55,)}
-    assert client.read(11070, 2) == [12, 55]
-
-
-def test_a_request_may_reach_over_entries_of_several_forms(client: Client) -> None:
-    """Words of the map's own form stand before and behind those that are converted."""
-    client.assign(1, 5000, 1, "R[1]@1.1", 1.0)
-    client.assign(2, 5001, 2, "R[2]", 0.0)
-    client.assign(3, 5003, 1, "R[2]@1.1", 1.0)
-    client.write(5000, [12, *float32(55.0)])
-    assert client.read(5000, 4) == [12, *float32(55.0), 55]
+    client.assign(2, 6000, 1, "R[1]@1.1", 1.0)
+    client.assign(3, 6001, 2, "R[2]", 0.0)
+    client.assign(4, 6003, 1, "R[2]@1.1", 1.0)
+    for address, heartbeat, speed in ((5000, float32(12.0), 55), (6000, [13], 56)):
+        touched = dict(client.write(address, [*heartbeat, *float32(speed)]))
+        assert touched == {"heartbeat": (speed - 43,), "stream_speed": (speed,)}
+        assert client.read(11070, 2) == [speed - 43, speed]
+    assert client.read(6000, 4) == [13, *float32(56.0), 56]
 
 
 def test_a_request_is_stored_whole_or_not_at_all(client: Client) -> None:
@@ -349,25 +319,24 @@ def test_overlapping_entries_the_lower_number_wins(client: Client) -> None:
 
 
 @pytest.mark.parametrize(
-    ("slot", "field", "words", "multiply", "message"),
+    ("slot", "field", "words", "message"),
     [
-        (1, "ADDRESS", int32(16385), 1.0, r"\$SNPX_ASG\[1\].\$ADDRESS = 16385 is outside"),
-        (1, "ADDRESS", int32(-1), 1.0, r"= -1 is outside \[0, 16384\]"),
-        (80, "SIZE", int32(16385), 1.0, r"\$SNPX_ASG\[80\].\$SIZE = 16385"),
-        (1, "MULTIPLY", float32(-2.0), 0.0, r"= -2 is not 0, -1 or in \[0.0001, 10000\]"),
-        (1, "MULTIPLY", float32(10001.0), 0.0, "= 10001 is not"),
-        (1, "MULTIPLY", float32(float("nan")), 0.0, "nan is not a finite number"),
-        (1, "VAR_NAME", text("A" * 38), -1.0, "is longer than 37 characters"),
-        (1, "VAR_NAME", text("R[0]"), -1.0, r"'R\[0\]': the index is outside \[1, 200\]"),
-        (1, "VAR_NAME", text("$NOT.$THERE"), -1.0, "is no variable of the stand-in"),
+        (1, "ADDRESS", int32(16385), r"\$SNPX_ASG\[1\].\$ADDRESS = 16385 is outside"),
+        (1, "ADDRESS", int32(-1), r"= -1 is outside \[0, 16384\]"),
+        (80, "SIZE", int32(16385), r"\$SNPX_ASG\[80\].\$SIZE = 16385"),
+        (1, "MULTIPLY", float32(-2.0), r"= -2 is not 0, -1 or in \[0.0001, 10000\]"),
+        (1, "MULTIPLY", float32(10001.0), "= 10001 is not"),
+        (1, "MULTIPLY", float32(float("nan")), "nan is not a finite number"),
+        (1, "VAR_NAME", text("A" * 38), "is longer than 37 characters"),
+        (1, "VAR_NAME", text("R[0]"), r"'R\[0\]': the index is outside \[1, 200\]"),
+        (1, "VAR_NAME", text("$NOT.$THERE"), "is no variable of the stand-in"),
     ],
 )
 def test_an_entry_out_of_range_is_refused(
-    client: Client, slot: int, field: str, words: list[int], multiply: float, message: str
+    client: Client, slot: int, field: str, words: list[int], message: str
 ) -> None:
     """The entry stays as it was."""
-    name = text(f"$SNPX_ASG[{slot}].${field}")
-    client.write(16300, [*int32(16000), *int32(len(words)), *name, *float32(multiply)])
+    client.point_at(slot, field)
     before = client.registers.table[slot]
     with pytest.raises(AssignmentError if "nan" not in message else RegisterError, match=message):
         client.write(16000, words)
@@ -400,15 +369,6 @@ def test_the_ends_of_an_entrys_ranges_are_taken(
         table[81]
 
 
-def test_the_gripper_is_the_first_output_of_the_robot(client: Client) -> None:
-    """RO[1]; of RI and the other RO nothing is wired here."""
-    client.bench.controller.write_input("gripper", True)
-    client.bench.run(0.01)
-    client.assign(1, 5000, 8, "RO[1]", 1.0)
-    client.assign(2, 6000, 8, "RI[1]", 1.0)
-    assert client.read(5000, 8) == [1, *[0] * 7] and client.read(6000, 8) == [0] * 8
-
-
 @pytest.mark.parametrize(
     "name", ["POS[0]", "ALM[1]", "PRG[1]", "UI[1]", "DO[1]", "$FAST_CLOCK", "PR[1]", "R[8]"]
 )
@@ -431,15 +391,10 @@ def test_whatever_a_client_writes_into_an_entry_nothing_else_fails(
     """An entry is changed or refused; what can be read afterwards has as many words."""
     table = AssignmentTable(power_up(LAYOUT))
     before = table[80]
-    for field, value in (("$ADDRESS", address), ("$SIZE", size), ("$VAR_NAME", of_raw(words))):
+    for field, value in (("$ADDRESS", address), ("$SIZE", size), ("$VAR_NAME", of_text(words))):
         try:
             table.put(80, field, value)
         except AssignmentError:
             continue
     assert table[1] == power_up(LAYOUT)[0]
     assert table[80].name == before.name or parse(table[80].name)
-
-
-def of_raw(words: Sequence[int]) -> str:
-    """Return whatever the words are as text."""
-    return struct.pack(f">{len(words)}H", *words).decode("latin-1").split("\0")[0]
