@@ -89,6 +89,25 @@ def test_stop_does_not_release_the_hold_of_the_person_at_the_robot(cell: Virtual
     cell.wait_whatever(lambda: cell.mode == "IDLE", 20.0, "the end of the move")
 
 
+@pytest.mark.parametrize("after_ms, back", [(2, "ALIGN"), (60, "RESUME")])
+def test_a_hold_before_the_robot_has_begun_pauses_the_pair_at_once(
+    cell: VirtualCell, after_ms: int, back: str
+) -> None:
+    """It has begun nothing that it could go on with, or its program waits: neither side moves."""
+    go(cell, 60.0)
+    cell.schedule.run(after_ms * 1e-3)
+    cell.real.signal("panel_hold", False)
+    pressed = cell.schedule.now
+    cell.wait_whatever(lambda: cell.mode == "PAUSED", 0.15, "PAUSED")
+    rested = both_stood(cell, cell.schedule.now)
+    assert travel(cell.twin.truth, pressed) < 2.0
+    nothing_moves(cell, rested)
+    cell.real.signal("panel_hold", True)
+    nothing_moves(cell, rested)
+    assert cell.operate(back).success
+    cell.wait_whatever(lambda: cell.mode == "IDLE", 20.0, "IDLE")
+
+
 def test_resume_says_that_the_robot_is_held_at_its_pendant(cell: VirtualCell) -> None:
     """The operator's RESUME releases the operator's pause alone."""
     go(cell, 40.0)

@@ -17,7 +17,7 @@ from twin_controller.core.lead.table import FOLLOWS_TWIN, LEADING
 from twin_controller.core.orders.order import due
 from twin_controller.core.orders.state import OWN_COMMAND, is_old, pauses
 from twin_controller.core.orders.stop import StopOrder, estop_missed, moves_on, speeds_since
-from twin_controller.core.orders.stream import StreamOrder, longest_wait
+from twin_controller.core.orders.stream import StreamOrder
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides import change
 from twin_controller.core.sides.measure import agree_at_rest
@@ -237,21 +237,18 @@ def _real_reports(setup: Setup, state: CoreState, flags: RealMeasured, now: floa
     stop = state.orders.stop
     if stop is not None and stop.given_back is None:
         return []
-    return _stream_reports(setup, state.orders.stream, flags, now)
+    return _stream_reports(state.orders.stream, flags, now)
 
 
-def _stream_reports(
-    setup: Setup, stream: StreamOrder, flags: RealMeasured, now: float
-) -> list[Trigger]:
+def _stream_reports(stream: StreamOrder, flags: RealMeasured, now: float) -> list[Trigger]:
     """Return what has become of the robot's stream program."""
     start = stream.start
     if stream.loaded and not flags.streaming:
         return [Trigger.REAL_STOPPED]
     if flags.paused:
         # A program that has never run may still be paused from before: it gets its time to go on.
-        waited = now - start.sent > longest_wait(setup.config.stream)
-        late = bool(due([start], now).failures) or (flags.held_there and waited)
-        if start.shown or late:
+        # Where somebody holds the robot at its pendant, it has none.
+        if start.shown or flags.held_there or due([start], now).failures:
             return [Trigger.REAL_HELD]
         return []
     if flags.streaming:

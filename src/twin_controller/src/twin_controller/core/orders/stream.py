@@ -93,11 +93,6 @@ def begins_late(order: StreamOrder | None, stop: StopOrder | None) -> str:
     return ""
 
 
-def longest_wait(config: Stream) -> float:
-    """Return how long the robot may take to start its stream program, all attempts together [s]."""
-    return config.attempts * config.retry_ms * 1e-3
-
-
 def unstartable(setup: Setup, flags: RealMeasured | None) -> str:
     """Return why the robot's stream program cannot be started, and what to do; empty: it can.
 
