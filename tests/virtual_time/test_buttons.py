@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
+from harness.plants.variants import Variant
 from harness.running.thorough import thorough
 from harness.scenes.copies import copied
 from harness.scenes.steps import ROBOT, both_stood, go, nothing_moves, run_program
@@ -16,13 +17,16 @@ from harness.scenes.truth import standstill_since, travel
 from harness.virtual_cell.cell import VirtualCell
 
 HELD = "robot is held at its pendant"
+DELIVERED = Variant("delivered", plant="ideal", kit=True).files(ROBOT)
+"""Its pendant does not say that somebody holds it there."""
+EITHER = pytest.mark.parametrize("cell", [ROBOT, DELIVERED], indirect=True, ids=["own", "kit"])
 PRESSED = "the emergency stop at the robot is pressed"
 
 
 @pytest.fixture
-def cell() -> Iterator[VirtualCell]:
+def cell(request: pytest.FixtureRequest) -> Iterator[VirtualCell]:
     """Give an idle cell whose robot runs at its full override."""
-    with VirtualCell(ROBOT) as made:
+    with VirtualCell(getattr(request, "param", ROBOT)) as made:
         made.connect()
         made.real.robot.write_override(100)
         yield made
@@ -67,6 +71,7 @@ def test_both_emergency_stops_have_to_be_released(cell: VirtualCell) -> None:
     cell.wait_whatever(lambda: cell.mode == "STOPPED", 5.0, "STOPPED")
 
 
+@EITHER
 def test_stop_does_not_release_the_hold_of_the_person_at_the_robot(cell: VirtualCell) -> None:
     """A robot that is held at its pendant is moved by nobody until it is let go there."""
     run_program(cell)
@@ -89,9 +94,10 @@ def test_stop_does_not_release_the_hold_of_the_person_at_the_robot(cell: Virtual
     cell.wait_whatever(lambda: cell.mode == "IDLE", 20.0, "the end of the move")
 
 
-@pytest.mark.parametrize("after_ms, back", [(2, "ALIGN"), (60, "RESUME")])
+@EITHER
+@pytest.mark.parametrize("after_ms", [0, 60])
 def test_a_hold_before_the_robot_has_begun_pauses_the_pair_at_once(
-    cell: VirtualCell, after_ms: int, back: str
+    cell: VirtualCell, after_ms: int
 ) -> None:
     """It has begun nothing that it could go on with, or its program waits: neither side moves."""
     go(cell, 60.0)
@@ -104,7 +110,8 @@ def test_a_hold_before_the_robot_has_begun_pauses_the_pair_at_once(
     nothing_moves(cell, rested)
     cell.real.signal("panel_hold", True)
     nothing_moves(cell, rested)
-    assert cell.operate(back).success
+    # A robot that had no program yet has none to go on with.
+    assert cell.operate("RESUME" if cell.mode == "PAUSED" else "ALIGN").success
     cell.wait_whatever(lambda: cell.mode == "IDLE", 20.0, "IDLE")
 
 

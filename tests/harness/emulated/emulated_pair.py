@@ -95,6 +95,7 @@ class EmulatedPair(Pair):
             paused=shown.outputs.paused or shown.outputs.held,
             drives_on=shown.outputs.sysrdy,
             fault=shown.outputs.fault,
+            held=shown.outputs.held,
             held_there=shown.outputs.panel_held,
             estop_pressed=shown.outputs.panel_estop,
             speed_percent=shown.override * shown.program_speed * 1e-2,

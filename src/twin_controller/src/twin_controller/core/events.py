@@ -57,7 +57,7 @@ class RealMeasured(Event, frozen=True, tag="real"):
         paused: A program is paused, or the robot is held.
         drives_on: Servo power is on.
         fault: An alarm stops the robot.
-        held_there: Somebody holds the robot at its pendant; only he lets it go.
+        held_there: Its pendant says that somebody holds it there; a delivered robot does not tell.
         estop_pressed: The emergency stop button at the robot is pressed.
         speed_percent: Override times programmed speed; None: the robot does not tell.
         gripper: The suction is on; None: the robot has no gripper.
@@ -67,6 +67,7 @@ class RealMeasured(Event, frozen=True, tag="real"):
         ring_underruns: So often it had none left.
         program: The name of its running or last program; empty if it tells none.
         overtaken: A newer answer has come in already: it is judged, but nobody follows it.
+        held: The robot is held, by us or by somebody.
     """
 
     sent: float
@@ -90,6 +91,7 @@ class RealMeasured(Event, frozen=True, tag="real"):
     plain_clock: bool = False
     program: str = ""
     overtaken: bool = False
+    held: bool = False
 
 
 class RealKnown(Event, frozen=True, tag="real_known"):

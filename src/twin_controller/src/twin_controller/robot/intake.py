@@ -116,6 +116,7 @@ def measured(
         program=program,
         streaming=sample.moved_by is ControlType.STREAM,
         paused="paused" in sample.outputs or "held" in sample.outputs,
+        held="held" in sample.outputs,
         drives_on="sysrdy" in sample.outputs,
         fault="fault" in sample.outputs or heartbeat_lost(sample),
         held_there="panel_held" in sample.outputs,

@@ -114,7 +114,7 @@ def _note_order(
     if command in TAKES_HOLD:
         orders = replace(orders, hold_away=True)
     elif command in GIVES_HOLD:
-        orders = replace(orders, hold_away=False)
+        orders = replace(orders, hold_away=False, hold_back=now)
     if command in STOPPING_TWIN and state.sides.twin.usable:
         stopped = tell_twin_stop(orders.twin_stop, command, config.stop, now)
         orders = replace(orders, twin_stop=stopped)

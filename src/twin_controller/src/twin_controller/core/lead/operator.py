@@ -11,6 +11,7 @@ from twin_controller.core.lead.modes import EVERY_COMMAND, Trigger
 from twin_controller.core.lead.transition import detail, row_of, transition
 from twin_controller.core.lead.triggers import operator_trigger
 from twin_controller.core.orders.speed import real_cap, speed_answer
+from twin_controller.core.orders.state import held_there
 from twin_controller.core.orders.stream import unstartable
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState
@@ -84,6 +85,6 @@ def _forbidden(setup: Setup, state: CoreState, trigger: Trigger) -> str:
     if trigger not in (Trigger.MOVE, Trigger.MOVE_UNALIGNED):
         return ""
     flags = sides.real.flags
-    if flags is not None and flags.held_there:
+    if held_there(setup.config.stop, state.orders, flags):
         return "the real robot is held at its pendant: let it go there"
     return unstartable(setup, flags)

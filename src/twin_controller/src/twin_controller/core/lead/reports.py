@@ -15,7 +15,7 @@ from twin_controller.core.lead.standing import real_stands
 from twin_controller.core.lead.state import Lead, record_notice
 from twin_controller.core.lead.table import FOLLOWS_TWIN, LEADING
 from twin_controller.core.orders.order import due
-from twin_controller.core.orders.state import OWN_COMMAND, is_old, pauses
+from twin_controller.core.orders.state import OWN_COMMAND, held_there, is_old, pauses
 from twin_controller.core.orders.stop import StopOrder, estop_missed, moves_on, speeds_since
 from twin_controller.core.orders.stream import StreamOrder
 from twin_controller.core.setup import Setup
@@ -237,18 +237,21 @@ def _real_reports(setup: Setup, state: CoreState, flags: RealMeasured, now: floa
     stop = state.orders.stop
     if stop is not None and stop.given_back is None:
         return []
-    return _stream_reports(state.orders.stream, flags, now)
+    held = held_there(setup.config.stop, state.orders, flags)
+    return _stream_reports(state.orders.stream, flags, held, now)
 
 
-def _stream_reports(stream: StreamOrder, flags: RealMeasured, now: float) -> list[Trigger]:
+def _stream_reports(
+    stream: StreamOrder, flags: RealMeasured, held: bool, now: float
+) -> list[Trigger]:
     """Return what has become of the robot's stream program."""
     start = stream.start
     if stream.loaded and not flags.streaming:
         return [Trigger.REAL_STOPPED]
     if flags.paused:
         # A program that has never run may still be paused from before: it gets its time to go on.
-        # Where somebody holds the robot at its pendant, it has none.
-        if start.shown or flags.held_there or due([start], now).failures:
+        # Where somebody holds the robot there is none.
+        if start.shown or held or due([start], now).failures:
             return [Trigger.REAL_HELD]
         return []
     if flags.streaming:

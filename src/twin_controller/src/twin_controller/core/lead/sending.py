@@ -23,6 +23,7 @@ from twin_controller.core.lead.transition import reject
 from twin_controller.core.orders.gripper import Notice, watch_grippers
 from twin_controller.core.orders.order import send
 from twin_controller.core.orders.speed import Leader, cap_speeds
+from twin_controller.core.orders.state import held_there
 from twin_controller.core.orders.stop import (
     TAKES_HOLD,
     may_give_back,
@@ -97,7 +98,8 @@ def order_real(setup: Setup, state: CoreState, streamed: bool, now: float) -> Re
     # A stream begins behind the stop of the one before: HOLD is back then.
     may = stop is None or stop.given_back is not None
     if streamed and may and stream is not None and flags is not None:
-        stream, asked = start_stream(stream, flags, now)
+        held = held_there(setup.config.stop, orders, flags)
+        stream, asked = start_stream(stream, flags, held, now)
         stop = None if asked else stop
     stop, again = stop_again(stop, setup.config.stop, now)
     away = orders.hold_away or any(each.command in TAKES_HOLD for each in again)
@@ -129,7 +131,7 @@ def _give_hold_back(setup: Setup, state: CoreState, now: float) -> Result:
         return state, []
     if stop is not None:
         stop = replace(stop, given_back=now)
-    orders = replace(orders, stop=stop, hold_away=False)
+    orders = replace(orders, stop=stop, hold_away=False, hold_back=now)
     return replace(state, orders=orders), [
         SendReal(Command.GIVE_HOLD_BACK, "the real robot stands")
     ]

@@ -20,6 +20,7 @@ from twin_controller.core.lead.modes import COMMANDS, MOVES, Mode, Trigger
 from twin_controller.core.lead.reports import moved_since_pause, resume_blocked, side_triggers
 from twin_controller.core.lead.table import LEADING, look_up
 from twin_controller.core.orders.order import fresh
+from twin_controller.core.orders.state import held_there
 from twin_controller.core.orders.stop import disobeyed, twin_disobeyed
 from twin_controller.core.orders.stream import unstartable
 from twin_controller.core.safety.guard import Guard
@@ -268,7 +269,7 @@ def operator_trigger(setup: Setup, state: CoreState, event: Operator) -> Trigger
     flags = state.sides.real.flags
     if event.command == "RESUME" and resume_blocked(state):
         return Trigger.RESUME_BLOCKED
-    if event.command == "RESUME" and flags is not None and flags.held_there:
+    if event.command == "RESUME" and held_there(setup.config.stop, state.orders, flags):
         return Trigger.RESUME_HELD
     if event.command == "RESUME" and moved_since_pause(setup, state):
         return Trigger.RESUME_MOVED

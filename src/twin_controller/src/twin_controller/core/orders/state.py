@@ -38,6 +38,8 @@ class Orders(msgspec.Struct, frozen=True):
     stop: StopOrder | None = None
     # The robot's HOLD is away, and it was we who took it: whoever has done that gives it back.
     hold_away: bool = False
+    # When we gave it back last [s].
+    hold_back: float = 0.0
     # The last answer showed a program or a stream: while the link is down it may still run.
     real_busy: bool = False
     # The stop, pause or emergency stop of the twin; ends when it stands, may move again or is lost.
@@ -109,6 +111,22 @@ def forget_lost(orders: Orders, sides: Sides) -> Orders:
     if speeds.twin is not None and sides.twin.motion is None:
         speeds = replace(speeds, twin=None)
     return replace(orders, grips=grips, speeds=speeds, stop=stop, twin_stop=twin_stop)
+
+
+def held_there(config: Stop, orders: Orders, flags: RealMeasured | None) -> bool:
+    """Return whether somebody at the robot holds it: only he lets it go, and it begins nothing.
+
+    Its pendant says so, or it shows HELD and it is not we who took HOLD, or gave it back just now.
+
+    Args:
+        config: How long the robot may take to show that HOLD is back.
+        orders: Whether HOLD is ours.
+        flags: The robot's newest answer.
+    """
+    if flags is None:
+        return False
+    ours = orders.hold_away or flags.sent <= orders.hold_back + config.retry_ms * 1e-3
+    return flags.held_there or (flags.held and not ours)
 
 
 def told_twin(orders: Orders, motion: TwinMotion | None, now: float) -> Orders:

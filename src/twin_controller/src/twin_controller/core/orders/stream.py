@@ -61,14 +61,20 @@ def hear_stream(order: StreamOrder, event: RealMeasured) -> StreamOrder:
 
 
 def start_stream(
-    order: StreamOrder, flags: RealMeasured, now: float
+    order: StreamOrder, flags: RealMeasured, held: bool, now: float
 ) -> tuple[StreamOrder, list[SendReal]]:
     """Ask for the program behind a fresh set point; again when the robot does not report it.
 
     Nobody's hold but ours is ours to undo, and a program of the robot's own is never let go on.
+
+    Args:
+        order: What the robot was asked for.
+        flags: Its newest answer.
+        held: Somebody at the robot holds it.
+        now: Time [s].
     """
     late = bool(due([order.start], now).sends)
-    if flags.own_program or flags.held_there or not (order.at_once or late):
+    if flags.own_program or held or not (order.at_once or late):
         return order, []
     there = flags.streaming
     if there and not flags.paused:
