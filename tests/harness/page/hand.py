@@ -8,11 +8,14 @@ from harness.page.theatre import STAGE, Theatre, until
 
 TOUCHED = (STAGE.parent / "touched.js").read_text(encoding="utf-8")
 
-# Whether the newest command of these words is shown, with its outcome if one is given.
-TOLD = """([words, outcome]) => {
+ACCEPTED = ("running", "done")
+"""Outcomes of a motion that the cell has begun: a page calls it done a second later at the earliest
+where nothing moves, as on a stage."""
+# Whether the newest command of these words is shown, with one of these outcomes if there are any.
+TOLD = """([words, outcomes]) => {
     const lines = [...document.querySelectorAll("[data-command]")];
     const line = lines.find((one) => one.textContent.toLowerCase().includes(words));
-    return line?.checkVisibility() && (!outcome || line.dataset.outcome === outcome);
+    return line?.checkVisibility() && (!outcomes.length || outcomes.includes(line.dataset.outcome));
 }"""
 
 
@@ -50,10 +53,10 @@ class Hand:
             button.click()
             expect(button).to_have_attribute("aria-pressed", pressed)
 
-    def command(self, button: Locator, told: str, outcome: str = "") -> None:
+    def command(self, button: Locator, told: str, *outcomes: str) -> None:
         """Press a button that sends a command; the place of the commands tells of it."""
         button.click()
-        until(self.page, TOLD, [told.lower(), outcome])
+        until(self.page, TOLD, [told.lower(), outcomes])
 
     def slide(self, slider: Locator, shown: Locator) -> None:
         """Move a slider; its number changes."""

@@ -8,7 +8,7 @@ from operator import itemgetter
 from pathlib import Path
 
 import pytest
-from harness.page.hand import Hand
+from harness.page.hand import ACCEPTED, Hand
 from harness.page.theatre import SIZES, Theatre, open_theatre
 from harness.running.pairs import pairs
 from harness.running.thorough import thorough
@@ -41,13 +41,13 @@ def test_arm_of_six_axes_turns_its_tool_in_steps(
     steps = panel.locator("[data-way-panel=steps]")
     for axis, sign in product("XYZ", (MINUS, "+")):
         step = hand.button(f"Step {axis} {sign}", steps)
-        hand.command(step, f"Step {axis} {sign}1 mm, world", "done")
+        hand.command(step, f"Step {axis} {sign}1 mm, world", *ACCEPTED)
     for (frame, size), rows in groupby(turns, itemgetter(0, 1)):
         for chosen in (frame.capitalize(), size):
             hand.choose(steps.get_by_role("tab", name=chosen, exact=True))
         for *_, axis, sign in rows:
             told = f"Turn {axis} {sign}{size} deg, {frame}"
-            hand.command(hand.button(f"Turn {axis} {sign}", steps), told, "done")
+            hand.command(hand.button(f"Turn {axis} {sign}", steps), told, *ACCEPTED)
     only = steps.get_by_role("switch", name="Only preview")
     only.click()
     hand.button("Turn Z +", steps).click()

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from harness.page.hand import Hand
+from harness.page.hand import ACCEPTED, Hand
 from harness.page.theatre import SIZES, Theatre, open_theatre
 from playwright.sync_api import expect
 
@@ -30,7 +30,7 @@ def test_a_scara_with_a_wrist_turns_its_tool_about_the_vertical(theatre: Theatre
     steps = panel.locator("[data-way-panel=steps]")
     for sign in (MINUS, "+"):
         told = f"Turn Z {sign}1 deg, world"
-        hand.command(hand.button(f"Turn Z {sign}", steps), told, "done")
+        hand.command(hand.button(f"Turn Z {sign}", steps), told, *ACCEPTED)
     hand.choose(panel.get_by_role("tab", name="Hold tool", exact=True))
     held = panel.locator("[data-way-panel=hold_tool]")
     expect(hand.button("Jog Turn Z +", held)).to_be_enabled()
@@ -43,7 +43,7 @@ def test_a_scara_with_a_wrist_turns_its_tool_about_the_vertical(theatre: Theatre
     target.get_by_label("Yaw", exact=True).fill("90")
     expect(target.locator(".preview")).to_contain_text("90.00 deg")
     place = "Move to x 400 y 100 z 100 mm"
-    hand.command(hand.button("Move", target), f"{place}, yaw 90.0 deg at 50 %", "done")
+    hand.command(hand.button("Move", target), f"{place}, yaw 90.0 deg at 50 %", *ACCEPTED)
     target.get_by_label("Yaw", exact=True).fill("")
     hand.command(hand.button("Move", target), f"{place} at 50 %", "done")
     hand.button("Clear", target).click()
