@@ -19,9 +19,12 @@ import time
 import uuid
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from typing_extensions import Self
+
+if TYPE_CHECKING:
+    from scara_bringup.processes.forked_io import ForkedChild
 
 T = TypeVar("T")
 
@@ -91,14 +94,33 @@ class Process:
     """One started program; its output is a file, its process group is ended as a whole."""
 
     def __init__(
-        self, command: Iterable[str], env: Mapping[str, str], log: Path, cwd: Path | None = None
+        self,
+        command: Iterable[str],
+        env: Mapping[str, str],
+        log: Path,
+        cwd: Path | None = None,
+        forks: bool = False,
     ) -> None:
         """Start ``command`` in a session of its own.
 
         It dies with the test process even if that is killed.
+
+        Args:
+            command: Its words.
+            env: Its whole environment.
+            log: What it prints.
+            cwd: Its working directory.
+            forks: Where it can be, it is a fork; see :mod:`harness.forks`.
         """
         self.command = [str(word) for word in command]
         self.log = log
+        self.popen: subprocess.Popen[bytes] | ForkedChild
+        if forks:
+            from harness.forks import forked  # what it imports is built
+
+            if node := forked(self.command, env, log):
+                self.popen = node
+                return
         with log.open("wb") as stream:
             self.popen = subprocess.Popen(
                 self.command,
@@ -199,7 +221,9 @@ class Stage:
         name = name or Path(command[0]).name
         log = self.folder / f"{len(self.processes):02d}_{name}.log"
         environment = {**self.env, **(env or {})}
-        process = Process(without_rosrun(command, environment), environment, log, cwd)
+        forks = command[0] == "rosrun" and cwd is None
+        words = without_rosrun(command, environment)
+        process = Process(words, environment, log, cwd, forks)
         self.processes.append(process)
         return process
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from harness.processes import wait_until
+from harness.processes import ROSRUN, wait_until
 from harness.ros import Ros
 
 
@@ -83,7 +83,9 @@ def test_camera_has_a_world_only_while_somebody_looks(ros: Ros, twin: Any) -> No
     import rospy
     from sensor_msgs.msg import Image
 
-    node = ros.run("scara_simulation", "camera", "_width_px:=160", "_height_px:=120")
+    # A fork has less for itself alone: it is a program of its own.
+    words = (ROSRUN, "scara_simulation", "camera", "_width_px:=160", "_height_px:=120")
+    node = ros.stage.start(*words, name="camera")
     wait_until(lambda: "camera is ready" in node.output, 30.0, "the camera")
     before = _private_mb(node.pid)
     for number in (1, 2):
