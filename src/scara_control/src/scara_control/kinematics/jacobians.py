@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from scara_control.kinematics.screws import ScrewModel, forward_kinematics, joint_vector
+from scara_control.kinematics.screws import ScrewModel, joint_vector
 from scara_control.kinematics.twists import FloatArray, adjoint, exp6, skew
 
 
@@ -30,12 +30,7 @@ def space_jacobian(arm: ScrewModel, q: ArrayLike) -> FloatArray:
     Raises:
         JointVectorError: ``q`` is not of shape ``(n,)`` or not finite.
     """
-    jacobian = np.empty((6, arm.joint_count))
-    before = np.eye(4)
-    for index, (axis, position) in enumerate(zip(arm.screw_axes.T, joint_vector(arm, q))):
-        jacobian[:, index] = adjoint(before) @ axis
-        before = before @ exp6(axis * position)
-    return jacobian
+    return _along(arm, q)[0]
 
 
 def tip_jacobian(arm: ScrewModel, q: ArrayLike) -> FloatArray:
@@ -53,7 +48,20 @@ def tip_jacobian(arm: ScrewModel, q: ArrayLike) -> FloatArray:
     Raises:
         JointVectorError: ``q`` is not of shape ``(n,)`` or not finite.
     """
-    jacobian = space_jacobian(arm, q)
-    tip = forward_kinematics(arm, q)[:3, 3]
-    jacobian[3:] -= skew(tip) @ jacobian[:3]
-    return jacobian
+    return pose_and_jacobian(arm, q)[1]
+
+
+def pose_and_jacobian(arm: ScrewModel, q: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Compute the tool's pose and :func:`tip_jacobian` with one way along the chain."""
+    jacobian, pose = _along(arm, q)
+    jacobian[3:] -= skew(pose[:3, 3]) @ jacobian[:3]
+    return pose, jacobian
+
+
+def _along(arm: ScrewModel, q: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Return the space Jacobian and the tool's pose."""
+    jacobian, before = np.empty((6, arm.joint_count)), np.eye(4)
+    for index, (axis, position) in enumerate(zip(arm.screw_axes.T, joint_vector(arm, q))):
+        jacobian[:, index] = adjoint(before) @ axis
+        before = before @ exp6(axis * position)
+    return jacobian, before @ arm.home_pose

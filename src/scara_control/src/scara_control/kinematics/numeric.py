@@ -18,7 +18,7 @@ import numpy as np
 from scara_config import Joint, Robot
 
 from scara_control.errors import ScaraControlError, UnreachableError
-from scara_control.kinematics.jacobians import tip_jacobian
+from scara_control.kinematics.jacobians import pose_and_jacobian, tip_jacobian
 from scara_control.kinematics.scara import Triple
 from scara_control.kinematics.scara_velocity import JointVelocities
 from scara_control.kinematics.screws import ScrewModel, forward_kinematics
@@ -237,16 +237,21 @@ def _descend(arm: NumericArm, target: FloatArray, start: FloatArray) -> FloatArr
         )
 
     def slope(q: FloatArray) -> FloatArray:
-        pose, jacobian = forward_kinematics(arm.chain, q), tip_jacobian(arm.chain, q)
-        if not arm.keeps_turn:
-            moved: FloatArray = jacobian[3:]
-            return moved
-        turns = [ARM_LENGTH * (skew(omega) @ pose[:3, :3]).ravel() for omega in jacobian[:3].T]
-        return np.vstack([jacobian[3:], np.array(turns).T])
+        pose, jacobian = pose_and_jacobian(arm.chain, q)
+        rows = [jacobian[3:]]
+        if arm.keeps_turn:
+            turns = (skew(omega) @ pose[:3, :3] for omega in jacobian[:3].T)
+            rows.append(ARM_LENGTH * np.array([turn.ravel() for turn in turns]).T)
+        return np.vstack(rows)
 
-    bounds = (arm.lower - LIMIT_TOLERANCE, arm.upper + LIMIT_TOLERANCE)
     solved = least_squares(
-        residual, begin, slope, bounds, xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=60
+        residual,
+        begin,
+        slope,
+        (arm.lower - LIMIT_TOLERANCE, arm.upper + LIMIT_TOLERANCE),
+        xtol=1e-15,
+        ftol=1e-15,
+        gtol=1e-15,
+        max_nfev=60,
     )
-    q: FloatArray = solved.x
-    return q
+    return np.asarray(solved.x)
