@@ -90,10 +90,10 @@ def run_trial(
         folder: With all YAML files.
     """
     trial = Trial(robot, variant.name, leader, speed_percent)
-    files = _visiting(variant.files(robot, folder), visits)
+    files = variant.files(robot, folder)
     if speed_percent != ARTICLE_PERCENT:
         files = long_moves(files, speed_percent)
-    with TroubledCell(files, clock_jitter=variant.clock_jitter, seed=1) as cell:
+    with TroubledCell(_visiting(files, visits), seed=1, clock_jitter=variant.clock_jitter) as cell:
         try:
             cell.connect()
             # As somebody at the pendant leaves it for a run: a robot begins with 10 %.
