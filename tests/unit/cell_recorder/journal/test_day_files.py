@@ -24,6 +24,8 @@ NOON = 1_795_348_800.0  # 2026-11-22 12:00 UTC
 DAY = 86400.0
 SOFTWARE = 1_686_355_200.0  # 2023-06-10 00:00 UTC: Debian 12
 YEARS = 3652 * DAY
+TIMES = st.lists(st.floats(-DAY, DAY), max_size=6)
+STARTS = st.tuples(TIMES, st.integers(0, 400), st.binary(max_size=6))
 JUMPS = st.floats(-4000 * DAY, 4000 * DAY) | st.floats(-4 * DAY, 4 * DAY)
 SETTINGS = replace(load_journal(CONFIG), keep_days=100, limit_mb=10.0, day_limit_mb=10.0)
 
@@ -55,6 +57,21 @@ def numbers(folder: Path, since: int = 0) -> list[int]:
     return [entry.number for entry in read(folder, since, pytest.fail)]
 
 
+@contextmanager
+def full_disk(patch: pytest.MonkeyPatch, room: int) -> Iterator[None]:
+    """Let the disk take so many bytes, and nothing of what is shorter; expect that it is told."""
+    real = os.write
+
+    def full(fd: int, data: Any) -> int:
+        if len(data) <= room or not room:
+            raise OSError(28, "No space left on device")
+        return real(fd, data[:room])
+
+    with patch.context() as patched, pytest.raises(OSError, match="No space left"):
+        patched.setattr(os, "write", full)
+        yield
+
+
 def test_one_file_a_day_in_utc_and_numbers_go_on_over_days_and_starts(tmp_path: Path) -> None:
     """The format that others read."""
     with opened(tmp_path) as files:
@@ -69,17 +86,7 @@ def test_one_file_a_day_in_utc_and_numbers_go_on_over_days_and_starts(tmp_path: 
     assert line.startswith('{"kind":"audit","number":1,"time":1795348800.0,"cell":"milk_2",')
 
 
-@given(
-    starts=st.lists(
-        st.tuples(
-            st.lists(st.floats(-DAY, DAY), max_size=6),
-            st.integers(0, 400),
-            st.binary(max_size=6),
-        ),
-        min_size=1,
-        max_size=6,
-    )
-)
+@given(starts=st.lists(STARTS, min_size=1, max_size=6))
 @settings(max_examples=60, deadline=None)
 def test_numbers_have_no_gap_whatever_is_torn(
     starts: list[tuple[list[float], int, bytes]], tmp_path_factory: pytest.TempPathFactory
@@ -141,12 +148,17 @@ def test_line_that_lacks_its_end_only_is_whole(tmp_path: Path) -> None:
 
 
 def test_clock_that_is_set_back_writes_on_into_the_newest_file(tmp_path: Path) -> None:
-    """Numbers grow from file to file; times are found all the same."""
+    """Numbers grow from file to file; times are found all the same.
+
+    One entry from the future is of today: a wrong stamp says nothing of this machine's clock.
+    """
     with opened(tmp_path) as files:
+        write(files, said(NOON))
+        files.append([said(NOON + YEARS)], NOON)
         write(files, said(NOON), said(NOON - 2 * DAY))
     assert [path.name for path in tmp_path.glob("*.jsonl")] == ["2026-11-22.jsonl"]
     early = read_between(tmp_path, NOON - 3 * DAY, NOON - DAY)
-    assert [entry.number for entry in early] == [2]
+    assert numbers(tmp_path) == [1, 2, 3, 4] and [entry.number for entry in early] == [4]
 
 
 def test_clock_that_jumps_ten_years_and_back_goes_on_in_todays_file(tmp_path: Path) -> None:
@@ -170,15 +182,6 @@ def test_clock_that_jumps_ten_years_and_back_goes_on_in_todays_file(tmp_path: Pa
             write(files, said(NOON + day * DAY))
             assert files.path.name == f"{utc_day(NOON + day * DAY)}.jsonl"
     assert numbers(tmp_path, 5) == list(range(6, 65))
-
-
-def test_one_entry_from_the_future_is_of_today(tmp_path: Path) -> None:
-    """A message with a wrong stamp says nothing of this machine's clock."""
-    with opened(tmp_path) as files:
-        files.append([said(NOON + YEARS)], NOON)
-        files.append([said(NOON)], NOON)
-    assert [path.name for path in tmp_path.glob("*.jsonl")] == ["2026-11-22.jsonl"]
-    assert numbers(tmp_path) == [1, 2]
 
 
 def test_a_start_finds_files_from_the_future(tmp_path: Path) -> None:
@@ -209,29 +212,24 @@ def test_numbers_go_on_where_todays_file_has_none_yet(tmp_path: Path) -> None:
     assert numbers(tmp_path) == [2]  # that of the last entry that was put aside is 1
 
 
-@pytest.mark.parametrize("begun", [60.0, SOFTWARE - 61.0])
+@pytest.mark.parametrize(
+    ("begun", "right"), [(60.0, False), (SOFTWARE - 61.0, False), (SOFTWARE - 1.0, True)]
+)
 def test_a_machine_that_does_not_know_the_time_yet_puts_nothing_aside(
-    tmp_path: Path, begun: float
+    tmp_path: Path, begun: float, right: bool
 ) -> None:
-    """Its clock is older than its software: then the files are right, and the clock is not."""
+    """Its clock is older than its software: then the files are right, and the clock is not.
+
+    It may be right from the day on which the oldest software of a cell came out.
+    """
     with opened(tmp_path) as files:
         write(files, said(NOON))
-    with opened(tmp_path, begun) as files:
-        write(files, said(begun + 1.0), said(NOON + 1.0))
-    assert [path.name for path in tmp_path.iterdir() if path.suffix] == ["2026-11-22.jsonl"]
-    assert numbers(tmp_path) == [1, 2, 3]
-
-
-def test_a_clock_that_may_be_right_goes_on_in_todays_file(tmp_path: Path) -> None:
-    """From the day on which the oldest software of a cell came out."""
-    with opened(tmp_path) as files:
-        write(files, said(NOON))
-    with opened(tmp_path, SOFTWARE) as files:
-        write(files, said(SOFTWARE))
-    assert {path.name for path in tmp_path.glob("20*")} == {
-        "2026-11-22.future",
-        "2023-06-10.jsonl",
-    }
+    with opened(tmp_path, begun + right) as files:
+        write(files, said(begun + 1.0))
+        names = {path.name for path in tmp_path.glob("20*")}
+        assert names == ({"2026-11-22.future", "2023-06-10.jsonl"} if right else {files.path.name})
+        write(files, said(NOON + 1.0))
+    assert numbers(tmp_path)[-1] == (4 if right else 3)
 
 
 @pytest.mark.parametrize("limit", ["day_limit_mb", "limit_mb"])
@@ -257,14 +255,8 @@ def test_a_disk_that_is_full_when_the_clock_comes_back_loses_nothing(
     """The files stay where they are until the entry that names them is written."""
     with opened(tmp_path) as files:
         write(files, said(NOON), said(NOON + YEARS))
-
-        def full(fd: int, data: Any) -> int:
-            raise OSError(28, "No space left on device")
-
-        with monkeypatch.context() as patched:
-            patched.setattr(os, "write", full)
-            with pytest.raises(OSError, match="No space left"):
-                files.append([said(NOON)], NOON)
+        with full_disk(monkeypatch, 0):
+            files.append([said(NOON)], NOON)
         assert not files.is_open and not list(tmp_path.glob("*.future"))
         files.open(NOON)
         write(files, said(NOON))
@@ -292,12 +284,8 @@ def test_no_number_is_given_twice_whatever_the_clock_does(
             write(files, said(NOON + jump), said(NOON))
             assert files.last_number >= newest + 2
             newest = files.last_number
-    lines = [
-        line
-        for path in folder.iterdir()
-        if path.suffix in (".jsonl", ".future")
-        for line in path.read_bytes().splitlines()
-    ]
+    paths = [path for path in folder.iterdir() if path.suffix in (".jsonl", ".future")]
+    lines = b"".join(path.read_bytes() for path in paths).splitlines()
     given_ = [found.number for found in map(numbered, lines) if found is not None]
     assert sorted(given_) == list(range(1, newest + 1))
     # A clock that was ahead by two days at most writes on into that file.
@@ -320,8 +308,8 @@ def test_line_that_is_no_entry_is_told_and_the_rest_is_read(tmp_path: Path) -> N
     with opened(tmp_path) as files:
         write(files, said(NOON))
     path = tmp_path / "2026-11-22.jsonl"
-    whole = encode(stamped(said(NOON), 2, "milk_2"))
-    path.write_bytes(path.read_bytes() + b'{"kind": "nobody"}\n' + whole)
+    behind = b'{"kind": "nobody"}\n' + encode(stamped(said(NOON), 2, "milk_2"))
+    path.write_bytes(path.read_bytes() + behind)
     bad: list[str] = []
     assert [entry.number for entry in read(tmp_path, 0, bad.append)] == [1, 2]
     assert len(bad) == 1 and f"{path}, line 2: is no entry" in bad[0]
@@ -339,26 +327,18 @@ def test_old_files_are_removed_whole_and_that_is_told(tmp_path: Path) -> None:
 
 
 def test_beyond_the_limit_the_oldest_go(tmp_path: Path) -> None:
-    """All files together stay within limit_mb; today's is never removed."""
-    with opened(tmp_path, limit_mb=0.01) as files:
-        write(files, *(said(NOON + n * DAY / 4, "x" * 500) for n in range(40)))
-        size = sum(path.stat().st_size for path in tmp_path.glob("*.jsonl"))
-        assert size <= 10_000 and abs(files.held_mb * 1e6 - size) < 1.0
-        assert {type(each) for each in files.told} == {Gap}
-    found = numbers(tmp_path)
-    assert found == list(range(found[0], 41)) and found[0] > 1
-
-
-def test_as_many_of_the_oldest_go_as_make_room_and_no_more(tmp_path: Path) -> None:
-    """A burst takes the place of several days at once; those behind them stay."""
+    """As many as make room: a burst takes the place of several days, those behind them stay."""
     with opened(tmp_path, limit_mb=0.01) as files:
         for day in range(4):
             write(files, *(said(NOON + day * DAY, "x" * 400) for _ in range(4)))
         before = {path.name: path.stat().st_size for path in sorted(tmp_path.glob("*.jsonl"))}
         write(files, *(said(NOON + 4 * DAY, "x" * 400) for _ in range(12)))
+        size = sum(path.stat().st_size for path in tmp_path.glob("*.jsonl"))
+        assert size <= 10_000 and abs(files.held_mb * 1e6 - size) < 1.0
+        assert {type(each) for each in files.told} == {Gap}
     gone = set(before) - {path.name for path in tmp_path.glob("*.jsonl")}
     assert len(before) == 4 and gone == set(sorted(before)[:3])
-    assert sum(path.stat().st_size for path in tmp_path.glob("*.jsonl")) <= 10_000
+    assert numbers(tmp_path) == list(range(13, 29))
 
 
 def test_a_flood_ends_at_the_limit_of_a_day_and_the_next_day_goes_on(tmp_path: Path) -> None:
@@ -378,17 +358,8 @@ def test_full_disk_takes_a_whole_line_or_nothing(
     """Half a line is cut off, and the number is given to the next one."""
     with opened(tmp_path) as files:
         write(files, said(NOON))
-        real = os.write
-
-        def full(fd: int, data: Any) -> int:
-            if len(data) <= 20:
-                raise OSError(28, "No space left on device")
-            return real(fd, data[:20])
-
-        with monkeypatch.context() as patched:
-            patched.setattr(os, "write", full)
-            with pytest.raises(OSError, match="No space left"):
-                files.append([said(NOON)], NOON)
+        with full_disk(monkeypatch, 20):
+            files.append([said(NOON)], NOON)
         write(files, said(NOON))
     assert numbers(tmp_path) == [1, 2]
 
