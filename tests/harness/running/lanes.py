@@ -1,7 +1,7 @@
 """Which test runs when, where several processes share one machine.
 
 ``./cell test`` runs five parts: whole cells one at a time; then single nodes and what looks at the
-clock, two at a time; then what starts and ends cells of its own and judges no times, two at a time,
+clock, two at a time; then what starts and ends programs and judges no times, two at a time,
 beside pages in a browser, one at a time; and beside all of them what only computes, in the
 processor time that those leave (decisions 0022 and 0037). The tests of one group go to one worker
 of pytest-xdist, one after the other; those of a shared cell are one group.
@@ -28,8 +28,19 @@ STARTS = (
     "tests/system/test_named_cell.py",
     "tests/system/test_rostest.py",
     "tests/system/test_tutorial.py",
+    "tests/unit/farm/desk/test_rolling.py",
+    "tests/unit/farm/lab/test_lab_far.py",
+    "tests/unit/farm/lab/test_lab_running.py",
+    "tests/unit/farm/line/",
+    "tests/unit/harness/test_time_limit.py",
+    "tests/unit/operator_panel/retelling/test_recordings.py",
+    "tests/unit/setup/test_cell.py",
+    "tests/unit/setup/test_examples.py",
+    "tests/unit/setup/test_scopes.py",
+    "tests/unit/setup/test_setup.py",
 )
-"""Cells that each test starts and ends, and a build: it waits for them, and judges no times."""
+"""Cells and programs that each test starts and ends, and a build: it waits for them, and judges no
+times."""
 BROWSES = re.compile(
     r"^(?:from|import) (?:playwright|harness\.wires\.browser|harness\.page\.(?:hand|theatre))\b",
     re.MULTILINE,
@@ -177,7 +188,7 @@ def part_of(file: str) -> str:
     Args:
         file: Its path from the root of the project.
     """
-    if file in STARTS:
+    if file.startswith(STARTS):
         return "starts"
     if file.startswith(CELLS):
         return "cells"
