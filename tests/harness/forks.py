@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from scara_bringup.processes.forked_io import ForkedChild, WarmParent, runs_here
+from scara_bringup.processes.warm_parent_io import PAGES
 
 from harness.processes import MARK
 from harness.workspace import workspace_environment
@@ -32,7 +33,7 @@ class Forks(WarmParent):
         """Begin to load; ``env`` is what the environments of most nodes have in common."""
         self.env = {**env, MARK: NO_MARK}
         self._turn = threading.Lock()
-        super().__init__(self.env)
+        super().__init__(self.env, PAGES)
 
     def differs(self, env: Mapping[str, str]) -> dict[str, str] | None:
         """Return what is set differently in ``env``, None where a fork may come too late for it."""

@@ -50,7 +50,7 @@ from scara_bringup.options_node import (
     TwinOnly,
     Without,
 )
-from scara_bringup.plan import NOT_OF_THE_TWIN, cell_plan, experiment_plan
+from scara_bringup.plan import NOT_OF_THE_TWIN, PANEL, PENDANT_PAGE, cell_plan, experiment_plan
 from scara_bringup.processes.configuration_io import begin_with_change, copy_with_ports, got_ready
 from scara_bringup.processes.forked_io import WarmParent, WarmParentError
 from scara_bringup.processes.master_io import MasterProbe
@@ -63,6 +63,7 @@ from scara_bringup.processes.preflight_io import (
     node_address,
 )
 from scara_bringup.processes.processes_io import Processes
+from scara_bringup.processes.warm_parent_io import PAGES
 from scara_bringup.terminal import screen_io as screen
 
 REPORT = "report.html"
@@ -308,8 +309,9 @@ def _run(wishes: Wishes, folder: Path, shown: Shown, own_master: bool) -> int:
         foreground = experiment_plan(str(folder), wishes.experiments, wishes.arguments)
     master = MasterProbe(os.environ["ROS_MASTER_URI"])
     os.environ["PYTHONUNBUFFERED"] = "1"
+    has_pages = any(node.name in (PANEL, PENDANT_PAGE) for node in nodes)
     with (
-        WarmParent.of_this_process() as warm,
+        WarmParent.of_this_process(PAGES if has_pages else ()) as warm,
         Processes(folder / "log", os.environ, warm) as processes,
     ):
         shown = replace(shown, runs=runs)

@@ -135,9 +135,11 @@ from pathlib import Path
 os.environ["OF_ALL"] = "children"
 from scara_bringup.processes.forked_io import WarmParent
 from scara_bringup.processes.processes_io import Processes
+from scara_bringup.processes.warm_parent_io import PAGES
 from scara_bringup.plan import NodePlan
 lock = open(sys.argv[2], "w")
-with WarmParent.of_this_process() as warm, Processes(Path(sys.argv[2] + ".d"), {}, warm) as nodes:
+logs = Path(sys.argv[2] + ".d")
+with WarmParent.of_this_process(PAGES) as warm, Processes(logs, {}, warm) as nodes:
     nodes.start(NodePlan("a_node", "", sys.argv[1], ("_rate:=25",)))
     print(open(f"/proc/{warm._process.pid}/cmdline").read().rstrip(chr(0)), flush=True)
     while not (ended := nodes.ended()):
@@ -156,6 +158,7 @@ def test_the_parent_of_all_can_be_a_fork_of_the_bring_up(tmp_path: Path) -> None
         "         for n in os.listdir(f'/proc/{os.getppid()}/fd')]",
         "words = open('/proc/self/cmdline').read().rstrip(chr(0)).split(chr(0))",
         "print(words == [sys.executable, *sys.argv], os.environ['OF_ALL'], 'rospy' in sys.modules,",
+        "      'nicegui' in sys.modules,",
         f"      os.getsid(os.getppid()) == os.getppid(), {str(tmp_path / 'a_lock')!r} in files)",
     )
     bringup = tmp_path / "bringup.py"
@@ -166,7 +169,7 @@ def test_the_parent_of_all_can_be_a_fork_of_the_bring_up(tmp_path: Path) -> None
     assert shown.split("\0") == [sys.executable, "-m", "scara_bringup.processes.warm_parent_io"]
     assert ended == f"{[('a_node', 0)]} {words[2:]}"
     said = (tmp_path / "a_lock.d" / "a_node.log").read_text().split()
-    assert said == ["True", "children", "True", "True", "False"]
+    assert said == ["True", "children", "True", "True", "True", "False"]
 
 
 def test_all_die_with_a_bring_up_that_is_killed(tmp_path: Path) -> None:

@@ -34,14 +34,26 @@ class WarmParent:
     As a context manager it ends the process, and with it all that it has forked.
     """
 
-    def __init__(self, env: Mapping[str, str]) -> None:
-        """Begin to load in a program of its own; ``env`` is the environment of all children."""
+    def __init__(self, env: Mapping[str, str], besides: Sequence[str] = ()) -> None:
+        """Begin to load in a program of its own; ``env`` is the environment of all children.
+
+        ``besides`` are modules that some of them share.
+        """
         self._line, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         number = theirs.fileno()
         module = [sys.executable, "-m", "scara_bringup.processes.warm_parent_io"]
         with theirs:
             self._process: subprocess.Popen[bytes] | _Fork = subprocess.Popen(
-                ["setpriv", "--pdeathsig", "KILL", "--", *module, str(number), " " * ROOM],
+                [
+                    "setpriv",
+                    "--pdeathsig",
+                    "KILL",
+                    "--",
+                    *module,
+                    str(number),
+                    *besides,
+                    " " * ROOM,
+                ],
                 env=env,
                 stdin=subprocess.DEVNULL,
                 start_new_session=True,
@@ -51,14 +63,14 @@ class WarmParent:
         self._lost = False
 
     @classmethod
-    def of_this_process(cls) -> Self:
-        """Load in this process, and fork the parent of all others from it.
+    def of_this_process(cls, besides: Sequence[str] = ()) -> Self:
+        """Load in this process, modules besides too, and fork the parent of all others from it.
 
         So all of them have what is loaded in common with this process, the files that it has read
         included. Its environment is theirs. To be called without another thread, and where
         :func:`~scara_bringup.processes.own_line_io.make_room` was called when the process began.
         """
-        warm_parent.load()
+        warm_parent.load(besides)
         parent = cls.__new__(cls)
         parent._line, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with theirs:

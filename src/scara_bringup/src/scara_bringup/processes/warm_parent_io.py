@@ -22,6 +22,7 @@ import socket
 import sys
 import threading
 import traceback
+from collections.abc import Sequence
 from pathlib import Path
 
 from scara_ros.process.memory_io import keep_for_good
@@ -62,6 +63,9 @@ SHARED = (
 """What many nodes import, or what Python loads with the first name of a host and the first log.
 What only one needs, it loads itself."""
 
+PAGES = ("scara_ros.page.page_library_io",)
+"""What the nodes with a page import besides: half a second of processor time and 30 MB for each."""
+
 PREPARED = ("scara_control.dynamics.engine_io:prepare_engines",)
 """``module:function`` of what is made once, for those that will need it."""
 
@@ -72,17 +76,20 @@ _M_ARENA_MAX = -8
 
 
 def main() -> None:
-    """Serve the socket whose number is the first argument until the other end closes it."""
+    """Serve the socket whose number is the first argument until the other end closes it.
+
+    Between it and the last one, which is room, stand modules to load besides.
+    """
     line = socket.socket(fileno=int(sys.argv[1]))
-    load()
+    load(sys.argv[2:-1])
     _serve_alone(line)
 
 
-def load() -> None:
-    """Load and make what the nodes share, so that a fork finds it."""
+def load(besides: Sequence[str] = ()) -> None:
+    """Load and make what the nodes share, so that a fork finds it; further modules besides."""
     # A heap for each thread of each node is memory for nothing: the interpreter lets one run.
     _LIBC.mallopt(_M_ARENA_MAX, 1)
-    for name in SHARED:
+    for name in (*SHARED, *besides):
         importlib.import_module(name)
     for place in PREPARED:
         module, _, function = place.partition(":")
