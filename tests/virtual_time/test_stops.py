@@ -4,17 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import product
 
 import pytest
 from harness.running.thorough import thorough
-from harness.scenes.steps import (
-    AT_REST_DEG_MM,
-    ROBOT,
-    both_stood,
-    go,
-    nothing_moves,
-    run_program,
-)
+from harness.scenes.steps import AT_REST_DEG_MM, ROBOT, both_stood, go, nothing_moves, run_program
 from harness.scenes.truth import travel
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import load_files
@@ -22,7 +16,9 @@ from scara_control.motion.commands import Command
 
 AS_FILED = pytest.param("", id="as filed")
 HOLD_ONLY = "cstopi_for_abort: false, imstp_assigned: false"
-OTHERS = thorough("cstopi_for_abort: false", "imstp_assigned: false")
+SINGLE = ("cstopi_for_abort: false", "imstp_assigned: false")
+OTHERS = thorough(*SINGLE)
+AFTER = (0.3, 0.8)
 SET_UP = pytest.mark.parametrize(
     "settings", [AS_FILED, pytest.param(HOLD_ONLY, id="hold only"), *OTHERS]
 )
@@ -108,8 +104,10 @@ def test_a_velocity_that_nobody_repeats_ends(cell: VirtualCell) -> None:
     assert travel(cell.twin.truth, begun) < math.degrees(0.25 * (timeout + 0.1))
 
 
-@SET_UP
-@pytest.mark.parametrize("after", [0.3, 0.8])
+@pytest.mark.parametrize(
+    ("settings", "after"),
+    [("", 0.3), (HOLD_ONLY, 0.8), *thorough(("", 0.8), (HOLD_ONLY, 0.3), *product(SINGLE, AFTER))],
+)
 def test_release_of_a_hold_moves_nothing_after_stop(cell: VirtualCell, after: float) -> None:
     """STOP clears the program of the robot that is held; the robot stays."""
     run_program(cell)

@@ -7,14 +7,7 @@ from __future__ import annotations
 
 import pytest
 from harness.plants.trials import run_trial
-from harness.plants.variants import (
-    FIELD,
-    IDEAL,
-    ROUGH_FOLLOWER,
-    ROUGH_LEADER,
-    VARIANTS,
-    Variant,
-)
+from harness.plants.variants import FIELD, IDEAL, ROUGH_FOLLOWER, ROUGH_LEADER, VARIANTS, Variant
 from harness.running.thorough import thorough
 
 PATH_PERCENT, REST_PERCENT = 5.0, 2.0

@@ -6,14 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 from fanuc_emulator.tp.executor import ProgramState
-from harness.scenes.steps import (
-    AT_REST_DEG_MM,
-    ROBOT,
-    both_stood,
-    go,
-    nothing_moves,
-    run_program,
-)
+from harness.scenes.steps import AT_REST_DEG_MM, ROBOT, both_stood, go, nothing_moves, run_program
 from harness.scenes.truth import travel
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import load_files
@@ -40,7 +33,10 @@ def aligned(cell: VirtualCell) -> None:
 
 
 def test_a_program_stands_after_stop_and_goes_on_at_the_pendant_only(cell: VirtualCell) -> None:
-    """It is paused, HOLD is back, and no alarm or drive was needed."""
+    """It is paused, HOLD is back, and no alarm or drive was needed.
+
+    That it goes on to its end and the pair is IDLE then test_pause.py says.
+    """
     run_program(cell)
     cell.schedule.run(0.7)
     assert cell.operate("STOP").success
@@ -50,8 +46,10 @@ def test_a_program_stands_after_stop_and_goes_on_at_the_pendant_only(cell: Virtu
     assert cell.mode == "STOPPED" and cell.real.shown.program_state is ProgramState.PAUSED
     assert "hold" in cell.real.shown.inputs and cell.real.shown.outputs.sysrdy
     cell.real.signal("panel_start", None)
+    begun = cell.schedule.now
     cell.wait_whatever(lambda: cell.mode == "REAL_LEADS", 5.0, "REAL_LEADS")
-    cell.wait_whatever(lambda: cell.mode == "IDLE", 60.0, "its end")
+    cell.schedule.run(1.0)
+    assert travel(cell.real.truth, begun) > 1.0 < travel(cell.twin.truth, begun)
 
 
 def test_a_program_that_was_paused_by_a_stop_keeps_the_twin_from_leading(

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 
 import pytest
 from fanuc_emulator.tp.executor import ProgramState
+from harness.running.thorough import thorough
 from harness.scenes.steps import AWAY, ROBOT, both_stood, go, nothing_moves
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import load_files
@@ -21,26 +22,16 @@ from scara_config.set_up.kit_map import kit_map
 
 from fanuc_emulator import alarms
 
-SETTINGS = ({}, {"cstopi_for_abort": False})
+READY, ENDS_NOTHING = {}, {"cstopi_for_abort": False}
 """As shipped, and where CSTOPI ends no program."""
 STANDS_S = 0.45
 """The alarm seen, the twin told, its ramp from 30 % speed."""
-FAR = tuple(
-    map(
-        read_line,
-        (
-            "J P[1] 20% FINE",
-            "PR[3]=LPOS",
-            "J P[2] 20% FINE",
-            "PR[3,1]=900",
-            "L PR[3] 200mm/sec FINE",
-        ),
-    )
-)
+LINES = "J P[1] 20% FINE;PR[3]=LPOS;J P[2] 20% FINE;PR[3,1]=900;L PR[3] 200mm/sec FINE"
+FAR = tuple(map(read_line, LINES.split(";")))
 """Its last line leads 900 mm away."""
 
 
-@pytest.fixture(params=SETTINGS, ids=["ready", "CSTOPI ends nothing"])
+@pytest.fixture
 def cell(request: pytest.FixtureRequest) -> Iterator[VirtualCell]:
     """Give an idle cell whose robot has a program that leads too far."""
     files = load_files(ROBOT, settings=request.param)
@@ -68,10 +59,14 @@ def stands_in_a_fault(cell: VirtualCell, since: float) -> None:
     assert not cell.operate("MOVE_JOINTS", target=AWAY, speed_percent=30.0).success
 
 
+@pytest.mark.parametrize("cell", [READY, *thorough(ENDS_NOTHING)], indirect=True)
 def test_a_set_point_that_the_robot_refuses_stops_the_pair_and_the_stream_serves_again(
     cell: VirtualCell,
 ) -> None:
-    """A stranger's write to PR[1] during a move: RESET, ALIGN, then the twin leads again."""
+    """A stranger's write to PR[1] during a move: RESET, ALIGN, then the twin leads again.
+
+    A stream that CSTOPI does not end goes on in stopping/test_hold_only.py each time.
+    """
     go(cell, 30.0)
     cell.schedule.run(0.4)
     begun = cell.schedule.now
@@ -93,6 +88,7 @@ def test_a_set_point_that_the_robot_refuses_stops_the_pair_and_the_stream_serves
     cell.wait_whatever(lambda: cell.mode == "IDLE", 20.0, "IDLE")
 
 
+@pytest.mark.parametrize("cell", [ENDS_NOTHING, *thorough(READY)], indirect=True)
 def test_a_line_that_leads_too_far_stops_the_twin_with_the_robot_until_somebody_lets_it_go_on(
     cell: VirtualCell,
 ) -> None:

@@ -12,17 +12,7 @@ import pytest
 from harness.running.pairs import pairs
 from harness.running.thorough import SEARCH, thorough
 from harness.scenes.truth import travel
-from harness.stops.rows import (
-    ALL,
-    COMMANDS,
-    PLANTS,
-    ROBOT,
-    SCENES,
-    SETTINGS,
-    Instant,
-    Row,
-    measure,
-)
+from harness.stops.rows import ALL, COMMANDS, PLANTS, ROBOT, SCENES, SETTINGS, Instant, Row, measure
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import load_files
 from scara_config.robot import Stopping

@@ -20,7 +20,8 @@ from scara_config import load_robot
 from scara_config.profile import CHOICE, known_robots
 
 CONFIG = Path(__file__).resolve().parents[4] / "config"
-MOTIONS = 14
+MOTIONS, MOTION_S = 14, 1.6
+"""Each motion takes a second, the rest is more than the largest lag."""
 COUNTS = 3e-6
 """Some counts of an encoder [rad or m]."""
 SWING = 0.3
@@ -76,7 +77,7 @@ def test_the_lag_of_a_stream_is_what_the_description_says(field: Controller) -> 
     home, lags = begin_stream(field), []
     for motion in range(MOTIONS):
         wanted, made = [], []
-        for tick in range(round(2.5 / plant.dt)):
+        for tick in range(round(MOTION_S / plant.dt)):
             swing = smooth(tick * plant.dt) if motion % 2 == 0 else 1.0 - smooth(tick * plant.dt)
             q = home.copy()
             q[0] += SWING * swing

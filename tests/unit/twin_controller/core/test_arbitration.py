@@ -315,7 +315,7 @@ def test_clocks_that_jump_drift_stand_or_run_backwards_make_nobody_lead(
     [("real", 200e-6), *thorough(("twin", -200e-6), ("real", -200e-6), ("twin", 200e-6))],
 )
 def test_drifting_clocks_keep_the_pair_together(side: str, drift: float) -> None:
-    """After 20 s at 200 ppm the twin follows to the same place, and the drift is known."""
+    """After 40 s at 200 ppm the twin follows to the same place, and the drift is known."""
     pair = connected()
     setattr(pair, f"{side}_drift", drift)
     pair.run(40.0)
