@@ -39,12 +39,7 @@ from operator_panel.retelling.recordings_io import Recordings  # noqa: E402
 from operator_panel.view.frame import FrameMaker  # noqa: E402
 from operator_panel.view.judged import JUDGE  # noqa: E402
 from operator_panel.view.live_io import Live  # noqa: E402
-from operator_panel.view.robot.registers import (  # noqa: E402
-    Entry,
-    entries,
-    with_bit,
-    with_words,
-)
+from operator_panel.view.robot.registers import Entry, entries, with_bit, with_words  # noqa: E402
 from operator_panel.view.snapshot import Diagnosis, Snapshot  # noqa: E402
 from scara_config import load_robot  # noqa: E402
 from scara_config.modbus_map import load_modbus_map  # noqa: E402

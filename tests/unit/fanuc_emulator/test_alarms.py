@@ -6,14 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 import pytest
-from fanuc_emulator.alarms import (
-    Alarm,
-    AlarmCode,
-    AlarmList,
-    RefusedError,
-    Severity,
-    check_ranges,
-)
+from fanuc_emulator.alarms import Alarm, AlarmCode, AlarmList, RefusedError, Severity, check_ranges
 from fanuc_emulator.tp.executor import ProgramState
 from scara_config import Robot
 from scara_config.programs.files import Taught

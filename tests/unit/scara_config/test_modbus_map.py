@@ -12,12 +12,7 @@ from harness.workspace import ROOT
 from harness.yaml_files import REMOVED, changed_yaml, shipped
 from scara_config import ConfigError
 from scara_config.map_entries import ENTRIES
-from scara_config.modbus_map import (
-    ModbusMap,
-    Register,
-    load_modbus_map,
-    problems,
-)
+from scara_config.modbus_map import ModbusMap, Register, load_modbus_map, problems
 from scara_config.set_up.slots import own_slots, slot_problems
 
 SHIPPED = ROOT / "config"

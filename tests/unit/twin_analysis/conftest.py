@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from harness.imitated_run import (
-    bag_maker,
-    make_bag,
-)
+from harness.imitated_run import bag_maker, make_bag
 
 __all__ = [
     "bag_maker",

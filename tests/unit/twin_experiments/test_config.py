@@ -7,12 +7,7 @@ from pathlib import Path
 import pytest
 from ruamel.yaml import YAML
 from scara_config import ConfigError, load_robot
-from twin_experiments.config import (
-    RealLeads,
-    TwinLeads,
-    load_experiments,
-    metrics_settings,
-)
+from twin_experiments.config import RealLeads, TwinLeads, load_experiments, metrics_settings
 
 SHIPPED = Path(__file__).resolve().parents[3] / "config"
 ROBOT = load_robot(SHIPPED)

@@ -7,14 +7,7 @@ import math
 import msgspec
 import numpy as np
 import pytest
-from fanuc_emulator.drives.arm import (
-    SINGULAR,
-    Arm,
-    Matrix,
-    inverse,
-    rotation_vector,
-    turned_by,
-)
+from fanuc_emulator.drives.arm import SINGULAR, Arm, Matrix, inverse, rotation_vector, turned_by
 from fanuc_emulator.drives.planner import matrix, numbers_of
 from harness.workspace import ROOT
 from scara_config import Robot, load_robot

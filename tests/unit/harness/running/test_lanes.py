@@ -6,15 +6,7 @@ import contextlib
 import re
 from collections.abc import Iterator
 
-from harness.running.lanes import (
-    CELLS,
-    LIVE,
-    SHARED,
-    TIMED,
-    group_of,
-    is_live,
-    part_of,
-)
+from harness.running.lanes import CELLS, LIVE, SHARED, TIMED, group_of, is_live, part_of
 from harness.running.shared import Shared
 from harness.workspace import ROOT
 

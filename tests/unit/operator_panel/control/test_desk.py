@@ -8,15 +8,7 @@ import pytest
 from operator_panel.control.authority import Role
 from operator_panel.control.desk_io import MOST_WATCHERS, Desk
 from operator_panel.door import Answer, Seat
-from unit.operator_panel.control.conftest import (
-    KEEP_S,
-    LET_GO_S,
-    Clock,
-    Door,
-    command,
-    signs,
-    stop,
-)
+from unit.operator_panel.control.conftest import KEEP_S, LET_GO_S, Clock, Door, command, signs, stop
 
 
 def test_first_command_takes_control_and_the_pages_others_wait(desk: Desk, door: Door) -> None:

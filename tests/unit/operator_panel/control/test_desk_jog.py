@@ -6,14 +6,7 @@ from collections.abc import Callable, Mapping
 
 import pytest
 from operator_panel.control.desk_io import Desk
-from unit.operator_panel.control.conftest import (
-    LET_GO_S,
-    ROBOT,
-    Clock,
-    Door,
-    signs,
-    stop,
-)
+from unit.operator_panel.control.conftest import LET_GO_S, ROBOT, Clock, Door, signs, stop
 
 
 def hold(desk: Desk, press: int = 1, joint: str = "joint_1") -> str:

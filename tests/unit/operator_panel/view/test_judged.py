@@ -4,13 +4,7 @@ from __future__ import annotations
 
 import pytest
 from operator_panel.retelling.taking import with_outcome
-from operator_panel.view.judged import (
-    JUDGE,
-    SIGN_OF_LIFE_S,
-    gate_text,
-    made_text,
-    preview_refusal,
-)
+from operator_panel.view.judged import JUDGE, SIGN_OF_LIFE_S, gate_text, made_text, preview_refusal
 from operator_panel.view.snapshot import Diagnosis, Snapshot
 from scara_ros.diagnosis import Level
 

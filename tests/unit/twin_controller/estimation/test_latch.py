@@ -4,13 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from twin_controller.estimation.latch import (
-    MOST,
-    UNKNOWN_AGE_MS,
-    Latch,
-    cut,
-    renewed,
-)
+from twin_controller.estimation.latch import MOST, UNKNOWN_AGE_MS, Latch, cut, renewed
 
 VELOCITY = (7.7, 12.0, 2.0)
 POLL_MS, TICK_MS = 9.7, 2
