@@ -24,7 +24,7 @@ def kit_files(draw: int) -> CellFiles:
 
 
 def moved(files: CellFiles, known: RealKnown | None) -> tuple[float, float, RealKnown]:
-    """Lead a robot to two places.
+    """Lead a robot to a place, far from home.
 
     Returns:
         With what speed it may be led at first [percent], how long it took [s], what was learned.
@@ -36,7 +36,7 @@ def moved(files: CellFiles, known: RealKnown | None) -> tuple[float, float, Real
         state = cell._state
         pace = follower_pace(cell.setup, state.follow, state.sides, 100.0, cell.clock()).percent
         places, begun = cell.files.robot.positions_m, cell.schedule.now
-        for name in cell.files.experiments.experiments["twin_leads"].visits[:2]:
+        for name in cell.files.experiments.experiments["twin_leads"].visits[1:2]:
             cell.move_to(places[name], SPEED_PERCENT)
         taken = cell.schedule.now - begun
         cell.schedule.run(0.5)

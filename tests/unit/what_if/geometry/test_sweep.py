@@ -84,7 +84,7 @@ def post(world: World, x: float, y: float, radius: float) -> Body:
 
 def posts() -> Iterator[tuple[float, float]]:
     """Yield places all around the robot, each in the way of a turn of joint 1."""
-    for angle in np.linspace(-2.0, 2.0, 37):
+    for angle in np.linspace(-2.0, 2.0, examples(13, 37)):
         for radius in (0.2, 0.45, 0.655):
             yield float(radius * np.cos(angle)), float(radius * np.sin(angle))
 
