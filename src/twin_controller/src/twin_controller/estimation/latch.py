@@ -118,7 +118,7 @@ def renewed(latch: Latch, clock_ms: float, q: Sequence[float], velocity: Sequenc
         q: Joint positions, SI.
         velocity: Greatest speed of each joint, SI.
     """
-    row = (clock_ms, *[position / most for position, most in zip(q, velocity)])
+    row = (clock_ms, *shares_of(q, velocity))
     if latch.rows and not latch.settled:
         latch = _compared(latch, latch.rows[-1], row)
     rows, fresh = (*latch.rows, row)[-STRETCH:], latch.fresh + 1
@@ -135,6 +135,11 @@ def renewed(latch: Latch, clock_ms: float, q: Sequence[float], velocity: Sequenc
         left += FORGET * np.array(latch.left)
     drawn = min(latch.drawn + 1, MOST)
     return _judged(replace(latch, drawn=drawn, left=tuple([float(value) for value in left])))
+
+
+def shares_of(q: Sequence[float], velocity: Sequence[float]) -> tuple[float, ...]:
+    """Return joint positions in parts of their joints' greatest speed [s]."""
+    return tuple([position / most for position, most in zip(q, velocity)])
 
 
 def cut(latch: Latch) -> Latch:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import msgspec
 import numpy as np
 import pytest
@@ -97,6 +99,39 @@ def test_a_reading_that_is_given_again_is_no_sample() -> None:
     steps = np.diff([sample.time for sample in side.history])
     assert steps == pytest.approx(0.016, abs=1e-4) and len(steps) == 3
     assert side.flags is not None and side.flags.clock_ms == 150
+
+
+@pytest.mark.parametrize("phase", [0, 2, 4, 6])
+@pytest.mark.parametrize("gaps", [(10, 12, 6, 6, 12), (6, 10, 6, 14, 10, 4), (4, 6, 12, 6, 16)])
+def test_a_first_motion_is_seen_while_it_is_found_out_how_old_readings_are(
+    gaps: tuple[int, ...], phase: int
+) -> None:
+    """Some answers give a reading again, and each guess of the robot's period moves the others.
+
+    It renews its readings each 8 ms and speeds up from rest: it never seems to slow down, and a
+    reading whose instant is known lies on its way.
+    """
+
+    def way(ms: float) -> float:
+        return 0.5 * 35.0 * max(0.0, 1e-3 * (ms - 600.0)) ** 2
+
+    side, clock_ms, before = RealSide(), 0, 0.0
+    for gap in itertools.islice(itertools.cycle(gaps), 80):
+        clock_ms += gap
+        latched = clock_ms - (clock_ms - phase) % 8
+        q, at = (HOME[0], HOME[1] + way(latched), *HOME[2:]), 1.0 + 1e-3 * clock_ms
+        motion = JointMotion.measured(q, (), 1e-3 * clock_ms)
+        event = RealMeasured(at, at - 0.001, at, clock_ms, motion, plain_clock=True)
+        side = real_measured(SETUP, side, event)
+        speed = side.last.qdot[1]
+        assert speed >= 0.8 * before or before < 0.2, clock_ms
+        before = speed
+        if clock_ms > 750:
+            break
+    assert side.latch.grid[:2] == (8, phase)
+    assert speed == pytest.approx(35.0 * 1e-3 * (latched - 600.0), rel=0.1)
+    for reading in side.history[-6:]:
+        assert reading.q[1] == pytest.approx(HOME[1] + way(1e3 * (reading.time - 1.0)), abs=0.01)
 
 
 def test_a_jump_of_the_real_clock_forgets_the_real_side() -> None:

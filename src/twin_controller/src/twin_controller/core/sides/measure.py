@@ -36,7 +36,7 @@ from twin_controller.core.sides.side import (
     TwinSide,
 )
 from twin_controller.core.sides.speeds import speeds
-from twin_controller.estimation.latch import Latch, cut, renewed
+from twin_controller.estimation.latch import PERIODS_MS, Latch, cut, renewed, shares_of
 from twin_controller.estimation.rhythm import heard
 
 replace = msgspec.structs.replace
@@ -165,8 +165,7 @@ def _real_sampled(setup: Setup, real: RealSide, event: RealMeasured) -> RealSide
     # The robot latches less often than it is asked: the same clock is the same sample.
     if clock_ms == real.clock_ms:
         return replace(real, asked=event.sent)
-    middle = 0.5 * (event.sent + event.received)
-    rhythm = heard(real.rhythm, clock_ms, middle, event.plain_clock)
+    rhythm = heard(real.rhythm, clock_ms, 0.5 * (event.sent + event.received), event.plain_clock)
     # What the stamps are rough by is no motion: each reading lies on the robot's own grid.
     stamp = rhythm.instant(clock_ms)
     known = real.clock
@@ -196,8 +195,13 @@ def _real_sampled(setup: Setup, real: RealSide, event: RealMeasured) -> RealSide
     if event.plain_clock:
         latch = renewed(latch, stamp, event.motion.q, setup.velocity)
         if latch.grid != real.latch.grid:
-            real = restamped(real, latch, estimate)
+            real = restamped(real, latch, estimate, setup.velocity)
         renewed_at = latch.instant(stamp)
+        # Before a grid is known, a reading that a moving robot gives again would look like a stop.
+        same = bool(real.history) and event.motion.q == real.last.q and any(real.last.qdot)
+        before = real.renewed_ms if same and not latch.settled else None
+        if before is not None and renewed_at - before <= PERIODS_MS[-1]:
+            renewed_at = before
     sample = replace(event.motion, time=estimate.to_local(1e-3 * renewed_at))
     seen = min(event.received, sample.time + estimate.uncertainty)
     # A robot that renews its readings less often than it is asked gives one of them twice.
@@ -216,19 +220,28 @@ def _real_sampled(setup: Setup, real: RealSide, event: RealMeasured) -> RealSide
     return real if again else _sampled(setup, real, sample)
 
 
-def restamped(real: RealSide, latch: Latch, known: ClockEstimate) -> RealSide:
-    """Put the newest readings where they belong, now that it is known how old they were."""
-    stamps = [row[0] for row in latch.rows[:-1]][-len(real.history) :]
-    if not stamps:
-        return real
+def restamped(real: RealSide, latch: Latch, known: ClockEstimate, velocity: Joints) -> RealSide:
+    """Put the newest readings where they belong, now that it is known how old they were.
+
+    By the rows of ``latch``, whose newest is not in the history yet; ``velocity`` in SI.
+    """
+    stamped: list[tuple[float, JointMotion]] = []
+    left = list(real.history)
+    for row in reversed(latch.rows[:-1]):
+        # An answer that gave a reading again is in the history only until that is known.
+        if left and row[1:] == shares_of(left[-1].q, velocity):
+            stamped.append((row[0], left.pop()))
+        elif stamped and row[1:] == shares_of(stamped[-1][1].q, velocity):
+            stamped[-1] = (row[0], stamped[-1][1])
+        else:
+            break
     first: dict[float, JointMotion] = {}
-    for reading, stamp in zip(real.history[-len(stamps) :], stamps):
+    for stamp, reading in reversed(stamped):
         renewed_ms = latch.instant(stamp)
-        # One that is given again is no other reading.
         first.setdefault(renewed_ms, replace(reading, time=known.to_local(1e-3 * renewed_ms)))
     rows = tuple(first.values())
     # What came before keeps its order: nothing of it is newer than the first of them.
-    before = [each for each in real.history[: -len(stamps)] if each.time < rows[0].time]
+    before = [each for each in left if not rows or each.time < rows[0].time]
     return replace(real, history=(*before, *rows))
 
 
@@ -376,8 +389,7 @@ def noise_at_rest(rows: Sequence[Sequence[float]]) -> float | None:
     Returns:
         Its standard deviation; None if a joint moves.
     """
-    q = np.array(rows)
-    half = len(q) // 2
+    q, half = np.array(rows), len(rows) // 2
     step = np.sqrt(np.mean(np.diff(q, axis=0) ** 2, axis=0) / 2.0)
     drift = np.abs(q[:half].mean(axis=0) - q[half:].mean(axis=0))
     spread = q.std(axis=0)
