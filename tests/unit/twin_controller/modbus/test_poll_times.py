@@ -60,7 +60,6 @@ def polls(
     robot: Robot,
     seconds: float = 30.0,
     aimed: bool = True,
-    trip: tuple[float, float] = TRIP,
     stalls: dict[float, float] | None = None,
 ) -> list[Poll]:
     """Let a link ask the robot, and the core's own estimators hear the answers.
@@ -69,7 +68,6 @@ def polls(
         robot: Who is asked.
         seconds: For how long.
         aimed: By PollTimes; else at the poll period.
-        trip: Shortest and longest time from question to answer [s].
         stalls: From when, and for how long, the machine stands still [s].
     """
     random, times, found = Random(1), PollTimes(POLL, DRIFT_PPM), []
@@ -82,9 +80,9 @@ def polls(
         if waiting and now >= waiting[0][0]:
             now += waiting.pop(0)[1]
         sent = now + random.uniform(*SIGNALS)
-        asked = sent + 0.5 * random.uniform(*trip)
+        asked = sent + 0.5 * random.uniform(*TRIP)
         stamp, true = robot.read(asked)
-        now = received = asked + 0.5 * random.uniform(*trip)
+        now = received = asked + 0.5 * random.uniform(*TRIP)
         times.polled(stamp, sent, received)
         due += POLL
         if stamp != last:
@@ -185,21 +183,13 @@ def test_polls_come_as_often_as_they_should(tick_ms: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("robot", "trip"),
-    [
-        (Robot(1), TRIP),
-        (Robot(10), TRIP),
-        (Robot(16), TRIP),
-        (Robot(8, error_ms=2), TRIP),
-        (Robot(2), (2e-3, 8e-3)),
-    ],
-    ids=["each millisecond", "period of ours", "slower than ours", "rough stamps", "slow line"],
+    "robot",
+    [Robot(1), Robot(10), Robot(16), Robot(8, error_ms=2)],
+    ids=["each millisecond", "period of ours", "slower than ours", "rough stamps"],
 )
-def test_a_robot_without_a_tick_to_ask_behind_is_asked_at_our_own_pace(
-    robot: Robot, trip: tuple[float, float]
-) -> None:
+def test_a_robot_without_a_tick_to_ask_behind_is_asked_at_our_own_pace(robot: Robot) -> None:
     """Nothing is gained there, or nothing is known: the polls are those of the grid."""
-    found = polls(robot, 10.0, trip=trip)
+    found = polls(robot, 10.0)
     assert not any(poll.aimed for poll in found)
     assert len(found) == pytest.approx(10.0 / POLL, abs=2)
 
@@ -263,3 +253,26 @@ def test_a_late_poll_is_counted_and_leaves_the_missed_ones_out() -> None:
     assert times.due == pytest.approx(100.0 + POLL)
     assert times.polled(None, 100.05, 100.051)
     assert times.due == pytest.approx(100.05 + POLL)
+
+
+@pytest.mark.parametrize(
+    ("trip_ms", "read"),
+    [(1.0, "....."), (4.5, "....."), (4.9, "..+..+"), (7.6, "..+..+"), (30.0, "..+..+")],
+)
+def test_a_slow_robot_is_asked_at_once_and_for_its_signals_behind_each_third_state(
+    trip_ms: float, read: str
+) -> None:
+    """One that is not slow is asked at our own pace, and for its signals before its state."""
+    times, now, trip = PollTimes(POLL, DRIFT_PPM), 100.0, trip_ms * 1e-3
+    times.begin(now)
+    found = ""
+    for _ in read:
+        now = max(now, times.due)
+        times.polled(None, now, now + trip)
+        now += trip
+        assert times.slow == (trip_ms > 0.5e3 * POLL)
+        assert times.due == (now if times.slow else pytest.approx(now - trip + POLL))
+        reads = times.reads_signals()
+        found += ".+"[reads]
+        now += trip if reads else 0.0
+    assert found == read

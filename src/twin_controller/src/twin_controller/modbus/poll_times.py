@@ -11,6 +11,10 @@ just behind a tick. Two things keep the polls honest:
 
 Where readings are renewed each millisecond, more slowly than we ask, or with stamps that are not
 exact, polls come at their own pace and scan the robot's period.
+
+Where answers take so long that signals and state do not fit into a period, the robot is asked again
+as soon as it has answered, and for its signals behind each third state. The path is as far off as
+positions are late; a stop takes far longer than the signals that show it are late then.
 """
 
 from __future__ import annotations
@@ -29,6 +33,10 @@ SHARP = 0.5
 """A tick is known when the instants that are possible span less than this part of a period."""
 EACH_TICK = 2.0 / 3.0
 """A robot whose period is more than this part of the poll period is asked at each of its ticks."""
+TRIP_SHARE = 0.3
+"""Part of the newest answer in what an answer takes; our choice: it is known after five."""
+UNREAD = 3
+"""A slow robot is asked for its signals behind each so many states; our choice."""
 FORGET = 0.02
 """The shortest time from being woken to asking is forgotten by this part in each poll."""
 
@@ -53,8 +61,19 @@ class PollTimes:
         """Ask at ``now``: the connection is new, and nothing is known of the robot's ticks."""
         self.due = self._nominal = now
         self.aimed = False
-        self._lead = 0.0
+        self._lead = self._trip = 0.0
+        self._unread = 0
         self._learn()
+
+    @property
+    def slow(self) -> bool:
+        """Whether the robot takes so long that two answers do not fit between two polls."""
+        return 2.0 * self._trip > self._period
+
+    def reads_signals(self) -> bool:
+        """Return whether a slow robot is asked for its signals now, behind its state."""
+        self._unread = (self._unread + 1) % UNREAD if self.slow else 0
+        return self.slow and not self._unread
 
     def polled(self, clock_ms: int | None, sent: float, received: float) -> bool:
         """Take in what a poll brought, and plan the next.
@@ -67,6 +86,7 @@ class PollTimes:
         Returns:
             Whether the poll came so late that the one after it is left out.
         """
+        self._trip += TRIP_SHARE * (received - sent - self._trip)
         # Other questions may come before this one; by their time the poll has to begin sooner.
         spent = max(0.0, sent - self.due)
         if spent < self._lead:
@@ -80,6 +100,8 @@ class PollTimes:
         late = self._nominal < sent
         if late:
             self._nominal = sent + self._period
+        if self.slow:
+            self._nominal = received
         self.due, self.aimed = self._nominal, False
         if clock_ms is not None and self._tick_known:
             self._aim(received)

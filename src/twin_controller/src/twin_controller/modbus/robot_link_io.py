@@ -245,24 +245,18 @@ class ModbusRobotLink:
     def _poll(self) -> None:
         """Read signals and state, and hand the sample over.
 
-        The state comes last: nothing stands between its answer and who waits for it. Where answers
-        take so long that both do not fit into a cycle, the signals are read in every other one.
+        The state comes last: nothing stands between its answer and who waits for it. Those of a
+        slow robot are read behind it, and belong to the states after them.
         """
         self._counters.polls += 1
         self._counters.aimed += self._times.aimed
-        slow = 2.0 * self._counters.round_trip > self._settings.poll_period
-        if slow and self._signals is not None:
-            signals, self._signals = self._signals, None
-        else:
-            signals = self._port.read_signals(self._codec.outputs) if self._codec.outputs else []
-            self._signals = signals
-            if not self._shows_all:
-                self._read_status()
+        if self._signals is None or not self._times.slow:
+            self._signals = self._read_signals()
         words = self._port.read_words(self._codec.state)
         sent, received = self._port.sent, time.monotonic()
         self._counters.round_trip = received - sent
         self._counters.longest_round_trip = max(self._counters.longest_round_trip, received - sent)
-        sample, clock_ms = self._decode(words, signals), None
+        sample, clock_ms = self._decode(words, self._signals), None
         shown = sample.heartbeat_echo if sample is not None else None
         if shown is not None and self._settings.heartbeat and self._writes:
             # An echo that is none of ours tells of somebody else who writes.
@@ -273,6 +267,15 @@ class ModbusRobotLink:
             clock_ms = sample.clock_ms
             self._follow_up(sample, received)
         self._counters.late += self._times.polled(clock_ms, sent, received)
+        if self._times.reads_signals():
+            self._signals = self._read_signals()
+
+    def _read_signals(self) -> list[bool]:
+        """Read the outputs, and the program and alarm blocks where these tell what they do not."""
+        signals = self._port.read_signals(self._codec.outputs) if self._codec.outputs else []
+        if not self._shows_all:
+            self._read_status()
+        return signals
 
     def _decode(self, words: list[int], signals: list[bool]) -> RobotSample | None:
         """Return the sample of both answers; None, and a word to the listener, if it is wrong."""
