@@ -62,6 +62,8 @@ class TroubledCell(VirtualCell):
         self._left: list[AnyEvent] = []
         self._late: list[StreamReal] = []
         super().__init__(files, delays, seed=seed)
+        if clock_jitter:
+            self.real.stamps_off_ms = self._off_ms
         self.gaps = OwnGaps(files.controller.own_gap)
         self._write_setpoint: Callable[[StreamReal], None] = self.real._due
         self.real._due = self._due  # type: ignore[method-assign]
@@ -156,16 +158,16 @@ class TroubledCell(VirtualCell):
         self.schedule.after(due, lambda: self._answered(sample, sent, received))
 
     def _misread(self, event: AnyEvent) -> AnyEvent:
-        """Shift the stamp of a side by what its clock is read wrongly."""
-        if not self._clock_jitter:
-            return event
-        off = self._source.uniform(-self._clock_jitter, self._clock_jitter)
-        if isinstance(event, TwinMeasured):
+        """Shift a stamp of the twin by what its clock is read wrongly."""
+        if self._clock_jitter and isinstance(event, TwinMeasured):
+            off = self._source.uniform(-self._clock_jitter, self._clock_jitter)
             moved = msgspec.structs.replace(event.motion, time=event.motion.time + off)
             return msgspec.structs.replace(event, motion=moved)
-        if isinstance(event, RealMeasured):
-            return msgspec.structs.replace(event, clock_ms=event.clock_ms + round(off * 1e3))
         return event
+
+    def _off_ms(self) -> int:
+        """Return what the next stamp of the robot is wrong by."""
+        return round(self._source.uniform(-self._clock_jitter, self._clock_jitter) * 1e3)
 
 
 def fastest_percent(cell: VirtualCell, since: float) -> float:

@@ -138,7 +138,13 @@ class VirtualCell:
         """Bring both links up and wait until the pair stands aligned."""
         self.put(LinkChanged(self.clock(), "twin", True, ""))
         self.schedule.run(0.5)
-        self.wait_whatever(lambda: self.mode == "IDLE" and self.still_for() > FRESH_S, 30.0, "IDLE")
+
+        def ready() -> bool:
+            motion = self._state.sides.twin.motion
+            idle = self.mode == "IDLE" and motion is not None and motion.state == "idle"
+            return idle and self.still_for() > FRESH_S
+
+        self.wait_whatever(ready, 30.0, "IDLE")
 
     def run_program(self, name: str, override_percent: float = 100.0) -> None:
         """Start a program on the robot's own pendant and wait for its end.

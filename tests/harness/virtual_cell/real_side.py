@@ -14,6 +14,7 @@ from fanuc_emulator.tp.executor import ProgramState
 from twin_controller.core.actions import Command, StreamAhead, StreamReal
 from twin_controller.core.events import RealMeasured
 from twin_controller.modbus.blocks import Block
+from twin_controller.modbus.poll_times import PollTimes
 from twin_controller.modbus.ring import RingCodec
 from twin_controller.registers import RegisterCodec
 from twin_controller.robot.intake import measured
@@ -83,12 +84,19 @@ class RealSide:
         self._paused = False
         self._here: Row = ()
         self._heartbeat = 0
+        # What the stamp of the next reading is wrong by.
+        self.stamps_off_ms: Callable[[], int] = lambda: 0
         # So often its client wrote to it; what is done at its pendant is no write.
         self.writes = 0
         self.truth: list[tuple[float, Row, Row]] = []
         quartz = SideClock(schedule, 0.0, files.emulator.plant.clock.drift_ppm)
         schedule.every(quartz.period(files.emulator.dt), self._servo, first=0.0007)
-        schedule.every(files.controller.real.poll_period_ms * 1e-3, self._request, first=0.0101)
+        self._period = files.controller.real.poll_period_ms * 1e-3
+        self._times = PollTimes(self._period, files.controller.real.clock_drift_ppm)
+        self._times.begin(self._clock() + 0.0101)
+        self._levels: list[bool] | None = None
+        self._status = frozenset[str]()
+        schedule.after(0.0101, self._poll)
 
     @property
     def running(self) -> bool:
@@ -162,32 +170,68 @@ class RealSide:
                 )
             )
 
-    def _request(self) -> None:
-        """Send a read; the heartbeat goes on the other connection."""
-        sent = self._clock()
+    def _poll(self) -> None:
+        """Read the signals, unless they take too long, then the state; as RobotLink does."""
         if self._files.robot.lead:
             self._heartbeat = self._heartbeat % 32767 + 1
             self._tell(partial(self.robot.write_heartbeat, self._heartbeat))
-        # The network's part is that of the delays, the robot's own that of the plant.
+        if self._levels is None or not self._times.slow:
+            self._read_signals(self._read_state)
+        else:
+            self._read_state()
+
+    def _read_signals(self, then: Callable[[], None]) -> None:
+        """Read the discrete inputs, and what program and alarm tell, and go on."""
+
+        def read() -> None:
+            self._levels, self._status = self._signals(), self._told()
+
+        if self._codec.outputs is None:
+            read()
+            then()
+        else:
+            self._ask(read, then)
+
+    def _ask(self, read: Callable[[], None], then: Callable[[], None]) -> None:
+        """Let the robot answer a request half-way, and go on when the answer is there.
+
+        The network's part is that of the delays, the robot's own that of the plant.
+        """
         busy = self.shown.program_state is ProgramState.RUNNING
         half = 0.5 * (self._delays.request + self._answers.next(busy))
-        self._schedule.after(half, lambda: self._schedule.after(half, self._answer(sent)))
 
-    def _answer(self, sent: float) -> Callable[[], None]:
-        """Read the registers now; return what happens when the answer arrives."""
-        self._image.show(self.shown)
-        words = self._block(self._codec.state)
-        sample = self._codec.decode_sample(words, self._signals(), self._told())
+        def answer() -> None:
+            self._image.show(self.shown)
+            read()
+            self._schedule.after(half, then)
+
+        self._schedule.after(half, answer)
+
+    def _read_state(self) -> None:
+        """Read the state block, and hand the sample over when it is there."""
+        sent, words = self._clock(), list[int]()
 
         def arrive() -> None:
             received = self._clock()
+            sample = self._codec.decode_sample(words, self._levels or [], self._status)
+            off_ms = self.stamps_off_ms()
+            sample = msgspec.structs.replace(sample, clock_ms=sample.clock_ms + off_ms)
             self._paused, self._here = "paused" in sample.outputs, sample.motion.q
             if sample.control_type is not ControlType.STREAM or not self._idle:
                 self._idle = sample.motion.q
             decide = partial(self._hand_over, sample, sent, received)
             self._schedule.after(self._delays.decision, decide)
+            self._times.polled(sample.clock_ms, sent, received)
+            if self._times.reads_signals():
+                self._read_signals(self._wait)
+            else:
+                self._wait()
 
-        return arrive
+        self._ask(lambda: words.extend(self._block(self._codec.state)), arrive)
+
+    def _wait(self) -> None:
+        """Poll when it is time."""
+        self._schedule.after(self._times.due - self._clock(), self._poll)
 
     def _signals(self) -> list[bool]:
         """Return the discrete inputs as the robot answers them."""

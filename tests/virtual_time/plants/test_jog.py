@@ -22,8 +22,9 @@ from scara_control.kinematics.screws import ScrewModel, tool_positions
 ROBOT = "fanuc_sr6ia"
 DELAY_MS = 110.0
 """So late the field robot is."""
-VELOCITY = 0.7
-"""A tenth of joint_1's largest, about: what a jog may have [rad/s]."""
+VELOCITY = 0.5
+"""A jog may have a tenth of joint_1's largest. At 0.7 rad/s a robot so late that is not waited for
+goes on by 40 mm where the key is let go, at times for so long that the pair is paused [rad/s]."""
 
 
 class Jogged(TroubledCell):
