@@ -86,7 +86,8 @@ class PollTimes:
         Returns:
             Whether the poll came so late that the one after it is left out.
         """
-        self._trip += TRIP_SHARE * (received - sent - self._trip)
+        trip = received - sent
+        self._trip += TRIP_SHARE * (trip - self._trip) if self._trip else trip
         # Other questions may come before this one; by their time the poll has to begin sooner.
         spent = max(0.0, sent - self.due)
         if spent < self._lead:
