@@ -2,8 +2,8 @@
 
     .venv/bin/python tests/harness/page/stage.py PORT FOLDER [ROBOT]
 
-``GET /scene/NAME`` changes the scene, ``GET /jogged`` tells what was jogged since it was asked
-last; ``GET /answers/hold`` holds back what is said of typed positions until ``/answers/give``;
+``GET /scene/NAME`` changes the scene; ``GET /jogged?keep=no`` tells what was jogged, and forgets
+it; ``GET /answers/hold`` holds back what is said of typed positions until ``/answers/give``;
 ``GET /begin`` makes it as at its start. Everything else is the page's own.
 """
 
@@ -240,9 +240,10 @@ def main() -> None:
         door.answers.set()
         return PlainTextResponse("ready")
 
-    async def jogged() -> list[dict[str, float]]:
-        told, door.jogged = door.jogged, []
-        return told
+    async def jogged(keep: bool) -> list[dict[str, float]]:
+        told = door.jogged
+        door.jogged = told if keep else []
+        return list(told)
 
     async def answers(what: str) -> PlainTextResponse:
         if what == "hold":

@@ -145,7 +145,6 @@ def charts(hand: Hand) -> None:
 def jog(hand: Hand) -> None:
     """Held buttons move while they are held; steps are sent, or only shown."""
     panel = hand.panel("Jog")
-    hand.theatre.page.request.get(f"{hand.theatre.address}/jogged")
     for way in ("Hold joint", "Hold tool"):
         hand.choose(panel.get_by_role("tab", name=way, exact=True))
         shown = panel.locator(".jog-way.shown")

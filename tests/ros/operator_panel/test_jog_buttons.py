@@ -26,35 +26,32 @@ def button(theatre: Theatre) -> Iterator[Locator]:
     theatre.page.mouse.move(5, 5)
 
 
-def jogged(theatre: Theatre) -> list[dict[str, float]]:
-    """Return what was jogged since this was asked last."""
-    told: list[dict[str, float]] = theatre.page.request.get(f"{theatre.address}/jogged").json()
+def jogged(theatre: Theatre, keep: bool = True) -> list[dict[str, float]]:
+    """Return what was jogged since the last rest: a page that stutters ends a jog by itself."""
+    asked = theatre.page.request.get(f"{theatre.address}/jogged?keep={keep}")
+    told: list[dict[str, float]] = asked.json()
     return told
 
 
 def moves(theatre: Theatre) -> dict[str, float]:
     """Wait until something moves; return the first velocities."""
-    told: list[dict[str, float]] = []
 
-    def begun() -> bool:
-        told.extend(each for each in jogged(theatre) if any(each.values()))
-        return bool(told)
+    def first() -> dict[str, float]:
+        return next((each for each in jogged(theatre) if any(each.values())), {})
 
-    wait_until(begun, 10.0, "a jog")
-    return told[0]
+    return wait_until(first, 10.0, "a jog")
 
 
 def rests(theatre: Theatre) -> None:
     """Wait for an explicit zero, and look that nothing comes behind it."""
-    told: list[dict[str, float]] = []
 
-    def ended() -> bool:
-        told.extend(jogged(theatre))
-        return bool(told) and not any(told[-1].values())
+    def ended() -> list[dict[str, float]]:
+        told = jogged(theatre)
+        return [] if told and any(told[-1].values()) else told
 
-    wait_until(ended, 10.0, "the end of a jog")
+    known = len(wait_until(ended, 10.0, "the end of a jog"))
     theatre.page.wait_for_timeout(400)  # longer than the dead man's time
-    assert not any(any(each.values()) for each in jogged(theatre))
+    assert not any(any(each.values()) for each in jogged(theatre, keep=False)[known:])
 
 
 def test_tool_moves_while_its_button_is_held(theatre: Theatre, button: Locator) -> None:
