@@ -148,8 +148,8 @@ def main(
         bool,
         typer.Option(
             "--demos",
-            help="The demo of both plants at 50 and 100 %, --seeds times each, all or ROW ... "
-            "(kit_drawn_50 field_100 ...); bench/tables.txt.",
+            help="The demo on ideal and on drawn robots, --seeds times each, all or ROW ... "
+            "(kit_ideal_50 kit_drawn_50); bench/tables.txt.",
         ),
     ] = False,
     day: Annotated[

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import re
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
@@ -29,28 +28,14 @@ ROOT = Path(__file__).resolve().parents[1]
 DEADLINE_S = 300.0
 PATH_PERCENT, REST_PERCENT = 5.0, 2.0
 """The article's errors, percent of reach."""
-KIT = "with the kit's own programs, PR[1] alone"
-OPTION = "with set points ahead, an option that nobody can type"
+HOLDS = "with the kit's own programs, PR[1] alone"
 DRAWN = "drawn"
 """A plant of its own for each run: the field plant's numbers drawn by the run's seed."""
-SERIES = (
-    ("ideal", 50.0, KIT),
-    (DRAWN, 50.0, KIT),
-    ("ideal", 50.0, OPTION),
-    ("ideal", 100.0, OPTION),
-    ("field", 50.0, OPTION),
-    ("field", 100.0, OPTION),
-)
-"""Plant, speed of the programs [percent of the joints' largest], and what the robot holds."""
-SPEED = re.compile(r"(\bspeed_percent: |\bJ P\[.*\] )[0-9.]+")
-
-
-def series_name(plant: str, speed: float, holds: str) -> str:
-    """Return how a series is asked for, such as ``field_100`` or ``kit_drawn_50``."""
-    return f"{'kit_' * (holds == KIT)}{plant}_{speed:g}"
-
-
-NAMES = tuple(series_name(*series) for series in SERIES)
+SPEED_PERCENT = 50.0
+"""What the article's programs ask for."""
+PLANTS = {"kit_ideal_50": "ideal", "kit_drawn_50": DRAWN}
+"""Each series' plant."""
+NAMES = tuple(PLANTS)
 
 
 def run(
@@ -74,18 +59,17 @@ def run(
         ValueError: See :func:`label`.
     """
     load, rows = os.getloadavg()[0], []
-    for plant, speed, holds in SERIES:
-        name = series_name(plant, speed, holds)
+    for name, plant in PLANTS.items():
         if wanted and name not in wanted:
             continue
         seeds = range(first, first + repeats)
-        entry = _series((plant, speed, holds), seeds, folder / name, console)
+        entry = _series(plant, seeds, folder / name, console)
         known = {each["series"]: each for each in page.so_far().get("demos", ())}
         known[name] = page.measured({"series": name, **entry}, load)
         page.write({**page.so_far(), "demos": [known[each] for each in NAMES if each in known]})
         rows += [
             Row(
-                f"demo, {plant}, {speed:g} %, {holds}: {leader}",
+                f"demo, {plant}, {SPEED_PERCENT:g} %, {HOLDS}: {leader}",
                 what,
                 limit,
                 _worst(entry["runs"], leader, key),
@@ -104,20 +88,18 @@ def _worst(runs: Sequence[dict[str, dict[str, Any]]], name: str, key: str) -> fl
     return max((float(run[name][key]) for run in runs), default=math.inf)
 
 
-def _series(
-    series: tuple[str, float, str], seeds: Sequence[int], folder: Path, console: Console
-) -> dict[str, Any]:
+def _series(plant: str, seeds: Sequence[int], folder: Path, console: Console) -> dict[str, Any]:
     """Run the demo once for each seed; only DRAWN looks at them."""
-    (plant, speed, holds), failed = series, 0
+    failed = 0
     runs: list[dict[str, dict[str, Any]]] = []
     labels: list[dict[str, Any]] = []
     for number, seed in enumerate(seeds, 1):
         made = folder / f"demo_{number}"
         chosen = f"field:{seed}" if plant == DRAWN else plant
-        report = _demo(made, chosen, speed, holds)
+        report = _demo(made, chosen)
         figures = None if report is None else _figures(report, made)
         said = figures or "no report"
-        console.print(f"{chosen}, {speed:g} % [{number}/{len(seeds)}] {said}", markup=False)
+        console.print(f"{chosen} [{number}/{len(seeds)}] {said}", markup=False)
         failed += figures is None
         runs += [figures] if figures else []
         if report and plant == DRAWN:
@@ -125,8 +107,8 @@ def _series(
             report["made_with"]["plant"] = {"name": DRAWN, "description": told}
         labels += [report["made_with"]] if report else []
     known = label(labels) if labels else {"robot": load_robot().name, "plant": f"plant {plant}"}
-    known["robot"] += f" {holds}"
-    return {**known, "asked_percent": speed, "failed": failed, "runs": runs}
+    known["robot"] += f" {HOLDS}"
+    return {**known, "asked_percent": SPEED_PERCENT, "failed": failed, "runs": runs}
 
 
 def label(made_with: Sequence[dict[str, Any]]) -> dict[str, str]:
@@ -154,14 +136,12 @@ def _plant(plant: dict[str, Any] | None) -> str:
     )
 
 
-def _demo(folder: Path, plant: str, speed: float, holds: str) -> dict[str, Any] | None:
+def _demo(folder: Path, plant: str) -> dict[str, Any] | None:
     """Run one demo on ports of its own; return its report.json, None without a report."""
     config = folder / "config_in_use"
     copy_with_ports(ROOT / "config", config)
-    _set_speed(config, speed)
-    if holds == KIT:
-        typed = kit_map(load_modbus_map(config))
-        (config / "modbus_map.yaml").write_text(map_file(typed), encoding="utf-8")
+    typed = kit_map(load_modbus_map(config))
+    (config / "modbus_map.yaml").write_text(map_file(typed), encoding="utf-8")
     ports = [f"--{kind}-port={free_port()}" for kind in ("master", "modbus", "gateway")]
     asked = ["--plant", plant, "--output", str(folder / "run")]
     command = ["rosrun", "scara_bringup", "cell", "demo", *asked, *ports]
@@ -175,19 +155,6 @@ def _demo(folder: Path, plant: str, speed: float, holds: str) -> dict[str, Any] 
         return None
     read: dict[str, Any] = json.loads(report.read_text(encoding="utf-8"))
     return read
-
-
-def _set_speed(config: Path, speed: float) -> None:
-    """Let the article's program and the twin's experiment ask for this speed [percent].
-
-    Raises:
-        ValueError: A file has no line to set.
-    """
-    for path in (config / "programs" / "ARTICLE.LS", config / "experiments.yaml"):
-        text, count = SPEED.subn(rf"\g<1>{speed:g}", path.read_text(encoding="utf-8"))
-        if not count:
-            raise ValueError(f"{path}: no line names a speed")
-        path.write_text(text, encoding="utf-8")
 
 
 def _figures(report: dict[str, Any], folder: Path) -> dict[str, dict[str, Any]]:
