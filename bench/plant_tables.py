@@ -9,8 +9,8 @@ SPEEDS = {50.0: "article's moves", 100.0: "long moves"}
 ARTICLE_PATH, ARTICLE_REST = 5.0, 2.0
 WORDS = {"real_leads": "real leads", "twin_leads": "twin leads"}
 MADE = (
-    "In virtual time: real core, stand-in and simulator in one process that is never late; the "
-    "first move included, lag not removed."
+    "In virtual time: real core, stand-in and simulator in one process that is never late, and "
+    "asks the robot as often as its link would; the first move included, lag not removed."
 )
 LABEL = (
     f"Percent of reach. {MADE} In brackets: what the leader's fastest "
