@@ -169,10 +169,13 @@ def _began_before_it_was_heard(
     """Return whether a motion was due when the controller decided that both stand.
 
     A move that was announced begins all the same until its side has heard of the decision; then it
-    is on its ramp.
+    is on its ramp. A robot whose line is lost hears nothing: its program goes on to its next motion
+    until its watchdog ends it.
     """
     for decision in history.decisions:
-        if not _ends_motion(decision) or not 0.0 <= motion.begin - decision.at <= AMBIGUOUS_S:
+        cut_off = side == "real" and decision.event == "LINK_LOST" and "(real:" in decision.why
+        until = decision.at + (REACTION_S[side] if cut_off else AMBIGUOUS_S)
+        if not _ends_motion(decision) or not decision.at <= motion.begin <= until:
             continue
         if not any(in_force(history, deed, side, decision.at) for deed in history.deeds):
             continue

@@ -230,6 +230,28 @@ def test_announced_motion_begins_until_its_side_has_heard_of_the_stop(
     assert len(list(moves_by_itself(made))) == found
 
 
+@pytest.mark.parametrize(
+    ("lost", "begins", "lasts", "found"),
+    [
+        ("real", 2.11, 0.1, 0),
+        ("real", 2.11, 1.5, 1),
+        ("real", 2.25, 0.1, 1),
+        ("twin", 2.11, 0.1, 1),
+    ],
+)
+def test_a_robot_without_its_line_goes_on_until_its_watchdog_ends_it(
+    lost: str, begins: float, lasts: float, found: int
+) -> None:
+    """The line is lost between two motions of its program; nobody can tell it to stop."""
+    why = f"a link was lost ({lost}: closed): the side still reached is stopped"
+    made = history(
+        moving((begins, begins + lasts, 50.0)),
+        deeds=[motion(1.8)],
+        decisions=[Decided(2.0, "REAL_LEADS", "LINK_LOST", "OFFLINE", "", why)],
+    )
+    assert len(list(moves_by_itself(made))) == found
+
+
 def test_side_that_settles_does_not_move() -> None:
     """A drive comes to rest over some hundredths of a degree."""
     assert not list(moves_by_itself(history(moving((4.0, 4.1, 2.0)))))
