@@ -57,6 +57,15 @@ def test_without_a_run_of_the_hardest_series_no_figure_is_told(known: list[Any])
     assert demo_sentence(known) == "No demo ended with a report."
 
 
+def test_the_worst_is_told_with_and_without_pauses_of_the_machine() -> None:
+    """The first is what happened, the second is what the cell can help."""
+    (run,) = series()["runs"]
+    paused = {name: one | {"undisturbed_percent": 0.3} for name, one in run.items()}
+    said = "worst 0.59 %, 0.30 % where the machine did not stand still;"
+    assert said in demo_sentence([series(runs=[paused])])
+    assert "worst 0.59 %; " in demo_sentence([series()])
+
+
 def test_a_first_start_is_told_by_the_slower_person() -> None:
     """As root and as a user with sudo; what was not measured is told too."""
     told = (
