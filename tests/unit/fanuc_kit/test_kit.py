@@ -13,7 +13,7 @@ from fanuc_emulator.settings import load_settings
 from fanuc_emulator.snpx.assignments import AssignmentTable
 from fanuc_kit.make_node import app as make
 from fanuc_kit.read_node import app as read
-from fanuc_kit.sheet import Boxes, Listing, Sheet, Table, Text, html, markdown
+from fanuc_kit.sheet import Boxes, Listing, Sheet, SheetTable, SheetText, html, markdown
 from fanuc_kit.write_node import app as write
 from harness.emulated.served import CONFIG, LAYOUT, served
 from harness.processes import free_port
@@ -135,7 +135,12 @@ def test_a_robot_of_another_maker_has_no_kit(tmp_path: Path) -> None:
 
 def test_a_sheet_is_the_same_in_both_forms() -> None:
     """What is special in one form is escaped in it."""
-    blocks = (Table(("a|b", "<c>"), (("1", "2"),)), Text("`t`"), Listing("l\n"), Boxes(("x",)))
+    blocks = (
+        SheetTable(("a|b", "<c>"), (("1", "2"),)),
+        SheetText("`t`"),
+        Listing("l\n"),
+        Boxes(("x",)),
+    )
     sheet = Sheet("s", "A & B", blocks)
     expected = (
         "# A & B\n\n| a\\|b | <c> |\n| --- | --- |\n| 1 | 2 |\n\n`t`\n\n```\nl\n```\n\n- [ ] x\n"

@@ -33,7 +33,7 @@ Row = Sequence[str]
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class SheetTable:
     """Rows under their heads."""
 
     head: Row
@@ -41,7 +41,7 @@ class Table:
 
 
 @dataclass(frozen=True, slots=True)
-class Text:
+class SheetText:
     """A sentence or two."""
 
     text: str
@@ -61,7 +61,7 @@ class Boxes:
     things: tuple[str, ...]
 
 
-Block = Table | Text | Listing | Boxes
+Block = SheetTable | SheetText | Listing | Boxes
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +86,8 @@ def markdown(sheet: Sheet) -> str:
 
 def html(title: str, sheets: Sequence[Sheet]) -> str:
     """Return sheets as one page that prints on A4, each on paper of its own."""
-    style, parts = [_STYLE % {"title": _quoted(title)}], []
+    # It stands between the quotes of a rule of the style.
+    style, parts = [_STYLE % {"title": re.sub(r"[^\w :,.-]", "", title)}], []
     done = "".join(f"<span>{field}</span>" for field in _DONE)
     for at, sheet in enumerate(sheets, start=1):
         style.append(_SHEET % {"at": at, "said": f"sheet {at} of {len(sheets)}"})
@@ -102,21 +103,16 @@ def html(title: str, sheets: Sequence[Sheet]) -> str:
     )
 
 
-def _quoted(text: str) -> str:
-    """Return a text for a rule of the style, between its quotes."""
-    return re.sub(r"[^\w :,.-]", "", text)
-
-
 def _markdown(block: Block) -> str:
     match block:
-        case Table(head, rows):
+        case SheetTable(head, rows):
             lines = [head, ["---"] * len(head), *rows]
             return "\n".join("| " + " | ".join(_cell(cell) for cell in row) + " |" for row in lines)
         case Listing(text):
             return f"```\n{text.rstrip()}\n```"
         case Boxes(things):
             return "\n".join(f"- [ ] {thing}" for thing in things)
-        case Text(text):
+        case SheetText(text):
             return text
 
 
@@ -126,7 +122,7 @@ def _cell(text: str) -> str:
 
 def _html(block: Block) -> str:
     match block:
-        case Table(head, rows):
+        case SheetTable(head, rows):
             body = "".join(
                 f"<tr>{''.join(f'<td>{escape(c)}</td>' for c in row)}</tr>" for row in rows
             )
@@ -136,7 +132,7 @@ def _html(block: Block) -> str:
             return f"<pre>{escape(text.rstrip())}</pre>"
         case Boxes(things):
             return "<ul>" + "".join(f"<li>{_spoken(thing)}</li>" for thing in things) + "</ul>"
-        case Text(text):
+        case SheetText(text):
             return f"<p>{_spoken(text)}</p>"
 
 

@@ -10,9 +10,9 @@ from scara_config.map_entries import INPUTS, OUTPUTS
 from scara_config.modbus_map import Bit, ModbusMap, Register
 from scara_config.set_up.kit_programs import texts
 from scara_config.set_up.settings import SETTINGS
-from scara_config.set_up.slots import LAST_OWN, WAY_IN, Assignment, slot_table
+from scara_config.set_up.slots import LAST_OWN, WAY_IN, slot_table
 
-from fanuc_kit.sheet import Boxes, Listing, Sheet, Table, Text
+from fanuc_kit.sheet import Boxes, Listing, Sheet, SheetTable, SheetText
 
 _NO_SAFETY = (
     "None of this is a safety function. Guards, enabling device, emergency stop and the robot's "
@@ -41,28 +41,30 @@ def _settings(robot: Robot) -> Sheet:
         if robot.lead or not row.leads
     )
     head = ("", "MENU > ..., or a switch", "set to", "else", "B-83284EN/09", "")
-    return Sheet("1_settings", f"{robot.name}: settings", (Text(_NO_SAFETY), Table(head, rows)))
+    return Sheet(
+        "1_settings", f"{robot.name}: settings", (SheetText(_NO_SAFETY), SheetTable(head, rows))
+    )
 
 
 def _slots(layout: ModbusMap) -> Sheet:
     table = slot_table(layout)
-    rows = tuple(_slot(at, slot) for at, slot in enumerate(table, start=1) if slot.size)
+    rows = tuple(
+        (str(at), str(slot.address), str(slot.size), slot.name, f"{slot.multiply:g}")
+        for at, slot in enumerate(table, start=1)
+        if slot.size
+    )
     return Sheet(
         "2_slots",
         "Slots: MENU > SYSTEM > Variables > $SNPX_ASG",
         (
-            Text(
+            SheetText(
                 f"Slot 1 is as delivered: leave it. Type slots {LAST_OWN + 1} to "
                 f"{LAST_OWN + len(WAY_IN)}; `rosrun fanuc_kit write ADDRESS` writes "
                 "the others through them, and reads all back. Or type them all."
             ),
-            Table(("slot", "$ADDRESS", "$SIZE", "$VAR_NAME", "$MULTIPLY"), rows),
+            SheetTable(("slot", "$ADDRESS", "$SIZE", "$VAR_NAME", "$MULTIPLY"), rows),
         ),
     )
-
-
-def _slot(number: int, slot: Assignment) -> tuple[str, ...]:
-    return str(number), str(slot.address), str(slot.size), slot.name, f"{slot.multiply:g}"
 
 
 def _signals(layout: ModbusMap) -> Sheet:
@@ -87,19 +89,21 @@ def _signals(layout: ModbusMap) -> Sheet:
         "3_signals",
         "Signals: MENU > I/O > UOP, MENU > I/O > Interconnect",
         (
-            Text(
+            SheetText(
                 "A client cannot switch an input whose source is a wire: it falls back at the next "
                 "scan. I/O > UOP > CONFIG: assign UI[1] to UI[18] to rack 34, slot 1, start 1, so "
                 "that each input is the flag of its number. Then switch the power off and on."
             ),
-            Text(
+            SheetText(
                 "Two texts of the maker differ on where a client finds them. Switch F[2] at the "
                 "pendant and read the coil of UI[2] below, and coil 20002: the one that follows is "
                 "the right table. Write its numbers into modbus_map.yaml before anything is led."
             ),
-            Table(("input", "name", "flag", "coil in the map", "at rest", "written by"), inputs),
-            Table(("output", "name", "discrete input in the map"), outputs),
-            Text(
+            SheetTable(
+                ("input", "name", "flag", "coil in the map", "at rest", "written by"), inputs
+            ),
+            SheetTable(("output", "name", "discrete input in the map"), outputs),
+            SheetText(
                 "I/O > Interconnect, ES to DO: EMGOP, EMGTP, FENCE. No client sees an emergency "
                 "stop of the panel otherwise."
             ),
@@ -113,7 +117,7 @@ def _programs() -> Sheet:
         "4_programs",
         "Programs to type",
         (
-            Text(
+            SheetText(
                 "RSR0101: MENU > SELECT > CREATE, group mask 1. BGTWIN: group mask *, then MENU > "
                 "SETUP > BG Logic, program BGTWIN, RUN. Joint speeds and the ring of set points "
                 "need more than can be typed: the modbus_map.yaml beside these sheets is without "
@@ -151,7 +155,7 @@ def _acceptance(robot: Robot) -> Sheet:
         "5_acceptance",
         "Acceptance: override 10 %, nobody inside the guard",
         (
-            Text("Stop where a step shows something else."),
+            SheetText("Stop where a step shows something else."),
             Boxes(
                 (
                     f"`{check}`: no WRONG; nothing was written, nothing moved",
@@ -162,7 +166,7 @@ def _acceptance(robot: Robot) -> Sheet:
                     *(led if robot.lead else followed),
                 )
             ),
-            Text("All steps with their limits: docs/operating/acceptance.md"),
+            SheetText("All steps with their limits: docs/operating/acceptance.md"),
         ),
     )
 

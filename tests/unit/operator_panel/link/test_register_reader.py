@@ -11,7 +11,7 @@ from fanuc_emulator.register_image import RegisterImage
 from harness.opponents.modbus_robot import Robot
 from harness.processes import free_port
 from harness.workspace import ROOT
-from operator_panel.link.register_reader_io import RegisterError, read_registers
+from operator_panel.link.register_reader_io import RegisterReadError, read_registers
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
 from scara_config.quantities import ServerAddress
@@ -41,7 +41,7 @@ def test_every_register_of_the_stand_in_is_read_with_its_value() -> None:
 def test_robot_that_is_not_there_is_named_with_what_to_look_at() -> None:
     """The address stands in the text."""
     port = free_port()
-    with pytest.raises(RegisterError, match=rf"no robot answers at 127.0.0.1:{port}: is it on"):
+    with pytest.raises(RegisterReadError, match=rf"no robot answers at 127.0.0.1:{port}: is it on"):
         read_registers(ServerAddress("127.0.0.1", port), LAYOUT)
 
 
@@ -58,7 +58,7 @@ def test_robot_that_refuses_or_breaks_off_is_no_list_of_zeros(fault: str, error:
     robot = Robot()
     robot.fault = fault
     try:
-        with pytest.raises(RegisterError, match=error):
+        with pytest.raises(RegisterReadError, match=error):
             read_registers(ServerAddress("127.0.0.1", robot.port), LAYOUT)
     finally:
         robot.close()

@@ -13,7 +13,7 @@ from harness.workspace import ROOT
 from operator_panel.config import load_surroundings
 from operator_panel.retelling.recorded_past import RecordedLook
 from operator_panel.retelling.recordings_io import KEPT, Recordings
-from operator_panel.retelling.run_folders_io import RunError
+from operator_panel.retelling.run_folders_io import RunFolderError
 from operator_panel.view.frame import FrameMaker
 from scara_config import load_robot
 
@@ -79,7 +79,7 @@ def test_recording_of_another_robot_is_refused_with_what_to_do(
     async def act() -> None:
         await whole(store, "other", 0.0)
 
-    with pytest.raises(RunError, match=r"some_other_arm.*SCARA_ROBOT=some_other_arm"):
+    with pytest.raises(RunFolderError, match=r"some_other_arm.*SCARA_ROBOT=some_other_arm"):
         scene(act)
 
 
@@ -92,14 +92,14 @@ def test_recording_that_cannot_be_read_says_why(store: Recordings, tmp_path: Pat
         await whole(store, "broken", 0.0)
 
     for _ in range(2):
-        with pytest.raises(RunError, match="no readable bag"):
+        with pytest.raises(RunFolderError, match="no readable bag"):
             scene(act)
 
 
 @pytest.mark.parametrize("name", ["gone", "../runs", ""])
 def test_recording_that_is_not_there_is_said(store: Recordings, name: str) -> None:
     """No name leads out of the folder of runs."""
-    with pytest.raises(RunError, match="there is no recording"):
+    with pytest.raises(RunFolderError, match="there is no recording"):
         scene(lambda: store.look(name, 0.0))  # type: ignore[arg-type, return-value]
 
 
@@ -133,7 +133,7 @@ def test_recording_that_was_replaced_is_read_anew(store: Recordings, tmp_path: P
     async def act() -> None:
         await whole(store, "mine", 6.0)
         shutil.rmtree(tmp_path / "mine")
-        with pytest.raises(RunError, match="there is no recording"):
+        with pytest.raises(RunFolderError, match="there is no recording"):
             await store.look("mine", 0.0)
         (tmp_path / "mine").mkdir()
         recorded.write_recording(tmp_path / "mine" / "run.bag", ROBOT, silent=2.0)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from operator_panel.retelling.run_folders_io import (
-    RunError,
+    RunFolderError,
     bag_of,
     delete_run,
     file_of,
@@ -97,7 +97,7 @@ def test_name_that_is_taken_or_leads_out_is_refused(tmp_path: Path, name: str, e
     """Nothing is overwritten, nothing leaves the folder of runs."""
     made(tmp_path, "one", 1000.0, False)
     made(tmp_path, "two", 1000.0, False)
-    with pytest.raises(RunError, match=error):
+    with pytest.raises(RunFolderError, match=error):
         rename_run(tmp_path, "one", name)
     assert {each.name for each in tmp_path.iterdir()} == {"one", "two"}
 
@@ -124,7 +124,7 @@ def test_only_recordings_are_deleted(tmp_path: Path, run: str) -> None:
     made(runs, "two", 1000.0, True)
     (runs / "empty").mkdir()
     (runs / "latest").symlink_to("two")
-    with pytest.raises(RunError, match=r"there is no recording|holds no bag"):
+    with pytest.raises(RunFolderError, match=r"there is no recording|holds no bag"):
         delete_run(runs, run)
     assert (runs / "two" / "run.bag").is_file()
 
@@ -135,7 +135,7 @@ def test_what_is_being_recorded_stays(tmp_path: Path) -> None:
     unfinished(run / "run.bag")
     assert [(each.busy, each.length) for each in list_runs(tmp_path)] == [(True, "being recorded")]
     for change in (lambda: delete_run(tmp_path, "one"), lambda: rename_run(tmp_path, "one", "b")):
-        with pytest.raises(RunError, match="one is being recorded: press Stop first"):
+        with pytest.raises(RunFolderError, match="one is being recorded: press Stop first"):
             change()
     os.utime(run / "run.bag", (1000.0, 1000.0))
     assert [(each.busy, each.length) for each in list_runs(tmp_path)] == [(False, "not finished")]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scara_control.pid import PidGains
 from scara_simulation.joints.loop import LoopState
-from twin_analysis.step.response import StepError, measure, step_of
+from twin_analysis.step.response import StepResponseError, measure, step_of
 
 GAINS = PidGains(p=1.0)
 
@@ -95,12 +95,12 @@ def test_record_keeps_what_was_asked_for_before_the_command():
 )
 def test_record_without_a_step_is_refused(samples, target, text):
     """The reason says what is missing."""
-    with pytest.raises(StepError, match=text):
+    with pytest.raises(StepResponseError, match=text):
         step_of(samples, target, 0.1)
 
 
 def test_step_without_height_is_refused():
     """Shares of nothing are no numbers."""
     flat = msgspec.structs.replace(step_of(record(lambda t: 1.0), 0.7, 0.1), start=0.7)
-    with pytest.raises(StepError, match="the step has no height"):
+    with pytest.raises(StepResponseError, match="the step has no height"):
         measure(flat, 1.0)

@@ -11,7 +11,7 @@ from matplotlib.image import imread
 from scara_config import load_robot
 from twin_analysis.step.figures_io import write_trial
 from twin_analysis.step.offline_io import OfflineBench
-from twin_analysis.step.response import StepError, StepFigures
+from twin_analysis.step.response import StepFigures, StepResponseError
 from twin_analysis.step.trial import plan_trial, reasons, summary
 
 CONFIG = Path(__file__).parents[4] / "config"
@@ -66,7 +66,7 @@ def test_step_without_room_is_refused_with_joint_value_and_limits(
     joint, kind, position, size, seconds, text
 ):
     """Nothing moves then."""
-    with pytest.raises(StepError, match=f"{joint}: {text}"):
+    with pytest.raises(StepResponseError, match=f"{joint}: {text}"):
         plan_trial(ROBOT.joint(joint), kind, position, size, seconds)
 
 

@@ -30,7 +30,7 @@ from operator_panel.door import Answer, Gains, Picture, Seat
 from operator_panel.link.camera_link_node import CameraLink
 from operator_panel.link.listening_node import Listening
 from operator_panel.link.pendant_io import Pendant
-from operator_panel.link.register_reader_io import RegisterError, read_registers
+from operator_panel.link.register_reader_io import RegisterReadError, read_registers
 from operator_panel.link.reporter_io import Reporter
 from operator_panel.link.tuning_link_node import TuningLink
 from operator_panel.view.robot.registers import Entry
@@ -231,7 +231,7 @@ class CellLink:
         async with self._reading:
             try:
                 found = await run.io_bound(read_registers, self._real, self._layout)
-            except RegisterError as error:
+            except RegisterReadError as error:
                 return (), str(error)
         return found or (), "" if found else "the page's server ends"
 

@@ -21,7 +21,7 @@ REQUESTS = {
 }
 
 
-class RegisterError(Exception):
+class RegisterReadError(Exception):
     """The robot cannot be read; the text says why and what to do."""
 
 
@@ -29,16 +29,18 @@ def read_registers(door: ServerAddress, layout: ModbusMap) -> list[Entry]:
     """Return every register and signal with its value now; blocks for as long as that takes.
 
     Raises:
-        RegisterError: The robot accepts no connection, is lost meanwhile, or refuses a request.
+        RegisterReadError: The robot accepts no connection, is lost meanwhile, or refuses a request.
     """
     client: Any = ModbusTcpClient(door.host, port=door.port, timeout=TIMEOUT_S, retries=0)
     name = f"{door.host}:{door.port}"
     try:
         if not client.connect():
-            raise RegisterError(f"no robot answers at {name}: is it on, and is Modbus allowed?")
+            raise RegisterReadError(f"no robot answers at {name}: is it on, and is Modbus allowed?")
         return [_read(client, entry, layout, name) for entry in entries(layout)]
     except (ModbusException, OSError) as error:
-        raise RegisterError(f"the robot at {name} was lost while it was read: {error}") from error
+        raise RegisterReadError(
+            f"the robot at {name} was lost while it was read: {error}"
+        ) from error
     finally:
         client.close()
 
@@ -52,13 +54,13 @@ def _read(client: Any, entry: Entry, layout: ModbusMap, name: str) -> Entry:
             entry.offset + first, count=count, device_id=layout.device_id
         )
         if answer.isError():
-            raise RegisterError(
+            raise RegisterReadError(
                 f"the robot at {name} refuses {entry.name} at {entry.address}: exception "
                 f"{getattr(answer, 'exception_code', answer)}"
             )
         found = answer.registers if entry.table in TABLES else answer.bits[:count]
         if len(found) < count:
-            raise RegisterError(f"the robot at {name} gave only a part of {entry.name}")
+            raise RegisterReadError(f"the robot at {name} gave only a part of {entry.name}")
         values += found
     return (
         with_words(entry, layout, values) if entry.table in TABLES else with_bit(entry, values[0])

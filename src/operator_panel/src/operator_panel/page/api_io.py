@@ -11,7 +11,7 @@ from starlette.responses import Response
 
 from operator_panel.door import Picture
 from operator_panel.retelling.recordings_io import Recordings
-from operator_panel.retelling.run_folders_io import RunError
+from operator_panel.retelling.run_folders_io import RunFolderError
 from operator_panel.view.past import Past
 
 CAMERA, EVENTS, PAST = "/camera.jpg", "/events.csv", "/past.json"
@@ -50,7 +50,7 @@ def offer_past(past: Past, recordings: Recordings, window_s: float) -> None:
             return _refusal(400, f"at = {at!r} is no number of seconds since 1970")
         try:
             found = await recordings.look(run, time) if run else past.look(time, window_s)
-        except RunError as error:
+        except RunFolderError as error:
             return _refusal(404, str(error))
         if found is None and run:
             return _refusal(202, "the recording is being opened")

@@ -14,7 +14,7 @@ import msgspec
 from operator_panel.link.reporter_io import be_nice
 from operator_panel.retelling.lines import LENGTH, unpacked
 from operator_panel.retelling.recorded_past import RecordedLook, RecordedPast
-from operator_panel.retelling.run_folders_io import RunError, bag_of
+from operator_panel.retelling.run_folders_io import RunFolderError, bag_of
 from operator_panel.view.frame import FrameMaker
 
 KEPT = 3
@@ -119,7 +119,7 @@ class Recordings:
         """Return a moment; None while none has been read yet: ask again.
 
         Raises:
-            RunError: There is no such recording, it is of another robot, or cannot be read.
+            RunFolderError: There is no such recording, it is of another robot, or cannot be read.
         """
         reading = await self._reading(run)
         reading.asked = time.monotonic()
@@ -130,16 +130,16 @@ class Recordings:
         if reading.failure:
             # Forgotten, so that whoever asks next has it tried again.
             del self._held[run]
-            raise RunError(f"{run}: {reading.failure}")
+            raise RunFolderError(f"{run}: {reading.failure}")
         head = reading.past.head
         if head is not None and head.robot not in ("", self._robot):
-            raise RunError(
+            raise RunFolderError(
                 f"{run} was recorded with {head.robot}, and this page shows {self._robot}: start "
                 f"it with SCARA_ROBOT={head.robot}"
             )
         found = reading.past.look(at, self._window_s)
         if found is None and reading.ended:
-            raise RunError(f"{run} holds nothing that a page shows")
+            raise RunFolderError(f"{run} holds nothing that a page shows")
         return found
 
     async def _reading(self, run: str) -> _Reading:
@@ -150,7 +150,7 @@ class Recordings:
             if held is not None and held.is_of(bag):
                 return held
         except OSError as error:
-            raise RunError(f"{run} cannot be read: {error.strerror}") from error
+            raise RunFolderError(f"{run} cannot be read: {error.strerror}") from error
         if held is not None:
             self._forget(run)
         while len(self._held) >= KEPT:

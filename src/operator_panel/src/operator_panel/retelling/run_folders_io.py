@@ -31,7 +31,7 @@ BUSY_S = (
 )
 
 
-class RunError(Exception):
+class RunFolderError(Exception):
     """A run cannot be renamed, deleted or reported; the text says why and what to do."""
 
 
@@ -59,7 +59,7 @@ def bag_of(folder: Path, run: str) -> Path:
     """Return the bag of a run, the first part of several.
 
     Raises:
-        RunError: There is no such run, it has no bag, or it is being recorded.
+        RunFolderError: There is no such run, it has no bag, or it is being recorded.
     """
     return _bags(_idle_run(folder, run))[0]
 
@@ -68,18 +68,20 @@ def rename_run(folder: Path, run: str, name: str) -> None:
     """Give a run another name.
 
     Raises:
-        RunError: It is not there, is being recorded, or the name is taken or is none.
+        RunFolderError: It is not there, is being recorded, or the name is taken or is none.
     """
     source, target = _idle_run(folder, run), folder / name
     if not is_run_name(name):
-        raise RunError(f"{name!r} cannot be a name: letters, digits, point, dash and underline")
+        raise RunFolderError(
+            f"{name!r} cannot be a name: letters, digits, point, dash and underline"
+        )
     if target.is_symlink() or target.exists():
-        raise RunError(f"{name} exists already: choose another name")
+        raise RunFolderError(f"{name} exists already: choose another name")
     is_latest = _is_latest(folder, source)
     try:
         source.rename(target)
     except OSError as error:
-        raise RunError(f"{run} cannot be renamed: {error.strerror}") from error
+        raise RunFolderError(f"{run} cannot be renamed: {error.strerror}") from error
     if is_latest:
         link_latest(target)
 
@@ -88,7 +90,7 @@ def delete_run(folder: Path, run: str) -> None:
     """Delete a run with everything in it.
 
     Raises:
-        RunError: It is not there, is being recorded, or a file of it cannot be deleted.
+        RunFolderError: It is not there, is being recorded, or a file of it cannot be deleted.
     """
     source = _idle_run(folder, run)
     if _is_latest(folder, source):
@@ -96,18 +98,18 @@ def delete_run(folder: Path, run: str) -> None:
     try:
         shutil.rmtree(source)
     except OSError as error:
-        raise RunError(f"{run} cannot be deleted completely: {error.strerror}") from error
+        raise RunFolderError(f"{run} cannot be deleted completely: {error.strerror}") from error
 
 
 def _idle_run(folder: Path, run: str) -> Path:
     """Return the folder of a run that may be changed."""
     source = folder / run
     if not is_run_name(run) or source.is_symlink() or not source.is_dir():
-        raise RunError(f"there is no recording {run!r}: the list is read again")
+        raise RunFolderError(f"there is no recording {run!r}: the list is read again")
     if not _bags(source):
-        raise RunError(f"{run} holds no bag: it is no recording")
+        raise RunFolderError(f"{run} holds no bag: it is no recording")
     if _is_busy(source):
-        raise RunError(f"{run} is being recorded: press Stop first")
+        raise RunFolderError(f"{run} is being recorded: press Stop first")
     return source
 
 

@@ -21,7 +21,7 @@ TAIL_S = 0.2
 """The steady state is the last part of the record. Our choice."""
 
 
-class StepError(ValueError):
+class StepResponseError(ValueError):
     """A record that holds no step; the text says why."""
 
 
@@ -86,7 +86,7 @@ def step_of(samples: Sequence[tuple[float, LoopState]], target: float, before: f
         before: How much of the time before the command is kept [s].
 
     Raises:
-        StepError: The set point is never ``target``, or nothing was recorded before it was.
+        StepResponseError: The set point is never ``target``, or nothing was recorded before it was.
     """
     first = next(
         (
@@ -97,9 +97,11 @@ def step_of(samples: Sequence[tuple[float, LoopState]], target: float, before: f
         None,
     )
     if first is None:
-        raise StepError(f"the set point {target:g} is not in the record of {len(samples)} states")
+        raise StepResponseError(
+            f"the set point {target:g} is not in the record of {len(samples)} states"
+        )
     if first == 0:
-        raise StepError("nothing was recorded before the step")
+        raise StepResponseError("nothing was recorded before the step")
     zero, last = samples[first - 1]
     kept = [(at - zero, state) for at, state in samples if at >= zero - before]
     return Step(
@@ -121,10 +123,10 @@ def measure(step: Step, effort_limit: float) -> StepFigures:
         effort_limit: Of the joint [N m] or [N].
 
     Raises:
-        StepError: The step has no height.
+        StepResponseError: The step has no height.
     """
     if step.height == 0.0:
-        raise StepError("the step has no height")
+        raise StepResponseError("the step has no height")
     after = step.times >= 0.0
     times, share = step.times[after], (step.values[after] - step.start) / step.height
     outside = np.flatnonzero(np.abs(share - 1.0) > BAND)

@@ -25,14 +25,14 @@ from scara_ros.shell.command_line_io import CommandLine
 from scara_ros.shell.program_io import FAILED, WRONG, private_parameters
 
 from twin_analysis.step.offline_io import OfflineBench
-from twin_analysis.step.response import Kind, StepError
+from twin_analysis.step.response import Kind, StepResponseError
 from twin_analysis.step.trial import plan_trial, summary
 
 NOT_WRITTEN = 3
 
 app = CommandLine(
     "step_response",
-    {ConfigError: WRONG, StepError: WRONG, OSError: NOT_WRITTEN},
+    {ConfigError: WRONG, StepResponseError: WRONG, OSError: NOT_WRITTEN},
     help="Step responses of one joint of the twin, in both directions.",
 )
 console = Console(highlight=False)

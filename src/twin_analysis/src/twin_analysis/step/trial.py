@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 from scara_config import Joint
 
-from twin_analysis.step.response import Kind, Step, StepError, StepFigures, measure
+from twin_analysis.step.response import Kind, Step, StepFigures, StepResponseError, measure
 
 # Our choice: near the display's size of a small move, far from the effort limit of every joint.
 SIZES = {"deg": 5.0, "mm": 20.0}
@@ -69,7 +69,7 @@ def plan_trial(
         seconds: Length of each record; None: the default.
 
     Raises:
-        StepError: The step or the record has no size, or there is no room for it.
+        StepResponseError: The step or the record has no size, or there is no room for it.
     """
     seconds = SECONDS[kind] if seconds is None else seconds
     default = joint.velocity / joint.scale * SPEED_PERCENT / 100.0
@@ -77,7 +77,7 @@ def plan_trial(
         default = SIZES[joint.unit]
     height = (default if size is None else size) * joint.scale
     if not height > 0.0 or not seconds > 2.0 * BEFORE_S:
-        raise StepError(
+        raise StepResponseError(
             f"{joint.name}: a step of {size} and {seconds:g} s is none: sizes are "
             "positive, records longer than 0.2 s"
         )
@@ -89,7 +89,7 @@ def plan_trial(
             and position + reach <= joint.upper
         ):
             return StepTrial(joint, kind, (height, -height), seconds)
-        raise StepError(
+        raise StepResponseError(
             _no_room(
                 joint, position, f"{height / joint.scale:g} {joint.unit}/s during {seconds:g} s"
             )
@@ -97,7 +97,9 @@ def plan_trial(
     for end in (position + height, position - height):
         if joint.lower <= end <= joint.upper:
             return StepTrial(joint, kind, (end, position), seconds)
-    raise StepError(_no_room(joint, position, f"a step of {height / joint.scale:g} {joint.unit}"))
+    raise StepResponseError(
+        _no_room(joint, position, f"a step of {height / joint.scale:g} {joint.unit}")
+    )
 
 
 def _no_room(joint: Joint, position: float, what: str) -> str:

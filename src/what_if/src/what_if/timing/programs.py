@@ -22,7 +22,7 @@ from what_if.world import World
 
 def plan_program(world: World, motion: ProgramRun) -> Planned:
     """Return the legs of a program from where the joints are; what the twin lacks is at 0 there."""
-    row = _Row(world)
+    row = _ProgramRow(world)
     reasons: list[Reason] = []
     for number, step in enumerate(motion.program.steps):
         row.number = number
@@ -49,7 +49,7 @@ def plan_program(world: World, motion: ProgramRun) -> Planned:
     return Planned(tuple(row.legs), tuple(reasons))
 
 
-class _Row:
+class _ProgramRow:
     """What was laid so far.
 
     Attributes:

@@ -13,7 +13,7 @@ from operator_panel.door import Answer
 from operator_panel.page.records.dialogs_io import ask_delete, ask_name
 from operator_panel.page.view_io import PageView, push_button
 from operator_panel.retelling.run_folders_io import (
-    RunError,
+    RunFolderError,
     bag_of,
     delete_run,
     list_runs,
@@ -140,7 +140,7 @@ class _Recordings:
         number = self._view.desk.begin(self._view.session.page, title, title)
         try:
             bag = await run.io_bound(bag_of, self._folder, one.name)
-        except RunError as error:
+        except RunFolderError as error:
             self._view.desk.ended(number, Answer(False, str(error)))
             return
         if bag is None:  # the server ends
@@ -165,7 +165,7 @@ class _Recordings:
             return
         try:
             await run.io_bound(change, self._folder, *names)  # type: ignore[arg-type]
-        except RunError as error:
+        except RunFolderError as error:
             self._view.tell(Answer(False, str(error)), f"{what} {names[0]}")
         else:
             self._view.tell(Answer(True, done), f"{what} {names[0]}")
