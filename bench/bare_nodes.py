@@ -35,7 +35,7 @@ def constant_service(name: str) -> None:
         name,
         ForwardKinematics,
         lambda _: ForwardKinematicsResponse(
-            True, "", 0.5, 0.1, 0.1, Quaternion(0.7, -0.7, 0.0, 0.0), "righty"
+            True, "", 0.5, 0.1, 0.1, Quaternion(0.7, -0.7, 0.0, 0.0), "righty", 0.0
         ),
     )
     rospy.spin()
