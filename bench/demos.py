@@ -13,6 +13,7 @@ from typing import Any
 from cell_recorder.reading.bag_reader_io import open_bag
 from fanuc_kit.sheets import map_file
 from harness.faults.rows import Row
+from harness.plants.trials import ARTICLE_PERCENT
 from harness.processes import free_port
 from rich.console import Console
 from scara_bringup.processes.configuration_io import copy_with_ports
@@ -28,11 +29,9 @@ ROOT = Path(__file__).resolve().parents[1]
 DEADLINE_S = 300.0
 PATH_PERCENT, REST_PERCENT = 5.0, 2.0
 """The article's errors, percent of reach."""
-HOLDS = "with the kit's own programs, PR[1] alone"
+KIT = "with the kit's own programs, PR[1] alone"
 DRAWN = "drawn"
 """A plant of its own for each run: the field plant's numbers drawn by the run's seed."""
-SPEED_PERCENT = 50.0
-"""What the article's programs ask for."""
 PLANTS = {"kit_ideal_50": "ideal", "kit_drawn_50": DRAWN}
 """Each series' plant."""
 NAMES = tuple(PLANTS)
@@ -69,7 +68,7 @@ def run(
         page.write({**page.so_far(), "demos": [known[each] for each in NAMES if each in known]})
         rows += [
             Row(
-                f"demo, {plant}, {SPEED_PERCENT:g} %, {HOLDS}: {leader}",
+                f"demo, {plant}, {ARTICLE_PERCENT:g} %, {KIT}: {leader}",
                 what,
                 limit,
                 _worst(entry["runs"], leader, key),
@@ -107,8 +106,8 @@ def _series(plant: str, seeds: Sequence[int], folder: Path, console: Console) ->
             report["made_with"]["plant"] = {"name": DRAWN, "description": told}
         labels += [report["made_with"]] if report else []
     known = label(labels) if labels else {"robot": load_robot().name, "plant": f"plant {plant}"}
-    known["robot"] += f" {HOLDS}"
-    return {**known, "asked_percent": SPEED_PERCENT, "failed": failed, "runs": runs}
+    known["robot"] += f" {KIT}"
+    return {**known, "asked_percent": ARTICLE_PERCENT, "failed": failed, "runs": runs}
 
 
 def label(made_with: Sequence[dict[str, Any]]) -> dict[str, str]:
