@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar
 
 import msgspec
 from msgspec import Meta
@@ -23,13 +23,13 @@ from scara_config.quantities import (
     AngleDeg,
     CoordinateM,
     CoordinateMm,
-    HostName,
     JointAcceleration,
     JointEffort,
     JointJerk,
     JointSpeed,
     LengthMm,
 )
+from scara_config.stopping import Stopping
 
 UNIT_TOLERANCE = 1e-3
 """Our choice: directions are written with so many digits."""
@@ -155,64 +155,8 @@ class KeepOut(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     upper_mm: Millimetres3
 
 
-Means = Literal["hold", "cstopi", "imstp"]
-"""The inputs by which a client stops a robot, in the order in which they are used."""
-ALLOCATED: dict[str, tuple[Means, ...]] = {
-    "full": ("hold", "cstopi", "imstp"),
-    "simple": ("hold", "cstopi"),
-    "none": (),
-}
-"""Which of them an allocation of the user operator panel has."""
 LEAD_IS_FALSE = "robot.yaml: lead is false"
 """So begins why the robot hears nothing at all, no stop either."""
-_TRY = "try: rosrun robot_doctor doctor --stops (docs/operating/real_robot.md)"
-
-
-class Stopping(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """What stops the robot, and what it shows of it.
-
-    Attributes:
-        uop: Allocation of the user operator panel. ``full``: all signals. ``simple``: no RSR starts
-            the stream program, ``*IMSTP`` is tied on, SYSRDY, PROGRUN, PAUSED and HELD are not
-            shown. ``none``: no input acts and no output is shown.
-        tried: Of each means that was seen to stop this robot, the address at which: another address
-            is another robot.
-    """
-
-    uop: Literal["full", "simple", "none"]
-    tried: dict[Means, HostName]
-
-    @property
-    def cuts_drives(self) -> bool:
-        """Whether ``*IMSTP`` was seen to stop the robot, so that its drives must go off by it."""
-        return "imstp" in self.tried
-
-    @property
-    def shows_all(self) -> bool:
-        """Whether the outputs tell what its program and its drives do."""
-        return self.uop == "full"
-
-    def only_followed(self, address: str) -> str:
-        """Return why the robot at ``address`` is never led, and what to do; empty: it may be."""
-        if self.uop == "none":
-            why = "no signal reaches the robot: allocate them on its screen I/O > UOP"
-            return f"robot.yaml: stopping.uop is none: {why}"
-        if self.uop == "simple":
-            why = "no RSR starts its stream program: allocate all signals on its screen I/O > UOP"
-            return f"robot.yaml: stopping.uop is simple: {why}"
-        if address not in self.tried.values():
-            return f"robot.yaml: stopping.tried names nothing that stopped {address}: {_TRY}"
-        return ""
-
-    def faults(self) -> Iterator[str]:
-        """Yield the means that were tried and that the robot does not have."""
-        has = ALLOCATED[self.uop]
-        for means in self.tried:
-            if means not in has:
-                yield (
-                    f"stopping.tried.{means}: uop is {self.uop}; "
-                    f"it allocates {', '.join(has) or 'nothing'}"
-                )
 
 
 class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -16,8 +16,8 @@ from itertools import product
 import msgspec
 from fanuc_emulator.tp.executor import ProgramState
 from scara_config import Robot
-from scara_config.robot import ALLOCATED, Stopping
 from scara_config.set_up.kit_map import kit_map
+from scara_config.stopping import ALLOCATED, Stopping
 from twin_controller.core.events import LinkChanged
 
 from harness.scenes.copies import copied

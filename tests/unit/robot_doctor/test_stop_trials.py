@@ -22,7 +22,7 @@ from robot_doctor.stop_trials import (
 )
 from robot_doctor.stop_trials_io import StopTrials, UnexpectedError
 from scara_config import load_robot
-from scara_config.robot import Stopping
+from scara_config.stopping import Stopping
 from twin_controller.config import load_twin_controller
 from twin_controller.robot_sample import ProgramState
 from typer.testing import CliRunner

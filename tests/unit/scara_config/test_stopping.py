@@ -9,7 +9,7 @@ import pytest
 from harness.workspace import ROOT
 from harness.yaml_files import changed_yaml, shipped
 from scara_config import ConfigError, load_robot
-from scara_config.robot import ALLOCATED, Stopping
+from scara_config.stopping import ALLOCATED, Stopping
 
 HERE, ELSEWHERE = "127.0.0.1", "192.0.2.1"
 ROBOTS = ("fanuc_sr6ia", "fanuc_sr3ia", "scara_4axis", "articulated_six")

@@ -15,7 +15,7 @@ from harness.scenes.truth import travel
 from harness.stops.rows import ALL, COMMANDS, PLANTS, ROBOT, SCENES, SETTINGS, Instant, Row, measure
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import load_files
-from scara_config.robot import Stopping
+from scara_config.stopping import Stopping
 
 LATER_S = 0.1
 """The robot stands at most so long after its own ramp has ended."""

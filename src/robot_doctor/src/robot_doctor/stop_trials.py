@@ -13,8 +13,8 @@ from typing import Any
 
 import msgspec
 from scara_config import Robot
-from scara_config.robot import ALLOCATED, Means, Stopping
 from scara_config.set_up.settings import setting
+from scara_config.stopping import ALLOCATED, Means, Stopping
 from scara_config.writer import DROPPED, Key, Noted
 from twin_controller.robot_sample import ProgramState
 

@@ -11,7 +11,7 @@ from functools import partial
 import msgspec
 from scara_config import Robot
 from scara_config.modbus_map import ModbusMap
-from scara_config.robot import Stopping
+from scara_config.stopping import Stopping
 from twin_controller.config import TwinControllerConfig
 from twin_controller.modbus.link_io import ModbusLink
 from twin_controller.robot.signals import Number, Pulse, Signal, Step

@@ -20,9 +20,9 @@ from harness.processes import free_port, wait_until
 from harness.workspace import ROOT
 from scara_config import ConfigError, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
-from scara_config.robot import Stopping
 from scara_config.set_up.kit_map import kit_map
 from scara_config.set_up.slots import slot_table
+from scara_config.stopping import Stopping
 from twin_controller.core.actions import Command
 from twin_controller.core.events import RealMeasured
 from twin_controller.modbus.port_io import ModbusSettings

@@ -16,7 +16,7 @@ from harness.opponents.modbus_robot import HEARTBEAT, Robot
 from harness.processes import free_port, wait_until
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
-from scara_config.robot import Stopping
+from scara_config.stopping import Stopping
 from twin_controller.modbus.link_io import ModbusLink
 from twin_controller.modbus.poll_times import UNREAD, PollTimes
 from twin_controller.modbus.port_io import ModbusPort
