@@ -19,7 +19,6 @@ from harness.scenes.truth import travel
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.experiments import figures, run_experiments
 from harness.virtual_cell.files import CellFiles, load_files
-from scara_config.stopping import Stopping
 from twin_controller.core.lead.table import AT_ITS_PENDANT
 from twin_controller.view import state_view
 
@@ -33,7 +32,7 @@ PATH_PERCENT = 1.0
 def delivered(plant: str = "field", uop: str = "simple") -> CellFiles:
     """Return the files of a delivered robot; its map has no signal that a client could read."""
     files = load_files(ROBOT, plant=plant, settings=f"{AS_DELIVERED}, uop: {uop}")
-    stopping = Stopping(uop=uop, tried={})  # type: ignore[arg-type]
+    stopping = msgspec.structs.replace(files.robot.stopping, uop=uop, tried={})
     robot = msgspec.structs.replace(files.robot, stopping=stopping, lead=False)
     return dataclasses.replace(files, robot=robot, layout=FOLLOW_MAP)
 

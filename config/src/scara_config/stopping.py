@@ -7,7 +7,7 @@ from typing import Literal
 
 import msgspec
 
-from scara_config.quantities import HostName
+from scara_config.quantities import HostName, ReactionMs
 
 Means = Literal["hold", "cstopi", "imstp"]
 """The inputs by which a client stops a robot, in the order in which they are used."""
@@ -29,10 +29,13 @@ class Stopping(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             shown. ``none``: no input acts and no output is shown.
         tried: Of each means that was seen to stop this robot, the address at which: another address
             is another robot.
+        braking_delay_ms: How long it goes on as it did, from a sample of it until it brakes: age
+            and period of samples, the way of a request, its own filters and servo lag [ms].
     """
 
     uop: Literal["full", "simple", "none"]
     tried: dict[Means, HostName]
+    braking_delay_ms: ReactionMs
 
     @property
     def cuts_drives(self) -> bool:

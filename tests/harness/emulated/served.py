@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
 from fanuc_emulator.config import load_emulator, load_programs
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.drives.servo_loop_io import ServoLoop
@@ -14,6 +15,7 @@ from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.snpx.assignments import AssignmentTable
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
+from scara_config.profile import DEFAULT_PLANT
 
 from harness.processes import free_port
 from harness.workspace import ROOT
@@ -24,12 +26,19 @@ ROBOT, LAYOUT = load_robot(CONFIG), load_modbus_map(CONFIG)
 
 @contextmanager
 def served(
-    settings: str, mistype: Callable[[AssignmentTable], None] = lambda _: None
+    settings: str,
+    mistype: Callable[[AssignmentTable], None] = lambda _: None,
+    plant: str = DEFAULT_PLANT,
 ) -> Iterator[Any]:
     """Run a stand-in that was set up so, with slots that somebody typed wrongly."""
-    config = load_emulator(ROBOT, CONFIG, settings=settings)
+    config = load_emulator(ROBOT, CONFIG, plant, settings)
     controller = Controller(
-        config, ROBOT, load_programs(ROBOT, CONFIG), 1.7e9, ring_places=LAYOUT.ring_places
+        config,
+        ROBOT,
+        load_programs(ROBOT, CONFIG),
+        1.7e9,
+        random=np.random.default_rng(1),
+        ring_places=LAYOUT.ring_places,
     )
     loop, port = ServoLoop(controller, config.dt, 0.0), free_port()
     image = RegisterImage(LAYOUT, ROBOT)

@@ -17,7 +17,7 @@ import msgspec
 from fanuc_emulator.tp.executor import ProgramState
 from scara_config import Robot
 from scara_config.set_up.kit_map import kit_map
-from scara_config.stopping import ALLOCATED, Stopping
+from scara_config.stopping import ALLOCATED
 from twin_controller.core.events import LinkChanged
 
 from harness.scenes.copies import copied
@@ -130,7 +130,7 @@ def profiled(robot: Robot, uop: str) -> Robot:
     """Return a profile whose robot has this allocation, every means of it tried."""
     address = next(iter(robot.stopping.tried.values()))
     tried = {means: address for means in ALLOCATED[uop]}
-    stopping = Stopping(uop=uop, tried=tried)  # type: ignore[arg-type]
+    stopping = msgspec.structs.replace(robot.stopping, uop=uop, tried=tried)
     return msgspec.structs.replace(robot, stopping=stopping)
 
 

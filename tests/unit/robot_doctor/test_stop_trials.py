@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 import shutil
 from collections.abc import Callable
 from functools import partial
@@ -10,6 +12,7 @@ from pathlib import Path
 import pytest
 from fanuc_emulator.drives.servo_loop_io import ServoLoop
 from harness.emulated.served import CONFIG, LAYOUT, ROBOT, served
+from msgspec.structs import replace
 from robot_doctor.stop_trials import (
     Look,
     Outcome,
@@ -22,7 +25,6 @@ from robot_doctor.stop_trials import (
 )
 from robot_doctor.stop_trials_io import StopTrials, UnexpectedError
 from scara_config import load_robot
-from scara_config.stopping import Stopping
 from twin_controller.config import load_twin_controller
 from twin_controller.robot_sample import ProgramState
 from typer.testing import CliRunner
@@ -82,8 +84,47 @@ def test_a_profile_names_what_stopped_this_robot(
 ) -> None:
     """What was tried at another address is forgotten: another address is another robot."""
     found = proposal(ROBOT.stopping, address, came, uop)
-    assert found == Stopping(uop=uop, tried=tried)  # type: ignore[arg-type]
+    assert found == replace(ROBOT.stopping, uop=uop, tried=tried)
     assert not list(found.faults())
+
+
+def late(lag: float, at: float = 0.3) -> list[Look]:
+    """Return readings of a joint that is stopped at a time, behind a filter with a lag [s]."""
+    times = [0.01 * k for k in range(200)]
+    # A ramp through a first-order lag: its overrun is speed times lag.
+    passed = [max(0.0, time - at) for time in times]
+    ways = [4.0 * (min(t, at) + lag * (1.0 - math.exp(-p / lag))) for t, p in zip(times, passed)]
+    return [Look(t, (0.0, way), PAUSED) for t, way in zip(times, ways)]
+
+
+@pytest.mark.parametrize("lag", [0.02, 0.05, 0.12])
+def test_how_late_a_robot_brakes_is_its_way_by_its_speed(lag: float) -> None:
+    """Whatever filter it has; from the newest look on."""
+    delay = judge_stop(Trial.HOLD, late(lag), sent=0.3001).delay
+    assert delay == pytest.approx(lag, abs=1e-4)
+
+
+def test_of_a_robot_that_moved_unevenly_nothing_is_measured() -> None:
+    """It began to move just before: its speed then says nothing."""
+    seen = looks(0.3, PAUSED)
+    begun = [Look(look.at, (max(0.0, look.places[0] - 0.8), 0.0), PAUSED) for look in seen]
+    result = judge_stop(Trial.HOLD, begun, sent=0.3)
+    assert result.outcome is Outcome.WORKED and result.delay is None
+    assert "how late is not known" in result.what
+
+
+def test_a_robot_that_brakes_too_late_for_any_zone_did_not_stop() -> None:
+    """What robot.yaml allows is named."""
+    result = judge_stop(Trial.HOLD, late(0.55), sent=0.3001)
+    assert result.outcome is Outcome.FAILED and "s late, at most 0.45 s are" in result.what
+
+
+def test_the_longest_delay_is_proposed_in_whole_steps() -> None:
+    """Rounded up; where nothing was measured, the profile's stays."""
+    came = [Result(Trial.HOLD, WORKED, "", 0.0513), Result(Trial.CSTOPI, WORKED, "", 0.0741)]
+    assert proposal(ROBOT.stopping, HERE, came, "full").braking_delay_ms == 110.0
+    kept = proposal(ROBOT.stopping, HERE, results(HOLD=WORKED), "full")
+    assert kept.braking_delay_ms == ROBOT.stopping.braking_delay_ms
 
 
 def test_the_allocation_is_what_its_outputs_show() -> None:
@@ -144,10 +185,27 @@ def test_what_was_seen_on_a_robot_is_written_and_nothing_else(
     ], done.output
     text = (config / "robots/fanuc_sr6ia/robot.yaml").read_text()
     assert "    hold: 127.0.0.1        # [chk] " in text and "by doctor --stops\n" in text
-    assert load_robot(config).stopping == Stopping(
-        uop="simple", tried={"hold": HERE, "cstopi": HERE}
-    )
+    stopping = load_robot(config).stopping
+    assert stopping.uop == "simple" and stopping.tried == {"hold": HERE, "cstopi": HERE}
+    assert "  braking_delay_ms: " in done.output
     assert done.exit_code == 1
+
+
+@pytest.mark.parametrize(("plant", "filed"), [("ideal", (40, 80)), ("field", (80, 130))])
+def test_how_late_a_stand_in_brakes_is_what_its_profile_says(
+    plant: str, filed: tuple[int, int]
+) -> None:
+    """50 ms of the ideal plant, 90 of the field's: what robot.yaml and test_zones.py take."""
+    controller = load_twin_controller(ROBOT, CONFIG)
+    with served("ready", plant=plant) as (port, loop, _):
+        agree, asked = person(loop), itertools.count()
+        # HOLD alone.
+        answer = lambda text: next(asked) == 0 and agree(text)  # noqa: E731
+        with quick(ROBOT, LAYOUT, controller, (HERE, port), answer) as trials:
+            list(trials.run())
+    (result,) = [each for each in trials.results if each.delay is not None]
+    found = proposal(ROBOT.stopping, HERE, [result], "full").braking_delay_ms
+    assert filed[0] <= found <= filed[1], result
 
 
 def test_what_is_not_expected_holds_the_robot_for_good() -> None:

@@ -15,6 +15,11 @@ HERE, ELSEWHERE = "127.0.0.1", "192.0.2.1"
 ROBOTS = ("fanuc_sr6ia", "fanuc_sr3ia", "scara_4axis", "articulated_six")
 
 
+def stops(**changes: Any) -> dict[str, Any]:
+    """Return what a profile may say of stopping, with changes."""
+    return {"uop": "full", "tried": {}, "braking_delay_ms": 50.0, **changes}
+
+
 @pytest.mark.parametrize("name", ROBOTS)
 def test_a_shipped_profile_leads_its_stand_in_and_no_other_robot(
     name: str, monkeypatch: pytest.MonkeyPatch
@@ -30,7 +35,7 @@ def test_a_shipped_profile_leads_its_stand_in_and_no_other_robot(
 @pytest.mark.parametrize("means", ["hold", "cstopi", "imstp"])
 def test_one_means_that_was_tried_is_enough(means: Any) -> None:
     """Whatever it is, it was seen to stop this robot."""
-    stopping = Stopping(uop="full", tried={means: ELSEWHERE})
+    stopping = Stopping(**stops(tried={means: ELSEWHERE}))
     assert stopping.only_followed(ELSEWHERE) == ""
     assert stopping.cuts_drives == (means == "imstp")
 
@@ -42,26 +47,27 @@ def test_one_means_that_was_tried_is_enough(means: Any) -> None:
 def test_a_robot_without_all_signals_is_only_followed(uop: Any, said: str) -> None:
     """The text names the key and the robot's own screen."""
     tried = dict.fromkeys(ALLOCATED[uop], HERE)
-    why = Stopping(uop=uop, tried=tried).only_followed(HERE)
+    why = Stopping(**stops(uop=uop, tried=tried)).only_followed(HERE)
     assert why.startswith(f"robot.yaml: stopping.uop is {uop}: {said}") and "I/O > UOP" in why
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("stopping", "said"),
     [
-        (("stopping", {"uop": "simple", "tried": {"imstp": HERE}}), "tried.imstp: uop is simple"),
-        (("stopping", {"uop": "none", "tried": {"hold": HERE}}), "it allocates nothing"),
-        (("stopping", {"uop": "half", "tried": {}}), "stopping.uop"),
-        (("stopping", {"uop": "full", "tried": {"brake": HERE}}), "stopping.tried"),
-        (("stopping", {"uop": "full", "tried": {"hold": ""}}), "stopping.tried"),
+        (stops(uop="simple", tried={"imstp": HERE}), "tried.imstp: uop is simple"),
+        (stops(uop="none", tried={"hold": HERE}), "it allocates nothing"),
+        (stops(uop="half"), "stopping.uop"),
+        (stops(tried={"brake": HERE}), "stopping.tried"),
+        (stops(tried={"hold": ""}), "stopping.tried"),
+        (stops(braking_delay_ms=0), "stopping.braking_delay_ms = 0"),
+        (stops(braking_delay_ms=501), "stopping.braking_delay_ms = 501"),
     ],
 )
 def test_a_profile_that_contradicts_itself_is_refused(
-    change: tuple[str, Any], said: str, tmp_path: Path
+    stopping: dict[str, Any], said: str, tmp_path: Path
 ) -> None:
     """File, key and what is allowed are named."""
-    key, value = change
-    folder = changed_yaml(shipped("robot.yaml"), tmp_path, (key,), value)
+    folder = changed_yaml(shipped("robot.yaml"), tmp_path, ("stopping",), stopping)
     with pytest.raises(ConfigError, match=r"robot\.yaml") as error:
         load_robot(folder)
     assert said in str(error.value)

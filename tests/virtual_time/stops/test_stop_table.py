@@ -15,7 +15,6 @@ from harness.scenes.truth import travel
 from harness.stops.rows import ALL, COMMANDS, PLANTS, ROBOT, SCENES, SETTINGS, Instant, Row, measure
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import load_files
-from scara_config.stopping import Stopping
 
 LATER_S = 0.1
 """The robot stands at most so long after its own ramp has ended."""
@@ -121,7 +120,8 @@ def test_a_robot_of_which_no_stop_was_tried_is_followed_and_never_led() -> None:
     Its own program leads, and STOP stops it as ever.
     """
     files = load_files(ROBOT)
-    untried = Stopping(uop="full", tried={"hold": "192.0.2.1"})
+    tried = {"hold": "192.0.2.1"}
+    untried = msgspec.structs.replace(files.robot.stopping, uop="full", tried=tried)
     robot = msgspec.structs.replace(files.robot, stopping=untried)
     with VirtualCell(dataclasses.replace(files, robot=robot)) as cell:
         cell.connect()

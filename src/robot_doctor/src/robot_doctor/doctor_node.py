@@ -261,6 +261,7 @@ def _write_stops(
     found = proposal(robot.stopping, host, trials.results, uop)
     means = ", ".join(f"{name}: {place}" for name, place in found.tried.items())
     console.print(f"{path}, stopping:\n  uop: {found.uop}\n  tried: {{{means}}}", markup=False)
+    console.print(f"  braking_delay_ms: {found.braking_delay_ms:g}", markup=False)
     if found == robot.stopping:
         console.print("it says so already", markup=False)
     elif answer("Write this?"):

@@ -33,6 +33,7 @@ stopping:
     hold: 127.0.0.1
     cstopi: 127.0.0.1
     imstp: 127.0.0.1
+  braking_delay_ms: 100    # [asm] from a sample until it brakes: doctor --stops measures it
 """
 """What stops the stand-in of a robot that was made here."""
 

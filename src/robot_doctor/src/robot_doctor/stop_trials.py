@@ -12,6 +12,7 @@ from enum import Enum
 from typing import Any
 
 import msgspec
+import numpy as np
 from scara_config import Robot
 from scara_config.set_up.settings import setting
 from scara_config.stopping import ALLOCATED, Means, Stopping
@@ -28,6 +29,16 @@ WINDOW_S, MOVES, STILL = 0.3, 0.3, 0.1
 """So far at least a joint goes in a window where it moves, at most where it stands [deg or mm]."""
 PATIENCE_S = 2.0
 """At ``SPEED`` a robot needs far less to stand; our choice."""
+EVEN = 0.1
+"""By so much of its speed the fastest joint may differ between the halves of a window, if how long
+it goes on is to be measured; our choice."""
+LEAST_LOOKS = 6
+LATEST_S = 0.45
+"""No zone can be kept from a robot that brakes later: robot.yaml allows no more."""
+SPREAD_MS, STEP_MS = 30, 10
+"""A stop is decided on a reading up to two periods of reading and one of the robot older than the
+one that was measured from; written in whole steps, rounded up. Zones of both plants need no less:
+virtual_time/test_zones.py."""
 
 
 class Trial(Enum):
@@ -76,11 +87,13 @@ class Outcome(Enum):
 
 
 class Result(msgspec.Struct, frozen=True):
-    """What came of one trial, in words."""
+    """What came of one trial, in words, and how long the robot went on before it braked [s]."""
 
     trial: Trial
     outcome: Outcome
     what: str
+    # None: not measured.
+    delay: float | None = None
 
     def finding(self) -> Finding:
         """Return it as the doctor tells it."""
@@ -110,6 +123,17 @@ def stands(looks: Sequence[Look]) -> bool:
     return whole and max(_ways(looks), default=0.0) <= STILL
 
 
+def evenly(looks: Sequence[Look]) -> bool:
+    """Return whether the fastest joint moves at the same speed in both halves of the window."""
+    newest = _newest(looks)
+    if len(newest) < LEAST_LOOKS or not moves(looks):
+        return False
+    middle = len(newest) // 2
+    first, second = _speeds(newest[:middle]), _speeds(newest[middle:])
+    joint = int(np.argmax(np.abs(second)))
+    return abs(first[joint] - second[joint]) <= EVEN * abs(second[joint])
+
+
 def too_fast(looks: Sequence[Look], robot: Robot) -> str:
     """Name a joint that is faster than it may be while something is tried; empty: none is."""
     for joint, way in zip(robot.twin_joints, _ways(looks)):
@@ -123,7 +147,7 @@ def judge_stop(trial: Trial, looks: Sequence[Look], sent: float) -> Result:
 
     Args:
         trial: What was tried while the robot moved.
-        looks: From then on until it stood, or until ``PATIENCE_S`` were over.
+        looks: A window before, and from then on until it stood or ``PATIENCE_S`` were over.
         sent: When it was sent [s].
     """
     name, after = trial.value, [look for look in looks if look.at >= sent]
@@ -138,7 +162,26 @@ def judge_stop(trial: Trial, looks: Sequence[Look], sent: float) -> Result:
     last = max((look.at for look in after if _apart(look.places, end) > STILL), default=sent)
     way, within = _apart(after[0].places, end), 0.1 * math.ceil(10.0 * (last - sent) + 0.5)
     what = f"{name} stopped the robot within {within:.1f} s and {way:.2f} deg or mm; {state}"
-    return Result(trial, Outcome.WORKED, what)
+    before = [look for look in looks if look.at <= sent]
+    if not evenly(before):
+        return Result(trial, Outcome.WORKED, f"{what}; how late is not known: it moved unevenly")
+    # So slow a robot brakes within a hair: its way since the newest look is its speed times the
+    # delay, whatever its filters do.
+    speeds = _speeds(_newest(before))
+    joint = int(np.argmax(np.abs(speeds)))
+    delay = (end[joint] - before[-1].places[joint]) / speeds[joint]
+    if delay > LATEST_S:
+        what = f"{name} stopped the robot {delay:.2f} s late, at most {LATEST_S:g} s are allowed"
+        return Result(trial, Outcome.FAILED, what)
+    return Result(trial, Outcome.WORKED, f"{what}, {1e3 * delay:.0f} ms late", delay)
+
+
+def _speeds(looks: Sequence[Look]) -> list[float]:
+    """Return the joints' speeds by least squares [deg/s or mm/s]."""
+    times = np.array([look.at for look in looks])
+    places = np.array([look.places for look in looks])
+    speeds: list[float] = np.polyfit(times - times[0], places, 1)[0].tolist()
+    return speeds
 
 
 def question(trial: Trial, state: ProgramState, starts: bool) -> str:
@@ -189,7 +232,11 @@ def proposal(stopping: Stopping, address: str, results: Sequence[Result], uop: s
     proven = {means for means, outcome in came.items() if outcome is Outcome.WORKED}
     proven |= {means for means in kept if came.get(means) in (None, Outcome.LEFT_OUT)}
     tried = {means: address for means in ALLOCATED[uop] if means in proven}
-    return msgspec.convert({"uop": uop, "tried": tried}, Stopping)
+    late = [each.delay for each in results if each.trial in MEANS and each.delay is not None]
+    steps = [math.ceil((1e3 * max(0.0, each) + SPREAD_MS) / STEP_MS) for each in late]
+    delay = STEP_MS * max(steps) if steps else stopping.braking_delay_ms
+    said = {"uop": uop, "tried": tried, "braking_delay_ms": delay}
+    return msgspec.convert(said, Stopping)
 
 
 def changes(robot: Stopping, address: str, found: Stopping, date: str) -> dict[Key, Any]:
@@ -206,6 +253,9 @@ def changes(robot: Stopping, address: str, found: Stopping, date: str) -> dict[K
         return {("stopping", "uop"): found.uop, tried: {}}
     said = Noted(address, f"[chk] {date}, seen by doctor --stops")
     written: dict[Key, Any] = {("stopping", "uop"): found.uop}
+    if found.braking_delay_ms != robot.braking_delay_ms:
+        late = Noted(found.braking_delay_ms, f"[chk] {date}, measured by doctor --stops")
+        written["stopping", "braking_delay_ms"] = late
     for means in {**robot.tried, **found.tried}:
         written[(*tried, means)] = said if means in found.tried else DROPPED
     return written
@@ -213,8 +263,12 @@ def changes(robot: Stopping, address: str, found: Stopping, date: str) -> dict[K
 
 def _ways(looks: Sequence[Look]) -> list[float]:
     """Return how far each joint went within the newest window [deg or mm]."""
-    newest = [look.places for look in looks if look.at >= looks[-1].at - WINDOW_S]
+    newest = [look.places for look in _newest(looks)]
     return [max(places) - min(places) for places in zip(*newest)]
+
+
+def _newest(looks: Sequence[Look]) -> list[Look]:
+    return [look for look in looks if look.at >= looks[-1].at - WINDOW_S]
 
 
 def _apart(one: Sequence[float], other: Sequence[float]) -> float:

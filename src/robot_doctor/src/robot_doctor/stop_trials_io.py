@@ -11,7 +11,6 @@ from functools import partial
 import msgspec
 from scara_config import Robot
 from scara_config.modbus_map import ModbusMap
-from scara_config.stopping import Stopping
 from twin_controller.config import TwinControllerConfig
 from twin_controller.modbus.link_io import ModbusLink
 from twin_controller.robot.signals import Number, Pulse, Signal, Step
@@ -25,6 +24,7 @@ from robot_doctor.stop_trials import (
     Outcome,
     Result,
     Trial,
+    evenly,
     judge_stop,
     moves,
     question,
@@ -80,7 +80,7 @@ class StopTrials:
         stays: float = STAYS_S,
     ) -> None:
         # Levels as they are on the wire: what they tell of the allocation is to be found out.
-        full = Stopping(uop="full", tried={})
+        full = msgspec.structs.replace(robot.stopping, uop="full", tried={})
         self._robot = msgspec.structs.replace(robot, stopping=full)
         self._layout, self._config, self._address = layout, config, address
         self._ask, self._comes, self._stays_s = ask, comes, stays
@@ -149,6 +149,8 @@ class StopTrials:
             self._link.send(Pulse("start"))
         if not self._wait(self._comes, self._runs):
             return leave(f"no program moved the robot within {self._comes:g} s")
+        # So how late it brakes can be measured; it is stopped all the same.
+        self._wait(FIRST_S, lambda: evenly(self._looks))
         return self._try_stop(trial)
 
     def _try_stop(self, trial: Trial) -> Result:

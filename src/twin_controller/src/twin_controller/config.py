@@ -151,8 +151,7 @@ class CellLimits(Section, frozen=True):
     cartesian_speed_mm_s: allowed.ToolSpeedMmS | None
     cartesian_margin: Annotated[float, Meta(ge=1.0, le=2.0)]
     cartesian_confirm_ms: allowed.ReactionMs
-    braking_delay_ms: allowed.ReactionMs
-    slowing_delay_ms: allowed.ReactionMs
+    slowing_margin_ms: allowed.ReactionMs
     braking_acceleration_percent: allowed.SpeedPercent
     keep_out_clearance_mm: allowed.ClearanceMm
 

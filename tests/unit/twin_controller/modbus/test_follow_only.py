@@ -22,7 +22,6 @@ from scara_config import ConfigError, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 from scara_config.set_up.kit_map import kit_map
 from scara_config.set_up.slots import slot_table
-from scara_config.stopping import Stopping
 from twin_controller.core.actions import Command
 from twin_controller.core.events import RealMeasured
 from twin_controller.modbus.port_io import ModbusSettings
@@ -34,7 +33,7 @@ from twin_controller.robot_sample import RobotSample
 
 CONFIG = ROOT / "config"
 SHIPPED = load_robot(CONFIG)
-STOPPING = Stopping(uop="simple", tried={})
+STOPPING = msgspec.structs.replace(SHIPPED.stopping, uop="simple", tried={})
 ROBOT = msgspec.structs.replace(SHIPPED, lead=False, stopping=STOPPING)
 AS_DELIVERED = "delivered, num_modbus: 1, slots: kit, mode: AUTO"
 

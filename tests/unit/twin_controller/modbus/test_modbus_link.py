@@ -16,7 +16,6 @@ from harness.opponents.modbus_robot import HEARTBEAT, Robot
 from harness.processes import free_port, wait_until
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
-from scara_config.stopping import Stopping
 from twin_controller.modbus.link_io import ModbusLink
 from twin_controller.modbus.poll_times import UNREAD, PollTimes
 from twin_controller.modbus.port_io import ModbusPort
@@ -146,7 +145,8 @@ def test_status_is_read_at_first_and_when_its_signals_change(robot: Robot, owner
 
 def test_a_robot_without_all_outputs_tells_by_its_program(robot: Robot, owner: Owner) -> None:
     """The block of the program is read in each cycle then, and before the state."""
-    stopping = Stopping(uop="simple", tried={"hold": "127.0.0.1"})
+    tried = {"hold": "127.0.0.1"}
+    stopping = msgspec.structs.replace(ROBOT.stopping, uop="simple", tried=tried)
     profile = msgspec.structs.replace(ROBOT, stopping=stopping)
     robot.signals = 0
 

@@ -43,11 +43,10 @@ def stop_way(speed: float, acceleration: float, jerk: float, braking: float, del
 @pytest.mark.parametrize("share", [0.05, 0.3, 1.0])
 def test_no_joint_comes_farther_than_it_is_reckoned(joint: int, share: float) -> None:
     """And the reckoning is at most by 30 % too far, or 4 mm."""
-    delay = SETUP.config.cell.braking_delay_ms * 1e-3
     way = start_ways(SETUP, share)[joint]
     tables = (SETUP.acceleration, SETUP.jerk, SETUP.braking)
     limits = [table[joint] for table in tables]
-    true = stop_way(share * SETUP.velocity[joint], *limits, delay)
+    true = stop_way(share * SETUP.velocity[joint], *limits, SETUP.braking_delay)
     assert true - 1e-6 <= way <= max(1.3 * true, true + 4e-3)
 
 

@@ -75,9 +75,8 @@ def start_ways(setup: Setup, share: float) -> Joints:
         setup: Profile and numbers.
         share: Part of the largest speeds, :math:`p`.
     """
-    delay = setup.config.cell.braking_delay_ms * 1e-3
     rows = zip(setup.velocity, setup.acceleration, setup.jerk, setup.braking)
-    return tuple(_start_way(share * v, a, j, b, delay) for v, a, j, b in rows)
+    return tuple(_start_way(share * v, a, j, b, setup.braking_delay) for v, a, j, b in rows)
 
 
 def _start_way(most: float, quickest: float, jerk: float, braking: float, delay: float) -> float:

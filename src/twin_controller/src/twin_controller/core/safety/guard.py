@@ -136,8 +136,7 @@ def known_ahead(setup: Setup, sides: Sides, way: WatchedMove) -> Ways:
     at = twin.clock.to_remote(real.last.time)
     if at >= plan.end or not answers(setup, real, real.last):
         return ()
-    delay = setup.config.cell.braking_delay_ms * 1e-3
-    stop = stop_on_plan(plan, at, Braking(setup.braking, delay))
+    stop = stop_on_plan(plan, at, Braking(setup.braking, setup.braking_delay))
     rest = rest_of_plan(plan, at, way.target, setup.acceleration)
     if rest:
         return (rest, stop)
@@ -153,10 +152,9 @@ def _zone_ahead(setup: Setup, guard: Guard, real: RealSide, ahead: Ways) -> tupl
         if all(found):
             return found[-1], 1.0
         return "", 1.0
-    flags, cell = real.flags, setup.config.cell
-    own = flags is not None and flags.own_program
+    own = real.flags is not None and real.flags.own_program
     # A robot to which nothing is written is stopped there, with no way from here in between.
-    delay = cell.braking_delay_ms * 1e-3 if setup.writes else 0.0
+    delay = setup.braking_delay if setup.writes else 0.0
     braking = Braking(setup.braking, delay, together=own)
     reached = _reached(setup, real, braking)
     stop = stop_from(q, real.last.qdot, reached, braking)
@@ -164,7 +162,7 @@ def _zone_ahead(setup: Setup, guard: Guard, real: RealSide, ahead: Ways) -> tupl
     if not setup.writes:
         return violation, 1.0
     # The override is slower than a stop: by then the robot may be faster, too.
-    slowing = Braking(setup.braking, cell.slowing_delay_ms * 1e-3, together=own)
+    slowing = Braking(setup.braking, setup.slowing_delay, together=own)
     return violation, _allowed_share(setup, guard, q, _reached(setup, real, slowing), _asked(real))
 
 
@@ -203,15 +201,14 @@ def _allowed_share(setup: Setup, guard: Guard, q: Joints, reached: Joints, asked
     share = _share(setup, reached)
     if share < CRAWL:
         return guard.share
-    cell = setup.config.cell
     full = tuple(v / share for v in reached)
-    delay, duration = cell.slowing_delay_ms * 1e-3, braking_time(full, setup.braking)
+    delay, duration = setup.slowing_delay, braking_time(full, setup.braking)
     # As far as it would come from the speed that its program asks for.
     most = max(asked, share)
     reach = most * delay + 0.5 * most * most * duration
     end = tuple(p + v * reach for p, v in zip(q, full))
     # A way that begins in a zone's clearance meets the zone itself.
-    zones = (*widened(setup.keep_out, cell.keep_out_clearance_mm), *setup.keep_out)
+    zones = (*widened(setup.keep_out, setup.config.cell.keep_out_clearance_mm), *setup.keep_out)
     free = free_part(setup.points, zones, q, end)
     if free >= 1.0:
         return 1.0
