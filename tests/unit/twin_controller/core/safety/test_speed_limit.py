@@ -135,6 +135,19 @@ def test_speed_given_beside_a_person_counts_when_the_person_has_gone() -> None:
     assert pair.override == 87.0
 
 
+def test_what_was_set_at_the_robot_last_is_given_back() -> None:
+    """Each time it is lowered at once; nothing older comes back when the person goes."""
+    pair = beside_a_robot()
+    pair.see(2.2, 1.0)
+    beside = pair.override
+    for percent in (60.0, 90.0, 70.0):
+        pair.override = percent
+        pair.see(2.2, 1.0)
+        assert abs(pair.override - beside) <= 1.0
+    pair.see(12.0, 1.0)
+    assert pair.override == 70.0
+
+
 def test_speed_lower_than_the_persons_cap_stays() -> None:
     """Nobody raises it when the person goes."""
     pair = beside_a_robot()

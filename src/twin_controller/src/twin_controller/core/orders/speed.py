@@ -232,9 +232,11 @@ def _override_real(
         # Lower it at once, before the robot moves too; but not twice for the same limit.
         if order is not None and waits and allowed >= order.wanted:
             return speeds, []
-        if own is None:
-            # What is not shown yet is ours; otherwise somebody at the robot set it.
-            own = order.wanted if order is not None and waits else shown
+        if order is None or not (waits or shows_override(order.wanted, shown, config)):
+            # Somebody at the robot set it: that is given back afterwards, nothing older.
+            own = shown
+        elif own is None:
+            own = order.wanted
         own, wanted = min(own, most), allowed
     elif waits:
         return speeds, []
