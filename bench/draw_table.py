@@ -51,11 +51,12 @@ def spread(found: Sequence[float], unit: str = "") -> str:
     return f"{told} and {left} that did not end" if left else told
 
 
-def draw_table(measured: Mapping[str, Any]) -> list[str]:
+def draw_table(measured: Mapping[str, Any], made: Mapping[str, Any] | None = None) -> list[str]:
     """Return the table: Markdown lines.
 
     Args:
         measured: ``draws`` of results.json.
+        made: ``scaras`` of it, if they were measured.
     """
     heads = [f"{words}, {speed:g} %" for words, _, _ in LEADS for speed in SPEEDS]
     goals = [f"{a:g} / {b:g}" for words, _, _ in LEADS for a, b in goals_of(words)]
@@ -64,14 +65,23 @@ def draw_table(measured: Mapping[str, Any]) -> list[str]:
         "|---|" + "---|" * len(heads),
         "| goal | " + " | ".join(goals) + " |",
     ]
-    for robot in dict.fromkeys(trial["robot"] for trial in measured["trials"]):
-        cells = []
-        for words, _, _ in LEADS:
-            for speed in SPEEDS:
-                found = figures(measured, robot, words, speed, "path_percent")
-                cells.append(spread(found))
-        lines.append(f"| {robot} | {' | '.join(cells)} |")
+    for each in filter(None, (measured, made)):
+        for robot in dict.fromkeys(trial["robot"] for trial in each["trials"]):
+            cells = [
+                spread(figures(each, robot, words, speed, "path_percent"))
+                for words, _, _ in LEADS
+                for speed in SPEEDS
+            ]
+            lines.append(f"| {robot} | {' | '.join(cells)} |")
     count, first = measured["count"], measured["first"]
+    others = []
+    if made is not None:
+        others = [
+            "",
+            f"SCARAs: {made['count']} of random sizes, three or four axes, as `doctor new` makes "
+            f"them from seed {made['first']} on, not edited, on both plants. {made['date']}, "
+            f"commit {made['commit']}; `./cell bench --plants --scaras {made['count']}`.",
+        ]
     return [
         *lines,
         "",
@@ -81,4 +91,5 @@ def draw_table(measured: Mapping[str, Any]) -> list[str]:
         "100 % long ones. Real leads and PR[1] alone: the map that the kit's sheets make. "
         f"{measured['date']}, commit {measured['commit']}; `./cell bench --plants --draws {count} "
         f"--first {first}`.",
+        *others,
     ]

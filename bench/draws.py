@@ -57,21 +57,18 @@ def words_of(trial: Trial) -> str:
     )
 
 
-def rows_of(
-    measured: Mapping[str, Any], robots: Sequence[str], speeds: Sequence[float] = SPEEDS
-) -> list[Row]:
+def rows_of(measured: Mapping[str, Any], robots: Sequence[str]) -> list[Row]:
     """Return median and worst of the trials against their goals: of each robot, column and speed.
 
     Args:
         measured: Trials, each with what it is counted to: its ``robot`` and its ``column``.
         robots: Those that count.
-        speeds: The first of ``SPEEDS``, or all.
     """
     rows = []
     for robot in robots:
         rests = []
         for words, _, _ in LEADS:
-            for speed, (median, worst) in zip(speeds, goals_of(words)):
+            for speed, (median, worst) in zip(SPEEDS, goals_of(words)):
                 found = figures(measured, robot, words, speed, "path_percent")
                 rests += figures(measured, robot, words, speed, "rest_percent")
                 case = f"{robot}, {words}, {speed:g} %"

@@ -43,7 +43,7 @@ def figures(content: Mapping[str, Any]) -> Iterator[tuple[str, str, tuple[str, .
     for kind, key in (("demos", "series"), ("what_if", "part"), ("farm", "part")):
         for entry in content.get(kind, ()):
             yield f"{kind} {entry[key]}", entry["commit"], ROOMS.get(kind, WHOLE)
-    for kind in ("plants", "first_start"):
+    for kind in ("plants", "draws", "scaras", "first_start"):
         if kind in content:
             yield kind, content[kind]["commit"], ROOMS.get(kind, WHOLE)
 

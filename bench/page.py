@@ -125,7 +125,7 @@ def document(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
     here = machine()
     kept = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.is_file() else {}
     own = {"versions": here["versions"], "peers": here["peers"], "rows": list(rows)}
-    others = ("demos", "plants", "draws", "what_if", "farm", "first_start")
+    others = ("demos", "plants", "draws", "scaras", "what_if", "farm", "first_start")
     return {**{key: kept[key] for key in others if key in kept}, **own}
 
 
@@ -174,7 +174,9 @@ def page(content: Mapping[str, Any], text: str) -> str:
     kept = [row["id"] for row in rows if row["holds"]]
     missed = [row for row in rows if not row["holds"]]
     parts = [*content.get("what_if", ()), *content.get("farm", ())]
-    drawn = [*draw_table(content["draws"]), ""] if "draws" in content else []
+    drawn = []
+    if "draws" in content:
+        drawn = [*draw_table(content["draws"], content.get("scaras")), ""]
     blocks = {
         "goals": "\n".join([*goal_table(content), *drawn, *_labels(content)]).strip(),
         "rows": f"{len(kept)} of {len(rows)} rows hold: {', '.join(kept)}. {_measured(rows)}",
