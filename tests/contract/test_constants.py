@@ -34,7 +34,7 @@ def constants(kind: type) -> dict[str, str]:
 
 def written_out(module: Module, words: set[str]) -> Iterator[str]:
     """Yield where a module writes one of the words as text."""
-    for node in ast.walk(module.tree):
+    for node in module.nodes:
         if isinstance(node, ast.Constant) and node.value in words:
             yield f"{module.relative}:{node.lineno}: {node.value!r}"
 
@@ -76,7 +76,7 @@ def test_the_stand_ins_part_events_are_the_messages() -> None:
     (module,) = (m for m in modules() if m.relative.endswith("gripping/cell_parts.py"))
     told = {
         node.args[0].value
-        for node in ast.walk(module.tree)
+        for node in module.nodes
         if isinstance(node, ast.Call)
         and isinstance(node.func, ast.Name)
         and node.func.id == "Event"
@@ -92,7 +92,7 @@ _END = re.compile(r"(?<!\\)(?:\\\\)*\$")
 
 def expressions(module: Module) -> Iterator[tuple[int, str]]:
     """Yield line and text of each regular expression: of ``re``, of ``Meta``, and by its form."""
-    for node in ast.walk(module.tree):
+    for node in module.nodes:
         found: ast.expr | None = None
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
             of_re = isinstance(node.func.value, ast.Name) and node.func.value.id == "re"

@@ -6,6 +6,7 @@ import ast
 from collections.abc import Iterator
 
 import pytest
+from harness.sources import nodes_of, parsed
 from harness.workspace import ROOT
 
 CORE = ROOT / "src" / "twin_controller" / "src" / "twin_controller" / "core"
@@ -31,9 +32,9 @@ LAYERS: tuple[tuple[str, ...], ...] = (
 APART = {("orders", "follow"), ("follow", "orders")}
 SEES_ALL = ("step", "lead")
 MODULES = {
-    ".".join(path.relative_to(CORE).with_suffix("").parts).removesuffix("__init__").rstrip("."): (
-        ast.parse(path.read_text(encoding="utf-8"))
-    )
+    ".".join(path.relative_to(CORE).with_suffix("").parts)
+    .removesuffix("__init__")
+    .rstrip("."): parsed(path)
     for path in sorted(CORE.rglob("*.py"))
 }
 
@@ -49,7 +50,7 @@ def layer(module: str) -> int:
 
 def imports(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Yield line and name of each module of the core that is imported."""
-    for node in ast.walk(tree):
+    for node in nodes_of(tree):
         if isinstance(node, ast.ImportFrom) and f"{node.module}.".startswith(PREFIX):
             name = f"{node.module}.".removeprefix(PREFIX).rstrip(".")
             for alias in node.names:
@@ -70,7 +71,7 @@ def offences(module: str, tree: ast.Module) -> Iterator[str]:
         apart = (folder, target) in APART and not floor
         if layer(name) > layer(module) or apart:
             yield f"core/{module}:{line} imports {name}, which stands above or beside it"
-    for node in ast.walk(tree):
+    for node in nodes_of(tree):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and folder not in SEES_ALL:
             every = (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)
             for argument in every:

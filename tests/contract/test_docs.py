@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from harness.sources import nodes_of, parsed
 from harness.workspace import ROOT
 from scara_bringup.config import load_doors
 from scara_bringup.plan import ROSOUT, cell_plan
@@ -140,7 +141,7 @@ def test_what_the_tutorial_tells_to_press_is_on_the_page() -> None:
 def docstrings() -> Iterator[tuple[str, str]]:
     """Yield file and text of each docstring of the packages."""
     for path in sorted([*(ROOT / "src").rglob("*.py"), *(ROOT / "config").rglob("*.py")]):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in nodes_of(parsed(path)):
             if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
                 yield path.relative_to(ROOT).as_posix(), ast.get_docstring(node) or ""
 
@@ -150,7 +151,7 @@ def options_of(package: str) -> frozenset[str]:
     """Return the options that a package's commands may know: named, or made of a parameter."""
     known = {"--help"}
     for path in (ROOT / "src" / package / "src").rglob("*_node.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in nodes_of(parsed(path)):
             if isinstance(node, ast.Constant) and str(node.value).startswith("--"):
                 known |= set(str(node.value).split("/"))
             elif isinstance(node, ast.arg):

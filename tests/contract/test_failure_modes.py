@@ -6,6 +6,7 @@ import ast
 import re
 from collections.abc import Iterator
 
+from harness.sources import parsed
 from harness.workspace import ROOT
 
 TEXT = (ROOT / "docs" / "failure_modes.md").read_text(encoding="utf-8")
@@ -22,7 +23,7 @@ def functions_of(file: str) -> set[str]:
     path = ROOT / file
     if not path.is_file():
         return set()
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+    tree = parsed(path)
     return {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
 
 
@@ -50,10 +51,6 @@ def test_every_test_of_the_fault_battery_is_in_a_row() -> None:
     """What is broken on purpose is described."""
     listed = {name for _, name in NAMED.findall(TEXT)}
     for file in sorted((ROOT / "tests" / "system" / "faults").glob("test_*.py")):
-        tree = ast.parse(file.read_text(encoding="utf-8"))
-        names = {
-            node.name
-            for node in tree.body
-            if isinstance(node, ast.FunctionDef) and node.name.startswith("test_")
-        }
+        functions = functions_of(str(file.relative_to(ROOT)))
+        names = {name for name in functions if name.startswith("test_")}
         assert names <= listed, f"{file.name}: {sorted(names - listed)}"

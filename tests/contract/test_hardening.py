@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 
-from harness.sources import modules
+from harness.sources import Module, modules
 
 BECOMES = {"become_node", "init_node", "starting"}
 HARDENS = {"become_node", "starting", "keep_registered", "harden_process"}
@@ -16,9 +16,9 @@ ELSEWHERE = {
 }
 
 
-def called(tree: ast.AST) -> set[str]:
+def called(module: Module) -> set[str]:
     """Return the names of all functions that a module calls, without what they belong to."""
-    calls = (node.func for node in ast.walk(tree) if isinstance(node, ast.Call))
+    calls = (node.func for node in module.nodes if isinstance(node, ast.Call))
     return {
         func.attr if isinstance(func, ast.Attribute) else getattr(func, "id", "") for func in calls
     }
@@ -26,7 +26,7 @@ def called(tree: ast.AST) -> set[str]:
 
 def test_every_module_that_becomes_a_node_hardens_its_process() -> None:
     """A node that forgets it can be ended by any page of a browser."""
-    calls = {module.relative: called(module.tree) for module in modules()}
+    calls = {module.relative: called(module) for module in modules()}
     nodes = {name for name, names in calls.items() if names & BECOMES}
     assert len(nodes) > 10
     bare = {name for name in nodes if not calls[name] & HARDENS}

@@ -51,24 +51,24 @@ FOLDERS_ARE_LISTED_IN = re.compile(r"(^|/|_)config\.py$")
 PURE = [module for module in modules() if module.is_pure]
 
 
-def holders_of_constants(tree: ast.Module) -> set[str]:
+def holders_of_constants(module: Module) -> set[str]:
     """Return the imported messages of which only constants and the fields' names are used."""
     found = set()
-    for node in ast.walk(tree):
+    for node in module.nodes:
         if not isinstance(node, ast.ImportFrom) or not node.module:
             continue
         if not re.fullmatch(r"scara_msgs\.(msg|srv)", node.module):
             continue
         for alias in node.names:
-            if only_constants_of(alias.asname or alias.name, tree):
+            if only_constants_of(alias.asname or alias.name, module):
                 found.add(f"{node.module}.{alias.name}")
     return found
 
 
-def only_constants_of(name: str, tree: ast.Module) -> bool:
+def only_constants_of(name: str, module: Module) -> bool:
     """Return whether ``name`` stands only before a dot and an upper-case name, or in struct_of."""
     uses = allowed = 0
-    for node in ast.walk(tree):
+    for node in module.nodes:
         uses += isinstance(node, ast.Name) and node.id == name
         if isinstance(node, ast.Attribute) and node.attr.isupper():
             allowed += isinstance(node.value, ast.Name) and node.value.id == name
@@ -80,7 +80,7 @@ def only_constants_of(name: str, tree: ast.Module) -> bool:
 def offences(module: Module) -> Iterator[str]:
     """Yield ``line: what`` for everything that a pure module must not have."""
     allowed = EXEMPT.get(module.relative, set())
-    constants = holders_of_constants(module.tree)
+    constants = holders_of_constants(module)
     for name, line in imported_names(module.tree):
         top, parts = name.split(".")[0], name.split(".")
         forbidden = top in FORBIDDEN or MESSAGES.match(top)
@@ -88,7 +88,7 @@ def offences(module: Module) -> Iterator[str]:
             yield f"{line}: imports {name}"
         if top in ROOMS and any(part.endswith(SHELLS) for part in parts[1:]):
             yield f"{line}: imports {name} of an outer layer"
-    for node in ast.walk(module.tree):
+    for node in module.nodes:
         if isinstance(node, ast.ImportFrom) and node.level:
             yield f"{node.lineno}: imports relatively, which this test cannot follow"
         if (

@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterator
 
 import pytest
+from harness.sources import nodes_of, parsed
 from harness.workspace import ROOT
 
 NEWER = {
@@ -56,10 +57,10 @@ FILES = sorted(
 )
 
 
-def newer(text: str) -> Iterator[str]:
-    """Yield what a source uses that Python 3.10 does not have."""
+def newer(text: str, tree: ast.Module) -> Iterator[str]:
+    """Yield what a source, whose tree this is, uses that Python 3.10 does not have."""
     waits = any(name in text for name in SEPARATE)
-    for node in ast.walk(ast.parse(text)):
+    for node in nodes_of(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name in MODULES)
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
@@ -93,10 +94,8 @@ def catches_too_little(node: ast.Try | ast.With) -> bool:
 
 def test_no_source_needs_a_newer_python() -> None:
     """Each file, and exactly what is owed."""
-    found = {
-        str(path.relative_to(ROOT)): set(newer(path.read_text(encoding="utf-8"))) for path in FILES
-    }
-    assert {name: names for name, names in found.items() if names} == {}
+    found = {path: set(newer(path.read_text("utf-8"), parsed(path))) for path in FILES}
+    assert {str(path): names for path, names in found.items() if names} == {}
 
 
 def test_ruff_refuses_newer_syntax() -> None:
@@ -123,4 +122,4 @@ def test_ruff_refuses_newer_syntax() -> None:
 )
 def test_what_is_newer_is_found_and_nothing_else(found: bool, source: str) -> None:
     """The rule can fail; a name of another module, or of another package, is none of these."""
-    assert bool(list(newer(source))) is found
+    assert bool(list(newer(source, ast.parse(source)))) is found

@@ -17,7 +17,7 @@ from pathlib import Path
 import msgspec
 from ruamel.yaml import YAML
 
-from harness.sources import Module, modules
+from harness.sources import modules, nodes_of
 from harness.workspace import ROOT
 
 BUDGET = ROOT / "tests" / "contract" / "budget.yaml"
@@ -49,12 +49,12 @@ def measure() -> Budget:
     """Count the project as it is."""
     of_packages = modules()
     named = [each.path for each in of_packages if each.path.name != "__init__.py"]
-    classes = Counter(
-        node.name
+    classes = [
+        node
         for each in of_packages
-        for node in ast.walk(each.tree)
+        for node in nodes_of(each.tree)
         if isinstance(node, ast.ClassDef)
-    )
+    ]
     statements: Counter[str] = Counter()
     for each in of_packages:
         statements[each.package] += sum(1 for _ in statements_of(each.tree))
@@ -64,8 +64,8 @@ def measure() -> Budget:
             "fragments": len(fragments(named)),
             "folders with one module": len(lonely(named)),
             "helpers with one caller": sum(len(helpers_of(each.tree)) for each in of_packages),
-            "structs": len(structs(of_packages)),
-            "class names used twice": sum(n > 1 for n in classes.values()),
+            "structs": len(structs(classes)),
+            "class names used twice": sum(n > 1 for n in Counter(c.name for c in classes).values()),
             "lines of tests": sum(
                 len(path.read_text("utf-8").splitlines()) for path in ROOT.glob("tests/**/*.py")
             ),
@@ -80,7 +80,7 @@ def measure() -> Budget:
 
 def statements_of(tree: ast.Module) -> Iterator[ast.stmt]:
     """Yield the statements of a module that are neither imports nor docstrings."""
-    for node in ast.walk(tree):
+    for node in nodes_of(tree):
         text = node.value if isinstance(node, ast.Expr) else None
         if isinstance(text, ast.Constant) and isinstance(text.value, str):
             continue
@@ -105,14 +105,8 @@ def lonely(paths: list[Path]) -> list[Path]:
     ]
 
 
-def structs(of_packages: list[Module]) -> list[str]:
-    """Return the names of all structs, those of structs' subclasses too."""
-    found = [
-        node
-        for each in of_packages
-        for node in ast.walk(each.tree)
-        if isinstance(node, ast.ClassDef)
-    ]
+def structs(found: list[ast.ClassDef]) -> list[str]:
+    """Return the names of the structs among classes, those of structs' subclasses too."""
     names, before = set(STRUCTS), 0
     while len(names) > before:
         before = len(names)
@@ -133,7 +127,7 @@ def helpers_of(tree: ast.Module) -> list[str]:
     """Return the private functions of at most six lines that one place calls."""
     uses: Counter[str] = Counter()
     calls: Counter[str] = Counter()
-    nodes = list(ast.walk(tree))
+    nodes = nodes_of(tree)
     for node in nodes:
         if isinstance(node, (ast.Name, ast.Attribute)):
             uses[node.id if isinstance(node, ast.Name) else node.attr] += 1

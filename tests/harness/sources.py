@@ -20,9 +20,15 @@ PACKAGES = [
 
 
 @cache
-def _parsed(path: Path) -> ast.Module:
-    """Parse a file once for all rules."""
+def parsed(path: Path) -> ast.Module:
+    """Parse a file once for all rules: the rules of one worker share it (running/lanes.py)."""
     return ast.parse(path.read_text(encoding="utf-8"), str(path))
+
+
+@cache
+def nodes_of(tree: ast.AST) -> tuple[ast.AST, ...]:
+    """Return all nodes of a tree, walked once for all rules: that takes longer than to parse it."""
+    return tuple(ast.walk(tree))
 
 
 @dataclass(frozen=True)
@@ -35,7 +41,12 @@ class Module:
     @property
     def tree(self) -> ast.Module:
         """Its syntax tree."""
-        return _parsed(self.path)
+        return parsed(self.path)
+
+    @property
+    def nodes(self) -> tuple[ast.AST, ...]:
+        """All nodes of the tree."""
+        return nodes_of(self.tree)
 
     @property
     def relative(self) -> str:
@@ -71,7 +82,7 @@ def modules() -> list[Module]:
 
 def imported_names(tree: ast.AST) -> Iterator[tuple[str, int]]:
     """Yield (absolute dotted name, line) of every import; ``from a import b`` yields ``a.b``."""
-    for node in ast.walk(tree):
+    for node in nodes_of(tree):
         if isinstance(node, ast.Import):
             for alias in node.names:
                 yield alias.name, node.lineno

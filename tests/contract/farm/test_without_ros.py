@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator
 
 from contract.test_purity import ROS
-from harness.sources import imported_names, modules
+from harness.sources import imported_names, modules, parsed
 from harness.workspace import ROOT
 
 SOURCES = [
@@ -27,7 +27,7 @@ def tree_of(name: str) -> ast.Module | None:
         path = folder.joinpath(*name.split("."))
         for file in (path.with_suffix(".py"), path / "__init__.py"):
             if file.is_file():
-                return ast.parse(file.read_text(encoding="utf-8"))
+                return parsed(file)
     return None
 
 

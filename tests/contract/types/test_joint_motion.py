@@ -9,6 +9,7 @@ import ast
 import re
 from collections.abc import Iterator
 
+from harness.sources import nodes_of, parsed
 from harness.workspace import ROOT
 
 POSITIONS = {"q", "positions", "real_positions", "start", "asked"}
@@ -32,9 +33,9 @@ def fields(node: ast.ClassDef) -> dict[str, str]:
     return found
 
 
-def own_types(source: str) -> Iterator[str]:
+def own_types(tree: ast.Module) -> Iterator[str]:
     """Yield the classes that have joint positions of their own at an instant or over time."""
-    for node in ast.walk(ast.parse(source)):
+    for node in nodes_of(tree):
         if not isinstance(node, ast.ClassDef):
             continue
         has = fields(node)
@@ -57,16 +58,18 @@ def test_each_type_of_joint_motion_is_in_the_table() -> None:
         name
         for path in sorted((ROOT / "src").rglob("*.py"))
         if not set(APART) & set(path.parts)
-        for name in own_types(path.read_text(encoding="utf-8"))
+        for name in own_types(parsed(path))
     }
     assert sorted(found) == sorted(documented())
 
 
 def test_a_type_of_its_own_is_found() -> None:
     """The test of the test: a struct, a class with slots, points over time; no target."""
-    assert list(own_types("class A:\n    q: Joints\n    t: float = 0.0")) == ["A"]
-    assert list(own_types('class B:\n    __slots__ = ("_positions", "_times")')) == ["B"]
-    over_time = "class C:\n    names: tuple[str, ...]\n    points: Vector"
-    assert list(own_types(over_time)) == ["C"]
-    assert not list(own_types("class D:\n    q: Joints\n    speed_percent: float"))
-    assert not list(own_types("class E:\n    motion: JointMotion\n    t: float"))
+    sources = (
+        "class A:\n    q: Joints\n    t: float = 0.0",
+        'class B:\n    __slots__ = ("_positions", "_times")',
+        "class C:\n    names: tuple[str, ...]\n    points: Vector",
+        "class D:\n    q: Joints\n    speed_percent: float",
+        "class E:\n    motion: JointMotion\n    t: float",
+    )
+    assert [[*own_types(ast.parse(each))] for each in sources] == [["A"], ["B"], ["C"], [], []]

@@ -15,7 +15,7 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-from harness.running.lanes import SLOW, TIMED, part_of
+from harness.running.lanes import SLOW, STARTS, TIMED, part_of
 from harness.running.rooms import ROOMS
 from harness.workspace import ROOT
 
@@ -86,7 +86,7 @@ def reached_by(files: Iterable[str]) -> list[str]:
     found |= {f"tests/ros/{room}" for room in changed}
     beside = {file.split("/")[0] for file in product} & {"bench", "setup"}
     beside |= {"setup"} if "cell" in product else set()
-    found |= {path for path in TIMED if path.split("/")[2] in changed | beside}
+    found |= {path for path in STARTS + TIMED if path.split("/")[2] in changed | beside}
     found |= {f"tests/ros/{name}" for name, room in BESIDE.items() if room in changed}
     found = {test for path in found for test in _files(path) if part_of(test) != "pages"}
     return sorted(found | {file for file in own if (ROOT / file).is_file()})

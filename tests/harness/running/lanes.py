@@ -51,7 +51,6 @@ TIMED = (
     "tests/unit/cell_recorder/journal/test_writer.py",
     "tests/unit/fanuc_emulator/gripping/test_truth.py",
     "tests/unit/fanuc_emulator/modbus/",
-    "tests/unit/fanuc_emulator/modbus/test_modbus_server.py",
     "tests/unit/fanuc_emulator/other/",
     "tests/unit/fanuc_kit/test_kit.py",
     "tests/unit/farm/desk/test_alarm_desk.py",
@@ -60,14 +59,9 @@ TIMED = (
     "tests/unit/farm/desk/test_figures.py",
     "tests/unit/farm/desk/test_history.py",
     "tests/unit/farm/desk/test_recordings.py",
-    "tests/unit/farm/desk/test_rolling.py",
-    "tests/unit/farm/lab/test_lab_far.py",
-    "tests/unit/farm/lab/test_lab_running.py",
-    "tests/unit/farm/line/",
     "tests/unit/farm/security/test_strangers.py",
     "tests/unit/farm/test_bus.py",
     "tests/unit/harness/storm/",
-    "tests/unit/harness/test_time_limit.py",
     "tests/unit/harness/test_trial.py",
     "tests/unit/operator_panel/control/test_calling.py",
     "tests/unit/operator_panel/control/test_desk.py",
@@ -78,7 +72,6 @@ TIMED = (
     "tests/unit/operator_panel/page/test_landmarks.py",
     "tests/unit/operator_panel/page/test_twin_api.py",
     "tests/unit/operator_panel/retelling/test_bag_length.py",
-    "tests/unit/operator_panel/retelling/test_recordings.py",
     "tests/unit/operator_panel/retelling/test_run_folders.py",
     "tests/unit/operator_panel/view/test_live.py",
     "tests/unit/robot_doctor/test_set_up.py",
@@ -93,11 +86,7 @@ TIMED = (
     "tests/unit/scara_control/motion/test_motion_clock.py",
     "tests/unit/scara_control/motion/test_rest.py",
     "tests/unit/scara_ros/",
-    "tests/unit/setup/test_cell.py",
-    "tests/unit/setup/test_examples.py",
     "tests/unit/setup/test_nightly.py",
-    "tests/unit/setup/test_scopes.py",
-    "tests/unit/setup/test_setup.py",
     "tests/unit/twin_controller/engine/test_engine.py",
     "tests/unit/twin_controller/engine/test_input_queue.py",
     "tests/unit/twin_controller/modbus/test_bad_answers.py",
@@ -150,6 +139,8 @@ SHARED = {
     "tests/system/test_replay.py": "one live cell",
 }
 """Files whose tests use one cell, started once."""
+CONTRACT = "tests/contract/"
+"""Rules over all modules: they share syntax trees (harness/sources.py)."""
 ORDER = ("tests/unit/twin_controller/core/", "tests/virtual_time/")
 """Groups in the order of their beginning: the longest first, the rest last."""
 
@@ -161,7 +152,7 @@ def group_of(test: str) -> str:
         test: Path of its file, or its node id, from the root of the project.
     """
     file = test.split("::", 1)[0]
-    return SHARED.get(file, file)
+    return CONTRACT if file.startswith(CONTRACT) else SHARED.get(file, file)
 
 
 def place(test: str) -> tuple[int, bool, str]:
