@@ -66,7 +66,10 @@ What only one needs, it loads itself."""
 PAGES = ("scara_ros.page.page_library_io",)
 """What the nodes with a page import besides: half a second of processor time and 30 MB for each."""
 
-PREPARED = ("scara_control.dynamics.engine_io:prepare_engines",)
+PREPARED = (
+    "scara_control.dynamics.engine_io:prepare_engines",
+    "scara_config.readers:check_files",  # parses them: a node finds what it reads parsed
+)
 """``module:function`` of what is made once, for those that will need it."""
 
 MESSAGE = 65536
