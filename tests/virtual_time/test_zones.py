@@ -9,6 +9,7 @@ seed that ZONE_SEED says.
 from __future__ import annotations
 
 import os
+import re
 from collections import Counter
 from dataclasses import replace
 
@@ -19,8 +20,9 @@ from harness.programs import program_of
 from harness.running.thorough import thorough
 from harness.scenes.steps import ROBOT
 from harness.virtual_cell.cell import VirtualCell
-from harness.virtual_cell.files import load_files
+from harness.virtual_cell.files import CellFiles, load_files
 from harness.zones.moves import Outcome, ZoneCell
+from scara_config import KeepOut
 from scara_config.programs.steps import MoveStep
 
 FEW, MANY, EACH = 8, 2000, 8
@@ -50,6 +52,12 @@ def wrong_moves(cell: ZoneCell, moves: int, counts: Counter[str]) -> list[tuple[
     return wrong
 
 
+def braking(files: CellFiles, delay_ms: float) -> CellFiles:
+    """Return the files of a cell whose profile says that its robot brakes so late."""
+    stopping = msgspec.structs.replace(files.robot.stopping, braking_delay_ms=delay_ms)
+    return replace(files, robot=msgspec.structs.replace(files.robot, stopping=stopping))
+
+
 @pytest.mark.parametrize(("plant", "delay_ms"), [("ideal", 50.0), ("field", FIELD_MS)])
 def test_no_zone_is_entered_and_no_free_way_is_stopped(plant: str, delay_ms: float) -> None:
     """A way that keeps the configured clearance is never stopped; no point is ever in a zone.
@@ -58,15 +66,39 @@ def test_no_zone_is_entered_and_no_free_way_is_stopped(plant: str, delay_ms: flo
     """
     counts: Counter[str] = Counter()
     wrong: list[tuple[int, int, Outcome]] = []
-    files = load_files(ROBOT, plant=plant)
-    stopping = msgspec.structs.replace(files.robot.stopping, braking_delay_ms=delay_ms)
-    files = replace(files, robot=msgspec.structs.replace(files.robot, stopping=stopping))
+    files = braking(load_files(ROBOT, plant=plant), delay_ms)
     for seed in range(SEED, SEED + -(-MOVES // EACH)):
         with ZoneCell(seed, files) as cell:
             wrong += [(seed, *each) for each in wrong_moves(cell, min(EACH, MOVES), counts)]
     print(f"seeds {SEED} to {seed}: {dict(counts)}")
     assert not wrong, wrong
     assert counts["enter"] > 0.2 * counts["moves"], "the zones are not on the ways"
+
+
+def test_a_robot_that_was_stopped_too_late_says_that_it_stands_in_the_zone() -> None:
+    """A profile of a robot that brakes at once: how deep it stands, and what to measure."""
+    files, quick = braking(load_files(ROBOT, plant="field"), 10.0), msgspec.structs.replace
+    limits = quick(files.controller.cell, slowing_margin_ms=10.0)
+    with VirtualCell(replace(files, controller=quick(files.controller, cell=limits))) as cell:
+        cell.setup.keep_out = (KeepOut("wall", (300.0, 150.0, -200.0), (700.0, 700.0, 400.0)),)
+        cell.connect()
+        cell.real.pendant(100.0, cell.files.program_number("TWO_POINT"))
+        cell.wait_whatever(lambda: cell.decisions[-1].trigger == "IN_ZONE", 5.0, "IN_ZONE")
+        said = re.fullmatch(
+            r"the .* stands \d+ mm deep in keep-out zone wall: it brakes later than 10 ms, the "
+            r"profile's braking_delay_ms: rosrun robot_doctor doctor --stops measures it",
+            cell.why,
+        )
+        assert cell.mode == "STOPPED" and said is not None, cell.why
+        # Whoever ends its program drives it out.
+        cell.real.signal("panel_abort", None)
+        cell.schedule.run(0.5)
+        for command in ("ALIGN", "HOME"):
+            assert cell.operate(command).success, cell.why
+            cell.schedule.run(0.3)
+            cell.wait_still(0.5)
+        assert cell.real.truth[-1][1] == pytest.approx(cell.setup.home, abs=1e-3)
+        assert [made.trigger for made in cell.decisions].count("IN_ZONE") == 1
 
 
 @pytest.mark.thorough

@@ -90,6 +90,19 @@ def heads_into(points: Sequence[WatchedPoint], zones: Sequence[KeepOut], *corner
     return _first_entered(near, _paths(near, rows), zones) if near else ""
 
 
+def stands_in(points: Sequence[WatchedPoint], zones: Sequence[KeepOut], q: Joints) -> str:
+    """Return in words which point stands how deep in a zone; empty if none does."""
+    places, halves = all_positions(points, np.array((q,)))[:, 0], _halves(points)
+    for zone in zones:
+        lower, upper = _corners(zone, halves)
+        depths = np.min(np.minimum(places - lower, upper - places), axis=1)
+        deepest = int(np.argmax(depths))
+        if depths[deepest] > DEPTH_TOLERANCE:
+            depth = f"{1e3 * depths[deepest]:.0f} mm deep in keep-out zone {zone.name}"
+            return f"the {points[deepest].name} stands {depth}"
+    return ""
+
+
 def free_part(
     points: Sequence[WatchedPoint], zones: Sequence[KeepOut], start: Joints, end: Joints
 ) -> float:
@@ -242,7 +255,7 @@ def entered(
     return ""
 
 
-def _corners(zone: KeepOut, half: Place) -> tuple[FloatArray, FloatArray]:
+def _corners(zone: KeepOut, half: Place | FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the corners of a zone, wider by the half edges of what may not touch it."""
     return np.array(zone.lower_mm) * 1e-3 - half, np.array(zone.upper_mm) * 1e-3 + half
 

@@ -21,6 +21,7 @@ from twin_controller.core.lead.modes import Mode
 from twin_controller.core.lead.reports import (
     agree_when_stopped,
     note_ended,
+    note_in_zone,
     note_pauses,
     note_stopped,
 )
@@ -93,6 +94,8 @@ def step(setup: Setup, before: CoreState, event: AnyEvent) -> Result:
     )
     lead = note_stopped(lead, told, orders.stop)
     lead, actions = note_ended(setup, lead, event)
+    lead, sent = note_in_zone(setup, lead, before.safety.guard.inside, safety.guard.inside, now)
+    actions += sent
     lead = note_pauses(lead, sides)
     sides = agree_when_stopped(setup, lead, sides, now)
     state = CoreState(sides, lead, orders, safety, follow)

@@ -51,6 +51,30 @@ def note_ended(setup: Setup, lead: Lead, event: AnyEvent) -> tuple[Lead, list[An
     return lead, []
 
 
+def note_in_zone(
+    setup: Setup, lead: Lead, before: str, inside: str, now: float
+) -> tuple[Lead, list[AnyAction]]:
+    """Say that the real robot was stopped too late before a zone, and what to measure.
+
+    Args:
+        setup: Profile and numbers.
+        lead: The lead before.
+        before: How deep it stood in a zone before, in words.
+        inside: How deep it stands now.
+        now: Time [s].
+
+    Returns:
+        The lead after; the decision IN_ZONE if it stands in a zone from now on.
+    """
+    if not inside or before:
+        return lead, []
+    late = f"it brakes later than {1e3 * setup.braking_delay:g} ms, the profile's braking_delay_ms"
+    why = f"{inside}: {late}: rosrun robot_doctor doctor --stops measures it"
+    lead = replace(lead, why=why)
+    lead, decision = record_notice(lead, "IN_ZONE", why, (), setup.config.decision_history, now)
+    return lead, [decision]
+
+
 def _move_failed(lead: Lead, event: MoveEnded, history: int) -> tuple[Lead, list[AnyAction]]:
     """Decide nothing, but say that a move that was accepted has failed, and why."""
     why = f"the operator's move did not reach its target: {event.message}"

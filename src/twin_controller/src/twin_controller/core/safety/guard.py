@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import msgspec
-from scara_control.keep_out.zones import WatchedMove, free_part, heads_into, widened
+from scara_control.keep_out.zones import WatchedMove, free_part, heads_into, stands_in, widened
 
 from twin_controller.config import CellLimits
 from twin_controller.core.events import Joints
@@ -43,12 +43,16 @@ before a zone only if all of them enter one."""
 
 
 class Guard(msgspec.Struct, frozen=True):
-    """The real robot's motion now. All but ``beside`` is forgotten when the robot comes to rest."""
+    """The real robot's motion now. At rest all is forgotten but ``beside`` and ``inside``."""
 
     # A program drives it, or it is faster than standstill.
     moves: bool = False
     # The zone that it cannot stop before, in words; judged anew at each sample.
     violation: str = ""
+    # It could not stop before one at some time of this motion.
+    violated: bool = False
+    # How deep it stands in a zone after such a motion, in words; until it moves again.
+    inside: str = ""
     # The part of the joints' largest speed from which it can stop before a zone ahead; 1 without
     # one. Kept up while that is less than its program asks for.
     share: float = 1.0
@@ -97,12 +101,24 @@ def judge_guard(
     driven = flags is not None and (flags.own_program or flags.streaming) and not flags.paused
     moves = driven or speed > config.separation.standstill_mm_s * 1e-3
     if not moves:
-        guard = Guard(beside=guard.beside)
+        inside = guard.inside
+        if guard.violated:
+            inside = stands_in(setup.points, setup.keep_out, real.last.q)
+        guard = Guard(beside=guard.beside, inside=inside)
+    elif guard.inside:
+        guard = replace(guard, inside="")
     guard = replace(guard, beside=_beside(setup, guard, real, driven))
     violation, share = "", 1.0
     if setup.keep_out and speed > 0.0 and (moves or led):
         violation, share = _zone_ahead(setup, guard, real, ahead)
-    guard = replace(guard, moves=moves, violation=violation, share=share, asked=_asked(real))
+    guard = replace(
+        guard,
+        moves=moves,
+        violation=violation,
+        violated=guard.violated or bool(violation),
+        share=share,
+        asked=_asked(real),
+    )
     return _too_fast(config.cell, guard, speed, name, real.last.time)
 
 
