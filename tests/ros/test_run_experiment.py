@@ -24,7 +24,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from twin_experiments.config import load_experiments
 from twin_experiments.report.report_io import write_report
-from twin_experiments.run.cell_node import Cell, RunError
+from twin_experiments.run.cell_node import RunError, RunningCell
 
 from scara_msgs.msg import RobotData, TwinControllerState
 from scara_msgs.srv import MoveTo, MoveToResponse, TwinCommand, TwinCommandResponse
@@ -219,7 +219,7 @@ def test_a_stop_heard_while_services_are_looked_for_is_judged_with_a_whole_cell(
 ) -> None:
     """The reason is never cut off by what was still missing a moment before."""
     config = load_experiments(ROBOT)
-    cell = Cell(ROBOT, config.metrics.moving_speed_percent, config.deadlines_s)
+    cell = RunningCell(ROBOT, config.metrics.moving_speed_percent, config.deadlines_s)
     for topic in ("real/ground_truth", "twin/joint_states"):
         cell._receive(JointState(), topic)
     cell._receive(RobotData(), "real/robot_data")

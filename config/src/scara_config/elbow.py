@@ -10,7 +10,7 @@ from scara_config.lengths import place_of
 from scara_config.robot import Joint, Robot
 
 
-class Elbow(NamedTuple):
+class ElbowJoint(NamedTuple):
     """How one joint bends the arm of a SCARA.
 
     Attributes:
@@ -28,7 +28,7 @@ class Elbow(NamedTuple):
         return math.remainder(self.sign * q + self.zero, 2.0 * math.pi)
 
 
-def elbow_of(robot: Robot) -> Elbow | None:
+def elbow_of(robot: Robot) -> ElbowJoint | None:
     """Return the joint that bends the arm; None: it is no SCARA by its lengths."""
     turning = [joint for joint in robot.arm_joints if joint.si_unit == "rad"]
     if robot.geometry is None or len(turning) < 2:
@@ -38,4 +38,4 @@ def elbow_of(robot: Robot) -> Elbow | None:
     ways = [(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(places[:3])]
     upper, fore = (math.atan2(y, x) for x, y in ways)
     sign = math.copysign(1.0, (turning[1].screw_axis or (0.0, 0.0, 1.0))[2])
-    return Elbow(turning[1], sign, fore - upper)
+    return ElbowJoint(turning[1], sign, fore - upper)

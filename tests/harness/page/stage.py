@@ -29,7 +29,7 @@ enter_workspace()
 import msgspec  # noqa: E402
 from nicegui import app, background_tasks  # noqa: E402
 from operator_panel.config import load_panel, load_surroundings  # noqa: E402
-from operator_panel.control.desk_io import Desk, Session  # noqa: E402
+from operator_panel.control.desk_io import PageDesk, Session  # noqa: E402
 from operator_panel.control.jog import DeadMan  # noqa: E402
 from operator_panel.control.tool_jog import ToolArm  # noqa: E402
 from operator_panel.door import Answer, Gains, Picture, Seat  # noqa: E402
@@ -200,7 +200,7 @@ class StageDoor:
         return Answer(True, " ".join(words))
 
 
-def _jog(desk: Desk, period: float) -> None:
+def _jog(desk: PageDesk, period: float) -> None:
     """Send what is held, as the node's own thread does."""
     while True:
         desk.jog_tick()
@@ -219,7 +219,7 @@ def main() -> None:
     model = parse_urdf(robot.description.read_text(encoding="utf-8"))
     dead_man = DeadMan(robot, around.jog_limit_percent, config.jog.dead_man_ms * 1e-3)
     arm = ToolArm(robot, model, config.jog.tool, around.jog_limit_percent)
-    desk = Desk(door, dead_man, arm, around.keep_s, config.let_go_s, 0.6, lambda _: None)  # type: ignore[arg-type]
+    desk = PageDesk(door, dead_man, arm, around.keep_s, config.let_go_s, 0.6, lambda _: None)  # type: ignore[arg-type]
     door.sessions = desk.sessions
     maker = FrameMaker(robot, model, 0.6, around.alarm_mm)
     live = Live(door, desk, maker, config)  # type: ignore[arg-type]

@@ -15,9 +15,9 @@ from harness.emulated.served import CONFIG, LAYOUT, ROBOT, served
 from msgspec.structs import replace
 from robot_doctor.stop_trials import (
     Look,
-    Outcome,
     Result,
     Trial,
+    TrialEnd,
     allocation,
     judge_stop,
     proposal,
@@ -45,28 +45,28 @@ def looks(until: float, state: ProgramState, speed: float = 4.0) -> list[Look]:
 @pytest.mark.parametrize(
     ("seen", "outcome", "said"),
     [
-        (looks(0.1, PAUSED), Outcome.WORKED, "stopped the robot within 0.2 s and 0.40 deg or mm"),
-        (looks(0.1, ABORTED), Outcome.WORKED, "aborted"),
-        (looks(9.0, RUNNING), Outcome.FAILED, "did not stop the robot within 2 s"),
-        (looks(9.0, PAUSED), Outcome.FAILED, "did not stop the robot within 2 s"),
-        (looks(0.1, RUNNING), Outcome.FAILED, "it stands, but its program runs on"),
-        ([], Outcome.FAILED, "not told"),
+        (looks(0.1, PAUSED), TrialEnd.WORKED, "stopped the robot within 0.2 s and 0.40 deg or mm"),
+        (looks(0.1, ABORTED), TrialEnd.WORKED, "aborted"),
+        (looks(9.0, RUNNING), TrialEnd.FAILED, "did not stop the robot within 2 s"),
+        (looks(9.0, PAUSED), TrialEnd.FAILED, "did not stop the robot within 2 s"),
+        (looks(0.1, RUNNING), TrialEnd.FAILED, "it stands, but its program runs on"),
+        ([], TrialEnd.FAILED, "not told"),
     ],
 )
 def test_what_stops_a_robot_leaves_it_standing_and_its_program_not_running(
-    seen: list[Look], outcome: Outcome, said: str
+    seen: list[Look], outcome: TrialEnd, said: str
 ) -> None:
     """Neither alone will do: a program may stand in a WAIT, an arm may coast."""
     result = judge_stop(Trial.CSTOPI, seen, sent=0.0)
     assert result.outcome is outcome and said in result.what
 
 
-def results(**outcomes: Outcome) -> list[Result]:
+def results(**outcomes: TrialEnd) -> list[Result]:
     """Return results by the names of trials."""
     return [Result(Trial[name], outcome, "") for name, outcome in outcomes.items()]
 
 
-WORKED, FAILED, LEFT = Outcome.WORKED, Outcome.FAILED, Outcome.LEFT_OUT
+WORKED, FAILED, LEFT = TrialEnd.WORKED, TrialEnd.FAILED, TrialEnd.LEFT_OUT
 
 
 @pytest.mark.parametrize(
@@ -109,14 +109,14 @@ def test_of_a_robot_that_moved_unevenly_nothing_is_measured() -> None:
     seen = looks(0.3, PAUSED)
     begun = [Look(look.at, (max(0.0, look.places[0] - 0.8), 0.0), PAUSED) for look in seen]
     result = judge_stop(Trial.HOLD, begun, sent=0.3)
-    assert result.outcome is Outcome.WORKED and result.delay is None
+    assert result.outcome is TrialEnd.WORKED and result.delay is None
     assert "how late is not known" in result.what
 
 
 def test_a_robot_that_brakes_too_late_for_any_zone_did_not_stop() -> None:
     """What robot.yaml allows is named."""
     result = judge_stop(Trial.HOLD, late(0.55), sent=0.3001)
-    assert result.outcome is Outcome.FAILED and "s late, at most 0.45 s are" in result.what
+    assert result.outcome is TrialEnd.FAILED and "s late, at most 0.45 s are" in result.what
 
 
 def test_the_longest_delay_is_proposed_in_whole_steps() -> None:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 from harness.opponents.graph_and_clients import SHIPPED, TAKES
 from harness.workspace import ROOT
-from rosbridge_gateway.config import Reserved, Role
+from rosbridge_gateway.config import Reserved, RoleRules
 from rosbridge_gateway.protocol.roles import Roles, taken
 
 COMMANDS = {"motion_command", "joint_vel_controller/command"}
@@ -16,10 +16,10 @@ COMMANDS |= {"twin/joint_1_velocity_controller/command"}
 """What nodes of the cell publish and an operator may publish too."""
 
 
-def with_all_rights(**changes: list[str]) -> Role:
+def with_all_rights(**changes: list[str]) -> RoleRules:
     """Return a role that may do everything but what is reserved."""
     rights = ("publish", "subscribe", "call_service", "advertise_service")
-    return Role("", None, 0, TAKES, **{right: ["/*"] for right in rights} | changes)
+    return RoleRules("", None, 0, TAKES, **{right: ["/*"] for right in rights} | changes)
 
 
 ROLES = Roles(

@@ -10,7 +10,7 @@ import msgspec
 import pytest
 from harness.opponents.graph_and_clients import TAKES
 from msgspec import UNSET
-from rosbridge_gateway.config import Limits, Reserved, Role
+from rosbridge_gateway.config import Limits, Reserved, RoleRules
 from rosbridge_gateway.protocol import packets
 from rosbridge_gateway.protocol.packets import ServiceResponse, Status
 from rosbridge_gateway.protocol.roles import Roles
@@ -32,14 +32,14 @@ LIMITS = Limits(
 LOOKS = msgspec.structs.replace(TAKES, packet_bytes=2000, shortest_fragment=50)
 NOTHING = Reserved(publish=[], shared=[], advertise_service=[])
 ROLES = {
-    "viewer": Role(
+    "viewer": RoleRules(
         *("", None, 0, LOOKS),
         publish=[],
         subscribe=["/*"],
         call_service=["/rosapi/*", "why"],
         advertise_service=[],
     ),
-    "operator": Role(
+    "operator": RoleRules(
         *("", None, 0, LOOKS),
         publish=["/*"],
         subscribe=["/*"],
@@ -139,7 +139,7 @@ def test_each_operation_needs_a_right(op: str, right: str) -> None:
         "call_service": [],
         "advertise_service": [],
     }
-    one, other = (Role("", None, 0, LOOKS, **none | more) for more in ({right: ["/t"]}, {}))
+    one, other = (RoleRules("", None, 0, LOOKS, **none | more) for more in ({right: ["/t"]}, {}))
     roles = Roles({"one": one, "none": other}, NOTHING, "/")
     assert roles.authorise("one", op, "/t") is None
     assert roles.authorise("one", op, "/u") == f"role one may not {op} /u"

@@ -53,7 +53,7 @@ from scara_ros.shell.program_io import WRONG, ends_with, private_parameters, run
 from scara_ros.starting.starting_node import refuse_second_node
 
 from operator_panel.config import PanelConfig, load_panel, load_surroundings
-from operator_panel.control.desk_io import Desk
+from operator_panel.control.desk_io import PageDesk
 from operator_panel.control.jog import DeadMan
 from operator_panel.control.tool_jog import ToolArm
 from operator_panel.link.cell_link_node import NODE, CellLink
@@ -119,7 +119,7 @@ def serve(private: dict[str, str]) -> None:
     silent_s = config.silent_ms * 1e-3
     dead_man = DeadMan(robot, around.jog_limit_percent, config.jog.dead_man_ms * 1e-3)
     arm = ToolArm(robot, model, config.jog.tool, around.jog_limit_percent)
-    desk = Desk(link, dead_man, arm, around.keep_s, config.let_go_s, silent_s, link.say)
+    desk = PageDesk(link, dead_man, arm, around.keep_s, config.let_go_s, silent_s, link.say)
     maker = FrameMaker(robot, model, silent_s, around.alarm_mm)
     live = Live(link, desk, maker, config)
     runs = runs_folder(private.get("runs_dir")).resolve()
@@ -148,7 +148,7 @@ def _run(
     title: str,
     doors: dict[str, PageDoor],
     link: CellLink,
-    desk: Desk,
+    desk: PageDesk,
     live: Live,
     config: PanelConfig,
 ) -> None:
@@ -207,7 +207,7 @@ async def _ending_with(task: Coroutine[Any, Any, None]) -> None:
         await task
 
 
-def _jog(desk: Desk, config: PanelConfig, ended: threading.Event) -> None:
+def _jog(desk: PageDesk, config: PanelConfig, ended: threading.Event) -> None:
     """Send jog commands on absolute deadlines while a button is held, whatever the pages do.
 
     Without this thread no button may act.

@@ -78,7 +78,7 @@ _DECIDES = {
 """What on the robot's screens decides whether it works."""
 
 
-class Outcome(Enum):
+class TrialEnd(Enum):
     """What came of a trial."""
 
     WORKED = "worked"
@@ -90,16 +90,16 @@ class Result(msgspec.Struct, frozen=True):
     """What came of one trial, in words, and how long the robot went on before it braked [s]."""
 
     trial: Trial
-    outcome: Outcome
+    outcome: TrialEnd
     what: str
     # None: not measured.
     delay: float | None = None
 
     def finding(self) -> Finding:
         """Return it as the doctor tells it."""
-        if self.outcome is Outcome.WORKED:
+        if self.outcome is TrialEnd.WORKED:
             return fine(Group.LINKS, self.what)
-        if self.outcome is Outcome.LEFT_OUT:
+        if self.outcome is TrialEnd.LEFT_OUT:
             return note(Group.LINKS, f"{self.trial.value}: not tried: {self.what}", "ask again")
         return wrong(Group.LINKS, self.what, setting(_DECIDES[self.trial]).advice)
 
@@ -154,17 +154,17 @@ def judge_stop(trial: Trial, looks: Sequence[Look], sent: float) -> Result:
     state = after[-1].state.name.lower() if after else "not told"
     if not stands(after):
         what = f"{name} did not stop the robot within {PATIENCE_S:g} s; its program is {state}"
-        return Result(trial, Outcome.FAILED, what)
+        return Result(trial, TrialEnd.FAILED, what)
     if after[-1].state is ProgramState.RUNNING:
         what = f"{name} did not stop the robot: it stands, but its program runs on"
-        return Result(trial, Outcome.FAILED, what)
+        return Result(trial, TrialEnd.FAILED, what)
     end = after[-1].places
     last = max((look.at for look in after if _apart(look.places, end) > STILL), default=sent)
     way, within = _apart(after[0].places, end), 0.1 * math.ceil(10.0 * (last - sent) + 0.5)
     what = f"{name} stopped the robot within {within:.1f} s and {way:.2f} deg or mm; {state}"
     before = [look for look in looks if look.at <= sent]
     if not evenly(before):
-        return Result(trial, Outcome.WORKED, f"{what}; how late is not known: it moved unevenly")
+        return Result(trial, TrialEnd.WORKED, f"{what}; how late is not known: it moved unevenly")
     # So slow a robot brakes within a hair: its way since the newest look is its speed times the
     # delay, whatever its filters do.
     speeds = _speeds(_newest(before))
@@ -172,8 +172,8 @@ def judge_stop(trial: Trial, looks: Sequence[Look], sent: float) -> Result:
     delay = (end[joint] - before[-1].places[joint]) / speeds[joint]
     if delay > LATEST_S:
         what = f"{name} stopped the robot {delay:.2f} s late, at most {LATEST_S:g} s are allowed"
-        return Result(trial, Outcome.FAILED, what)
-    return Result(trial, Outcome.WORKED, f"{what}, {1e3 * delay:.0f} ms late", delay)
+        return Result(trial, TrialEnd.FAILED, what)
+    return Result(trial, TrialEnd.WORKED, f"{what}, {1e3 * delay:.0f} ms late", delay)
 
 
 def _speeds(looks: Sequence[Look]) -> list[float]:
@@ -218,7 +218,7 @@ def allocation(seen: frozenset[str], results: Sequence[Result], filed: str) -> s
         return "full"
     if seen & {"cmdenbl", "fault", "batalm", "busy"}:
         return "simple"
-    failed = any(each.trial is Trial.HOLD and each.outcome is Outcome.FAILED for each in results)
+    failed = any(each.trial is Trial.HOLD and each.outcome is TrialEnd.FAILED for each in results)
     return "none" if failed else filed
 
 
@@ -229,8 +229,8 @@ def proposal(stopping: Stopping, address: str, results: Sequence[Result], uop: s
     """
     came = {MEANS[each.trial]: each.outcome for each in results if each.trial in MEANS}
     kept = {means for means, place in stopping.tried.items() if place == address}
-    proven = {means for means, outcome in came.items() if outcome is Outcome.WORKED}
-    proven |= {means for means in kept if came.get(means) in (None, Outcome.LEFT_OUT)}
+    proven = {means for means, outcome in came.items() if outcome is TrialEnd.WORKED}
+    proven |= {means for means in kept if came.get(means) in (None, TrialEnd.LEFT_OUT)}
     tried = {means: address for means in ALLOCATED[uop] if means in proven}
     late = [each.delay for each in results if each.trial in MEANS and each.delay is not None]
     steps = [math.ceil((1e3 * max(0.0, each) + SPREAD_MS) / STEP_MS) for each in late]

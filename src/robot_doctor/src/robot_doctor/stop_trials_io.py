@@ -21,9 +21,9 @@ from robot_doctor.robot_probe_io import Mover, link_to
 from robot_doctor.stop_trials import (
     PATIENCE_S,
     Look,
-    Outcome,
     Result,
     Trial,
+    TrialEnd,
     evenly,
     judge_stop,
     moves,
@@ -134,7 +134,7 @@ class StopTrials:
 
     def _try(self, trial: Trial) -> Result:
         """Make one trial, if the person at the robot agrees."""
-        leave = partial(Result, trial, Outcome.LEFT_OUT)
+        leave = partial(Result, trial, TrialEnd.LEFT_OUT)
         starts = self._worked(Trial.START)
         if trial is Trial.START and self._state is not ProgramState.PAUSED:
             return leave("no program is paused")
@@ -164,7 +164,7 @@ class StopTrials:
         self._wait(self._stays_s, lambda: False)
         with self._changed:
             result = judge_stop(trial, list(self._looks), sent)
-        if result.outcome is Outcome.FAILED:
+        if result.outcome is TrialEnd.FAILED:
             if trial is Trial.HOLD:
                 self.results.append(result)
                 raise UnexpectedError(result.what)
@@ -182,16 +182,16 @@ class StopTrials:
         self._link.send(Pulse("start"))
         if not self._wait(FIRST_S, self._runs):
             what = "START does not let a paused program go on"
-            return Result(Trial.START, Outcome.FAILED, what)
+            return Result(Trial.START, TrialEnd.FAILED, what)
         self._hold("START")
         self._link.send(Signal("hold", True))
         self._stays("HOLD was given back")
-        return Result(Trial.START, Outcome.WORKED, "START lets a paused program go on")
+        return Result(Trial.START, TrialEnd.WORKED, "START lets a paused program go on")
 
     def _try_rsr(self) -> Result:
         """Let RSR1 start the stream program, and send one joint away and back."""
         if not self._wait(FIRST_S, lambda: self._state is ProgramState.ABORTED):
-            return Result(Trial.RSR, Outcome.LEFT_OUT, "a program is not ended")
+            return Result(Trial.RSR, TrialEnd.LEFT_OUT, "a program is not ended")
         self._link.close()
         try:
             with Mover(self._robot, self._layout, self._config, *self._address) as mover:
@@ -201,12 +201,12 @@ class StopTrials:
         if self._state is ProgramState.RUNNING:
             self._hold("the stream program did not end by CSTOPI")
         if reason:
-            return Result(Trial.RSR, Outcome.FAILED, f"RSR1: {reason}")
+            return Result(Trial.RSR, TrialEnd.FAILED, f"RSR1: {reason}")
         what = f"RSR1 starts the stream program; a joint went {way:.2f} away and back"
-        return Result(Trial.RSR, Outcome.WORKED, what)
+        return Result(Trial.RSR, TrialEnd.WORKED, what)
 
     def _worked(self, trial: Trial) -> bool:
-        return any(each.trial is trial and each.outcome is Outcome.WORKED for each in self.results)
+        return any(each.trial is trial and each.outcome is TrialEnd.WORKED for each in self.results)
 
     def _runs(self) -> bool:
         """Return whether a program moves the robot."""

@@ -36,7 +36,7 @@ class Takes(Struct, frozen=True, forbid_unknown_fields=True):
     shortest_fragment: Annotated[int, Meta(ge=1, le=1 << 16)]
 
 
-class Role(Struct, frozen=True, forbid_unknown_fields=True):
+class RoleRules(Struct, frozen=True, forbid_unknown_fields=True):
     """Patterns of names that a role may use, and what its connections may take.
 
     One without a leading slash stands in the gateway's namespace. ``token_file``: see
@@ -140,7 +140,7 @@ class GatewayConfig(Struct, frozen=True, forbid_unknown_fields=True):
     origins: list[str]
     loopback_role: str
     page_role: str
-    roles: dict[str, Role]
+    roles: dict[str, RoleRules]
     reserved: Reserved
     person_services: list[str]
     guesses: GuessLimits

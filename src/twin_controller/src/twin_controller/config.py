@@ -73,7 +73,7 @@ class Twin(Section, frozen=True):
     clock_conflicts: allowed.Conflicts = 50
 
 
-class Desk(Section, frozen=True):
+class DeskLinks(Section, frozen=True):
     """Link limits of a cell whose robot is the stand-in on the same machine."""
 
     real_timeout_ms: allowed.DeskSilenceMs
@@ -285,7 +285,7 @@ class TwinControllerConfig(Section, frozen=True):
     state_rate_hz: Annotated[float, Meta(ge=1.0, le=100.0)]
     decision_history: Annotated[int, Meta(ge=10, le=100_000)]
     links: Literal["strict", "desk"] = "strict"
-    desk: Desk | None = None
+    desk: DeskLinks | None = None
     own_gap: OwnGap = OwnGap(30.0, 100.0, 1000.0)
     # Recordings from before control was held have none.
     control: ControlTimes = ControlTimes(5000.0, 20_000.0)

@@ -13,7 +13,7 @@ import pytest
 from fanuc_emulator.config import load_emulator, load_programs
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.gripping.cell_parts import CellParts
-from fanuc_emulator.gripping.surroundings import Surface, Surroundings
+from fanuc_emulator.gripping.surroundings import Surface, WorkSurfaces
 from fanuc_emulator.snapshot import Snapshot
 from fanuc_emulator.tp.executor import ProgramState
 from harness.programs import program_of
@@ -241,7 +241,7 @@ def test_beside_the_pallet_nothing_lies_on_it(beside: tuple[float, float]) -> No
     """It ends half of its size from its middle."""
     (width, depth), (x, y) = WORK.pallet.size_mm, WORK.pallet.middle_mm
     edge = (x + beside[0] * width) * 1e-3, (y + beside[1] * depth) * 1e-3
-    around = Surroundings(WORK)
+    around = WorkSurfaces(WORK)
     assert around.below(x * 1e-3, y * 1e-3, 1.0, 0.0).name == "pallet"
     assert around.below(*edge, 1.0, 0.0).name != "pallet"
 

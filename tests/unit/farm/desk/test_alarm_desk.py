@@ -8,7 +8,7 @@ from pathlib import Path
 
 import msgspec
 from farm.desk.alarm_desk_io import ACKNOWLEDGE, MARKS, SHELVE, AlarmDesk, MarksAsked
-from farm.desk.alarms import AlarmRow, Status
+from farm.desk.alarms import AlarmRow, AlarmStatus
 from farm.desk.history_io import History, Kept
 from farm.desk.reading_io import of_kinds
 from farm.keys import ALARMS, MARK, CellName
@@ -27,7 +27,7 @@ def test_a_desk_that_was_restarted_knows_who_has_looked(tmp_path: Path) -> None:
     with History(tmp_path / "events", 4, 16.0) as history:
         history.write([Kept(CELL, 0, RAISED), Kept(CELL, 0, Event(2, 6.0, "audit"))])
         first = AlarmDesk(file, of_kinds(history.folder, ("alarm", "start")))
-        assert [row.status for row in first.rows()] == [Status.RAISED]
+        assert [row.status for row in first.rows()] == [AlarmStatus.RAISED]
         assert first.mark(MarksAsked(ACKNOWLEDGE, [NAME]), "ann@desk").accepted
         assert not first.mark(MarksAsked(ACKNOWLEDGE, [NAME]), "ben@desk").accepted
         assert not first.mark(MarksAsked("forget", [NAME]), "ben@desk").accepted
@@ -35,11 +35,11 @@ def test_a_desk_that_was_restarted_knows_who_has_looked(tmp_path: Path) -> None:
             stream.write(b'{"id": "m/')
         again = AlarmDesk(file, of_kinds(history.folder, ("alarm", "start")))
         (row,) = again.rows()
-        assert (row.status, row.person) == (Status.ACKNOWLEDGED, "ann@desk")
+        assert (row.status, row.person) == (AlarmStatus.ACKNOWLEDGED, "ann@desk")
         answer = again.mark(MarksAsked(SHELVE, [NAME], 60.0, "a spare part comes"), "ben@desk")
         assert "shelved by ben@desk until" in answer.text
         third = AlarmDesk(file, of_kinds(history.folder, ("alarm", "start")))
-        assert [row.status for row in third.rows()] == [Status.SHELVED]
+        assert [row.status for row in third.rows()] == [AlarmStatus.SHELVED]
 
 
 def test_a_full_disk_changes_nothing(tmp_path: Path) -> None:
@@ -47,7 +47,7 @@ def test_a_full_disk_changes_nothing(tmp_path: Path) -> None:
     desk = AlarmDesk(tmp_path / "no_folder" / MARKS, [Kept(CELL, 0, RAISED)])
     answer = desk.mark(MarksAsked(ACKNOWLEDGE, [NAME]), "ann@desk")
     assert not answer.accepted and "nothing was changed" in answer.text
-    assert [row.status for row in desk.rows()] == [Status.RAISED]
+    assert [row.status for row in desk.rows()] == [AlarmStatus.RAISED]
 
 
 def test_equal_alarms_are_marked_together(tmp_path: Path) -> None:
@@ -58,11 +58,11 @@ def test_equal_alarms_are_marked_together(tmp_path: Path) -> None:
     assert not desk.mark(MarksAsked(ACKNOWLEDGE, []), "ann@desk").accepted
     answer = desk.mark(MarksAsked(ACKNOWLEDGE, seen), "ann@desk")
     assert answer == Answer(True, "m/a: fan: acknowledged by ann@desk, and 1 more")
-    acknowledged = [row.id for row in desk.rows() if row.status is Status.ACKNOWLEDGED]
+    acknowledged = [row.id for row in desk.rows() if row.status is AlarmStatus.ACKNOWLEDGED]
     assert sorted(acknowledged) == seen
     answer = desk.mark(MarksAsked(ACKNOWLEDGE, [*seen, "m/c: fan"]), "ben@desk")
     assert not answer.accepted and "m/b: fan: is acknowledged, by ann@desk" in answer.text
-    assert {row.status for row in desk.rows()} == {Status.ACKNOWLEDGED}
+    assert {row.status for row in desk.rows()} == {AlarmStatus.ACKNOWLEDGED}
 
 
 def test_alarms_are_asked_for_and_marked_over_the_bus(farm: Farm) -> None:
@@ -83,7 +83,9 @@ def test_alarms_are_asked_for_and_marked_over_the_bus(farm: Farm) -> None:
     assert decode(bytes(reply.ok.payload), Answer) == Answer(
         True, f"{NAME}: acknowledged by ann@desk_1"
     )
-    assert [(row.status, row.person) for row in alarms()] == [(Status.ACKNOWLEDGED, "ann@desk_1")]
+    assert [(row.status, row.person) for row in alarms()] == [
+        (AlarmStatus.ACKNOWLEDGED, "ann@desk_1")
+    ]
     (reply,) = client.get(f"site/{MARK}", payload=b"{", timeout=2.0)
     assert not decode(bytes(reply.ok.payload), Answer).accepted
     (line,) = (farm.folder.parent / MARKS).read_text(encoding="utf-8").splitlines()
@@ -95,6 +97,6 @@ def test_a_lost_cell_is_an_alarm_until_somebody_has_looked(tmp_path: Path) -> No
     desk = AlarmDesk(tmp_path / MARKS, [])
     name = str(CellName("site", "m", "b"))
     desk.there({name: 7.0}, 8.0)
-    assert [(r.cell, r.status) for r in desk.rows()] == [(name, Status.RAISED)]
+    assert [(r.cell, r.status) for r in desk.rows()] == [(name, AlarmStatus.RAISED)]
     desk.there({}, 9.0)
-    assert [r.status for r in desk.rows()] == [Status.CLEARED]
+    assert [r.status for r in desk.rows()] == [AlarmStatus.CLEARED]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from farm.desk.alarms import AlarmBook, Mark, MarkError, Status, alarm_id
+from farm.desk.alarms import AlarmBook, AlarmStatus, Mark, MarkError, alarm_id
 from farm.wire import Event
 from hypothesis import given
 from hypothesis import strategies as st
@@ -26,7 +26,7 @@ def told(*events: Event) -> AlarmBook:
     return book
 
 
-def statuses(book: AlarmBook, now: float = 100.0) -> list[Status]:
+def statuses(book: AlarmBook, now: float = 100.0) -> list[AlarmStatus]:
     """Return how all alarms are."""
     return [row.status for row in book.rows(now)]
 
@@ -42,7 +42,7 @@ def test_an_alarm_that_went_stays_until_somebody_looks() -> None:
     """And is gone then."""
     book = told(said(1), said(2, active=False))
     (row,) = book.rows(100.0)
-    assert (row.status, row.raised, row.cleared, row.times) == (Status.CLEARED, 1.0, 2.0, 1)
+    assert (row.status, row.raised, row.cleared, row.times) == (AlarmStatus.CLEARED, 1.0, 2.0, 1)
     acknowledge(book, 3.0)
     assert book.rows(100.0) == []
 
@@ -52,7 +52,7 @@ def test_an_acknowledged_alarm_is_listed_while_it_lasts() -> None:
     book = told(said(1))
     assert acknowledge(book, 3.0).until == 0.0
     (row,) = book.rows(100.0)
-    assert (row.status, row.person, row.marked) == (Status.ACKNOWLEDGED, "ann@desk", 3.0)
+    assert (row.status, row.person, row.marked) == (AlarmStatus.ACKNOWLEDGED, "ann@desk", 3.0)
     book.told(CELL, said(9, active=False))
     assert book.rows(100.0) == []
 
@@ -66,7 +66,7 @@ def test_what_is_raised_after_a_look_asks_again() -> None:
     assert statuses(book) == []
     book.told(CELL, said(6))
     (row,) = book.rows(9.0)
-    assert (row.status, row.times, row.raised) == (Status.RAISED, 1, 6.0)
+    assert (row.status, row.times, row.raised) == (AlarmStatus.RAISED, 1, 6.0)
     book.read(Mark(NAME, "ann@desk", 4.0, 4.0, 9, 0.0, "", True))
     assert book.rows(9.0)[0].times == 1
 
@@ -76,9 +76,9 @@ def test_other_words_are_no_new_alarm_and_something_worse_is() -> None:
     book = told(said(1))
     acknowledge(book, 2.0)
     book.told(CELL, said(3, text="slower"))
-    assert statuses(book) == [Status.ACKNOWLEDGED] and book.rows(9.0)[0].text == "slower"
+    assert statuses(book) == [AlarmStatus.ACKNOWLEDGED] and book.rows(9.0)[0].text == "slower"
     book.told(CELL, said(4, level="error"))
-    assert statuses(book) == [Status.RAISED]
+    assert statuses(book) == [AlarmStatus.RAISED]
 
 
 def test_a_shelved_alarm_is_still_listed_and_comes_back_by_itself() -> None:
@@ -86,18 +86,18 @@ def test_a_shelved_alarm_is_still_listed_and_comes_back_by_itself() -> None:
     book = told(said(1))
     book.read(book.shelve(NAME, "ben@desk", 10.0, 60.0, "the fan comes tomorrow"))
     (row,) = book.rows(69.0)
-    assert (row.status, row.person, row.until) == (Status.SHELVED, "ben@desk", 70.0)
+    assert (row.status, row.person, row.until) == (AlarmStatus.SHELVED, "ben@desk", 70.0)
     assert row.why == "the fan comes tomorrow"
-    assert statuses(book, 70.0) == [Status.RAISED]
+    assert statuses(book, 70.0) == [AlarmStatus.RAISED]
     taken_off = book.shelve(NAME, "ben@desk", 20.0, 0.0, "")
     book.read(taken_off)
-    assert taken_off.until == 0.0 and statuses(book, 21.0) == [Status.RAISED]
+    assert taken_off.until == 0.0 and statuses(book, 21.0) == [AlarmStatus.RAISED]
 
 
 def test_a_journal_that_begins_again_clears_what_it_does_not_tell_again() -> None:
     """It stays on the list, because nobody has looked."""
     book = told(said(1), Event(2, 5.0, "start"))
-    assert statuses(book) == [Status.CLEARED]
+    assert statuses(book) == [AlarmStatus.CLEARED]
 
 
 def test_a_journal_that_begins_again_says_nothing_of_other_alarms() -> None:
@@ -117,9 +117,9 @@ def test_a_lost_cell_is_an_alarm() -> None:
     book.lost(CELL, 7.0)
     book.lost(CELL, 7.0)
     (row,) = book.rows(9.0)
-    assert (row.level, row.status, row.times) == ("error", Status.RAISED, 1)
+    assert (row.level, row.status, row.times) == ("error", AlarmStatus.RAISED, 1)
     book.found(CELL, 8.0)
-    assert statuses(book) == [Status.CLEARED]
+    assert statuses(book) == [AlarmStatus.CLEARED]
 
 
 @pytest.mark.parametrize(
@@ -154,5 +154,5 @@ def test_nothing_vanishes_unseen(steps: list[str]) -> None:
             known = book.known.get(NAME)
             unseen |= step == "raise" and (known is None or bool(known.cleared))
             book.told(CELL, said(float(time), active=step == "raise"))
-        seen = [row.status in (Status.RAISED, Status.CLEARED) for row in book.rows(1e3)]
+        seen = [row.status in (AlarmStatus.RAISED, AlarmStatus.CLEARED) for row in book.rows(1e3)]
         assert any(seen) == unseen

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from farm.desk.alarms import AlarmBook, Status
+from farm.desk.alarms import AlarmBook, AlarmStatus
 from farm.desk.roster import Roster
 from farm.desk.wall import AlarmGroup, Wall, wall_of
 from farm.keys import CellName
@@ -102,7 +102,7 @@ def test_a_row_tells_who_has_looked_at_some_of_its_alarms() -> None:
     book.read(book.acknowledge("a/cell_1: real", "ann@desk", 50.0))
     book.read(book.shelve("a/cell_2: real", "ben@desk", 60.0, 3600.0, "a part comes"))
     (group,) = groups(book)
-    assert (group.status, group.waiting) == (Status.RAISED, ["a/cell_0: real"])
+    assert (group.status, group.waiting) == (AlarmStatus.RAISED, ["a/cell_0: real"])
     assert group.persons == ["ann@desk", "ben@desk"] and group.marked == 60.0
     assert (group.until, group.why) == (3660.0, ["a part comes"])
     assert wall_of(100.0, [], book.rows(100.0), []).waiting == 1
@@ -111,7 +111,7 @@ def test_a_row_tells_who_has_looked_at_some_of_its_alarms() -> None:
         book.told(str(cell), alarm(10 + k, "real", "", active=False))
     (group,) = groups(book)
     assert (group.status, group.cells, group.cleared) == (
-        Status.CLEARED,
+        AlarmStatus.CLEARED,
         ["cell_0", "cell_2"],
         12.0,
     )
@@ -124,7 +124,7 @@ def test_a_row_says_when_the_first_of_its_shelved_alarms_comes_back() -> None:
         book.told(str(cell), alarm(k + 1, "real", "R[5] is slow"))
         book.read(book.shelve(f"{cell}: real", "ben@desk", 60.0, hours * 3600.0, "a part comes"))
     (group,) = groups(book)
-    assert (group.status, group.until) == (Status.SHELVED, 3660.0)
+    assert (group.status, group.until) == (AlarmStatus.SHELVED, 3660.0)
 
 
 def test_events_are_told_as_on_the_operators_page() -> None:

@@ -17,7 +17,7 @@ from farm.config import Credentials
 from farm.lab import cluster_io as cluster
 from farm.lab.plan import PROGRAMS
 from farm.security.access import Role
-from farm.security.authority_io import Authority
+from farm.security.authority_io import SiteAuthority
 from farm.security.certificates import DAYS
 from farm.security.invitation_io import Invitation, write_private
 from farm.security.lab_authority_io import LabAuthority
@@ -197,7 +197,7 @@ def test_strangers_hear_nothing_at_any_port(two: Two, tmp_path: Path) -> None:
     found = {"scheduler": two.address, "worker": address, "nanny": worker["nanny"]}
     ports = {name: int(each.rsplit(":", 1)[1]) for name, each in found.items()}
     foreign = LabAuthority(tmp_path / "foreign", "site", NOW)
-    farm = Authority(two.desk.folder / "keys" / "authority", "site", NOW)
+    farm = SiteAuthority(two.desk.folder / "keys" / "authority", "site", NOW)
     invited = {
         "of another lab": foreign.invite("pc_2", Role.LAB, where),
         "ended": LabAuthority(lab, "site", PAST).invite("old", Role.LAB, where),

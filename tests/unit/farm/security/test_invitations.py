@@ -20,7 +20,7 @@ from farm.config import (
     reached,
 )
 from farm.security.access import Invited, Role, access_control
-from farm.security.authority_io import Authority
+from farm.security.authority_io import SiteAuthority
 from farm.security.certificates import (
     DAYS,
     CertificateError,
@@ -42,7 +42,7 @@ def invited(
     folder: Path, name: str = "pc_2", role: Role = Role.MACHINE, at: datetime = NOW
 ) -> tuple[Path, Invitation]:
     """Return an invitation of the authority in ``folder``, as a file and as it was made."""
-    made = Authority(folder / "authority", "hall", at).invite(name, role, WHERE)
+    made = SiteAuthority(folder / "authority", "hall", at).invite(name, role, WHERE)
     file = folder / f"{name}.invitation"
     write_private(file, msgspec.json.encode(made))
     return file, made
@@ -119,7 +119,7 @@ def test_what_was_put_together_is_refused(tmp_path: Path) -> None:
 
 def test_a_revoked_name_and_an_older_certificate_have_no_place(tmp_path: Path) -> None:
     """A new invitation replaces the one before; what was revoked stays out until it is renewed."""
-    authority = Authority(tmp_path / "authority", "hall", NOW)
+    authority = SiteAuthority(tmp_path / "authority", "hall", NOW)
     first = authority.invite("pc_2", Role.MACHINE, WHERE)
     second = authority.invite("pc_2", Role.MACHINE, None or WHERE)
     assert (first.shown, second.shown) == ("pc_2 1", "pc_2 2")
@@ -139,21 +139,21 @@ def test_a_revoked_name_and_an_older_certificate_have_no_place(tmp_path: Path) -
 
 def test_an_authority_is_kept_and_watched(tmp_path: Path) -> None:
     """It is the same the next time; a key that others can read is not used; ends are told of."""
-    first = Authority(tmp_path / "a", "hall", NOW).invite("pc_2", Role.MACHINE, WHERE)
-    again = Authority(tmp_path / "a", "hall", NOW + timedelta(days=DAYS - 10))
+    first = SiteAuthority(tmp_path / "a", "hall", NOW).invite("pc_2", Role.MACHINE, WHERE)
+    again = SiteAuthority(tmp_path / "a", "hall", NOW + timedelta(days=DAYS - 10))
     assert again.invite("pc_3", Role.MACHINE, WHERE).authority == first.authority
     assert [each.name for each in again.ending()] == ["pc_2"]
     assert [
-        e.name for e in Authority(tmp_path / "a", "hall", NOW + timedelta(days=DAYS)).good()
+        e.name for e in SiteAuthority(tmp_path / "a", "hall", NOW + timedelta(days=DAYS)).good()
     ] == ["pc_3"]
     (tmp_path / "a" / "authority.key").chmod(0o644)
     with pytest.raises(SecurityError, match="others can read it"):
-        Authority(tmp_path / "a", "hall", NOW)
+        SiteAuthority(tmp_path / "a", "hall", NOW)
     with pytest.raises(SecurityError, match="nobody knows yet where the desk is"):
-        Authority(tmp_path / "b", "hall", NOW).invite("pc_2", Role.MACHINE, None)
+        SiteAuthority(tmp_path / "b", "hall", NOW).invite("pc_2", Role.MACHINE, None)
     (tmp_path / "b" / "invited.json").write_text("[")
     with pytest.raises(SecurityError, match="nobody knows who was invited"):
-        Authority(tmp_path / "b", "hall", NOW)
+        SiteAuthority(tmp_path / "b", "hall", NOW)
 
 
 def test_a_machine_gets_its_own_keys_and_nothing_else() -> None:
@@ -193,7 +193,7 @@ def test_the_lab_has_an_authority_of_its_own(tmp_path: Path) -> None:
     seen = joined(keys), joined(keys, lab=True)
     assert [each and each.role for each in seen] == [Role.MACHINE, Role.LAB]
     assert leave(keys, lab=True) and joined(keys, lab=True) is None and joined(keys) is not None
-    farm = Authority(tmp_path / "authority", "hall", NOW)
+    farm = SiteAuthority(tmp_path / "authority", "hall", NOW)
     for authority, role in ((farm, Role.LAB), (lab, Role.MACHINE), (lab, Role.DESK)):
         with pytest.raises(SecurityError, match="gives no such"):
             authority.invite("pc_3", role, WHERE)
@@ -203,7 +203,7 @@ def test_the_lab_has_an_authority_of_its_own(tmp_path: Path) -> None:
 
 def test_a_renewed_authority_forgets_what_it_has_signed(tmp_path: Path) -> None:
     """Who may come in is invited again, by another key; who was revoked or ended is not."""
-    for kind, role in ((Authority, Role.MACHINE), (LabAuthority, Role.LAB)):
+    for kind, role in ((SiteAuthority, Role.MACHINE), (LabAuthority, Role.LAB)):
         folder = tmp_path / role.name
         kind(folder, "hall", NOW - timedelta(days=DAYS)).invite("pc_9", role, WHERE)
         authority = kind(folder, "hall", NOW)
@@ -252,7 +252,7 @@ def test_renewing_that_was_interrupted_is_done_again(
     from farm.security import authority_io as module
 
     folder = tmp_path / "authority"
-    Authority(folder, "hall", NOW).invite("pc_2", Role.MACHINE, WHERE)
+    SiteAuthority(folder, "hall", NOW).invite("pc_2", Role.MACHINE, WHERE)
     written = 0
 
     def full(file: Path, content: bytes) -> None:
@@ -265,22 +265,22 @@ def test_renewing_that_was_interrupted_is_done_again(
     with monkeypatch.context() as patched:
         patched.setattr(module, "write_private", full)
         with pytest.raises(SecurityError, match="No space left"):
-            Authority(folder, "hall", NOW).renew(WHERE, lambda _: None)
+            SiteAuthority(folder, "hall", NOW).renew(WHERE, lambda _: None)
     kept: list[Invitation] = []
-    Authority(folder, "hall", NOW).renew(WHERE, kept.append)
+    SiteAuthority(folder, "hall", NOW).renew(WHERE, kept.append)
     authority = (folder / "authority.crt").read_bytes()
     check(authority, pair_of(kept[0]), "pc_2 2", NOW)
-    later = Authority(folder, "hall", NOW).invite("pc_4", Role.MACHINE, WHERE)
+    later = SiteAuthority(folder, "hall", NOW).invite("pc_4", Role.MACHINE, WHERE)
     check(authority, pair_of(later), "pc_4 1", NOW)
 
 
 def test_nobody_is_renewed_where_nobody_knows_the_desk(tmp_path: Path) -> None:
     """Before anything is changed."""
     folder = tmp_path / "authority"
-    Authority(folder, "hall", NOW).invite("pc_2", Role.MACHINE, WHERE)
+    SiteAuthority(folder, "hall", NOW).invite("pc_2", Role.MACHINE, WHERE)
     key = (folder / "authority.key").read_bytes()
     with pytest.raises(SecurityError, match="nobody knows yet where the desk is"):
-        Authority(folder, "hall", NOW).renew(None, lambda _: None)
+        SiteAuthority(folder, "hall", NOW).renew(None, lambda _: None)
     assert (folder / "authority.key").read_bytes() == key
 
 

@@ -19,7 +19,7 @@ from farm.config import Address, Credentials, SecureAddress
 from farm.desk.commands_io import cells_there, order
 from farm.security import door_io as door
 from farm.security.access import Role
-from farm.security.authority_io import CERTIFICATE, KEY, REGISTER, Authority
+from farm.security.authority_io import CERTIFICATE, KEY, REGISTER, SiteAuthority
 from farm.security.certificates import DAYS, KeyPair, new_client
 from farm.security.door_io import MemberDoor
 from farm.security.invitation_io import Invitation, write_private
@@ -43,7 +43,7 @@ class Site:
     farm: Farm
     folder: Path
     port: int
-    authority: Authority
+    authority: SiteAuthority
     heard: list[tuple[str, bytes]] = field(default_factory=list)
     door: MemberDoor | None = None
 
@@ -87,7 +87,7 @@ class Site:
 @pytest.fixture
 def site(farm: Farm, tmp_path: Path) -> Site:
     """Give a site; nobody listens yet."""
-    authority = Authority(tmp_path / "authority", "site", NOW)
+    authority = SiteAuthority(tmp_path / "authority", "site", NOW)
     (tmp_path / "machines").mkdir()
     return Site(farm, tmp_path / "machines", free_port(), authority)
 
@@ -116,10 +116,11 @@ def test_who_shows_no_good_certificate_does_not_come_in(site: Site, tmp_path: Pa
     good, other = site.invite("pc_1"), site.invite("pc_2")
     past = NOW - timedelta(days=DAYS + 2)
     # The same authority, at another time.
-    ended = Authority(tmp_path / "authority", "site", past).invite("pc_1", Role.MACHINE, (HOST, 1))
-    foreign = Authority(tmp_path / "foreign", "site", NOW).invite("pc_1", Role.MACHINE, (HOST, 1))
+    who = "pc_1", Role.MACHINE, (HOST, 1)
+    ended = SiteAuthority(tmp_path / "authority", "site", past).invite(*who)
+    foreign = SiteAuthority(tmp_path / "foreign", "site", NOW).invite(*who)
     lab = LabAuthority(tmp_path / "lab", "site", NOW).invite("pc_1", Role.LAB, (HOST, 1))
-    site.authority = Authority(tmp_path / "authority", "site", NOW)
+    site.authority = SiteAuthority(tmp_path / "authority", "site", NOW)
     good = site.invite("pc_1")
     site.listen()
     strangers = {

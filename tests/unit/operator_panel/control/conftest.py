@@ -12,7 +12,7 @@ from harness.workspace import ROOT
 from operator_panel.config import ToolSpeeds
 from operator_panel.control import desk_io as desk_module
 from operator_panel.control.authority import Role
-from operator_panel.control.desk_io import Desk
+from operator_panel.control.desk_io import PageDesk
 from operator_panel.control.jog import DeadMan
 from operator_panel.control.tool_jog import ToolArm
 from operator_panel.door import Answer, Seat
@@ -101,10 +101,10 @@ def door() -> Door:
 
 
 @pytest.fixture
-def desk(door: Door) -> Desk:
+def desk(door: Door) -> PageDesk:
     """Give a desk with two operators, a and b, and a viewer v; a is in control by a command."""
     dead_man = DeadMan(ROBOT, 10.0, 0.25)
-    made = Desk(door, dead_man, SCARA, KEEP_S, LET_GO_S, 0.6, lambda _: None)  # type: ignore[arg-type]
+    made = PageDesk(door, dead_man, SCARA, KEEP_S, LET_GO_S, 0.6, lambda _: None)  # type: ignore[arg-type]
     for page, role in (("a", Role.OPERATOR), ("b", Role.OPERATOR), ("v", Role.VIEWER)):
         made.open(page, role)
         made.arrived(page, f"tab {page}")
@@ -130,17 +130,17 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     return Clock(monkeypatch)
 
 
-def signs(desk: Desk) -> None:
+def signs(desk: PageDesk) -> None:
     """Let all pages give their sign of life."""
     asyncio.run(desk.give_signs())
 
 
-def command(desk: Desk, page: str, name: str) -> Answer:
+def command(desk: PageDesk, page: str, name: str) -> Answer:
     """Send a command."""
     return asyncio.run(desk.command(page, name))
 
 
-def stop(desk: Desk, page: str, name: str = "STOP") -> Answer:
+def stop(desk: PageDesk, page: str, name: str = "STOP") -> Answer:
     """Press a stop."""
 
     async def press() -> Answer:

@@ -6,12 +6,12 @@ import asyncio
 
 import pytest
 from operator_panel.control.authority import Role
-from operator_panel.control.desk_io import MOST_WATCHERS, Desk
+from operator_panel.control.desk_io import MOST_WATCHERS, PageDesk
 from operator_panel.door import Answer, Seat
 from unit.operator_panel.control.conftest import KEEP_S, LET_GO_S, Clock, Door, command, signs, stop
 
 
-def test_first_command_takes_control_and_the_pages_others_wait(desk: Desk, door: Door) -> None:
+def test_first_command_takes_control_and_the_pages_others_wait(desk: PageDesk, door: Door) -> None:
     """Before the command, so that it is obeyed; a viewer says nothing at all."""
     assert door.holder == "operator 1" and desk.name_of("b") == "operator 2"
     assert door.asked == [("operator 1", "TAKE", False)]
@@ -22,7 +22,7 @@ def test_first_command_takes_control_and_the_pages_others_wait(desk: Desk, door:
 
 
 @pytest.mark.parametrize("name", ["PAUSE", "STOP", "ESTOP"])
-def test_what_ends_a_motion_takes_no_control(desk: Desk, door: Door, name: str) -> None:
+def test_what_ends_a_motion_takes_no_control(desk: PageDesk, door: Door, name: str) -> None:
     """Whoever stops need not answer for what moves next."""
     door.holder = ""
     asyncio.run(desk.command("b", name)) if name == "PAUSE" else stop(desk, "b", name)
@@ -30,7 +30,9 @@ def test_what_ends_a_motion_takes_no_control(desk: Desk, door: Door, name: str) 
     assert door.holder == "" and desk.refusal("b") == desk.refusal("a") == ""
 
 
-def test_control_that_somebody_else_took_first_refuses_the_command(desk: Desk, door: Door) -> None:
+def test_control_that_somebody_else_took_first_refuses_the_command(
+    desk: PageDesk, door: Door
+) -> None:
     """What the page knew was old: the controller's answer counts, and nothing is sent."""
     door.holder, control = "", door.control
 
@@ -43,7 +45,7 @@ def test_control_that_somebody_else_took_first_refuses_the_command(desk: Desk, d
 
 
 def test_page_lets_go_of_control_30_s_after_its_last_command(
-    desk: Desk, door: Door, clock: Clock
+    desk: PageDesk, door: Door, clock: Clock
 ) -> None:
     """A question of others, or a look at the page, is no command; each command counts anew."""
     clock.now += LET_GO_S - 1.0
@@ -63,7 +65,7 @@ def test_page_lets_go_of_control_30_s_after_its_last_command(
 
 @pytest.mark.parametrize("mode", ["TWIN_LEADS", "OPERATOR_LEADS", "REAL_LEADS", "PAUSED"])
 def test_page_keeps_control_while_something_runs_and_30_s_from_its_end(
-    desk: Desk, door: Door, clock: Clock, mode: str
+    desk: PageDesk, door: Door, clock: Clock, mode: str
 ) -> None:
     """A long program, a pause over lunch."""
     door.mode = mode
@@ -80,7 +82,7 @@ def test_page_keeps_control_while_something_runs_and_30_s_from_its_end(
 
 
 def test_control_that_was_granted_later_lasts_from_then(
-    desk: Desk, door: Door, clock: Clock
+    desk: PageDesk, door: Door, clock: Clock
 ) -> None:
     """Whoever asked has time to press what they asked for."""
     clock.now += 100.0
@@ -106,7 +108,7 @@ def test_control_that_was_granted_later_lasts_from_then(
     ],
 )
 def test_whoever_sees_the_page_may_end_a_motion_and_who_is_in_control_begin_one(
-    desk: Desk, door: Door, name: str, page: str, why: str
+    desk: PageDesk, door: Door, name: str, page: str, why: str
 ) -> None:
     """In control or not, with the token or without; a refusal is in words, and sends nothing."""
     if name in ("STOP", "ESTOP"):
@@ -118,7 +120,7 @@ def test_whoever_sees_the_page_may_end_a_motion_and_who_is_in_control_begin_one(
     assert door.commands == ([] if why else [name])
 
 
-def test_pages_that_watch_are_bounded_and_operators_always_fit(desk: Desk) -> None:
+def test_pages_that_watch_are_bounded_and_operators_always_fit(desk: PageDesk) -> None:
     """Whoever reaches the port may watch, and each page costs memory."""
     opened = 1
     while not desk.crowded():
@@ -132,7 +134,7 @@ def test_pages_that_watch_are_bounded_and_operators_always_fit(desk: Desk) -> No
 
 
 def test_page_loaded_again_keeps_control_and_lets_go_no_later(
-    desk: Desk, door: Door, clock: Clock
+    desk: PageDesk, door: Door, clock: Clock
 ) -> None:
     """Same browser tab, new id: the same seat, whose signs go on; to look anew is no command."""
     signs(desk)
@@ -149,7 +151,7 @@ def test_page_loaded_again_keeps_control_and_lets_go_no_later(
     assert door.holder == ""
 
 
-def test_page_whose_line_broke_after_it_was_loaded_again_keeps_its_seat(desk: Desk) -> None:
+def test_page_whose_line_broke_after_it_was_loaded_again_keeps_its_seat(desk: PageDesk) -> None:
     """Of its former self nothing comes back."""
     desk.left("a")
     for page in ("a2", "a3"):
@@ -160,7 +162,7 @@ def test_page_whose_line_broke_after_it_was_loaded_again_keeps_its_seat(desk: De
     assert desk.name_of("a3") == "operator 1"
 
 
-def test_number_of_a_page_that_is_long_gone_is_used_again(desk: Desk, clock: Clock) -> None:
+def test_number_of_a_page_that_is_long_gone_is_used_again(desk: PageDesk, clock: Clock) -> None:
     """Nobody is "operator 9" because the page was loaded nine times."""
     desk.left("b")
     desk.open("c", Role.OPERATOR)
@@ -170,7 +172,7 @@ def test_number_of_a_page_that_is_long_gone_is_used_again(desk: Desk, clock: Clo
     assert desk.name_of("d") == "operator 2"
 
 
-def test_other_tab_does_not_inherit(desk: Desk) -> None:
+def test_other_tab_does_not_inherit(desk: PageDesk) -> None:
     """It has to ask; nor does another person in the same tab."""
     desk.left("a")
     desk.open("c", Role.OPERATOR)
@@ -182,7 +184,7 @@ def test_other_tab_does_not_inherit(desk: Desk) -> None:
 
 
 def test_page_that_comes_while_the_holder_is_gone_commands_once_control_is_free(
-    desk: Desk, door: Door
+    desk: PageDesk, door: Door
 ) -> None:
     """The twin controller waits for the holder's sign of life; the page only watches meanwhile."""
     desk.left("a")
@@ -196,7 +198,7 @@ def test_page_that_comes_while_the_holder_is_gone_commands_once_control_is_free(
     assert command(desk, "c", "HOME").success and door.holder == "operator 3"
 
 
-def test_page_that_is_gone_gives_no_sign_of_life(desk: Desk, door: Door) -> None:
+def test_page_that_is_gone_gives_no_sign_of_life(desk: PageDesk, door: Door) -> None:
     """By that alone the twin controller knows."""
     desk.left("a")
     door.asked.clear()

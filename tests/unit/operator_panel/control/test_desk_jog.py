@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import pytest
-from operator_panel.control.desk_io import Desk
+from operator_panel.control.desk_io import PageDesk
 from unit.operator_panel.control.conftest import LET_GO_S, ROBOT, Clock, Door, signs, stop
 
 
-def hold(desk: Desk, press: int = 1, joint: str = "joint_1") -> str:
+def hold(desk: PageDesk, press: int = 1, joint: str = "joint_1") -> str:
     """Hold a jog button of page a until the twin controller knows and the joint may move."""
     desk.hold("a", press, joint, 1, 3.0)
     signs(desk)
     return desk.hold("a", press, joint, 1, 3.0)
 
 
-def test_jog_is_a_command_at_each_of_its_signs(desk: Desk, door: Door, clock: Clock) -> None:
+def test_jog_is_a_command_at_each_of_its_signs(desk: PageDesk, door: Door, clock: Clock) -> None:
     """It takes what is free, and keeps it while a button is held."""
     door.holder = ""
     assert hold(desk) == ""
@@ -30,7 +30,7 @@ def test_jog_is_a_command_at_each_of_its_signs(desk: Desk, door: Door, clock: Cl
     assert door.holder == "operator 1"
 
 
-def test_stop_is_sent_before_anything_else_is_tried(desk: Desk, door: Door) -> None:
+def test_stop_is_sent_before_anything_else_is_tried(desk: PageDesk, door: Door) -> None:
     """A jog that cannot be ended, a log that cannot be written: the STOP is out, and answered."""
 
     def fail(_: Mapping[str, float]) -> None:
@@ -49,7 +49,9 @@ def test_stop_is_sent_before_anything_else_is_tried(desk: Desk, door: Door) -> N
         lambda desk: desk.let_go("a", 1),
     ],
 )
-def test_end_of_a_held_jog_is_a_zero(desk: Desk, door: Door, end: Callable[[Desk], object]) -> None:
+def test_end_of_a_held_jog_is_a_zero(
+    desk: PageDesk, door: Door, end: Callable[[PageDesk], object]
+) -> None:
     """At once, and only one."""
     assert hold(desk) == "" and desk.jog_tick()
     end(desk)
@@ -66,7 +68,7 @@ def test_end_of_a_held_jog_is_a_zero(desk: Desk, door: Door, end: Callable[[Desk
     ],
 )
 def test_jog_is_refused_to_others_and_in_other_modes(
-    desk: Desk, door: Door, page: str, mode: str, why: str
+    desk: PageDesk, door: Door, page: str, mode: str, why: str
 ) -> None:
     """Nothing is sent."""
     door.mode = mode
@@ -75,7 +77,7 @@ def test_jog_is_refused_to_others_and_in_other_modes(
     assert door.jogs == []
 
 
-def test_a_press_wakes_who_sends_and_keeps_it_awake_until_the_release(desk: Desk) -> None:
+def test_a_press_wakes_who_sends_and_keeps_it_awake_until_the_release(desk: PageDesk) -> None:
     """While no button is held nothing has to be sent; the longest wait would fail the test."""
     assert not desk.jog_tick()
     hold(desk)
@@ -86,7 +88,7 @@ def test_a_press_wakes_who_sends_and_keeps_it_awake_until_the_release(desk: Desk
     assert not desk.jog_tick()
 
 
-def test_mode_that_changes_under_a_held_button_releases_it(desk: Desk, door: Door) -> None:
+def test_mode_that_changes_under_a_held_button_releases_it(desk: PageDesk, door: Door) -> None:
     """An emergency stop on the other side, for example."""
     hold(desk)
     door.mode = "ESTOP"
@@ -100,7 +102,7 @@ def test_mode_that_changes_under_a_held_button_releases_it(desk: Desk, door: Doo
 
 
 def test_nothing_jogs_before_the_twin_controller_knows_whose_motion_it_is(
-    desk: Desk, door: Door
+    desk: PageDesk, door: Door
 ) -> None:
     """What it does not know it would stop."""
     assert desk.hold("a", 1, "joint_1", 1, 3.0) == ""
@@ -113,12 +115,12 @@ def test_nothing_jogs_before_the_twin_controller_knows_whose_motion_it_is(
     assert len(door.jogs) == 1
 
 
-def test_wrong_jog_of_a_browser_is_answered_in_words(desk: Desk) -> None:
+def test_wrong_jog_of_a_browser_is_answered_in_words(desk: PageDesk) -> None:
     """Not by an exception in the server."""
     assert "unknown joint" in hold(desk, joint="joint_9")
 
 
-def test_held_tool_moves_by_the_rule_of_the_held_joint(desk: Desk, door: Door) -> None:
+def test_held_tool_moves_by_the_rule_of_the_held_joint(desk: PageDesk, door: Door) -> None:
     """Once the twin controller knows whose motion it is; a stop of anybody ends it for good."""
     names = tuple(joint.name for joint in ROBOT.twin_joints)
     door.position = dict(zip(names, (20.0, 60.0, -50.0, 0.0)))
@@ -137,7 +139,7 @@ def test_held_tool_moves_by_the_rule_of_the_held_joint(desk: Desk, door: Door) -
     assert desk.hold_tool("b", 1, "x", "world", 1, False) == "operator 1 holds control"
 
 
-def test_tool_is_not_jogged_from_an_unknown_place(desk: Desk, door: Door) -> None:
+def test_tool_is_not_jogged_from_an_unknown_place(desk: PageDesk, door: Door) -> None:
     """The reason comes with the next sign."""
     desk.hold_tool("a", 1, "x", "world", 1, False)
     signs(desk)

@@ -8,7 +8,7 @@ import io
 import pytest
 from operator_panel.view.alarms import Alarm
 from operator_panel.view.events import COLUMNS, KEPT, EventLog
-from operator_panel.view.progress import Command, Outcome
+from operator_panel.view.progress import Command, Fate
 from operator_panel.view.snapshot import DecisionLine
 
 AT = "2026-03-01T14:03:22"
@@ -50,13 +50,13 @@ def test_decisions_are_noted_once_in_their_order_with_the_modes_as_words() -> No
 @pytest.mark.parametrize(
     ("outcome", "severity"),
     [
-        (Outcome.DONE, "info"),
-        (Outcome.STOPPED, "warning"),
-        (Outcome.REFUSED, "warning"),
-        (Outcome.LOST, "fault"),
+        (Fate.DONE, "info"),
+        (Fate.STOPPED, "warning"),
+        (Fate.REFUSED, "warning"),
+        (Fate.LOST, "fault"),
     ],
 )
-def test_ended_command_is_an_event(outcome: Outcome, severity: str) -> None:
+def test_ended_command_is_an_event(outcome: Fate, severity: str) -> None:
     """A lost one is the worst: nobody knows."""
     log = EventLog()
     log.ended([Command(1, "HOME", "14:03:22", "operator 1", "Home", outcome, "why")], AT)

@@ -7,7 +7,7 @@ from typing import Any
 import msgspec
 import pytest
 from operator_panel.door import Answer
-from operator_panel.view.progress import GRACE_S, PROGRAM_GRACE_S, Command, CommandLog, Outcome
+from operator_panel.view.progress import GRACE_S, PROGRAM_GRACE_S, Command, CommandLog, Fate
 from operator_panel.view.snapshot import CellState, RobotPackage, Snapshot
 
 YES = Answer(True, "OPERATOR_LEADS: both are commanded")
@@ -47,27 +47,27 @@ def test_move_runs_until_both_stand_at_its_target() -> None:
     """A new mode may come a moment after the answer."""
     move = Followed("MOVE")
     assert move.command.text == "both robots move"
-    assert move.sees(told("IDLE", still=True)).outcome is Outcome.RUNNING
-    assert move.sees(told("OPERATOR_LEADS")).outcome is Outcome.RUNNING
+    assert move.sees(told("IDLE", still=True)).outcome is Fate.RUNNING
+    assert move.sees(told("OPERATOR_LEADS")).outcome is Fate.RUNNING
     done = move.sees(told("IDLE", still=True))
-    assert (done.outcome, done.tone) == (Outcome.DONE, "good")
+    assert (done.outcome, done.tone) == (Fate.DONE, "good")
     assert move.log.take_ended() == [done] and move.log.take_ended() == []
 
 
 @pytest.mark.parametrize(
     ("after", "outcome"),
     [
-        (told("STOPPED", "STOP: the target is cleared"), Outcome.STOPPED),
-        (told("ESTOP", "ESTOP: latched"), Outcome.STOPPED),
-        (told("FAULT", "a fault"), Outcome.STOPPED),
-        (told("REAL_LEADS", "the real robot wins"), Outcome.STOPPED),
-        (told("OFFLINE", "a link is down"), Outcome.LOST),
-        (told("PAUSED", "PAUSE: the target is kept"), Outcome.PAUSED),
-        (told("IDLE", still=True, move_failed="joint_2 was taken"), Outcome.STOPPED),
+        (told("STOPPED", "STOP: the target is cleared"), Fate.STOPPED),
+        (told("ESTOP", "ESTOP: latched"), Fate.STOPPED),
+        (told("FAULT", "a fault"), Fate.STOPPED),
+        (told("REAL_LEADS", "the real robot wins"), Fate.STOPPED),
+        (told("OFFLINE", "a link is down"), Fate.LOST),
+        (told("PAUSED", "PAUSE: the target is kept"), Fate.PAUSED),
+        (told("IDLE", still=True, move_failed="joint_2 was taken"), Fate.STOPPED),
     ],
 )
 def test_move_that_does_not_get_there_is_never_green_and_says_why(
-    after: Snapshot, outcome: Outcome
+    after: Snapshot, outcome: Fate
 ) -> None:
     """Whatever ends it."""
     command = Followed("MOVE").sees(told("OPERATOR_LEADS"), after)
@@ -78,18 +78,18 @@ def test_refused_command_shows_the_reason_without_codes() -> None:
     """And what has ended changes no more."""
     refused = Followed("HOME", Answer(False, "HOME: something else leads: STOP first"))
     assert refused.command.text == "Something else leads: STOP first"
-    assert refused.sees(told("IDLE", still=True)).outcome is Outcome.REFUSED
+    assert refused.sees(told("IDLE", still=True)).outcome is Fate.REFUSED
     assert refused.command.tone == "bad"
 
 
 def test_command_without_an_answer_is_lost_and_so_is_one_of_a_silent_controller() -> None:
     """Nobody knows whether it was done."""
     lost = Followed("MOVE", Answer(False, "did not answer within 3 s", lost=True))
-    assert (lost.command.outcome, lost.command.tone) == (Outcome.LOST, "bad")
+    assert (lost.command.outcome, lost.command.tone) == (Fate.LOST, "bad")
     silent = Followed("MOVE").sees(told("OPERATOR_LEADS"), silent=True)
-    assert silent.outcome is Outcome.LOST and "look at the robots" in silent.text
+    assert silent.outcome is Fate.LOST and "look at the robots" in silent.text
     waiting = Followed("MOVE", None).sees(told("IDLE"), silent=True)
-    assert waiting.outcome is Outcome.SENT, "its answer still comes, or its time runs out"
+    assert waiting.outcome is Fate.SENT, "its answer still comes, or its time runs out"
 
 
 AT_TARGET = told("IDLE", still=True)
@@ -135,7 +135,7 @@ def test_program_tells_its_line_until_it_ends() -> None:
     )
     program.sees(told("REAL_LEADS", package=package))
     ended = told("IDLE", still=True, package=msgspec.structs.replace(package, running=False))
-    assert program.sees(ended).outcome is Outcome.DONE
+    assert program.sees(ended).outcome is Fate.DONE
 
 
 def test_what_was_asked_last_stands_first_and_what_still_runs_beside_it() -> None:

@@ -15,7 +15,7 @@ import msgspec
 from scara_config import ConfigError, Robot
 from scara_config.palletise import MM, Palletise
 
-from fanuc_emulator.gripping.surroundings import Surface, Surroundings
+from fanuc_emulator.gripping.surroundings import Surface, WorkSurfaces
 
 SUNK = 0.0005
 """What gets deeper than this [m] into something has hit it, unless the bellows gives way. Our
@@ -61,7 +61,7 @@ class CellParts:
         if robot.geometry is None:
             raise ConfigError("robot.yaml: geometry: is missing, and parts follow the tool by it")
         self._work = work
-        self._around = Surroundings(work)
+        self._around = WorkSurfaces(work)
         names = [joint.name for joint in robot.joints]
         table = work.table.joint
         if table not in names:

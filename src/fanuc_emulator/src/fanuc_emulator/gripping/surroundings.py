@@ -32,7 +32,7 @@ class Surface(msgspec.Struct, frozen=True):
         return abs(dx) <= self.half[0] + reach and abs(dy) <= self.half[1] + reach
 
 
-class Surroundings:
+class WorkSurfaces:
     """The table with its stands, the pallet and the floor; only the table turns.
 
     Args:

@@ -38,7 +38,7 @@ from scara_config.set_up import kit_programs
 
 from fanuc_emulator import alarms
 from fanuc_emulator.alarms import RefusedError
-from fanuc_emulator.tp.motions import Frame, StreamStep, motion_step, moves, reachable
+from fanuc_emulator.tp.motions import CallFrame, StreamStep, motion_step, moves, reachable
 from fanuc_emulator.tp.registers import ProgramRegisters
 
 Program: TypeAlias = Taught
@@ -98,7 +98,7 @@ class Executor:
         self.state = ProgramState.ABORTED
         self.program: Program | None = None
         self._memory, self._library = memory, library if library is not None else {}
-        self._frames: list[Frame] = []
+        self._frames: list[CallFrame] = []
         self._step: Step | None = None
         self._delay = 0.0
         self.waited = 0.0
@@ -108,7 +108,7 @@ class Executor:
         # The last motion has been left before its end, for the corner to the next one.
         self._rounded: MoveStep | PathStep | None = None
         # Where the motion stands that began last, and the one whose corner it rounded then.
-        self._began: tuple[Frame, int, MoveStep | PathStep | None] | None = None
+        self._began: tuple[CallFrame, int, MoveStep | PathStep | None] | None = None
 
     @property
     def step(self) -> Step | None:
@@ -121,7 +121,7 @@ class Executor:
         return self.state is ProgramState.ABORTED
 
     @property
-    def frame(self) -> Frame:
+    def frame(self) -> CallFrame:
         """The program that runs, of those that have called each other."""
         return self._frames[-1]
 
@@ -241,7 +241,7 @@ class Executor:
         self.waited = 0.0
         return f"{condition.replace('=', ' is not ')} in line {step.line}"
 
-    def _begin(self, frame: Frame, line: Line, here: int) -> None:
+    def _begin(self, frame: CallFrame, line: Line, here: int) -> None:
         """Begin what takes time or leads to another program.
 
         Raises:
@@ -260,7 +260,7 @@ class Executor:
             if frame is self._frames[0]:
                 self.line = here + 1
 
-    def _step_of(self, frame: Frame, line: Line, shown: int) -> Step | None:
+    def _step_of(self, frame: CallFrame, line: Line, shown: int) -> Step | None:
         match line:
             case MotionLine():
                 return motion_step(frame, line, shown)
@@ -297,7 +297,7 @@ class Executor:
             raise ExecutionError(f"unknown, there are {', '.join(self._library)}")
         return self._library[line.program]
 
-    def _run(self, line: Call, frame: Frame) -> None:
+    def _run(self, line: Call, frame: CallFrame) -> None:
         """Begin a program beside this one."""
         program = self._named(line)
         moving = [each for each in reachable(program, self._library) if moves(each)]
@@ -323,20 +323,20 @@ class Executor:
             task.advance(dt, True, True)
         self.beside = [task for task in self.beside if task.state is not ProgramState.ABORTED]
 
-    def _call(self, line: Call, frame: Frame) -> None:
+    def _call(self, line: Call, frame: CallFrame) -> None:
         program = self._named(line)
         if len(self._frames) == DEEPEST:
             raise ExecutionError(f"more than {DEEPEST} programs have called each other")
         arguments: list[Value] = [evaluate(each, frame.memory) for each in line.arguments]
         self._frames.append(self._frame(program, 0, arguments))
 
-    def _frame(self, program: Program, index: int, arguments: Sequence[Value] = ()) -> Frame:
+    def _frame(self, program: Program, index: int, arguments: Sequence[Value] = ()) -> CallFrame:
         """Return a program at a line, with its own positions and arguments."""
         memory = self._memory
         if arguments or program.poses:
             poses = {place: found.pose for place, found in program.poses.items()}
             memory = ProgramRegisters(memory, arguments, poses)
-        return Frame(program, index, memory)
+        return CallFrame(program, index, memory)
 
     def _return(self) -> None:
         """Go back to the program that called this one; without one it ends."""

@@ -23,7 +23,7 @@ class StreamStep(msgspec.Struct, frozen=True):
     speed_percent: float
 
 
-class Frame:
+class CallFrame:
     """A program that runs, or that waits for one which it has called.
 
     Attributes:
@@ -34,7 +34,7 @@ class Frame:
         self.program, self.index, self.memory = program, index, memory
 
 
-def motion_step(frame: Frame, line: MotionLine, shown: int) -> MoveStep | PathStep | StreamStep:
+def motion_step(frame: CallFrame, line: MotionLine, shown: int) -> MoveStep | PathStep | StreamStep:
     """Return what a motion asks for.
 
     Raises:
@@ -58,7 +58,7 @@ def motion_step(frame: Frame, line: MotionLine, shown: int) -> MoveStep | PathSt
     return PathStep(shown, motion, tuple(_target(frame, motion, each) for each in motion.targets))
 
 
-def _target(frame: Frame, motion: Asked, target: Indexed) -> Target:
+def _target(frame: CallFrame, motion: Asked, target: Indexed) -> Target:
     """Return where a motion goes to, with the frames in which that is told.
 
     Raises:

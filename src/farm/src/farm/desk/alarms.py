@@ -22,7 +22,7 @@ LONGEST_SHELF_S = 8 * 3600.0
 """Our choice: a shift. Who comes next shelves again, or looks."""
 
 
-class Status(str, Enum):
+class AlarmStatus(str, Enum):
     """How an alarm is."""
 
     RAISED = "raised"
@@ -78,7 +78,7 @@ class AlarmRow(msgspec.Struct, frozen=True):
     cell: str
     source: str
     level: str
-    status: Status
+    status: AlarmStatus
     text: str
     raised: float
     times: int
@@ -185,7 +185,7 @@ class AlarmBook:
     def rows(self, now: float) -> list[AlarmRow]:
         """Return what asks for somebody: raised ones first, then cleared, acknowledged, shelved."""
         rows = [self._row(name, known, now) for name, known in self.known.items()]
-        ranks = {status: rank for rank, status in enumerate(Status)}
+        ranks = {status: rank for rank, status in enumerate(AlarmStatus)}
         return sorted(
             (row for row in rows if row is not None),
             key=lambda row: (ranks[row.status], row.level != ERROR, -row.raised, row.id),
@@ -232,7 +232,7 @@ class AlarmBook:
             known.cell,
             known.source,
             known.level,
-            Status.CLEARED if known.cleared else Status.RAISED,
+            AlarmStatus.CLEARED if known.cleared else AlarmStatus.RAISED,
             known.text,
             known.raised,
             max(1, times),
@@ -240,11 +240,13 @@ class AlarmBook:
         )
         replace = msgspec.structs.replace
         if acknowledged and seen is not None:
-            row = replace(row, status=Status.ACKNOWLEDGED, person=seen.person, marked=seen.time)
+            row = replace(
+                row, status=AlarmStatus.ACKNOWLEDGED, person=seen.person, marked=seen.time
+            )
         if shelf is not None and now < shelf.until:
             row = replace(
                 row,
-                status=Status.SHELVED,
+                status=AlarmStatus.SHELVED,
                 person=shelf.person,
                 marked=shelf.time,
                 until=shelf.until,

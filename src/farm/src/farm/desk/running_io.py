@@ -72,14 +72,14 @@ def _door(
     if reached is None:
         return contextlib.nullcontext()
     # Imported late: the library of certificates takes a tenth of a second.
-    from farm.security.authority_io import Authority, authority_folder
+    from farm.security.authority_io import SiteAuthority, authority_folder
     from farm.security.door_io import MemberDoor
 
     folder = authority_folder(keys_folder(os.environ))
     made = MemberDoor(config, folder, reached)
     names = ", ".join(made.names or ()) or "nobody: ./cell farm invite NAME"
     print(f"farm: machines come in at {reached[0]}:{reached[1]}; invited: {names}", flush=True)
-    for each in Authority(folder, config.site, datetime.now(timezone.utc)).ending():
+    for each in SiteAuthority(folder, config.site, datetime.now(timezone.utc)).ending():
         until = datetime.fromtimestamp(each.until).strftime("%Y-%m-%d")
         print(f"farm: the certificate of {each.name} ends {until}: invite it again", flush=True)
     return made

@@ -12,14 +12,14 @@ from collections.abc import Iterable, Mapping, Sequence
 import msgspec
 from scara_ros.page.page_words import mode_change, people
 
-from farm.desk.alarms import AlarmRow, Status
+from farm.desk.alarms import AlarmRow, AlarmStatus
 from farm.desk.roster import Alike, Row, alike, status_title, status_tone
 from farm.wire import CellState, Event, Level
 
 TONES = {Level.WARN: "warn", Level.BAD: "bad"}
 """Of levels that ask for somebody; the others have the tone of their mode."""
 ASKING = ("bad", "warn")
-WAITING = (Status.RAISED, Status.CLEARED)
+WAITING = (AlarmStatus.RAISED, AlarmStatus.CLEARED)
 """Alarms that wait for somebody."""
 
 
@@ -68,7 +68,7 @@ class AlarmGroup(msgspec.Struct, frozen=True):
     source: str
     level: str
     text: str
-    status: Status
+    status: AlarmStatus
     ids: list[str]
     waiting: list[str]
     cells: list[str]

@@ -62,7 +62,7 @@ LOWEST = 19
 """Niceness of the doctor: the cell comes first."""
 
 
-class Link:
+class CellTopics:
     """What the cell's topics say, for the link on the bus."""
 
     def __init__(self, config: FarmConfig) -> None:
@@ -206,7 +206,7 @@ def main() -> None:
         cell = keys.checked(config.site, machine, keys.as_name(namespace) or "cell")
         runs = runs_folder(rospy.get_param("~directory", "")).resolve()
     journal = JournalFiles(runs / JOURNAL / (namespace or "cell"))
-    link = Link(config)
+    link = CellTopics(config)
     with refusing():
         kept = kept_file(runs, namespace or "cell")
         changes = CellChanges(kept, config_directory(), examined, link.tell)
@@ -239,7 +239,7 @@ def _serve(
     config: FarmConfig,
     cell: keys.CellName,
     journal: JournalFiles,
-    link: Link,
+    link: CellTopics,
     recordings: RecordingFiles,
     changes: CellChanges,
 ) -> None:
@@ -262,7 +262,7 @@ def _serve(
         link.run(bus)
 
 
-def _say_waiting(link: Link, ended: threading.Event) -> None:
+def _say_waiting(link: CellTopics, ended: threading.Event) -> None:
     """Publish that the link waits, until the desk is there."""
     with until_shutdown():
         while not ended.wait(PERIOD_S):

@@ -38,7 +38,7 @@ class MemberRegister(msgspec.Struct, frozen=True):
     listened: tuple[str, int] | None = None
 
 
-class Authority:
+class SiteAuthority:
     """The authority of a site's farm, made when it is needed first."""
 
     purpose = "farm"

@@ -16,7 +16,7 @@ import zenoh
 
 from farm.bus_io import BusError, open_outside
 from farm.config import FarmConfig
-from farm.security.authority_io import CERTIFICATE, Authority, good_of, read_register
+from farm.security.authority_io import CERTIFICATE, SiteAuthority, good_of, read_register
 from farm.security.invitation_io import SecurityError
 
 LOOK_S = 0.25
@@ -88,7 +88,7 @@ class MemberDoor:
             raise SecurityError(f"{file}: {error.strerror}") from error
 
     def _open(self) -> None:
-        authority = Authority(self._folder, self._config.site, datetime.now(timezone.utc))
+        authority = SiteAuthority(self._folder, self._config.site, datetime.now(timezone.utc))
         outside = authority.outside(*self._reached)
         config = self._config
         # Before the router reads it: if it changes meanwhile, the next look sees that.

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from farm.config import Credentials
 from farm.security.access import Role
-from farm.security.authority_io import CERTIFICATE, KEY, Authority
+from farm.security.authority_io import CERTIFICATE, KEY, SiteAuthority
 from farm.security.certificates import CertificateError, KeyPair, new_member
 from farm.security.invitation_io import SecurityError, write_private
 
@@ -20,7 +20,7 @@ OWN = "desk.pem"
 """Certificate and key in one file, so that both are always of one another."""
 
 
-class LabAuthority(Authority):
+class LabAuthority(SiteAuthority):
     """The authority of a site's lab, made when it is needed first."""
 
     purpose = "lab"

@@ -66,7 +66,7 @@ class Session:
         return self.seat.name or "viewer"
 
 
-class Desk:
+class PageDesk:
     """Tells the twin controller who is at which page; that judges who may command.
 
     All but the jog runs in one thread.

@@ -16,7 +16,7 @@ from starlette.responses import FileResponse, PlainTextResponse, Response
 
 from operator_panel.config import PanelConfig, Surroundings
 from operator_panel.control.authority import Role
-from operator_panel.control.desk_io import Desk
+from operator_panel.control.desk_io import PageDesk
 from operator_panel.door import CellDoor
 from operator_panel.page.charts_io import build_charts
 from operator_panel.page.header_io import build_header
@@ -54,7 +54,7 @@ class Shell:
         config: PanelConfig,
         around: Surroundings,
         door: CellDoor,
-        desk: Desk,
+        desk: PageDesk,
         live: Live,
         web: Path,
         runs: Path,

@@ -11,7 +11,7 @@ from scara_ros.page.page_library_io import plain
 
 from operator_panel.config import PanelConfig, Surroundings
 from operator_panel.control.authority import Role, command_refusal
-from operator_panel.control.desk_io import Desk, Session
+from operator_panel.control.desk_io import PageDesk, Session
 from operator_panel.door import Answer, CellDoor
 from operator_panel.view.snapshot import Snapshot
 
@@ -35,7 +35,7 @@ class PageView:
         config: PanelConfig,
         around: Surroundings,
         door: CellDoor,
-        desk: Desk,
+        desk: PageDesk,
         session: Session,
     ) -> None:
         """Remember everything."""

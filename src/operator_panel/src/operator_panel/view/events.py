@@ -13,7 +13,7 @@ import msgspec
 from scara_ros.page import page_words
 
 from operator_panel.view.alarms import Alarm
-from operator_panel.view.progress import Command, Outcome
+from operator_panel.view.progress import Command, Fate
 from operator_panel.view.snapshot import DecisionLine
 from scara_msgs.msg import TwinControllerState as Mode
 
@@ -23,7 +23,7 @@ INFO, WARNING, FAULT = "info", "warning", "fault"
 COLUMNS = ("number", "time", "severity", "source", "text", "acknowledged_by", "acknowledged_at")
 _FAULTS = (Mode.ESTOP, Mode.FAULT, Mode.OFFLINE)
 _WARNINGS = (Mode.STOPPED, Mode.PAUSED)
-_SEVERITIES = {Outcome.DONE: INFO, Outcome.LOST: FAULT}
+_SEVERITIES = {Fate.DONE: INFO, Fate.LOST: FAULT}
 FORMULA = ("=", "+", "-", "@")  # a spreadsheet would calculate a text that begins so
 
 

@@ -20,7 +20,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from operator_panel.config import PanelConfig
 from operator_panel.control.authority import Role
-from operator_panel.control.desk_io import Desk
+from operator_panel.control.desk_io import PageDesk
 from operator_panel.control.stop_line_io import ANSWER_S, not_confirmed
 from operator_panel.door import Answer, CellDoor
 from operator_panel.view.alarms import Alarm, active_alarms
@@ -62,7 +62,9 @@ class _Line:
 class Live:
     """Sends the same frame to all pages and hears their held buttons."""
 
-    def __init__(self, door: CellDoor, desk: Desk, maker: FrameMaker, config: PanelConfig) -> None:
+    def __init__(
+        self, door: CellDoor, desk: PageDesk, maker: FrameMaker, config: PanelConfig
+    ) -> None:
         """Offer the web socket; ``run`` sends."""
         self._door, self._desk, self._maker, self._config = door, desk, maker, config
         self._history = History(config.chart_window_s, config.chart_rate_hz)

@@ -23,7 +23,7 @@ PROGRAM_GRACE_S = 3.0  # our choice: a program's first line may wait before it m
 RESET_S = 5.0  # our choice: the robot resets its drives in less
 
 
-class Outcome(StrEnum):
+class Fate(StrEnum):
     """Where a command is; from DONE on it has ended."""
 
     SENT = "sent"
@@ -35,15 +35,15 @@ class Outcome(StrEnum):
     LOST = "lost"
 
 
-ENDED = frozenset({Outcome.DONE, Outcome.STOPPED, Outcome.REFUSED, Outcome.LOST})
+ENDED = frozenset({Fate.DONE, Fate.STOPPED, Fate.REFUSED, Fate.LOST})
 TONES = {
-    Outcome.SENT: "busy",
-    Outcome.RUNNING: "busy",
-    Outcome.PAUSED: "warn",
-    Outcome.DONE: "good",
-    Outcome.STOPPED: "warn",
-    Outcome.REFUSED: "bad",
-    Outcome.LOST: "bad",
+    Fate.SENT: "busy",
+    Fate.RUNNING: "busy",
+    Fate.PAUSED: "warn",
+    Fate.DONE: "good",
+    Fate.STOPPED: "warn",
+    Fate.REFUSED: "bad",
+    Fate.LOST: "bad",
 }
 # A stop that has succeeded is no good news of a motion: it is never green.
 NEVER_GREEN = frozenset({"STOP", "ESTOP", "PAUSE"})
@@ -79,7 +79,7 @@ class Command(msgspec.Struct, frozen=True):
     clock: str
     who: str
     title: str
-    outcome: Outcome = Outcome.SENT
+    outcome: Fate = Fate.SENT
     text: str = "waiting for the answer"
     tone: str = "busy"
     changed: float = 0.0
@@ -116,23 +116,23 @@ class CommandLog:
             return
         text = page_words.people(answer.message)
         if answer.lost:
-            self._change(command, Outcome.LOST, text, now)
+            self._change(command, Fate.LOST, text, now)
         elif not answer.success:
-            self._change(command, Outcome.REFUSED, text, now)
+            self._change(command, Fate.REFUSED, text, now)
         elif command.kind in MOTIONS:
-            self._change(command, Outcome.RUNNING, MOTIONS[command.kind][1], now)
+            self._change(command, Fate.RUNNING, MOTIONS[command.kind][1], now)
         elif command.kind in ("STOP", "ESTOP", "PAUSE", "RESUME", "RESET"):
-            self._change(command, Outcome.RUNNING, text, now)
+            self._change(command, Fate.RUNNING, text, now)
         else:
-            self._change(command, Outcome.DONE, text or "done", now)
+            self._change(command, Fate.DONE, text or "done", now)
 
     def look(self, snapshot: Snapshot, silent: bool, now: float) -> None:
         """Bring the commands that have not ended up to date."""
         for command in list(self._commands.values()):
-            if command.ended or command.outcome is Outcome.SENT:
+            if command.ended or command.outcome is Fate.SENT:
                 continue
             if silent or snapshot.state is None:
-                self._change(command, Outcome.LOST, SILENT, now)
+                self._change(command, Fate.LOST, SILENT, now)
                 continue
             outcome, text = _judged(command, snapshot, snapshot.state, now)
             began = command.began or (
@@ -157,7 +157,7 @@ class CommandLog:
         return ended
 
     def _change(
-        self, command: Command, outcome: Outcome, text: str, now: float, began: bool = False
+        self, command: Command, outcome: Fate, text: str, now: float, began: bool = False
     ) -> None:
         same = (outcome, text) == (command.outcome, command.text)
         tone = TONES[outcome]
@@ -177,9 +177,7 @@ class CommandLog:
             self._ended.append(changed)
 
 
-def _judged(
-    command: Command, snapshot: Snapshot, state: CellState, now: float
-) -> tuple[Outcome, str]:
+def _judged(command: Command, snapshot: Snapshot, state: CellState, now: float) -> tuple[Fate, str]:
     """Return where an accepted command is, by what the twin controller says."""
     if command.kind in MOTIONS:
         return _motion(command, snapshot, state, now)
@@ -188,43 +186,41 @@ def _judged(
     match command.kind:
         case "PAUSE":
             if state.mode == Mode.PAUSED and still:
-                return Outcome.DONE, "both are held; Resume goes on, Stop ends the motion"
+                return Fate.DONE, "both are held; Resume goes on, Stop ends the motion"
             if waited > GRACE_S and state.mode != Mode.PAUSED:
-                return Outcome.DONE, page_words.people(state.why)
+                return Fate.DONE, page_words.people(state.why)
         case "RESUME":
             if state.mode != Mode.PAUSED:
-                return Outcome.DONE, "the motion goes on"
+                return Fate.DONE, "the motion goes on"
             if waited > GRACE_S:
-                return Outcome.REFUSED, page_words.people(state.why)
+                return Fate.REFUSED, page_words.people(state.why)
         case "RESET":
             if state.mode not in (Mode.ESTOP, Mode.FAULT):
-                return Outcome.DONE, "nothing moves; Align goes on"
+                return Fate.DONE, "nothing moves; Align goes on"
             if waited > RESET_S:
-                return Outcome.REFUSED, page_words.people(state.why)
+                return Fate.REFUSED, page_words.people(state.why)
         case "STOP" | "ESTOP":
             if still:
-                return Outcome.DONE, "both stand still"
-    return Outcome.RUNNING, command.text
+                return Fate.DONE, "both stand still"
+    return Fate.RUNNING, command.text
 
 
-def _motion(
-    command: Command, snapshot: Snapshot, state: CellState, now: float
-) -> tuple[Outcome, str]:
+def _motion(command: Command, snapshot: Snapshot, state: CellState, now: float) -> tuple[Fate, str]:
     busy, moving, reached = MOTIONS[command.kind]
     package = snapshot.package
     runs = command.kind == "RUN" and package is not None and package.running
     if state.mode == busy or (runs and state.mode == Mode.IDLE):
         program = package.program if runs and package is not None else ""
-        return Outcome.RUNNING, f"{program}, the twin follows" if program else moving
+        return Fate.RUNNING, f"{program}, the twin follows" if program else moving
     if state.mode == Mode.PAUSED:
-        return Outcome.PAUSED, page_words.people(state.why)
+        return Fate.PAUSED, page_words.people(state.why)
     grace = PROGRAM_GRACE_S if command.kind == "RUN" else GRACE_S
     if not command.began and now - command.changed < grace:
-        return Outcome.RUNNING, moving  # the mode that begins it has not come yet
+        return Fate.RUNNING, moving  # the mode that begins it has not come yet
     if state.mode == Mode.IDLE:
         if state.move_failed and command.kind in ("MOVE", "MOVE_JOINTS", "HOME"):
-            return Outcome.STOPPED, f"target not reached: {page_words.people(state.move_failed)}"
-        return Outcome.DONE, reached
+            return Fate.STOPPED, f"target not reached: {page_words.people(state.move_failed)}"
+        return Fate.DONE, reached
     if state.mode == Mode.OFFLINE:
-        return Outcome.LOST, page_words.people(state.why)
-    return Outcome.STOPPED, page_words.people(state.why)
+        return Fate.LOST, page_words.people(state.why)
+    return Fate.STOPPED, page_words.people(state.why)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from rosbridge_gateway.config import Role
+from rosbridge_gateway.config import RoleRules
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class NoPlaceError(RuntimeError):
 
 
 def find_place(
-    visitor: Visitor, seats: Iterable[Seat], roles: Mapping[str, Role], clients: int
+    visitor: Visitor, seats: Iterable[Seat], roles: Mapping[str, RoleRules], clients: int
 ) -> int | None:
     """Return who has to go, so that ``visitor`` has a place: a client, or nobody.
 

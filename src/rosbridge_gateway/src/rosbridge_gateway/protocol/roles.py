@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from rosbridge_gateway.config import Reserved, Role
+from rosbridge_gateway.config import Reserved, RoleRules
 from rosbridge_gateway.protocol.names import any_of, patterns_in
 
 # Which right an operation needs; one that is not listed is denied.
@@ -32,7 +32,7 @@ _TELL = 3  # our choice: so many nodes are named in a reason
 class Roles:
     """The roles of gateway.yaml in one namespace."""
 
-    def __init__(self, roles: Mapping[str, Role], reserved: Reserved, namespace: str) -> None:
+    def __init__(self, roles: Mapping[str, RoleRules], reserved: Reserved, namespace: str) -> None:
         """Take roles, the names of the cell's own nodes, and where relative patterns stand."""
 
         def absolute(patterns: Iterable[str]) -> list[str]:
@@ -60,7 +60,7 @@ class Roles:
         """Tell why ``role`` may not do ``op`` with ``name``, or None if it may.
 
         Args:
-            role: Role of the client; an unknown one may do nothing.
+            role: RoleRules of the client; an unknown one may do nothing.
             op: rosbridge's op.
             name: Absolute name of a topic or service.
         """
@@ -78,7 +78,7 @@ class Roles:
         """Return whether ``name`` may be used though it is reserved, or another node has it.
 
         Args:
-            role: Role of the client.
+            role: RoleRules of the client.
             right: ``publish`` or ``advertise_service``.
             name: Absolute name of a topic or service.
         """

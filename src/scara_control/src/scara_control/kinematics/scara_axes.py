@@ -22,7 +22,7 @@ floating point leaves of a written 0)."""
 Point = tuple[float, float]
 
 
-class Axis(NamedTuple):
+class ScaraAxis(NamedTuple):
     """What one joint does.
 
     Attributes:
@@ -50,10 +50,10 @@ class Axes(NamedTuple):
     """
 
     base: Point
-    shoulder: Axis
-    elbow: Axis
-    slide: Axis
-    wrist: Axis | None
+    shoulder: ScaraAxis
+    elbow: ScaraAxis
+    slide: ScaraAxis
+    wrist: ScaraAxis | None
     offset: float
 
 
@@ -79,13 +79,14 @@ def read_axes(robot: Robot) -> Axes:
     # Without a wrist the forearm carries the tool itself.
     ends = [*places[1:], tip]
     first, second, *third = (
-        Axis(k, signs[k], _direction(place, end)) for k, place, end in zip(turning, places, ends)
+        ScaraAxis(k, signs[k], _direction(place, end))
+        for k, place, end in zip(turning, places, ends)
     )
     return Axes(
         places[0],
         first,
         second,
-        Axis(sliding[0], signs[sliding[0]]),
+        ScaraAxis(sliding[0], signs[sliding[0]]),
         third[0] if third else None,
         math.dist(places[2], tip) if third else 0.0,
     )

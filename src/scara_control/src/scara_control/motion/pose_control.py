@@ -27,7 +27,7 @@ from scara_control.motion.commands import (
 )
 from scara_control.motion.drive import PathDriver, believed
 from scara_control.motion.feedback import Feedback
-from scara_control.motion.following.stream import Stream
+from scara_control.motion.following.stream import SetpointStream
 from scara_control.motion.requests import (
     Jog,
     MoveLedger,
@@ -54,7 +54,7 @@ class PoseController:
         self._planner = Planner(self._joints)
         self._feedback = Feedback(self._joints, config)
         self._setpoint: Vector | None = None
-        self._stream = Stream(self._joints, config.follow)
+        self._stream = SetpointStream(self._joints, config.follow)
         self._ledger = MoveLedger(robot, config)
         self._commanded = self.names
         # Before this time who takes a joint from us does so by what is late [s].

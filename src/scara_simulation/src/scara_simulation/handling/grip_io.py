@@ -6,7 +6,7 @@ import math
 
 import pybullet
 
-from scara_simulation.handling.part_bodies_io import Part, PartBodies
+from scara_simulation.handling.part_bodies_io import LoosePart, PartBodies
 
 TORN = 0.002
 """A held part that has been pulled so far off its grip [m] is torn off. Our choice."""
@@ -52,7 +52,7 @@ class PartGrip:
             physicsClientId=client,
         )
 
-    def hold(self, part: Part) -> None:
+    def hold(self, part: LoosePart) -> None:
         """Tie a part to the tool as it is now."""
         self._place, orientation = self._relative(part)
         self._constraint = pybullet.createConstraint(
@@ -78,7 +78,7 @@ class PartGrip:
             pybullet.removeConstraint(self._constraint, physicsClientId=self._client)
             self._constraint = -1
 
-    def is_torn(self, part: Part) -> bool:
+    def is_torn(self, part: LoosePart) -> bool:
         """Tell whether the held part was pulled off its grip.
 
         Pushed up, it only compresses the bellows.
@@ -87,7 +87,7 @@ class PartGrip:
         return math.hypot(dx, dy, max(dz, 0.0)) > TORN  # the tool's z points down
 
     def _relative(
-        self, part: Part
+        self, part: LoosePart
     ) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
         """Return the pose of a part's middle in the tool's inertial frame.
 

@@ -27,7 +27,7 @@ world in which a body was taken out of the collisions and put back."""
 _UPRIGHT: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
 
 
-class Part:
+class LoosePart:
     """One part: awake it is the engine's, asleep it lies at ``place`` on the link ``support``."""
 
     def __init__(self, name: str, body: int, support: str, place: Pose) -> None:
@@ -66,7 +66,7 @@ class PartBodies:
         # Contacts name bodies by the engine's numbers.
         self.by_body = {part.body: part for part in self.parts}
 
-    def _create(self, shape: int, name: str, stand: str, underside: Vector) -> Part:
+    def _create(self, shape: int, name: str, stand: str, underside: Vector) -> LoosePart:
         x, y, z = underside
         centre = (x, y, z + 0.5 * self._kind.height)
         body: int = pybullet.createMultiBody(
@@ -86,7 +86,7 @@ class PartBodies:
             frictionAnchor=1,  # without it a part at rest creeps by 0.02 mm a second
             physicsClientId=self._client,
         )
-        part = Part(name, body, stand, self._relative(stand, (centre, _UPRIGHT)))
+        part = LoosePart(name, body, stand, self._relative(stand, (centre, _UPRIGHT)))
         self.put_to_sleep(part)
         return part
 
@@ -97,7 +97,7 @@ class PartBodies:
                 self.put_to_sleep(part)
             part.support, part.place = part.start
 
-    def pose(self, part: Part) -> Pose:
+    def pose(self, part: LoosePart) -> Pose:
         """Return the pose of a part's middle in the world."""
         if part.asleep:
             pose: Pose = pybullet.multiplyTransforms(*self.link_pose(part.support), *part.place)
@@ -115,7 +115,7 @@ class PartBodies:
         )
         return state[4], state[5]
 
-    def wake(self, part: Part) -> None:
+    def wake(self, part: LoosePart) -> None:
         """Give a part back to the engine, moving as its support does."""
         if not part.asleep:
             return
@@ -130,12 +130,12 @@ class PartBodies:
         )
         pybullet.resetBaseVelocity(part.body, velocity, turn, physicsClientId=self._client)
 
-    def lay(self, part: Part, link: str, place: Pose) -> None:
+    def lay(self, part: LoosePart, link: str, place: Pose) -> None:
         """Put a part on a link, asleep; ``place`` is that of its middle in the link's frame."""
         part.support, part.place = link, place
         self.put_to_sleep(part)
 
-    def put_to_sleep(self, part: Part) -> None:
+    def put_to_sleep(self, part: LoosePart) -> None:
         """Take a part out of the physics; it stays where it is on its support."""
         part.asleep, part.still_for = True, 0.0
         shelf = (part.body * _SHELF, 0.0, -100.0 * _SHELF)
@@ -145,7 +145,7 @@ class PartBodies:
             pybullet.ACTIVATION_STATE_SLEEP | pybullet.ACTIVATION_STATE_DISABLE_WAKEUP,
         )
 
-    def settle(self, part: Part) -> bool:
+    def settle(self, part: LoosePart) -> bool:
         """Find what an awake part lies on; return whether it does not move against it."""
         # The name of what pushes a part up hardest, a link or another part. Empty: nothing.
         link, most = "", 0.0
@@ -164,7 +164,7 @@ class PartBodies:
         twist: float = max(abs(a - b) for a, b in zip(turn, under_turn))
         return slip < RESTING_SPEED and twist < RESTING_TURN
 
-    def view(self, part: Part, *, held: bool, resting: bool) -> PartView:
+    def view(self, part: LoosePart, *, held: bool, resting: bool) -> PartView:
         """Return a part as the ledger wants to see it."""
         position, orientation = self.pose(part)
         axis = pybullet.getMatrixFromQuaternion(orientation)[2::3]
@@ -176,7 +176,7 @@ class PartBodies:
         )
         return PartView(part.name, underside, axis[2], resting, held, part.support)
 
-    def _switch(self, part: Part, pose: Pose, state: int) -> None:
+    def _switch(self, part: LoosePart, pose: Pose, state: int) -> None:
         """Put a body there at rest, and let the engine move it or not."""
         pybullet.resetBasePositionAndOrientation(part.body, *pose, physicsClientId=self._client)
         pybullet.changeDynamics(part.body, -1, activationState=state, physicsClientId=self._client)

@@ -19,8 +19,8 @@ from scara_config.payload import Payload
 from scara_msgs.msg import PartEvent
 from scara_simulation.handling.grip_io import PartGrip
 from scara_simulation.handling.ledger import Happening, Ledger, PartView
-from scara_simulation.handling.part_bodies_io import Part, PartBodies, PartShown, shown
-from scara_simulation.handling.suction import Change, Suction, advance, command, lose
+from scara_simulation.handling.part_bodies_io import LoosePart, PartBodies, PartShown, shown
+from scara_simulation.handling.suction import NozzleChange, Suction, advance, command, lose
 from scara_simulation.handling.touch_watch_io import TouchWatch
 from scara_simulation.world_io import World
 
@@ -199,11 +199,11 @@ class PartWorld(World):
             self._suction, change = advance(
                 before, candidate, self._dt, gripper.vacuum_ms * 1e-3, gripper.release_ms * 1e-3
             )
-            if change is Change.GRIP:
+            if change is NozzleChange.GRIP:
                 part = self._part(self._suction.held)
                 self._grip.hold(part)
                 self._tell_of(part, PartEvent.GRIPPED, f"{part.name} was gripped")
-            elif change is Change.RELEASE:
+            elif change is NozzleChange.RELEASE:
                 self._grip.let_go()
                 self._tell_of(
                     self._part(before.held), PartEvent.RELEASED, f"{before.held} was let go"
@@ -234,7 +234,7 @@ class PartWorld(World):
             self._touches.text(self._steps),
         )
 
-    def _part(self, name: str) -> Part:
+    def _part(self, name: str) -> LoosePart:
         return next(part for part in self._bodies.parts if part.name == name)
 
     def _candidate(self) -> str:
@@ -291,7 +291,7 @@ class PartWorld(World):
         for happening in self._ledger.observe(views):
             self._tell(happening)
 
-    def _attend(self, part: Part, stay: bool) -> PartView:
+    def _attend(self, part: LoosePart, stay: bool) -> PartView:
         """Look after an awake part.
 
         Let it sleep once it lies still unless it is to ``stay`` awake, or check the grip.
@@ -307,7 +307,7 @@ class PartWorld(World):
             self._bodies.put_to_sleep(part)
         return view
 
-    def _check_grip(self, part: Part) -> None:
+    def _check_grip(self, part: LoosePart) -> None:
         """Take a part off the nozzle that was pulled away from it."""
         if not self._grip.is_torn(part):
             return
@@ -318,7 +318,7 @@ class PartWorld(World):
             part, PartEvent.RELEASED, f"{part.name} was torn off: the suction holds {force:g} N"
         )
 
-    def _tell_of(self, part: Part, kind: str, text: str) -> None:
+    def _tell_of(self, part: LoosePart, kind: str, text: str) -> None:
         where = self._bodies.view(part, held=False, resting=False).position
         self._tell(
             Happening(

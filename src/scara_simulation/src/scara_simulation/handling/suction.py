@@ -10,7 +10,7 @@ from enum import Enum, auto
 import msgspec
 
 
-class Change(Enum):
+class NozzleChange(Enum):
     """What happens to the part at the nozzle."""
 
     NOTHING = auto()
@@ -35,7 +35,7 @@ class Suction(msgspec.Struct, frozen=True):
 
 def advance(
     state: Suction, candidate: str, dt: float, vacuum_s: float, release_s: float
-) -> tuple[Suction, Change]:
+) -> tuple[Suction, NozzleChange]:
     """Go on for one step.
 
     Args:
@@ -53,17 +53,17 @@ def advance(
         if state.commanded:
             return (
                 msgspec.structs.replace(state, closed=0.0) if state.closed else state
-            ), Change.NOTHING
+            ), NozzleChange.NOTHING
         if state.closed + dt < release_s:
-            return msgspec.structs.replace(state, closed=state.closed + dt), Change.NOTHING
-        return Suction(), Change.RELEASE
+            return msgspec.structs.replace(state, closed=state.closed + dt), NozzleChange.NOTHING
+        return Suction(), NozzleChange.RELEASE
     if not state.commanded or not candidate:
         return (
             msgspec.structs.replace(state, closed=0.0) if state.closed else state
-        ), Change.NOTHING
+        ), NozzleChange.NOTHING
     if state.closed + dt < vacuum_s:
-        return msgspec.structs.replace(state, closed=state.closed + dt), Change.NOTHING
-    return Suction(True, candidate), Change.GRIP
+        return msgspec.structs.replace(state, closed=state.closed + dt), NozzleChange.NOTHING
+    return Suction(True, candidate), NozzleChange.GRIP
 
 
 def command(state: Suction, on: bool) -> Suction:

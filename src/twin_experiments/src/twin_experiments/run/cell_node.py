@@ -58,7 +58,7 @@ class RunError(RuntimeError):
     """An experiment cannot start or go on; the text says why."""
 
 
-class Cell:
+class RunningCell:
     """Subscribes to the cell and calls its services."""
 
     def __init__(self, robot: Robot, moving_speed_percent: float, deadlines: Deadlines) -> None:

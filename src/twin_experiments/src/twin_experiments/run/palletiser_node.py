@@ -10,7 +10,7 @@ from collections.abc import Callable
 from scara_config.palletise import MM, Palletise
 
 from scara_msgs.msg import TwinControllerState
-from twin_experiments.run.cell_node import Cell, RunError
+from twin_experiments.run.cell_node import RunError, RunningCell
 
 
 class Palletiser:
@@ -22,7 +22,7 @@ class Palletiser:
         deadline: For one service call that needs no motion [s].
     """
 
-    def __init__(self, cell: Cell, work: Palletise, deadline: float) -> None:
+    def __init__(self, cell: RunningCell, work: Palletise, deadline: float) -> None:
         self._cell, self._work, self._deadline = cell, work, deadline
         self._angle: float | None = None
 

@@ -51,7 +51,7 @@ from twin_experiments.config import (
     load_experiments,
 )
 from twin_experiments.report.record import RecordError
-from twin_experiments.run.cell_node import Cell, RunError
+from twin_experiments.run.cell_node import RunError, RunningCell
 from twin_experiments.run.palletiser_node import Palletiser
 from twin_experiments.run.pendant_io import PendantCallError, PendantCalls
 from twin_experiments.run.terminal_node import print_report
@@ -84,7 +84,7 @@ class Runner:
 
     def __init__(
         self,
-        cell: Cell,
+        cell: RunningCell,
         robot: Robot,
         config: ExperimentsFile,
         pendant: PendantCalls,
@@ -203,7 +203,7 @@ def run_experiment(
     if work is None and any(name in config.palletising for name in chosen):
         raise ConfigError(f"{robot.name} has no palletise.yaml: it has no parts")
     _enter_ros(config.deadlines_s.cell)
-    cell = Cell(robot, config.metrics.moving_speed_percent, config.deadlines_s)
+    cell = RunningCell(robot, config.metrics.moving_speed_percent, config.deadlines_s)
     options = {"--host": robot_host, "--port": robot_port, "--config-dir": folder}
     words = [
         word for name, value in options.items() if value is not None for word in (name, str(value))
@@ -230,7 +230,7 @@ def run_experiment(
 
 
 def _record(
-    cell: Cell,
+    cell: RunningCell,
     robot: Robot,
     config: ExperimentsFile,
     pendant: PendantCalls,

@@ -12,7 +12,7 @@ from scara_ros.shell.program_io import FAILED
 
 from farm import keys
 from farm.desk.alarm_desk_io import ACKNOWLEDGE, SHELVE, MarksAsked
-from farm.desk.alarms import AlarmRow, Status
+from farm.desk.alarms import AlarmRow, AlarmStatus
 from farm.desk.command_line_io import (
     CONNECT_S,
     Person,
@@ -36,7 +36,7 @@ def alarms(router_port: RouterPort = None) -> None:
     rows = msgspec.json.decode(_answered(router_port, keys.ALARMS), type=list[AlarmRow])
     names = ("alarm", "level", "status", "since", "times", "text", "by", "until")
     print_table(names, [_line(row) for row in rows])
-    waiting = sum(row.status in (Status.RAISED, Status.CLEARED) for row in rows)
+    waiting = sum(row.status in (AlarmStatus.RAISED, AlarmStatus.CLEARED) for row in rows)
     typer.echo(f"{len(rows)} alarms, {waiting} wait for somebody")
 
 

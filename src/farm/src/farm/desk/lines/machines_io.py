@@ -16,7 +16,7 @@ from farm.config import PORT, ReachedError, reached
 from farm.desk.command_line_io import app, configured, fail, print_table
 from farm.lab.address import PORT as LAB_PORT
 from farm.security.access import Role
-from farm.security.authority_io import SOON, Authority, authority_folder
+from farm.security.authority_io import SOON, SiteAuthority, authority_folder
 from farm.security.invitation_io import Invitation, SecurityError, keys_folder, write_private
 from farm.security.lab_authority_io import LabAuthority, has_lab, lab_authority_folder
 from farm.security.membership_io import join as keep
@@ -29,7 +29,7 @@ Renewed = Annotated[
 Who = Annotated[str, typer.Argument(help="A machine's name, or a desk's.")]
 
 
-def opened_authority(*, lab: bool = False) -> Authority:
+def opened_authority(*, lab: bool = False) -> SiteAuthority:
     """Return this site's authority, of the farm or of the lab.
 
     Raises:
@@ -38,7 +38,7 @@ def opened_authority(*, lab: bool = False) -> Authority:
     site, now, own = configured(None).site, datetime.now(timezone.utc), keys_folder(os.environ)
     if lab:
         return LabAuthority(lab_authority_folder(own), site, now)
-    return Authority(authority_folder(own), site, now)
+    return SiteAuthority(authority_folder(own), site, now)
 
 
 @app.command()

@@ -166,7 +166,7 @@ class StreamGate:
             )
 
 
-class Stream:
+class SetpointStream:
     """The streamed set points of joint_pose_controller.
 
     They are at most one session, its gate, and what was refused.
