@@ -21,7 +21,6 @@ REASONS = {
     "scara_config/text_enum.py": "goes with Python 3.10",
     "scara_control/errors.py": "what the other modules raise; none of them may be imported by it",
     "scara_description/write_inertia_node.py": "an executable has a module of its name",
-    "scara_description/write_urdf_node.py": "an executable has a module of its name",
     "scara_ros/diagnosis.py": "pure, for those that may not import the node's half",
     "scara_ros/pacing.py": "eight packages publish by it; no other module is about time",
     "twin_controller/core/state.py": "the five parts of the state on one page",

@@ -8,18 +8,21 @@ from __future__ import annotations
 import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
+from typing import Annotated
+
+import typer
+from scara_ros.shell.command_line_io import CommandLine
 
 from scara_description.inertia import ShapeError, with_inertia
 
+app = CommandLine("write_inertia", {}, help="Bring the inertia of a URDF file up to date.")
 
-def main() -> None:
-    """Rewrite the file named on the command line.
 
-    Say what was wrong and leave it as it is otherwise.
-    """
-    if len(sys.argv) != 2:
-        sys.exit("usage: write_inertia FILE")
-    path = Path(sys.argv[1])
+@app.command()
+def write_inertia(
+    path: Annotated[Path, typer.Argument(metavar="FILE", help="The URDF.")],
+) -> None:
+    """Rewrite a file; say what was wrong and leave it as it is otherwise."""
     try:
         before = path.read_text(encoding="utf-8")
         after = with_inertia(before)
@@ -30,3 +33,6 @@ def main() -> None:
         return
     path.write_text(after, encoding="utf-8")
     print(f"{path}: inertia written")
+
+
+main = app.run
