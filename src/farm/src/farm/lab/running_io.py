@@ -18,6 +18,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import msgspec
+from scara_config.files.whole_file import write_whole
 
 from farm.lab.plan import PROGRAMS, Job, Plan
 
@@ -92,7 +93,7 @@ def begin(folder: Path, plan: Plan) -> None:
             if read_plan(folder) != plan:
                 raise LabError(f"{file}: is another plan: name another folder")
             return
-        _write(file, plan)
+        write_whole(file, msgspec.json.encode(plan))
     except OSError as error:
         raise LabError(f"{folder}: {error.strerror}") from error
 
@@ -263,11 +264,4 @@ def perform(
 
 def keep(folder: Path, result: Result) -> None:
     """Keep a result; :func:`result_of` finds it."""
-    _write(folder / f"{result.job}.json", result)
-
-
-def _write(file: Path, content: msgspec.Struct) -> None:
-    """Write a file that is whole or not there."""
-    half = file.with_suffix(".part")
-    half.write_bytes(msgspec.json.encode(content))
-    half.replace(file)
+    write_whole(folder / f"{result.job}.json", msgspec.json.encode(result))
