@@ -17,18 +17,6 @@ ROUTES: dict[str, tuple[str, str, str, dict[str, float]]] = {
 REFUSALS = {"400": "A parameter is wrong.", "404": "Not remembered.", "503": "Nobody answers."}
 
 
-class History(msgspec.Struct):
-    """The pair at several times, oldest first."""
-
-    pairs: list[Shadow]
-
-
-class Refusal(msgspec.Struct):
-    """Why there is no answer."""
-
-    error: str
-
-
 def json_schema() -> dict[str, Any]:
     """Return the JSON schema of the document (draft 2020-12)."""
     schema = msgspec.json.schema(Shadow)
@@ -38,7 +26,12 @@ def json_schema() -> dict[str, Any]:
 def openapi() -> dict[str, Any]:
     """Return the OpenAPI 3.1 description of all routes."""
     place = "#/components/schemas/{name}"
-    _, schemas = msgspec.json.schema_components([Shadow, History, Refusal], ref_template=place)
+    _, schemas = msgspec.json.schema_components([Shadow], ref_template=place)
+    pairs = {"type": "array", "items": {"$ref": place.format(name="Shadow")}}
+    schemas |= {
+        "History": _object("History", "The pair at several times, oldest first.", pairs=pairs),
+        "Refusal": _object("Refusal", "Why there is no answer.", error={"type": "string"}),
+    }
 
     def answer(text: str, kind: str, name: str) -> dict[str, Any]:
         schema = {"schema": {"$ref": place.format(name=name)}}
@@ -57,3 +50,11 @@ def openapi() -> dict[str, Any]:
         paths[ROOT + path] = {"get": get, "head": {**get, "responses": bare}}
     info = {"title": "The pair of robots, read only", "version": "1"}
     return {"openapi": "3.1.0", "info": info, "paths": paths, "components": {"schemas": schemas}}
+
+
+def _object(title: str, text: str, **fields: Any) -> dict[str, Any]:
+    """Return the schema of an object whose fields are all there."""
+    return {
+        **{"title": title, "description": text, "type": "object"},
+        **{"properties": fields, "required": list(fields)},
+    }
