@@ -90,6 +90,14 @@ def wait_until(
         time.sleep(period)
 
 
+def is_alive(pid: int | str) -> bool:
+    """Say whether a process runs (a zombie does not)."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False
+
+
 class Process:
     """One started program; its output is a file, its process group is ended as a whole."""
 

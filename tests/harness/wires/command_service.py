@@ -71,7 +71,7 @@ class CommandService:
 
     def _serve(self, line: socket.socket) -> None:
         with contextlib.suppress(OSError):
-            header = _block(line)
+            header = read_block(line)
             self.greets.wait()
             fields = {"type": self._kind._type, "md5sum": self._kind._md5sum, "callerid": "/n"}
             parts = [f"{key}={value}".encode() for key, value in fields.items()]
@@ -79,7 +79,7 @@ class CommandService:
             line.sendall(_sized(b"".join(_sized(part) for part in parts)))
             while b"probe=1" not in header:
                 request = self._kind._request_class()
-                request.deserialize(_block(line))
+                request.deserialize(read_block(line))
                 self.heard.append(request.command)
                 self.answers.wait()
                 buffer = io.BytesIO()
@@ -92,7 +92,7 @@ def _sized(block: bytes) -> bytes:
     return struct.pack("<I", len(block)) + block
 
 
-def _block(line: socket.socket) -> bytes:
+def read_block(line: socket.socket) -> bytes:
     """Read one block with its length before it.
 
     Raises:

@@ -13,7 +13,7 @@ from pathlib import Path
 from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
 
 import pytest
-from harness.processes import free_port, wait_until
+from harness.processes import free_port, is_alive, wait_until
 from scara_bringup.plan import NodePlan
 from scara_bringup.processes.master_io import MasterAddress, MasterProbe
 from scara_bringup.processes.output_io import make_output, runs_of
@@ -121,14 +121,6 @@ def test_children_die_with_a_bring_up_that_is_killed(tmp_path: Path) -> None:
         )
         parent.kill()
     wait_until(lambda: not is_alive(child), 20.0, "the end of the child")
-
-
-def is_alive(pid: int) -> bool:
-    """Say whether a process runs (a zombie does not)."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
-    except OSError:
-        return False
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from harness.processes import wait_until
+from harness.processes import is_alive, wait_until
 from scara_bringup.plan import NodePlan
 from scara_bringup.processes.forked_io import WarmParent, WarmParentError, runs_here
 from scara_bringup.processes.processes_io import Processes
@@ -204,11 +204,3 @@ def test_a_parent_that_dies_is_an_end_of_all_its_children(tmp_path: Path) -> Non
         assert wait_until(processes.ended, 20.0) == [("a_node", -9)]
         with pytest.raises(WarmParentError, match=f"{program}: not started: .* with code -9"):
             processes.start(plan(program))
-
-
-def is_alive(pid: str) -> bool:
-    """Say whether a process runs (a zombie does not)."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
-    except OSError:
-        return False

@@ -13,6 +13,7 @@ from typing import Any
 from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
+from harness.wires.command_service import read_block
 from scara_ros.services.service_client_node import ServiceClient, is_offered, service_type
 from scara_ros.services.service_connection_io import (
     ServiceError,
@@ -23,15 +24,6 @@ from std_srvs.srv import Trigger, TriggerResponse
 
 DEADLINE = 5.0
 NAME = "/s"
-
-
-def read_block(line: socket.socket) -> bytes:
-    """Read one block with its length before it."""
-    head = line.recv(4, socket.MSG_WAITALL)
-    if len(head) < 4:
-        raise ConnectionError
-    (size,) = struct.unpack("<I", head)
-    return line.recv(size, socket.MSG_WAITALL) if size else b""
 
 
 class Service:
