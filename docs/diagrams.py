@@ -135,6 +135,7 @@ def cell() -> str:
         "joint_vel_controller",
         "motion_server, trajectory_server",
         "kinematics_server",
+        "robot_state_publisher",
     )
     return picture(
         (1000, 475),
@@ -146,7 +147,7 @@ def cell() -> str:
         Box("real", 25, 175, 170, 62, ("pendant,", "pendant page")),
         Box("centre", 360, 45, 170, 75, ("twin_controller", "who leads, limits,", "stops")),
         Box("twin", 680, 50, 150, 62, ("gateway", "(rosbridge_gateway)")),
-        Box("other", 862, 50, 115, 62, ("cell_recorder", "(bag)")),
+        Box("other", 862, 50, 115, 62, ("cell_recorder", "(bag, journal)")),
         Box("twin", 680, 165, 297, 92, nodes),
         Box("twin", 680, 305, 297, 62, ("simulator (PyBullet)", "gripper, parts, camera")),
         Box("other", 360, 205, 170, 52, ("operator_panel", "(browser)")),
@@ -162,6 +163,7 @@ def cell() -> str:
         Arrow(((828, 257), (828, 305)), ("set points, joint states",), (906, 286)),
         Arrow(((445, 205), (445, 120)), ("twin_controller/command",), (537, 172), both=False),
         Arrow(((530, 231), (680, 231)), ("jog",), (605, 223), both=False),
+        Arrow(((360, 222), (195, 222)), ("programs",), (268, 214), both=False),
         Arrow(
             ((360, 335), (336, 335), (336, 108), (360, 108)), ("command",), (298, 326), both=False
         ),
