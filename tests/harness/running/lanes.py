@@ -51,7 +51,6 @@ TIMED = (
     "tests/unit/cell_recorder/journal/test_writer.py",
     "tests/unit/fanuc_emulator/gripping/test_truth.py",
     "tests/unit/fanuc_emulator/modbus/",
-    "tests/unit/fanuc_emulator/other/",
     "tests/unit/fanuc_kit/test_kit.py",
     "tests/unit/farm/desk/test_alarm_desk.py",
     "tests/unit/farm/desk/test_comparing.py",
