@@ -15,6 +15,9 @@ class StrEnum(str, Enum):
         ('red', True, True)
     """
 
+    # As the text hashes: an Enum's own hash is Python, and tables are looked up by modes.
+    __hash__ = str.__hash__
+
     def __str__(self) -> str:
         """Return the text."""
         return str(self.value)

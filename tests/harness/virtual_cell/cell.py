@@ -17,7 +17,6 @@ import random
 from collections.abc import Callable, Sequence
 from functools import partial
 
-import numpy as np
 from scara_simulation.world_io import World
 from twin_controller.core.actions import (
     AnyAction,
@@ -121,7 +120,7 @@ class VirtualCell:
         self._seen = [0, 0]
         self._activities = [Activity(), Activity()]
         share = self.files.experiments.metrics.moving_speed_percent * 1e-2
-        self._slow = np.array([joint.velocity * share for joint in self.files.robot.twin_joints])
+        self._slow = [joint.velocity * share for joint in self.files.robot.twin_joints]
 
     def __enter__(self) -> Self:
         return self
@@ -230,8 +229,7 @@ class VirtualCell:
         """Return for how long both sides have stood still [s], by their ground truth."""
         for k, truth in enumerate((self.real.truth, self.twin.truth)):
             for at, _, qdot in truth[self._seen[k] :]:
-                speeds = np.array(qdot)
-                self._activities[k] = observe(self._activities[k], at, speeds, self._slow)
+                self._activities[k] = observe(self._activities[k], at, qdot, self._slow)
             self._seen[k] = len(truth)
         return still_for(self._activities, self.schedule.now, FRESH_S)
 

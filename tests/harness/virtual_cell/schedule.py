@@ -36,10 +36,11 @@ class Schedule:
     def every(self, period: float, call: Call, first: float = 0.0) -> None:
         """Make ``call`` each ``period`` [s], first after ``first`` [s]; errors do not add up."""
         begin = self.now + first
-        numbers = count(1)
+        numbers, due, order = count(1), self._due, self._order
 
         def again() -> None:
-            self.at_ns(round((begin + next(numbers) * period) * SECOND), again)
+            due_ns = round((begin + next(numbers) * period) * SECOND)
+            heapq.heappush(due, (due_ns, next(order), again))
             call()
 
         self.at_ns(round(begin * SECOND), again)
@@ -62,9 +63,13 @@ class Schedule:
 
     def run(self, duration: float) -> None:
         """Let ``duration`` [s] pass."""
-        ended: list[bool] = []
-        self.after(duration, lambda: ended.append(True))
-        self.run_until(lambda: bool(ended), duration + 1.0)
+        # What is put down for then from now on comes after it.
+        end = self.now_ns + round(max(duration, 0.0) * SECOND), next(self._order)
+        due = self._due
+        while due and due[0] < end:
+            self.now_ns, _, call = heapq.heappop(due)
+            call()
+        self.now_ns = end[0]
 
 
 class SideClock:

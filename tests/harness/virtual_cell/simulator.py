@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from scara_simulation.joints.control import JointControl
 from scara_simulation.joints.model import joint_models
 from scara_simulation.simulation import Simulation, Timing
@@ -33,8 +35,9 @@ def build_simulation(
     robot, config = files.robot, files.simulation
     factor = config.model_mass_factor
 
-    def model(q: list[float], qdot: list[float], qddot: list[float]) -> list[float]:
-        return [factor * effort for effort in world.inverse_dynamics(q, qdot, qddot)]
+    def model(q: list[float], qdot: list[float], qddot: list[float]) -> Sequence[float]:
+        efforts = world.inverse_dynamics(q, qdot, qddot)
+        return efforts if factor == 1.0 else [factor * effort for effort in efforts]
 
     control = JointControl(
         joint_models(robot, config, world.damping, world.friction),

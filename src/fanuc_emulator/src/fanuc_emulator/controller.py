@@ -67,7 +67,7 @@ class Controller:
         self._gripper = False
         self._config, self._settings = config, config.settings
         self._robot, self._boot_seconds = robot, boot_seconds
-        self._dt = config.dt
+        self._dt, self._period_ms = config.dt, config.plant.servo_period_ms
         self._home = joint_positions(config.start_position, robot, lambda _: "start_position")
         plant = config.plant
         axes = axes_of(plant, robot.joints, self._home)
@@ -132,11 +132,11 @@ class Controller:
 
     def _obey(self, asked: Iterable[Asked]) -> None:
         """Do what the edges of inputs ask for."""
-        cut, hold, end = UopRequest.POWER_OFF, UopRequest.HOLD, UopRequest.END
-        stops = {cut: self._cut_drives, hold: self._pause, end: self._abort}
         for request, number in asked:
             match request:
                 case UopRequest.POWER_OFF | UopRequest.HOLD | UopRequest.END:
+                    cut, hold, end = UopRequest.POWER_OFF, UopRequest.HOLD, UopRequest.END
+                    stops = {cut: self._cut_drives, hold: self._pause, end: self._abort}
                     self._try(self._jobs.forget_here)
                     stops[request]()
                 case UopRequest.CYCLE_STOP:
@@ -254,7 +254,7 @@ class Controller:
     @property
     def _now_ms(self) -> int:
         """Milliseconds of the own clock since boot."""
-        return self._tick * self._config.plant.servo_period_ms
+        return self._tick * self._period_ms
 
     def _clock_at(self, now_ms: int) -> int:
         """Return what the robot's clock shows so many milliseconds after boot."""
@@ -285,23 +285,23 @@ class Controller:
         return round(step.speed_percent) if isinstance(step, MOVES) else 0
 
     def _outputs(self) -> Outputs:
-        state = self._executor.state
-        running = state is ProgramState.RUNNING
+        state, motion, lit = self._executor.state, self._motion, self._inputs.lit
+        running, fault = state is ProgramState.RUNNING, self._alarms.fault
         outputs = Outputs(
             # A remote start is possible.
-            cmdenbl=not (self._alarms.fault or self._settings.local)
-            and all([self._motion.powered, self._inputs["sfspd"], self._inputs["enbl"]]),
-            sysrdy=self._motion.powered,
+            cmdenbl=not (fault or self._settings.local)
+            and (motion.powered and "sfspd" in lit and "enbl" in lit),
+            sysrdy=motion.powered,
             progrun=running,
             paused=state is ProgramState.PAUSED,
-            held=not (self._inputs["hold"] and self._inputs["panel_hold"]),
-            fault=self._alarms.fault,
-            atperch=self._motion.at(self._home),
+            held=not ("hold" in lit and "panel_hold" in lit),
+            fault=fault,
+            atperch=motion.at(self._home),
             tpenbl=self._settings.tp_enabled,
             batalm=False,
-            busy=running or not self._motion.standing,
-            panel_estop=not self._inputs["panel_imstp"],
-            panel_held=not self._inputs["panel_hold"],
+            busy=running or not motion.standing,
+            panel_estop="panel_imstp" not in lit,
+            panel_held="panel_hold" not in lit,
             gripper=self._gripper,
             vacuum=self._vacuum,
         )

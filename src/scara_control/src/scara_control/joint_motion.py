@@ -86,14 +86,13 @@ class Setpoints(msgspec.Struct, frozen=True, array_like=True):
         cls, names: tuple[str, ...], times: Iterable[float], motions: Iterable[JointMotion]
     ) -> Setpoints:
         """Return motions as set points that are due at ``times`` [s], one for each."""
-        replace = msgspec.structs.replace
-        points = (replace(motion, time=at) for at, motion in zip(times, motions, strict=True))
-        return cls(names, tuple(points))
+        pairs = zip(times, motions, strict=True)
+        return cls(names, tuple([JointMotion(m.q, m.qdot, m.qddot, at) for at, m in pairs]))
 
     @property
     def times(self) -> tuple[float, ...]:
         """When each point is due [s]."""
-        return tuple(point.time for point in self.points)
+        return tuple([point.time for point in self.points])
 
     def select(self, names: tuple[str, ...]) -> Setpoints:
         """Return the same points of only some joints."""

@@ -156,8 +156,8 @@ class JointTrack:
 
     def at(self, t: float) -> JointMotion:
         """Return the motion of all joints at time ``t``."""
-        q, qdot, qddot = self.sample(t)
-        return JointMotion(tuple(q), tuple(qdot), tuple(qddot))
+        q, qdot, qddot = zip(*[self.sample_joint(k, t) for k in range(len(self._stop))])
+        return JointMotion(q, qdot, qddot)
 
     def at_time(self, time: float) -> tuple[list[float], list[float], list[float]]:
         """Do the same as a segment of a path: ``time`` [s] counts from the first point."""
@@ -277,7 +277,7 @@ def _table(
     what: str, rows: Iterable[Sequence[float]], points: int, joints: int
 ) -> tuple[tuple[float, ...], ...]:
     """Return ``rows`` as tuples after checking their shape and that all values are finite."""
-    table = tuple(tuple(float(value) for value in row) for row in rows)
+    table = tuple([tuple(map(float, row)) for row in rows])
     if points == 0:
         raise SetpointError("no points")
     if len(table) != points:

@@ -106,10 +106,12 @@ class CommandGate:
             _check_range(joint, "", q, joint.lower, joint.upper, self._tolerance[joint.name])
         for joint, v in zip(joints, point.qdot):
             limit = joint.velocity * self._velocity_factor
-            _check_range(joint, " velocity", v, -limit, limit, 0.0)
+            if not -limit <= v <= limit:
+                _check_range(joint, " velocity", v, -limit, limit, 0.0)
         for joint, a in zip(joints, point.qddot):
             limit = joint.acceleration * self._acceleration_factor
-            _check_range(joint, " acceleration", a, -limit, limit, 0.0)
+            if not -limit <= a <= limit:
+                _check_range(joint, " acceleration", a, -limit, limit, 0.0)
 
     def _joint(self, name: str) -> Joint:
         if name not in self._joints:
@@ -121,10 +123,11 @@ def _check_range(
     joint: Joint, what: str, value: float, lower: float, upper: float, tolerance: float
 ) -> None:
     """Refuse a value that is not finite, or outside its range by over ``tolerance``."""
+    if lower - tolerance <= value <= upper + tolerance:
+        return
     unit = joint.si_unit + {"": "", " velocity": "/s", " acceleration": "/s^2"}[what]
     if not math.isfinite(value):
         raise CommandError(f"{joint.name}{what} = {value}: not finite")
-    if not lower - tolerance <= value <= upper + tolerance:
-        raise CommandError(
-            f"{joint.name}{what} = {value:.6g} {unit} is outside [{lower:.6g}, {upper:.6g}] {unit}"
-        )
+    raise CommandError(
+        f"{joint.name}{what} = {value:.6g} {unit} is outside [{lower:.6g}, {upper:.6g}] {unit}"
+    )

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 from twin_experiments.run.standstill import Activity, observe, still_for
 
-THRESHOLDS = np.array([0.1, 0.1])
+THRESHOLDS = [0.1, 0.1]
 
 
 def watch(samples: list[tuple[float, float]]) -> Activity:
     """Feed times and speeds of the second joint."""
     activity = Activity()
     for now, speed in samples:
-        activity = observe(activity, now, np.array([0.0, speed]), THRESHOLDS)
+        activity = observe(activity, now, [0.0, speed], THRESHOLDS)
     return activity
 
 

@@ -53,6 +53,8 @@ class MotionGroup:
         # How many servo periods of the interpolation period are over, and where it began.
         self._phase = phase
         self._from = self._targets
+        # What the axes were told while all of them are still; None: one of them moves.
+        self._still_at: tuple[tuple[float, ...], float] | None = None
         self._look()
 
     @property
@@ -63,9 +65,12 @@ class MotionGroup:
     @property
     def standing(self) -> bool:
         """No axis moves and none is about to, unless it is let go on."""
+        for axis in self.axes:
+            if not axis.resting:
+                return False
         plans = self._rounded if self._move is None else (self._move, *self._rounded)
         # A plan is not measured: its rate is exactly 0 where it is held or has ended.
-        return all([axis.resting for axis in self.axes]) and not any([plan.rate for plan in plans])
+        return not any([plan.rate for plan in plans])
 
     @property
     def path_done(self) -> bool:
@@ -93,8 +98,10 @@ class MotionGroup:
 
     def at(self, positions: Sequence[float]) -> bool:
         """Return whether each axis is there within its tolerance [rad or m]."""
-        places = zip(self.axes, self.positions, positions)
-        return all([abs(q - there) <= axis.parameters.tolerance for axis, q, there in places])
+        for axis, q, there in zip(self.axes, self.positions, positions):
+            if not abs(q - there) <= axis.parameters.tolerance:
+                return False
+        return True
 
     def start(self, step: MoveStep | PathStep) -> None:
         """Go on by the move of a program's line, which begins where the last one ends.
@@ -130,6 +137,7 @@ class MotionGroup:
         """Give up what was planned and stay where the axes stand; for use at standstill."""
         for axis in self.axes:
             axis.rest()
+        self._still_at = None
         self._targets = self._from = tuple(axis.command for axis in self.axes)
         self._phase = 0
         self._move, self._rounded = None, ()
@@ -155,6 +163,7 @@ class MotionGroup:
         """
         # Lists: each axis has to go on, whatever the one before it says.
         if not self.powered:
+            self._still_at = None
             if not all([axis.brake() for axis in self.axes]):
                 self._look()
             return
@@ -169,7 +178,12 @@ class MotionGroup:
             # What the drives are told now: a point between the last two.
             part = self._phase / self._every
             told = tuple([a + part * (b - a) for a, b in zip(self._from, self._targets)])
-        if not all([axis.step(at, limit) for axis, at in zip(self.axes, told)]):
+        if self._still_at == (told, limit):
+            return
+        if all([axis.step(at, limit) for axis, at in zip(self.axes, told)]):
+            self._still_at = told, limit
+        else:
+            self._still_at = None
             self._look()
 
     def _interpolate(self, factor: float) -> None:

@@ -28,7 +28,9 @@ class AnswerTimes:
     def next(self, running: bool) -> float:
         """Return how long the next answer takes [s]; ``running``: a program runs."""
         file = self._file
-        return 1e-3 * self._random.uniform(*(file.running_ms if running else file.idle_ms))
+        low, high = file.running_ms if running else file.idle_ms
+        # As the generator's own `uniform`, in a fifth of its time.
+        return 1e-3 * (low + (high - low) * self._random.random())
 
 
 class LateSignals:
@@ -48,7 +50,9 @@ class LateSignals:
         late = {}
         for name, steps in self._steps.items():
             true = alarm if name == ALARM else getattr(outputs, name)
-            waiting = self._waiting.setdefault(name, deque([true] * steps))
+            waiting = self._waiting.get(name)
+            if waiting is None:
+                waiting = self._waiting[name] = deque([true] * steps)
             waiting.append(true)
             late[name] = waiting.popleft()
         shown = late.pop(ALARM, alarm)

@@ -63,8 +63,8 @@ class Readings:
         if self._held is not None and (tick - self._phase) % self._every:
             return self._held
         if self._noisy and self._random is not None:
-            noise = self._random.normal(0.0, self._noise)
-            positions = tuple([q + float(error) for q, error in zip(positions, noise)])
+            drawn = zip(self._noise, self._random.standard_normal(len(self._noise)).tolist())
+            positions = tuple([q + (noise * one) for q, (noise, one) in zip(positions, drawn)])
         if self._decimals is not None:
             digits = self._decimals
             positions = tuple(

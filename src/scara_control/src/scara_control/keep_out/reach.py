@@ -67,16 +67,25 @@ def may_reach(
         zones: Boxes in the base frame.
         half: Half edges of the box around the tool [m].
     """
-    reach = [ROUNDING + edge for edge in half]
-    for way, rate in zip(turned, rates):
-        for k in range(3):
-            reach[k] += way * rate[k]
-    place = tool_position(model, start)
-    if not math.isfinite(sum((*place, *reach))):
+    # In plain numbers: each point of the arm asks for it with each sample.
+    far_x, far_y, far_z = half
+    far_x, far_y, far_z = ROUNDING + far_x, ROUNDING + far_y, ROUNDING + far_z
+    for way, (rate_x, rate_y, rate_z) in zip(turned, rates):
+        far_x += way * rate_x
+        far_y += way * rate_y
+        far_z += way * rate_z
+    x, y, z = tool_position(model, start)
+    if not math.isfinite(x + y + z + far_x + far_y + far_z):
         return True
-    low = [(x - far) * 1e3 for x, far in zip(place, reach)]
-    high = [(x + far) * 1e3 for x, far in zip(place, reach)]
-    return any(
-        all(map(float.__le__, low, zone.upper_mm)) and all(map(float.__ge__, high, zone.lower_mm))
-        for zone in zones
-    )
+    for zone in zones:
+        (low_x, low_y, low_z), (high_x, high_y, high_z) = zone.lower_mm, zone.upper_mm
+        if (
+            (x - far_x) * 1e3 <= high_x
+            and (y - far_y) * 1e3 <= high_y
+            and (z - far_z) * 1e3 <= high_z
+            and (x + far_x) * 1e3 >= low_x
+            and (y + far_y) * 1e3 >= low_y
+            and (z + far_z) * 1e3 >= low_z
+        ):
+            return True
+    return False

@@ -217,20 +217,15 @@ def tool_position(arm: ScrewModel, q: Sequence[float]) -> Point:
         if not turning:
             x, y, z = x + angle * u, y + angle * v, z + angle * w
             continue
-        first = (b * z - c * y + u, c * x - a * z + v, a * y - b * x + w)
-        second = _cross((a, b, c), first)
-        third = _cross((a, b, c), second)
+        # The screw applied once, twice and three times: no calls, this is an inmost loop.
+        x1, y1, z1 = b * z - c * y + u, c * x - a * z + v, a * y - b * x + w
+        x2, y2, z2 = b * z1 - c * y1, c * x1 - a * z1, a * y1 - b * x1
+        x3, y3, z3 = b * z2 - c * y2, c * x2 - a * z2, a * y2 - b * x2
         square, cube = 2.0 * math.sin(angle / 2.0) ** 2, angle - math.sin(angle)
-        x += angle * first[0] + square * second[0] + cube * third[0]
-        y += angle * first[1] + square * second[1] + cube * third[1]
-        z += angle * first[2] + square * second[2] + cube * third[2]
+        x += angle * x1 + square * x2 + cube * x3
+        y += angle * y1 + square * y2 + cube * y3
+        z += angle * z1 + square * z2 + cube * z3
     return x, y, z
-
-
-def _cross(one: Point, other: Point) -> Point:
-    """Return the cross product."""
-    (a, b, c), (x, y, z) = one, other
-    return b * z - c * y, c * x - a * z, a * y - b * x
 
 
 def _joint_matrix(arm: ScrewModel, q: ArrayLike) -> FloatArray:

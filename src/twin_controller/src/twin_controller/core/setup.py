@@ -105,7 +105,7 @@ class Setup:
 
     def to_border(self, q: Joints) -> Joints:
         """Convert SI joint positions to degrees and millimetres."""
-        return tuple(value / scale for value, scale in zip(q, self.scale))
+        return tuple([value / scale for value, scale in zip(q, self.scale)])
 
     def align_speeds(self) -> Joints:
         """Return the speed of each joint while the twin aligns, SI."""

@@ -44,6 +44,13 @@ JITTERS = 1.75
 """Nearly all stamps are within so many standard deviations; those of an even jitter all are."""
 CLEAR = 0.4
 """A stamp within this part of a period tells its reading from the ones beside it."""
+_TURNS = [
+    [(math.cos(angle), math.sin(angle)) for angle in angles]
+    for angles in (
+        [2.0 * math.pi * rest / period for rest in range(period)] for period in PERIODS_MS
+    )
+]
+"""Cosine and sine of 2 pi c / p, for each p and each rest of c."""
 
 
 class Rhythm(msgspec.Struct, frozen=True, dict=True):
@@ -81,7 +88,7 @@ class Rhythm(msgspec.Struct, frozen=True, dict=True):
             return PERIODS_MS[0] * 1e-3
         return ROUGH_AGE_MS * 1e-3
 
-    @property
+    @cached_property
     def jitter(self) -> float:
         """Standard deviation of a stamp from its reading [s]; 0 while unknown."""
         if not self.known:
@@ -153,14 +160,9 @@ def heard(rhythm: Rhythm, clock_ms: int, at: float, plain: bool = False) -> Rhyt
     """
     count = min(rhythm.count + 1, FORGET)
     phases = []
-    for period, (cosine, sine) in zip(PERIODS_MS, rhythm.phases):
-        angle = 2.0 * math.pi * (clock_ms % period) / period
-        phases.append(
-            (
-                cosine + (math.cos(angle) - cosine) / count,
-                sine + (math.sin(angle) - sine) / count,
-            )
-        )
+    for turns, (cosine, sine) in zip(_TURNS, rhythm.phases):
+        along, across = turns[clock_ms % len(turns)]
+        phases.append((cosine + (along - cosine) / count, sine + (across - sine) / count))
     ahead = clock_ms - 1e3 * at
     if not rhythm.count:
         return Rhythm(count, plain, tuple(phases), ahead)

@@ -9,6 +9,8 @@ from scara_config.modbus_map import Register
 
 from twin_controller.robot_sample import SetpointError
 
+_CODES = {"int32": "i", "float32": "f"}
+
 
 def numbers(register: Register, words: Sequence[int], low_first: bool) -> list[float]:
     """Return the values of a register in its unit.
@@ -20,12 +22,11 @@ def numbers(register: Register, words: Sequence[int], low_first: bool) -> list[f
     """
     if register.type == "int16":
         return [((word ^ 0x8000) - 0x8000) * register.scale for word in words]
-    order = slice(None, None, -1) if low_first else slice(None)
-    halves = [words[i : i + 2][order] for i in range(0, len(words), 2)]
-    pairs = [high.to_bytes(2, "big") + low.to_bytes(2, "big") for high, low in halves]
-    if register.type == "int32":
-        return [int.from_bytes(pair, "big", signed=True) * register.scale for pair in pairs]
-    return [float(struct.unpack(">f", pair)[0]) * register.scale for pair in pairs]
+    if low_first:
+        words = [half for pair in zip(words[1::2], words[::2]) for half in pair]
+    packed, code = struct.pack(f">{len(words)}H", *words), _CODES[register.type]
+    found = struct.unpack(f">{len(words) // 2}{code}", packed)
+    return [value * register.scale for value in found]
 
 
 def to_words(name: str, register: Register, value: float, low_first: bool) -> list[int]:

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from itertools import compress
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import rospy
 from scara_config import Robot
 from scara_ros.services.service_client_node import ServiceClient, is_offered
@@ -79,12 +79,9 @@ class RunningCell:
         """Keep the newest message; of joint states also whether they move."""
         self._newest[topic] = message
         if topic in self._activities:
-            named = [
-                (v, self._thresholds[n])
-                for n, v in zip(message.name, message.velocity)
-                if n in self._thresholds
-            ]
-            speeds, thresholds = np.array(named).reshape(-1, 2).T
+            known = [n in self._thresholds for n in message.name]
+            speeds = [*compress(message.velocity, known)]
+            thresholds = [self._thresholds[n] for n in compress(message.name, known)]
             self._activities[topic] = observe(
                 self._activities[topic], time.monotonic(), speeds, thresholds
             )

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
-import numpy as np
-
-from twin_experiments.metrics.series import Array
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 NEW_MOVE_AFTER_S = 0.2  # our choice: motion after this much standstill is a new move
 
@@ -26,21 +23,24 @@ class Activity:
     moves: int = 0
 
 
-def observe(activity: Activity, now: float, velocities: Array, moving_speeds: Array) -> Activity:
+def observe(
+    activity: Activity, now: float, velocities: Sequence[float], moving_speeds: Sequence[float]
+) -> Activity:
     """Take one sample into account.
 
     Args:
         activity: Of this side, so far.
         now: When the sample arrived [s].
-        velocities: Joint velocities, shape ``(n,)``: [rad/s], prismatic [m/s].
-        moving_speeds: Speed from which a joint moves, same shape.
+        velocities: Of each joint: [rad/s], prismatic [m/s].
+        moving_speeds: Speed from which each of them moves.
     """
+    last, moves = activity.last_moving, activity.moves
     if activity.newest is None:
-        activity = replace(activity, last_moving=now)
-    if not (np.abs(velocities) >= moving_speeds).any():
-        return replace(activity, newest=now)
-    begins = now - activity.last_moving > NEW_MOVE_AFTER_S or not activity.moves
-    return replace(activity, newest=now, last_moving=now, moves=activity.moves + begins)
+        last = now
+    if any([abs(v) >= least for v, least in zip(velocities, moving_speeds)]):
+        begins = now - last > NEW_MOVE_AFTER_S or not moves
+        last, moves = now, moves + begins
+    return Activity(now, last, moves)
 
 
 def still_for(sides: list[Activity], now: float, fresh: float) -> float:

@@ -9,7 +9,7 @@ from harness.pair import HOME, ROBOT, SETUP, Pair, idle_pair, ramp, shifted
 from harness.parts import changed
 from hypothesis import given
 from hypothesis import strategies as st
-from scara_control.joint_motion import JointMotion
+from scara_control.joint_motion import AxisMotion, JointMotion
 from twin_controller.core.events import RealMeasured, TwinGripper
 from twin_controller.core.follow.memory import RealFollows
 from twin_controller.core.follow.real import setpoint_spacing, stream_real, target_of, twin_course
@@ -17,7 +17,7 @@ from twin_controller.core.follow.remembered import SPACING_S
 from twin_controller.core.follow.twin import close_gap, estimate_acceleration, go_on
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.setup import Setup
-from twin_controller.core.sides.side import RealSide
+from twin_controller.core.sides.side import RealSide, TwinSide
 from twin_controller.estimation.rhythm import Rhythm, heard
 
 replace = msgspec.structs.replace
@@ -127,11 +127,17 @@ def moving_pair() -> tuple[Pair, float]:
     return pair, start
 
 
+def places(twin: TwinSide, now: float, at: float) -> tuple[float, ...]:
+    """Return where the course of ``now`` has the joints at a time [s]."""
+    course = twin_course(SETUP, twin, now)
+    return tuple(course(k, at)[0] for k in range(len(HOME)))
+
+
 def test_the_twins_plan_tells_where_it_is_going_to_be() -> None:
     """Within the plan's horizon the aim is where the path goes, not an extrapolation."""
     pair, start = moving_pair()
     for ahead in (0.0, 0.03, 0.08):
-        q = twin_course(SETUP, pair.state.sides.twin, pair.now)(pair.now + ahead).q
+        q = places(pair.state.sides.twin, pair.now, pair.now + ahead)
         path = ramp(HOME, shifted(HOME, 40.0), 1.0)(pair.now + ahead - start)
         assert q == pytest.approx(path, abs=2e-4)
 
@@ -142,7 +148,7 @@ def test_without_a_plan_the_twins_last_state_is_carried_on_but_not_far() -> None
     twin = replace(pair.state.sides.twin, plan=None)
     last = twin.last
     for local, ahead in ((last.time + 0.05, 0.05), (last.time + 5.0, 0.2), (last.time - 1.0, 0.0)):
-        q = twin_course(SETUP, twin, local)(local).q
+        q = places(twin, local, local)
         assert q == pytest.approx(tuple(a + v * ahead for a, v in zip(last.q, last.qdot)))
 
 
@@ -153,9 +159,7 @@ def test_a_plan_that_is_over_is_not_used() -> None:
     assert twin.plan is not None
     over = replace(twin, plan=replace(twin.plan, stamp=twin.plan.stamp - 1.0))
     none = replace(twin, plan=None)
-    assert twin_course(SETUP, over, pair.now)(pair.now) == twin_course(SETUP, none, pair.now)(
-        pair.now
-    )
+    assert places(over, pair.now, pair.now) == places(none, pair.now, pair.now)
 
 
 def test_the_robots_own_limit_is_the_gates_whatever_its_override(pair: Pair) -> None:
@@ -209,15 +213,14 @@ def test_a_robot_is_told_ahead_what_its_filters_take_away() -> None:
     """Later by its delay, and by its filters' variance times the acceleration; joint by joint."""
     speed, bend = np.array((0.4, -0.3, 0.02, 0.1)), np.array((2.0, -1.0, 0.1, 0.5))
 
-    def course(t: float) -> JointMotion:
-        q = np.array(HOME) + speed * t + 0.5 * bend * t * t
-        return JointMotion(tuple(q), tuple(speed + bend * t), tuple(bend), t)
+    def course(k: int, t: float) -> AxisMotion:
+        return HOME[k] + speed[k] * t + 0.5 * bend[k] * t * t, speed[k] + bend[k] * t, bend[k]
 
     delay, smoothing = (0.10, 0.05, 0.08, 0.0), (1e-3, 4e-4, 0.0, 2e-4)
     follows = RealFollows(delay=delay, smoothing=smoothing)
     told = target_of(SETUP, follows, course, 0.2)
     expected = [
-        course(0.2 + d).q[k] - s * bend[k] for k, (d, s) in enumerate(zip(delay, smoothing))
+        course(k, 0.2 + d)[0] - s * bend[k] for k, (d, s) in enumerate(zip(delay, smoothing))
     ]
     assert told == pytest.approx(expected, abs=1e-12)
 

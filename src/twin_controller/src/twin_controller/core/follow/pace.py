@@ -11,6 +11,7 @@ not moved yet and for a delay that has changed.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from twin_controller.core.follow.memory import Follow
@@ -18,6 +19,8 @@ from twin_controller.core.follow.real import planned
 from twin_controller.core.follow.response import SLOWEST_PERCENT
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.side import Sides
+
+ALONE = "the real robot takes one set point after the other, and needs the rest to keep up"
 
 
 class Pace(NamedTuple):
@@ -37,24 +40,25 @@ def follower_pace(setup: Setup, follow: Follow, sides: Sides, cap: float, now: f
         cap: The operator's cap of the program speed [percent].
         now: Time [s].
     """
-    response = follow.response
-    shown = "the real robot has not shown yet that it keeps up with more"
-    if response.behind_at < 100.0:
-        shown = f"the real robot falls behind at {response.behind_at:.0f} %"
-    paces = [Pace(response.pace, shown), _sure(setup, follow, sides, now)]
+    response, sure, alone = follow.response, _sure(setup, follow, sides, now), math.inf
     flags = sides.real.flags
     if flags is not None and not sides.real.takes_ahead:
         most = min(setup.config.limit.told_percent, cap, max(flags.override_percent, 1.0))
-        paces.append(
-            Pace(
-                sides.twin.program_speed(setup.config.stream.alone_percent * 1e-2 * most),
-                "the real robot takes one set point after the other, and needs the rest to keep up",
-            )
+        alone = sides.twin.program_speed(setup.config.stream.alone_percent * 1e-2 * most)
+    if alone < min(response.pace, sure):
+        return Pace(alone, ALONE)
+    if sure < response.pace:
+        late = 1e3 * max(response.delay)
+        anew = "it answers otherwise than before: " if response.changed else ""
+        return Pace(
+            sure, f"{anew}how late the real robot follows is being measured: about {late:.0f} ms"
         )
-    return min(paces, key=lambda pace: pace.percent)
+    if response.behind_at < 100.0:
+        return Pace(response.pace, f"the real robot falls behind at {response.behind_at:.0f} %")
+    return Pace(response.pace, "the real robot has not shown yet that it keeps up with more")
 
 
-def _sure(setup: Setup, follow: Follow, sides: Sides, now: float) -> Pace:
+def _sure(setup: Setup, follow: Follow, sides: Sides, now: float) -> float:
     """Return the speed at which what is not known of the delay costs little."""
     response, stream = follow.response, follow.real
     wrong = response.doubt
@@ -65,12 +69,7 @@ def _sure(setup: Setup, follow: Follow, sides: Sides, now: float) -> Pace:
     shares = sides.twin.shares if planned(sides.twin, now) else ()
     each = [doubt * speed for doubt, speed in zip(wrong, setup.tool_speeds)]
     # Who does not say where the twin is going moves one joint, about.
-    apart = sum(share * one for share, one in zip(shares, each)) if shares else max(each)
+    apart = sum([share * one for share, one in zip(shares, each)]) if shares else max(each)
     allowed = setup.config.response.doubt_percent * 1e-5 * setup.reach_mm
     percent = 100.0 * allowed / max(apart, 1e-9)
-    late = 1e3 * max(response.delay)
-    anew = "it answers otherwise than before: " if response.changed else ""
-    return Pace(
-        max(sides.twin.program_speed(percent), SLOWEST_PERCENT),
-        f"{anew}how late the real robot follows is being measured: about {late:.0f} ms",
-    )
+    return max(sides.twin.program_speed(percent), SLOWEST_PERCENT)

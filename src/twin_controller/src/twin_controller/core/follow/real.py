@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import msgspec
-from scara_control.joint_motion import JointMotion
+from scara_control.joint_motion import AxisMotion
 from scara_control.joint_track import JointTrack
 
 from twin_controller.core.actions import RobotSetpoint, StreamAhead, StreamReal
@@ -45,8 +45,8 @@ BELOW = 0.995
 rounding more, takes one interpolation period longer, and stays late. Our choice."""
 
 
-Course = Callable[[float], JointMotion]
-"""The motion of all joints at a local time [s]."""
+Course = Callable[[int, float], AxisMotion]
+"""The motion of a joint, by its place, at a local time [s]."""
 
 
 class Streamed(NamedTuple):
@@ -221,14 +221,13 @@ def target_of(setup: Setup, follows: RealFollows, course: Course, at: float) -> 
     Args:
         setup: The joints' ranges.
         follows: Delay [s] and smoothing [s^2] of each joint.
-        course: Where the twin is at a time [s], SI.
+        course: Where each joint of the twin is at a time [s], SI.
         at: The robot's time [s].
     """
     target = []
     for k, (delay, smoothing) in enumerate(zip(follows.delay, follows.smoothing)):
-        there = course(at + delay)
-        q = there.q[k]
-        ahead = q - smoothing * there.qddot[k]
+        q, _, qddot = course(k, at + delay)
+        ahead = q - smoothing * qddot
         target.append(min(max(ahead, min(q, setup.lower[k])), max(q, setup.upper[k])))
     return tuple(target)
 
@@ -297,13 +296,12 @@ def twin_course(setup: Setup, twin: TwinSide, now: float) -> Course:
         track = JointTrack.from_checked(
             plan.setpoints, extrapolation_limit=0.0, stop_accelerations=setup.acceleration
         )
-        return lambda local: track.at(twin.clock.to_remote(local) - stamp)
+        return lambda k, local: track.sample_joint(k, twin.clock.to_remote(local) - stamp)
     last = twin.last
 
-    def carried(local: float) -> JointMotion:
+    def carried(k: int, local: float) -> AxisMotion:
         ahead = max(0.0, min(local - last.time, LONGEST_AHEAD_S))
-        q = tuple(p + v * ahead for p, v in zip(last.q, last.qdot))
-        return JointMotion(q, last.qdot, last.qddot)
+        return last.q[k] + last.qdot[k] * ahead, last.qdot[k], last.qddot[k]
 
     return carried
 

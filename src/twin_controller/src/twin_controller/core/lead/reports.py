@@ -47,7 +47,7 @@ def note_ended(setup: Setup, lead: Lead, event: AnyEvent) -> tuple[Lead, list[An
         case MoveEnded():
             return _move_failed(lead, event, setup.config.decision_history)
         case RealMeasured() if not event.own_program or (event.paused and not setup.writes):
-            return replace(lead, program_was_off=True), []
+            return lead if lead.program_was_off else replace(lead, program_was_off=True), []
     return lead, []
 
 

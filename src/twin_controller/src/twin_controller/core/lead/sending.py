@@ -172,7 +172,7 @@ def order_grippers(setup: Setup, state: CoreState, before: Sides, event: AnyEven
     """Pass a gripper's switch on; who leads decides whether the robot's gripper may be told."""
     config, lead, actions = setup.config, state.lead, list[AnyAction]()
     refusal = ""
-    if lead.mode not in (Mode.IDLE, *FOLLOWS_TWIN):
+    if lead.mode is not Mode.IDLE and lead.mode not in FOLLOWS_TWIN:
         refusal = f"in {lead.mode}: not passed on to the real robot"
     if not setup.switches_gripper:
         refusal = "and not passed on: the robot's own programs switch its gripper"
@@ -181,6 +181,8 @@ def order_grippers(setup: Setup, state: CoreState, before: Sides, event: AnyEven
     grips, made = watch_grippers(
         config.gripper, state.orders.grips, before, state.sides, event, refusal
     )
+    if grips is state.orders.grips and not made:
+        return state, []
     for each in made:
         if isinstance(each, Notice):
             lead, decision = record_notice(
@@ -210,5 +212,6 @@ def cap_both(setup: Setup, state: CoreState, now: float) -> Result:
         pace,
         now,
     )
-    lead = replace(lead, links_up=state.sides.usable)
+    if lead.links_up != state.sides.usable:
+        lead = replace(lead, links_up=state.sides.usable)
     return replace(state, lead=lead, orders=replace(orders, speeds=speeds)), sent

@@ -36,6 +36,10 @@ class Grips(msgspec.Struct, frozen=True):
     trouble: str = ""
 
 
+QUIET = Grips()
+"""Nothing is ordered, and they do the same as far as they are known."""
+
+
 class Notice(msgspec.Struct, frozen=True):
     """Something to be recorded as a decision that changes no mode."""
 
@@ -69,6 +73,9 @@ def watch_grippers(
         What was told by now; orders and notices in the order in which they were made.
     """
     now = event.now
+    old, new = (before.real.gripper, before.twin.gripper), (sides.real.gripper, sides.twin.gripper)
+    if grips == QUIET and old == new and not isinstance(event, GripAnswered):
+        return grips, []
     # Orders that are shown now are struck off; a switch that nobody ordered is the side's own.
     real, own_real = _switched(grips.real, before.real.gripper, sides.real.gripper)
     twin, own_twin = _switched(grips.twin, before.twin.gripper, sides.twin.gripper)

@@ -67,6 +67,9 @@ class Cap(NamedTuple):
     reason: str
 
 
+NOT_HELD = Cap(100.0, "")
+
+
 class Leader(NamedTuple):
     """Who leads, as far as speeds depend on it, and why the last set point was slowed down."""
 
@@ -96,21 +99,23 @@ def cap_speeds(
     """
     actions: list[AnyAction] = []
     flags, motion = sides.real.flags, sides.twin.motion
+    held = NOT_HELD
+    if flags is not None:
+        held = real_cap(setup, speeds, safety, leader.name, flags.own_program)
     if flags is not None and setup.writes:
-        allowed = real_cap(setup, speeds, safety, leader.name, flags.own_program).percent
-        speeds, actions = _override_real(setup, speeds, flags, allowed, now)
+        speeds, actions = _override_real(setup, speeds, flags, held.percent, now)
     if motion is None or not sides.twin.connected:
         return speeds, actions
     cap = _twin_cap(setup, speeds, sides, motion, safety, Cap(*pace))
-    speeds = _judged(setup, speeds, sides, safety, leader, cap)
+    speeds = _judged(setup, speeds, sides, leader, cap, held)
     speeds, sent = _cap_twin(setup, speeds, motion, cap.percent, now)
     return speeds, [*actions, *sent]
 
 
 def _judged(
-    setup: Setup, speeds: Speeds, sides: Sides, safety: Safety, leader: Leader, cap: Cap
+    setup: Setup, speeds: Speeds, sides: Sides, leader: Leader, cap: Cap, held: Cap
 ) -> Speeds:
-    """Say what the leader asks for, what it gets, and why that is less."""
+    """Say what the leader asks for, what it gets, and why that is less: the caps of both sides."""
     flags, motion = sides.real.flags, sides.twin.motion
     reason = cap.reason
     if leader.name == "real" and flags is not None:
@@ -118,7 +123,6 @@ def _judged(
         requested = applied = flags.speed_percent
         limited = False
         ours = speeds.real is not None and speeds.real.wanted >= flags.override_percent
-        held = real_cap(setup, speeds, safety, leader.name, flags.own_program)
         if speeds.own_override is not None and speeds.real is not None:
             limited, reason = True, held.reason
             if requested is not None:
@@ -132,7 +136,7 @@ def _judged(
         measured = 0.0
         if leader.name in ("twin", "operator") and sides.twin.history:
             qdot = sides.twin.last.qdot
-            measured = 100.0 * max(abs(v) / limit for v, limit in zip(qdot, setup.velocity))
+            measured = 100.0 * max([abs(v) / most for v, most in zip(qdot, setup.velocity)])
         requested = max(claimed, measured)
         applied = min(requested, cap.percent)
         limited = requested > applied + 0.01
@@ -193,7 +197,7 @@ def real_cap(setup: Setup, speeds: Speeds, safety: Safety, leader: str, own_prog
     The operator's cap is in the set points and their program speed. Only a program of the robot's
     own knows neither, and has no other means to be slowed.
     """
-    caps = [Cap(100.0, "")]
+    caps = [NOT_HELD]
     if own_program:
         caps.append(Cap(speeds.cap, OPERATORS_SPEED))
     if setup.config.cell.cartesian_speed_mm_s is not None:

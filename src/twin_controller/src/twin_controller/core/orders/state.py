@@ -76,6 +76,8 @@ def hear(
         leads: It leads: that it moves is no disobedience, only its stream has to end.
     """
     if isinstance(event, TwinMeasured):
+        if orders.twin_stop is None:
+            return orders
         return replace(orders, twin_stop=strike_off(orders.twin_stop, sides.twin, config))
     # An answer that was not taken in (its clock is that of the one before) must not strike anything
     # off either: who judges by the signals that were taken in would miss what it showed.
@@ -100,6 +102,8 @@ def forget_lost(orders: Orders, sides: Sides) -> Orders:
     A stop stays: a robot that moves on behind a lost link is stopped when it answers again. The
     twin is stopped anew after a reconnect.
     """
+    if sides.usable:
+        return orders
     grips, speeds, stop = orders.grips, orders.speeds, orders.stop
     if stop is not None and not sides.real.history:
         stop = replace(stop, reached=False)

@@ -115,20 +115,21 @@ def judge_divergence(
     rows = [sample.q for sample in sides.twin.history if abs(sample.time - real.time) <= reach]
     if not rows:
         return state
-    newest = rows[-1]
-    # A robot that follows is aimed ahead of the twin: the way that the twin will take counts too.
-    if streams and sides.twin.plan is not None:
-        rows += [q for _, q in sides.twin.plan.rows]
     tool = partial(_tool, setup.arm, setup.arm_columns)
     still = all(
-        change.stands_still(side.change, real.time, setup.config.change)
-        for side in (sides.real, sides.twin)
+        [
+            change.stands_still(side.change, real.time, setup.config.change)
+            for side in (sides.real, sides.twin)
+        ]
     )
     # What noise alone may bring is no divergence.
     least = change.NOISES * math.hypot(sides.real.noise, sides.twin.noise) * setup.tool_per_noise
     if still:
-        apart = math.dist(tool(real.q), tool(newest))
+        apart = math.dist(tool(real.q), tool(rows[-1]))
         return judge(state, apart, max(config.rest_mm, least), config)
+    # A robot that follows is aimed ahead of the twin: the way that the twin will take counts too.
+    if streams and sides.twin.plan is not None:
+        rows += [point.q for point in sides.twin.plan.setpoints.points]
     distance = path_distance(tool(real.q), [tool(q) for q in rows])
     return judge(state, distance, max(config.path_mm, least), config)
 
@@ -167,7 +168,7 @@ def tools(
             setup.arm_columns,
             # A speed that is beyond all numbers, between two wild samples, leads nowhere.
             tuple(
-                q + ahead * qdot if abs(qdot) < MOST else q for q, qdot in zip(side.q, side.qdot)
+                [q + ahead * qdot if abs(qdot) < MOST else q for q, qdot in zip(side.q, side.qdot)]
             ),
         )
         for side in pair

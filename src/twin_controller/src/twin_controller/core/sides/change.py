@@ -6,6 +6,8 @@ hysteresis and n-of-m confirmation keep noise on a rounding edge from counting a
 
 from __future__ import annotations
 
+import operator
+
 import msgspec
 
 from twin_controller.config import Change, Settle
@@ -43,10 +45,13 @@ def widened(config: Change, noise: float) -> Change:
 
     Noise alone passes five standard deviations less than once in a week.
     """
+    least = NOISES * noise
+    if least <= min(config.hysteresis, config.still_tolerance):
+        return config
     return msgspec.structs.replace(
         config,
-        hysteresis=max(config.hysteresis, NOISES * noise),
-        still_tolerance=max(config.still_tolerance, NOISES * noise),
+        hysteresis=max(config.hysteresis, least),
+        still_tolerance=max(config.still_tolerance, least),
     )
 
 
@@ -92,7 +97,7 @@ def settle(
     since, place = state.taken
     if not state.baseline or state.count < config.agree_samples or any(state.recent):
         return state
-    if t - since > duration or max(abs(a - b) for a, b in zip(state.mean, place)) > reach:
+    if t - since > duration or max([abs(a - b) for a, b in zip(state.mean, place)]) > reach:
         return state
     return msgspec.structs.replace(state, baseline=_rounded(state.mean, config))
 
@@ -118,9 +123,8 @@ def update(
         return state
     if echo:
         return take_baseline(state, t, q, config)
-    deviation = max(
-        abs(round(value, config.decimals) - base) for value, base in zip(q, state.baseline)
-    )
+    decimals = config.decimals
+    deviation = max([abs(round(value, decimals) - base) for value, base in zip(q, state.baseline)])
     threshold = config.hysteresis + 0.5 * 10.0**-config.decimals
     outside = deviation > threshold
     recent = (*state.recent, outside)[-config.window :]
@@ -146,9 +150,9 @@ def _rested(state: ChangeState, t: float, q: Joints, config: Change) -> ChangeSt
     """
     if len(state.lowest) == len(q):
         lowest, highest = tuple(map(min, state.lowest, q)), tuple(map(max, state.highest, q))
-        if max(high - low for low, high in zip(lowest, highest)) <= 2.0 * config.still_tolerance:
+        if max(map(operator.sub, highest, lowest)) <= 2.0 * config.still_tolerance:
             count = min(state.count + 1, config.agree_samples)
-            mean = tuple(old + (new - old) / count for old, new in zip(state.mean, q))
+            mean = tuple([old + (new - old) / count for old, new in zip(state.mean, q)])
             return msgspec.structs.replace(
                 state, lowest=lowest, highest=highest, mean=mean, count=count
             )
@@ -167,4 +171,4 @@ def stands_still(state: ChangeState, t: float, config: Change) -> bool:
 
 def _rounded(q: Joints, config: Change) -> Joints:
     """Round a position as agreed positions are."""
-    return tuple(round(value, config.decimals) for value in q)
+    return tuple([round(value, config.decimals) for value in q])

@@ -68,7 +68,7 @@ class ClockEstimate(msgspec.Struct, frozen=True):
     @property
     def offset(self) -> float:
         """Remote - local [s], near the middle of the interval; 0 while unknown."""
-        if not self.known:
+        if self.samples <= 0:
             return 0.0
         if self.held is None:
             return 0.5 * (self.lower + self.upper)
@@ -79,7 +79,8 @@ class ClockEstimate(msgspec.Struct, frozen=True):
         """To the farther bound, and the newest reading's doubt [s]; infinite while unknown."""
         if not self.known:
             return float("inf")
-        return max(self.upper - self.offset, self.offset - self.lower) + self.doubt
+        offset = self.offset
+        return max(self.upper - offset, offset - self.lower) + self.doubt
 
     @property
     def drift_ppm(self) -> float:
@@ -142,8 +143,9 @@ def observe(
             held = None
             if estimate.samples >= SETTLED:
                 most = SLEW * abs(received - estimate.at)
-                off = 0.5 * (low + high) - estimate.offset
-                held = estimate.offset + min(max(off, -most), most)
+                before = estimate.offset
+                off = 0.5 * (low + high) - before
+                held = before + min(max(off, -most), most)
             return ClockEstimate(
                 lower=low,
                 upper=high,

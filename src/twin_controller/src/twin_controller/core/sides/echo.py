@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import msgspec
 
+from twin_controller.config import Change
 from twin_controller.core.events import Joints
 
 
@@ -43,6 +44,12 @@ def rested(tube: EchoTube, reach: float) -> EchoTube:
     ways = zip(*(position for _, position in tube.commands))
     moved = any(max(way) - min(way) > reach for way in ways)
     return EchoTube(tube.commands[-1:], reach if moved else 0.0)
+
+
+def answers(tube: EchoTube, t: float, q: Joints, config: Change) -> bool:
+    """Return whether ``q`` (border units) at ``t`` [s] is an echo, by a side's thresholds."""
+    rest = config.hysteresis + 0.5 * 10.0**-config.decimals
+    return is_echo(tube, t, q, config.echo_memory_ms * 1e-3, rest, config.echo_tolerance)
 
 
 def is_echo(

@@ -297,7 +297,7 @@ def _sampled(setup: Setup, side: S, sample: JointMotion) -> S:
     side = _noise_found(setup, side, sample.time)
     config, settle = change.widened(setup.config.change, side.noise), setup.config.settle
     border = setup.to_border(sample.q)
-    own = answers(setup, side, sample)
+    own = echo.answers(side.tube, sample.time, border, config)
     reach = change.settle_reach(settle, config)
     known = change.settle(side.change, sample.time, config, settle.timeout_ms * 1e-3, reach)
     found = change.update(known, sample.time, border, config, echo=own)
@@ -332,10 +332,7 @@ def _noise_found(setup: Setup, side: S, now: float) -> S:
 def answers(setup: Setup, side: Side, sample: JointMotion) -> bool:
     """Return whether a sample is the side's answer to our own set points."""
     config = change.widened(setup.config.change, side.noise)
-    rest = config.hysteresis + 0.5 * 10.0**-config.decimals
-    memory = config.echo_memory_ms * 1e-3
-    border = setup.to_border(sample.q)
-    return echo.is_echo(side.tube, sample.time, border, memory, rest, config.echo_tolerance)
+    return echo.answers(side.tube, sample.time, setup.to_border(sample.q), config)
 
 
 def agree(setup: Setup, side: S) -> S:
