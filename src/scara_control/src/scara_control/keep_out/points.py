@@ -104,7 +104,7 @@ def all_positions(points: Sequence[WatchedPoint], q: FloatArray) -> FloatArray:
         Positions in the base frame [m], shape (p, m, 3).
     """
     found = np.empty((len(points), len(q), 3))
-    homes = np.array([point.model.home_pose[:3, 3] for point in points]).reshape(-1, 3)
+    homes = np.array([point.model.home_origin for point in points]).reshape(-1, 3)
     # Points on one link have one rotation: it is computed once, and their offsets are turned by it.
     links: dict[tuple[int, ...], list[int]] = {}
     for k, point in enumerate(points):

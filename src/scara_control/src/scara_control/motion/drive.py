@@ -91,10 +91,9 @@ class Drive:
         """Return this drive ``dt`` later; see :func:`advance`."""
         time = self.time + dt
         if self.announcing:
-            return replace(self, time=time, base=TimeBase(0.0, wanted))
-        return replace(
-            self, time=time, base=advance(self.path, self.base, wanted, bounds, joints, dt)
-        )
+            return Drive(self.path, time, self.go_at, TimeBase(0.0, wanted))
+        base = advance(self.path, self.base, wanted, bounds, joints, dt)
+        return Drive(self.path, time, self.go_at, base)
 
 
 class PathDriver:

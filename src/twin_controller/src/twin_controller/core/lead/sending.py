@@ -20,7 +20,7 @@ from twin_controller.core.lead.reports import moves_in_stop
 from twin_controller.core.lead.state import record_notice
 from twin_controller.core.lead.table import FOLLOWS_TWIN
 from twin_controller.core.lead.transition import reject
-from twin_controller.core.orders.gripper import Notice, watch_grippers
+from twin_controller.core.orders.gripper import Notice, rest, watch_grippers
 from twin_controller.core.orders.order import send
 from twin_controller.core.orders.speed import Leader, cap_speeds
 from twin_controller.core.orders.state import held_there
@@ -170,9 +170,11 @@ def order_twin(setup: Setup, state: CoreState, event: AnyEvent) -> Result:
 
 def order_grippers(setup: Setup, state: CoreState, before: Sides, event: AnyEvent) -> Result:
     """Pass a gripper's switch on; who leads decides whether the robot's gripper may be told."""
+    if rest(state.orders.grips, before, state.sides, event):
+        return state, []
     config, lead, actions = setup.config, state.lead, list[AnyAction]()
     refusal = ""
-    if lead.mode is not Mode.IDLE and lead.mode not in FOLLOWS_TWIN:
+    if lead.mode not in (Mode.IDLE, *FOLLOWS_TWIN):
         refusal = f"in {lead.mode}: not passed on to the real robot"
     if not setup.switches_gripper:
         refusal = "and not passed on: the robot's own programs switch its gripper"
@@ -181,8 +183,6 @@ def order_grippers(setup: Setup, state: CoreState, before: Sides, event: AnyEven
     grips, made = watch_grippers(
         config.gripper, state.orders.grips, before, state.sides, event, refusal
     )
-    if grips is state.orders.grips and not made:
-        return state, []
     for each in made:
         if isinstance(each, Notice):
             lead, decision = record_notice(

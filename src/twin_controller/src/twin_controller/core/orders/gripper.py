@@ -36,7 +36,7 @@ class Grips(msgspec.Struct, frozen=True):
     trouble: str = ""
 
 
-QUIET = Grips()
+AGREED = Grips()
 """Nothing is ordered, and they do the same as far as they are known."""
 
 
@@ -49,6 +49,12 @@ class Notice(msgspec.Struct, frozen=True):
 
 
 Result = tuple[Grips, list[Notice | Grip]]
+
+
+def rest(grips: Grips, before: Sides, sides: Sides, event: AnyEvent) -> bool:
+    """Return whether this input leaves both grippers, and what they were told, as they were."""
+    old, new = (before.real.gripper, before.twin.gripper), (sides.real.gripper, sides.twin.gripper)
+    return grips == AGREED and old == new and not isinstance(event, GripAnswered)
 
 
 def watch_grippers(
@@ -73,9 +79,6 @@ def watch_grippers(
         What was told by now; orders and notices in the order in which they were made.
     """
     now = event.now
-    old, new = (before.real.gripper, before.twin.gripper), (sides.real.gripper, sides.twin.gripper)
-    if grips == QUIET and old == new and not isinstance(event, GripAnswered):
-        return grips, []
     # Orders that are shown now are struck off; a switch that nobody ordered is the side's own.
     real, own_real = _switched(grips.real, before.real.gripper, sides.real.gripper)
     twin, own_twin = _switched(grips.twin, before.twin.gripper, sides.twin.gripper)
