@@ -16,6 +16,7 @@ from scara_control.keep_out.points import FloatArray, Joints, WatchedPoint, all_
 from scara_control.keep_out.reach import may_reach
 
 IntArray = NDArray[np.int_]
+BoolArray = NDArray[np.bool_]
 COARSE_STEPS = 8
 MOST_STEPS = 2000
 SPACING = 0.01
@@ -116,16 +117,18 @@ def free_part(
     if not near:
         return part
     paths, halves = _paths(near, rows), _halves(near)
+    chords = paths.shape[1] - 1
     for zone in zones:
-        for point, path, close in zip(near, paths, _near(paths, [zone], halves)):
-            if not close:
-                continue
-            lower, upper = _corners(zone, point.half)
-            outside = np.any((path < lower) | (path > upper), axis=1)
-            begin = int(np.argmax(outside)) if outside.any() else len(path) - 1
-            hit = _hit_at(path[begin:], lower, upper)
-            if hit is not None:
-                part = min(part, (begin + hit) / (len(path) - 1))
+        close = _near(paths, [zone], halves)
+        lower, upper = _corners(zone, halves[close, None])
+        # From the first point outside on, of each path that has one.
+        outside = np.any((paths[close] < lower) | (paths[close] > upper), axis=2)
+        begins = np.where(outside.any(axis=1), outside.argmax(axis=1), chords)
+        enters, hits = _chord_hits(paths[close], lower, upper)
+        hits &= np.arange(chords) >= begins[:, None]
+        for path in np.flatnonzero(hits.any(axis=1)).tolist():
+            begin, hit = int(begins[path]), int(hits[path].argmax())
+            part = min(part, (begin + (hit - begin + float(enters[path, hit]))) / chords)
     return part
 
 
@@ -146,12 +149,12 @@ def _points_near(
     points: Sequence[WatchedPoint], zones: Sequence[KeepOut], rows: FloatArray
 ) -> list[WatchedPoint]:
     """Return the points whose way may come into a zone, by two rough looks."""
-    start, turned = rows[0].tolist(), np.abs(np.diff(rows, axis=0)).sum(axis=0).tolist()
+    start, turned = rows[0].tolist(), np.abs(rows[1:] - rows[:-1]).sum(axis=0).tolist()
     points = [point for point in points if point_may_reach(point, start, turned, zones)]
     if not points:
         return []
     rough = _cut(points, rows, _fewest_steps(rows))
-    chords = np.abs(np.diff(rough, axis=1))
+    chords = np.abs(rough[:, 1:] - rough[:, :-1])
     reach = chords.max(axis=1) + BULGE * chords.max(axis=(1, 2))[:, None]
     reach += _halves(points)
     return [point for point, close in zip(points, _near(rough, zones, reach)) if close]
@@ -193,7 +196,7 @@ def _first_entered(
 def _fewest_steps(rows: FloatArray) -> IntArray:
     """Return into how many steps each piece of a way is cut at least, all into the same number."""
     pieces = len(rows) - 1
-    turned = float(np.abs(np.diff(rows, axis=0)).sum(axis=1).max())
+    turned = float(np.abs(rows[1:] - rows[:-1]).sum(axis=1).max())
     # What is no number cannot be cut finer, and a target of a million turns must not take for ever.
     fine = min(MOST_STEPS, math.ceil(turned / COARSE_TURN)) if math.isfinite(turned) else 1
     return np.full(pieces, max(math.ceil(COARSE_STEPS / pieces), fine))
@@ -204,7 +207,7 @@ def _cut(points: Sequence[WatchedPoint], rows: FloatArray, steps: IntArray) -> F
     number = np.arange(steps.sum()) - np.repeat(np.cumsum(steps) - steps, steps)
     part = (number / np.repeat(steps, steps))[:, None]
     begin = np.repeat(rows[:-1], steps, axis=0)
-    between = begin + part * np.repeat(np.diff(rows, axis=0), steps, axis=0)
+    between = begin + part * np.repeat(rows[1:] - rows[:-1], steps, axis=0)
     return all_positions(points, np.vstack([between, rows[-1:]]))
 
 
@@ -216,7 +219,7 @@ def _paths(points: Sequence[WatchedPoint], rows: FloatArray) -> FloatArray:
     steps = _fewest_steps(rows)
     while True:
         paths = _cut(points, rows, steps)
-        chords = np.linalg.norm(np.diff(paths, axis=1), axis=2).max(axis=0, initial=0.0)
+        chords = np.linalg.norm(paths[:, 1:] - paths[:, :-1], axis=2).max(axis=0, initial=0.0)
         longest = np.maximum.reduceat(chords, np.cumsum(steps) - steps)
         too_long = (longest > SPACING) & (longest < math.inf)
         if not too_long.any() or steps.sum() >= MOST_STEPS:
@@ -280,27 +283,34 @@ def first_hit(path: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatAr
         lower: Smallest corner of the box [m].
         upper: Largest corner of the box [m].
     """
-    at = _hit_at(path, lower, upper)
-    if at is None:
+    enters, meets = _chord_hits(path, lower, upper)
+    hits = np.flatnonzero(meets)
+    if not hits.size:
         return None
+    at = float(hits[0] + enters[hits[0]])
     k = min(int(at), len(path) - 2)
     return np.asarray(path[k] + (at - k) * (path[k + 1] - path[k]))
 
 
-def _hit_at(path: FloatArray, lower: FloatArray, upper: FloatArray) -> float | None:
-    """Return the chord of the first hit plus the part of it before the hit; None without one."""
-    begin, way = path[:-1], np.diff(path, axis=0)
+def _chord_hits(
+    paths: FloatArray, lower: FloatArray, upper: FloatArray
+) -> tuple[FloatArray, BoolArray]:
+    """Return the part of each chord before it meets the box, and whether it does.
+
+    Args:
+        paths: Corners of the polylines [m], shape (..., m, 3).
+        lower: Smallest corners of the boxes [m], shape (..., 1, 3), or (3,) for one polyline.
+        upper: Largest corners, likewise.
+    """
+    begin, way = paths[..., :-1, :], paths[..., 1:, :] - paths[..., :-1, :]
     still = np.abs(way) < STILL
     between = (begin >= lower) & (begin <= upper)
     rate = np.where(still, 1.0, way)
     one, other = (lower - begin) / rate, (upper - begin) / rate
     enters = np.where(still, np.where(between, -np.inf, np.inf), np.minimum(one, other)).max(
-        axis=1, initial=0.0
+        axis=-1, initial=0.0
     )
     leaves = np.where(still, np.where(between, np.inf, -np.inf), np.maximum(one, other)).min(
-        axis=1, initial=1.0
+        axis=-1, initial=1.0
     )
-    hits = np.flatnonzero(enters <= leaves)
-    if not hits.size:
-        return None
-    return float(hits[0] + enters[hits[0]])
+    return enters, enters <= leaves
