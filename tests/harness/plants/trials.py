@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import cycle
@@ -166,12 +167,19 @@ def long_moves(files: CellFiles, speed_percent: float) -> CellFiles:
 
 
 def _swung(files: CellFiles, side: float) -> list[float]:
-    """Return a pose of the twin's joints with joint_1 far to one side, or in the middle for 0."""
+    """Return a pose of the twin's joints with joint_1 far to one side, or in the middle for 0.
+
+    A sliding joint is as high above home as its stroke lets it, however it counts.
+    """
     joints = files.robot.twin_joints
     pose = list(files.robot.home_positions)
     pose[0] = SWING * abs(side) * (joints[0].upper if side > 0.0 else joints[0].lower)
     pose[1] = BENT if pose[1] == 0.0 else 0.0
-    return [q + ABOVE_M if joint.unit == "mm" else q for q, joint in zip(pose, joints, strict=True)]
+    for k, joint in enumerate(joints):
+        if joint.unit == "mm" and joint.screw_axis is not None:
+            above = pose[k] + math.copysign(ABOVE_M, joint.screw_axis[5])
+            pose[k] = min(max(above, joint.lower), joint.upper)
+    return pose
 
 
 def _fastest(cell: TroubledCell, leader: str, begun: float) -> float:
