@@ -37,8 +37,8 @@ LATEST_S = 0.45
 """No zone can be kept from a robot that brakes later: robot.yaml allows no more."""
 SPREAD_MS, STEP_MS = 30, 10
 """A stop is decided on a reading up to two periods of reading and one of the robot older than the
-one that was measured from; written in whole steps, rounded up. Zones of both plants need no less:
-virtual_time/test_zones.py."""
+one that was measured from; written in whole steps, rounded up. With it no zone was entered on
+either plant of fanuc_sr6ia: virtual_time/test_zones.py."""
 
 
 class Trial(Enum):
