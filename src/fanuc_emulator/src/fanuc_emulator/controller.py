@@ -18,14 +18,12 @@ from scara_config.set_up.settings import STREAM_RSR
 from fanuc_emulator import alarms
 from fanuc_emulator.alarms import Alarm, AlarmCode, AlarmList, RefusedError, Severity
 from fanuc_emulator.config import EmulatorConfig
-from fanuc_emulator.drives.group import MotionGroup
-from fanuc_emulator.drives.planner import Limits, Planner
+from fanuc_emulator.drives.group import motion_of
 from fanuc_emulator.gripping.cell_parts import CellParts
 from fanuc_emulator.jobs import Jobs
 from fanuc_emulator.places import Signals, registers_of
-from fanuc_emulator.plant.config import axes_of, zero_offset
+from fanuc_emulator.plant.config import zero_offset
 from fanuc_emulator.plant.delays import LateSignals
-from fanuc_emulator.plant.interpreter import interpreter_of
 from fanuc_emulator.plant.readings import Readings
 from fanuc_emulator.snapshot import ControlType, Snapshot
 from fanuc_emulator.streaming.source import StreamSource
@@ -70,17 +68,7 @@ class Controller:
         self._dt, self._period_ms = config.dt, config.plant.servo_period_ms
         self._home = joint_positions(config.start_position, robot, lambda _: "start_position")
         plant = config.plant
-        axes = axes_of(plant, robot.joints, self._home)
-        of_axes = [axis.parameters for axis in axes]
-        planner = Planner(robot, [Limits(p.velocity, p.program_acceleration) for p in of_axes])
-        self._motion = MotionGroup(
-            axes,
-            plant.dt,
-            plant.interpolation_period_ms // plant.servo_period_ms,
-            interpreter_of(plant, robot.joints),
-            planner,
-            plant.interpolation_phase_ms // plant.servo_period_ms,
-        )
+        self._motion, planner = motion_of(plant, robot, self._home)
         self._readings = Readings(plant, robot.joints, random)
         late = plant.shown_after_ms
         self._late = LateSignals(late, plant.servo_period_ms) if late else None

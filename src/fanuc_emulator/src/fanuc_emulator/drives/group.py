@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from scara_config import Robot
 from scara_config.programs.steps import MoveStep, PathStep
 
 from fanuc_emulator.drives.axis import Axis
 from fanuc_emulator.drives.interpolator import Trapezoid
-from fanuc_emulator.drives.planner import Planner
-from fanuc_emulator.plant.interpreter import StreamInterpreter
+from fanuc_emulator.drives.planner import Limits, Planner
+from fanuc_emulator.plant.config import Plant, axes_of
+from fanuc_emulator.plant.interpreter import StreamInterpreter, interpreter_of
 
 
 class MotionGroup:
@@ -217,3 +219,19 @@ class MotionGroup:
         self.velocities = tuple([axis.velocity for axis in axes])
         self.measured_positions = tuple([axis.measured_position for axis in axes])
         self.measured_velocities = tuple([axis.measured_velocity for axis in axes])
+
+
+def motion_of(plant: Plant, robot: Robot, home: Sequence[float]) -> tuple[MotionGroup, Planner]:
+    """Return the axes of a plant at ``home`` [rad or m], and what plans their moves."""
+    axes = axes_of(plant, robot.joints, home)
+    of_axes = [axis.parameters for axis in axes]
+    planner = Planner(robot, [Limits(p.velocity, p.program_acceleration) for p in of_axes])
+    motion = MotionGroup(
+        axes,
+        plant.dt,
+        plant.interpolation_period_ms // plant.servo_period_ms,
+        interpreter_of(plant, robot.joints),
+        planner,
+        plant.interpolation_phase_ms // plant.servo_period_ms,
+    )
+    return motion, planner
