@@ -154,6 +154,17 @@ def test_pendant_runs_holds_resumes_and_ends_a_program(cell: Cell) -> None:
     assert code == 1 and "no program is paused" in text
 
 
+def test_pendant_turns_the_mode_switch(cell: Cell) -> None:
+    """The robot halts by it, and shows where it stands; one more turn and it is in AUTO again."""
+    assert cell.pendant("run", "ARTICLE")[0] == 0
+    assert cell.pendant("mode", "T1") == (0, "mode T1\n")
+    code, text = cell.pendant("status")
+    assert code == 0 and "mode     T1" in text and "SYST-038 Operation mode T1 Selected" in text
+    assert "paused" in text and "SYSRDY" not in text
+    assert cell.pendant("mode", "AUTO") == (0, "mode AUTO\n")
+    assert cell.pendant("mode", "T3")[0] == 2
+
+
 def test_pendant_waits_for_the_end_of_a_program(cell: Cell) -> None:
     """``run --wait`` shows the lines and ends with the program."""
     cell.pendant("override", "100")

@@ -48,7 +48,14 @@ ENTRIES: dict[str, Entry] = {
     **dict.fromkeys(("program_caller", "alarm_cause", "alarm_severity_text"), Entry(_TEXT)),
     **dict.fromkeys(("alarm_severity", "alarm_time"), Entry(WHOLE)),
     "payload_mass": Entry(("float32", *WHOLE)),
+    **dict.fromkeys(("mode_b0", "mode_b1"), Entry(WHOLE, instead="the mode switch is not known")),
 }
+MODE_BITS = {"AUTO": (1, 1), "T1": (0, 0), "T2": (0, 1)}
+"""What ``mode_b0`` and ``mode_b1`` show of the mode switch, a key at the robot.
+
+Source:
+    SI[8], SI[9] and AUTO: docs/sources.md. Which of T1 and T2 is which: [asm].
+"""
 GRIPPER_NUMBERS = {"gripper": "suction_now", "vacuum": "vacuum_now"}
 """Registers of RO[1] and RI[1] by the output that each stands for: of a robot whose gripper its own
 programs switch, and nobody else."""

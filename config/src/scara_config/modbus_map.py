@@ -181,6 +181,11 @@ class ModbusMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
         return times.count if times is not None else 0
 
     @property
+    def shows_mode(self) -> bool:
+        """The robot tells at what its mode switch stands."""
+        return self.find("mode_b0") is not None
+
+    @property
     def has_gripper(self) -> bool:
         """The robot has a suction gripper that a client can switch."""
         return self._has_any((*GRIPPER_INPUTS, *GRIPPER_OUTPUTS))
@@ -264,6 +269,9 @@ def _wrong_registers(layout: ModbusMap) -> Iterator[str]:
             yield f"{table}.{name} = {register.type}, count {register.count}: must be one number"
         elif name in WRITTEN and (table != "holding_registers" or not register.write):
             yield f"{table}.{name}: must be a holding register with write: true"
+    for name, other in (("mode_b0", "mode_b1"), ("mode_b1", "mode_b0")):
+        if layout.find(other) is not None and layout.find(name) is None:
+            yield f"holding_registers.{name}: is missing, but {other} is there"
     counts = {name: register.count for name in AXES if (register := layout.find(name)) is not None}
     if len(set(counts.values())) > 1:
         yield (

@@ -167,11 +167,3 @@ def test_an_input_without_a_wire_is_off_until_a_client_writes_it(bench: Bench) -
     robot.pulse("fault_reset")
     robot.run(1.0)
     assert robot.now.outputs.sysrdy and not robot.now.outputs.fault
-
-
-def test_t1_is_slow(bench: Bench) -> None:
-    """Whatever the override says."""
-    robot = robot_of(bench, msgspec.structs.replace(READY, mode="T1"))
-    robot.controller.write_override(100)
-    robot.run(0.1)
-    assert robot.now.override == robot.config.safety_speed_percent

@@ -4,6 +4,7 @@ import msgspec
 import pytest
 from fanuc_emulator.uop import (
     INPUTS,
+    MODE_KEYS,
     NORMALLY_ON,
     PANEL,
     UI,
@@ -31,6 +32,7 @@ RISING = {
     "panel_reset": UopRequest.RESET,
     **{f"rsr{n}": UopRequest.QUEUE for n in range(1, 9)},
     **{f"panel_run{n}": UopRequest.RUN for n in range(1, 9)},
+    **dict.fromkeys(MODE_KEYS, UopRequest.TURN),
 }
 LONG = {"pnstrobe": UopRequest.SELECT}
 FALLING = {
@@ -162,7 +164,7 @@ def test_a_map_without_keys_gets_those_of_the_stand_in() -> None:
     """They stand where the shipped map has them, and the override can be written."""
     shipped, made = load_modbus_map(), with_panel(FOLLOW_MAP)
     assert not FOLLOW_MAP.coils.keys() & PANEL
-    for name in PANEL:
+    for name in (name for name in PANEL if name not in MODE_KEYS):
         bit, wanted = made.coils[name], shipped.coils[name]
         assert (bit.address, bit.normal) == (wanted.address, wanted.normal)
         assert (bit.pulse_ms, bit.write) == (wanted.pulse_ms, wanted.write)
@@ -173,5 +175,6 @@ def test_a_map_without_keys_gets_those_of_the_stand_in() -> None:
 def test_names_and_levels_at_rest_are_those_of_the_map() -> None:
     """modbus_map.yaml and the controller agree on all 18 inputs and the keys at the robot."""
     coils = {name: bit for name, bit in load_modbus_map().coils.items() if name != "gripper"}
-    assert tuple(sorted(coils, key=lambda name: coils[name].address)) == INPUTS
-    assert tuple(name for name in INPUTS if coils[name].normal) == NORMALLY_ON
+    mapped = tuple(name for name in INPUTS if name not in MODE_KEYS)
+    assert tuple(sorted(coils, key=lambda name: coils[name].address)) == mapped
+    assert tuple(name for name in mapped if coils[name].normal) == NORMALLY_ON

@@ -58,9 +58,9 @@ GAPS: list[tuple[str, str, Callable[[AssignmentTable], None], str, str]] = [
     ("no position", READY, slot(2, "$SIZE", 0), "slots", "slot 2 (POS[0]@27.19"),
     ("position elsewhere", READY, slot(2, "$ADDRESS", 1001), "slots", "slot 2 (POS[0]@27.19"),
     ("position whole", READY, slot(2, "$MULTIPLY", 1.0), "slots", "$MULTIPLY must be 0"),
-    ("no override", READY, slot(11, "$ADDRESS", 0), "slots", "slot 11 ($MCR.$GENOVERRIDE"),
-    ("override real", READY, slot(11, "$MULTIPLY", 0.0), "slots", "$MULTIPLY must be 1"),
-    ("not watched", READY, slot(16, "$ADDRESS", 9001), "slots", "slot 16 ($SNPX_PARAM.$NUM_ASG"),
+    ("no override", READY, slot(12, "$ADDRESS", 0), "slots", "slot 12 ($MCR.$GENOVERRIDE"),
+    ("override real", READY, slot(12, "$MULTIPLY", 0.0), "slots", "$MULTIPLY must be 1"),
+    ("not watched", READY, slot(17, "$ADDRESS", 9001), "slots", "slot 17 ($SNPX_PARAM.$NUM_ASG"),
     ("no programs", "ready, programs: none", lambda _: None, "programs", "no background program"),
     ("simple", "ready, uop: simple", lambda _: None, "uop", "UOP is Simple"),
     ("none", "ready, uop: none", lambda _: None, "uop", "UOP is None"),
@@ -113,10 +113,10 @@ def test_a_ready_robot_has_no_gap() -> None:
 def test_frames_that_no_slot_shows_are_looked_up_at_the_robot() -> None:
     """Slots that were typed before they were asked for are no gap; what to look at is said."""
     assert "$MNUTOOLNUM[1]" in str(look("ready, tool_frame: 0").findings)
-    seen = look(READY, slot(30, "$ADDRESS", 9001))
+    seen = look(READY, slot(31, "$ADDRESS", 9001))
     assert seen.wrong == [] and seen.writes == 0
     (told,) = [found for found in seen.findings if "$MNUTOOLNUM[1]" in found.what]
-    assert told.level is Level.NOTE and "slot 30" in told.what
+    assert told.level is Level.NOTE and "slot 31" in told.what
     assert "User Frame > SETIND: 0" in told.advice and "Tool Frame > SETIND: 1" in told.advice
 
 

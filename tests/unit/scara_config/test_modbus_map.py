@@ -134,8 +134,14 @@ def test_width_follows_from_type_and_count(kind: Any, count: int, words: int) ->
         ),
         (
             ["holding_registers", "ring_underruns", "type"],
+            "string",
+            r"ring_underruns = string: must be int16 or int32",
+        ),
+        (["holding_registers", "mode_b0"], REMOVED, r"mode_b0: is missing, but mode_b1 is there"),
+        (
+            ["holding_registers", "mode_b1", "type"],
             "float32",
-            r"ring_underruns = float32: must be int16 or int32",
+            r"mode_b1 = float32: must be int16 or int32",
         ),
         (
             ["holding_registers", "ring_setpoint", "count"],
@@ -264,10 +270,11 @@ NEEDED = {name: entry.need for name, entry in ENTRIES.items()}
 
 @pytest.mark.parametrize("name", ENTRIES)
 def test_a_map_lacks_only_what_its_robot_need_not_have(tmp_path: Path, name: str) -> None:
-    """Each entry of the map of a robot that is led, one by one."""
-    folder = written(tmp_path, without(MAP, name))
+    """Each entry of the map of a robot that is led, one by one; the switch's two bits together."""
+    gone = ("mode_b0", "mode_b1") if name.startswith("mode_") else (name,)
+    folder = written(tmp_path, without(MAP, *gone))
     if not NEEDED[name]:
-        assert dict(load_modbus_map(folder).left_out()).keys() == {name}
+        assert dict(load_modbus_map(folder).left_out()).keys() == {*gone}
         return
     with pytest.raises(ConfigError, match=rf"modbus_map\.yaml: holding_registers\.{name}: is miss"):
         load_modbus_map(folder)

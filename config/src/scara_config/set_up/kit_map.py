@@ -23,6 +23,8 @@ _STATE = (
 """One request in each cycle, without a gap; the program's name says whether the robot streams."""
 _OF_PROGRAMS = ("heartbeat_echo", "watchdog_state")
 """BGTWIN keeps them."""
+_OF_SWITCH = ("mode_b0", "mode_b1")
+"""Only who leads has to know at what the mode switch stands."""
 _OF_GRIPPER = ("suction_now", "vacuum_now")
 """Of a robot with a gripper; where nobody needs them they are left out."""
 _PLAIN = {
@@ -79,6 +81,7 @@ def kit_map(layout: ModbusMap, leads: bool = True) -> ModbusMap:
             address += register.words
 
     take(*[name for name in _STATE if leads or name not in _OF_PROGRAMS])
+    take(*[name for name in _OF_SWITCH if leads])
     take(*[name for name in _OF_GRIPPER if leads and layout.shows_gripper])
     take(*[name for name, entry in ENTRIES.items() if leads and entry.need == "lead"])
     take(*[name for name in layout.holding_registers if name.startswith("alarm_")])

@@ -28,7 +28,7 @@ BOOTSTRAP = 16300
 """Here slots 76 to 79 show the four values of slot 80, by which a client reaches all others."""
 
 _SLICE = re.compile(r"(?P<array>[^@]*?)(?:\[(?P<index>\d+)\])?(?:@(?P<first>\d+)\.(?P<words>\d+))?")
-_ELEMENT_WORDS = {"R": 2, "PRG": 18, "ALM": 100}
+_ELEMENT_WORDS = {"R": 2, "PRG": 18, "ALM": 100, "SI": 1}
 """Words of a whole element, where no slice says how many are taken."""
 
 

@@ -6,7 +6,7 @@ They say what can be raised, how severe it is, and which one the alarm registers
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from datetime import datetime, timezone
 from enum import IntEnum
 
@@ -81,8 +81,18 @@ CONFIG_CHANGE = AlarmCode(15, 63, Severity.STOP, "Position config change")
 POSITION_INVALID = AlarmCode(12, 311, Severity.STOP, "Uninitialized data PR[1]")
 START_REFUSED = AlarmCode(24, 11, Severity.WARN, "Start refused")
 RESET_REFUSED = AlarmCode(24, 12, Severity.WARN, "Reset refused")
+MODE_SELECTED = {
+    mode: AlarmCode(24, number, Severity.SERVO, f"Operation mode {mode} Selected")
+    for mode, number in (("T1", 38), ("T2", 39), ("AUTO", 40))
+}
+"""By the mode to which the switch was turned: the robot halts [src], docs/sources.md."""
 POWER_OFF = {"imstp": IMSTP, "panel_imstp": PANEL_ESTOP}
 """By the input that switches the drives off; no reset clears one while its input is off."""
+
+
+def power_off_causes(lit: Container[str]) -> list[AlarmCode]:
+    """Return the alarms of the inputs that keep the drives off; ``lit`` are those that are on."""
+    return [code for name, code in POWER_OFF.items() if name not in lit]
 
 
 def check_ranges(joints: Sequence[Joint], positions: Iterable[float], where: str = "") -> None:

@@ -25,6 +25,7 @@ from fanuc_emulator.places import Signals, registers_of
 from fanuc_emulator.plant.config import zero_offset
 from fanuc_emulator.plant.delays import LateSignals
 from fanuc_emulator.plant.readings import Readings
+from fanuc_emulator.settings import MODES, Mode
 from fanuc_emulator.snapshot import ControlType, Snapshot
 from fanuc_emulator.streaming.source import StreamSource
 from fanuc_emulator.tp.background import HEARTBEAT, Background
@@ -61,14 +62,14 @@ class Controller:
         random: np.random.Generator | None = None,
         ring_places: int = 0,
     ) -> None:
-        self.parts = parts
-        self._gripper = False
+        self.parts, self._gripper = parts, False
         self._config, self._settings = config, config.settings
         self._robot, self._boot_seconds = robot, boot_seconds
         self._dt, self._period_ms = config.dt, config.plant.servo_period_ms
         self._home = joint_positions(config.start_position, robot, lambda _: "start_position")
         plant = config.plant
         self._motion, planner = motion_of(plant, robot, self._home)
+        self._motion.slow = config.settings.mode == "T1"
         self._readings = Readings(plant, robot.joints, random)
         late = plant.shown_after_ms
         self._late = LateSignals(late, plant.servo_period_ms) if late else None
@@ -103,8 +104,8 @@ class Controller:
     @property
     def override(self) -> int:
         """Override in force [percent]."""
-        fast = self._inputs["sfspd"] and self._settings.mode != "T1"
-        return self._override if fast else min(self._override, self._config.safety_speed_percent)
+        safe = self._config.safety_speed_percent
+        return self._override if self._inputs["sfspd"] else min(self._override, safe)
 
     def write_input(self, name: str, value: bool) -> None:
         """Set UI signal ``name``; a background program copies each ``gripper`` to RO[1]."""
@@ -133,6 +134,8 @@ class Controller:
                         self._abort()
                 case UopRequest.RESET:
                     self._reset()
+                case UopRequest.TURN:
+                    self._turn(MODES[number])
                 case UopRequest.RUN:
                     until_ms = self._now_ms + self._config.start_wait_ms
                     self._try(partial(self._jobs.run_here, number, until_ms))
@@ -142,6 +145,17 @@ class Controller:
                         self._raise(alarms.START_REFUSED, refusal)
                     else:
                         self._try(partial(self._jobs.ask, request, number))
+
+    def _turn(self, mode: Mode) -> None:
+        """Turn the mode switch, and the pendant's, which is on in T1 and T2: the robot halts."""
+        if mode == self._settings.mode:
+            return
+        self._settings = self._settings.turned(mode)
+        self._motion.slow = mode == "T1"
+        self._jobs.clear()
+        self._try(self._jobs.forget_here)
+        self._cut_drives()
+        self._raise(alarms.MODE_SELECTED[mode], "the mode switch was turned")
 
     def _try(self, start: Callable[[], str | None]) -> None:
         """Start a program or let it go on; a refusal is a warning that says why."""
@@ -237,6 +251,8 @@ class Controller:
             inputs=self._inputs.lit,
             ring_read=self.source.ring.read,
             ring_underruns=self.source.ring.underruns,
+            mode=self._settings.mode,
+            tp_enabled=self._settings.tp_enabled,
         )
 
     @property
@@ -334,12 +350,8 @@ class Controller:
         """Switch the drives off, and pause the program."""
         self._motion.power_off()
         self._cut = True
-        for code in self._power_off_causes():
+        for code in alarms.power_off_causes(self._inputs.lit):
             self._raise(code, "the input was switched off")
-
-    def _power_off_causes(self) -> list[AlarmCode]:
-        """Return the alarms of the inputs that keep the drives off."""
-        return [code for name, code in alarms.POWER_OFF.items() if not self._inputs[name]]
 
     def _pause(self) -> None:
         """Hold the program; no set point that was given before counts after it."""
@@ -365,7 +377,7 @@ class Controller:
 
     def _reset(self) -> None:
         """FAULT_RESET: clear alarms whose cause is gone, and switch the drives on again."""
-        if persists := self._power_off_causes():
+        if persists := alarms.power_off_causes(self._inputs.lit):
             self._alarms.clear(keep=persists)
             return
         if not self._motion.powered:

@@ -23,6 +23,8 @@ _NUMBERS = {
     "program_state": "program_state",
     "ring_read": "ring_read",
     "ring_underruns": "ring_underruns",
+    "mode_b0": "mode_b0",
+    "mode_b1": "mode_b1",
 }
 _RANGES = {
     "override": (1, 100),

@@ -16,6 +16,8 @@ from scara_config.set_up.settings import DEFAULT
 
 from fanuc_emulator.uop import UopRequest, UopSettings
 
+Mode = Literal["AUTO", "T1", "T2"]
+MODES: tuple[Mode, ...] = ("AUTO", "T1", "T2")
 _RemoteStart = (UopRequest.QUEUE, UopRequest.START, UopRequest.START_FIRST)
 
 
@@ -27,8 +29,8 @@ class ControllerSettings(UopSettings, frozen=True, forbid_unknown_fields=True, k
             been silent for longest. 0: nobody is.
         slots: ``factory``: $SNPX_ASG as delivered; ``kit``: as fanuc_kit prints it.
         programs: ``kit``: the stream and the background program are there; ``none``: they are not.
-        mode: Of the switch at the controller. Nothing is started by a signal but in AUTO; T1 is
-            slow.
+        mode: Of the switch at the controller. Nothing is started by a signal but in AUTO; in T1
+            neither tool nor flange is faster than 250 mm/s.
         tp_enabled: The teach pendant's switch is on: nothing is started by a signal.
         remote: Remote/Local setup.
         rmt_master: Who starts: 0 the signals, 1 CRT, 2 a host computer, 3 nobody.
@@ -41,7 +43,7 @@ class ControllerSettings(UopSettings, frozen=True, forbid_unknown_fields=True, k
     num_modbus: Annotated[int, Meta(ge=0, le=16)]
     slots: Literal["factory", "kit"]
     programs: Literal["none", "kit"]
-    mode: Literal["AUTO", "T1", "T2"]
+    mode: Mode
     tp_enabled: bool
     remote: bool
     rmt_master: Annotated[int, Meta(ge=0, le=3)]
@@ -65,6 +67,13 @@ class ControllerSettings(UopSettings, frozen=True, forbid_unknown_fields=True, k
         if not self.remote:
             return "Remote/Local setup is Local"
         return f"$RMT_MASTER is {self.rmt_master}" if self.rmt_master else ""
+
+    def turned(self, mode: Mode) -> ControllerSettings:
+        """Return the settings with the mode switch turned, and the teach pendant's.
+
+        That one has to be on in T1 and T2, and off in AUTO, or an alarm stops the robot.
+        """
+        return msgspec.structs.replace(self, mode=mode, tp_enabled=mode != "AUTO")
 
     def refuses(self, request: UopRequest, number: int, stream: int) -> str:
         """Say why a signal may not start a program now, or an empty text.

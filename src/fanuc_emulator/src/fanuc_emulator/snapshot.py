@@ -5,6 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 
 import msgspec
+from scara_config.map_entries import MODE_BITS
 
 from fanuc_emulator.alarms import Alarm
 from fanuc_emulator.tp.executor import ProgramState
@@ -35,6 +36,8 @@ class Snapshot(msgspec.Struct, frozen=True):
     Attributes:
         clock_ms: Stamp of the readings.
         plain_clock_ms: The controller's clock, whatever the readings are.
+        mode: At what the mode switch stands.
+        tp_enabled: The teach pendant's switch is on.
     """
 
     tick: int
@@ -58,3 +61,15 @@ class Snapshot(msgspec.Struct, frozen=True):
     inputs: frozenset[str]
     ring_read: int = 0
     ring_underruns: int = 0
+    mode: str = "AUTO"
+    tp_enabled: bool = False
+
+    @property
+    def mode_b0(self) -> int:
+        """SI[8]."""
+        return MODE_BITS[self.mode][0]
+
+    @property
+    def mode_b1(self) -> int:
+        """SI[9]."""
+        return MODE_BITS[self.mode][1]

@@ -58,6 +58,7 @@ class UopRequest(Enum):
     QUEUE = auto()
     SELECT = auto()
     RUN = auto()
+    TURN = auto()
 
 
 _RSR = tuple(f"rsr{number}" for number in range(1, 9))
@@ -68,7 +69,10 @@ UI = (
     + ("pnstrobe", "prod_start")
 )
 """UI[1..18], the user operator panel."""
+MODE_KEYS = ("panel_auto", "panel_t1", "panel_t2")
+"""Turn the mode switch; the digit of each is what it asks for."""
 PANEL = ("panel_imstp", "panel_hold", "panel_start", "panel_abort", "panel_reset", *_RUN)
+PANEL += MODE_KEYS
 """Buttons and keys of the person at the robot; no setting of the UOP touches them."""
 INPUTS = UI + PANEL
 NORMALLY_ON = ("imstp", "hold", "sfspd", "enbl", "panel_imstp", "panel_hold")
@@ -89,6 +93,7 @@ _EDGES: dict[tuple[str, bool], UopRequest] = {
     ("panel_reset", True): UopRequest.RESET,
     **{(name, True): UopRequest.QUEUE for name in _RSR},
     **{(name, True): UopRequest.RUN for name in _RUN},
+    **{(name, True): UopRequest.TURN for name in MODE_KEYS},
 }
 # What counts when it goes off, if it has been on for long enough. PNSTROBE counts while it is on.
 _OFF_AFTER_LONG_ENOUGH = ("start", "prod_start")
@@ -233,22 +238,28 @@ _PANEL_KEYS = {"panel_start": 6025, "panel_abort": 6026, "panel_reset": 6027} | 
     f"panel_run{number}": 6030 + number for number in range(1, 9)
 }
 """Coils, as config/robots/fanuc_sr6ia/modbus_map.yaml has them."""
+_PANEL_MODE = {name: 6028 + number for number, name in enumerate(MODE_KEYS)}
 _KEY_PULSE_MS = 30
 
 
 def with_panel(layout: ModbusMap) -> ModbusMap:
     """Return a map with the stand-in's own keys and override: a person presses them in any case.
 
-    A map with keys or numbered commands of its own stays as it is.
+    A map with numbered commands stays as it is, one with keys of its own gets the mode switch.
     """
-    if layout.command_word is not None or layout.has_panel:
+    if layout.command_word is not None:
         return layout
+    own = layout.has_panel
     coils = {
         name: Bit(address, normal=True, meaning="of the stand-in")
         for name, address in _PANEL_LEVELS.items()
+        if not own
     } | {
         name: Bit(address, pulse_ms=_KEY_PULSE_MS, meaning="of the stand-in")
-        for name, address in _PANEL_KEYS.items()
+        for name, address in {
+            **({} if own else _PANEL_KEYS),
+            **(_PANEL_MODE if layout.shows_mode else {}),
+        }.items()
     }
     held = layout.holding_registers
     override = msgspec.structs.replace(held["override_now"], write=True)

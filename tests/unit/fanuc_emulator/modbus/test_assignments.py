@@ -38,6 +38,9 @@ class Client:
         self.inputs = [False] * 512
         self.registers = AssignedRegisters(LAYOUT, self.image, self.inputs, settings)
         self.bench = bench
+        if settings != SETTINGS:
+            config = msgspec.structs.replace(bench.config, settings=settings)
+            self.bench = type(bench)(config, bench.robot, {})
 
     def read(self, number: int, count: int) -> list[int]:
         """Read holding registers."""

@@ -71,7 +71,7 @@ def test_every_register_can_be_read_and_gaps_are_0(client: Any) -> None:
             assert len(words) == count
     assert not client.write_registers(11092, [7]).isError()
     assert client.read_holding_registers(11092, count=1).registers == [0]
-    assert client.read_holding_registers(11045, count=2).registers == [0, 0]
+    assert client.read_holding_registers(11048, count=2).registers == [0, 0]
     assert client.read_holding_registers(0, count=1).registers == [0], "R[1], as delivered"
     assert client.read_input_registers(11000, count=1).exception_code == 2
 

@@ -59,6 +59,10 @@ class Link:
         """Return the level of an input."""
         return name != "enbl"
 
+    def mode(self) -> str:
+        """Return at what the mode switch stands."""
+        return "T1"
+
     def alarm(self) -> str:
         """Return the alarm."""
         return "SRVO-037"
@@ -80,7 +84,12 @@ def test_display_shows_joints_program_lamps_and_alarm(station: PendantStation) -
     reading = station.reading
     assert reading.rows[2] == ("joint_3", -3.0, 0.5, "mm")
     assert reading.program == "ARTICLE  line 2  running"
-    assert reading.override == 2 and reading.alarm == "SRVO-037" and reading.lamps["progrun"]
+    assert (
+        reading.override == 2
+        and reading.mode == "T1"
+        and reading.alarm == "SRVO-037"
+        and reading.lamps["progrun"]
+    )
     assert reading.switches == {
         "panel_imstp": True,
         "panel_hold": True,

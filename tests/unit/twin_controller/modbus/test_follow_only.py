@@ -90,8 +90,10 @@ def delivered() -> Iterator[tuple[ServoLoop, RobotServer, int]]:
 
 @pytest.mark.parametrize("layout", [FOLLOW_MAP, kit_map(load_modbus_map(CONFIG))])
 def test_a_person_starts_a_program_at_a_robot_whose_map_has_no_keys(layout: ModbusMap) -> None:
-    """The stand-in has its own; a map that has keys stays, and no slot of the sheet moves."""
-    assert with_panel(load_modbus_map(CONFIG)) == load_modbus_map(CONFIG)
+    """The stand-in has its own; a map that has keys gets the mode switch; no slot moves."""
+    shipped = load_modbus_map(CONFIG)
+    more = with_panel(shipped).coils.keys() - shipped.coils.keys()
+    assert more == {"panel_auto", "panel_t1", "panel_t2"}
     assert slot_table(with_panel(layout)) == slot_table(layout)
     with (
         stand_in(with_panel(layout)) as (loop, _, port),

@@ -30,6 +30,7 @@ class MotionGroup:
         velocities: True joint speeds [rad/s or m/s].
         measured_positions: In whole encoder counts.
         measured_velocities: In whole counts per servo period.
+        slow: Moves that begin now, and a stream, are kept to the speed of T1; no corner is rounded.
     """
 
     def __init__(
@@ -42,7 +43,7 @@ class MotionGroup:
         phase: int = 0,
     ) -> None:
         self.axes = tuple(axes)
-        self.powered = True
+        self.powered, self.slow = True, False
         self._dt, self._every, self._interpreter = dt, every, interpreter
         self._planner = planner
         self._targets: tuple[float, ...] = tuple(axis.command for axis in axes)
@@ -81,7 +82,10 @@ class MotionGroup:
 
     def nears_end(self, share: float) -> bool:
         """Return whether so much of the planned move's deceleration is left, 0..1, or less."""
-        return self._move is None or (not self._phase and self._move.nears_end(share))
+        if self._move is None or self.slow:
+            # Two moves at once would be as fast as both together.
+            return self.path_done
+        return not self._phase and self._move.nears_end(share)
 
     @property
     def arrived(self) -> bool:
@@ -114,6 +118,8 @@ class MotionGroup:
             RefusedError: The tool cannot go there, or not on this way.
         """
         move = self._planner.plan(step, self.planned_end)
+        if self.slow:
+            self._planner.slow_down(move, step)
         self._end_stream()
         if self._move is not None and not self._move.done:
             self._rounded += (self._move,)
@@ -200,6 +206,9 @@ class MotionGroup:
             self._targets = self._interpreter.step(self._wanted, factor * self._stream_speed)
         elif self._wanted is not None:
             self._targets = self._wanted
+        if self.slow and self._move is None:
+            period = self._dt * self._every
+            self._targets = self._planner.toward(self._from, self._targets, factor, period)
 
     def _add_rounded(self, factor: float) -> None:
         """Add what the earlier moves still have to go: that rounds the corner."""

@@ -82,6 +82,10 @@ class Trapezoid:
         """The end of the path is reached."""
         return self.progress >= 1.0
 
+    def slow_down(self, share: float) -> None:
+        """Keep to so much of the programmed speed, 0..1."""
+        self._rate_limit *= share
+
     def advance(self, override: float, dt: float) -> tuple[float, ...]:
         """Go on for ``dt`` and return the joint positions.
 

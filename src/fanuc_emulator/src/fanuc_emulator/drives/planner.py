@@ -20,6 +20,14 @@ from fanuc_emulator.drives.interpolator import JointMove, Trapezoid
 from fanuc_emulator.drives.path import PathMove, Speed, ToolPath
 
 _MM = 1e-3
+T1_SPEED = 0.235
+"""In T1 tool and flange are told to be no faster [m/s].
+
+Source:
+    0.25 by B-83284EN/09, section 5.2.2, less the 5 % by which a servo overshoots [chk].
+"""
+_PLACES = 33
+"""So many places of a way tell how fast it is: one of 90 degrees to 1e-4."""
 ELSEWHERE = 1e-4
 """A path ends so near the joint positions that were taught [rad, m], or it ends in others."""
 
@@ -85,6 +93,38 @@ class Planner:
         )
         self._check_bend(last, move.end)
         return move
+
+    def slow_down(self, move: Trapezoid, step: MoveStep | PathStep) -> None:
+        """Slow a move down evenly, so that tool and flange keep to T1 at an override of 1."""
+        parts = np.linspace(0.0, 1.0, _PLACES)
+        poses = [self._arm.pose(self._of_arm(tuple(row))) for row in move.places(parts)]
+        tools = [step.targets[-1].tool] if isinstance(step, PathStep) else []
+        ways = [[(pose @ tip)[:3, 3] for pose in poses] for tip in (np.eye(4), *map(matrix, tools))]
+        slopes = np.linalg.norm(np.diff(np.array(ways), axis=1), axis=2) * (_PLACES - 1)
+        fastest = float(slopes.max()) * move.law[0]
+        if fastest > T1_SPEED:
+            move.slow_down(T1_SPEED / fastest)
+
+    def toward(
+        self, begin: Sequence[float], end: Sequence[float], override: float, dt: float
+    ) -> tuple[float, ...]:
+        """Return how far a stream comes in T1: straight in the joints, the flange at its speed.
+
+        Args:
+            begin: Where it is [rad or m].
+            end: Where it would be next.
+            override: Fraction 0..1 of that speed.
+            dt: The time to the next [s].
+        """
+        way = [b - a for a, b in zip(begin, end)]
+        # No axis is faster than it can be: what is left is so short that the way is straight.
+        limits = (each.velocity * dt / abs(d) for each, d in zip(self._limits, way) if d)
+        part = min(1.0, *limits, 1.0)
+        here = self._arm.pose(self._of_arm(begin))[:3, 3]
+        there = [a + part * d for a, d in zip(begin, way)]
+        gone = float(np.linalg.norm(self._arm.pose(self._of_arm(there))[:3, 3] - here))
+        part *= min(1.0, T1_SPEED * override * dt / gone) if gone > 0.0 else 1.0
+        return tuple([a + part * d for a, d in zip(begin, way)])
 
     def _accelerations(self, percent: float) -> list[float]:
         return [0.01 * percent * each.program_acceleration for each in self._limits]

@@ -8,6 +8,7 @@ from typing import Any
 
 import pymodbus
 from pymodbus.client import ModbusTcpClient
+from scara_config.map_entries import MODE_BITS
 from scara_config.modbus_map import ModbusMap, SignalWord
 
 from fanuc_emulator.registers import Value, decode, encode
@@ -134,6 +135,12 @@ class PendantLink:
             if time.monotonic() > deadline:
                 raise PendantError(f"the robot did not confirm {name}")
             time.sleep(_POLL)
+
+    def mode(self) -> str:
+        """Return at what the mode switch stands; empty: this robot does not tell."""
+        bits = self.read("mode_b0"), self.read("mode_b1")
+        shown = tuple(int(each[0]) for each in bits if each)
+        return next((mode for mode, lit in MODE_BITS.items() if lit == shown), "")
 
     def alarm(self) -> str:
         """Return the active alarm as the pendant shows it, or an empty text."""

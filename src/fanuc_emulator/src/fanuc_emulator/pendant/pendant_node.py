@@ -24,6 +24,7 @@ from scara_ros.shell.program_io import FAILED, WRONG
 from fanuc_emulator.alarms import Severity
 from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs
 from fanuc_emulator.pendant.pendant_link_io import PendantError, PendantLink
+from fanuc_emulator.settings import Mode
 from fanuc_emulator.tp.executor import ProgramState
 
 app = CommandLine(
@@ -148,6 +149,22 @@ def override(
 
 
 @app.command()
+def mode(
+    switch: Annotated[Mode, typer.Argument(help="Where to turn it.")],
+    host: Host = None,
+    port: Port = None,
+    config_dir: ConfigDir = None,
+) -> None:
+    """Turn the mode switch, and with it the teach pendant's: the robot halts until reset."""
+    with _robot(host, port, config_dir) as (link, _, _):
+        if not link.mode():
+            raise PendantError("this robot's map has no mode_b0: its mode switch is not known")
+        link.pulse(f"panel_{switch.lower()}")
+        _expect(link, lambda: link.mode() == switch, f"the mode is still {link.mode()}")
+        typer.echo(f"mode {switch}")
+
+
+@app.command()
 def status(host: Host = None, port: Port = None, config_dir: ConfigDir = None) -> None:
     """Show positions, program, signals and the active alarm."""
     with _robot(host, port, config_dir) as (link, robot, _):
@@ -159,6 +176,7 @@ def status(host: Host = None, port: Port = None, config_dir: ConfigDir = None) -
             "program": (
                 f"{link.read('program_name') or '-'} line {link.read('program_line')[0]}, {state}"
             ),
+            "mode": link.mode() or "-",
             "signals": lit,
             "alarm": link.alarm() or "-",
         }.items():

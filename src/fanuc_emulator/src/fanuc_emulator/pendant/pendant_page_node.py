@@ -80,7 +80,8 @@ def serve(
         from fanuc_emulator.pendant.pendant_view_io import PendantPage, serve_page
 
         with PendantStation(host or config.host, port or config.port, layout, robot) as station:
-            page = PendantPage(station, programs, robot.name.replace("_", " "))
+            title = robot.name.replace("_", " ")
+            page = PendantPage(station, programs, title, layout.shows_mode)
             door = PageDoor("pendant_page", page_host, page_port, token)
             serve_page(listener, page, door, f"{robot.name}: pendant")
 

@@ -29,6 +29,7 @@ class DisplayReading(msgspec.Struct, frozen=True):
         rows: For each joint name, position and speed in deg or mm, unit.
         program: Name, line and state.
         override: In force [%].
+        mode: At what the mode switch stands; empty: the robot does not tell.
         alarm: As the controller words it, or an empty text.
         lamps: Outputs UO by name.
         switches: Level of the inputs that are switches here.
@@ -38,6 +39,7 @@ class DisplayReading(msgspec.Struct, frozen=True):
     rows: tuple[tuple[str, float, float, str], ...] = ()
     program: str = ""
     override: int = 0
+    mode: str = ""
     alarm: str = ""
     lamps: dict[str, bool] = {}
     switches: dict[str, bool] = {}
@@ -115,6 +117,7 @@ class PendantStation:
             rows=rows,
             program=f"{name}  line {line}  {STATES[state] if state < len(STATES) else state}",
             override=int(link.read("override_now")[0]),
+            mode=link.mode(),
             alarm=link.alarm(),
             lamps=link.outputs(),
             switches={name: link.signal(name) for name in SWITCHES},

@@ -16,6 +16,7 @@ from scara_ros.page.page_library_io import app, run, serve_pages, ui
 from fanuc_emulator.pendant.pendant_link_io import PendantLink
 from fanuc_emulator.pendant.pendant_station_io import PendantStation, expire_heartbeat
 from fanuc_emulator.tp.executor import Program
+from fanuc_emulator.uop import MODE_KEYS
 
 REFRESH_S = 0.2
 LAMPS = ("sysrdy", "cmdenbl", "progrun", "paused", "held", "fault", "atperch", "busy")
@@ -63,9 +64,12 @@ body { background: #2a2c2a; color: #e9e6d8;
 class PendantPage:
     """Builds the page for each browser that opens it."""
 
-    def __init__(self, station: PendantStation, programs: dict[int, Program], title: str) -> None:
-        """Remember the robot and its programs."""
+    def __init__(
+        self, station: PendantStation, programs: dict[int, Program], title: str, turns: bool
+    ) -> None:
+        """Remember the robot and its programs, and whether its mode switch can be turned here."""
         self._station, self._programs, self._title = station, programs, title
+        self._turns = turns
 
     def build(self) -> None:
         """Build the page."""
@@ -89,7 +93,8 @@ class PendantPage:
         def show() -> None:
             reading = self._station.reading
             program.set_text(reading.trouble or reading.program)
-            override.set_text("" if reading.trouble else f"OVERRIDE {reading.override} %")
+            shown = f"OVERRIDE {reading.override} %   {reading.mode}".rstrip()
+            override.set_text("" if reading.trouble else shown)
             rows = (
                 f"<tr><td>{name}</td><td><b>{q:.2f}</b> {unit}</td><td>{v:.1f} {unit}/s</td></tr>"
                 for name, q, v, unit in reading.rows
@@ -119,6 +124,11 @@ class PendantPage:
                 self._key(text, partial(self._change_override, change))
             for percent in (10, 100):
                 self._key(f"{percent} %", partial(_override, percent))
+        if self._turns:
+            ui.label("Mode switch: the robot halts, then RESET").classes("key-title")
+            with ui.element("div").classes("key-row"):
+                for key in MODE_KEYS:
+                    self._key(key.removeprefix("panel_").upper(), partial(_pulse, key))
         ui.label("Troubles to inject").classes("key-title")
         for name, text, effect in SWITCHES:
             self._switch(name, text, effect)

@@ -248,8 +248,10 @@ class AssignedRegisters:
         if family == "UO":
             return index <= len(OUTPUTS) and bool(getattr(snapshot.outputs, OUTPUTS[index - 1]))
         if self._settings is not None and family in ("SI", "SO"):
-            lit = panel_inputs(self._settings)
-            return index in (lit if family == "SI" else panel_outputs(self._settings, snapshot))
+            at, there = snapshot.mode, snapshot.tp_enabled
+            now = msgspec.structs.replace(self._settings, mode=at, tp_enabled=there)
+            lit = panel_inputs(now) if family == "SI" else panel_outputs(now, snapshot)
+            return index in lit
         if family == "DI":
             return index <= len(self._digital_inputs) and self._digital_inputs[index - 1]
         wired = {"RO": snapshot.outputs.gripper, "RI": snapshot.outputs.vacuum}

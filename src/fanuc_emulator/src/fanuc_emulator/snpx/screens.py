@@ -6,6 +6,7 @@ Source:
 
 from __future__ import annotations
 
+from scara_config.map_entries import MODE_BITS
 from scara_config.set_up.slots import SLOTS
 
 from fanuc_emulator.settings import ControllerSettings
@@ -40,9 +41,10 @@ def variable(settings: ControllerSettings, family: str, index: int) -> int | Non
 
 
 def panel_inputs(settings: ControllerSettings) -> frozenset[int]:
-    """Return which of SI[0..15] are on: 2 remote, 8 and 9 in AUTO; T1 and T2 are assumed."""
-    mode = {"AUTO": {8, 9}, "T1": set(), "T2": {9}}[settings.mode]
-    return frozenset(mode | ({2} if settings.remote else set()))
+    """Return which of SI[0..15] are on: 2 remote, 8 and 9 by the mode switch."""
+    b0, b1 = MODE_BITS[settings.mode]
+    lit = {2: settings.remote, 8: b0, 9: b1}
+    return frozenset(number for number, on in lit.items() if on)
 
 
 def panel_outputs(settings: ControllerSettings, snapshot: Snapshot) -> frozenset[int]:
