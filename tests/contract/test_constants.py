@@ -51,24 +51,16 @@ def test_the_motion_states_are_the_messages() -> None:
 
 def test_no_constant_swallows_a_comment() -> None:
     """A string constant takes the rest of its line, the comment too."""
-    values = [
-        value
-        for kind in (TwinControllerState, MotionState, PartEvent)
-        for value in constants(kind).values()
-    ]
+    kinds = (TwinControllerState, MotionState, PartEvent)
+    values = [value for kind in kinds for value in constants(kind).values()]
     assert [value for value in values if not value.isidentifier()] == []
 
 
 def test_modes_are_not_written_out() -> None:
     """Who compares a mode names the constant, so that a typing error is found."""
     words = set(constants(TwinControllerState).values()) - ALSO_COMMANDS
-    found = [
-        text
-        for module in modules()
-        if module.relative not in OWN_WORDS
-        for text in written_out(module, words)
-    ]
-    assert found == []
+    judged = [module for module in modules() if module.relative not in OWN_WORDS]
+    assert [text for module in judged for text in written_out(module, words)] == []
 
 
 def test_the_stand_ins_part_events_are_the_messages() -> None:

@@ -23,8 +23,7 @@ def functions_of(file: str) -> set[str]:
     path = ROOT / file
     if not path.is_file():
         return set()
-    tree = parsed(path)
-    return {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+    return {node.name for node in parsed(path).body if isinstance(node, ast.FunctionDef)}
 
 
 def unproved(row: str) -> Iterator[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 
@@ -14,6 +14,9 @@ CHROMIUM = Path("/usr/bin/chromium")
 FLAGS = ["--no-sandbox", "--disable-background-networking"]
 NOTHING_DRAWN = ["--disable-gpu", "--disable-3d-apis"]
 DRAWN_BY_THE_PROCESSOR = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+# Where nobody measures the page: only the model is drawn as by a graphics card, not all around it,
+# and no script is optimised for a page that lives for seconds.
+UNMEASURED = ["--disable-gpu-compositing", "--js-flags=--no-turbofan --no-maglev"]
 # A kernel that groups processes by session heeds their priority only within their group, so the
 # group of the browser's session gets a low one, too. The tests that only compute come behind it.
 BEHIND_THE_CELL = f"""#!/bin/sh
@@ -51,7 +54,7 @@ def kept_chromium(draws: bool = False) -> Iterator[Browser]:
     name = f"chromium {draws}"
 
     def start() -> AbstractContextManager[Browser]:
-        return _launched(BROWSERS.get(DRIVER, sync_playwright), CHROMIUM, draws)
+        return _launched(BROWSERS.get(DRIVER, sync_playwright), CHROMIUM, draws, UNMEASURED)
 
     browser: Browser = BROWSERS.get(name, start)
     if not browser.is_connected():  # a test has broken it
@@ -67,8 +70,10 @@ def kept_chromium(draws: bool = False) -> Iterator[Browser]:
 
 
 @contextmanager
-def _launched(playwright: Playwright, program: Path, draws: bool) -> Iterator[Browser]:
-    flags = FLAGS + (DRAWN_BY_THE_PROCESSOR if draws else NOTHING_DRAWN)
+def _launched(
+    playwright: Playwright, program: Path, draws: bool, besides: Sequence[str] = ()
+) -> Iterator[Browser]:
+    flags = [*FLAGS, *besides] + (DRAWN_BY_THE_PROCESSOR if draws else NOTHING_DRAWN)
     browser = playwright.chromium.launch(executable_path=program, args=flags)
     try:
         yield browser
