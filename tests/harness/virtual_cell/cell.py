@@ -157,19 +157,26 @@ class VirtualCell:
         self.wait_until(lambda: not self.real.running, deadlines.program, f"{name} to end")
 
     def move_to(
-        self, point: Sequence[float], speed_percent: float, yaw: float | None = None
+        self,
+        point: Sequence[float],
+        speed_percent: float,
+        yaw: float | None = None,
+        path: str = "",
+        speed_mm_s: float = 0.0,
     ) -> None:
         """Send the twin's tool to a point [m] by its own side's service, and wait for the answer.
 
-        With ``yaw`` [rad] its tool shall be turned so.
+        With ``yaw`` [rad] its tool shall be turned so; with a ``path`` it goes along a line.
 
         Raises:
             CellError: It was refused or aborted, or the controller ended the motion.
         """
         answers: list[tuple[bool, str]] = []
-        self.twin.move_to.begin(
-            point, speed_percent, "", lambda success, text: answers.append((success, text)), yaw
-        )
+
+        def ended(success: bool, text: str) -> None:
+            answers.append((success, text))
+
+        self.twin.move_to.begin(point, speed_percent, "", ended, yaw, path, speed_mm_s)
         deadline = self.files.experiments.deadlines_s.move
         self.wait_until(lambda: bool(answers), deadline, f"move_to {tuple(point)}")
         if not answers[0][0]:

@@ -8,8 +8,8 @@ from typing import Protocol
 from scara_config import Robot
 from scara_control.errors import ScaraControlError
 from scara_control.joint_motion import JointMotion
-from scara_control.kinematics.arm_kinematics import parse_elbow
 from scara_control.kinematics.tool import tool_kinematics
+from scara_control.kinematics.tool_path import ToolWay, check_shape, wanted_elbow
 from scara_control.motion.requests import Outcome
 
 Ended = Callable[[bool, str], None]
@@ -25,6 +25,7 @@ class BeginMove(Protocol):
         ended: Callable[[Outcome], None],
         names: Sequence[str],
         trims: bool,
+        shape: ToolWay | None,
     ) -> None:
         """Begin a joint move."""
 
@@ -47,6 +48,8 @@ class MoveTo:
         elbow: str,
         ended: Ended,
         yaw: float | None = None,
+        path: str = "",
+        speed_mm_s: float = 0.0,
     ) -> None:
         """Drive the tool to ``point`` [m] and ``yaw`` [rad]; ``ended`` is told how it ended."""
         if self.measured is None:
@@ -55,7 +58,9 @@ class MoveTo:
         try:
             x, y, z = point
             seed = [self.measured.q[k] for k in self._columns]
-            answer = self._tool.inverse(x, y, z, parse_elbow(elbow), seed, yaw)
+            side = wanted_elbow(self._tool, elbow, path, seed)
+            answer = self._tool.inverse(x, y, z, side, seed, yaw)
+            shape = check_shape(self._tool.joints, path, (), speed_mm_s)
         except ScaraControlError as error:
             ended(False, str(error))
             return
@@ -63,4 +68,4 @@ class MoveTo:
         def driven(outcome: Outcome) -> None:
             ended(outcome.success, outcome.message)
 
-        self._move(answer.chosen.q, speed_percent, driven, self._names, True)
+        self._move(answer.chosen.q, speed_percent, driven, self._names, True, shape)

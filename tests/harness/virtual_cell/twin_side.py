@@ -10,6 +10,7 @@ from functools import partial
 
 from scara_control.errors import ScaraControlError
 from scara_control.joint_motion import JointMotion, Setpoints
+from scara_control.kinematics.tool_path import ToolWay, check_shape
 from scara_control.motion.commands import Command, parse_modes
 from scara_control.motion.jogging.jog import JogController
 from scara_control.motion.pose_control import PoseController
@@ -188,13 +189,17 @@ class TwinSide:
     def move(self, action: MoveTwin, ended: Ended) -> None:
         """Start a move; ``ended`` is told how it ended."""
         if action.command == "MOVE":
-            self.move_to.begin(action.target, action.speed_percent, action.elbow, ended, action.yaw)
+            way = action.yaw, action.path, action.speed_mm_s
+            self.move_to.begin(action.target, action.speed_percent, action.elbow, ended, *way)
         else:
             self._begin_move(
                 action.target,
                 action.speed_percent,
                 lambda outcome: ended(outcome.success, outcome.message),
                 self._pose.names,
+                shape=check_shape(
+                    self._files.robot.twin_joints, action.path, (), action.speed_mm_s
+                ),
             )
 
     def _now(self) -> float:
@@ -330,10 +335,11 @@ class TwinSide:
         ended: Callable[[Outcome], None],
         names: Sequence[str],
         trims: bool = False,
+        shape: ToolWay | None = None,
     ) -> None:
-        """Begin a joint move; a refusal is an outcome too."""
+        """Begin a move; a refusal is an outcome too."""
         try:
-            number = self._pose.move(names, target, speed_percent, self._now(), trims)
+            number = self._pose.move(names, target, speed_percent, self._now(), trims, shape)
         except ScaraControlError as error:
             ended(Outcome(0, False, str(error), (), 0.0))
         else:
@@ -374,6 +380,7 @@ class TwinSide:
                 report.message,
                 tuple(report.target),
                 report.peak_percent,
+                report.way,
             )
         )
 

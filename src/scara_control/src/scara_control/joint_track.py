@@ -140,6 +140,11 @@ class JointTrack:
         return len(self._stop)
 
     @property
+    def positions(self) -> _Rows:
+        """Positions of the points, shape (m, n)."""
+        return self._positions
+
+    @property
     def first_time(self) -> float:
         """Due time of the first point [s]."""
         return self._times[0]

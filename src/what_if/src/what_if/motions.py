@@ -17,7 +17,7 @@ LIST = re.compile(rf"^\s*{NUMBER}(\s*,\s*{NUMBER})*\s*\Z")
 
 @dataclass(frozen=True)
 class ToolTarget:
-    """Move the tool to a point by a joint move, as MOVE and ``move_to`` do.
+    """Move the tool to a point, as MOVE and ``move_to`` do.
 
     Attributes:
         x: In the base frame [m].
@@ -26,6 +26,8 @@ class ToolTarget:
         yaw: Wanted rotation of the tool about the vertical [rad]; None: as it comes.
         elbow: righty, lefty or empty.
         speed_percent: Program speed; 0: the default.
+        path: joint or empty, or linear.
+        speed_mm_s: Of the tool on a line, at most; 0: as the joints allow.
     """
 
     x: float
@@ -34,6 +36,8 @@ class ToolTarget:
     yaw: float | None = None
     elbow: str = ""
     speed_percent: float = 0.0
+    path: str = ""
+    speed_mm_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -43,10 +47,16 @@ class JointTarget:
     Attributes:
         q: Joint positions, shape (n,): [rad], prismatic [m].
         speed_percent: Program speed; 0: the default.
+        path: joint or empty; linear or circular: the tool goes along a line or an arc.
+        speed_mm_s: Of the tool then, at most; 0: as the joints allow.
+        via: Joint positions at a place that an arc passes, shape (n,).
     """
 
     q: tuple[float, ...]
     speed_percent: float = 0.0
+    path: str = ""
+    speed_mm_s: float = 0.0
+    via: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

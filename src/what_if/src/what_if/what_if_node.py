@@ -112,9 +112,12 @@ class WhatIfServer:
         if kind == "MOVE":
             yaw = request.yaw if request.has_yaw else None
             place = (request.x, request.y, request.z)
-            return ToolTarget(*place, yaw, request.elbow, request.speed_percent)
+            speeds = request.speed_percent, request.path, request.speed_mm_s
+            return ToolTarget(*place, yaw, request.elbow, *speeds)
         if kind == "MOVE_JOINTS":
-            return JointTarget(tuple(request.joint_positions), request.speed_percent)
+            q, via = tuple(request.joint_positions), tuple(request.via)
+            speeds = request.speed_percent, request.path, request.speed_mm_s
+            return JointTarget(q, *speeds, via)
         if kind == "PROGRAM":
             return ProgramRun(find_program(self._cell, request.program, self._folder))
         if kind == "TRAJECTORY":

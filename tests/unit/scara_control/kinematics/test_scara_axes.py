@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import msgspec
 import numpy as np
-import PyKDL
 import pytest
+from harness.kdl_chain import KdlChain
 from scara_config import Robot, load_robot
 from scara_config.robot import Geometry
 from scara_control.errors import (
@@ -99,35 +98,6 @@ def made(kind: Kind) -> Robot:
     )
 
 
-class Kdl:
-    """The same arm by its screws in another library."""
-
-    def __init__(self, robot: Robot) -> None:
-        """Turn each joint about the point of its axis, and put the home pose behind all."""
-        self._chain = PyKDL.Chain()
-        for joint in robot.joints:
-            omega, v = np.array(joint.screw_axis[:3]), np.array(joint.screw_axis[3:])
-            kind = PyKDL.Joint.RotAxis if omega.any() else PyKDL.Joint.TransAxis
-            place, axis = (np.cross(omega, v), omega) if omega.any() else (omega, v)
-            vectors = (PyKDL.Vector(*place.tolist()), PyKDL.Vector(*axis.tolist()))
-            self._chain.addSegment(
-                PyKDL.Segment(PyKDL.Joint(joint.name, *vectors, kind), PyKDL.Frame())
-            )
-        rows = np.array(robot.home_pose)
-        rotation = PyKDL.Rotation(*rows[:3, :3].ravel().tolist())
-        tip = PyKDL.Frame(rotation, PyKDL.Vector(*rows[:3, 3].tolist()))
-        self._chain.addSegment(PyKDL.Segment(PyKDL.Joint(PyKDL.Joint.Fixed), tip))
-        self._solver, self._frame = PyKDL.ChainFkSolverPos_recursive(self._chain), PyKDL.Frame()
-
-    def pose(self, q: Sequence[float]) -> np.ndarray:
-        """Return the tool's pose, shape (3, 4)."""
-        joints = PyKDL.JntArray(len(q))
-        for k, value in enumerate(q):
-            joints[k] = value
-        assert self._solver.JntToCart(joints, self._frame) == 0
-        return np.array([[self._frame[row, column] for column in range(4)] for row in range(3)])
-
-
 def poses(scara: Scara, count: int = POSES) -> np.ndarray:
     """Return joint positions all over the ranges, both elbows."""
     return np.random.default_rng(7).uniform(*np.array(scara.limits).T, (count, len(scara.joints)))
@@ -143,7 +113,11 @@ def turn(angle: float) -> np.ndarray:
 def test_kdl_finds_the_tool_where_the_closed_form_says_and_puts_it(kind):
     """3000 poses of each kind and both elbows: 1e-12 m, and 1e-12 of every entry of the turn."""
     robot = made(kind)
-    scara, kdl, home = Scara.from_robot(robot), Kdl(robot), np.array(robot.home_pose)[:3, :3]
+    scara, kdl, home = (
+        Scara.from_robot(robot),
+        KdlChain(robot.joints, robot.home_pose),
+        np.array(robot.home_pose)[:3, :3],
+    )
     # Of a tool without a wrist the place alone can be asked for.
     part = slice(3, 4) if scara.axes.wrist is None else slice(0, 4)
     reached = dict.fromkeys(Elbow, 0)

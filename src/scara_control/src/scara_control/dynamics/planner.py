@@ -14,7 +14,10 @@ from scara_config import Joint
 
 from scara_control.dynamics.effort import LEAST, Load
 from scara_control.joint_motion import JointMotion
-from scara_control.motion.plan import Path, plan_move, plan_stop
+from scara_control.kinematics.tool import ToolKinematics
+from scara_control.kinematics.tool_path import SolvedPath, ToolWay, solve_path
+from scara_control.motion.plan import Path, Segment, plan_move, plan_stop
+from scara_control.motion.tool_move import plan_tool_move
 
 _TRIES = 8
 """So often a path is planned again (our choice: the three robots' moves need three or four)."""
@@ -35,26 +38,48 @@ class Planner:
         load: The arm with its payload; None: as light as robot.yaml's limits are made for.
     """
 
-    def __init__(self, joints: Sequence[Joint]) -> None:
-        """Begin without a load."""
-        self._joints = tuple(joints)
+    def __init__(self, joints: Sequence[Joint], tool: ToolKinematics | None = None) -> None:
+        """Begin without a load; without a ``tool`` there are joint moves alone."""
+        self._joints, self._tool = tuple(joints), tool
         self.load: Load | None = None
 
-    def move(self, start: JointMotion, target: Sequence[float], speed_percent: float) -> Path:
+    def move(
+        self,
+        start: JointMotion,
+        target: Sequence[float],
+        speed_percent: float,
+        shape: ToolWay | None = None,
+    ) -> Path:
         """Plan a move; see :func:`scara_control.motion.plan.plan_move`.
 
         If acceleration alone does not help enough, since velocity coupling asks for too much, the
-        speed is lowered with it.
+        speed is lowered with it. With a ``shape`` the tool goes along a line or an arc, from where
+        the joints come to rest; see :func:`scara_control.motion.tool_move.plan_tool_move`.
+
+        Raises:
+            PlanError: There is no such path.
+            ToolPathError: The tool cannot go along the line.
         """
         joints = self._joints
-        fits, path = self._lighter(
-            lambda share: plan_move(joints, start, target, speed_percent, share)
-        )
+        along: SolvedPath | None = None
+        before: tuple[Segment, ...] = ()
+        if shape is not None and self._tool is not None:
+            if any(start.qdot) or any(start.qddot):
+                stop = self.stop(start)
+                start, before = JointMotion.at_rest(stop.end), stop.segments
+            along = solve_path(self._tool, joints, start.q, target, shape)
+
+        def plan(percent: float, share: float) -> Path:
+            if along is None:
+                path = plan_move(joints, start, target, percent, share)
+                return Path([*before, *path.segments], target, share) if before else path
+            move = plan_tool_move(joints, along, percent, share)
+            return Path([*before, move], target, share, along.corners)
+
+        fits, path = self._lighter(lambda share: plan(speed_percent, share))
         if path.share == 1.0:
             return path
-        slower_fits, slower = self._lighter(
-            lambda share: plan_move(joints, start, target, speed_percent * share**0.5, share)
-        )
+        slower_fits, slower = self._lighter(lambda share: plan(speed_percent * share**0.5, share))
         if fits and (not slower_fits or path.duration <= slower.duration):
             return path
         return slower

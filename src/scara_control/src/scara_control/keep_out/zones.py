@@ -32,10 +32,11 @@ DEPTH_TOLERANCE = 1e-3
 
 
 class WatchedMove(msgspec.Struct, frozen=True):
-    """A joint move as the watched points see it.
+    """A move as the watched points see it.
 
     Attributes:
         target: Where it ends, SI.
+        between: Joint positions on its way, as they were told; none: straight in joint space.
         violation: The zone it would enter, in words; empty if none.
         peak_speed: Largest speed of a watched point at 100 % program speed [m/s].
     """
@@ -43,6 +44,7 @@ class WatchedMove(msgspec.Struct, frozen=True):
     target: Joints = ()
     violation: str = ""
     peak_speed: float = 0.0
+    between: tuple[Joints, ...] = ()
 
 
 def judge_way(
@@ -52,12 +54,15 @@ def judge_way(
     end: Joints,
     velocity: Joints,
     margin_mm: float = 0.0,
+    between: tuple[Joints, ...] = (),
 ) -> WatchedMove:
-    r"""Judge the straight joint-space way from ``start`` to ``end``.
+    r"""Judge the joint-space way from ``start`` to ``end``, straight from place to place.
 
     All joints start and end together, so at full program speed the slowest one sets the pace and a
     point moves at most
     :math:`\max_s |\partial p / \partial s| \, / \, \max_i (|\Delta q_i| / \dot q_{i,max})`.
+    Pieces between places take the same time each, as those of a line of the tool do: the slowest
+    piece sets the pace.
 
     Args:
         points: What is watched.
@@ -66,19 +71,20 @@ def judge_way(
         end: Joint positions, SI.
         velocity: Largest joint speeds, SI.
         margin_mm: How far the way has to stay away from each zone.
+        between: Joint positions on the way, in order.
     """
-    rows = np.array((start, end))
-    duration = float(np.max(np.abs(rows[1] - rows[0]) / np.array(velocity)))
-    paths = _paths(points, rows)
+    rows = np.array((start, *between, end))
+    duration = float(np.max(np.abs(np.diff(rows, axis=0)) / np.array(velocity)))
+    paths, steps = _paths(points, rows)
     counted = [not any(point.half) for point in points]
     chords = np.linalg.norm(np.diff(paths[counted], axis=1), axis=2)
-    longest = float(np.max(chords, initial=0.0))
-    peak = longest * (paths.shape[1] - 1) / duration if duration > 0.0 else 0.0
+    longest = float(np.max(chords * np.repeat(steps, steps), initial=0.0))
+    peak = longest / duration if duration > 0.0 else 0.0
     violation = _first_entered(points, paths, zones)
     if not violation and margin_mm > 0.0:
         nearer = f"come nearer than {margin_mm:g} mm to"
         violation = _first_entered(points, paths, widened(tuple(zones), margin_mm), nearer)
-    return WatchedMove(end, violation, peak)
+    return WatchedMove(end, violation, peak, between)
 
 
 def heads_into(points: Sequence[WatchedPoint], zones: Sequence[KeepOut], *corners: Joints) -> str:
@@ -88,7 +94,7 @@ def heads_into(points: Sequence[WatchedPoint], zones: Sequence[KeepOut], *corner
     """
     rows = np.array(corners)
     near = _points_near(points, zones, rows)
-    return _first_entered(near, _paths(near, rows), zones) if near else ""
+    return _first_entered(near, _paths(near, rows)[0], zones) if near else ""
 
 
 def stands_in(points: Sequence[WatchedPoint], zones: Sequence[KeepOut], q: Joints) -> str:
@@ -116,7 +122,7 @@ def free_part(
     part = 1.0
     if not near:
         return part
-    paths, halves = _paths(near, rows), _halves(near)
+    paths, halves = _paths(near, rows)[0], _halves(near)
     chords = paths.shape[1] - 1
     for zone in zones:
         close = _near(paths, [zone], halves)
@@ -211,8 +217,8 @@ def _cut(points: Sequence[WatchedPoint], rows: FloatArray, steps: IntArray) -> F
     return all_positions(points, np.vstack([between, rows[-1:]]))
 
 
-def _paths(points: Sequence[WatchedPoint], rows: FloatArray) -> FloatArray:
-    """Return where the points pass, cut so finely that chords are the path.
+def _paths(points: Sequence[WatchedPoint], rows: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Return where the points pass, cut so finely that chords are the path, and into how many.
 
     Each piece as it needs it: a way that is watched has many short ones, and a long one at its end.
     """
@@ -223,7 +229,7 @@ def _paths(points: Sequence[WatchedPoint], rows: FloatArray) -> FloatArray:
         longest = np.maximum.reduceat(chords, np.cumsum(steps) - steps)
         too_long = (longest > SPACING) & (longest < math.inf)
         if not too_long.any() or steps.sum() >= MOST_STEPS:
-            return paths
+            return paths, steps
         wanted = np.where(too_long, FINER * steps * longest / SPACING, steps)
         steps = np.ceil(wanted * min(1.0, MOST_STEPS / wanted.sum())).astype(int)
 

@@ -22,7 +22,7 @@ from scara_control.kinematics.jacobians import pose_and_jacobian, tip_jacobian
 from scara_control.kinematics.scara import Triple
 from scara_control.kinematics.scara_velocity import JointVelocities
 from scara_control.kinematics.screws import ScrewModel, forward_kinematics
-from scara_control.kinematics.twists import FloatArray, exp6, skew
+from scara_control.kinematics.twists import FloatArray, exp6, quaternion, skew
 from scara_control.limits import LIMIT_TOLERANCE, check_joint_vector
 
 POSITION_TOLERANCE = 1e-7
@@ -46,6 +46,9 @@ choice)."""
 
 DAMPING = 0.02
 """Damping at the singularity itself (our choice)."""
+
+_NEWTON_STEPS, _NEWTON_CLOSE = 12, 1e-11
+"""Most steps of Newton's method, and how far the tool may be off at its end [m, rad]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,17 +169,20 @@ def inverse(
 
 
 def velocities_for(
-    arm: NumericArm, q: Sequence[float], velocity: Sequence[float], yaw_rate: float = 0.0
+    arm: NumericArm,
+    q: Sequence[float],
+    velocity: Sequence[float],
+    turn_rate: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> JointVelocities:
-    r"""Compute joint velocities that move the tool's origin and turn the tool about z alone.
+    r"""Compute joint velocities that move the tool's origin and turn the tool.
 
-    .. math:: \dot q = J^T (J J^T + \lambda^2 I)^{-1} (0, 0, \dot\psi, v)
+    .. math:: \dot q = J^T (J J^T + \lambda^2 I)^{-1} (\omega, v)
 
     Args:
         arm: The arm.
         q: Joint positions, shape ``(n,)``.
         velocity: Wanted velocity in the base frame, shape ``(3,)`` [m/s].
-        yaw_rate: How fast the tool turns about z of the base [rad/s].
+        turn_rate: How fast the tool turns, in the base frame, shape ``(3,)`` [rad/s].
 
     Returns:
         Joint velocities, and as manipulability the smallest singular value of the Jacobian. An arm
@@ -184,15 +190,15 @@ def velocities_for(
 
     Raises:
         JointVectorError: A wrong count or a value that is not finite.
-        ScaraControlError: A ``yaw_rate`` of an arm that cannot choose it.
+        ScaraControlError: A ``turn_rate`` of an arm that cannot choose it.
 
     Source:
         Nakamura & Hanafusa, Inverse kinematic solutions with singularity robustness (1986).
     """
     jacobian = tip_jacobian(arm.chain, check_joint_vector(arm.joints, q))
-    twist = np.array([0.0, 0.0, yaw_rate, *velocity])
+    twist = np.array([*turn_rate, *velocity])
     if not arm.keeps_turn:
-        if yaw_rate:
+        if any(turn_rate):
             raise ScaraControlError(f"yaw: an arm of {len(arm.joints)} joints cannot choose it")
         jacobian, twist = jacobian[3:], twist[3:]
     smallest = float(np.linalg.svd(jacobian, compute_uv=False)[-1])
@@ -200,6 +206,59 @@ def velocities_for(
     damped = jacobian @ jacobian.T + (DAMPING * share) ** 2 * np.eye(len(twist))
     qdot = jacobian.T @ np.linalg.solve(damped, twist)
     return JointVelocities(tuple(qdot.tolist()), smallest, share > 0.0)
+
+
+def turn_between(arm: NumericArm, begin: Sequence[float], end: Sequence[float]) -> Triple:
+    """Return the tool's turn from one joint vector to another as a rotation vector [rad].
+
+    In the base frame, by the shorter way; zeros for an arm that cannot choose it.
+    """
+    if not arm.keeps_turn:
+        return 0.0, 0.0, 0.0
+    rotations = [forward_kinematics(arm.chain, q)[:3, :3] for q in (begin, end)]
+    return _rotation_vector(rotations[1] @ rotations[0].T)
+
+
+def near(
+    arm: NumericArm,
+    begin: Sequence[float],
+    guess: Sequence[float],
+    point: Sequence[float],
+    turn: Sequence[float],
+) -> tuple[float, ...]:
+    """Return the joint positions next to ``guess`` for a place and turn of the tool, by Newton.
+
+    Args:
+        arm: The arm.
+        begin: Joint positions where the tool's turn is counted from.
+        guess: Near to what is wanted, shape ``(n,)``.
+        point: x, y, z in the base frame [m].
+        turn: From how the tool is turned at ``begin``, a rotation vector [rad].
+
+    Raises:
+        UnreachableError: It does not lead there.
+    """
+    wanted = exp6(np.array([*turn, 0.0, 0.0, 0.0]))[:3, :3]
+    wanted = wanted @ forward_kinematics(arm.chain, begin)[:3, :3]
+    q = np.array(guess, dtype=float)
+    for _ in range(_NEWTON_STEPS):
+        pose, jacobian = pose_and_jacobian(arm.chain, q)
+        apart = np.array(point) - pose[:3, 3]
+        if arm.keeps_turn:
+            apart = np.concatenate([_rotation_vector(wanted @ pose[:3, :3].T), apart])
+        else:
+            jacobian = jacobian[3:]
+        if float(np.abs(apart).max()) < _NEWTON_CLOSE:
+            return tuple(q.tolist())
+        q = q + np.linalg.lstsq(jacobian, apart, rcond=1e-9)[0]
+    raise UnreachableError("no joint positions near those before it bring the tool there")
+
+
+def _rotation_vector(rotation: FloatArray) -> Triple:
+    x, y, z, w = quaternion(rotation)
+    sine = math.hypot(x, y, z)
+    by = 2.0 * math.atan2(sine, w) / sine if sine > 0.0 else 0.0
+    return by * x, by * y, by * z
 
 
 def tool_velocity_of(arm: NumericArm, q: Sequence[float], qdot: Sequence[float]) -> Triple:

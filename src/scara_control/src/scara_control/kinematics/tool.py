@@ -16,7 +16,9 @@ from scara_control.kinematics.numeric import (
     STARTS,
     NumericArm,
     inverse,
+    near,
     tool_velocity_of,
+    turn_between,
     velocities_for,
 )
 from scara_control.kinematics.scara import (
@@ -26,6 +28,7 @@ from scara_control.kinematics.scara import (
     Triple,
     branches,
     solve,
+    solve_elbow,
     tool_position,
     tool_yaw,
 )
@@ -72,6 +75,36 @@ class ToolKinematics(Protocol):
 
         Raises:
             ScaraControlError: A ``yaw_rate`` that this arm cannot have.
+        """
+
+    def turn(self, begin: Sequence[float], end: Sequence[float]) -> Triple:
+        """Return by what the tool is turned from one place to another, a rotation vector [rad].
+
+        In the base frame; zeros where its turn cannot be chosen.
+        """
+
+    def rates(self, q: Sequence[float], velocity: Triple, turn_rate: Triple) -> JointVelocities:
+        """Return joint velocities for a velocity of the tool's origin [m/s] and of its turn.
+
+        Args:
+            q: Joint positions, shape (n,).
+            velocity: In the base frame.
+            turn_rate: Likewise [rad/s]; left out where the turn cannot be chosen.
+        """
+
+    def near(
+        self, begin: Sequence[float], guess: Sequence[float], point: Triple, turn: Triple
+    ) -> tuple[float, ...]:
+        """Return the joint positions next to a guess that bring the tool to a point [m].
+
+        Args:
+            begin: Joint positions where the tool's turn is counted from, and whose elbow is kept.
+            guess: Near to what is wanted, shape (n,).
+            point: In the base frame.
+            turn: See :meth:`turn`.
+
+        Raises:
+            ScaraControlError: Out of reach or outside the limits.
         """
 
     def inverse(
@@ -131,6 +164,22 @@ class ScaraTool:
         """See :func:`scara_control.kinematics.scara_velocity.joint_velocities`."""
         return joint_velocities(self.scara, q, velocity, yaw_rate)
 
+    def turn(self, begin: Sequence[float], end: Sequence[float]) -> Triple:
+        """About z, whole turns included."""
+        return 0.0, 0.0, self.yaw(end) - self.yaw(begin) if self.turns else 0.0
+
+    def rates(self, q: Sequence[float], velocity: Triple, turn_rate: Triple) -> JointVelocities:
+        """See :func:`scara_control.kinematics.scara_velocity.joint_velocities`."""
+        return joint_velocities(self.scara, q, velocity, turn_rate[2] if self.turns else 0.0)
+
+    def near(
+        self, begin: Sequence[float], guess: Sequence[float], point: Triple, turn: Triple
+    ) -> tuple[float, ...]:
+        """See :func:`scara_control.kinematics.scara.solve_elbow`."""
+        elbow = Elbow.of(self.scara.bend(begin))
+        yaw = self.yaw(begin) + turn[2] if self.turns else None
+        return solve_elbow(self.scara, *point, elbow, guess, yaw)
+
     def inverse(
         self,
         x: float,
@@ -182,7 +231,21 @@ class NumericTool:
         self, q: Sequence[float], velocity: Sequence[float], yaw_rate: float = 0.0
     ) -> JointVelocities:
         """See :func:`scara_control.kinematics.numeric.velocities_for`."""
-        return velocities_for(self.arm, q, velocity, yaw_rate)
+        return velocities_for(self.arm, q, velocity, (0.0, 0.0, yaw_rate))
+
+    def turn(self, begin: Sequence[float], end: Sequence[float]) -> Triple:
+        """See :func:`scara_control.kinematics.numeric.turn_between`."""
+        return turn_between(self.arm, begin, end)
+
+    def rates(self, q: Sequence[float], velocity: Triple, turn_rate: Triple) -> JointVelocities:
+        """See :func:`scara_control.kinematics.numeric.velocities_for`."""
+        return velocities_for(self.arm, q, velocity, turn_rate)
+
+    def near(
+        self, begin: Sequence[float], guess: Sequence[float], point: Triple, turn: Triple
+    ) -> tuple[float, ...]:
+        """See :func:`scara_control.kinematics.numeric.near`."""
+        return near(self.arm, begin, guess, point, turn)
 
     def inverse(
         self,

@@ -37,6 +37,7 @@ from scara_control.dynamics.effort import Load
 from scara_control.dynamics.payload_listener_node import PayloadListener
 from scara_control.errors import ScaraControlError
 from scara_control.joint_motion import JointMotion
+from scara_control.kinematics.tool_path import ToolWay, check_shape
 from scara_control.motion.command_listener_node import CommandListener, Lending, told_movers
 from scara_control.motion.commands import Command, CommandInbox, parse_modes
 from scara_control.motion.epoch import Epoch
@@ -56,10 +57,11 @@ from scara_control.motion.wiring_node import (
 )
 from scara_control.trajectory.gating_node import move_request, open_gate
 from scara_msgs.msg import MotionCommand, MotionState, PayloadState, TwinControllerState
-from scara_msgs.srv import MoveJoints, MoveJointsResponse
+from scara_msgs.srv import MoveJoints, MoveJointsRequest, MoveJointsResponse
 
 _LOG_PERIOD = 1.0
 _SHUTDOWN_POLL = 0.2
+_JOINT_MOVE = MoveJointsRequest()
 
 
 class JointPoseController:
@@ -69,6 +71,7 @@ class JointPoseController:
         """Open topics and service."""
         self._clock = MotionClock()
         self._lock = threading.Lock()
+        self._joints = robot.twin_joints
         self._core = PoseController(robot, config, self._clock.now())
         self._inbox = CommandInbox(config.command_memory)
         self._epoch = Epoch(time.monotonic())
@@ -264,7 +267,7 @@ class JointPoseController:
             request.speed_percent,
             request.asked,
             answer,
-            request.trims,
+            request,
         )
         if refusal:
             return MoveJointsResponse(False, refusal, (), 0.0)
@@ -286,19 +289,23 @@ class JointPoseController:
         speed_percent: float,
         asked: float,
         ended: Callable[[Outcome], None],
-        trims: bool = False,
+        way: Any = _JOINT_MOVE,
     ) -> str:
-        """Begin a move that was asked for at ``asked``; return why not, or an empty text."""
+        """Begin a move that was asked for at ``asked``; return why not, or an empty text.
+
+        ``way`` has the fields of a MoveJoints request that say how it goes and ends.
+        """
         self._commands.hear_first()
         for listener in (self._reader, self._delays):
             listener.catch_up()
         try:
+            shape = check_shape(self._joints, way.path, way.via, way.speed_mm_s)
             with self._lock:
                 request = self._epoch.begin(asked, time.monotonic())
         except ScaraControlError as error:
             return str(error)
         # Nothing is locked meanwhile: a stop is obeyed, and ends what is only being judged.
-        refusal = self._judged(names, positions, speed_percent)
+        refusal = self._judged(names, positions, speed_percent, shape)
         if refusal:
             return refusal
         self._lending.say(message)
@@ -308,7 +315,7 @@ class JointPoseController:
             try:
                 self._epoch.check(request)
                 self._rouse(now)
-                move_id = self._core.move(names, positions, speed_percent, now, trims)
+                move_id = self._core.move(names, positions, speed_percent, now, way.trims, shape)
                 self._asked = request.at
             except ScaraControlError as error:
                 self._settle(now)
@@ -318,11 +325,13 @@ class JointPoseController:
             self._go_on()
             return ""
 
-    def _judged(self, names: Any, positions: Any, speed_percent: float) -> str:
+    def _judged(
+        self, names: Any, positions: Any, speed_percent: float, shape: ToolWay | None
+    ) -> str:
         """Ask the gate; return why it refuses, or an empty text."""
         with self._lock:
             measured = self._measured
-        request = move_request(self._core.names, measured, names, positions, speed_percent)
+        request = move_request(self._core.names, measured, names, positions, speed_percent, shape)
         if request is None:
             return ""
         target = ", ".join(f"{value:.4g}" for value in request["joint_positions"])
@@ -354,6 +363,7 @@ class JointPoseController:
             name=self._core.names,
             setpoint=report.setpoint,
             target=report.target,
+            way=[q for corner in report.way for q in corner],
             speed_requested_percent=report.speed_requested_percent,
             peak_percent=report.peak_percent,
             speed_applied_percent=report.speed_applied_percent,

@@ -31,8 +31,8 @@ from sensor_msgs.msg import JointState
 from scara_control.config import MotionConfig
 from scara_control.errors import ScaraControlError
 from scara_control.joint_motion import JointMotion
-from scara_control.kinematics.arm_kinematics import parse_elbow
 from scara_control.kinematics.tool import tool_kinematics
+from scara_control.kinematics.tool_path import wanted_elbow
 from scara_control.motion.command_listener_node import CommandListener, Lending, told_movers
 from scara_control.motion.commands import Command, MotionRefusedError
 from scara_control.motion.epoch import Asked, Epoch
@@ -168,9 +168,12 @@ class MotionServer:
             self._movers.asked("move_to", request)
         self._lending.say(request)
         check_speed(request.speed_percent, self._config.move)
+        if request.path == "circular":
+            raise MotionRefusedError("path = 'circular': move_to knows joint and linear")
         self._reader.wait_for_first(self._config.trim.service_timeout)
         seed = self._feedback.fresh(self._clock.now()).q
-        point, elbow = (request.x, request.y, request.z), parse_elbow(request.elbow)
+        point = (request.x, request.y, request.z)
+        elbow = wanted_elbow(self._tool, request.elbow, request.path, seed)
         yaw = request.yaw if request.has_yaw else None
         target = self._tool.inverse(*point, elbow, seed, yaw).chosen.q
         with self._begun(asked) as number:
@@ -219,6 +222,8 @@ class MotionServer:
             speed_percent=goal.speed_percent,
             asked=goal.asked,
             trims=True,
+            path=goal.request.path,
+            speed_mm_s=goal.request.speed_mm_s,
         )
         while not call.ended.wait(_POLL):
             try:

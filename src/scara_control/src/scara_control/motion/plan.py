@@ -73,19 +73,29 @@ class StraightMove:
 class Path:
     """One or more segments in a row; before the first its start, after the last its end at rest."""
 
-    __slots__ = ("_end", "_segments", "duration", "share")
+    __slots__ = ("_end", "_segments", "corners", "duration", "share")
 
     def __init__(
-        self, segments: Sequence[Segment], end: Sequence[float], share: float = 1.0
+        self,
+        segments: Sequence[Segment],
+        end: Sequence[float],
+        share: float = 1.0,
+        corners: Sequence[Vector] = (),
     ) -> None:
         """Chain ``segments``; ``end`` is where the last one ends, to the last digit.
 
-        ``share`` of the joints' accelerations was given to them.
+        ``share`` of the joints' accelerations was given to them. The ``corners`` of a way that is
+        not straight in joint space are joint positions on it, straight from one to the next.
         """
         self._segments = tuple(segments)
-        self.share = share
+        self.share, self.corners = share, tuple(corners)
         self._end = JointMotion.at_rest(end)
         self.duration: float = sum(segment.duration for segment in segments)
+
+    @property
+    def segments(self) -> tuple[Segment, ...]:
+        """Its parts, in order."""
+        return self._segments
 
     @property
     def end(self) -> Vector:
@@ -138,7 +148,7 @@ def plan_move(
     _check_finite(start, target)
     if not any(start.qdot) and not any(start.qddot):
         return Path([_straight_move(joints, start.q, target, speed_percent, share)], target, share)
-    trajectory = _calculate(_input(joints, start, target, speed_percent, share))
+    trajectory = calculate(_input(joints, start, target, speed_percent, share))
     if _within(joints, trajectory, start, target):
         return Path([trajectory], target, share)
     stop = _stop(joints, start, share)
@@ -193,7 +203,7 @@ def _straight_move(
         min((joint.acceleration * share / part for joint, part in parts), default=1.0)
     ]
     wanted.max_jerk = [min((joint.jerk / part for joint, part in parts), default=1.0)]
-    return StraightMove(start, slope, _calculate(wanted))
+    return StraightMove(start, slope, calculate(wanted))
 
 
 def _check_finite(start: JointMotion, target: Sequence[float]) -> None:
@@ -216,7 +226,7 @@ def _stop(
         wanted = _input(joints, start, start.q, 100.0, share * harder, max(jerks, harder))
         wanted.control_interface = ruckig.ControlInterface.Velocity
         wanted.synchronization = ruckig.Synchronization.No
-        trajectory = _calculate(wanted)
+        trajectory = calculate(wanted)
         if _within(joints, trajectory, start, start.q):
             break
     return trajectory
@@ -245,7 +255,7 @@ def _input(
     return wanted
 
 
-def _calculate(wanted: ruckig.InputParameter) -> ruckig.Trajectory:
+def calculate(wanted: ruckig.InputParameter) -> ruckig.Trajectory:
     """Run ruckig and turn its errors into ours."""
     trajectory = ruckig.Trajectory(wanted.degrees_of_freedom)
     try:

@@ -1,14 +1,11 @@
 """The core of joint_pose_controller.
 
-It does joint moves, streamed set points, STOP PAUSE RESUME ESTOP RESET YIELD.
-
-One clock: every ``now`` is on the same axis [s]. Set points lie on a grid of that axis, one per
-period.
+It does moves, streamed set points, STOP PAUSE RESUME ESTOP RESET YIELD. One clock: every ``now`` is
+on the same axis [s]. Set points lie on a grid of that axis, one per period.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 
 from scara_config import Robot
@@ -17,6 +14,8 @@ from scara_control.config import MotionConfig
 from scara_control.dynamics.effort import Load
 from scara_control.dynamics.planner import Planner
 from scara_control.joint_motion import JointMotion, Setpoints, Vector
+from scara_control.kinematics.tool import tool_kinematics
+from scara_control.kinematics.tool_path import ToolWay
 from scara_control.motion.commands import (
     Command,
     MotionRefusedError,
@@ -51,7 +50,7 @@ class PoseController:
         self._config = config
         self._ownership = Ownership("trajectory")
         self._driver = PathDriver(self._joints, config, now)
-        self._planner = Planner(self._joints)
+        self._planner = Planner(self._joints, tool_kinematics(robot))
         self._feedback = Feedback(self._joints, config)
         self._setpoint: Vector | None = None
         self._stream = SetpointStream(self._joints, config.follow)
@@ -77,6 +76,7 @@ class PoseController:
         speed_percent: float,
         now: float,
         trims: bool = False,
+        shape: ToolWay | None = None,
     ) -> int:
         """Begin a joint move; return its id, with which its outcome will come.
 
@@ -86,12 +86,14 @@ class PoseController:
             speed_percent: 1 to 100; 0: the default.
             now: [s]
             trims: Its end is the tool's, not the joints': see :meth:`take_jog`.
+            shape: Of the tool's way; None: a joint move.
 
         Raises:
             ScaraControlError: The move is not possible, or not now; the text says why.
         """
         try:
-            request = check_move(self._joints, names, positions, speed_percent, self._config.move)
+            move = self._config.move
+            request = check_move(self._joints, names, positions, speed_percent, move, shape)
             return self._move(request, now, trims)
         except ValueError as error:
             self._message = f"refused: {error}"
@@ -167,7 +169,7 @@ class PoseController:
         Raises:
             MotionRefusedError: Outside 1 to 100.
         """
-        if not (math.isfinite(percent) and 1.0 <= percent <= 100.0):
+        if not 1.0 <= percent <= 100.0:
             self._message = f"speed_limit_percent = {percent:g} is outside [1, 100]"
             raise MotionRefusedError(self._message)
         follower, due = self._driver.follower, now + self._driver.follower.delay
@@ -187,9 +189,8 @@ class PoseController:
     def update_modes(self, modes: Mapping[str, str]) -> None:
         """Take in which controller each joint obeys.
 
-        A joint taken from us ends the motion of all. Not right at its beginning: what takes the
-        joint is late then, as the last jog of a trim before; our next set points take it back. Who
-        goes on taking it is noticed later.
+        A joint taken from us ends the motion of all, but not right at its beginning: what takes the
+        joint is late then, as the last jog of a trim before, and our next set points take it back.
         """
         lost = self._ownership.update(modes)
         if self._ledger.trimming:  # its jogs may take our joints, and nobody else
@@ -231,18 +232,17 @@ class PoseController:
 
     def report(self, now: float) -> PoseReport:
         """Return what the controller does."""
-        drive, motion = self._driver.drive, self._motion(now)
-        moving = drive is not None and self._phase is not Phase.STOPPING
+        drive = self._driver.drive if self._phase is not Phase.STOPPING else None
+        motion = self._motion(now)
         return PoseReport(
             state=self._state(),
             move_id=self._ledger.move_id,
             setpoint=motion.q if motion is not None else self._setpoint or (),
-            target=drive.path.end if drive is not None and moving else (),
+            target=drive.path.end if drive is not None else (),
+            way=drive.path.corners if drive is not None else (),
             speed_requested_percent=self._requested,
             peak_percent=self._peak,
-            speed_applied_percent=self._requested * drive.base.scale
-            if drive is not None and moving
-            else 0.0,
+            speed_applied_percent=self._requested * drive.base.scale if drive is not None else 0.0,
             speed_limit_percent=self._cap.newest,
             standing_still=self._standing_still(now),
             message=self._message,
@@ -269,7 +269,7 @@ class PoseController:
         start, go_at = self._start(now)
         hold = self._planner.stop(start).end
         target = request.target(self._joints, hold)
-        path = self._planner.move(start, target, request.speed_percent)
+        path = self._planner.move(start, target, request.speed_percent, request.shape)
         self._end_move(f"aborted: replaced by move {self._ledger.move_id + 1}")
         self._ledger.begin(now, is_move=True, trims_at=target if trims else ())
         self._begin(self.names, go_at)

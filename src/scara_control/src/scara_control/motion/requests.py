@@ -11,6 +11,7 @@ from scara_config import Joint, Robot
 from scara_control.config import MotionConfig, MoveConfig, in_si
 from scara_control.joint_motion import JointMotion, Vector
 from scara_control.kinematics.tool import tool_kinematics
+from scara_control.kinematics.tool_path import ToolWay
 from scara_control.limits import check_joint_vector, check_limits
 from scara_control.motion.commands import MotionRefusedError
 from scara_control.motion.trim import Trimming
@@ -18,10 +19,14 @@ from scara_control.motion.trim import Trimming
 
 @dataclass(frozen=True, slots=True)
 class MoveRequest:
-    """A checked request: wanted positions by joint, the others hold; program speed in percent."""
+    """A checked request: wanted positions by joint, the others hold; program speed in percent.
+
+    The tool's way has a ``shape``; None: a joint move.
+    """
 
     positions: dict[str, float]
     speed_percent: float
+    shape: ToolWay | None = None
 
     def target(self, joints: Sequence[Joint], hold: Sequence[float]) -> Vector:
         """Return the target of all joints; ``hold`` is where the others stay."""
@@ -36,6 +41,7 @@ class PoseReport:
     move_id: int
     setpoint: Vector
     target: Vector
+    way: tuple[Vector, ...]
     speed_requested_percent: float
     peak_percent: float
     speed_applied_percent: float
@@ -69,6 +75,7 @@ def check_move(
     positions: Sequence[float],
     speed_percent: float,
     config: MoveConfig,
+    shape: ToolWay | None = None,
 ) -> MoveRequest:
     """Check a request for a joint move.
 
@@ -78,6 +85,7 @@ def check_move(
         positions: One for each name, [rad] or [m].
         speed_percent: 1 to 100; 0: the default.
         config: The default speed.
+        shape: Of the tool's way; None: a joint move.
 
     Raises:
         MotionRefusedError: Unknown or doubled joint, or a speed outside its range.
@@ -92,9 +100,8 @@ def check_move(
         raise MotionRefusedError(f"a joint occurs twice: {', '.join(names)}")
     named = [known[name] for name in names] if names else list(joints)
     values = check_limits(named, check_joint_vector(named, positions))
-    return MoveRequest(
-        {joint.name: q for joint, q in zip(named, values)}, check_speed(speed_percent, config)
-    )
+    by_name = {joint.name: q for joint, q in zip(named, values)}
+    return MoveRequest(by_name, check_speed(speed_percent, config), shape)
 
 
 def check_speed(speed_percent: float, config: MoveConfig) -> float:

@@ -16,6 +16,7 @@ from scara_ros.shell.ros_node import config_folder, refusing
 from scara_ros.starting.starting_node import until_shutdown
 
 from scara_control.joint_motion import JointMotion, Vector
+from scara_control.kinematics.tool_path import ToolWay
 from scara_control.trajectory.goal import Goal
 from scara_msgs.msg import Audit
 from scara_msgs.srv import JudgeMotion
@@ -56,6 +57,7 @@ def move_request(
     names: Sequence[str],
     positions: Sequence[float],
     speed_percent: float,
+    shape: ToolWay | None = None,
 ) -> dict[str, Any] | None:
     """Return the judge's request for a move of some joints; the others stay.
 
@@ -65,6 +67,7 @@ def move_request(
         names: Joints to move; empty: all.
         positions: [rad] or [m].
         speed_percent: 0: the default.
+        shape: Of the tool's way; None: a joint move.
 
     Returns:
         None if it is no move at all, which the node refuses by itself.
@@ -73,11 +76,15 @@ def move_request(
     if measured is None or len(chosen) != len(positions) or not set(chosen) <= set(joints):
         return None
     wanted = dict(zip(joints, measured.q)) | dict(zip(chosen, positions))
-    return {
+    asked = {
         "motion": "MOVE_JOINTS",
         "joint_positions": [wanted[name] for name in joints],
         "speed_percent": speed_percent,
     }
+    if shape is None:
+        return asked
+    path = "circular" if shape.via else "linear"
+    return asked | {"path": path, "via": list(shape.via), "speed_mm_s": shape.speed_mm_s}
 
 
 def trajectory_request(goal: Goal) -> dict[str, Any]:

@@ -101,7 +101,7 @@ class StreamAhead(Action, frozen=True, tag="stream_ahead"):
 
 
 class MoveTwin(Action, frozen=True, tag="move_twin"):
-    """Ask the twin to move; target, asked [s] and yaw [rad] as in the operator's command."""
+    """Ask the twin to move; all fields as in the operator's command."""
 
     command: str
     target: tuple[float, ...]
@@ -109,6 +109,8 @@ class MoveTwin(Action, frozen=True, tag="move_twin"):
     elbow: str
     asked: float = 0.0
     yaw: float | None = None
+    path: str = ""
+    speed_mm_s: float = 0.0
 
 
 class CapTwin(Action, frozen=True, tag="cap_twin"):

@@ -163,6 +163,8 @@ class TwinMotion(Event, frozen=True, tag="motion"):
         target: Where a running move ends, else empty.
         peak_percent: What its fastest joint reaches of its largest speed, unless a cap slows the
             move; 0: not known.
+        way: Joint positions along a running move, from where it begins to its target, straight
+            between them; none: the whole is straight.
     """
 
     state: str
@@ -174,6 +176,7 @@ class TwinMotion(Event, frozen=True, tag="motion"):
     message: str
     target: Joints = ()
     peak_percent: float = 0.0
+    way: tuple[Joints, ...] = ()
 
 
 class TwinGripper(Event, frozen=True, tag="twin_gripper"):
@@ -228,6 +231,8 @@ class Operator(Event, frozen=True, tag="operator"):
         asked: When it was asked for, or the earliest time at which that may have been [s]; 0: now.
         local: The person whose own programs on this machine the caller is one of; empty: nobody's.
         yaw: Of the tool at a point [rad]; None: as the arm's kinematics choose it.
+        path: joint or empty; linear: the tool goes along a straight line.
+        speed_mm_s: Of the tool along a line, at most; 0: as the joints allow.
     """
 
     command: str
@@ -241,6 +246,8 @@ class Operator(Event, frozen=True, tag="operator"):
     asked: float = 0.0
     local: str = ""
     yaw: float | None = None
+    path: str = ""
+    speed_mm_s: float = 0.0
 
 
 class ControlAsked(Event, frozen=True, tag="control"):

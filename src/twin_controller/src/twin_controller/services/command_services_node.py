@@ -91,6 +91,8 @@ class CommandServices:
             target=target,
             elbow=request.elbow,
             yaw=request.yaw if request.has_yaw else None,
+            path=request.path,
+            speed_mm_s=request.speed_mm_s,
             # A stop waits for no disk: its person is compared with what is known.
             **self._who(request, read=command not in ENDING),
         )
@@ -143,6 +145,7 @@ class CommandServices:
             target=_target(command, request),
             elbow=request.elbow,
             yaw=request.yaw if request.has_yaw else None,
+            path=request.path,
         )
         judged = judge_move(self._setup, state.sides.twin, event)
         return JudgeMoveResponse(

@@ -83,12 +83,14 @@ class MoveGate:
             place = {"x": x, "y": y, "z": z, "elbow": event.elbow}
             if event.yaw is not None:
                 place |= {"has_yaw": True, "yaw": event.yaw}
+            place |= {"path": event.path, "speed_mm_s": event.speed_mm_s}
             return {"motion": "MOVE", "speed_percent": speed, **place}
         target = event.target
         if event.command == "HOME":
             speed = speed or self._setup.config.home.speed_percent
             target = self._setup.home
-        return {"motion": "MOVE_JOINTS", "speed_percent": speed, "joint_positions": list(target)}
+        asked = {"motion": "MOVE_JOINTS", "speed_percent": speed, "joint_positions": list(target)}
+        return asked | {"path": event.path, "speed_mm_s": event.speed_mm_s}
 
     def _told(self, said: Audit) -> None:
         """Show and keep what a gate has said, ours too."""

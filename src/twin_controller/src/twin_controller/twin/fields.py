@@ -41,6 +41,17 @@ def row(message: Mapping[str, Any], field: str, order: tuple[list[int], int]) ->
     return tuple(float(value) for value in found)
 
 
+def rows_of(
+    message: Mapping[str, Any], field: str, order: tuple[list[int], int]
+) -> tuple[Joints, ...]:
+    """Return lists of numbers that stand one after the other, each in the core's joint order."""
+    values, count = message.get(field), order[1]
+    if not isinstance(values, list) or not count or len(values) % count:
+        raise PacketError(f"{field}: expected rows of {count} numbers, got {shown(values)}")
+    cut = (values[begin : begin + count] for begin in range(0, len(values), count))
+    return tuple(row({field: each}, field, order) for each in cut)
+
+
 def row_or_zeros(message: Mapping[str, Any], field: str, order: tuple[list[int], int]) -> Joints:
     """Return one list of numbers that may be left out: then zeros."""
     if isinstance(message, Mapping) and message.get(field) == []:

@@ -23,6 +23,7 @@ from twin_controller.twin.fields import (
     ros_time,
     row,
     row_or_zeros,
+    rows_of,
     shown,
     stamp_of,
     time_of,
@@ -189,6 +190,7 @@ def twin_motion(message: Mapping[str, Any], names: Sequence[str], now: float) ->
         typed(message, "message", str),
         row(message, "target", order_of(message, "name", names)) if message.get("target") else (),
         number(message, "peak_percent"),
+        rows_of(message, "way", order_of(message, "name", names)) if message.get("way") else (),
     )
 
 
@@ -277,7 +279,11 @@ def move_call(action: MoveTwin, names: Sequence[str], same_clock: bool = True) -
         names: The twin's joints.
         same_clock: The twin's nodes run on this machine: they can be told when.
     """
-    asked = {"asked": action.asked if same_clock else 0.0}
+    asked = {
+        "asked": action.asked if same_clock else 0.0,
+        "path": action.path,
+        "speed_mm_s": action.speed_mm_s,
+    }
     if action.command == "MOVE":
         x, y, z = action.target
         point = {"x": x, "y": y, "z": z}

@@ -9,7 +9,7 @@ from scara_control.dynamics.effort import load_of
 from scara_control.dynamics.planner import Planner
 from scara_control.errors import JointLimitError, ScaraControlError
 from scara_control.joint_motion import JointMotion, Setpoints
-from scara_control.kinematics.arm_kinematics import parse_elbow
+from scara_control.kinematics.tool_path import check_shape, wanted_elbow
 from scara_control.limits import check_limits
 from scara_control.trajectory.goal import named_joints, plan_path
 
@@ -84,11 +84,13 @@ def _move(world: World, motion: ToolTarget | JointTarget) -> Planned:
         raise WhatIfError(f"speed_percent = {percent:g}: is neither 0 (default) nor in [1, 100]")
     target = _destination(world, motion)
     check_limits(joints, target)
-    planner = Planner(joints)
+    via = motion.via if isinstance(motion, JointTarget) else ()
+    shape = check_shape(joints, motion.path, via, motion.speed_mm_s)
+    planner = Planner(joints, world.cell.kinematics.tool)
     if (world.payload is not None and world.payload.mass_kg) or world.held:
         planner.load = load_of(world.models[bool(world.held)], joints, settings.effort_percent)
     allowed = min(percent, world.cap_percent)
-    path = planner.move(JointMotion.at_rest(world.q), target, allowed)
+    path = planner.move(JointMotion.at_rest(world.q), target, allowed, shape)
     reasons = []
     if percent > world.cap_percent:
         text = f"{percent:g} % is asked for; the robot gets {world.cap_percent:g} %, its cap"
@@ -96,19 +98,23 @@ def _move(world: World, motion: ToolTarget | JointTarget) -> Planned:
     if path.share < 1.0:
         text = f"the payload leaves {100.0 * path.share:.0f} % of the joints' acceleration"
         reasons.append(Reason(Cause.EFFORT, 0.0, "", None, text))
-    # Look at a path at chosen times; from rest it is straight, so the way is where it is on it
+    # Look at a path at chosen times
     sample = world.cell.config.sample_ms * 1e-3
     count = max(2, math.ceil(path.duration / sample) + 1)
     times = np.linspace(0.0, path.duration, count)
     motions = [path.at(float(t)) for t in times]
     q = np.array([motion.q for motion in motions])
     qdot, qddot = (np.array([getattr(m, name) for m in motions]) for name in ("qdot", "qddot"))
+    step = f"{motion.path or 'move'} at {percent:g} %"
+    if path.corners:
+        course = Course(times, q, qdot, qddot, np.arange(count, dtype=float))
+        return Planned((curved(course, 0.0, step, world.lag.mean),), tuple(reasons))
+    # A joint move from rest is straight: the way is where it is on it.
     whole = q[-1] - q[0]
     column = int(np.argmax(np.abs(whole)))
     far = whole[column]
     u = (q[:, column] - q[0, column]) / far if far else np.linspace(0.0, 1.0, count)
     course = Course(times, q, qdot, qddot, np.clip(u, 0.0, 1.0))
-    step = f"move at {percent:g} %"
     return Planned((move_leg(course, 0.0, step, world.lag.mean),), tuple(reasons))
 
 
@@ -124,7 +130,8 @@ def _destination(world: World, motion: ToolTarget | JointTarget) -> tuple[float,
     names = [joint.name for joint in world.cell.robot.twin_joints]
     columns = [names.index(joint.name) for joint in world.cell.robot.arm_joints]
     seed = [world.q[column] for column in columns]
-    elbow, tool = parse_elbow(motion.elbow), world.cell.kinematics.tool
+    tool = world.cell.kinematics.tool
+    elbow = wanted_elbow(tool, motion.elbow, motion.path, seed)
     yaw = motion.yaw if tool.turns else None
     answer = tool.inverse(motion.x, motion.y, motion.z, elbow, seed, yaw)
     q = list(world.q)

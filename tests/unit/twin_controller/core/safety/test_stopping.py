@@ -10,6 +10,7 @@ from harness.pair import SETUP
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_control.joint_motion import JointMotion, Setpoints
+from scara_control.keep_out.zones import WatchedMove
 from twin_controller.core.events import TwinPlan
 from twin_controller.core.safety.stopping import (
     FITTED,
@@ -133,7 +134,7 @@ def test_on_a_plan_the_delay_is_what_the_plan_says() -> None:
 def test_the_rest_of_a_plan_that_ends_at_rest_is_its_rows() -> None:
     """Only what is still to come."""
     made = plan(0.0, 2.0, 16, braking=20.0)
-    rest = rest_of_plan(made, 1000.035, (), SETUP.acceleration)
+    rest = rest_of_plan(made, 1000.035, WatchedMove(), SETUP.acceleration)
     points = made.setpoints.points
     assert rest == tuple(point.q for point in points[4:]) and not any(points[-1].qdot)
 
@@ -149,7 +150,24 @@ def test_a_target_is_believed_while_the_plan_can_still_stop_there(
     rows = [q for _, q in made.rows]
     assert rows[-1][0] + 2.0**2 / (2.0 * A) < 0.9
     end = () if target is None else (target, 0.0, 0.0, 0.0)
-    rest = rest_of_plan(made, 1000.0, end, SETUP.acceleration)
+    rest = rest_of_plan(made, 1000.0, WatchedMove(end), SETUP.acceleration)
     assert bool(rest) is known
     if known:
         assert rest[-1] == end and np.allclose(rest[:-1], rows[1:])
+
+
+@pytest.mark.parametrize(("off", "known"), [(0.0, True), (0.3, False)])
+def test_a_plan_on_the_announced_way_goes_on_by_its_places(off: float, known: bool) -> None:
+    """Of a way that is not straight those places are still to come that lie behind the plan."""
+    made = plan(0.0, 2.0, 11)
+    last = made.rows[-1][1]
+    step = 0.1
+    places = tuple((last[0] + k * step - 0.05, off, 0.0, 0.0) for k in range(-3, 6))
+    end = (last[0] - 1.0, off, 0.0, 0.0)
+    rest = rest_of_plan(made, 1000.0, WatchedMove(end, between=places), SETUP.acceleration)
+    assert bool(rest) is known
+    if known:
+        assert rest[-1] == end
+        assert [q[0] for q in rest[-6:-1]] == pytest.approx(
+            [last[0] + k * step - 0.05 for k in range(1, 6)]
+        )

@@ -153,7 +153,7 @@ def known_ahead(setup: Setup, sides: Sides, way: WatchedMove) -> Ways:
     if at >= plan.end or not answers(setup, real, real.last):
         return ()
     stop = stop_on_plan(plan, at, Braking(setup.braking, setup.braking_delay))
-    rest = rest_of_plan(plan, at, way.target, setup.acceleration)
+    rest = rest_of_plan(plan, at, way, setup.acceleration)
     if rest:
         return (rest, stop)
     return (stop,)

@@ -16,6 +16,7 @@ import msgspec
 import numpy as np
 from scara_control.joint_motion import JointMotion
 from scara_control.joint_track import JointTrack
+from scara_control.keep_out.zones import WatchedMove
 
 from twin_controller.core.events import Joints, TwinPlan
 
@@ -103,25 +104,33 @@ def stop_on_plan(plan: TwinPlan, at: float, braking: Braking) -> tuple[Joints, .
 
 
 def rest_of_plan(
-    plan: TwinPlan, at: float, target: Joints, acceleration: Joints
+    plan: TwinPlan, at: float, way: WatchedMove, acceleration: Joints
 ) -> tuple[Joints, ...]:
     """Return the corners of the way that is still to come; empty if its end is not known.
 
-    It is known if the plan ends at rest, or heads for the announced ``target`` and can still stop
-    there. A plan that leads elsewhere is not believed.
+    It is known if the plan ends at rest, heads for the announced target and can still stop there,
+    or ends on the announced way between two places. A plan that leads elsewhere is not believed.
 
     Args:
         plan: What is followed.
         at: The time of the newest sample, on the plan's clock [s].
-        target: Where the move ends, as announced; empty if it has not been.
+        way: The announced move; its target is empty if there is none.
         acceleration: The largest of each joint, SI.
     """
     rows = tuple(q for offset, q in plan.rows if offset > at - plan.stamp)
     last = plan.setpoints.points[-1]
     if not any(last.qdot):
         return rows or (last.q,)
+    target = way.target
     if not target:
         return ()
+    if way.between:
+        places = np.array((*way.between, target))
+        apart = np.abs(places - np.array(last.q))
+        nearest = int(np.argmin(apart.max(axis=1)))
+        if np.any(apart[nearest] > np.abs(np.diff(places, axis=0)).max(axis=0) + 1e-4):
+            return ()
+        return (*rows, *way.between[nearest + 1 :], target)
     stop = braking_way(last.q, tuple(OVERSHOOT * v for v in last.qdot), acceleration, 0.0)
     for place, from_, end in zip(stop, last.q, target):
         # Nobody steers a joint to the last digit.

@@ -115,9 +115,9 @@ def _judge_move(setup: Setup, way: WatchedMove, twin: TwinSide) -> WatchedMove:
     if not motion.target or not twin.history:
         return WatchedMove()
     # The way is judged from where the move began: from here on only its rest would be.
-    if motion.target == way.target:
+    between = motion.way[1:-1]
+    if motion.target == way.target and between == way.between:
         return way
-    margin = setup.config.cell.keep_out_clearance_mm
-    return judge_way(
-        setup.points, setup.keep_out, twin.last.q, motion.target, setup.velocity, margin
-    )
+    margin, here = setup.config.cell.keep_out_clearance_mm, twin.last.q
+    zones, points, target = setup.keep_out, setup.points, motion.target
+    return judge_way(points, zones, here, target, setup.velocity, margin, between)

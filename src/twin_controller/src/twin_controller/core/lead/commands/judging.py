@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from scara_control.errors import ScaraControlError
 from scara_control.keep_out.zones import judge_way
-from scara_control.kinematics.arm_kinematics import parse_elbow
+from scara_control.kinematics.tool_path import check_shape, solve_path, wanted_elbow
 
 from twin_controller.core.events import Joints, Operator
 from twin_controller.core.follow.limit import check_setpoint
@@ -53,12 +53,18 @@ def judge_move(setup: Setup, twin: TwinSide, event: Operator) -> JudgedMove:
     if not twin.history:
         return JudgedMove(refusal="where the twin stands is not known: wait for its link")
     start = twin.last.q
+    between: tuple[Joints, ...] = ()
     try:
         target, elbow = _destination(setup, start, event)
+        shape = check_shape(setup.joints, event.path, (), event.speed_mm_s)
+        if shape is not None:
+            along = solve_path(setup.tool, setup.joints, start, target, shape)
+            between = along.corners[1:-1] if along is not None else ()
     except ScaraControlError as error:
         return JudgedMove(refusal=str(error))
     margin = setup.config.cell.keep_out_clearance_mm
-    way = judge_way(setup.points, setup.keep_out, start, target, setup.velocity, margin)
+    zones, points = setup.keep_out, setup.points
+    way = judge_way(points, zones, start, target, setup.velocity, margin, between)
     return JudgedMove(target, elbow, way.violation)
 
 
@@ -92,7 +98,8 @@ def _destination(setup: Setup, start: Joints, event: Operator) -> tuple[Joints, 
     columns = [setup.names.index(joint.name) for joint in setup.tool.joints]
     x, y, z = event.target
     seed = [start[column] for column in columns]
-    answer = setup.tool.inverse(x, y, z, parse_elbow(event.elbow), seed, event.yaw)
+    elbow = wanted_elbow(setup.tool, event.elbow, event.path, seed)
+    answer = setup.tool.inverse(x, y, z, elbow, seed, event.yaw)
     q = list(start)
     for column, position in zip(columns, answer.chosen.q):
         q[column] = position
