@@ -121,7 +121,14 @@ class StageDoor:
         return answer()
 
     async def judge(
-        self, x: float, y: float, z: float, elbow: str, speed: float, yaw: float | None = None
+        self,
+        x: float,
+        y: float,
+        z: float,
+        elbow: str,
+        speed: float,
+        yaw: float | None = None,
+        path: str = "",
     ) -> Answer:
         """Say that every point can be reached, once answers are let through."""
         await self.answers.wait()

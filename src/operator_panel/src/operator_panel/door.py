@@ -89,11 +89,18 @@ class CellDoor(Protocol):
         """
 
     async def judge(
-        self, x: float, y: float, z: float, elbow: str, speed: float, yaw: float | None = None
+        self,
+        x: float,
+        y: float,
+        z: float,
+        elbow: str,
+        speed: float,
+        yaw: float | None = None,
+        path: str = "",
     ) -> Answer:
         """Ask where MOVE to a point [m] would lead, at ``speed`` [percent].
 
-        With ``yaw`` [rad] the tool shall be turned so.
+        With ``yaw`` [rad] the tool shall be turned so; with ``path`` linear it goes along a line.
 
         Values: name, target, elbow, refused_now.
         """

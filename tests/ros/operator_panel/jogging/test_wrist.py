@@ -21,7 +21,7 @@ def theatre(tmp_path: Path) -> Iterator[Theatre]:
 
 
 def test_a_scara_with_a_wrist_turns_its_tool_about_the_vertical(theatre: Theatre) -> None:
-    """Steps and a held button about Z alone; a target with a yaw, which is seen and sent."""
+    """Steps and a held button about Z alone; a target with a yaw and along a line, seen and sent."""
     hand = Hand(theatre)
     theatre.resize("phone")
     theatre.play("ready")
@@ -46,6 +46,15 @@ def test_a_scara_with_a_wrist_turns_its_tool_about_the_vertical(theatre: Theatre
     hand.command(hand.button("Move", target), f"{place}, yaw 90.0 deg at 50 %", *ACCEPTED)
     target.get_by_label("Yaw", exact=True).fill("")
     hand.command(hand.button("Move", target), f"{place} at 50 %", "done")
+    tool_speed = target.get_by_label("Tool speed", exact=True)
+    expect(tool_speed).to_be_hidden()
+    target.get_by_label("Way", exact=True).click()
+    theatre.page.get_by_role("option", name="Line", exact=True).click()
+    tool_speed.fill("0")
+    expect(target.get_by_text("0 mm/s is outside 1 to 5000 mm/s")).to_be_visible()
+    tool_speed.fill("150")
+    line = place.replace("Move to", "Move in a line to")
+    hand.command(hand.button("Move", target), f"{line}, tool 150 mm/s at 50 %", "done")
     hand.button("Clear", target).click()
     expect(target.get_by_label("X", exact=True)).to_have_value("")
     problems = []

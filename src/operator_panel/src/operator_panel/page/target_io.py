@@ -22,6 +22,8 @@ from operator_panel.view import words
 AXES = ("x", "y", "z")
 MOST_DEG = 720.0
 ELBOWS = {"": "Nearest", "righty": "Righty", "lefty": "Lefty"}
+WAYS = {"": "Joints", "linear": "Line"}
+FASTEST_MM_S = 5000.0
 PREVIEW_DELAY_S = 0.25
 WIDEST_MM = 5000.0
 ASK = "Type or choose a position of the tool in base_link."
@@ -44,19 +46,17 @@ class _TargetForm:
             }
         with ui.element("div").classes("target"):
             self._speed = self._number("Speed", "%", "50", 1.0, 100.0)
-            self._elbow = (
-                ui.select(ELBOWS, value="", label="Elbow")
-                .props("dense outlined options-dense")
-                .classes("field")
-            )
-            self._elbow.on_value_change(self._typed)
-            self._elbow.set_enabled(view.is_operator)
+            self._elbow = self._choice("Elbow", ELBOWS)
             # Empty: the tool stays as it is turned.
             self._yaw = self._number("Yaw", "deg", "", -MOST_DEG, MOST_DEG)
             self._yaw.set_visibility(TURNS[-1] in view.desk.arm.axes)
             self._elbow.set_visibility(
                 view.robot.geometry is not None
             )  # only a SCARA has branches by name
+            self._way = self._choice("Way", WAYS)
+            # Empty: as fast as the joints allow.
+            self._tool_speed = self._number("Tool speed", "mm/s", "", 1.0, FASTEST_MM_S)
+            self._tool_speed.bind_visibility_from(self._way, "value", bool)
             view.button("Move", "MOVE", "primary tall", self._move)
         with ui.element("div").classes("target-picks"):
             for name, position in view.around.positions.items():
@@ -79,6 +79,12 @@ class _TargetForm:
                 view.button(text, "MOVE", "", partial(view.act, "GRIPPER", text, switch))
             live("gripper", "row-text")
 
+    def _choice(self, label: str, values: dict[str, str]) -> Any:
+        field = ui.select(values, value="", label=label, on_change=self._typed)
+        field.props("dense outlined options-dense").classes("field").mark(f"target-{label.lower()}")
+        field.set_enabled(self._view.is_operator)
+        return field
+
     def _number(self, label: str, unit: str, value: str, lower: float, upper: float) -> Any:
         def check(text: str) -> str | None:
             return (
@@ -89,7 +95,7 @@ class _TargetForm:
         field.props(
             f'dense outlined stack-label suffix="{unit}" inputmode=decimal no-error-icon'
         ).classes("field")
-        field.mark(f"target-{label.lower()}").set_enabled(self._view.is_operator)
+        field.mark(f"target-{label.split()[0].lower()}").set_enabled(self._view.is_operator)
         return field
 
     def _fill(self, texts: Sequence[str]) -> None:
@@ -131,6 +137,18 @@ class _TargetForm:
         text = self._yaw.value
         return math.radians(parse_number(text, "Yaw", "deg", -MOST_DEG, MOST_DEG)) if text else None
 
+    def _line(self) -> dict[str, Any]:
+        """Return the way of the tool and its speed there.
+
+        Raises:
+            ValueError: The speed is no number.
+        """
+        if not self._way.value:
+            return {}
+        text = self._tool_speed.value
+        speed = parse_number(text, "Tool speed", "mm/s", 1.0, FASTEST_MM_S) if text else 0.0
+        return {"path": self._way.value, "speed_mm_s": speed}
+
     async def _preview(self, number: int) -> None:
         point = self._point()
         if point is None or error_text(self._turned):
@@ -138,8 +156,9 @@ class _TargetForm:
             return
         wrong = error_text(lambda: parse_number(self._speed.value, "Speed", "%", 1.0, 100.0))
         percent = 0.0 if wrong else parse_number(self._speed.value, "Speed", "%")
+        elbow, path = self._elbow.value or "", self._way.value or ""
         answer = await self._view.door.judge(
-            **point, elbow=self._elbow.value or "", speed=percent, yaw=self._turned()
+            **point, elbow=elbow, speed=percent, yaw=self._turned(), path=path
         )
         if number != self._asked:
             return
@@ -185,10 +204,11 @@ class _TargetForm:
         """Hand what the fields say to ``then``, unless one of them is wrong."""
         point = self._point()
         speed = error_text(lambda: parse_number(self._speed.value, "Speed", "%", 1.0, 100.0))
-        turn = error_text(self._turned)
-        if point is None or speed or turn:
-            self._view.tell(Answer(False, speed or turn or "x, y and z are needed"), "Move")
+        wrong = speed or error_text(self._turned) or error_text(self._line)
+        if point is None or wrong:
+            self._view.tell(Answer(False, wrong or "x, y and z are needed"), "Move")
             return
         percent, yaw = parse_number(self._speed.value, "Speed", "%"), self._turned()
         turned = {} if yaw is None else {"has_yaw": True, "yaw": yaw}
-        await then(**point, speed_percent=percent, elbow=self._elbow.value or "", **turned)
+        asked = {"speed_percent": percent, "elbow": self._elbow.value or "", **turned}
+        await then(**point, **asked, **self._line())

@@ -173,15 +173,21 @@ def command_title(command: str, fields: Mapping[str, object]) -> str:
         'Move to x 510 y 160 z 100 mm at 50 %'
         >>> command_title("MOVE", {"x": 0.5, "y": 0.0, "z": 0.1, "has_yaw": True, "yaw": -0.5})
         'Move to x 500 y 0 z 100 mm, yaw −28.6 deg'
+        >>> command_title("MOVE", {"x": 0.5, "y": 0.0, "z": 0.1, "path": "linear"})
+        'Move in a line to x 500 y 0 z 100 mm'
         >>> command_title("ESTOP", {})
         'Emergency stop'
     """
     title = COMMANDS.get(command, command.capitalize())
+    if fields.get("path") == "linear":
+        title += " in a line"
     if "x" in fields:
         title += " to " + " ".join(f"{a} {number(1e3 * _float(fields[a]), 0)}" for a in "xyz")
         title += " mm"
     if fields.get("has_yaw"):
         title += f", yaw {number(math.degrees(_float(fields['yaw'])), 1)} deg"
+    if fields.get("speed_mm_s"):
+        title += f", tool {number(_float(fields['speed_mm_s']), 0)} mm/s"
     speed = _float(fields.get("speed_percent", 0.0))
     if command == "SPEED":
         return f"{title} {percent(speed)}"
