@@ -8,6 +8,7 @@ import shutil
 import threading
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from harness.running.thorough import thorough
 from harness.workspace import ROOT
@@ -159,6 +160,27 @@ def test_move_to_brings_the_tool_to_the_articles_points(cell, name):
     assert math.dist(tool_position(SCARA, *cell.q()[:3]), point) < 0.1e-3
     assert abs(cell.q()[3]) < 1e-3
     assert 0.1 < answer.duration < 10.0
+
+
+def test_move_to_goes_along_a_line_and_says_by_which_joints(cell):
+    """What is published is off the line by less than 0.01 mm; the state announces its way."""
+    (x, y, z), (x2, y2, z2) = POINTS["P2"], POINTS["P3"]
+    assert cell.move_to(x, y, z, 100.0, "").success
+    cell.still()
+    del cell.states[:-1], cell.setpoints[:]
+    answer = cell.move_to(x=x2, y=y2, z=z2, path="linear", speed_mm_s=200.0)
+    assert answer.success and answer.error <= 0.02e-3, answer.message
+    length = math.dist((x, y, z), (x2, y2, z2))
+    announced = [state for state in cell.states if state.way]
+    assert len({tuple(state.way) for state in announced}) == 1
+    way = np.reshape(announced[0].way, (-1, len(announced[0].name)))
+    assert len(way) > length / 0.02 and way[-1] == pytest.approx(announced[0].target)
+    points = [row.positions[:3] for told in cell.setpoints for row in told.points]
+    line = np.subtract((x2, y2, z2), (x, y, z)) / length
+    off = [np.subtract(tool_position(SCARA, *q), (x, y, z)) for q in (*points, *way[:, :3])]
+    assert max(np.linalg.norm(each - (each @ line) * line) for each in off) < 1e-5
+    refused = cell.move_to(x=0.65, y=0.0, z=z2, path="linear")
+    assert not refused.success and "after 100% of the way" in refused.message
 
 
 def test_move_refuses_a_wrong_request(cell):

@@ -21,7 +21,7 @@ def theatre(tmp_path: Path) -> Iterator[Theatre]:
 
 
 def test_a_scara_with_a_wrist_turns_its_tool_about_the_vertical(theatre: Theatre) -> None:
-    """Steps and a held button about Z alone; a target with a yaw and along a line, seen and sent."""
+    """Steps and a held button about Z alone; a target with a yaw, and along a line."""
     hand = Hand(theatre)
     theatre.resize("phone")
     theatre.play("ready")
