@@ -122,14 +122,23 @@ def read_taught(path: Path, robot: Robot) -> Taught:
         for coordinate, fault in position_faults(position, robot):
             place = f"{path}{_row_of(path, position.number, coordinate)}"
             raise ConfigError(f"{place}: P[{position.number}].{fault}")
+    return taught_of(program, robot, str(path))
+
+
+def taught_of(program: Program, robot: Robot, source: str) -> Taught:
+    """Return a program whose positions have no faults, checked.
+
+    Raises:
+        ConfigError: Its lines are wrong; the text begins with ``source``.
+    """
     positions = {
         position.number: joint_values(position, robot)
         for position in program.positions
         if not is_cartesian(position)
     }
     poses = {position.number: _pose(position, robot) for position in program.positions}
-    flow = flow_of(program, str(path))
-    check_motions(flow, poses, str(path))
+    flow = flow_of(program, source)
+    check_motions(flow, poses, source)
     return Taught(flow, positions, poses)
 
 

@@ -135,9 +135,18 @@ def find_program(cell: Cell, name: str, directory: Path | str | None = None) -> 
         ConfigError: There is none, its file is wrong, or what it does depends on its inputs; the
             text lists those that exist.
     """
+    return read_program(program_path(name, directory), cell.robot, directory)
+
+
+def program_path(name: str, directory: Path | str | None = None) -> Path:
+    """Return the file of a program of the robot, by its name or as it is: ``NAME.LS``.
+
+    Raises:
+        ConfigError: There is none of that name; the text lists those that exist.
+    """
     if name.upper().endswith(PROGRAM_ENDING):
-        return read_program(Path(name), cell.robot, directory)
+        return Path(name)
     known = program_files(directory)
     if name.upper() not in known:
         raise ConfigError(f"unknown program {name!r}: there are {', '.join(known)}")
-    return read_program(known[name.upper()], cell.robot, directory)
+    return known[name.upper()]

@@ -14,7 +14,7 @@ from what_if.geometry.sweep import Nearest, Swept, sweep
 from what_if.geometry.way import Way
 from what_if.handling import MM, switch
 from what_if.motions import Motion
-from what_if.timing.leg import Leg
+from what_if.timing.leg import Leg, Planned
 from what_if.timing.planning import plan
 from what_if.timing.use import use_of
 from what_if.verdict import Cause, Outcome, Reason, Verdict
@@ -35,17 +35,29 @@ def judge(world: World, motion: Motion) -> Verdict:
     Raises:
         WhatIfError: The question itself is wrong: an unknown joint, a speed out of range.
     """
-    planned = plan(world, motion)
+    return judge_planned(world, plan(world, motion))[0]
+
+
+def judge_planned(world: World, planned: Planned) -> tuple[Verdict, dict[str, float]]:
+    """Judge a motion that is planned, and say how near bodies come in each of its steps.
+
+    Returns:
+        The verdict, and of each step in words the smallest clearance [m], where there is one.
+    """
     if not planned.legs:
-        return Verdict(Outcome.REFUSED, planned.reasons)
+        return Verdict(Outcome.REFUSED, planned.reasons), {}
     trial = _Trial(world, list(planned.reasons))
     for leg in planned.legs:
         trial.take(leg)
-    return trial.verdict(planned.legs)
+    return trial.verdict(planned.legs), trial.near
 
 
 class _Trial:
-    """The second world while a motion goes on in it."""
+    """The second world while a motion goes on in it.
+
+    Attributes:
+        near: Of each step the smallest clearance [m].
+    """
 
     def __init__(self, world: World, reasons: list[Reason]) -> None:
         self._world, self._cell = world, world.cell
@@ -53,6 +65,7 @@ class _Trial:
         self._parts, self._q = world.parts, world.q
         self._figures = Figures(len(world.q))
         self._swept: dict[bytes, Swept] = {}
+        self.near: dict[str, float] = {}
         self._scene = furnished(world, self._parts)
 
     def take(self, leg: Leg) -> None:
@@ -104,6 +117,8 @@ class _Trial:
             self._swept[key] = swept
         if swept.nearest is not None:
             between = self._words(swept.nearest)
+            distance = swept.nearest.distance
+            self.near[leg.step] = min(self.near.get(leg.step, distance), distance)
             self._figures.add_clearance(swept, between, leg.time_at(swept.nearest.u))
         if swept.hit is None:
             return

@@ -19,6 +19,8 @@ from what_if.uncertainty.spreads import ASSUMED, Spread
 from what_if.verdict import Outcome
 from what_if.world import World
 
+from what_if import side_by_side_io
+
 PERSON = Spread("person_mm", "person", 50.0, "mm", ASSUMED, 2)
 WORLDS = examples(120, 300)
 TWO_LOTS = many_worlds.LOT + 4
@@ -71,7 +73,7 @@ def test_processes_that_are_killed_are_begun_once_more(
     def killed(question: object, lots: dict[int, object], *_: object) -> None:
         asked.append(len(lots))
 
-    monkeypatch.setattr(many_worlds, "_spread", killed)
+    monkeypatch.setattr(side_by_side_io, "_spread", killed)
     with pytest.raises(WhatIfError, match="the processes were killed 2 times"):
         chances(world, TURN, 50, 0, directory=CONFIG)
     assert asked == [3, 3]

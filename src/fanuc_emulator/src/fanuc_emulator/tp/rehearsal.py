@@ -46,12 +46,23 @@ def read_program(path: Path, robot: Robot, directory: Path | str | None = None) 
             text names file, program and line.
     """
     program = read_taught(path, robot)
-    called = program_files(directory)
-    library = _Library({name: each for name, each in called.items() if each != path}, robot)
     try:
-        return ProgramSteps(program.name, tuple(rehearse(program, robot, library)))
+        steps = tuple(rehearse(program, robot, library_of(path, robot, directory)))
     except ConfigError as error:
         raise ConfigError(f"{path}: {error}") from error
+    return ProgramSteps(program.name, steps)
+
+
+def library_of(
+    path: Path, robot: Robot, directory: Path | str | None = None
+) -> Mapping[str, Taught]:
+    """Return the programs that the one in a file can call, each read when it is asked for.
+
+    Raises:
+        ConfigError: Two files of programs have the same name.
+    """
+    called = program_files(directory)
+    return _Library({name: each for name, each in called.items() if each != path}, robot)
 
 
 class _Library(Mapping[str, Taught]):

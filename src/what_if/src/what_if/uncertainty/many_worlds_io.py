@@ -1,29 +1,23 @@
 """Judge a motion in many drawn worlds, spread over the processors.
 
-Each process reads the cell by itself and gets the state, the motion and rows of numbers. What comes
-of a world depends on its row alone: neither the number of processes nor their order counts.
+What comes of a world depends on its row of numbers alone.
 """
 
 from __future__ import annotations
 
-import multiprocessing
-import os
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from scara_config.profile import CHOICE
 
-from what_if.cell_files_io import Models, resting_cell
+from what_if.cell_files_io import Models
 from what_if.errors import WhatIfError
 from what_if.geometry.bodies import FloatArray
 from what_if.judging import judge
 from what_if.motions import Motion
+from what_if.side_by_side_io import side_by_side
 from what_if.uncertainty.chances import Chances, Tried, chances_of, tried
 from what_if.uncertainty.spreads import Spread, drawn, spreads_of
 from what_if.uncertainty.varied import payload_of, varied
@@ -31,22 +25,6 @@ from what_if.world import World
 
 LOT = 20
 """So many worlds are one job; our choice: about a second."""
-TRIES = 2
-"""A process that is killed takes its jobs with it: they are done once more."""
-NICENESS = 10
-"""As the judge beside a cell."""
-IN_NO_FILE = (
-    "q",
-    "lag",
-    "parts",
-    "payload",
-    "people",
-    "zones",
-    "override_percent",
-    "cap_percent",
-)
-"""What of a world another process cannot read by itself; its models it can, and they do not pickle.
-"""
 
 
 def chances(
@@ -75,67 +53,24 @@ def chances(
     if worlds < 1:
         raise WhatIfError(f"worlds = {worlds}: at least 1 is needed")
     spreads = spreads_of(world)
-    state = {name: getattr(world, name) for name in IN_NO_FILE}
-    question = (state, motion, spreads, os.environ.get(CHOICE, ""), directory)
     rows = drawn(spreads, worlds, np.random.default_rng(seed))
     lots = {begin: rows[begin : begin + LOT] for begin in range(0, worlds, LOT)}
-    done: dict[int, list[Tried]] = {}
-    for _ in range(TRIES):
-        left = {begin: lot for begin, lot in lots.items() if begin not in done}
-        if left:
-            _spread(question, left, workers or len(os.sched_getaffinity(0)), done, told)
-    if len(done) < len(lots):
-        raise WhatIfError(f"worlds: the processes were killed {TRIES} times: is memory short?")
+    count = 0
+
+    def note(lot: list[Tried]) -> None:
+        nonlocal count
+        count += len(lot)
+        told(count)
+
+    work = partial(_judge_lot, motion, spreads)
+    done = side_by_side(world, work, lots, workers, directory, note)
     return chances_of([one for begin in lots for one in done[begin]], spreads, seed)
 
 
-def _spread(
-    question: tuple[Any, ...],
-    lots: dict[int, FloatArray],
-    workers: int,
-    done: dict[int, list[Tried]],
-    told: Callable[[int], None],
-) -> None:
-    """Do jobs side by side until all are done or a process was killed."""
-    # Not forked: threads of a ROS node would be lost half way.
-    context = multiprocessing.get_context("spawn")
-    count = min(workers, len(lots))
-    with ProcessPoolExecutor(count, context, _begin, question) as pool:
-        jobs = {pool.submit(_judge_lot, lot): begin for begin, lot in lots.items()}
-        try:
-            for job in as_completed(jobs):
-                done[jobs[job]] = job.result()
-                told(sum(map(len, done.values())))
-        except BrokenProcessPool:
-            return
-        finally:
-            pool.shutdown(cancel_futures=True)
-
-
-_open = ExitStack()
-"""Keeps the engine of this process's cell until the process ends."""
-_asked: list[tuple[World, Models, Motion, tuple[Spread, ...]]] = []
-"""What this process is asked; its jobs find it here."""
-
-
-def _begin(
-    state: dict[str, Any],
-    motion: Motion,
-    spreads: tuple[Spread, ...],
-    robot: str,
-    directory: Path | None,
-) -> None:
-    """Read the cell in a process that has just begun."""
-    os.nice(NICENESS)
-    if robot:
-        os.environ[CHOICE] = robot
-    resting, models = _open.enter_context(resting_cell(directory))
-    _asked.append((replace(resting, **state), models, motion, spreads))
-
-
-def _judge_lot(rows: FloatArray) -> list[Tried]:
+def _judge_lot(
+    motion: Motion, spreads: tuple[Spread, ...], resting: World, models: Models, rows: FloatArray
+) -> list[Tried]:
     """Try the motion in the world of each row."""
-    ((resting, models, motion, spreads),) = _asked
     lot = []
     for row in map(np.ndarray.tolist, rows):
         world, payload = resting, payload_of(resting, spreads, row)
