@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from fanuc_emulator.config import load_emulator, load_programs
-from fanuc_emulator.controller import Controller
-from fanuc_emulator.gripping.cell_parts import CellParts
-from fanuc_emulator.tp.executor import ProgramState
+from what_if.improving.plants import LONGEST_S, run_on
 from what_if.world import World
 
 from harness.yaml_files import CONFIG
-
-LONGEST_S = 90.0
 
 
 class CycleError(RuntimeError):
@@ -35,24 +31,12 @@ def run(
     Raises:
         CycleError: It does not end, or a part was dropped or hit.
     """
-    robot, work = world.cell.robot, world.cell.work
+    robot = world.cell.robot
     config, programs = load_emulator(robot, CONFIG, plant), load_programs(robot, CONFIG)
-    parts = CellParts(work, robot) if work else None
-    chance = np.random.default_rng(1)
-    controller = Controller(config, robot, programs, boot_seconds=1.7e9, parts=parts, random=chance)
-    controller.write_override(override)
-    number = next(rsr for rsr, program in programs.items() if program.name == name)
-    running, seen = 0, list[tuple[int, float]]()
-    for step in range(int(LONGEST_S / config.dt)):
-        if step in (5, 10):
-            controller.write_input(f"panel_run{number}", step == 5)
-        shown = controller.step()
-        state = shown.program_state
-        running += state is ProgramState.RUNNING
-        if running and (not seen or seen[-1][0] != shown.program_line):
-            seen.append((shown.program_line, running * config.dt))
-        if running and state is ProgramState.ABORTED:
-            if parts is not None and (parts.drops or parts.collisions):
-                raise CycleError(f"{name}: {parts.drops} drops, {parts.collisions} collisions")
-            return running * config.dt, seen
-    raise CycleError(f"{name} does not end within {LONGEST_S:g} s")
+    program = next(each for each in programs.values() if each.name == name)
+    found = run_on(config, world.cell, program, np.random.default_rng(1), override=override)
+    if found is None:
+        raise CycleError(f"{name} does not end within {LONGEST_S:g} s")
+    if found.drops or found.collisions:
+        raise CycleError(f"{name}: {found.drops} drops, {found.collisions} collisions")
+    return found.seconds, found.lines
