@@ -39,6 +39,9 @@ Far = Annotated[
     ),
 ]
 
+WORDS = {"judge": ("--resting", "--json"), "improve": ("--out", "-", "--workers", "1")}
+"""Of each job of a kind: its answer is what it prints, and it leaves the processors to the lab."""
+
 app = CommandLine(
     "lab",
     {AddressError: WRONG, LabPlanError: WRONG, LabError: FAILED},
@@ -91,7 +94,7 @@ def _start(
     """Run an experiment; one that was interrupted goes on with the same words and folder."""
     if kind in OF_BAGS:
         targets = [bag for target in targets for bag in _bags(target)]
-    words = ("--resting", "--json") if kind == "judge" else ()
+    words = WORDS.get(kind, ())
     variations, spread_mm, speed, seed = varied
     plan = Plan(kind, tuple(targets), words, variations, spread_mm, _speeds(speed), seed)
     jobs_of(plan, Random)

@@ -13,6 +13,7 @@ import msgspec
 
 PROGRAMS = {
     "judge": ("what_if", "judge"),
+    "improve": ("what_if", "improve"),
     "replay": ("twin_analysis", "replay_decisions"),
     "report": ("twin_experiments", "report"),
     "fit": ("twin_analysis", "fit_twin"),
