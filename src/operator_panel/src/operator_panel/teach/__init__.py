@@ -1,0 +1,1 @@
+"""Teach: a program of the robot is made on the page, line by line."""
