@@ -48,7 +48,10 @@ def test_one_target_does_not_change_the_jobs_of_another() -> None:
 @pytest.mark.parametrize(
     ("plan", "text"),
     [
-        (Plan("dance", ("x",), (), 1, 0.0, None, 0), "allowed are judge, improve, replay, report, fit"),
+        (
+            Plan("dance", ("x",), (), 1, 0.0, None, 0),
+            "allowed are judge, improve, replay, report, fit",
+        ),
         (Plan("judge", (), (), 1, 0.0, None, 0), "nothing to do"),
         (Plan("judge", (POINT,) * 2, (), MOST_JOBS // 2 + 1, 0.0, None, 0), "allowed are 1 to"),
         (Plan("judge", (POINT,), (), 0, 0.0, None, 0), "0 variations: allowed are 1 to"),
