@@ -13,9 +13,10 @@ from scara_config.programs.files import program_files
 from scara_config.programs.tp.listing import MotionLine, Program
 from scara_config.robot import KeepOut
 from what_if.errors import WhatIfError
-from what_if.improving.choices import Choice, Corner, Height, Order, Speed, Usual, chosen
+from what_if.improving.choices import Choice, Corner, Height, Order, Speed, Usual, Way, chosen
 from what_if.improving.descent import descend
 from what_if.improving.improve_io import Improver, result_of
+from what_if.judging import judge
 from what_if.world import World
 
 PALLETISE = program_files(CONFIG)["PALLETISE"]
@@ -154,6 +155,44 @@ def test_what_a_person_decided_about_touching_stays(world: World) -> None:
         "place 1",
     )
     assert improver.bench.against(order.applied(improver.program, (*range(7), 8, 7))) == ""
+
+
+def test_a_place_on_the_table_turns_with_it(world: World) -> None:
+    """Picked with the table elsewhere, or with the other elbow, all parts come to their places."""
+    improver = Improver(world, PALLETISE, CONFIG)
+    ways = [way for way in improver.choices if isinstance(way, Way)]
+    assert [way.title for way in ways[:2]] == [
+        "pick 1, pick 2, pick 3: table, elbow",
+        "place 1, place 2, place 3: elbow",
+    ]
+    assert (ways[0].was, ways[0].mirrored) == ("-90.0 deg, righty", "-90.0 deg, lefty")
+    placed = sorted(improver.bench.verdict.placed)
+    assert len(placed) == 9
+    for way, value in ((ways[0], "-130.0 deg, righty"), (ways[1], "lefty")):
+        verdict = judge(world, improver.bench.motion(way.applied(improver.program, value)))
+        assert sorted(verdict.placed) == placed, verdict.sentence
+    # The places of the pallet do not turn, but the table stays where it is meanwhile.
+    written, turned = (
+        joints_of(improver.program),
+        joints_of(ways[0].applied(improver.program, "-130.0 deg, righty")),
+    )
+    assert {turned[number]["E1"] for number in (1, 11, 21, 31, 41, 51)} == {-130.0}
+    assert turned[1]["J1"] != written[1]["J1"] and turned[31]["J1"] == written[31]["J1"]
+    assert turned[4] == written[4]
+
+
+def joints_of(program: Program) -> dict[int, dict[str, float | None]]:
+    """Return the coordinates of each position by name."""
+    return {
+        place.number: {each.name: each.value for each in place.groups[0].coordinates}
+        for place in program.positions
+    }
+
+
+def test_where_no_part_is_touched_the_arm_goes_as_it_was_taught(world: World) -> None:
+    """How the tool is turned may matter there."""
+    improver = Improver(world, program_files(CONFIG)["TWO_POINT"], CONFIG)
+    assert not any(isinstance(choice, Way) for choice in improver.choices)
 
 
 def test_parts_that_would_come_elsewhere_speak_against_a_program(world: World) -> None:

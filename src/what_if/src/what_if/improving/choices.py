@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any, TypeAlias
 
 import msgspec
@@ -193,7 +194,40 @@ class Order(msgspec.Struct, frozen=True):
         return "order of rounds", was, " ".join(str(number + 1) for number in value)
 
 
-Choice = Speed | Corner | Usual | Height | Order
+class Way(msgspec.Struct, frozen=True):
+    """The same places by other joint positions; a value says by which, in words.
+
+    Attributes:
+        title: Which places, in words.
+        was: The value as written.
+        mirrored: The value with nothing but the arm bent to the other side; empty: there is none.
+        places: By the value, of positions by number their coordinates by name [deg, mm].
+    """
+
+    title: str
+    was: str
+    mirrored: str
+    places: dict[str, dict[int, dict[str, float]]]
+
+    def values(self, _: Value | None) -> Sequence[Value]:
+        """Return the other ways."""
+        return list(self.places)
+
+    def applied(self, program: Program, value: Value) -> Program:
+        """Return the program whose joints go there otherwise."""
+
+        def moved(to: Mapping[str, float], group: GroupPosition) -> GroupPosition:
+            return with_coordinates(group, {name: partial(_put, at) for name, at in to.items()})
+
+        changes = {number: partial(moved, to) for number, to in self.places[value].items()}
+        return with_positions(program, changes)
+
+    def words(self, value: Value) -> tuple[str, str, str]:
+        """Return what it is, how it was and how it is, in words."""
+        return self.title, self.was, value
+
+
+Choice = Speed | Corner | Usual | Height | Order | Way
 
 
 def chosen(program: Program, choices: Sequence[Choice], values: Sequence[Value | None]) -> Program:
@@ -202,6 +236,10 @@ def chosen(program: Program, choices: Sequence[Choice], values: Sequence[Value |
         if value is not None:
             program = choice.applied(program, value)
     return program
+
+
+def _put(to: float, _: float) -> float:
+    return to
 
 
 def _with_line(program: Program, number: int, **fields: object) -> Program:

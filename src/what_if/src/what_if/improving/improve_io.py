@@ -14,12 +14,13 @@ from scara_config.programs.files import read_listing, taught_of
 from scara_config.programs.tp.listing import Program
 
 from what_if.cell_files_io import Models
-from what_if.improving.choices import Choice, Order, chosen
+from what_if.improving.choices import Choice, Order, Way, chosen
 from what_if.improving.descent import Found, Values, descend
-from what_if.improving.finding import choices_of
+from what_if.improving.finding import choices_of, motions_of
 from what_if.improving.plants import PlantRun, run_on
 from what_if.improving.telling import Change, OnPlant, Proof
 from what_if.improving.trying import Bench
+from what_if.improving.ways import ways_of
 from what_if.judging import judge
 from what_if.side_by_side_io import side_by_side
 from what_if.uncertainty.many_worlds_io import chances
@@ -49,7 +50,10 @@ class Improver:
         self._world, self._path, self._directory = world, path, directory
         self._library = library_of(path, robot, directory)
         self.bench = Bench(world, read_listing(path), self._library)
-        self.choices = choices_of(self.bench.taught, self.bench.steps, robot)
+        taught, steps = self.bench.taught, self.bench.steps
+        ways = ways_of(world, taught, steps, motions_of(taught, steps))
+        # An order of rounds comes last: it takes positions along as the others have left them.
+        self.choices: list[Choice] = [*ways, *choices_of(taught, steps, robot)]
 
     @property
     def program(self) -> Program:
@@ -59,16 +63,11 @@ class Improver:
     def descended(self, number: int, seed: int) -> Found:
         """Descend once: from the program as it was written, the others from a drawn beginning."""
         count = len(self.choices)
-        begin: Values = [None] * count
-        sequence = list(range(count))
+        begin, sequence = [None] * count, list(range(count))
         if number:
             rng = np.random.default_rng([seed, number])
             sequence = rng.permutation(count).tolist()
-            for k, choice in enumerate(self.choices):
-                if isinstance(choice, Order):
-                    begin[k] = tuple(rng.permutation(len(choice.rounds)).tolist())
-            if self.bench.against(chosen(self.program, self.choices, begin)):
-                begin = [None] * count
+            begin = self._drawn(rng)
         bench = self.bench
         return descend(
             self.program,
@@ -78,6 +77,22 @@ class Improver:
             bench.seconds,
             lambda program: not bench.against(program),
         )
+
+    def _drawn(self, rng: np.random.Generator) -> Values:
+        """Return values to begin with: another order, the arm bent to the other side, or both."""
+        order: Values = [None] * len(self.choices)
+        bend: Values = [None] * len(self.choices)
+        for k, choice in enumerate(self.choices):
+            if isinstance(choice, Order):
+                order[k] = tuple(rng.permutation(len(choice.rounds)).tolist())
+            elif isinstance(choice, Way):
+                bend[k] = choice.mirrored or None
+        both = [one or other for one, other in zip(order, bend)]
+        drawn = [both, bend, order] if rng.integers(2) else [order]
+        for values in drawn:
+            if not self.bench.against(chosen(self.program, self.choices, values)):
+                return values
+        return [None] * len(self.choices)
 
     def search(self, tries: int, seed: int, workers: int, told: Callable[[], None]) -> list[Found]:
         """Return what came of each beginning, the quickest first.
@@ -169,5 +184,4 @@ def named(program: Program, name: str) -> Program:
 
 def result_of(improver: Improver, found: Found, name: str) -> Program:
     """Return the program that was found, under a name of its own."""
-    choices: list[Choice] = improver.choices
-    return named(chosen(improver.program, choices, found.values), name)
+    return named(chosen(improver.program, improver.choices, found.values), name)

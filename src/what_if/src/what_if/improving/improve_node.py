@@ -1,9 +1,10 @@
 """Make a program quicker: rosrun what_if improve PROGRAM.
 
-Order, speeds, corners, heights, searched in the second world on all processors and proven on
-both plants. The answer is a program beside the old one that a person can read, a table of what
-changed and why it is quicker, and the proof. Exit code 0 with proof, 1 nothing better was found or
-proven, 2 a wrong word, or a program that cannot be judged. Nothing is written to any wire.
+Order, speeds, corners, heights, table and elbow, searched in the second world on all processors
+and proven on both plants. The answer is a program beside the old one that a person can read, a
+table of what changed and why it is quicker, and the proof. Exit code 0 with proof, 1 nothing better
+was found or proven, 2 a wrong word, or a program that cannot be judged. Nothing is written to any
+wire.
 """
 
 from __future__ import annotations
