@@ -264,6 +264,7 @@ class Pair(RealSide, TwinSide):
             override_percent=self.override,
             ring_places=self.places,
             ring_read=self.ring_read,
+            operation_mode=self.operation_mode,
         )
         self._report(event, lambda: self.real_up)
 

@@ -62,6 +62,8 @@ class RealSide:
         self.own_program = self.streaming = self.fault = False
         self.hold_away = self.program_paused = False
         self.drives = self.starts_stream = True
+        # At what its mode switch stands; empty: it does not tell.
+        self.operation_mode = ""
         # CSTOPI ends its program; else only HOLD stops it. What was asked for beside a program.
         self.cancels, self.queued = True, False
         self.estop_pressed = self.fault_persists = False

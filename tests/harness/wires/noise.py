@@ -18,7 +18,7 @@ from harness.workspace import ROOT
 
 ROBOT = load_robot(ROOT / "config")
 STATE_BYTES = 88
-"""Of the robot's state block: 46 words; the positions J1..J9 come first, low word first."""
+"""Of the robot's state block: 48 words; the positions J1..J9 come first, low word first."""
 SCALES = {joint.name: joint.scale for joint in ROBOT.joints}
 
 

@@ -147,7 +147,7 @@ def answers(rate: float = 1.0, **changed: Any) -> list[Answer]:
             clock & 0xFFFF,
             clock >> 16,
         ]
-        words += float_words([0.0] * 9) + [0, 0, 0, 0, 100, 0, 0]
+        words += float_words([0.0] * 9) + [0, 0, 0, 0, 100, 0, 0, 1, 1]
         found.append(Answer(now, now + changed.get("trip", 0.0005), tuple(words), SIGNALS))
     return found
 

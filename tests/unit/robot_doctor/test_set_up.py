@@ -110,6 +110,12 @@ def test_a_ready_robot_has_no_gap() -> None:
     assert "two settings cannot be seen from here" in texts
 
 
+def test_a_missing_slot_of_the_mode_switch_is_named() -> None:
+    """It reads T1, at a robot that is in AUTO."""
+    (gap,) = look(READY, slot(7, "$ADDRESS", 9001)).wrong
+    assert "slot 7 (SI[8]" in gap.what and "does not show the mode switch" in gap.what
+
+
 def test_frames_that_no_slot_shows_are_looked_up_at_the_robot() -> None:
     """Slots that were typed before they were asked for are no gap; what to look at is said."""
     assert "$MNUTOOLNUM[1]" in str(look("ready, tool_frame: 0").findings)

@@ -41,7 +41,7 @@ def low_first(*values: float) -> list[int]:
 def state_words(
     position: tuple[float, ...] = (10.0, 20.0, -160.0, 30.0, -40.0), **changed: int
 ) -> list[int]:
-    """Return an answer to the state block: 46 words from 11001 on."""
+    """Return an answer to the state block: 48 words from 11001 on."""
     words = low_first(*position, 0.0, 0.0, 0.0, 0.0) + [changed.get("valid", 1)]
     words += [0x5678, changed.get("clock_high", 0x1234)] + low_first(
         1.0, 2.0, 3.0, 4.0, 5.0, 0.0, 0.0, 0.0, 0.0
@@ -54,16 +54,17 @@ def state_words(
         changed.get("override", 100),
         changed.get("ring_read", 12345),
         changed.get("underruns", 3),
+        *(changed.get("b0", 1), changed.get("b1", 1)),
     ]
     return words
 
 
 def test_one_read_covers_the_state_and_one_write_the_set_point() -> None:
-    """11001-11046 is read, 11051-11071 written, UO[1..10] and the gripper read, a request each.
+    """11001-11048 is read, 11051-11071 written, UO[1..10] and the gripper read, a request each.
 
     PDU addresses are one less.
     """
-    assert CODEC.state == Block(11000, 46)
+    assert CODEC.state == Block(11000, 48)
     assert CODEC.setpoint == Block(11050, 21)
     assert CODEC.ring == Block(11069, 23)
     assert CODEC.outputs == Block(6000, 24)
@@ -86,20 +87,29 @@ def test_a_state_block_is_decoded_in_si_in_the_order_of_the_profile() -> None:
 
 
 def test_a_robot_that_takes_nothing_ahead_shows_an_empty_ring() -> None:
-    """Its map knows no ring, and the state block ends before it."""
-    registers = {k: v for k, v in LAYOUT.holding_registers.items() if not k.startswith("ring_")}
+    """Its map knows no ring and no mode switch, and the state block ends before them."""
+    gone = ("ring_", "mode_")
+    registers = {k: v for k, v in LAYOUT.holding_registers.items() if not k.startswith(gone)}
     codec = RegisterCodec(msgspec.structs.replace(LAYOUT, holding_registers=registers), ROBOT)
     assert codec.ring is None
     sample = codec.decode_sample(state_words()[: codec.state.count], SIGNALS)
     assert (sample.ring_places, sample.ring_read, sample.ring_underruns) == (0, 0, 0)
-    assert sample.command_echo == 0
+    assert sample.command_echo == 0 and sample.operation_mode == ""
+
+
+@pytest.mark.parametrize(
+    ("b0", "b1", "mode"), [(1, 1, "AUTO"), (0, 0, "T1"), (0, 1, "T2"), (1, 0, ""), (7, 7, "")]
+)
+def test_two_bits_tell_the_mode_switch(b0: int, b1: int, mode: str) -> None:
+    """What no switch can show is not known, and refuses no sample."""
+    assert CODEC.decode_sample(state_words(b0=b0, b1=b1), SIGNALS).operation_mode == mode
 
 
 @pytest.mark.parametrize(
     ("words", "signals", "text"),
     [
-        (state_words()[:-1], SIGNALS, "45 words instead of 46"),
-        (state_words() + [0], SIGNALS, "47 words instead of 46"),
+        (state_words()[:-1], SIGNALS, "47 words instead of 48"),
+        (state_words() + [0], SIGNALS, "49 words instead of 48"),
         (state_words(), SIGNALS[:9], "9 signals instead of 24"),
         (state_words(valid=0), SIGNALS, "position is not valid"),
         (state_words((math.nan, 0.0, 0.0, 0.0, 0.0)), SIGNALS, "joint_1 = nan deg is outside"),

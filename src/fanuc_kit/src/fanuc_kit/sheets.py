@@ -145,6 +145,7 @@ def _acceptance(robot: Robot) -> Sheet:
         f"`{check} --stops`: each input that stops the robot is in its robot.yaml",
         "MOVE of 5 degrees, each joint: signs and ends are right",
         "STOP during such a move: both ramp down; ALIGN moves the twin alone",
+        "mode switch to T1, T2, AUTO, RESET and ALIGN after each: the page shows the same",
     )
     followed = (
         "the page says that it follows only, and why",

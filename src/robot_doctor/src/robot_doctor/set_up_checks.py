@@ -86,7 +86,7 @@ def _gaps(layout: ModbusMap, found: SetUp) -> Iterator[tuple[Setting, str]]:
     if not any(found.watched) and not any(any(first) for first, _ in found.words.values()):
         yield setting("slots"), "none of our slots is there: $SNPX_ASG is as delivered"
         return
-    yield from _slots(layout, found)
+    yield from _slots(layout, found, watched)
     if watched.there:
         yield from _settings(watched)
     else:
@@ -97,7 +97,7 @@ def _gaps(layout: ModbusMap, found: SetUp) -> Iterator[tuple[Setting, str]]:
         )
 
 
-def _slots(layout: ModbusMap, found: SetUp) -> Iterator[tuple[Setting, str]]:
+def _slots(layout: ModbusMap, found: SetUp, watched: Watched) -> Iterator[tuple[Setting, str]]:
     """Yield slots whose words cannot be what they should."""
     table = slot_table(layout)
     for slot in own_slots(layout):
@@ -111,6 +111,9 @@ def _slots(layout: ModbusMap, found: SetUp) -> Iterator[tuple[Setting, str]]:
                 problem = "reads 0, an override is 1 to 100"
             elif percent > 100:
                 problem = f"reads {percent}, an override is 1 to 100: $MULTIPLY must be 1"
+        elif slot.name == "SI[8]" and watched.there:
+            if tuple(map(bool, first)) != watched.si[8 : 8 + len(first)]:
+                problem = "does not show the mode switch, SI[0] does"
         elif _is_clock(layout, slot) and first == later:
             if any(first):
                 yield setting("programs"), f"the clock in {slot.name} stands still"

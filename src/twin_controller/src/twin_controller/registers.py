@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from scara_config import Robot
-from scara_config.map_entries import FAST_CLOCK, GRIPPER_NUMBERS
+from scara_config.map_entries import FAST_CLOCK, GRIPPER_NUMBERS, MODE_BITS
 from scara_config.modbus_map import ModbusMap, Register
 from scara_config.set_up.kit_programs import STREAM
 from scara_control.joint_motion import JointMotion
@@ -144,6 +144,7 @@ class RegisterCodec:
             command_echo=self._number(self._command.echo, words) if self._command else 0,
             plain_clock=self._plain_clock,
             ring_places=self._places,
+            operation_mode=self._operation_mode(words),
             **{name: self._number(name, words) for name in NUMBERS if name in self._registers},
         )
 
@@ -154,6 +155,11 @@ class RegisterCodec:
         if self._named and self._text("program_name", words, self.state) == STREAM:
             return ControlType.STREAM
         return ControlType.PROGRAM
+
+    def _operation_mode(self, words: Sequence[int]) -> str:
+        """Return at what the mode switch stands; empty where no register or no mode says so."""
+        bits = self.given("mode_b0", words), self.given("mode_b1", words)
+        return next((mode for mode, shown in MODE_BITS.items() if shown == bits), "")
 
     def clock_of(self, words: Sequence[int]) -> int:
         """Return the robot's clock in an answer to ``state`` [ms], whatever else is in it.

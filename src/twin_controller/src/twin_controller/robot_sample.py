@@ -62,6 +62,7 @@ class RobotSample(msgspec.Struct, frozen=True):
         ring_places: How many set points the robot takes ahead of their time; 0: none.
         ring_read: Number of the one that it took last, 1..32760; 0 before the first.
         ring_underruns: So often it had none left.
+        operation_mode: At what its mode switch stands: AUTO, T1 or T2; empty: it does not tell.
     """
 
     motion: JointMotion
@@ -77,6 +78,7 @@ class RobotSample(msgspec.Struct, frozen=True):
     ring_places: int = 0
     ring_read: int = 0
     ring_underruns: int = 0
+    operation_mode: str = ""
 
     @property
     def speed_percent(self) -> float | None:

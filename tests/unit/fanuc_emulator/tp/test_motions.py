@@ -7,12 +7,13 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from fanuc_emulator.config import EmulatorConfig
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.drives.arm import Arm
-from fanuc_emulator.drives.planner import Planner
+from fanuc_emulator.drives.planner import T1_SPEED, Planner
 from fanuc_emulator.tp.executor import ProgramState
 from harness.workspace import ROOT
 from harness.yaml_files import changed_yaml, shipped
@@ -127,6 +128,18 @@ def test_the_higher_cnt_the_earlier_the_next_motion_begins_and_the_rounder_the_c
     ramp = 0.5 * joint.velocity / joint.program_acceleration
     saved = [times[1] - time for time in times[2:]]
     assert saved == pytest.approx([0.25 * ramp, 0.5 * ramp, ramp], abs=0.006)
+
+
+def test_in_t1_no_corner_is_rounded(config: EmulatorConfig, robot: Robot, tmp_path: Path) -> None:
+    """Two motions at once would be faster than the one that is allowed."""
+    slow = msgspec.structs.replace(config, settings=config.settings.turned("T1"))
+    lines = ["J P[1] 50% FINE", "J P[2] 50% CNT100", "L P[3] 2000mm/sec CNT100", "J P[1] 50% FINE"]
+    stage, arm = Stage(slow, robot, tmp_path, lines, CORNER), Arm(robot)
+    corner = np.radians([60.0, 40.0, 0.0, 0.0, 0.0]) + [0.0, 0.0, -0.1, 0.0, 0.0]
+    assert min(np.abs(q - corner).sum() for _, q in stage.told) == 0.0
+    places = np.array([arm.pose(q[list(arm.columns)])[:3, 3] for _, q in stage.told])
+    speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / stage.dt
+    assert 0.9 * T1_SPEED < speeds.max() < 1.01 * T1_SPEED
 
 
 @pytest.mark.parametrize(("lock", "rounded"), [([], False), (["LOCK PREG"], True)])

@@ -146,6 +146,8 @@ def test_status_is_in_words_and_unknown_stays_unknown() -> None:
         "status.motion": "stands, can move",
         "status.error": "none",
     }
+    assert status_texts(good, "T1")["status.mode"].startswith("T1: by hand, at most 250 mm/s")
+    assert status_texts(good, "?")["status.mode"] == "automatic"
     bad = msgspec.structs.replace(good, mode=1, e_stopped=1, motion_possible=0, in_error=1)
     texts = status_texts(msgspec.structs.replace(bad, error_code=21))
     assert texts["status.mode"] == "by hand, at its pendant"

@@ -79,7 +79,7 @@ def test_close_without_disarm_leaves_the_watchdog_armed(robot: Robot, owner: Own
     ("fault", "text"),
     [
         ("silent", "did not answer in time"),
-        ("short", "answered 45 words instead of 46"),
+        ("short", "answered 47 words instead of 48"),
         ("busy", r"answered busy \(exception 6\) \(\d+ times\)"),
         ("exception", r"refused to read (11001|6001): exception 2"),
         ("transaction", "did not answer in time"),

@@ -61,6 +61,20 @@ def test_the_enabled_pendant_makes_it_manual(
     assert status(pair, pendant).mode is mode
 
 
+@pytest.mark.parametrize(
+    ("switch", "mode"),
+    [("AUTO", RobotMode.AUTO), ("T1", RobotMode.MANUAL), ("T2", RobotMode.MANUAL)],
+)
+@pytest.mark.parametrize("pendant", [None, True, False])
+def test_the_mode_switch_says_more_than_the_pendant(
+    pair: Pair, pendant: bool | None, switch: str, mode: RobotMode
+) -> None:
+    """Where the robot tells it."""
+    pair.operation_mode = switch
+    pair.run(0.1)
+    assert status(pair, pendant).mode is mode
+
+
 def test_a_moving_robot_is_in_motion(pair: Pair) -> None:
     """By what it measures, whoever leads."""
     pair.start_program(ramp(HOME, AWAY, 1.0), run=0.5)

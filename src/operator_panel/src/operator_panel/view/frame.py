@@ -223,7 +223,8 @@ class FrameMaker:
         for link in state.links:
             text[f"link.{link.name}.state"] = words.link_state(link)
             text[f"link.{link.name}.figures"] = words.link_figures(link)
-        return text | _package_texts(snapshot) | status_texts(snapshot.status)
+        switch = snapshot.package.operation_mode if snapshot.package else ""
+        return text | _package_texts(snapshot) | status_texts(snapshot.status, switch)
 
     def _poses(self, state: CellState) -> dict[str, dict[str, float]]:
         """Return joint positions in SI for each side that is known."""

@@ -68,6 +68,7 @@ class RealMeasured(Event, frozen=True, tag="real"):
         program: The name of its running or last program; empty if it tells none.
         overtaken: A newer answer has come in already: it is judged, but nobody follows it.
         held: The robot is held, by us or by somebody.
+        operation_mode: At what its mode switch stands: AUTO, T1 or T2; empty: it does not tell.
     """
 
     sent: float
@@ -92,6 +93,7 @@ class RealMeasured(Event, frozen=True, tag="real"):
     program: str = ""
     overtaken: bool = False
     held: bool = False
+    operation_mode: str = ""
 
 
 class RealKnown(Event, frozen=True, tag="real_known"):

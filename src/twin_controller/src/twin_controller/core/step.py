@@ -22,6 +22,7 @@ from twin_controller.core.lead.reports import (
     agree_when_stopped,
     note_ended,
     note_in_zone,
+    note_operation_mode,
     note_pauses,
     note_stopped,
 )
@@ -95,6 +96,8 @@ def step(setup: Setup, before: CoreState, event: AnyEvent) -> Result:
     lead = note_stopped(lead, told, orders.stop)
     lead, actions = note_ended(setup, lead, event)
     lead, sent = note_in_zone(setup, lead, before.safety.guard.inside, safety.guard.inside, now)
+    actions += sent
+    lead, sent = note_operation_mode(setup, lead, event)
     actions += sent
     lead = note_pauses(lead, sides)
     sides = agree_when_stopped(setup, lead, sides, now)

@@ -206,7 +206,8 @@ class Publishing:
         ready = "sysrdy" in sample.outputs and "fault" not in sample.outputs
         self._status.pendant_enabled = "tpenbl" in sample.outputs
         self._status.alarm_number = alarm_number
-        shown = (kind, speed, running, ready, program, alarm)
+        mode = sample.operation_mode
+        shown = (kind, speed, running, ready, program, alarm, mode)
         if not self._data_pace.is_due(time.monotonic(), shown):
             return
         joints = self._robot.joints
@@ -217,6 +218,7 @@ class Publishing:
             running=running,
             program=program,
             alarm=alarm,
+            operation_mode=mode,
         )
         message.header.stamp = rospy.get_rostime()
         message.name, message.unit = (

@@ -7,6 +7,7 @@ from enum import IntEnum
 import msgspec
 
 from twin_controller.core.lead.modes import Mode
+from twin_controller.core.orders.stream import AUTO
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides import change
 from twin_controller.core.state import CoreState
@@ -48,7 +49,8 @@ def robot_status(
     Args:
         setup: Profile and numbers.
         state: What the controller knows.
-        pendant_enabled: The teach pendant has the robot; None if that is not known.
+        pendant_enabled: The teach pendant has the robot; None if that is not known. It counts for a
+            robot that does not tell at what its mode switch stands.
         alarm_number: Number of the active alarm, from its register; 0 if there is none.
         now: Time [s].
     """
@@ -61,15 +63,12 @@ def robot_status(
     stopped = (lead.mode is Mode.ESTOP and setup.writes) or not flags.drives_on
     possible = flags.drives_on and not error and not stopped and not flags.paused
     still = change.stands_still(real.change, now, setup.config.change)
-    mode = (
-        RobotMode.UNKNOWN
-        if pendant_enabled is None
-        else RobotMode.MANUAL
-        if pendant_enabled
-        else RobotMode.AUTO
-    )
+    manual = pendant_enabled
+    if flags.operation_mode:
+        manual = flags.operation_mode != AUTO
+    modes = {None: RobotMode.UNKNOWN, True: RobotMode.MANUAL, False: RobotMode.AUTO}
     return RobotStatus(
-        mode=mode,
+        mode=modes[manual],
         e_stopped=Tri(stopped),
         drives_powered=Tri(flags.drives_on),
         motion_possible=Tri(possible),

@@ -37,7 +37,7 @@ def build_robot(view: PageView) -> None:
         else:
             plain("this robot has none", "row-text")
     with ui.element("div").classes("hint"):
-        plain("Who may move the robot is chosen at the robot: its pendant decides.")
+        plain("Who may move the robot is chosen at the robot, by its mode switch.")
     build_registers(view)
 
 

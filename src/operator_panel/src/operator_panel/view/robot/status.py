@@ -6,6 +6,12 @@ import msgspec
 
 YES, NO = 1, 0
 MODES = {1: "by hand, at its pendant", 2: "automatic"}
+SWITCH = {
+    "AUTO": "AUTO: automatic, can be started from here",
+    "T1": "T1: by hand, at most 250 mm/s, started at its pendant",
+    "T2": "T2: by hand, full speed, started at its pendant",
+}
+"""Where its mode switch stands says more than that somebody may move it by hand."""
 UNKNOWN = "not known"
 
 
@@ -21,8 +27,13 @@ class RobotStatus(msgspec.Struct, frozen=True):
     error_code: int = 0
 
 
-def status_texts(status: RobotStatus | None) -> dict[str, str]:
-    """Return what stands on the page, by place."""
+def status_texts(status: RobotStatus | None, switch: str = "") -> dict[str, str]:
+    """Return what stands on the page, by place.
+
+    Args:
+        status: What the robot says; None: nothing.
+        switch: At what its mode switch stands; empty: it does not tell.
+    """
     if status is None:
         return dict.fromkeys(
             ("status.mode", "status.drives", "status.stop", "status.motion", "status.error"),
@@ -35,7 +46,7 @@ def status_texts(status: RobotStatus | None) -> dict[str, str]:
     if status.in_error == YES and status.error_code:
         error = f"yes, number {status.error_code}"
     return {
-        "status.mode": MODES.get(status.mode, UNKNOWN),
+        "status.mode": SWITCH.get(switch, MODES.get(status.mode, UNKNOWN)),
         "status.drives": _answer(status.drives_powered, "on", "off"),
         "status.stop": _answer(status.e_stopped, "pressed", "not pressed"),
         "status.motion": motion,

@@ -8,11 +8,12 @@ from twin_controller.core.actions import AnyAction, Reply
 from twin_controller.core.events import Operator
 from twin_controller.core.lead.commands.judging import invalid_target, judge_move
 from twin_controller.core.lead.modes import EVERY_COMMAND, Trigger
+from twin_controller.core.lead.table import FOLLOWS_TWIN
 from twin_controller.core.lead.transition import detail, row_of, transition
 from twin_controller.core.lead.triggers import operator_trigger
 from twin_controller.core.orders.speed import real_cap, speed_answer
 from twin_controller.core.orders.state import held_there
-from twin_controller.core.orders.stream import unstartable
+from twin_controller.core.orders.stream import by_hand, unstartable
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState
 
@@ -78,10 +79,12 @@ def _cap(setup: Setup, state: CoreState, event: Operator) -> Result:
 
 
 def _forbidden(setup: Setup, state: CoreState, trigger: Trigger) -> str:
-    """Return why no move may begin now: a person, a hold, or a program."""
+    """Return why no move may begin or go on now: a person, a hold, a program, the mode switch."""
     sides, separation = state.sides, state.safety.separation
     if separation.too_close and trigger in (Trigger.MOVE, Trigger.ALIGN):
         return separation.reason
+    if trigger in (Trigger.RESUME, Trigger.RESUME_BLOCKED):
+        return by_hand(sides.real.flags) if state.lead.paused in FOLLOWS_TWIN else ""
     if trigger not in (Trigger.MOVE, Trigger.MOVE_UNALIGNED):
         return ""
     flags = sides.real.flags

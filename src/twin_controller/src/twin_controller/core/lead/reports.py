@@ -17,7 +17,7 @@ from twin_controller.core.lead.table import FOLLOWS_TWIN, LEADING
 from twin_controller.core.orders.order import due
 from twin_controller.core.orders.state import OWN_COMMAND, held_there, is_old, pauses
 from twin_controller.core.orders.stop import StopOrder, estop_missed, moves_on, speeds_since
-from twin_controller.core.orders.stream import StreamOrder
+from twin_controller.core.orders.stream import AUTO, StreamOrder, by_hand
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides import change
 from twin_controller.core.sides.measure import agree_at_rest
@@ -72,6 +72,27 @@ def note_in_zone(
     why = f"{inside}: {late}: rosrun robot_doctor doctor --stops measures it"
     lead = replace(lead, why=why)
     lead, decision = record_notice(lead, "IN_ZONE", why, (), setup.config.decision_history, now)
+    return lead, [decision]
+
+
+def note_operation_mode(setup: Setup, lead: Lead, event: AnyEvent) -> tuple[Lead, list[AnyAction]]:
+    """Say that somebody has turned the mode switch at the real robot.
+
+    Args:
+        setup: Profile and numbers.
+        lead: The lead before.
+        event: The input.
+
+    Returns:
+        The lead after; the decision OPERATION_MODE if the switch stands elsewhere than it was last
+        seen, or not at AUTO at the start.
+    """
+    if not isinstance(event, RealMeasured) or event.operation_mode in ("", lead.operation_mode):
+        return lead, []
+    lead = replace(lead, operation_mode=event.operation_mode)
+    why = by_hand(event) or f"the real robot's mode switch is at {AUTO}: it can be led again"
+    history = setup.config.decision_history
+    lead, decision = record_notice(lead, "OPERATION_MODE", why, (), history, event.now)
     return lead, [decision]
 
 
@@ -152,9 +173,11 @@ def side_triggers(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
 def resume_blocked(state: CoreState) -> bool:
     """Return whether a paused motion may not go on, whoever lets it.
 
-    A divergence is not acknowledged, or a person is too close.
+    A divergence is not acknowledged, a person is too close, or the robot's mode switch forbids it.
     """
-    return state.lead.needs_acknowledge or state.safety.separation.too_close
+    led = state.lead.paused in FOLLOWS_TWIN
+    manual = led and bool(by_hand(state.sides.real.flags))
+    return state.lead.needs_acknowledge or state.safety.separation.too_close or manual
 
 
 def _reset_reports(

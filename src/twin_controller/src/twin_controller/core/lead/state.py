@@ -48,6 +48,8 @@ class Lead(msgspec.Struct, frozen=True):
     move_pending: bool = False
     # Why the operator's last accepted move did not reach its target; until the next one begins.
     move_failed: str = ""
+    # At what the real robot's mode switch was seen last; what is not told counts as AUTO.
+    operation_mode: str = "AUTO"
     # Who may begin a motion by command or on the twin's side.
     control: Control = Control()
     # When the pair was stopped or paused last [s], and by what: what was asked for before that

@@ -22,7 +22,7 @@ from twin_controller.core.lead.table import (
 )
 from twin_controller.core.orders.order import tell
 from twin_controller.core.orders.stop import defied_text, defy, safety_patience
-from twin_controller.core.orders.stream import unstartable
+from twin_controller.core.orders.stream import by_hand, unstartable
 from twin_controller.core.safety.divergence import DelayState, DivergenceState
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.change import drop_baseline
@@ -168,6 +168,8 @@ def _words(setup: Setup, state: CoreState, trigger: Trigger) -> str:
             return real.alarm
         case Trigger.REAL_DRIVES_OFF if real.flags is not None and real.flags.estop_pressed:
             return "the emergency stop at the robot is pressed"
+        case Trigger.REAL_DRIVES_OFF:
+            return by_hand(real.flags)
     return _control_words(state.lead.control, trigger)
 
 

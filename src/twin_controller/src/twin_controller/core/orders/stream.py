@@ -16,6 +16,8 @@ from twin_controller.core.orders.stop import StopOrder
 from twin_controller.core.setup import Setup
 
 replace = msgspec.structs.replace
+AUTO, TURN = "AUTO", "turn it to AUTO there, then RESET"
+"""The mode in which a robot is led, and how it gets there: the robot halts by each turn."""
 
 
 class StreamOrder(msgspec.Struct, frozen=True):
@@ -99,6 +101,17 @@ def begins_late(order: StreamOrder | None, stop: StopOrder | None) -> str:
     return ""
 
 
+def by_hand(flags: RealMeasured | None) -> str:
+    """Return why nothing starts the robot from outside, and what to do; empty: it is in AUTO.
+
+    A robot that does not tell its mode may be started.
+    """
+    mode = "" if flags is None else flags.operation_mode
+    if mode in ("", AUTO):
+        return ""
+    return f"the real robot's mode switch is at {mode}: programs start at its pendant alone; {TURN}"
+
+
 def unstartable(setup: Setup, flags: RealMeasured | None) -> str:
     """Return why the robot's stream program cannot be started, and what to do; empty: it can.
 
@@ -107,7 +120,7 @@ def unstartable(setup: Setup, flags: RealMeasured | None) -> str:
         flags: The robot's newest answer.
     """
     if setup.only_followed or flags is None or not flags.own_program:
-        return setup.only_followed
+        return setup.only_followed or by_hand(flags)
     if flags.paused:
         return "the real robot has paused a program of its own: end it there, or let it go on"
     return "the real robot runs a program of its own: STOP ends or pauses it"
