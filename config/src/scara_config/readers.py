@@ -21,6 +21,7 @@ READERS: dict[str, str] = {
     "camera.yaml": "scara_simulation.camera.config:load_camera",
     "comparison.yaml": "twin_analysis.compare.config:load_comparison",
     "farm/farm.yaml": "farm.config:load_farm",
+    "frames.yaml": "scara_config.frames:load_frames",
     "gateway.yaml": "rosbridge_gateway.config:load_gateway_config",
     "farm/journal.yaml": "cell_recorder.config:load_journal",
     "modbus_map.yaml": "scara_config.modbus_map:load_modbus_map",
@@ -46,7 +47,7 @@ READERS_WITH_ROBOT: dict[str, str] = {
 }
 """File or folder -> ``module:function`` of (robot, folder); emulator.yaml brings its plant."""
 
-OPTIONAL = frozenset({"body.yaml", "palletise.yaml"})
+OPTIONAL = frozenset({"body.yaml", "frames.yaml", "palletise.yaml"})
 """Not every robot has them."""
 
 NEEDS_ROBOT = "has faults, so what depends on it was not checked: "

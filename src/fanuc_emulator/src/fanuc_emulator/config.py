@@ -9,6 +9,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 from scara_config import ConfigError, Robot, load, locate
+from scara_config.frames import NO_FRAMES, FrameTable, find_frames
 from scara_config.programs.files import joint_positions, program_files, read_taught
 from scara_config.quantities import Port
 
@@ -50,6 +51,7 @@ class EmulatorConfig(EmulatorFile, frozen=True, kw_only=True):
 
     plant: Plant
     settings: ControllerSettings
+    frames: FrameTable = NO_FRAMES
 
     @property
     def dt(self) -> float:
@@ -81,6 +83,7 @@ def load_emulator(
     return EmulatorConfig(
         plant=load_plant(robot, directory, plant),
         settings=load_settings(directory, settings),
+        frames=find_frames(directory),
         **fields,
     )
 

@@ -81,7 +81,8 @@ class Controller:
         signals = Signals(
             *shown, self.write_input, self.write_override, lambda: self._tick * self._dt
         )
-        self._registers = registers_of(signals, self.source, self._motion, planner)
+        frames = config.frames
+        self._registers = registers_of(signals, self.source, self._motion, planner, frames)
         self._executor = Executor(self._registers, {each.name: each for each in programs.values()})
         numbered = {**programs, STREAM_RSR: stream_program(config.rsr_programs[0])}
         starts = plant.start_delay_ms / 1000.0, config.settings.start_for_continue

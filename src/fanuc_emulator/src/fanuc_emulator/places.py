@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
 
+from scara_config.frames import FrameTable
 from scara_config.programs.tp.listing import Indexed, Name
 from scara_config.programs.tp.values import Pose, Value, as_number
 
@@ -45,7 +46,11 @@ class Signals(NamedTuple):
 
 
 def registers_of(
-    signals: Signals, source: StreamSource, motion: MotionGroup, planner: Planner
+    signals: Signals,
+    source: StreamSource,
+    motion: MotionGroup,
+    planner: Planner,
+    frames: FrameTable,
 ) -> Registers:
     """Return the registers of a controller.
 
@@ -54,6 +59,7 @@ def registers_of(
         source: Keeps PR[1] and R[2].
         motion: Of its axes.
         planner: Knows where the tool is.
+        frames: That were taught.
     """
     joints = planner.robot.joints
     reads: dict[str, Callable[[], Value]] = {
@@ -76,7 +82,7 @@ def registers_of(
         reads[f"SI[{number}]"] = partial(signals.level, name)
     for number, name in enumerate(UO, start=1):
         reads[f"UO[{number}]"] = partial(_output, signals.outputs, name)
-    registers = Registers(reads, writes, signals.now)
+    registers = Registers(reads, writes, signals.now, frames)
     return registers
 
 

@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import msgspec
+from scara_config.frames import FrameTable
 
 from scara_description.urdf import JointFrame, Model, Vector, origin_transform, parse_robot, tree_of
 
@@ -126,17 +127,35 @@ def frames_of(description: str) -> Frames:
     )
 
 
-def _home(joint: JointFrame) -> FramePose:
-    """Return the pose of the child in its parent at joint position 0.
+def taught_poses(table: FrameTable, base: str, tool: str) -> tuple[FramePose, ...]:
+    """Return the frames that were taught: ``uframe_<n>`` in the base, ``utool_<n>`` in the tool.
 
-    URDF turns about the fixed x, then y, then z.
+    Args:
+        table: frames.yaml.
+        base: Name of the base's frame.
+        tool: Name of the tool's own frame.
     """
+    found = []
+    for parent, frames in ((base, table.user), (tool, table.tool)):
+        for name, frame in sorted(frames.items()):
+            x, y, z = (1e-3 * value for value in frame.xyz_mm)
+            w, p, r = map(math.radians, frame.wpr_deg)
+            found.append(FramePose(parent, name, (x, y, z), _turned((w, p, r))))
+    return tuple(found)
+
+
+def _home(joint: JointFrame) -> FramePose:
+    """Return the pose of the child in its parent at joint position 0."""
+    return FramePose(joint.parent, joint.child, joint.xyz, _turned(joint.rpy))
+
+
+def _turned(angles: Vector) -> Quaternion:
+    """Return the turn about the fixed x, then y, then z, as URDF and W P R mean it [rad]."""
     about_x, about_y, about_z = (
         _turn_about(axis, angle)
-        for axis, angle in zip(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), joint.rpy)
+        for axis, angle in zip(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), angles)
     )
-    rotation = _product(about_z, _product(about_y, about_x))
-    return FramePose(joint.parent, joint.child, joint.xyz, rotation)
+    return _product(about_z, _product(about_y, about_x))
 
 
 def _moving(joint: JointFrame) -> MovingFrame:

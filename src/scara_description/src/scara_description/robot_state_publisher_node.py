@@ -7,10 +7,10 @@ Parameters: ``~file`` (URDF; default: that of the chosen robot), ``~config_dir``
 scara_config), ``~rate`` [Hz] (largest rate of each robot on ``/tf``, 2 to 100, default: 25).
 Parameters set: ``robot_description``, ``real/robot_description``, and what the robot's profile
 holds: ``profile/robot``, ``profile/pid_gains``, ``profile/modbus_map``.
-Topics out: ``/tf`` (moving links, stamp: that of the joint state), ``/tf_static`` (the others,
-latched), ``robot_description`` and ``real/robot_description`` (std_msgs/String, latched: for
-recordings and viewers that ask for a topic). In a namespace all frames carry it in front:
-``cell_2/base_link``.
+Topics out: ``/tf`` (moving links, stamp: that of the joint state), ``/tf_static`` (the others, and
+the frames of frames.yaml as ``uframe_<n>`` and ``utool_<n>``, latched), ``robot_description`` and
+``real/robot_description`` (std_msgs/String, latched: for recordings and viewers that ask for a
+topic). In a namespace all frames carry it in front: ``cell_2/base_link``.
 Topics in: ``twin/joint_states``, ``real/joint_states``, only while somebody listens to ``/tf``.
 Exit codes: 0 after a signal, 2 when it cannot start.
 """
@@ -24,9 +24,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import rospy
 from geometry_msgs.msg import TransformStamped
 from scara_config import ConfigError, load, load_robot, locate
+from scara_config.frames import FILE, find_frames
 from scara_ros.pacing import Pace
 from scara_ros.process.memory_io import keep_for_good
 from scara_ros.shell.ros_node import own_frame, starting
@@ -36,7 +38,13 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from scara_description.frames import FramePose, Frames, JointStateError, frames_of
+from scara_description.frames import (
+    FramePose,
+    Frames,
+    JointStateError,
+    frames_of,
+    taught_poses,
+)
 from scara_description.ghost import DescriptionError, ghost_of
 from scara_description.urdf import UrdfError
 
@@ -54,7 +62,8 @@ def main() -> None:
     """Run the node."""
     with starting(NAME) as folder:
         rate = _rate(rospy.get_param("~rate", RATE_HZ))
-        file = rospy.get_param("~file", "") or load_robot(folder).description
+        robot = load_robot(folder)
+        file = rospy.get_param("~file", "") or robot.description
         twin, real = _describe(Path(str(file)))
         # As parameters can hold them.
         profile = {
@@ -67,7 +76,10 @@ def main() -> None:
     for name, text in described.items():
         told.append(rospy.Publisher(name, String, queue_size=1, latch=True))
         told[-1].publish(String(text))
-    publisher = StatePublisher(twin.frames.renamed(own_frame), real.frames.renamed(own_frame), rate)
+    names = own_frame(robot.base_frame), own_frame(robot.tool_frame)
+    taught = TaughtFrames(folder, *names)
+    twin_frames, real_frames = (each.frames.renamed(own_frame) for each in (twin, real))
+    publisher = StatePublisher(twin_frames, real_frames, taught, rate)
     rospy.on_shutdown(publisher.end)
     rospy.loginfo("%s is ready", NAME)
     keep_for_good()
@@ -85,10 +97,37 @@ class Description:
     frames: Frames
 
 
+class TaughtFrames:
+    """What frames.yaml says, read again when the file has changed."""
+
+    def __init__(self, folder: Path, base: str, tool: str) -> None:
+        """Know nothing yet; ``base`` and ``tool`` are the frames that taught ones hang in."""
+        self._folder, self._names = folder, (base, tool)
+        self._stamp: tuple[int, ...] | None = None
+        self.poses: tuple[FramePose, ...] = ()
+
+    def changed(self) -> bool:
+        """Say whether there is something new, and take it in; a wrong file changes nothing."""
+        path = locate(FILE, self._folder)
+        there = path.stat() if path.exists() else None
+        stamp = (there.st_mtime_ns, there.st_size) if there is not None else ()
+        if stamp == self._stamp:
+            return False
+        self._stamp = stamp
+        try:
+            self.poses = taught_poses(find_frames(self._folder), *self._names)
+        except ConfigError as error:
+            rospy.logwarn("taught frames stay as they were: %s", error)
+            return False
+        # In a namespace all frames carry it in front.
+        self.poses = tuple(msgspec.structs.replace(p, child=own_frame(p.child)) for p in self.poses)
+        return True
+
+
 class StatePublisher:
     """Publishes both robots' frames, the moving ones while somebody listens."""
 
-    def __init__(self, twin: Frames, real: Frames, rate: float) -> None:
+    def __init__(self, twin: Frames, real: Frames, taught: TaughtFrames, rate: float) -> None:
         """Advertise, and say where the links are that nothing moves."""
         self._ended = threading.Event()
         self._moving = rospy.Publisher("/tf", TFMessage, queue_size=QUEUE, tcp_nodelay=True)
@@ -97,11 +136,16 @@ class StatePublisher:
             ShownRobot("twin/joint_states", twin, self._moving, 1.0 / rate),
             ShownRobot("real/joint_states", real, self._moving, 1.0 / rate),
         ]
-        self._static.publish(_message((*twin.fixed, *real.fixed), rospy.Time.now()))
+        self._fixed, self._taught = (*twin.fixed, *real.fixed), taught
 
     def run(self) -> None:
-        """Look once a second whether somebody listens, until the node ends."""
+        """Look once a second who listens and what was taught, until the node ends."""
+        first = True
         while not self._ended.is_set():
+            if self._taught.changed() or first:
+                fixed = (*self._fixed, *self._taught.poses)
+                self._static.publish(_message(fixed, rospy.Time.now()))
+                first = False
             for robot in self._robots:
                 robot.hear(self._moving.get_num_connections() > 0)
             self._ended.wait(LOOK_S)

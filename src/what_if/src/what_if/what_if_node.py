@@ -24,7 +24,9 @@ import numpy as np
 import rospy
 from geometry_msgs.msg import Point
 from scara_config import ConfigError
+from scara_config.frames import find_frames
 from scara_control.joint_motion import JointMotion, Setpoints
+from scara_control.kinematics.taught_frames import BaseTargets, FrameError
 from scara_ros.diagnosis import Diagnosis, Level
 from scara_ros.diagnostics_node import PERIOD_S, Diagnostics
 from scara_ros.process.memory_io import give_back, keep_for_good
@@ -54,6 +56,7 @@ class WhatIfServer:
     def __init__(self, live: LiveWorld, cell: Cell, folder: Path) -> None:
         """Advertise the service."""
         self._live, self._cell, self._folder = live, cell, folder
+        self._places = BaseTargets(cell.robot, cell.kinematics.tool)
         self._lock = threading.Lock()
         self._judged = 0
         self._seen = self._rested = 0  # questions when it was looked last, when memory went back
@@ -80,7 +83,7 @@ class WhatIfServer:
                 if world is None:
                     text = "where the twin stands is not known: wait for twin/joint_states"
                     return JudgeMotionResponse(success=False, message=text)
-                motion = self._motion(request)
+                motion = self._motion(request, world.q)
                 self._judged += 1
                 samples = samples_of(world, motion, request.samples) if request.samples else None
                 verdict = judge(world, motion)
@@ -94,24 +97,32 @@ class WhatIfServer:
                 answer.picture = picture_of(moment, caption_of(verdict), self._folder)
                 answer.picture_time = moment.time
             return answer
-        except (WhatIfError, ConfigError) as error:
+        except (WhatIfError, ConfigError, FrameError) as error:
             return JudgeMotionResponse(success=False, message=str(error))
         except Exception as error:
             rospy.logerr("what_if/judge failed:\n%s", traceback.format_exc())
             text = f"what_if/judge failed: {type(error).__name__}: {error}"
             return JudgeMotionResponse(success=False, message=text)
 
-    def _motion(self, request: JudgeMotion._request_class) -> Motion:
+    def _of_arm(self, q: tuple[float, ...]) -> list[float]:
+        robot = self._cell.robot
+        return [q[robot.twin_joints.index(joint)] for joint in robot.arm_joints]
+
+    def _motion(self, request: JudgeMotion._request_class, q: tuple[float, ...]) -> Motion:
         """Convert a request.
 
         Raises:
             WhatIfError: There is no such motion, or a count is wrong.
-            ConfigError: There is no such program.
+            ConfigError: There is no such program or frame.
+            FrameError: The frame has no meaning for this target.
         """
         kind = request.motion.strip().upper()
         if kind == "MOVE":
             yaw = request.yaw if request.has_yaw else None
             place = (request.x, request.y, request.z)
+            if request.frame or request.tool:
+                frames, taught = (request.frame, request.tool), find_frames(self._folder)
+                place, yaw = self._places.in_base(taught, place, yaw, frames, self._of_arm(q))
             speeds = request.speed_percent, request.path, request.speed_mm_s
             return ToolTarget(*place, yaw, request.elbow, *speeds)
         if kind == "MOVE_JOINTS":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
+from scara_config.frames import NO_FRAMES, FrameTable
 from scara_config.programs.tp.expressions import Cursor, operand
 from scara_config.programs.tp.listing import Indexed, Name, PulseTime
 from scara_config.programs.tp.printer import print_expression
@@ -40,6 +41,7 @@ class Registers:
         reads: What stands in places that belong to the controller, as a program names them.
         writes: What setting such a place does; one that is in ``reads`` alone cannot be set.
         now: The controller's own clock [s].
+        table: Frames that were taught.
     """
 
     def __init__(
@@ -47,6 +49,7 @@ class Registers:
         reads: Mapping[str, Callable[[], Value]] | None = None,
         writes: Mapping[str, Callable[[Value], None]] | None = None,
         now: Callable[[], float] = lambda: 0.0,
+        table: FrameTable = NO_FRAMES,
     ) -> None:
         self._now = now
         # What each timer had counted when it was stopped last, and since when it runs [s].
@@ -56,6 +59,10 @@ class Registers:
         self._reads = {operand(Cursor(name)): read for name, read in (reads or {}).items()}
         self._writes = {operand(Cursor(name)): write for name, write in (writes or {}).items()}
         self._values: dict[Place, Value] = {Name("$WAITTMOUT"): 3000.0}
+        for kind, frames in zip(FRAMES, (table.numbered("user"), table.numbered("tool"))):
+            for number, frame in frames.items():
+                values = (*frame.xyz_mm, *frame.wpr_deg, *(0.0,) * (POSE_NUMBERS - 6))
+                self._values[Indexed(kind, (float(number),))] = Pose(values, "")
         # Those that hold numbers and were set by a program.
         self._numbers: set[Place] = set()
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import msgspec
 from scara_config import Robot
+from scara_config.frames import NO_FRAMES, FrameTable, find_frames
 from scara_config.loader import ConfigError
 from scara_config.programs.configuration import read_configuration
 from scara_config.programs.files import ProgramSteps, Taught, program_files, read_taught
@@ -58,18 +59,21 @@ def library_of(
 ) -> Mapping[str, Taught]:
     """Return the programs that the one in a file can call, each read when it is asked for.
 
+    They bring the frames of their folder.
+
     Raises:
-        ConfigError: Two files of programs have the same name.
+        ConfigError: Two files of programs have the same name, or frames.yaml is wrong.
     """
     called = program_files(directory)
-    return _Library({name: each for name, each in called.items() if each != path}, robot)
+    files = {name: each for name, each in called.items() if each != path}
+    return _Library(files, robot, find_frames(directory))
 
 
 class _Library(Mapping[str, Taught]):
-    """Programs that can be called, each read when it is."""
+    """Programs that can be called, each read when it is, and the frames that were taught."""
 
-    def __init__(self, files: Mapping[str, Path], robot: Robot) -> None:
-        self._files, self._robot = files, robot
+    def __init__(self, files: Mapping[str, Path], robot: Robot, frames: FrameTable) -> None:
+        self._files, self._robot, self.frames = files, robot, frames
 
     def __getitem__(self, name: str) -> Taught:
         return read_taught(self._files[name], self._robot)
@@ -84,9 +88,9 @@ class _Library(Mapping[str, Taught]):
 class _Known(Registers):
     """Registers and signals that the program itself has set."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, frames: FrameTable) -> None:
         places = {"JPOS": self._joints, "LPOS": self._tool}
-        super().__init__(places, {"OVERRIDE": _no_override})
+        super().__init__(places, {"OVERRIDE": _no_override}, table=frames)
         limits = [Limits(joint.velocity, joint.acceleration) for joint in robot.joints]
         self._planner = Planner(robot, limits)
         # The motions so far, and where those end of which that was asked.
@@ -174,13 +178,13 @@ def rehearse(program: Taught, robot: Robot, library: Mapping[str, Taught]) -> It
     Args:
         program: The program.
         robot: robot.yaml.
-        library: Programs that it can call.
+        library: Programs that it can call; that of :func:`library_of` brings frames.
 
     Raises:
         ConfigError: What it does depends on an input or a register that it has not set, it does
             not end, or a line asks for what cannot be judged; the text names program and line.
     """
-    memory = _Known(robot)
+    memory = _Known(robot, library.frames if isinstance(library, _Library) else NO_FRAMES)
     executor = Executor(memory, library)
     executor.start(program, 0.0)
 

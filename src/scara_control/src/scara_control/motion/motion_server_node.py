@@ -21,16 +21,18 @@ from dataclasses import dataclass
 from typing import Any
 
 import rospy
-from scara_config import Robot
+from scara_config import ConfigError, Robot
+from scara_config.frames import find_frames
 from scara_ros.process.memory_io import keep_for_good
 from scara_ros.services.service_client_node import ServiceClient, StartedCall
 from scara_ros.services.service_connection_io import ServiceError
-from scara_ros.shell.ros_node import refusing
+from scara_ros.shell.ros_node import config_folder, refusing
 from sensor_msgs.msg import JointState
 
 from scara_control.config import MotionConfig
 from scara_control.errors import ScaraControlError
 from scara_control.joint_motion import JointMotion
+from scara_control.kinematics.taught_frames import BaseTargets
 from scara_control.kinematics.tool import tool_kinematics
 from scara_control.kinematics.tool_path import wanted_elbow
 from scara_control.motion.command_listener_node import CommandListener, Lending, told_movers
@@ -74,6 +76,7 @@ class MotionServer:
         """Open topics and service."""
         self._config = config
         self._tool = tool_kinematics(robot)
+        self._places, self._folder = BaseTargets(robot, self._tool), config_folder()
         joints = self._tool.joints
         self._names = [joint.name for joint in joints]
         self._clock = MotionClock()
@@ -132,20 +135,20 @@ class MotionServer:
 
     def _on_move_to(self, request: Any) -> MoveToResponse:
         started = self._clock.now()
-        point = (request.x, request.y, request.z)
-        turned = float("nan")
+        turned = error = float("nan")
         try:
             with self._attentive():
                 error, turned = self._move_to(request)
             success, message = True, f"reached, {error * 1e3:.3f} mm from the point"
             if self._tool.turns:
                 message += f" and {math.degrees(abs(turned)):.3f} deg from the yaw"
-        except (ScaraControlError, ServiceError, rospy.ROSException) as refusal:
+        except (ScaraControlError, ConfigError, ServiceError, rospy.ROSException) as refusal:
             message, success = str(refusal), False
-            rospy.logwarn("move_to (%g, %g, %g): %s", *point, message)
+            rospy.logwarn("move_to (%g, %g, %g): %s", request.x, request.y, request.z, message)
         measured = self._feedback.measured
         q = measured.q if measured is not None else ()
-        error = tool_error(self._tool, q, point) if measured is not None else float("nan")
+        if measured is not None and not (request.frame or request.tool):
+            error = tool_error(self._tool, q, (request.x, request.y, request.z))
         return MoveToResponse(success, message, error, q, self._clock.now() - started, turned)
 
     @contextmanager
@@ -175,6 +178,12 @@ class MotionServer:
         point = (request.x, request.y, request.z)
         elbow = wanted_elbow(self._tool, request.elbow, request.path, seed)
         yaw = request.yaw if request.has_yaw else None
+        if request.frame or request.tool:
+            table, frames = find_frames(self._folder), (request.frame, request.tool)
+            point, yaw = self._places.in_base(table, point, yaw, frames, seed)
+            # From here on it is a request in the base.
+            request.x, request.y, request.z = point
+            request.frame = request.tool = 0
         target = self._tool.inverse(*point, elbow, seed, yaw).chosen.q
         with self._begun(asked) as number:
             goal = RunningGoal(asked.at, number, target, request.speed_percent, request)

@@ -31,7 +31,7 @@ class Setup:
         """
         self.switches_gripper = switches_gripper
         self.config = config
-        self._robot = robot
+        self.robot = robot
         self.joints = robot.twin_joints
         self.names = tuple(joint.name for joint in self.joints)
         self.scale = tuple(joint.scale for joint in self.joints)
@@ -63,7 +63,7 @@ class Setup:
     @cached_property
     def tool(self) -> ToolKinematics:
         """Where the joints lead the tool, as the twin's own nodes reckon it."""
-        return tool_kinematics(self._robot)
+        return tool_kinematics(self.robot)
 
     @cached_property
     def tool_per_noise(self) -> float:
@@ -71,14 +71,14 @@ class Setup:
 
         Border units; joints that turn the tool's place by their angle and those that shift it.
         """
-        reach = self._robot.reach_mm
+        reach = self.robot.reach_mm
         joints = [self.joints[column] for column in self.arm_columns]
         return math.hypot(*(reach * j.scale if j.unit == "deg" else 1.0 for j in joints))
 
     @cached_property
     def reach_mm(self) -> float:
         """Of the outstretched arm."""
-        return self._robot.reach_mm
+        return self.robot.reach_mm
 
     @cached_property
     def tool_speeds(self) -> tuple[float, ...]:

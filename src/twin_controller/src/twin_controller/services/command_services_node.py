@@ -16,8 +16,13 @@ from typing import Any
 import msgspec
 import rosgraph.network
 import rospy
+from scara_config import ConfigError
+from scara_config.frames import find_frames
+from scara_control.errors import ScaraControlError
+from scara_control.kinematics.taught_frames import BaseTargets
 from scara_ros.names import is_remote
 from scara_ros.page.persons_io import LONGEST, Persons
+from scara_ros.shell.ros_node import config_folder
 from std_srvs.srv import Trigger, TriggerResponse
 
 from scara_msgs.srv import (
@@ -52,6 +57,7 @@ class CommandServices:
     ) -> None:
         """Remember who is asked; ``offer`` opens the services."""
         self._setup, self._gate = setup, gate
+        self._places = BaseTargets(setup.robot, setup.tool)
         self._engine, self._persons, self._audit = engine, persons, audit
         self._hears_network = not rosgraph.network.get_bind_address().startswith("127.")
 
@@ -82,7 +88,11 @@ class CommandServices:
         now = time.monotonic()
         asked = self._engine.asked(request.asked, now)
         command = request.command.strip().upper()
-        target = _target(command, request)
+        try:
+            target, turned = self._target(command, request)
+        except (ScaraControlError, ConfigError) as error:
+            self._audit(_caller(request), command, False, str(error))
+            return TwinCommandResponse(False, str(error), False)
         event = Operator(
             now,
             command,
@@ -90,7 +100,7 @@ class CommandServices:
             speed_percent=request.speed_percent,
             target=target,
             elbow=request.elbow,
-            yaw=request.yaw if request.has_yaw else None,
+            yaw=turned,
             path=request.path,
             speed_mm_s=request.speed_mm_s,
             # A stop waits for no disk: its person is compared with what is known.
@@ -109,6 +119,8 @@ class CommandServices:
             answer = Reply(answer.id, not trouble, said)
         speed = f"speed {request.speed_percent:g} %" if target else f"{request.speed_percent:g} %"
         yaw = "" if event.yaw is None else f" yaw {event.yaw:g} rad"
+        if target and (request.frame or request.tool):
+            yaw += f", asked in user frame {request.frame} for tool frame {request.tool}"
         what = f"{command} target {list(target)}{yaw} {speed}" if target else f"{command} {speed}"
         self._audit(_name(request, event), what, answer.success or sent, answer.message)
         return TwinCommandResponse(answer.success, answer.message, sent)
@@ -138,13 +150,17 @@ class CommandServices:
     def _judge(self, request: JudgeMove._request_class) -> JudgeMoveResponse:
         """Judge a move by the state as it is; the engine is not asked, so nothing waits for it."""
         command, now, state = request.command.strip().upper(), time.monotonic(), self._engine.state
+        try:
+            target, turned = self._target(command, request)
+        except (ScaraControlError, ConfigError) as error:
+            return JudgeMoveResponse(success=False, message=str(error))
         event = Operator(
             now,
             command,
             speed_percent=request.speed_percent,
-            target=_target(command, request),
+            target=target,
             elbow=request.elbow,
-            yaw=request.yaw if request.has_yaw else None,
+            yaw=turned,
             path=request.path,
         )
         judged = judge_move(self._setup, state.sides.twin, event)
@@ -156,6 +172,26 @@ class CommandServices:
             target=list(judged.target),
             elbow=judged.elbow,
         )
+
+    def _target(self, command: str, request: Any) -> tuple[tuple[float, ...], float | None]:
+        """Return where a command leads, in the base, and how the tool is turned there [rad].
+
+        Raises:
+            ConfigError: A frame was never taught.
+            ScaraControlError: It has no meaning for this target.
+        """
+        if command != "MOVE":
+            return (tuple(request.joint_positions) if command == "MOVE_JOINTS" else ()), None
+        point, yaw = (request.x, request.y, request.z), request.yaw if request.has_yaw else None
+        if not (request.frame or request.tool):
+            return point, yaw
+        setup, twin = self._setup, self._engine.state.sides.twin
+        if not twin.history:
+            raise ScaraControlError("where the twin stands is not known: wait for its link")
+        seed = [twin.last.q[setup.names.index(joint.name)] for joint in setup.tool.joints]
+        frames = request.frame, request.tool
+        found = self._places.in_base(find_frames(config_folder()), point, yaw, frames, seed)
+        return found.point, found.yaw
 
     def _who(self, request: Any, read: bool) -> dict[str, Any]:
         """Return the fields of an event that say who asks."""
@@ -187,20 +223,13 @@ class CommandServices:
             return Reply(0, False, "the controller did not answer in time")
 
 
-def _target(
-    command: str, request: TwinCommand._request_class | JudgeMove._request_class
-) -> tuple[float, ...]:
-    if command == "MOVE":
-        return (request.x, request.y, request.z)
-    if command == "MOVE_JOINTS":
-        return tuple(request.joint_positions)
-    return ()
-
-
 def _name(request: Any, event: Operator | ControlAsked) -> str:
     """Return who asked for the audit: the person if proven, and the node that called."""
-    caller = request._connection_header.get("callerid", "unknown")
-    name = Seat(event.person, event.session).name
+    caller, name = _caller(request), Seat(event.person, event.session).name
     if not name:
-        return str(caller)
+        return caller
     return f"{name}{', not proven' if event.unproven else ''} by {caller}"
+
+
+def _caller(request: Any) -> str:
+    return str(request._connection_header.get("callerid", "unknown"))

@@ -1,0 +1,124 @@
+"""User and tool frames, as UFRAME[n] and UTOOL[n] of the robot's controller: frames.yaml.
+
+Frame 0 is the base, tool 0 the frame ``tool_frame`` of robot.yaml; both are there without a file.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec import Meta
+
+from scara_config.loader import ConfigError, load
+from scara_config.profile import locate
+from scara_config.quantities import AngleDeg, CoordinateMm
+from scara_config.writer import Key, replace_file, write_values
+
+FILE = "frames.yaml"
+Kind = Literal["user", "tool"]
+UserKey = Annotated[str, Meta(pattern=r"^uframe_[1-9]\Z")]
+ToolKey = Annotated[str, Meta(pattern=r"^utool_([1-9]|10)\Z")]
+PREFIX: dict[Kind, str] = {"user": "uframe_", "tool": "utool_"}
+"""Of a frame's name in the file and on tf, before its number."""
+MOST: dict[Kind, int] = {"user": 9, "tool": 10}
+"""As many as can be selected: settings/ of the stand-in."""
+_HEADER = """\
+# User and tool frames: taught on the page, or typed. W, P, R turn about the fixed x, y, z.
+# user: by base_link; tool: by tool0. A controller has them as UFRAME[n] and UTOOL[n].
+"""
+
+
+class TaughtFrame(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """One frame by another.
+
+    Attributes:
+        name: For people.
+        xyz_mm: Its origin.
+        wpr_deg: How it is turned.
+    """
+
+    name: Annotated[str, Meta(min_length=1, max_length=20)]
+    xyz_mm: tuple[CoordinateMm, CoordinateMm, CoordinateMm]
+    wpr_deg: tuple[AngleDeg, AngleDeg, AngleDeg] = (0.0, 0.0, 0.0)
+
+
+class FrameTable(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The file frames.yaml.
+
+    Attributes:
+        user: UFRAME[n] is ``uframe_n``.
+        tool: UTOOL[n] is ``utool_n``.
+    """
+
+    user: dict[UserKey, TaughtFrame]
+    tool: dict[ToolKey, TaughtFrame]
+
+    def numbered(self, kind: Kind) -> dict[int, TaughtFrame]:
+        """Return the frames of a kind by their number, the lowest first."""
+        table: dict[str, TaughtFrame] = self.user if kind == "user" else self.tool
+        cut = len(PREFIX[kind])
+        return dict(sorted((int(key[cut:]), frame) for key, frame in table.items()))
+
+    def find(self, kind: Kind, number: int) -> TaughtFrame:
+        """Return a frame.
+
+        Raises:
+            ConfigError: There is none of this number; the text lists those that exist.
+        """
+        table = self.numbered(kind)
+        if number in table:
+            return table[number]
+        known = ", ".join(f"{n} ({frame.name})" for n, frame in table.items())
+        raise ConfigError(f"{kind} frame {number} was never taught: {FILE} has {known or 'none'}")
+
+
+NO_FRAMES = FrameTable({}, {})
+"""What a robot has of which nobody taught any."""
+
+
+def find_frames(directory: Path | str | None = None) -> FrameTable:
+    """Read frames.yaml as :func:`load_frames` does; without the file no frame was taught.
+
+    Raises:
+        ConfigError: The file is wrong.
+    """
+    return load_frames(directory) if locate(FILE, directory).exists() else NO_FRAMES
+
+
+def load_frames(directory: Path | str | None = None) -> FrameTable:
+    """Read frames.yaml of ``directory`` (default: the package scara_config).
+
+    Raises:
+        ConfigError: The file is missing or wrong.
+    """
+    return load(locate(FILE, directory), FrameTable)
+
+
+def save_frame(directory: Path | str | None, kind: Kind, number: int, frame: TaughtFrame) -> Path:
+    """Write a frame in place of the one of its number; all else in the file stays.
+
+    Returns:
+        The file.
+
+    Raises:
+        ConfigError: There is no such number, or the file cannot be written.
+    """
+    if not 1 <= number <= MOST[kind]:
+        raise ConfigError(f"{kind} frame {number}: allowed are 1 to {MOST[kind]}")
+    path = locate(FILE, directory)
+    if not path.exists():
+        replace_file(path, _HEADER + "user: {}\ntool: {}\n")
+    known = load(path, FrameTable).numbered(kind)
+    at: Key = (kind, f"{PREFIX[kind]}{number}")
+    values = {
+        "name": frame.name,
+        "xyz_mm": [round(value, 4) for value in frame.xyz_mm],
+        "wpr_deg": [round(value, 5) for value in frame.wpr_deg],
+    }
+    if number in known:
+        write_values(path, {(*at, key): value for key, value in values.items()})
+    else:
+        write_values(path, {at: values})
+    return path
