@@ -119,6 +119,7 @@ SLOW = (
     "twin_analysis/replay/",
     "twin_experiments/report/test_analysis.py",
     "twin_experiments/test_report.py",
+    "what_if/improving/",
     "what_if/test_campaign.py",
     "what_if/uncertainty/",
 )
