@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import numpy as np
 import pytest
 from harness.workspace import ROOT
 from scara_config import load, load_robot, locate
+from scara_description.frames import frames_of
 from scara_description.ghost import ghost_of
 from scara_simulation.camera.config import load_camera
 
 from scara_description.gazebo import CameraView, GazeboError, with_gazebo
-from scara_description.urdf import parse_urdf
+from scara_description.urdf import parse_urdf, without_world
 
 CONFIG = ROOT / "config"
 VIEW = load(locate("camera.yaml", CONFIG), CameraView)
@@ -50,6 +52,35 @@ def test_the_cell_has_the_articles_two_plugins() -> None:
     assert text_of(sensor, "plugin/frameName") == "camera_optical_frame"
     driven = {joint.get("name") for joint in ET.fromstring(text).findall("transmission/joint")}
     assert driven == {joint.name for joint in robot.twin_joints}
+
+
+URDFS = sorted((ROOT / "src" / "scara_description" / "urdf").glob("*.urdf"))
+
+
+@pytest.mark.parametrize("urdf", URDFS, ids=lambda path: path.stem)
+def test_each_description_stands_in_the_world(urdf: Path) -> None:
+    """By one fixed joint that moves nothing; our own readers begin at the robot's base."""
+    text = urdf.read_text(encoding="utf-8")
+    tree, plain = ET.fromstring(text), ET.fromstring(without_world(text))
+    (joint,) = [each for each in tree.findall("joint") if each.get("name") == "fixed_to_world"]
+    assert joint.get("type") == "fixed" and joint.find("origin") is None
+    base = parse_urdf(text).root
+    assert [joint.find(end).get("link") for end in ("parent", "child")] == ["world", base]  # type: ignore[union-attr]
+    names = [[each.get("name") for each in one.findall("link")] for one in (tree, plain)]
+    assert names[0] == [*names[1], "world"] and len(plain) == len(tree) - 2
+    (first, *others) = frames_of(text).fixed
+    assert (first.parent, first.child, first.xyz) == ("world", base, (0.0, 0.0, 0.0))
+    # The ghost hangs on the same base: no frame has two parents.
+    ghost = frames_of(ghost_of(text))
+    children = {pose.child for pose in (*ghost.fixed, *(m.home for m in ghost.moving.values()))}
+    assert not children & {"world", base, *(pose.child for pose in others)}
+
+
+def test_a_description_that_begins_with_a_world_of_its_own_keeps_it() -> None:
+    """Of somebody else: its root is no link of ours."""
+    plain = '<robot name="r">\n  <link name="world"/>\n</robot>\n'
+    text = with_gazebo(plain, VIEW, "world")
+    assert "fixed_to_world" not in text and parse_urdf(text).root == "world"
 
 
 def test_the_camera_of_gazebo_sees_what_ours_sees() -> None:

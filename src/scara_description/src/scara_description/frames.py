@@ -15,7 +15,16 @@ from dataclasses import dataclass
 import msgspec
 from scara_config.frames import FrameTable
 
-from scara_description.urdf import JointFrame, Model, Vector, origin_transform, parse_robot, tree_of
+from scara_description.urdf import (
+    WORLD,
+    JointFrame,
+    Model,
+    Vector,
+    origin_transform,
+    parse_robot,
+    tree_of,
+    without_world,
+)
 
 Quaternion = tuple[float, float, float, float]
 
@@ -121,8 +130,11 @@ def frames_of(description: str) -> Frames:
     """
     robot = parse_robot(description)
     model: Model = tree_of(robot, {link.get("name", ""): () for link in robot.findall("link")})
+    fixed = [_home(joint) for joint in model.joints if not joint.moves]
+    if without_world(description) != description:
+        fixed.insert(0, FramePose(WORLD, model.root, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
     return Frames(
-        fixed=tuple(_home(joint) for joint in model.joints if not joint.moves),
+        fixed=tuple(fixed),
         moving={joint.name: _moving(joint) for joint in model.joints if joint.moves},
     )
 

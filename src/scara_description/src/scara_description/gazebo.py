@@ -17,6 +17,8 @@ from typing import Any
 import msgspec
 from scara_config import Robot
 
+from scara_description.urdf import WORLD, in_world
+
 NAMESPACE = "twin"
 PUBLISH_HZ = 100  # as the simulator publishes twin/joint_states
 _BLOCK = re.compile(r"^  <!-- For Gazebo.*?(?=^</robot>)", re.DOTALL | re.MULTILINE)
@@ -78,6 +80,7 @@ def _elements(view: CameraView, root: str) -> list[str]:
     return [
         "  <!-- For Gazebo classic, which is not run here; "
         "write_gazebo writes it from camera.yaml. -->",
+        *(in_world(root) if root != WORLD else ()),
         "  <gazebo>",
         '    <plugin name="gazebo_ros_control" filename="libgazebo_ros_control.so">',
         f"      <robotNamespace>{NAMESPACE}</robotNamespace>",

@@ -11,6 +11,8 @@ from __future__ import annotations
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
+from scara_description.urdf import without_world
+
 PREFIX = "real/"
 COLOUR = "0.18 0.50 0.88 1"
 # Where both agree the ghost is inside the twin, and only the twin is seen.
@@ -34,7 +36,7 @@ def ghost_of(description: str) -> str:
         DescriptionError: It is no XML, or has not exactly one root.
     """
     try:
-        robot = ElementTree.fromstring(description)
+        robot = ElementTree.fromstring(without_world(description))
     except ElementTree.ParseError as error:
         raise DescriptionError(f"the robot description is no XML: {error}") from error
     joints = [joint for joint in robot.findall("joint") if joint.find("parent") is not None]

@@ -7,10 +7,10 @@ Parameters: ``~file`` (URDF; default: that of the chosen robot), ``~config_dir``
 scara_config), ``~rate`` [Hz] (largest rate of each robot on ``/tf``, 2 to 100, default: 25).
 Parameters set: ``robot_description``, ``real/robot_description``, and what the robot's profile
 holds: ``profile/robot``, ``profile/pid_gains``, ``profile/modbus_map``.
-Topics out: ``/tf`` (moving links, stamp: that of the joint state), ``/tf_static`` (the others, and
-the frames of frames.yaml as ``uframe_<n>`` and ``utool_<n>``, latched), ``robot_description`` and
-``real/robot_description`` (std_msgs/String, latched: for recordings and viewers that ask for a
-topic). In a namespace all frames carry it in front: ``cell_2/base_link``.
+Topics out: ``/tf`` (moving links, stamp: that of the joint state), ``/tf_static`` (the others,
+``world`` and the frames of frames.yaml as ``uframe_<n>`` and ``utool_<n>``, latched),
+``robot_description`` and ``real/robot_description`` (std_msgs/String, latched: for recordings and
+viewers that ask for a topic). In a namespace all frames carry it in front: ``cell_2/base_link``.
 Topics in: ``twin/joint_states``, ``real/joint_states``, only while somebody listens to ``/tf``.
 Exit codes: 0 after a signal, 2 when it cannot start.
 """

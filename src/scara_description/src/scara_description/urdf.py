@@ -6,6 +6,7 @@ Boxes, cylinders and spheres with their colours, the tree of joints, forward kin
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from xml.etree import ElementTree
@@ -15,6 +16,10 @@ import numpy as np
 Vector = tuple[float, float, float]
 GREY = "#b0b0b0"
 KINDS = ("fixed", "revolute", "continuous", "prismatic")
+
+
+WORLD = "world"
+_IN_WORLD = re.compile(r'^ *<link name="world"/>\n *<joint name="fixed_to_world".*</joint>\n', re.M)
 
 
 class UrdfError(ValueError):
@@ -91,6 +96,23 @@ class Model:
         return tuple(reversed(found))
 
 
+def in_world(root: str) -> list[str]:
+    """Return the lines that fix a description's root to the world: else Gazebo lets it fall."""
+    joint = f'<parent link="{WORLD}"/><child link="{root}"/>'
+    return [
+        f'  <link name="{WORLD}"/>',
+        f'  <joint name="fixed_to_world" type="fixed">{joint}</joint>',
+    ]
+
+
+def without_world(text: str) -> str:
+    """Return a description without the lines of :func:`in_world`.
+
+    Who reads a robot reckons from its own root, and holds that fast by means of its own.
+    """
+    return _IN_WORLD.sub("", text)
+
+
 def parse_urdf(text: str, seen: bool = True) -> Model:
     """Read a robot description with its shapes.
 
@@ -112,13 +134,13 @@ def parse_urdf(text: str, seen: bool = True) -> Model:
 
 
 def parse_robot(text: str) -> ElementTree.Element:
-    """Read a robot description as XML.
+    """Read a robot description as XML, without the world that it stands in.
 
     Raises:
         UrdfError: It is no XML.
     """
     try:
-        return ElementTree.fromstring(text)
+        return ElementTree.fromstring(without_world(text))
     except ElementTree.ParseError as error:
         raise UrdfError(f"the robot description is no XML: {error}") from error
 

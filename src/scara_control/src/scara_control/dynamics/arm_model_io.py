@@ -14,6 +14,7 @@ from typing_extensions import Self
 
 from scara_control.dynamics.engine_io import joint_infos, new_engine
 from scara_control.dynamics.payload_links import with_payloads, without_shapes
+from scara_description.urdf import without_world
 
 
 class ArmModel:
@@ -134,7 +135,7 @@ class ArmModel:
             | pybullet.URDF_USE_IMPLICIT_CYLINDER
         )
         try:
-            text = self._urdf.read_text(encoding="utf-8")
+            text = without_world(self._urdf.read_text(encoding="utf-8"))
         except OSError as error:
             raise ConfigError(f"{self._urdf}: cannot be read: {error.strerror}") from error
         text = with_payloads(text, self.tool_frame, payloads)

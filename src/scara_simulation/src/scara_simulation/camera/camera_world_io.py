@@ -17,6 +17,7 @@ from scara_config import ConfigError
 from scara_control.dynamics.engine_io import joint_infos, new_engine
 from typing_extensions import Self
 
+from scara_description.urdf import without_world
 from scara_simulation.camera.config import CameraConfig
 from scara_simulation.camera.round_shapes import NAME, cylinder_mesh, with_round_shapes
 
@@ -64,9 +65,8 @@ class CameraWorld:
                 cylinder_mesh(self._config.round_edges), encoding="ascii"
             )
             try:
-                file.write_text(
-                    with_round_shapes(urdf.read_text(encoding="utf-8")), encoding="utf-8"
-                )
+                text = without_world(urdf.read_text(encoding="utf-8"))
+                file.write_text(with_round_shapes(text), encoding="utf-8")
                 self._body: int = pybullet.loadURDF(
                     str(file), useFixedBase=True, physicsClientId=self._client
                 )
