@@ -73,7 +73,15 @@ def ready(robot: Robot, _: float) -> Snapshot:
         twin_standing_still=True,
     )
     package = RobotPackage("none", 100.0, True, False, "")
+    package = msgspec.structs.replace(package, **all_joints(robot, state))
     return _snapshot(robot, state, package, DECISIONS)
+
+
+def all_joints(robot: Robot, state: CellState) -> dict[str, tuple[object, ...]]:
+    """Return names and positions [deg or mm] as the real robot shows them; a wrist at 12.5 deg."""
+    shown = dict(zip(state.name, state.real_position, strict=True))
+    names = tuple(joint.name for joint in robot.joints)
+    return {"name": names, "position": tuple(shown.get(name, 12.5) for name in names)}
 
 
 def alarmed(robot: Robot, time: float) -> Snapshot:

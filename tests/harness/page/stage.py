@@ -36,6 +36,10 @@ from operator_panel.door import Answer, Gains, Picture, Seat  # noqa: E402
 from operator_panel.page.api_io import offer_camera, offer_events, offer_past  # noqa: E402
 from operator_panel.page.shell_io import Shell  # noqa: E402
 from operator_panel.retelling.recordings_io import Recordings  # noqa: E402
+from operator_panel.runs import DRAFTS  # noqa: E402
+from operator_panel.teach.draft import empty  # noqa: E402
+from operator_panel.teach.history import Edits  # noqa: E402
+from operator_panel.teach.kept_io import Lesson  # noqa: E402
 from operator_panel.view.frame import FrameMaker  # noqa: E402
 from operator_panel.view.judged import JUDGE  # noqa: E402
 from operator_panel.view.live_io import Live  # noqa: E402
@@ -138,9 +142,10 @@ class StageDoor:
         return Answer(True, "", {**values, "refused_now": ""})
 
     async def try_motion(self, motion: str, **fields: Any) -> Answer:
-        """Say that HOME is free, and that everything else hits a part."""
+        """Say that HOME and a draft are free, and that everything else hits a part."""
         await asyncio.sleep(0.0)
-        return judged_home(self.robot) if motion == "MOVE_JOINTS" else judged_hit(self.robot)
+        free = motion == "MOVE_JOINTS" or str(fields.get("program")).endswith(".LS")
+        return judged_home(self.robot) if free else judged_hit(self.robot)
 
     async def picture(self, after: str) -> Picture | None:
         """Have no camera."""
@@ -235,7 +240,8 @@ def main() -> None:
     recordings = Recordings(runs, folder, robot.name, maker, config.chart_window_s)
     offer_past(live.past, recordings, config.chart_window_s)
     web = ROOT / "src" / "operator_panel" / "web"
-    Shell(robot, model, config, around, door, desk, live, web, runs)  # type: ignore[arg-type]
+    lesson = Lesson(runs / DRAFTS, robot)
+    Shell(robot, model, config, around, door, desk, live, web, runs, lesson)  # type: ignore[arg-type]
 
     async def choose(name: str) -> PlainTextResponse:
         door.scene, door.answered = name, False
@@ -244,6 +250,7 @@ def main() -> None:
     async def begin() -> PlainTextResponse:
         door.scene, door.answered, door.holder = "ready", False, ""
         door.jogged = []
+        lesson.history = Edits(empty("TAUGHT", robot), version=lesson.history.version + 1)
         door.answers.set()
         return PlainTextResponse("ready")
 

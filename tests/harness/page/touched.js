@@ -17,7 +17,7 @@
     const label = control.querySelector(".q-field__label, .q-checkbox__label, .q-toggle__label")?.textContent;
     const words = label || control.getAttribute("aria-label") || control.textContent.trim();
     // Words that change with what the control does are one control.
-    const kind = ["data-pause", "data-motion-play", "data-look-back"].find((name) => control.hasAttribute(name));
+    const kind = ["data-pause", "data-motion-play", "data-look-back", "data-teach-line"].find((name) => control.hasAttribute(name));
     const theme = control.matches(".theme") && "theme";
     return theme || kind || words.replace(/ \(\d+\)$/, "") || control.tagName;
   };

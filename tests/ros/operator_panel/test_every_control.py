@@ -59,7 +59,8 @@ def test_every_control_does_something_that_can_be_seen(
     theatre.page.emulate_media(color_scheme=colours)  # type: ignore[arg-type]
     (theatre.runs / "to_go").mkdir(exist_ok=True)
     (theatre.runs / "to_go" / "run.bag").write_bytes(b"x" * 2048)
-    for use in (bar, picture, charts, jog, target, programs, robot, tuning, recordings, events):
+    tabs = (charts, jog, target, programs, teach, robot, tuning, recordings, events)
+    for use in (bar, picture, *tabs):
         theatre.play("ready")
         use(hand)
     commands(hand)
@@ -240,6 +241,71 @@ def programs(hand: Hand) -> None:
             expect(question).to_have_count(0)
     panel.locator(".q-field input").fill("60")
     hand.command(hand.button("Set", panel), "override 60")
+
+
+def teach(hand: Hand) -> None:
+    """Lines are added, changed, tried, taken away as a file and brought in again."""
+    page, panel = hand.page, hand.panel("Teach")
+    lines, said = panel.locator("[data-teach-line]"), panel.locator(".teach-said")
+    page.request.get(f"{hand.theatre.address}/begin")
+    expect(lines).to_have_count(count := 1)
+    typed = {"Speed J": "40", "Speed L": "150", "CNT": "50", "Seconds": "0.1", "Rounds": "2"}
+    for label, text in {**typed, "From line": str(count), "Program": "MINE"}.items():
+        panel.get_by_label(label, exact=True).fill(text)
+    for name in ("Rename", "Record J", "Record L", "Add grip", "Add let go", "Wait", "Loop"):
+        before = panel.locator(".teach-lines").inner_html()
+        hand.button(name, panel).click()
+        if name == "Rename":
+            expect(panel.get_by_label("Program", exact=True)).to_have_value("MINE")
+        else:
+            expect(lines).not_to_have_count(count)
+            until_changed(hand, before)
+    panel.get_by_label("Name or remark", exact=True).fill("begin")
+    lines.first.click()
+    for name in ("Note", "Down", "Up", "Delete", "Undo", "Redo"):
+        before = panel.locator(".teach-lines").inner_html()
+        hand.button(name, panel).click()
+        until_changed(hand, before)
+        hand.look()
+        if name == "Note":
+            lines.nth(1).click()
+            expect(lines.nth(1)).to_have_attribute("aria-pressed", "true")
+    motion_line = lines.filter(has_text=" P[").first
+    motion_line.click()
+    for name in ("Touch up", "Set speed"):
+        hand.button(name, panel).click()
+        expect(said).not_to_contain_text("no line")
+    hand.command(hand.button("Go to line", panel), "of MINE", "done", "running")
+    for name in ("Step", "Step back"):
+        hand.command(hand.button(name, panel), "of MINE", "done", "running")
+    hand.button("Judge all of the draft", panel).click()
+    expect(lines.locator(".verdict").first).to_be_visible()
+    hand.button("Preview of the draft", panel).click()
+    motion(hand)
+    with page.expect_download() as download:
+        panel.get_by_text("Export", exact=True).click()
+    assert download.value.suggested_filename == "MINE.LS"
+    file = hand.theatre.runs.parent / "MINE.LS"
+    download.value.save_as(file)
+    with page.expect_file_chooser() as chooser:
+        hand.button("Import", panel).click()
+    chooser.value.set_files(file)
+    expect(said).to_contain_text("is the draft now")
+    question = page.locator(".confirm")
+    for answer in ("Cancel", "Run the draft"):
+        hand.button("Run", panel).click()
+        expect(question.locator(".verdict")).to_contain_text("OK")
+        hand.look()
+        hand.button(answer, question).click()
+        expect(question).to_have_count(0)
+    expect(said).to_contain_text(re.compile("not so within|only the robot"), timeout=20_000)
+
+
+def until_changed(hand: Hand, before: str) -> None:
+    """Wait until the lines of the draft are others than before."""
+    hand.page.wait_for_function(
+        "before => document.querySelector('.teach-lines').innerHTML !== before", arg=before
+    )
 
 
 def robot(hand: Hand) -> None:

@@ -17,7 +17,8 @@ from playwright.sync_api import expect
 
 WAYS = ("Hold tool", "Step joint", "Step tool", "Hold joint")
 COLOURS = ("light", "dark")
-TABS = ("Jog", "Target", "Programs", "Charts", "Robot", "Tuning", "Recordings", "Events", "Today")
+TABS = ("Jog", "Target", "Programs", "Teach", "Charts")
+TABS += ("Robot", "Tuning", "Recordings", "Events", "Today")
 
 
 class Themes:

@@ -74,7 +74,10 @@ class CellDoor(Protocol):
         """Say whether a page is open: while none is, the snapshot may be some tenths old."""
 
     async def command(self, seat: Seat, command: str, **fields: Any) -> Answer:
-        """Send a command other than STOP and ESTOP of ``seat`` to the twin controller."""
+        """Send a command other than STOP and ESTOP of ``seat`` to the twin controller.
+
+        With ``asked`` (monotonic [s]) it is as old as that: each newer stop refuses it.
+        """
 
     async def control(self, seat: Seat, action: str, moves: bool) -> Answer:
         """Take, ask for, give, deny, release or keep control; ``moves``: it moves the twin."""

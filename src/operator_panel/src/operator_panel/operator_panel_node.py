@@ -61,6 +61,8 @@ from operator_panel.page.api_io import offer_camera, offer_events, offer_past
 from operator_panel.page.shell_io import Shell
 from operator_panel.page.twin_api_io import TwinApi
 from operator_panel.retelling.recordings_io import Recordings
+from operator_panel.runs import DRAFTS
+from operator_panel.teach.kept_io import Lesson
 from operator_panel.view.frame import FrameMaker
 from operator_panel.view.live_io import Live
 from operator_panel.view.twin_schema import ROOT
@@ -125,7 +127,9 @@ def serve(private: dict[str, str]) -> None:
     runs = runs_folder(private.get("runs_dir")).resolve()
     recordings = Recordings(runs, folder, robot.name, maker, config.chart_window_s)
     web = package_folder("operator_panel") / "web"
-    Shell(robot, model, config, around, link, desk, live, web, runs)
+    cell = os.environ.get("ROS_NAMESPACE", "").strip("/") or "cell"
+    lesson = Lesson(runs / DRAFTS / cell / robot.name, robot)
+    Shell(robot, model, config, around, link, desk, live, web, runs, lesson)
 
     # What else the browser may ask for, and who may.
     TwinApi(link.shadow).offer(app)

@@ -13,8 +13,9 @@ RUN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,127}")
 SHOWN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,127}\.(html|json|png|svg|bag)")
 LATEST = "latest"
 """Link to the newest run with a report; no run may have its name."""
-JOURNAL = "journal"
-"""Folder of the cells' journals beside the runs: nobody shows, renames or deletes it here."""
+JOURNAL, DRAFTS = "journal", "drafts"
+"""Folders beside the runs: the cells' journals, and programs that are being taught. Nobody shows,
+renames or deletes them here."""
 
 
 class Run(msgspec.Struct, frozen=True):
@@ -45,7 +46,7 @@ class Run(msgspec.Struct, frozen=True):
 
 def is_run_name(name: str) -> bool:
     """Return whether a folder may be a run: one name, no way out of the folder of runs."""
-    return bool(RUN.fullmatch(name)) and ".." not in name and name not in (LATEST, JOURNAL)
+    return bool(RUN.fullmatch(name)) and ".." not in name and name not in (LATEST, JOURNAL, DRAFTS)
 
 
 def may_be_shown(run: str, file: str) -> bool:

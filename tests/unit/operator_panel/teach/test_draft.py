@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from operator_panel.teach import draft as teach
 from operator_panel.teach.draft import Draft, TeachError, draft_of, empty
-from operator_panel.teach.history import MOST, History
+from operator_panel.teach.history import MOST, Edits
 from operator_panel.teach.places import position_of, twin_target
 from scara_config import Joint, Robot, load_robot
 from scara_config.programs.files import joint_values, program_files, taught_of
@@ -142,6 +142,7 @@ REFUSED: dict[str, tuple[Callable[[Draft], Draft], str]] = {
         lambda d: teach.noted(teach.waiting(d, ROBOT, 0, 1.0), ROBOT, 0, "a;b"),
         "a semicolon ends the line",
     ),
+    "remark without words": (lambda d: teach.noted(d, ROBOT, 0, " "), "a remark has words"),
     "name of a position": (lambda d: teach.noted(d, ROBOT, 1, "a]b"), "MINE"),
     "name": (lambda d: teach.renamed(d, ROBOT, "mine 2"), "capitals, digits and underlines"),
     "no program": (lambda d: draft_of("nothing", ROBOT), "is no program of a teach pendant"),
@@ -241,7 +242,7 @@ def test_undo_leads_back_through_every_edit_and_redo_forward(
     seed: random.Random, length: int
 ) -> None:
     """To the letter; a new edit takes what could be made again."""
-    history = History(empty("RANDOM", ROBOT))
+    history = Edits(empty("RANDOM", ROBOT))
     seen = [history.draft]
     for _ in range(length):
         try:
@@ -264,7 +265,7 @@ def test_undo_leads_back_through_every_edit_and_redo_forward(
 
 def test_undo_is_bounded_and_ends_what_could_be_made_again() -> None:
     """Memory does not grow with a long day of teaching."""
-    history = History(empty("A", ROBOT))
+    history = Edits(empty("A", ROBOT))
     drafts = [teach.waiting(empty("A", ROBOT), ROBOT, 0, 0.01 * (k + 1)) for k in range(MOST + 5)]
     for draft in drafts:
         history = history.edited(draft, 1)

@@ -262,6 +262,12 @@ class PageDesk:
 
         One that begins something takes control first, if nobody holds it.
         """
+        return (await self.begin_command(page, command, title, **fields))[1]
+
+    async def begin_command(
+        self, page: str, command: str, title: str = "", **fields: Any
+    ) -> tuple[int, Answer]:
+        """Do as :meth:`command`; return its number in the log too, to follow its motion."""
         number = self.begin(page, command, title or words.command_title(command, fields))
         session = self.sessions.get(page)
         refused = "" if command in ENDING else await self.take(page)
@@ -271,7 +277,7 @@ class PageDesk:
             self._say(f"{session.name}: {command} {fields or ''}".rstrip())
             answer = await self._door.command(session.seat, command, **fields)
         self.ended(number, answer)
-        return answer
+        return number, answer
 
     def begin(self, page: str, kind: str, title: str) -> int:
         """Show a command that ``page`` sends now; return its number."""

@@ -138,7 +138,7 @@ class CellLink:
 
     async def command(self, seat: Seat, command: str, **fields: Any) -> Answer:
         """Send a command to the twin controller; it is as old as this call, not as its turn."""
-        who, asked = self._who(seat), time.monotonic()
+        who, asked = self._who(seat), fields.pop("asked", time.monotonic())
         # The page shows by itself when both stand; what comes behind a PAUSE does not wait for it.
         response = await self._commands.call(
             command=command, asked=asked, at_once=True, **who, **fields

@@ -9,6 +9,7 @@ from typing import Any
 
 from nicegui import Client, app, ui
 from scara_config import Robot
+from scara_config.profile import PROGRAM_ENDING
 from scara_ros.page.page_guard_io import KNOWN, PERSON
 from scara_ros.page.page_library_io import WebFolder, offer, plain, tabs_of
 from starlette.requests import Request
@@ -31,13 +32,15 @@ from operator_panel.page.tuning_io import build_tuning
 from operator_panel.page.view_io import PageView, live
 from operator_panel.page.work.programs_io import build_programs
 from operator_panel.page.work.robot_io import build_robot, build_today
+from operator_panel.page.work.teach_io import FILE, build_teach
 from operator_panel.retelling.run_folders_io import file_of
+from operator_panel.teach.kept_io import Lesson
 from operator_panel.view.live_io import PATH, Live
 from scara_description.urdf import Model
 
 TABS = (
-    *("Jog", "Target", "Programs", "Charts", "Robot"),
-    *("Tuning", "Recordings", "Events", "Today"),
+    *("Jog", "Target", "Programs", "Teach", "Charts"),
+    *("Robot", "Tuning", "Recordings", "Events", "Today"),
 )
 
 
@@ -58,13 +61,15 @@ class Shell:
         live: Live,
         web: Path,
         runs: Path,
+        lesson: Lesson,
     ) -> None:
         """Offer all routes; ``ui.run`` serves them."""
         self._robot, self._model, self._config, self._around = robot, model, config, around
         self._door, self._desk, self._live = door, desk, live
-        self._runs = runs
+        self._runs, self._lesson = runs, lesson
         self._web = WebFolder("/panel", web)
         offer("/runs/{run}/{file}", self._report)
+        offer(FILE, self._draft)
         app.add_exception_handler(404, _nothing_here)
         ui.page("/", title=f"{robot.name}: operator", response_timeout=10.0)(self._page)
 
@@ -108,6 +113,7 @@ class Shell:
             lambda view: build_jog(view, self._model),
             build_target,
             build_programs,
+            lambda view: build_teach(view, self._lesson),
             lambda view: charts.update(build_charts(view)),
             build_robot,
             build_tuning,
@@ -119,6 +125,13 @@ class Shell:
             with ui.element("div").classes("tab-panel").props(f'role=tabpanel data-panel="{name}"'):
                 build(view)
         return charts
+
+    def _draft(self) -> Response:
+        """Serve the program that is being taught, as the file that the robot takes."""
+        draft = self._lesson.draft
+        name = f'attachment; filename="{draft.program.name}{PROGRAM_ENDING}"'
+        head = {"Content-Disposition": name, "Cache-Control": "no-store"}
+        return PlainTextResponse(draft.text, headers=head)
 
     def _report(self, run: str, file: str) -> Response:
         """Serve a report's page, pictures and bag; nothing else of a run leaves the machine."""

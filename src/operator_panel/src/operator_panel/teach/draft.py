@@ -244,6 +244,8 @@ def noted(draft: Draft, robot: Robot, number: int, text: str) -> Draft:
     """Name the position of a motion, change a remark, or add one behind any other line."""
     text = text.strip()
     line = line_of(draft, number) if number else None
+    if not isinstance(line, MotionLine) and not text:
+        raise TeachError("a remark has words: type them first")
     if isinstance(line, Remark):
         return _with_line(draft, robot, number, msgspec.structs.replace(line, text=text))
     if not isinstance(line, MotionLine):

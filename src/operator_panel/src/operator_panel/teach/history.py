@@ -10,7 +10,7 @@ MOST = 200
 """Edits that can be undone; our choice: a program of 100 lines takes as many."""
 
 
-class History(msgspec.Struct, frozen=True):
+class Edits(msgspec.Struct, frozen=True):
     """A draft with its past.
 
     Attributes:
@@ -27,13 +27,13 @@ class History(msgspec.Struct, frozen=True):
     undone: tuple[tuple[Draft, int], ...] = ()
     version: int = 0
 
-    def edited(self, draft: Draft, chosen: int) -> History:
+    def edited(self, draft: Draft, chosen: int) -> Edits:
         """Take an edit; what was undone before is gone."""
         chosen = max(0, min(chosen, len(draft.program.lines)))
         before = (*self.before, (self.draft, self.chosen))[-MOST:]
-        return History(draft, chosen, before, (), self.version + 1)
+        return Edits(draft, chosen, before, (), self.version + 1)
 
-    def undo(self) -> History:
+    def undo(self) -> Edits:
         """Take the last edit back.
 
         Raises:
@@ -42,9 +42,9 @@ class History(msgspec.Struct, frozen=True):
         if not self.before:
             raise TeachError("there is nothing to undo")
         (draft, chosen), now = self.before[-1], (self.draft, self.chosen)
-        return History(draft, chosen, self.before[:-1], (*self.undone, now), self.version + 1)
+        return Edits(draft, chosen, self.before[:-1], (*self.undone, now), self.version + 1)
 
-    def redo(self) -> History:
+    def redo(self) -> Edits:
         """Make the edit again that was taken back last.
 
         Raises:
@@ -53,4 +53,4 @@ class History(msgspec.Struct, frozen=True):
         if not self.undone:
             raise TeachError("there is nothing to redo")
         (draft, chosen), now = self.undone[-1], (self.draft, self.chosen)
-        return History(draft, chosen, (*self.before, now), self.undone[:-1], self.version + 1)
+        return Edits(draft, chosen, (*self.before, now), self.undone[:-1], self.version + 1)

@@ -109,6 +109,10 @@ class CommandLog:
             del self._commands[min(self._commands)]
         return made.number
 
+    def find(self, number: int) -> Command | None:
+        """Return a command by its number; None: too many have come since."""
+        return self._commands.get(number)
+
     def answered(self, number: int, answer: Answer, now: float) -> None:
         """Take the answer to a command; a motion goes on from here."""
         command = self._commands.get(number)

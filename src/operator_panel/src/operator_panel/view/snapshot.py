@@ -39,9 +39,11 @@ class CellState(struct_of(TwinControllerState)):  # type: ignore[misc]
 
 
 class RobotPackage(struct_of(RobotData, "name", "position", "unit")):  # type: ignore[misc]
-    """The fields of scara_msgs/RobotData but the joints, which the controller's state has."""
+    """The fields of scara_msgs/RobotData; all joints, those too that the twin lacks [deg or mm]."""
 
     control_type: str = "none"
+    name: tuple[str, ...] = ()
+    position: tuple[float, ...] = ()
 
 
 class Loop(msgspec.Struct, frozen=True):

@@ -1,0 +1,262 @@
+"""A draft is tried on both robots by the operator's lead, one motion after the other.
+
+Nothing is queued: a motion is sent once the one before it has ended, and by a state that was newer
+than each stop. So a stop, a refusal, another leader, a reload or the loss of control ends a run.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import re
+import time
+
+from operator_panel.control.desk_io import Session
+from operator_panel.page.preview.asking_io import ask
+from operator_panel.page.view_io import PageView
+from operator_panel.teach.draft import TeachError
+from operator_panel.teach.kept_io import Lesson
+from operator_panel.teach.walk import (
+    LedEnd,
+    LedGrip,
+    LedMove,
+    LedPause,
+    LedUntil,
+    Walk,
+    motion_above,
+    motion_to,
+)
+from operator_panel.view.judged import Judged
+from operator_panel.view.progress import Fate
+from operator_panel.view.snapshot import CellState
+from scara_msgs.msg import TwinControllerState as Mode
+
+LINE = re.compile(r"\bline (\d+) of ")
+GRIP_S = 5.0
+"""So long a run waits for the gripper; our choice: ten times what the stand-in takes."""
+SEEN_S = 0.5
+"""A state is never older than this when it comes; our choice: ten of its periods."""
+LOOK_S = 1.0
+OPEN = ("off", "")
+Said = tuple[str, str]
+"""Tone and words."""
+
+
+class Leading:
+    """Steps and runs of one page.
+
+    Attributes:
+        chosen: Number of the line that was chosen or executed last; 0: in front of all.
+        verdicts: Number of a line to tone and words.
+        said: What the last judgement of the whole was.
+    """
+
+    def __init__(self, view: PageView, lesson: Lesson) -> None:
+        """Stand in front of all."""
+        self._view, self._lesson = view, lesson
+        self.chosen = lesson.history.chosen
+        self.verdicts: dict[int, Said] = {}
+        self.said: Said = ("", "")
+        self._walk: Walk | None = None
+        self._judged = lesson.history.version
+        self._looked = asyncio.Event()
+
+    def choose(self, number: int) -> None:
+        """Choose a line; what the lines before it have set is forgotten."""
+        self.chosen, self._walk = number, None
+
+    def look(self) -> None:
+        """Take notice of what is new: verdicts are of one draft, and a choice is a line of it."""
+        self._looked.set()
+        history = self._lesson.history
+        if history.version != self._judged:
+            self._judged, self.verdicts = history.version, {}
+            self._walk = None
+            self.chosen = min(self.chosen, len(history.draft.program.lines))
+
+    async def judge_all(self) -> Judged:
+        """Ask the second world for the whole draft, from where the cell stands now."""
+        draft, version = self._lesson.draft, self._lesson.history.version
+        title = f"Draft {draft.program.name}"
+        found = await ask(self._view, title, "PROGRAM", program=str(self._lesson.path))
+        self.said = (found.tone, found.sentence)
+        if version == self._lesson.history.version:
+            self.verdicts = _by_line(found, len(draft.program.lines))
+        return found
+
+    async def step(self) -> Said | None:
+        """Execute the next line."""
+        walk = self._walk
+        if walk is None or walk.draft != self._lesson.draft:
+            walk = Walk(self._lesson.draft, self._view.robot, self.chosen)
+        act = walk.step()
+        if isinstance(act, LedEnd):
+            return "good", "The program ends here."
+        number, text = walk.at, walk.text
+        match act:
+            case LedMove():
+                await self._go(number, act)
+            case LedGrip():
+                await self._grip(act.close, text)
+            case LedUntil() if not self._holds(walk):
+                raise TeachError(f"{text}: that is not so yet")
+        self.chosen, self._walk = number, walk
+        return None if isinstance(act, LedMove) else ("good", text.capitalize())
+
+    async def step_back(self) -> None:
+        """Go to the position of the nearest motion above."""
+        number = motion_above(self._lesson.draft, self.chosen)
+        await self._go(number, motion_to(self._lesson.draft, self._view.robot, number))
+        self.choose(number)
+
+    async def go_here(self) -> None:
+        """Go to the position of the chosen line."""
+        number = self.chosen
+        await self._go(number, motion_to(self._lesson.draft, self._view.robot, number))
+
+    async def _go(self, number: int, move: LedMove) -> None:
+        """Judge one motion, show its verdict, and send it unless the gate would refuse it.
+
+        Raises:
+            TeachError: It was refused.
+        """
+        self._free()
+        title = f"Line {number} of {self._lesson.draft.program.name}"
+        found = await ask(self._view, title, "MOVE_JOINTS", **move.fields)
+        self.verdicts[number] = (found.tone, found.sentence)
+        if found.is_refused and self._view.door.snapshot().gate == "refuse":
+            raise TeachError(found.sentence)
+        answer = await self._view.send("MOVE_JOINTS", title, **move.fields)
+        if not answer.success:
+            raise TeachError(answer.message)
+
+    async def _grip(self, close: bool, text: str) -> None:
+        answer = await self._view.act(
+            "GRIPPER", "Grip" if close else "Let go", lambda: self._view.door.grip(close)
+        )
+        if not answer.success:
+            raise TeachError(f"{text}: {answer.message}")
+
+    def _free(self) -> None:
+        if self._lesson.runner:
+            raise TeachError(f"{self._lesson.runner} runs it: STOP first, or wait for its end")
+
+    async def run(self) -> Said:
+        """Go through all lines; both robots move.
+
+        Raises:
+            TeachError: Something has ended it; the text says at which line, and what.
+        """
+        self._free()
+        refused = await self._view.desk.take(self._view.session.page)
+        if refused:
+            raise TeachError(refused)
+        self._lesson.runner = self._view.session.name
+        try:
+            walk = Walk(self._lesson.draft, self._view.robot)
+            while not isinstance(act := walk.run_on(), LedEnd):
+                self.chosen = walk.at
+                await self._do(walk, act)
+        finally:
+            self._lesson.runner = ""
+        return "good", f"{walk.draft.program.name} has ended."
+
+    async def _do(self, walk: Walk, act: LedMove | LedGrip | LedPause | LedUntil) -> None:
+        """Do one thing of a run to its end."""
+        match act:
+            case LedMove():
+                await self._ready(walk)
+                await self._moved(walk, act)
+            case LedGrip():
+                await self._ready(walk)
+                await self._grip(act.close, walk.text)
+            case LedPause():
+                await self._passed(walk, act.seconds)
+            case LedUntil():
+                until = time.monotonic() + GRIP_S
+                while not self._holds(walk):
+                    if time.monotonic() > until:
+                        raise TeachError(f"{walk.text}: not so within {GRIP_S:g} s")
+                    await self._ready(walk)
+                    await self._next_look()
+
+    def _holds(self, walk: Walk) -> bool:
+        """Tell whether what the last line waits for is so now."""
+        walk.closed = _closed(self._view.door.snapshot().state)
+        return walk.holds()
+
+    async def _moved(self, walk: Walk, move: LedMove) -> None:
+        """Send a motion and wait for its end."""
+        view = self._view
+        # As old as the state that it is sent by, and older: a stop that is not seen yet refuses it.
+        asked = view.door.snapshot().received - SEEN_S
+        title = f"Line {walk.at} of {walk.draft.program.name}"
+        number, answer = await view.desk.begin_command(
+            view.session.page, "MOVE_JOINTS", title, asked=asked, **move.fields
+        )
+        if not answer.success:
+            raise TeachError(f"{walk.text}: {answer.message}")
+        while (found := view.desk.log.find(number)) is not None and not found.ended:
+            self._mine(walk)
+            await self._next_look()
+        if found is None or found.outcome is not Fate.DONE:
+            raise TeachError(f"{walk.text}: {found.text if found else 'lost sight of it'}")
+
+    async def _passed(self, walk: Walk, seconds: float) -> None:
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            await self._ready(walk)
+            await self._next_look()
+
+    async def _ready(self, walk: Walk) -> None:
+        """Wait while the pair is paused; both stand still then.
+
+        Raises:
+            TeachError: Something else than this run leads, or has stopped the pair.
+        """
+        while True:
+            state = self._mine(walk)
+            if state.mode == Mode.IDLE:
+                return
+            if state.mode != Mode.PAUSED:
+                raise TeachError(f"{walk.text}: {state.why}")
+            await self._next_look()
+
+    def _mine(self, walk: Walk) -> CellState:
+        """Return the state while this page is there and in control.
+
+        Raises:
+            TeachError: It is not.
+        """
+        session, state = self._view.session, self._view.door.snapshot().state
+        if not _there(self._view.desk.sessions.get(session.page)):
+            raise TeachError(f"{walk.text}: the page has gone")
+        if state is None or state.holder != session.name:
+            raise TeachError(f"{walk.text}: this page is not in control any more")
+        return state
+
+    async def _next_look(self) -> None:
+        self._looked.clear()
+        with contextlib.suppress(asyncio.TimeoutError):
+            await asyncio.wait_for(self._looked.wait(), LOOK_S)
+
+
+def _there(session: Session | None) -> bool:
+    return session is not None and session.there
+
+
+def _closed(state: CellState | None) -> bool | None:
+    """Return whether the real robot's gripper is closed; None: it is not known."""
+    return None if state is None or not state.real_gripper else state.real_gripper not in OPEN
+
+
+def _by_line(found: Judged, count: int) -> dict[int, Said]:
+    """Return the verdict for each line: all before the one that is wrong are well."""
+    line = LINE.search(found.sentence)
+    if found.tone == "good":
+        return {number: ("good", "OK") for number in range(1, count + 1)}
+    if line is None:
+        return {}
+    wrong = int(line[1])
+    verdicts = {number: ("good", "OK up to here") for number in range(1, wrong)}
+    return verdicts | {wrong: (found.tone, found.sentence)}

@@ -1,0 +1,204 @@
+"""A draft is gone through line by line: what each line asks of both robots, led by the operator."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+from scara_config import ConfigError, Robot
+from scara_config.programs.tp.execution import execute, flow_of
+from scara_config.programs.tp.listing import (
+    Indexed,
+    Line,
+    MotionLine,
+    Name,
+    Wait,
+    WaitUntil,
+    Word,
+)
+from scara_config.programs.tp.motion import asked
+from scara_config.programs.tp.printer import print_expression, print_line
+from scara_config.programs.tp.values import ExecutionError, Value, Written, number, truth
+from scara_config.programs.walk import taught
+
+from operator_panel.teach.draft import Draft, TeachError
+from operator_panel.teach.places import twin_target
+
+SUCTION, VACUUM = Indexed("RO", (1.0,)), Indexed("RI", (1.0,))
+MOST_EMPTY = 2000
+"""So many lines without anything that takes time never end; our choice."""
+
+
+class LedMove(msgspec.Struct, frozen=True):
+    """A motion of both robots.
+
+    Attributes:
+        fields: Of MOVE_JOINTS, for the controller and for the judge alike.
+    """
+
+    fields: dict[str, Any]
+
+
+class LedGrip(msgspec.Struct, frozen=True):
+    """The gripper is switched."""
+
+    close: bool
+
+
+class LedPause(msgspec.Struct, frozen=True):
+    """Nothing happens for a time [s]."""
+
+    seconds: float
+
+
+class LedUntil(msgspec.Struct, frozen=True):
+    """Nothing happens until :meth:`Walk.holds`."""
+
+
+class LedEnd(msgspec.Struct, frozen=True):
+    """The program ends here."""
+
+
+Act = LedMove | LedGrip | LedPause | LedUntil | LedEnd
+
+
+class Walk:
+    """Where a draft is gone through, and what its own lines have set.
+
+    Attributes:
+        at: Number of the line that was executed last; 0: none.
+        next: Number of the line that comes next.
+        closed: Whether the real robot's gripper is closed, as it shows; None: it does not.
+    """
+
+    def __init__(self, draft: Draft, robot: Robot, at: int = 0) -> None:
+        """Stand behind a line; no register is known yet."""
+        self.draft, self._robot = draft, robot
+        self.at, self.next = at, at + 1
+        self.closed: bool | None = None
+        self._flow = flow_of(draft.program, draft.program.name)
+        self._values: dict[Indexed | Name, Value] = {}
+        self._switched: bool | None = None
+        self._until: WaitUntil | None = None
+
+    @property
+    def text(self) -> str:
+        """The line that was executed last, with its number."""
+        return f"line {self.at}: {print_line(self.draft.program.lines[self.at - 1]).strip()}"
+
+    def step(self) -> Act | None:
+        """Execute the next line; return what it asks for, None if nothing takes time.
+
+        Raises:
+            TeachError: It cannot be executed from here; in the words of the robot's executor.
+        """
+        if self.next > len(self.draft.program.lines):
+            return LedEnd()
+        self.at, self._switched = self.next, None
+        try:
+            after, line = execute(self._flow, self.at - 1, self)
+            self.next = after + 1
+            if self._switched is not None:
+                return LedGrip(self._switched)
+            return None if line is None else self._act(line)
+        except ConfigError as error:
+            raise TeachError(str(error)) from error
+
+    def run_on(self) -> Act:
+        """Execute lines until one asks for something that takes time.
+
+        Raises:
+            TeachError: As :meth:`step`, or nothing ever does.
+        """
+        for _ in range(MOST_EMPTY):
+            found = self.step()
+            if found is not None:
+                return found
+        raise TeachError(f"{MOST_EMPTY} lines without a motion or a wait: it does not end")
+
+    def holds(self) -> bool:
+        """Tell whether what the last line waits for is so.
+
+        Raises:
+            TeachError: It depends on what only the robot knows.
+        """
+        try:
+            return self._until is None or truth(self._until.condition, self)
+        except ExecutionError as error:
+            raise TeachError(f"{self.text}: {error}") from error
+
+    def _act(self, line: Line) -> Act:
+        match line:
+            case MotionLine():
+                return self._move(line)
+            case Wait():
+                return LedPause(number(line.seconds, self))
+            case WaitUntil():
+                self._until = line
+                return LedUntil()
+            case Word(words="END" | "ABORT"):
+                return LedEnd()
+        raise TeachError(f"{self.text}: only the robot itself executes it")
+
+    def _move(self, line: MotionLine) -> LedMove:
+        found = asked(line, self)
+        known = {each.number: each for each in self.draft.program.positions}
+        plain = found.kind in ("J", "L") and found.targets[0].kind == "P"
+        timed = found.percent is None and found.mm_s is None
+        if not plain or timed or found.offset or found.tool_offset or found.acc != 100.0:
+            raise TeachError(f"{self.text}: only the robot itself executes it")
+        position = known[taught(found.targets[0], self, known)]
+        fields: dict[str, Any] = {"joint_positions": twin_target(self._robot, position)}
+        fields["speed_percent"] = found.percent or 100.0
+        if found.kind == "L":
+            fields |= {"path": "linear", "speed_mm_s": found.mm_s or 0.0}
+        return LedMove(fields)
+
+    def read(self, place: Indexed | Name) -> Value:
+        """Return what a line of the draft has set, or the gripper.
+
+        Raises:
+            ExecutionError: Only the robot knows it.
+        """
+        if place == VACUUM and self.closed is not None:
+            return self.closed
+        if place not in self._values:
+            raise ExecutionError(f"only the robot knows {print_expression(place)}")
+        return self._values[place]
+
+    def write(self, place: Indexed | Name, value: Written) -> None:
+        """Take what a line sets.
+
+        Raises:
+            ExecutionError: It is neither a register nor the gripper.
+        """
+        register = isinstance(place, Indexed) and place.kind == "R"
+        if place == SUCTION and isinstance(value, bool):
+            self._switched = value
+        elif not register or not isinstance(value, float | bool):
+            raise ExecutionError(f"only the robot sets {print_expression(place)}")
+        self._values[place] = value
+
+
+def motion_to(draft: Draft, robot: Robot, line: int) -> LedMove:
+    """Return the motion of one line, whatever the lines before it do.
+
+    Raises:
+        TeachError: It is none, or registers say where it goes.
+    """
+    found = Walk(draft, robot, line - 1).step()
+    if not isinstance(found, LedMove):
+        raise TeachError(f"line {line} is no motion")
+    return found
+
+
+def motion_above(draft: Draft, line: int) -> int:
+    """Return the number of the nearest motion above a line.
+
+    Raises:
+        TeachError: There is none.
+    """
+    for above in range(min(line, len(draft.program.lines) + 1) - 1, 0, -1):
+        if isinstance(draft.program.lines[above - 1], MotionLine):
+            return above
+    raise TeachError("no motion stands above")

@@ -1,0 +1,233 @@
+"""A draft that a page leads both robots through: whatever goes wrong ends it, and nothing waits."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+from harness.workspace import ROOT
+from operator_panel.control.authority import Role
+from operator_panel.control.desk_io import PageDesk
+from operator_panel.control.jog import DeadMan
+from operator_panel.door import Answer, Seat
+from operator_panel.page.view_io import PageView
+from operator_panel.page.work.leading_io import SEEN_S, Leading
+from operator_panel.teach import draft as teach
+from operator_panel.teach.draft import TeachError
+from operator_panel.teach.kept_io import Lesson
+from operator_panel.teach.places import position_of
+from operator_panel.view.snapshot import Snapshot
+from scara_config import load_robot
+from unit.operator_panel.control.conftest import KEEP_S, LET_GO_S, SCARA, Door
+
+ROBOT = load_robot(ROOT / "config")
+MOVING = 20
+"""Looks that a motion takes."""
+
+
+class Cell(Door):
+    """Both robots move for some looks after each command; ``happens`` may change anything."""
+
+    def __init__(self) -> None:
+        """Stand still, and let nothing happen."""
+        super().__init__()
+        self.sent: list[tuple[int, dict[str, Any]]] = []
+        self.looks = self.left = 0
+        self.happens: Callable[[Cell], None] = lambda _: None
+        self.refuses = ""
+        self.gripper = "off"
+
+    def snapshot(self) -> Snapshot:
+        """Tell the time of the state too."""
+        found = super().snapshot()
+        state = msgspec.structs.replace(
+            found.state,  # type: ignore[type-var]
+            real_gripper=self.gripper,
+            real_standing_still=not self.left,
+            twin_standing_still=not self.left,
+        )
+        return msgspec.structs.replace(found, state=state, received=time.monotonic())
+
+    async def command(self, seat: Seat, command: str, **fields: Any) -> Answer:
+        """Move, unless it is refused."""
+        self.sent.append((self.looks, {**fields, "now": time.monotonic()}))
+        if self.refuses:
+            return Answer(False, self.refuses)
+        if command == "MOVE_JOINTS":
+            self.mode, self.left = "OPERATOR_LEADS", MOVING
+        return Answer(True, "done")
+
+    async def grip(self, close: bool) -> Answer:
+        """Do it at once."""
+        self.gripper = "on" if close else "off"
+        return Answer(True, "done")
+
+    async def try_motion(self, motion: str, **fields: Any) -> Answer:
+        """Have no judge."""
+        return Answer(False, "no judge runs")
+
+    def look(self) -> None:
+        """Let a period pass."""
+        self.looks += 1
+        self.happens(self)
+        if self.left:
+            self.left -= 1
+            if not self.left and self.mode == "OPERATOR_LEADS":
+                self.mode = "IDLE"
+
+
+class Scene:
+    """A page in control of a cell, and a draft of three motions."""
+
+    def __init__(self, folder: Path) -> None:
+        """Teach it."""
+        self.cell = Cell()
+        dead_man = DeadMan(ROBOT, 10.0, 0.25)
+        self.desk = PageDesk(self.cell, dead_man, SCARA, KEEP_S, LET_GO_S, 0.6, lambda _: None)  # type: ignore[arg-type]
+        session = self.desk.open("a", Role.OPERATOR)
+        self.desk.arrived("a", "tab a")
+        self.lesson = Lesson(folder, ROBOT)
+        made = self.lesson.draft
+        for number in range(3):
+            turned = {"joint_1": 0.1 * number}
+            here = position_of(ROBOT, {j.name: turned.get(j.name, 0.0) for j in ROBOT.joints})
+            made = teach.recorded(made, ROBOT, number, here, "J", 50.0, None)
+        self.teach(made)
+        view = PageView(ROBOT, None, None, self.cell, self.desk, session)  # type: ignore[arg-type]
+        self.leading = Leading(view, self.lesson)
+
+    def teach(self, draft: teach.Draft) -> None:
+        """Let this be the draft."""
+        self.lesson.history = self.lesson.history.edited(draft, 0)
+
+    def run(self) -> str:
+        """Run the draft to its end; return what is said of it."""
+
+        async def periods() -> None:
+            while True:
+                self.cell.look()
+                self.desk.log.look(self.cell.snapshot(), False, time.monotonic())
+                self.leading.look()
+                await asyncio.sleep(0)
+
+        async def run() -> str:
+            passing = asyncio.create_task(periods())
+            try:
+                return (await asyncio.wait_for(self.leading.run(), 20.0))[1]
+            except TeachError as error:
+                return str(error)
+            finally:
+                passing.cancel()
+
+        said = asyncio.run(run())
+        assert self.lesson.runner == ""
+        return said
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Scene:
+    """Give a page in control, and a draft."""
+    return Scene(tmp_path)
+
+
+def test_each_motion_is_sent_once_the_one_before_has_ended(scene: Scene) -> None:
+    """And is older than the state by which it is sent: a stop that is not seen yet refuses it."""
+    assert scene.run() == "TAUGHT has ended."
+    begun = [look for look, _ in scene.cell.sent]
+    assert len(begun) == 3
+    assert all(later - earlier >= MOVING for earlier, later in itertools.pairwise(begun))
+    for _, fields in scene.cell.sent:
+        assert fields["asked"] <= fields["now"] - SEEN_S
+    assert scene.leading.chosen == 3
+
+
+def stopped(cell: Cell) -> None:
+    """STOP during the second motion."""
+    if len(cell.sent) == 2:
+        cell.mode, cell.left = "STOPPED", 0
+
+
+def robbed(cell: Cell) -> None:
+    """Somebody else is in control."""
+    if len(cell.sent) == 2:
+        cell.holder = "fitter 1"
+
+
+def led(cell: Cell) -> None:
+    """The robot moves by itself before the second motion has ended."""
+    if len(cell.sent) == 2 and cell.left == 1:
+        cell.mode = "REAL_LEADS"
+
+
+def refusing(cell: Cell) -> None:
+    """The controller takes no third motion."""
+    if len(cell.sent) == 2:
+        cell.refuses = "MOVE_JOINTS: link_2 would be in zone door"
+
+
+@pytest.mark.parametrize(
+    ("happens", "sent", "why"),
+    [
+        (stopped, 2, "line 2: J P[2] 50% FINE: "),
+        (robbed, 2, "line 2: J P[2] 50% FINE: this page is not in control any more"),
+        (led, 2, "line 2: J P[2] 50% FINE: "),
+        (refusing, 3, "line 3: J P[3] 50% FINE: MOVE_JOINTS: link_2 would be in zone door"),
+    ],
+)
+def test_whatever_goes_wrong_ends_the_run_at_its_line(
+    scene: Scene, happens: Callable[[Cell], None], sent: int, why: str
+) -> None:
+    """Nothing is sent behind it, and the draft can be edited again."""
+    scene.cell.happens = happens
+    said = scene.run()
+    assert said.startswith(why), said
+    assert len(scene.cell.sent) == sent
+
+
+def test_page_that_is_gone_ends_its_run(scene: Scene) -> None:
+    """A reload too: the new page has another connection."""
+
+    def gone(cell: Cell) -> None:
+        if len(cell.sent) == 2:
+            scene.desk.left("a")
+
+    scene.cell.happens = gone
+    assert "the page has gone" in scene.run()
+    assert len(scene.cell.sent) == 2
+
+
+def test_paused_run_goes_on_when_the_pair_does(scene: Scene) -> None:
+    """The motion is kept by the pair, the lines behind it by the run."""
+    paused: list[int] = []
+
+    def pause(cell: Cell) -> None:
+        if len(cell.sent) == 2 and len(paused) < 5:
+            paused.append(cell.looks)
+            cell.mode, cell.left = "PAUSED", 2
+        elif cell.mode == "PAUSED":
+            cell.mode = "OPERATOR_LEADS"
+
+    scene.cell.happens = pause
+    assert scene.run() == "TAUGHT has ended."
+    assert len(scene.cell.sent) == 3 and len(paused) == 5
+
+
+def test_run_waits_for_the_gripper_that_it_switches(scene: Scene) -> None:
+    """The line behind the wait comes once the robot shows the vacuum."""
+    scene.teach(teach.gripping(scene.lesson.draft, ROBOT, 1, True))
+    assert scene.run() == "TAUGHT has ended."
+    assert scene.cell.gripper == "on" and len(scene.cell.sent) == 3
+
+
+def test_second_run_is_refused_while_one_goes_on(scene: Scene) -> None:
+    """Two pages: one leads."""
+    scene.lesson.runner = "operator 2"
+    with pytest.raises(TeachError, match="operator 2 runs it"):
+        asyncio.run(scene.leading.run())
+    assert scene.cell.sent == []
