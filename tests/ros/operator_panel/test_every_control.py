@@ -208,6 +208,13 @@ def target(hand: Hand) -> None:
     panel.get_by_label("Elbow").click()
     hand.page.get_by_role("option", name="Lefty").click()
     expect(panel.get_by_label("Elbow")).to_have_value("Lefty")
+    for way in ("Line", "Joints"):
+        panel.get_by_label("Way").click()
+        hand.page.get_by_role("option", name=way).click()
+        expect(panel.get_by_label("Way")).to_have_value(way)
+        hand.look()
+        if way == "Line":
+            panel.get_by_label("Tool speed", exact=True).fill("150")
     # The last field completes the point: no answer that is still on its way closes a preview.
     for axis in "XYZ":
         panel.get_by_label(axis, exact=True).fill("200")
