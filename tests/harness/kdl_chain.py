@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 import PyKDL
 from scara_config import Joint
+from scara_config.frames import TaughtFrame
 
 
 class KdlChain:
@@ -37,3 +39,12 @@ class KdlChain:
             values[k] = value
         assert self._solver.JntToCart(values, self._frame) == 0
         return np.array([[self._frame[row, column] for column in range(4)] for row in range(3)])
+
+
+def kdl_pose(frame: TaughtFrame) -> np.ndarray:
+    """Return a frame's pose by this library, shape (4, 4) [m]."""
+    w, p, r = map(math.radians, frame.wpr_deg)
+    made = PyKDL.Frame(PyKDL.Rotation.RPY(w, p, r), PyKDL.Vector(*[1e-3 * x for x in frame.xyz_mm]))
+    return np.array(
+        [[made[row, column] for column in range(4)] for row in range(3)] + [[0, 0, 0, 1]]
+    )

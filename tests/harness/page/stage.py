@@ -30,6 +30,7 @@ import msgspec  # noqa: E402
 from nicegui import app, background_tasks  # noqa: E402
 from operator_panel.config import load_panel, load_surroundings  # noqa: E402
 from operator_panel.control.desk_io import PageDesk, Session  # noqa: E402
+from operator_panel.control.frame_lessons import jog_axes  # noqa: E402
 from operator_panel.control.jog import DeadMan  # noqa: E402
 from operator_panel.control.tool_jog import ToolArm  # noqa: E402
 from operator_panel.door import Answer, Gains, Picture, Seat  # noqa: E402
@@ -46,6 +47,7 @@ from operator_panel.view.live_io import Live  # noqa: E402
 from operator_panel.view.robot.registers import Entry, entries, with_bit, with_words  # noqa: E402
 from operator_panel.view.snapshot import Diagnosis, Snapshot  # noqa: E402
 from scara_config import load_robot  # noqa: E402
+from scara_config.frames import find_frames  # noqa: E402
 from scara_config.modbus_map import load_modbus_map  # noqa: E402
 from scara_config.profile import CHOICE  # noqa: E402
 from scara_ros.diagnosis import Level  # noqa: E402
@@ -124,20 +126,11 @@ class StageDoor:
 
         return answer()
 
-    async def judge(
-        self,
-        x: float,
-        y: float,
-        z: float,
-        elbow: str,
-        speed: float,
-        yaw: float | None = None,
-        path: str = "",
-    ) -> Answer:
+    async def judge(self, **fields: Any) -> Answer:
         """Say that every point can be reached, once answers are let through."""
         await self.answers.wait()
         names = [joint.name for joint in self.robot.twin_joints]
-        last = 0.5 if yaw is None else yaw
+        last = fields.get("yaw", 0.5)
         values = {"name": names, "target": [0.5] * (len(names) - 1) + [last], "elbow": "righty"}
         return Answer(True, "", {**values, "refused_now": ""})
 
@@ -230,7 +223,8 @@ def main() -> None:
     around = load_surroundings(robot, folder)
     model = parse_urdf(robot.description.read_text(encoding="utf-8"))
     dead_man = DeadMan(robot, around.jog_limit_percent, config.jog.dead_man_ms * 1e-3)
-    arm = ToolArm(robot, model, config.jog.tool, around.jog_limit_percent)
+    axes = jog_axes(find_frames(folder))
+    arm = ToolArm(robot, model, config.jog.tool, around.jog_limit_percent, axes)
     desk = PageDesk(door, dead_man, arm, around.keep_s, config.let_go_s, 0.6, lambda _: None)  # type: ignore[arg-type]
     door.sessions = desk.sessions
     maker = FrameMaker(robot, model, 0.6, around.alarm_mm)

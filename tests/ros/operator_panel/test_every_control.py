@@ -208,13 +208,11 @@ def target(hand: Hand) -> None:
     panel.get_by_label("Elbow").click()
     hand.page.get_by_role("option", name="Lefty").click()
     expect(panel.get_by_label("Elbow")).to_have_value("Lefty")
-    for way in ("Line", "Joints"):
-        panel.get_by_label("Way").click()
-        hand.page.get_by_role("option", name=way).click()
-        expect(panel.get_by_label("Way")).to_have_value(way)
-        hand.look()
-        if way == "Line":
-            panel.get_by_label("Tool speed", exact=True).fill("150")
+    for label, name in (("Way", "Line"), ("Frame", "1 pallet"), ("Tool", "1 suction cup")):
+        panel.get_by_label(label, exact=True).click()
+        hand.page.get_by_role("option", name=name, exact=True).click()
+        expect(panel.get_by_label(label, exact=True)).to_have_value(name)
+    panel.get_by_label("Tool speed", exact=True).fill("150")
     # The last field completes the point: no answer that is still on its way closes a preview.
     for axis in "XYZ":
         panel.get_by_label(axis, exact=True).fill("200")
@@ -222,7 +220,8 @@ def target(hand: Hand) -> None:
     for name in ("Preview Move", "Preview Home"):
         hand.button(name, panel).click()
         motion(hand, plays=True)
-    hand.command(hand.button("Move", panel), "Move to x", "done")
+    title = "Move in a line to x 200 y 200 z 200 mm in user frame 1 for tool frame 1"
+    hand.command(hand.button("Move", panel), title, "done")
     for name in ("Grip", "Let go"):
         hand.command(hand.button(name, panel), name)
 
@@ -327,6 +326,7 @@ def robot(hand: Hand) -> None:
     expect(question).to_have_count(0)
     hand.button("Put back", panel).click()
     hand.command(hand.button("Put back", question), "Put parts back", "done")
+    frames(hand)
     hand.button("Read", panel).click()
     registers = panel.locator(".register")
     expect(registers.nth(50)).to_be_attached()
@@ -335,6 +335,27 @@ def robot(hand: Hand) -> None:
     expect(registers.first).to_contain_text("input signal 6001, raw 1: *IMSTP")
     assert hand.theatre.problems("registers") == []
     panel.get_by_label("Search").fill("")
+
+
+def frames(hand: Hand) -> None:
+    """Three points of a user frame: the stage's robot stands still, so they are refused."""
+    panel = hand.panel("Robot")
+    panel.get_by_text("User and tool frames").click()
+    expect(panel.locator(".frame-list")).to_contain_text("user 1, pallet: X 50.0 Y -450.0 Z -40.0")
+    for label, name in (("Points", "User 3"), ("Number", "2")):
+        panel.get_by_label(label, exact=True).click()
+        hand.page.get_by_role("option", name=name, exact=True).click()
+    panel.get_by_label("Name", exact=True).fill("box")
+    said = panel.locator(".listing .preview")
+    hand.button("Record point", panel).click()
+    expect(said).to_have_text("Point 2 of 3: on +x")
+    hand.button("Begin again", panel).click()
+    expect(said).to_have_text("Point 1 of 3: origin")
+    for text in ("Point 2 of 3: on +x", "Point 3 of 3: in the plane, at +y", "the point for x is"):
+        hand.button("Record point", panel).click()
+        expect(said).to_contain_text(text)
+    hand.command(hand.button("Save", panel), "the point for x is 0.0 mm off", "refused")
+    assert hand.theatre.problems("frames") == []
 
 
 def tuning(hand: Hand) -> None:

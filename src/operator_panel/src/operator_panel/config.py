@@ -87,6 +87,7 @@ class Surroundings(msgspec.Struct, frozen=True):
         positions: Named tool positions (x, y, z) [m].
         programs: The real robot's own, by name.
         has_parts: Whether there are parts that can be put back.
+        folder: With all YAML files; None: the package scara_config.
     """
 
     real: ServerAddress
@@ -97,6 +98,7 @@ class Surroundings(msgspec.Struct, frozen=True):
     positions: dict[str, tuple[float, float, float]]
     programs: tuple[Program, ...]
     has_parts: bool = False
+    folder: Path | None = None
 
 
 def load_panel(directory: Path | str | None = None) -> PanelConfig:
@@ -134,4 +136,5 @@ def load_surroundings(robot: Robot, directory: Path | str | None = None) -> Surr
         positions=robot.positions_m,
         programs=tuple(read_listing(file) for file in program_files(directory).values()),
         has_parts=find_palletise(directory) is not None,
+        folder=Path(directory) if directory is not None else None,
     )

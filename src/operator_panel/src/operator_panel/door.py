@@ -91,19 +91,8 @@ class CellDoor(Protocol):
             RuntimeError: Nothing was sent.
         """
 
-    async def judge(
-        self,
-        x: float,
-        y: float,
-        z: float,
-        elbow: str,
-        speed: float,
-        yaw: float | None = None,
-        path: str = "",
-    ) -> Answer:
-        """Ask where MOVE to a point [m] would lead, at ``speed`` [percent].
-
-        With ``yaw`` [rad] the tool shall be turned so; with ``path`` linear it goes along a line.
+    async def judge(self, **fields: Any) -> Answer:
+        """Ask where MOVE would lead; ``fields`` are those of scara_msgs/JudgeMove.
 
         Values: name, target, elbow, refused_now.
         """

@@ -35,6 +35,7 @@ from pathlib import Path
 from typing import Any
 
 from scara_config import ConfigError, config_directory, load_robot, package_folder
+from scara_config.frames import find_frames
 from scara_ros.page.page_door import PageDoor
 from scara_ros.page.page_guard_io import PageGuard
 from scara_ros.page.page_library_io import app, background_tasks, serve_pages
@@ -54,6 +55,7 @@ from scara_ros.starting.starting_node import refuse_second_node
 
 from operator_panel.config import PanelConfig, load_panel, load_surroundings
 from operator_panel.control.desk_io import PageDesk
+from operator_panel.control.frame_lessons import jog_axes
 from operator_panel.control.jog import DeadMan
 from operator_panel.control.tool_jog import ToolArm
 from operator_panel.link.cell_link_node import NODE, CellLink
@@ -120,7 +122,8 @@ def serve(private: dict[str, str]) -> None:
     link = CellLink(robot, config, around, folder, tokens)
     silent_s = config.silent_ms * 1e-3
     dead_man = DeadMan(robot, around.jog_limit_percent, config.jog.dead_man_ms * 1e-3)
-    arm = ToolArm(robot, model, config.jog.tool, around.jog_limit_percent)
+    axes = jog_axes(find_frames(folder))
+    arm = ToolArm(robot, model, config.jog.tool, around.jog_limit_percent, axes)
     desk = PageDesk(link, dead_man, arm, around.keep_s, config.let_go_s, silent_s, link.say)
     maker = FrameMaker(robot, model, silent_s, around.alarm_mm)
     live = Live(link, desk, maker, config)

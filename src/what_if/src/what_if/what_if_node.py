@@ -26,7 +26,7 @@ from geometry_msgs.msg import Point
 from scara_config import ConfigError
 from scara_config.frames import find_frames
 from scara_control.joint_motion import JointMotion, Setpoints
-from scara_control.kinematics.taught_frames import BaseTargets, FrameError
+from scara_control.kinematics.base_targets import BaseTargetError, BaseTargets
 from scara_ros.diagnosis import Diagnosis, Level
 from scara_ros.diagnostics_node import PERIOD_S, Diagnostics
 from scara_ros.process.memory_io import give_back, keep_for_good
@@ -97,7 +97,7 @@ class WhatIfServer:
                 answer.picture = picture_of(moment, caption_of(verdict), self._folder)
                 answer.picture_time = moment.time
             return answer
-        except (WhatIfError, ConfigError, FrameError) as error:
+        except (WhatIfError, ConfigError, BaseTargetError) as error:
             return JudgeMotionResponse(success=False, message=str(error))
         except Exception as error:
             rospy.logerr("what_if/judge failed:\n%s", traceback.format_exc())
@@ -114,7 +114,7 @@ class WhatIfServer:
         Raises:
             WhatIfError: There is no such motion, or a count is wrong.
             ConfigError: There is no such program or frame.
-            FrameError: The frame has no meaning for this target.
+            BaseTargetError: The frame has no meaning for this target.
         """
         kind = request.motion.strip().upper()
         if kind == "MOVE":

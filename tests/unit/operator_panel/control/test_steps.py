@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -10,8 +11,9 @@ from harness.workspace import ROOT
 from operator_panel.control.steps import StepError, joint_step, positions_now, tool_step
 from operator_panel.view.snapshot import CellState, Loop, Snapshot
 from scara_config import load_robot
+from unit.operator_panel.control.conftest import SCARA
 
-from scara_description.urdf import link_pose, parse_urdf
+from scara_description.urdf import link_pose, origin_transform, parse_urdf
 
 ROBOT = load_robot(ROOT / "config")
 MODEL = parse_urdf(ROBOT.description.read_text(encoding="utf-8"))
@@ -34,14 +36,16 @@ def test_joint_step_out_of_its_range_is_refused_with_the_range() -> None:
 
 
 @pytest.mark.parametrize("axis", ["x", "y", "z"])
-@pytest.mark.parametrize("in_tool", [False, True])
-def test_tool_step_goes_one_length_along_its_axis(axis: str, in_tool: bool) -> None:
-    """In base_link, or as the tool is turned."""
+@pytest.mark.parametrize("frame", ["world", "tool", "1 box"])
+def test_tool_step_goes_one_length_along_its_axis(axis: str, frame: str) -> None:
+    """In base_link, as the tool is turned, or as a user frame is."""
     pose = link_pose(MODEL, ROBOT.tool_frame, NOW)
-    target = tool_step(MODEL, ROBOT.tool_frame, NOW, axis, -10.0, in_tool)
+    box = origin_transform((0.0, 0.0, 0.0), (0.1, -0.2, 0.5))[:3, :3]
+    arm = dataclasses.replace(SCARA, frames={"1 box": box})
+    target = tool_step(arm, NOW, axis, -10.0, frame)
     moved = np.array(list(target.values())) - pose[:3, 3]
     index = "xyz".index(axis)
-    along = pose[:3, index] if in_tool else np.eye(3)[index]
+    along = {"world": np.eye(3), "tool": pose[:3, :3], "1 box": box}[frame][:, index]
     assert moved == pytest.approx(-0.01 * along, abs=1e-12)
     assert list(target) == ["x", "y", "z"]
 

@@ -9,8 +9,8 @@ import math
 
 from scara_config import Robot
 
+from operator_panel.control.tool_jog import ToolArm
 from operator_panel.view.snapshot import Snapshot
-from scara_description.urdf import Model, link_pose
 
 AXES = ("x", "y", "z")
 SIZES = (0.1, 1.0, 10.0)
@@ -75,23 +75,17 @@ def joint_step(robot: Robot, now: dict[str, float], name: str, step: float) -> l
 
 
 def tool_step(
-    model: Model, link: str, now: dict[str, float], axis: str, step_mm: float, in_tool: bool
+    arm: ToolArm, now: dict[str, float], axis: str, step_mm: float, frame: str
 ) -> dict[str, float]:
     """Return the target of MOVE: x, y, z [m] in base_link.
 
     Args:
-        model: Where links are.
-        link: The tool's frame.
+        arm: The joints that move the tool.
         now: Where the joints are [rad] or [m].
         axis: x, y or z.
         step_mm: How far, with its sign [mm].
-        in_tool: Along the tool's own axis; else along that of base_link.
+        frame: Along whose axis: ``world``, ``tool`` or a user frame.
     """
-    pose = link_pose(model, link, now)
-    place = pose[:3, 3].copy()
-    index = AXES.index(axis)
-    if in_tool:
-        place += pose[:3, index] * step_mm * 1e-3
-    else:
-        place[index] += step_mm * 1e-3
+    pose = arm.pose(now)
+    place = pose[:3, 3] + arm.axes_of(frame, pose)[:, AXES.index(axis)] * step_mm * 1e-3
     return {name: float(value) for name, value in zip(AXES, place)}

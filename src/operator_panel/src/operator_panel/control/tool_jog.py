@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -50,12 +50,14 @@ class ToolArm:
         model: Places of its links.
         speeds: How fast the tool goes.
         limit_percent: Largest share of a joint's speed.
+        frames: Axes of user frames by their name, shape (3, 3); one may be taught meanwhile.
     """
 
     robot: Robot
     model: Model
     speeds: ToolSpeeds
     limit_percent: float
+    frames: dict[str, np.ndarray] = field(default_factory=dict, compare=False)
 
     @property
     def joints(self) -> list[Joint]:
@@ -86,8 +88,9 @@ class ToolArm:
         """
         if axis not in self.axes:
             raise JogError(f"axis = {axis!r}: the tool has {', '.join(self.axes)}")
-        if frame not in FRAMES:
-            raise JogError(f"frame = {frame!r}: there are {', '.join(FRAMES)}")
+        if frame not in (*FRAMES, *self.frames):
+            known = ", ".join((*FRAMES, *self.frames))
+            raise JogError(f"frame = {frame!r}: there are {known}")
         if direction not in (-1, 1):
             raise JogError(f"direction = {direction}: it is 1 or -1")
         if axis in LINES:
@@ -95,6 +98,18 @@ class ToolArm:
         else:
             speed = math.radians(self.speeds.fast_deg_s if fast else self.speeds.slow_deg_s)
         return ToolHeld(self, axis, frame, direction, speed)
+
+    def axes_of(self, frame: str, tool: np.ndarray) -> np.ndarray:
+        """Return the axes of a frame in the base, as columns, shape ``(3, 3)``.
+
+        Args:
+            frame: ``world``, ``tool``, or the name of a user frame.
+            tool: Pose of the tool, shape ``(4, 4)``.
+        """
+        if frame == "tool":
+            found: np.ndarray = tool[:3, :3]
+            return found
+        return self.frames.get(frame, np.eye(3))
 
     def pose(self, positions: Mapping[str, float]) -> np.ndarray:
         """Return the tool's pose in the root, shape ``(4, 4)``."""
@@ -176,7 +191,8 @@ class ToolHeld:
     Attributes:
         arm: The joints.
         axis: x, y, z; rx, ry, rz: about it.
-        frame: ``world``: axes of the base; ``tool``: those of the tool when the button was pressed.
+        frame: ``world``: axes of the base; ``tool``: those of the tool when the button was pressed;
+            else those of a user frame.
         direction: 1 or -1.
         speed: [m/s] or [rad/s].
         start: Pose of the tool when the button was pressed; None before.
@@ -208,7 +224,7 @@ class ToolHeld:
         now = self.arm.pose(positions)
         # The unit twist of the line.
         index = "xyz".index(self.axis[-1])
-        axis = self.start[:3, index] if self.frame == "tool" else np.eye(3)[index]
+        axis = self.arm.axes_of(self.frame, self.start)[:, index]
         nothing = np.zeros(3)
         along = np.concatenate([axis, nothing] if self.axis in LINES else [nothing, axis])
         off = np.concatenate([self.start[:3, 3] - now[:3, 3], turn_between(self.start, now)])

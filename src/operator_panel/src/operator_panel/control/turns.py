@@ -48,7 +48,7 @@ def why_no_turns(robot: Robot, instead: str = "Step joint") -> str:
 
 
 def turn_step(
-    arm: ToolArm, now: dict[str, float], axis: str, step_deg: float, in_tool: bool
+    arm: ToolArm, now: dict[str, float], axis: str, step_deg: float, frame: str
 ) -> list[float]:
     """Return the target of MOVE_JOINTS [rad] or [m], in the order of the twin's joints.
 
@@ -57,7 +57,7 @@ def turn_step(
         now: Where the joints are [rad] or [m].
         axis: rx, ry or rz.
         step_deg: How far, with its sign [deg].
-        in_tool: About the tool's own axis; else about that of base_link.
+        frame: About whose axis: ``world``, ``tool`` or a user frame.
 
     Raises:
         StepError: The arm cannot turn its tool, not from here, or a joint would leave its range.
@@ -66,7 +66,7 @@ def turn_step(
         raise StepError(why_no_turns(arm.robot))
     begin = arm.pose(now)
     index = TURNS.index(axis)
-    about = begin[:3, index] if in_tool else np.eye(3)[index]
+    about = arm.axes_of(frame, begin)[:, index]
     wanted = begin.copy()
     # The rotation by angle [rad] about a unit vector (Rodrigues' formula)
     angle = math.radians(step_deg)

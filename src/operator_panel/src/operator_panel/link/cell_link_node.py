@@ -161,21 +161,9 @@ class CellLink:
         token = self._tokens.get(seat.person, "")
         return {"person": seat.person, "token": token, "session": seat.session}
 
-    async def judge(
-        self,
-        x: float,
-        y: float,
-        z: float,
-        elbow: str,
-        speed: float,
-        yaw: float | None = None,
-        path: str = "",
-    ) -> Answer:
+    async def judge(self, **fields: Any) -> Answer:
         """Ask the twin controller, over a connection of its own: STOP never waits for it."""
-        turned = {} if yaw is None else {"has_yaw": True, "yaw": yaw}
-        answer = await self._judge.call(
-            command="MOVE", x=x, y=y, z=z, elbow=elbow, speed_percent=speed, path=path, **turned
-        )
+        answer = await self._judge.call(command="MOVE", **fields)
         return as_answer(answer, "name", "target", "elbow", "refused_now")
 
     async def try_motion(self, motion: str, **fields: Any) -> Answer:

@@ -29,7 +29,6 @@ from operator_panel.page.charts_io import joint_title
 from operator_panel.page.preview.asking_io import LookFirst
 from operator_panel.page.view_io import PageView, live, push_button
 from operator_panel.view import words
-from scara_description.urdf import Model
 
 WAYS = {
     "hold": "Hold joint",
@@ -45,9 +44,9 @@ Aim = Callable[[dict[str, float], float], Target]
 """Tells the target of a step by where the joints are [rad] or [m] and its length [deg or mm]."""
 
 
-def build_jog(view: PageView, model: Model) -> None:
+def build_jog(view: PageView) -> None:
     """Build the ways of jogging: hold a joint or the tool, step a joint or the tool."""
-    steps = _Steps(view, model)
+    steps = _Steps(view)
     tabs_of(WAYS, "way", "segmented jog-ways")
     builders: dict[str, Callable[[], None]] = {
         "hold": lambda: _build_hold(view),
@@ -63,8 +62,8 @@ def build_jog(view: PageView, model: Model) -> None:
 class _Steps:
     """Steps of one length and in one frame, both chosen once for all."""
 
-    def __init__(self, view: PageView, model: Model) -> None:
-        self._view, self._model = view, model
+    def __init__(self, view: PageView) -> None:
+        self._view = view
         self._size, self._frame = 1.0, FRAMES[0]
         self._looks = LookFirst(view)
 
@@ -102,7 +101,7 @@ class _Steps:
             self._frame = frame
 
         plain("Axes of", "field-title")
-        texts = {frame: frame.capitalize() for frame in FRAMES}
+        texts = {frame: frame.capitalize() for frame in (*FRAMES, *self._view.desk.arm.frames)}
         tabs_of(texts, "frame", heard=choose).props('aria-label="Axes of"')
 
     def _row(self, title: str, told: str, unit: str, aim: Aim, framed: bool = False) -> None:
@@ -153,11 +152,10 @@ class _Steps:
         return "MOVE_JOINTS", {"joint_positions": target}
 
     def _tool(self, axis: str, now: dict[str, float], length: float) -> Target:
-        link = self._view.robot.tool_frame
-        return "MOVE", tool_step(self._model, link, now, axis, length, self._frame == "tool")
+        return "MOVE", tool_step(self._view.desk.arm, now, axis, length, self._frame)
 
     def _turned(self, axis: str, now: dict[str, float], length: float) -> Target:
-        target = turn_step(self._view.desk.arm, now, axis, length, self._frame == "tool")
+        target = turn_step(self._view.desk.arm, now, axis, length, self._frame)
         return "MOVE_JOINTS", {"joint_positions": target}
 
 

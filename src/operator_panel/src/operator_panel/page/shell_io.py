@@ -9,6 +9,7 @@ from typing import Any
 
 from nicegui import Client, app, ui
 from scara_config import Robot
+from scara_config.frames import find_frames
 from scara_config.profile import PROGRAM_ENDING
 from scara_ros.page.page_guard_io import KNOWN, PERSON
 from scara_ros.page.page_library_io import WebFolder, offer, plain, tabs_of
@@ -81,7 +82,8 @@ class Shell:
         build_header(view, self._robot.name.replace("_", " "))
         with ui.element("main").classes("grid"):
             with ui.element("div").classes("pillar stage"):
-                scene = build_scene(self._model, self._robot)
+                frames = find_frames(self._around.folder).numbered("user")
+                scene = build_scene(self._model, self._robot, frames)
                 # What is looked at ahead or back docks below the picture, and covers no robot.
                 with ui.element("div").classes("dock"):
                     build_time_line()
@@ -110,7 +112,7 @@ class Shell:
         tabs_of({name: name for name in TABS}, "tab", "tabs")
         charts: dict[str, Any] = {}
         builders: list[Callable[[PageView], None]] = [
-            lambda view: build_jog(view, self._model),
+            build_jog,
             build_target,
             build_programs,
             lambda view: build_teach(view, self._lesson),

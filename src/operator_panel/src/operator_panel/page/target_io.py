@@ -9,6 +9,7 @@ from functools import partial
 from typing import Any
 
 from nicegui import ui
+from scara_config.frames import TaughtFrame, find_frames
 from scara_ros.page.page_library_io import plain
 
 from operator_panel.control.fields import error_text, parse_number
@@ -26,7 +27,7 @@ WAYS = {"": "Joints", "linear": "Line"}
 FASTEST_MM_S = 5000.0
 PREVIEW_DELAY_S = 0.25
 WIDEST_MM = 5000.0
-ASK = "Type or choose a position of the tool in base_link."
+ASK = "Type or choose a position of the tool."
 
 
 def build_target(view: PageView) -> None:
@@ -57,6 +58,9 @@ class _TargetForm:
             # Empty: as fast as the joints allow.
             self._tool_speed = self._number("Tool speed", "mm/s", "", 1.0, FASTEST_MM_S)
             self._tool_speed.bind_visibility_from(self._way, "value", bool)
+            frames = find_frames(view.around.folder)
+            self._frame = self._numbers("Frame", "base_link", frames.numbered("user"))
+            self._tool = self._numbers("Tool", "tool0", frames.numbered("tool"))
             view.button("Move", "MOVE", "primary tall", self._move)
         with ui.element("div").classes("target-picks"):
             for name, position in view.around.positions.items():
@@ -78,6 +82,13 @@ class _TargetForm:
                 switch = partial(view.door.grip, close)
                 view.button(text, "MOVE", "", partial(view.act, "GRIPPER", text, switch))
             live("gripper", "row-text")
+
+    def _numbers(self, label: str, none: str, frames: dict[int, TaughtFrame]) -> Any:
+        """Build the choice of a frame by its number; without any it is not there."""
+        names = {str(number): f"{number} {frame.name}" for number, frame in frames.items()}
+        field = self._choice(label, {"": none, **names})
+        field.set_visibility(bool(names))
+        return field
 
     def _choice(self, label: str, values: dict[str, str]) -> Any:
         field = ui.select(values, value="", label=label, on_change=self._typed)
@@ -128,14 +139,17 @@ class _TargetForm:
             return None
         return {axis: parse_number(text, axis, "mm") * 1e-3 for axis, text in texts}
 
-    def _turned(self) -> float | None:
-        """Return the yaw [rad]; None: it is empty, and the tool stays as it is turned.
+    def _turn(self) -> dict[str, Any]:
+        """Return the yaw [rad]; nothing: it is empty, and the tool stays as it is turned.
 
         Raises:
             ValueError: It is no number.
         """
         text = self._yaw.value
-        return math.radians(parse_number(text, "Yaw", "deg", -MOST_DEG, MOST_DEG)) if text else None
+        if not text:
+            return {}
+        angle = parse_number(text, "Yaw", "deg", -MOST_DEG, MOST_DEG)
+        return {"has_yaw": True, "yaw": math.radians(angle)}
 
     def _line(self) -> dict[str, Any]:
         """Return the way of the tool and its speed there.
@@ -149,17 +163,21 @@ class _TargetForm:
         speed = parse_number(text, "Tool speed", "mm/s", 1.0, FASTEST_MM_S) if text else 0.0
         return {"path": self._way.value, "speed_mm_s": speed}
 
+    def _frames(self) -> dict[str, int]:
+        """Return the numbers of the user frame and the tool, if any is chosen."""
+        chosen = {"frame": self._frame.value, "tool": self._tool.value}
+        return {name: int(value) for name, value in chosen.items() if value}
+
     async def _preview(self, number: int) -> None:
         point = self._point()
-        if point is None or error_text(self._turned):
+        if point is None or error_text(self._turn):
             self._show(ASK, "", None)
             return
         wrong = error_text(lambda: parse_number(self._speed.value, "Speed", "%", 1.0, 100.0))
         percent = 0.0 if wrong else parse_number(self._speed.value, "Speed", "%")
         elbow, path = self._elbow.value or "", self._way.value or ""
-        answer = await self._view.door.judge(
-            **point, elbow=elbow, speed=percent, yaw=self._turned(), path=path
-        )
+        how = {"elbow": elbow, "path": path, **self._turn(), **self._frames()}
+        answer = await self._view.door.judge(**point, speed_percent=percent, **how)
         if number != self._asked:
             return
         if answer.success:
@@ -204,11 +222,10 @@ class _TargetForm:
         """Hand what the fields say to ``then``, unless one of them is wrong."""
         point = self._point()
         speed = error_text(lambda: parse_number(self._speed.value, "Speed", "%", 1.0, 100.0))
-        wrong = speed or error_text(self._turned) or error_text(self._line)
+        wrong = speed or error_text(self._turn) or error_text(self._line)
         if point is None or wrong:
             self._view.tell(Answer(False, wrong or "x, y and z are needed"), "Move")
             return
-        percent, yaw = parse_number(self._speed.value, "Speed", "%"), self._turned()
-        turned = {} if yaw is None else {"has_yaw": True, "yaw": yaw}
-        asked = {"speed_percent": percent, "elbow": self._elbow.value or "", **turned}
-        await then(**point, **asked, **self._line())
+        percent = parse_number(self._speed.value, "Speed", "%")
+        asked = {"speed_percent": percent, "elbow": self._elbow.value or "", **self._turn()}
+        await then(**point, **asked, **self._line(), **self._frames())

@@ -165,6 +165,9 @@ def gripper_text(state: CellState) -> str:
     return f"real robot: {real}, twin: {twin}"
 
 
+FRAME_FIELDS = {"frame": "in user frame", "tool": "for tool frame"}
+
+
 def command_title(command: str, fields: Mapping[str, object]) -> str:
     """Return a command with what was asked for.
 
@@ -184,6 +187,9 @@ def command_title(command: str, fields: Mapping[str, object]) -> str:
     if "x" in fields:
         title += " to " + " ".join(f"{a} {number(1e3 * _float(fields[a]), 0)}" for a in "xyz")
         title += " mm"
+    for key, text in FRAME_FIELDS.items():
+        if fields.get(key):
+            title += f" {text} {fields[key]}"
     if fields.get("has_yaw"):
         title += f", yaw {number(math.degrees(_float(fields['yaw'])), 1)} deg"
     if fields.get("speed_mm_s"):

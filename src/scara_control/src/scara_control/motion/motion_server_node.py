@@ -32,7 +32,7 @@ from sensor_msgs.msg import JointState
 from scara_control.config import MotionConfig
 from scara_control.errors import ScaraControlError
 from scara_control.joint_motion import JointMotion
-from scara_control.kinematics.taught_frames import BaseTargets
+from scara_control.kinematics.base_targets import BaseTargets
 from scara_control.kinematics.tool import tool_kinematics
 from scara_control.kinematics.tool_path import wanted_elbow
 from scara_control.motion.command_listener_node import CommandListener, Lending, told_movers

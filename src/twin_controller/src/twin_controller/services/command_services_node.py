@@ -19,7 +19,7 @@ import rospy
 from scara_config import ConfigError
 from scara_config.frames import find_frames
 from scara_control.errors import ScaraControlError
-from scara_control.kinematics.taught_frames import BaseTargets
+from scara_control.kinematics.base_targets import BaseTargets
 from scara_ros.names import is_remote
 from scara_ros.page.persons_io import LONGEST, Persons
 from scara_ros.shell.ros_node import config_folder

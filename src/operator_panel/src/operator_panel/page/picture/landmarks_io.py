@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
 from nicegui import ui
 from scara_config import Robot
 from scara_config.elbow import elbow_of
+from scara_config.frames import TaughtFrame
+from scara_description.taught_frames import pose_of
 from scara_ros.page.page_library_io import plain
 
 from scara_description.urdf import Vector
@@ -43,6 +46,9 @@ class Glass:
 ZONE = Glass("#c81e1e", 0.12)
 REACH = Glass("#6b7886", 0.55)
 LINE_M = 0.004
+AXIS_M = 0.06  # our choice: of a user frame
+AXIS_COLOURS = ("#c62828", "#2e7d32", "#1565c0")
+"""Of x, y and z, as tf viewers have them."""
 LOWEST_M = -0.4  # a zone that goes on below the floor is shown down to here
 SEGMENTS = 96
 VIEWED_MM = 650.0  # reach of the robot that the views are drawn for: the article's
@@ -55,9 +61,19 @@ VIEWS: dict[str, tuple[Vector, Vector]] = {
 """Name of a view: where the eye is and what it looks at [m]. None is called as a command is."""
 
 
-def build_landmarks(scene: ui.scene, robot: Robot, glass: Panes) -> None:
-    """Add zones and reach to a scene; what can be seen through is noted in ``glass``."""
+def build_landmarks(
+    scene: ui.scene, robot: Robot, glass: Panes, frames: Mapping[int, TaughtFrame]
+) -> None:
+    """Add zones, reach and user frames; what can be seen through is noted in ``glass``."""
     with scene:
+        for number, frame in frames.items():
+            pose = pose_of(frame)
+            with scene.group().with_name(f"user frame {number}") as axes:
+                for k, colour in enumerate(AXIS_COLOURS):
+                    length, wide, high = (AXIS_M if k == j else LINE_M for j in range(3))
+                    bar = scene.box(length, wide, high).material(colour)
+                    bar.move(*(0.5 * AXIS_M if k == j else 0.0 for j in range(3)))
+            axes.move(*pose[:3, 3].tolist()).rotate_R(pose[:3, :3].tolist())
         for zone in robot.keep_out:
             lower = [max(value * 1e-3, LOWEST_M) for value in zone.lower_mm]
             upper = [value * 1e-3 for value in zone.upper_mm]

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from nicegui import ui
 from scara_config import Robot
+from scara_config.frames import TaughtFrame
 from scara_ros.page.page_library_io import tabs_of
 
 from operator_panel.page.picture.landmarks_io import (
@@ -31,7 +33,7 @@ GHOSTS = {"real": Glass("#2f7fe0", 0.38), "preview": Glass("#9b5de5", 0.42)}
 SEGMENTS = 36
 
 
-def build_scene(model: Model, robot: Robot) -> dict[str, Any]:
+def build_scene(model: Model, robot: Robot, frames: Mapping[int, TaughtFrame]) -> dict[str, Any]:
     """Build the picture; return the object that the browser moves for each side and joint."""
     with (
         ui.element("section").classes("card scene-card"),
@@ -63,7 +65,7 @@ def build_scene(model: Model, robot: Robot) -> dict[str, Any]:
         build_views(scene, robot)
         build_apart()
     builder = _Builder(scene, model)
-    build_landmarks(scene, robot, builder.panes)
+    build_landmarks(scene, robot, builder.panes, frames)
     moved = {side: builder.tree(side) for side in ("twin", "real", "preview")}
     eye, (x, y, z) = views_of(robot)["Whole"]
     scene.move_camera(*eye, look_at_x=x, look_at_y=y, look_at_z=z, duration=0)

@@ -6,6 +6,7 @@ from nicegui import ui
 from scara_ros.page.page_library_io import plain
 
 from operator_panel.page.view_io import PageView, live, push_button
+from operator_panel.page.work.frames_io import build_frames
 from operator_panel.page.work.registers_io import build_registers
 
 FACTS = (
@@ -36,6 +37,7 @@ def build_robot(view: PageView) -> None:
             plain("of both cells, where they stood at the start", "row-text")
         else:
             plain("this robot has none", "row-text")
+    build_frames(view)
     with ui.element("div").classes("hint"):
         plain("Who may move the robot is chosen at the robot, by its mode switch.")
     build_registers(view)

@@ -1,4 +1,4 @@
-r"""User and tool frames: taught by points, and a target in them brought into the base.
+r"""User and tool frames, taught by points.
 
 A frame's pose is :math:`T = (R_z(r) R_y(p) R_x(w), x)`, as a controller writes X Y Z W P R.
 """
@@ -10,14 +10,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scara_config import Robot
-from scara_config.frames import FrameTable, TaughtFrame
+from numpy.typing import NDArray
+from scara_config.frames import TaughtFrame
 
-from scara_control.errors import ScaraControlError
-from scara_control.kinematics.scara import Triple
-from scara_control.kinematics.screws import ScrewModel, forward_kinematics
-from scara_control.kinematics.tool import ToolKinematics
-from scara_control.kinematics.twists import FloatArray
+from scara_description.urdf import origin_transform
+
+FloatArray = NDArray[np.float64]
 
 LEAST_APART_MM = 10.0
 """Points of a frame are so far apart, and so far off one line (our choice): a pointer is set to
@@ -26,20 +24,12 @@ LEAST_TURN = math.radians(20.0)
 """A tool is turned by so much between its points, or its tip is lost in errors (our choice)."""
 MOST_SPREAD_MM = 2.0
 """Further from each other the tips of a tool's points do not touch the same thing (our choice)."""
-_SAME_DEG = 1e-6
 _TURNS_AT_LEAST = 0.02
 """Turns that move a tip less in a direction, by what they move it most, do not tell it there."""
 
 
-class FrameError(ScaraControlError):
-    """A frame cannot be taught by these points, or a target in it has no meaning for this arm."""
-
-
-class InBase(NamedTuple):
-    """Where the tool's origin shall be in the base [m], and its yaw [rad]; None: as it is kept."""
-
-    point: Triple
-    yaw: float | None
+class FrameError(ValueError):
+    """A frame cannot be taught by these points; the text says which is wrong, and by how much."""
 
 
 class TaughtTip(NamedTuple):
@@ -51,12 +41,9 @@ class TaughtTip(NamedTuple):
 
 def pose_of(frame: TaughtFrame) -> FloatArray:
     """Return a frame's pose, shape (4, 4) [m]."""
-    w, p, r = (math.radians(angle) for angle in frame.wpr_deg)
-    x_turn, y_turn, z_turn = _turn(0, w), _turn(1, p), _turn(2, r)
-    pose = np.eye(4)
-    pose[:3, :3] = z_turn @ y_turn @ x_turn
-    pose[:3, 3] = 1e-3 * np.array(frame.xyz_mm)
-    return pose
+    x, y, z = (1e-3 * value for value in frame.xyz_mm)
+    w, p, r = map(math.radians, frame.wpr_deg)
+    return origin_transform((x, y, z), (w, p, r))
 
 
 def frame_of(name: str, pose: FloatArray) -> TaughtFrame:
@@ -161,83 +148,6 @@ def tool_frame(name: str, poses: Sequence[FloatArray]) -> TaughtFrame:
         z = _axis("z", z - x * float(x @ z))
         pose[:3, :3] = np.column_stack([x, np.cross(z, x), z])
     return frame_of(name, pose)
-
-
-class BaseTargets:
-    """Brings targets in taught frames into the base."""
-
-    def __init__(self, robot: Robot, tool: ToolKinematics) -> None:
-        """Look at how the flange is turned where the tool's yaw is 0."""
-        self._tool = tool
-        if robot.geometry is not None:
-            # A SCARA's flange is turned by the sum of its turning joints, as its maker counts it.
-            down = robot.home_pose[2][2] < 0.0
-            self._flange = np.diag((1.0, -1.0, -1.0)) if down else np.eye(3)
-        else:
-            home = [robot.home[joint.name] * joint.scale for joint in tool.joints]
-            self._flange = forward_kinematics(ScrewModel.from_robot(robot), home)[:3, :3]
-
-    def in_base(
-        self,
-        table: FrameTable,
-        point: Triple,
-        yaw: float | None,
-        frames: tuple[int, int],
-        seed: Sequence[float],
-    ) -> InBase:
-        """Return a target in the base and of the tool's own origin.
-
-        Args:
-            table: The frames.
-            point: Of the tip, in the user frame [m].
-            yaw: Of the flange, about the user frame's z [rad]; None: it stays as it is turned.
-            frames: Numbers of the user frame and the tool; 0: the base, tool0.
-            seed: The tool's joints where the motion begins.
-
-        Raises:
-            ConfigError: A frame was never taught.
-            FrameError: A yaw in a frame that is tilted, or a tip beside the flange of an arm that
-                cannot turn it.
-        """
-        number, tip_number = frames
-        place = np.array(point)
-        if number:
-            frame = table.find("user", number)
-            pose = pose_of(frame)
-            place = pose[:3, :3] @ place + pose[:3, 3]
-            if yaw is not None:
-                if max(abs(frame.wpr_deg[0]), abs(frame.wpr_deg[1])) > _SAME_DEG:
-                    raise FrameError(f"user frame {number} is tilted: a yaw is about the vertical")
-                yaw += math.radians(frame.wpr_deg[2])
-        if tip_number:
-            place = place - self._offset(table.find("tool", tip_number), tip_number, yaw, seed)
-        x, y, z = place.tolist()
-        return InBase((x, y, z), yaw)
-
-    def _offset(
-        self, frame: TaughtFrame, number: int, yaw: float | None, seed: Sequence[float]
-    ) -> FloatArray:
-        """Return the way from the tool's own origin to the tip, in the base [m]."""
-        tip = 1e-3 * np.array(frame.xyz_mm)
-        if not self._tool.turns and max(abs(tip[0]), abs(tip[1])) > 0.0:
-            raise FrameError(
-                f"tool frame {number} is beside the flange, and this arm cannot turn its tool: use "
-                "tool 0"
-            )
-        turned = yaw
-        if turned is None:
-            turned = self._tool.yaw(seed) if self._tool.elbow(seed) is not None else 0.0
-        return np.asarray(_turn(2, turned) @ self._flange @ tip)
-
-
-def _turn(axis: int, angle: float) -> FloatArray:
-    """Return the rotation about an axis of the base."""
-    c, s = math.cos(angle), math.sin(angle)
-    found = np.eye(3)
-    one, other = (axis + 1) % 3, (axis + 2) % 3
-    found[one, one] = found[other, other] = c
-    found[one, other], found[other, one] = -s, s
-    return found
 
 
 def _axis(name: str, way: FloatArray) -> FloatArray:

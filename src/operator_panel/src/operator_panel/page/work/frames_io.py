@@ -1,0 +1,126 @@
+"""User and tool frames: which there are, and how one is taught by points."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from nicegui import ui
+from scara_config import ConfigError
+from scara_config.frames import MOST, TaughtFrame, find_frames, save_frame
+from scara_description.taught_frames import FrameError
+from scara_ros.page.page_library_io import plain
+
+from operator_panel.control.frame_lessons import LESSONS, jog_axes, shown, spread_text, taught
+from operator_panel.control.steps import StepError, positions_now
+from operator_panel.door import Answer
+from operator_panel.page.view_io import PageView
+
+NUMBERS = {str(number): str(number) for number in range(1, max(MOST.values()) + 1)}
+
+
+def build_frames(view: PageView) -> None:
+    """Build the list of frames and the form that teaches one."""
+    with ui.element("details").classes("listing"):
+        with ui.element("summary"):
+            ui.label("User and tool frames")
+        _FrameForm(view)
+
+
+class _FrameForm:
+    """The points of one frame."""
+
+    def __init__(self, view: PageView) -> None:
+        self._view = view
+        self._poses: list[np.ndarray] = []
+        self._list = ui.label("").classes("row-text frame-list").style("white-space: pre-line")
+        with ui.element("div").classes("target"):
+            lessons = {key: lesson.title for key, lesson in LESSONS.items()}
+            self._lesson = self._choice("Points", lessons, self._again)
+            self._number = self._choice("Number", NUMBERS, self._told)
+            self._name = ui.input("Name", on_change=self._told)
+            self._name.props("dense outlined stack-label maxlength=20").classes("field")
+            self._name.mark("frame-name").set_enabled(view.is_operator)
+        with ui.element("div").classes("row-line"):
+            view.button("Record point", "MOVE", "", self._record).mark("frame-record")
+            view.button("Begin again", "MOVE", "", self._again).mark("frame-again")
+            self._save = view.button("Save", "MOVE", "", self._store).mark("frame-save")
+        self._text = ui.label("").classes("preview").mark("frame-text")
+        with ui.element("div").classes("hint"):
+            plain("Points of tool0, where the twin stands. Nothing moves.")
+        self._show_list()
+        self._told()
+
+    def _choice(self, label: str, values: dict[str, str], heard: Any) -> Any:
+        field = ui.select(values, value=next(iter(values)), label=label, on_change=heard)
+        field.props("dense outlined options-dense").classes("field").mark(f"frame-{label.lower()}")
+        field.set_enabled(self._view.is_operator)
+        return field
+
+    def _show_list(self) -> None:
+        try:
+            table = find_frames(self._view.around.folder)
+        except ConfigError as error:
+            self._list.set_text(str(error))
+            return
+        lines = [
+            f"{kind} {number}, {frame.name}: {shown(frame)}"
+            for kind in MOST
+            for number, frame in table.numbered(kind).items()
+        ]
+        self._list.set_text("\n".join(lines) or "None was taught.")
+
+    def _again(self) -> None:
+        self._poses = []
+        self._told()
+
+    def _told(self) -> None:
+        """Say what is to be recorded next, or what the points give."""
+        lesson = LESSONS[self._lesson.value]
+        left = lesson.points[len(self._poses) :]
+        if left:
+            number = len(self._poses) + 1
+            self._text.set_text(f"Point {number} of {len(lesson.points)}: {left[0]}")
+            self._text.classes(replace="preview")
+            return
+        try:
+            said = f"{shown(self._frame())}{spread_text(lesson, self._poses)}"
+            tone = "good"
+        except FrameError as error:
+            said, tone = str(error), "bad"
+        self._text.set_text(said)
+        self._text.classes(replace=f"preview {tone}")
+
+    def _frame(self) -> TaughtFrame:
+        lesson = LESSONS[self._lesson.value]
+        return taught(lesson, (self._name.value or "").strip(), self._poses)
+
+    def _record(self) -> None:
+        lesson, view = LESSONS[self._lesson.value], self._view
+        if len(self._poses) == len(lesson.points):
+            view.tell(Answer(False, "all points are recorded"), "Record point")
+            return
+        try:
+            now = positions_now(view.robot, view.door.snapshot())
+        except StepError as error:
+            view.tell(Answer(False, str(error)), "Record point")
+            return
+        self._poses.append(view.desk.arm.pose(now))
+        self._told()
+
+    async def _store(self) -> None:
+        await self._view.act("FRAME", "Save a frame", self._stored)
+
+    async def _stored(self) -> Answer:
+        lesson, number = LESSONS[self._lesson.value], int(self._number.value)
+        try:
+            frame = self._frame()
+            path = save_frame(self._view.around.folder, lesson.kind, number, frame)
+        except (FrameError, ConfigError) as error:
+            return Answer(False, str(error))
+        axes = self._view.desk.arm.frames
+        axes.clear()
+        axes.update(jog_axes(find_frames(self._view.around.folder)))
+        self._again()
+        self._show_list()
+        return Answer(True, f"{frame.name} is {lesson.kind} frame {number} in {path.name}")

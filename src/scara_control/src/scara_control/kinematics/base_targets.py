@@ -1,0 +1,101 @@
+"""A target in a user frame and for a tool frame, brought into the base."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scara_config import Robot
+from scara_config.frames import FrameTable, TaughtFrame
+from scara_description.taught_frames import pose_of
+
+from scara_control.errors import ScaraControlError
+from scara_control.kinematics.scara import Triple
+from scara_control.kinematics.screws import ScrewModel, forward_kinematics
+from scara_control.kinematics.tool import ToolKinematics
+from scara_control.kinematics.twists import FloatArray, exp6
+
+_SAME_DEG = 1e-6
+
+
+class BaseTargetError(ScaraControlError):
+    """A target in a frame has no meaning for this arm; the text says why."""
+
+
+class InBase(NamedTuple):
+    """Where the tool's origin shall be in the base [m], and its yaw [rad]; None: as it is kept."""
+
+    point: Triple
+    yaw: float | None
+
+
+class BaseTargets:
+    """Brings targets in taught frames into the base."""
+
+    def __init__(self, robot: Robot, tool: ToolKinematics) -> None:
+        """Look at how the flange is turned where the tool's yaw is 0."""
+        self._tool = tool
+        if robot.geometry is not None:
+            # A SCARA's flange is turned by the sum of its turning joints, as its maker counts it.
+            down = robot.home_pose[2][2] < 0.0
+            self._flange = np.diag((1.0, -1.0, -1.0)) if down else np.eye(3)
+        else:
+            home = [robot.home[joint.name] * joint.scale for joint in tool.joints]
+            self._flange = forward_kinematics(ScrewModel.from_robot(robot), home)[:3, :3]
+
+    def in_base(
+        self,
+        table: FrameTable,
+        point: Triple,
+        yaw: float | None,
+        frames: tuple[int, int],
+        seed: Sequence[float],
+    ) -> InBase:
+        """Return a target in the base and of the tool's own origin.
+
+        Args:
+            table: The frames.
+            point: Of the tip, in the user frame [m].
+            yaw: Of the flange, about the user frame's z [rad]; None: it stays as it is turned.
+            frames: Numbers of the user frame and the tool; 0: the base, tool0.
+            seed: The tool's joints where the motion begins.
+
+        Raises:
+            ConfigError: A frame was never taught.
+            BaseTargetError: A yaw in a frame that is tilted, or a tip beside the flange of an arm
+                that cannot turn it.
+        """
+        number, tip_number = frames
+        place = np.array(point)
+        if number:
+            frame = table.find("user", number)
+            pose = pose_of(frame)
+            place = pose[:3, :3] @ place + pose[:3, 3]
+            if yaw is not None:
+                if max(abs(frame.wpr_deg[0]), abs(frame.wpr_deg[1])) > _SAME_DEG:
+                    raise BaseTargetError(
+                        f"user frame {number} is tilted: a yaw is about the vertical"
+                    )
+                yaw += math.radians(frame.wpr_deg[2])
+        if tip_number:
+            place = place - self._offset(table.find("tool", tip_number), tip_number, yaw, seed)
+        x, y, z = place.tolist()
+        return InBase((x, y, z), yaw)
+
+    def _offset(
+        self, frame: TaughtFrame, number: int, yaw: float | None, seed: Sequence[float]
+    ) -> FloatArray:
+        """Return the way from the tool's own origin to the tip, in the base [m]."""
+        tip = 1e-3 * np.array(frame.xyz_mm)
+        if not self._tool.turns and max(abs(tip[0]), abs(tip[1])) > 0.0:
+            raise BaseTargetError(
+                f"tool frame {number} is beside the flange, and this arm cannot turn its tool: use "
+                "tool 0"
+            )
+        turned = yaw
+        if turned is None:
+            turned = self._tool.yaw(seed) if self._tool.elbow(seed) is not None else 0.0
+        turn = exp6(np.array([0.0, 0.0, turned, 0.0, 0.0, 0.0]))[:3, :3]
+        return np.asarray(turn @ self._flange @ tip)

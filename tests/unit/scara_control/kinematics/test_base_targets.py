@@ -1,0 +1,78 @@
+"""Targets in user frames and for tool frames, by another library's kinematics."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from harness.kdl_chain import KdlChain, kdl_pose
+from harness.workspace import ROOT
+from scara_config import ConfigError, load_robot
+from scara_config.frames import FrameTable, TaughtFrame
+from scara_control.kinematics.base_targets import BaseTargetError, BaseTargets
+from scara_control.kinematics.tool import tool_kinematics
+
+ROBOTS = {
+    name: load_robot(ROOT / "config" / "robots" / name)
+    for name in ("fanuc_sr6ia", "scara_4axis", "articulated_six")
+}
+TABLE = FrameTable(
+    {
+        "uframe_1": TaughtFrame("box", (200.0, -300.0, 50.0), (0.0, 0.0, 30.0)),
+        "uframe_2": TaughtFrame("tilted", (0.0, 0.0, 0.0), (5.0, 0.0, 0.0)),
+    },
+    {
+        "utool_1": TaughtFrame("pin", (0.0, 0.0, 60.0)),
+        "utool_2": TaughtFrame("arm", (40.0, 10.0, 60.0)),
+    },
+)
+
+
+@pytest.mark.parametrize("name", ["scara_4axis", "articulated_six"])
+@pytest.mark.parametrize("turned", [None, 0.4])
+def test_the_tip_comes_to_the_place_in_the_frame(name: str, turned: float | None) -> None:
+    """By another library's kinematics of the arm, the frame and the tool; kept turn or a yaw."""
+    robot = ROBOTS[name]
+    tool = tool_kinematics(robot)
+    chain = KdlChain(tool.joints, robot.home_pose)
+    seed = [robot.home[joint.name] * joint.scale for joint in tool.joints]
+    if name == "scara_4axis":
+        seed = tool.inverse(0.35, -0.05, 0.1, None, seed, 0.7).chosen.q
+    here = np.array(tool.position(seed))
+    frame = kdl_pose(TABLE.find("user", 1))
+    point = frame[:3, :3].T @ (here + [0.02, 0.03, -0.08] - frame[:3, 3])
+    targets = BaseTargets(robot, tool)
+    target, yaw = targets.in_base(TABLE, tuple(point), turned, (1, 2), seed)
+    q = tool.inverse(*target, None, seed, yaw).chosen.q
+    flange = np.vstack([chain.pose(q), [0, 0, 0, 1]])
+    if name == "scara_4axis":
+        # A SCARA's flange is turned as its maker counts it: about z by the sum of its joints.
+        turn = tool.yaw(q)
+        turned_so = TaughtFrame("f", (0.0, 0.0, 0.0), (180.0, 0.0, math.degrees(turn)))
+        flange[:3, :3] = kdl_pose(turned_so)[:3, :3]
+    tip = (np.linalg.inv(frame) @ flange @ kdl_pose(TABLE.find("tool", 2)))[:3, 3]
+    assert tip == pytest.approx(point, abs=1e-6)
+    if turned is not None and name == "scara_4axis":
+        assert math.remainder(tool.yaw(q) - math.radians(30.0) - turned, math.tau) == pytest.approx(
+            0
+        )
+
+
+def test_what_has_no_meaning_for_the_arm_is_refused() -> None:
+    """A tip beside the flange of an arm without a wrist, a yaw in a tilted frame, no such frame."""
+    robot = ROBOTS["fanuc_sr6ia"]
+    tool = tool_kinematics(robot)
+    targets = BaseTargets(robot, tool)
+    seed = [robot.home[joint.name] * joint.scale for joint in tool.joints]
+    point = (0.1, 0.1, 0.1)
+    with pytest.raises(BaseTargetError, match="tool frame 2 is beside the flange"):
+        targets.in_base(TABLE, point, None, (0, 2), seed)
+    found = targets.in_base(TABLE, point, None, (0, 1), seed)
+    assert found.point == pytest.approx((0.1, 0.1, 0.16))
+    with pytest.raises(BaseTargetError, match="user frame 2 is tilted"):
+        targets.in_base(TABLE, point, 0.1, (2, 0), seed)
+    with pytest.raises(
+        ConfigError, match=r"user frame 3 was never taught: frames.yaml has 1 \(box\)"
+    ):
+        targets.in_base(TABLE, point, None, (3, 0), seed)
