@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from random import Random
 
 import numpy as np
@@ -21,8 +22,8 @@ from scara_control.kinematics.tool_path import (
 from scara_control.motion.tool_move import plan_tool_move
 
 ROBOTS = ("fanuc_sr6ia", "scara_4axis", "epson_gx4", "articulated_six")
-LINES, ARCS = examples(12, 250), examples(4, 50)
-"""Of each robot."""
+LINES, ARCS, REFUSALS = examples(12, 250), examples(4, 50), examples(20, 100)
+"""Lines and arcs of each robot; lines that no arm could follow."""
 OFF_M = 1e-5
 EVEN = 0.01
 """A speed is even within this part of it."""
@@ -169,6 +170,47 @@ def test_no_joint_exceeds_its_limits_on_the_way(name: str) -> None:
             (np.diff(qddot, axis=0) / h, [joint.jerk for joint in arm.joints]),
         ):
             assert np.all(np.abs(values).max(axis=0) <= np.array(most) * (1.0 + 1e-3))
+
+
+def first_trouble(q0, q1) -> tuple[float, str]:
+    """Return where on the line between two poses a SCARA cannot go on first, and why.
+
+    By the triangle of its arms, a step of half a thousandth at a time: nothing is shared.
+    """
+    l1, l2 = 0.35, 0.30
+    begin, end = (ROBOT.pose(q)[:3, 3] for q in (q0, q1))
+    side = 1.0 if q0[1] >= 0.0 else -1.0
+    for k in range(2001):
+        x, y, _ = begin + k / 2000.0 * (end - begin)
+        r = math.hypot(x, y)
+        cosine = (r * r - l1 * l1 - l2 * l2) / (2.0 * l1 * l2)
+        if abs(cosine) > 1.0 or abs(math.sqrt(1.0 - cosine**2)) < 0.0501:
+            return k / 2000.0, "singular|radius"
+        bend = side * math.acos(cosine)
+        first = math.atan2(y, x) - math.atan2(l2 * math.sin(bend), l1 + l2 * math.cos(bend))
+        for joint, value in zip(ROBOT.joints, (math.remainder(first, math.tau), bend)):
+            if not joint.lower <= value <= joint.upper:
+                return k / 2000.0, f"{joint.name} = |outside the reach|radius"
+    return 1.0, "keeps its elbow"
+
+
+def test_a_line_that_is_refused_names_the_place_and_the_cause_that_geometry_finds() -> None:
+    """Random ends anywhere: a hundred lines that no arm could follow, each for the right reason."""
+    random, refused = Random(20), 0
+    while refused < REFUSALS:
+        q0, q1 = (tuple(random.uniform(j.lower, j.upper) for j in ROBOT.joints) for _ in range(2))
+        try:
+            ROBOT.solve(q0, q1)
+            continue
+        except ToolPathError as error:
+            words = str(error)
+        refused += 1
+        part, why = first_trouble(q0, q1)
+        assert re.search(why, words), f"{words}, and geometry says: {why} after {part:.1%}"
+        if "keeps" not in why:
+            told = float(re.search(r"after (\d+)% of the way", words)[1])
+            # The path is looked at every 10 mm.
+            assert abs(told / 100.0 - part) < 0.03, f"{words}, and geometry says {part:.1%}"
 
 
 REFUSED = {

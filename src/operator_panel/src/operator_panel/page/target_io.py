@@ -59,7 +59,7 @@ class _TargetForm:
             self._tool_speed = self._number("Tool speed", "mm/s", "", 1.0, FASTEST_MM_S)
             self._tool_speed.bind_visibility_from(self._way, "value", bool)
             frames = find_frames(view.around.folder)
-            self._frame = self._numbers("Frame", "base_link", frames.numbered("user"))
+            self._frame = self._numbers("Frame", "Base", frames.numbered("user"))
             self._tool = self._numbers("Tool", "tool0", frames.numbered("tool"))
             view.button("Move", "MOVE", "primary tall", self._move)
         with ui.element("div").classes("target-picks"):

@@ -7,8 +7,8 @@ that have the curve's own first and second derivatives at both ends:
 
 .. math:: q' = J^{-1} p', \qquad q'' = \frac{d}{ds} J(q(s))^{-1} p'(s)
 
-with the way :math:`s` of the tool. At 10 mm from point to point the tool is off its curve by less
-than a micrometre.
+with the way :math:`s` of the tool. The points are 10 mm apart, or so near that the tool is off its
+curve by less than a micrometre between them: near a singularity the joints bend their ways sharply.
 """
 
 from __future__ import annotations
@@ -33,9 +33,12 @@ from scara_control.limits import check_limits
 PATHS = ("joint", "linear", "circular")
 """What a message may ask for; empty: joint."""
 STRIDE = 0.01
-"""From one solved point to the next [m] (our choice, see above)."""
+"""From one solved point to the next, at most [m] (our choice, see above)."""
 FEWEST, MOST = 8, 400
 """Parts of a path (our choice)."""
+OFF_M = 1e-6
+"""The tool may be so far off its curve in the middle of a part, or the parts are halved (our
+choice: a twentieth of the robot's repeatability)."""
 TURN_ARM = 0.3
 """A tool that turns in one place counts as going so far for each radian [m] (our choice: the length
 of a link)."""
@@ -45,7 +48,7 @@ _NO_WAY = 1e-7
 """A shorter way of the tool [m], and a smaller turn [rad], is none."""
 _SAME = 1e-6
 """The path ends so near the target's joints [rad, m], or it ends in others."""
-_STEP = 1e-4
+_STEP = 1e-6
 """Part of the way over which the second derivative is taken: 1e-7 of it is lost at most."""
 
 
@@ -215,6 +218,34 @@ def solve_path(
         return None
     count = math.ceil(max(curve.length, TURN_ARM * math.hypot(*turn)) / STRIDE)
     count = min(max(count, FEWEST), MOST)
+    while True:
+        track = _solved(tool, joints, columns, (begin, target), curve, turn, span, count)
+        middles = [span * (k + 0.5) / count for k in range(count)]
+        off = max(
+            math.dist(
+                tool.position([track.sample(s)[0][column] for column in columns]),
+                curve.at(s * curve.length / span),
+            )
+            for s in middles
+        )
+        if off <= OFF_M or 2 * count > MOST:
+            return SolvedPath(track, _derivatives(joints, track, count), shape)
+        count *= 2
+
+
+def _solved(
+    tool: ToolKinematics,
+    joints: Sequence[Joint],
+    columns: Sequence[int],
+    both: tuple[Sequence[float], Sequence[float]],
+    curve: Curve,
+    turn: Triple,
+    span: float,
+    count: int,
+) -> JointTrack:
+    """Solve the joints at ``count + 1`` points of the curve; see :func:`solve_path`."""
+    begin, target = both
+    first = [begin[column] for column in columns]
     going, turning, h = curve.length / span, np.array(turn) / span, _STEP * span
 
     def slope(q: FloatArray, s: float) -> FloatArray:
@@ -244,7 +275,8 @@ def solve_path(
     for column in columns:
         ends = rows[0, -1, column]
         if abs(ends - target[column]) > _SAME:
-            joint, one, other = joints[column], tool.elbow(first), tool.elbow(last)
+            joint, one = joints[column], tool.elbow(first)
+            other = tool.elbow([target[each] for each in columns])
             if one is not None and other is not None and one is not other:
                 raise ToolPathError(
                     f"a line keeps its elbow: the arm is {one.value}, the target is {other.value}"
@@ -253,13 +285,12 @@ def solve_path(
                 f"the line ends with {joint.name} at {ends / joint.scale:.3f} {joint.unit}, the "
                 f"target has it at {target[column] / joint.scale:.3f} {joint.unit}"
             )
-    track = JointTrack(
+    return JointTrack(
         np.linspace(0.0, span, count + 1).tolist(),
         *(table.tolist() for table in rows),
         extrapolation_limit=0.0,
         stop_accelerations=[1.0] * len(joints),
     )
-    return SolvedPath(track, _derivatives(joints, track, count), shape)
 
 
 def _triple(vector: FloatArray) -> Triple:
