@@ -33,6 +33,8 @@ SET_UPS = (
     "cstopi_for_abort: false, imstp_assigned: false",
 )
 """How the robot was set up, where it is not as filed; the last is one that only HOLD stops."""
+NEVER_APART = 1.0
+"""The sides of an idle pair are nearer to each other than this [deg or mm]."""
 THERE, BACK = (1.2, 1.0, -0.10, 0.8), (0.0, 0.0, -0.16, 0.0)
 
 
@@ -229,7 +231,10 @@ class FaultCell(Cell):
             return False
         if command := way_out(self.mode):
             self.command(command)
-        return self.mode == "IDLE"
+        # A robot that has just been started again stands at home: IDLE is from before.
+        state = self.states[-1]
+        apart = (abs(a - b) for a, b in zip(state.real_position, state.twin_position))
+        return self.mode == "IDLE" and max(apart, default=NEVER_APART) < NEVER_APART
 
     def _watch(self) -> None:
         from sensor_msgs.msg import JointState

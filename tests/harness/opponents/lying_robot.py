@@ -113,7 +113,7 @@ class LyingRobot:
             *struct.unpack("<2H", struct.pack("<i", clock_ms)),
             *_floats(speeds),
             *(1, 50, 7, 1, 80),
-            *(12, 0),
+            *(12, 0, 1, 1),
         ]
 
     def _perhaps_lie(self, adu: bytes) -> bytes | None:

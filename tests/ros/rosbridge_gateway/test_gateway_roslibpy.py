@@ -100,7 +100,7 @@ def test_unmodified_roslibpy_client_is_served(gateway: RunningGateway) -> None:
     assert found["moved"]["success"]
     assert found["moved"]["joint_positions"] == [0.5, None]
     assert found["moved"]["message"] == "0.51"
-    allowed = "x, y, z, speed_percent, elbow, asked, has_yaw, yaw"
+    allowed = "x, y, z, speed_percent, elbow, asked, has_yaw, yaw, path, speed_mm_s, frame, tool"
     assert found["refused"] == f"a: unknown field: allowed: {allowed}"
     assert ros.service("enable", SetBool)(True).message == "by roslibpy"
     (ros.folder / "go").touch()

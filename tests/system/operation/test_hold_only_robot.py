@@ -15,7 +15,10 @@ from harness.yaml_files import REMOVED, changed_yaml, copy_configuration
 
 pytestmark = pytest.mark.system
 
-RING = ("ring_write", "ring_read", "ring_underruns", "ring_clock_ms", "ring_setpoint")
+NOT_THERE = (
+    *("ring_write", "ring_read", "ring_underruns", "ring_clock_ms", "ring_setpoint"),
+    *("mode_b0", "mode_b1"),
+)
 PATIENCE = (
     (["links"], "desk"),
     (["desk", "real_timeout_ms"], 800.0),
@@ -40,11 +43,11 @@ def robot() -> Iterator[HoldOnlyRobot]:
 
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory, robot: HoldOnlyRobot) -> Iterator[LiveCell]:
-    """Give a ready cell without the stand-in, whose map knows no ring and no panel."""
+    """Give a ready cell without the stand-in, whose map knows no ring, panel or mode switch."""
     made = LiveCell(tmp_path_factory.mktemp("cell"))
     made.modbus_port = robot.port
     config = copy_configuration(made.folder / "changed")
-    for name in RING:
+    for name in NOT_THERE:
         changed_yaml(config / "modbus_map.yaml", config, ["holding_registers", name], REMOVED)
     for path, value in PATIENCE:
         changed_yaml(config / "twin_controller.yaml", config, list(path), value)
@@ -145,4 +148,4 @@ def test_it_recovers_from_an_emergency_stop(cell: LiveCell, robot: HoldOnlyRobot
 def test_configuration_names_no_ring(cell: LiveCell) -> None:
     """The robot is followed by PR[1] alone."""
     text = (Path(cell.output) / "config" / "modbus_map.yaml").read_text(encoding="utf-8")
-    assert not any(f"{name}:" in text for name in RING)
+    assert not any(f"{name}:" in text for name in NOT_THERE)

@@ -13,6 +13,8 @@ from harness.workspace import ROOT
 WAITS = re.compile(r"^(?:import|from) (?:asyncio|socket|threading|subprocess)\b", re.MULTILINE)
 """What a test imports that waits for somebody else."""
 ONLY_COMPUTES = {
+    "tests/unit/operator_panel/page/test_leading.py": "a loop that waits for nobody else",
+    "tests/unit/operator_panel/teach/test_kept.py": "a loop that waits for the disk",
     "tests/unit/scara_control/dynamics/test_cleared_memory.py": "a process, whose end it waits for",
     "tests/unit/scara_control/dynamics/test_engine.py": "two processes, whose end it waits for",
     "tests/unit/scara_simulation/joints/test_compiled.py": "a compiler, whose end it waits for",
