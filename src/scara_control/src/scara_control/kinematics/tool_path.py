@@ -38,7 +38,7 @@ FEWEST, MOST = 8, 400
 """Parts of a path (our choice)."""
 OFF_M = 1e-6
 """The tool may be so far off its curve in the middle of a part, or the parts are halved (our
-choice: a twentieth of the robot's repeatability)."""
+choice: a tenth of the robot's repeatability)."""
 TURN_ARM = 0.3
 """A tool that turns in one place counts as going so far for each radian [m] (our choice: the length
 of a link)."""
@@ -49,7 +49,8 @@ _NO_WAY = 1e-7
 _SAME = 1e-6
 """The path ends so near the target's joints [rad, m], or it ends in others."""
 _STEP = 1e-6
-"""Part of the way over which the second derivative is taken: 1e-7 of it is lost at most."""
+"""Part of the way over which the second derivative is taken (our choice: so near the end that no
+place beyond it counts as singular)."""
 
 
 class ToolPathError(ScaraControlError):

@@ -118,10 +118,10 @@ class CommandServices:
                 said = f"sent: {answer.message}; but {trouble}: {LAST_MEANS}"
             answer = Reply(answer.id, not trouble, said)
         speed = f"speed {request.speed_percent:g} %" if target else f"{request.speed_percent:g} %"
-        yaw = "" if event.yaw is None else f" yaw {event.yaw:g} rad"
+        how = "" if event.yaw is None else f" yaw {event.yaw:g} rad"
         if target and (request.frame or request.tool):
-            yaw += f", asked in user frame {request.frame} for tool frame {request.tool}"
-        what = f"{command} target {list(target)}{yaw} {speed}" if target else f"{command} {speed}"
+            how += f", asked in user frame {request.frame} for tool frame {request.tool}"
+        what = f"{command} target {list(target)}{how} {speed}" if target else f"{command} {speed}"
         self._audit(_name(request, event), what, answer.success or sent, answer.message)
         return TwinCommandResponse(answer.success, answer.message, sent)
 
