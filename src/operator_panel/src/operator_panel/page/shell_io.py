@@ -9,7 +9,6 @@ from typing import Any
 
 from nicegui import Client, app, ui
 from scara_config import Robot
-from scara_config.frames import find_frames
 from scara_config.profile import PROGRAM_ENDING
 from scara_ros.page.page_guard_io import KNOWN, PERSON
 from scara_ros.page.page_library_io import WebFolder, offer, plain, tabs_of
@@ -79,11 +78,11 @@ class Shell:
         role = Role.OPERATOR if request.scope[KNOWN] else Role.VIEWER
         session = self._desk.open(client.id, role, request.scope[PERSON])
         view = PageView(self._robot, self._config, self._around, self._door, self._desk, session)
+        view.read_frames()
         build_header(view, self._robot.name.replace("_", " "))
         with ui.element("main").classes("grid"):
             with ui.element("div").classes("pillar stage"):
-                frames = find_frames(self._around.folder).numbered("user")
-                scene = build_scene(self._model, self._robot, frames)
+                scene = build_scene(self._model, self._robot, view.frames.numbered("user"))
                 # What is looked at ahead or back docks below the picture, and covers no robot.
                 with ui.element("div").classes("dock"):
                     build_time_line()

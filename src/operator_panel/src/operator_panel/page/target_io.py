@@ -9,7 +9,8 @@ from functools import partial
 from typing import Any
 
 from nicegui import ui
-from scara_config.frames import TaughtFrame, find_frames
+from scara_config.frames import TaughtFrame
+from scara_config.programs.tp.motion import FASTEST_MM_S
 from scara_ros.page.page_library_io import plain
 
 from operator_panel.control.fields import error_text, parse_number
@@ -24,7 +25,6 @@ AXES = ("x", "y", "z")
 MOST_DEG = 720.0
 ELBOWS = {"": "Nearest", "righty": "Righty", "lefty": "Lefty"}
 WAYS = {"": "Joints", "linear": "Line"}
-FASTEST_MM_S = 5000.0
 PREVIEW_DELAY_S = 0.25
 WIDEST_MM = 5000.0
 ASK = "Type or choose a position of the tool."
@@ -58,9 +58,8 @@ class _TargetForm:
             # Empty: as fast as the joints allow.
             self._tool_speed = self._number("Tool speed", "mm/s", "", 1.0, FASTEST_MM_S)
             self._tool_speed.bind_visibility_from(self._way, "value", bool)
-            frames = find_frames(view.around.folder)
-            self._frame = self._numbers("Frame", "Base", frames.numbered("user"))
-            self._tool = self._numbers("Tool", "tool0", frames.numbered("tool"))
+            self._frame = self._numbers("Frame", "Base", view.frames.numbered("user"))
+            self._tool = self._numbers("Tool", "tool0", view.frames.numbered("tool"))
             view.button("Move", "MOVE", "primary tall", self._move)
         with ui.element("div").classes("target-picks"):
             for name, position in view.around.positions.items():

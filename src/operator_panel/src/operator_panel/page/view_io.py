@@ -6,7 +6,8 @@ from collections.abc import Awaitable, Callable
 from typing import Any
 
 from nicegui import ui
-from scara_config import Robot
+from scara_config import ConfigError, Robot
+from scara_config.frames import NO_FRAMES, find_frames
 from scara_ros.page.page_library_io import plain
 
 from operator_panel.config import PanelConfig, Surroundings
@@ -26,6 +27,8 @@ class PageView:
         door: The cell.
         desk: Who may command.
         session: This page.
+        frames: User and tool frames as they were read last.
+        frames_fault: Why their file cannot be read; the page works without them.
         after: Called with (snapshot, silent) when something about buttons changed.
     """
 
@@ -41,9 +44,17 @@ class PageView:
         """Remember everything."""
         self.robot, self.config, self.around = robot, config, around
         self.door, self.desk, self.session = door, desk, session
+        self.frames, self.frames_fault = NO_FRAMES, ""
         self.after: list[Callable[[Snapshot, bool], None]] = []
         self._guarded: list[tuple[Any, str, str]] = []
         self._shown: tuple[object, ...] = ()
+
+    def read_frames(self) -> None:
+        """Read frames.yaml; a wrong one must not keep a page, and its STOP, from opening."""
+        try:
+            self.frames, self.frames_fault = find_frames(self.around.folder), ""
+        except ConfigError as error:
+            self.frames_fault = str(error)
 
     @property
     def is_operator(self) -> bool:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 from nicegui import ui
 from scara_config import ConfigError
-from scara_config.frames import MOST, TaughtFrame, find_frames, save_frame
+from scara_config.frames import FILE, MOST, TaughtFrame, save_frame
 from scara_description.taught_frames import FrameError
-from scara_ros.page.page_library_io import plain
+from scara_ros.page.page_library_io import plain, run
 
 from operator_panel.control.frame_lessons import LESSONS, jog_axes, shown, spread_text, taught
 from operator_panel.control.steps import StepError, positions_now
@@ -58,17 +59,13 @@ class _FrameForm:
         return field
 
     def _show_list(self) -> None:
-        try:
-            table = find_frames(self._view.around.folder)
-        except ConfigError as error:
-            self._list.set_text(str(error))
-            return
+        view = self._view
         lines = [
             f"{kind} {number}, {frame.name}: {shown(frame)}"
             for kind in MOST
-            for number, frame in table.numbered(kind).items()
+            for number, frame in view.frames.numbered(kind).items()
         ]
-        self._list.set_text("\n".join(lines) or "None was taught.")
+        self._list.set_text(view.frames_fault or "\n".join(lines) or "None was taught.")
 
     def _again(self) -> None:
         self._poses = []
@@ -112,15 +109,20 @@ class _FrameForm:
         await self._view.act("FRAME", "Save a frame", self._stored)
 
     async def _stored(self) -> Answer:
+        view = self._view
         lesson, number = LESSONS[self._lesson.value], int(self._number.value)
         try:
             frame = self._frame()
-            path = save_frame(self._view.around.folder, lesson.kind, number, frame)
+            # The disk may be slow, and the stops of all pages pass through this loop.
+            save = partial(save_frame, view.around.folder, lesson.kind, number, frame)
+            if await run.io_bound(save) is None:
+                return Answer(False, "the page's server is ending")
         except (FrameError, ConfigError) as error:
             return Answer(False, str(error))
-        axes = self._view.desk.arm.frames
+        view.read_frames()
+        axes = view.desk.arm.frames
         axes.clear()
-        axes.update(jog_axes(find_frames(self._view.around.folder)))
+        axes.update(jog_axes(view.frames))
         self._again()
         self._show_list()
-        return Answer(True, f"{frame.name} is {lesson.kind} frame {number} in {path.name}")
+        return Answer(True, f"{frame.name} is {lesson.kind} frame {number} in {FILE}")

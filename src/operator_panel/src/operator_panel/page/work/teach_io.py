@@ -9,6 +9,7 @@ from typing import Any
 from nicegui import ui
 from scara_config.profile import PROGRAM_ENDING
 from scara_config.programs.tp.listing import MotionLine
+from scara_config.programs.tp.motion import FASTEST_MM_S
 from scara_ros.names import current_line
 from scara_ros.page.page_library_io import PLAIN_BUTTON, plain
 
@@ -26,7 +27,6 @@ from operator_panel.view.snapshot import Snapshot
 
 FILE = "/draft.LS"
 MOST_BYTES = 1_000_000
-FASTEST_MM_S = 5000.0
 BEGINNING = "In front of line 1"
 Edit = Callable[[Draft], Draft]
 
