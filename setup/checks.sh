@@ -17,7 +17,7 @@ check() {
 
 # Print the modules of all packages, those that touch the world too.
 all_modules() {
-  find config/src src/*/src -name '*.py' | sort
+  find config/src src/*/src src/scara_course/exercises -name '*.py' | sort
 }
 
 check_xml() {

@@ -71,11 +71,12 @@ def started_by(script: Path) -> str:
 
 
 def modules() -> list[Module]:
-    """List every Python module of every package."""
+    """List every Python module of every package, and what marks each exercise of the course."""
     return [
         Module(package_name(folder), path)
         for folder in PACKAGES
-        for path in sorted((folder / "src").rglob("*.py"))
+        for part in ("src", "exercises")
+        for path in sorted((folder / part).rglob("*.py"))
         if "__pycache__" not in path.parts
     ]
 

@@ -35,15 +35,18 @@ ROOMS: dict[str, set[str]] = {
     "twin_analysis": NODE
     | {"scara_control", "scara_simulation", "fanuc_emulator", "twin_controller"}
     | {"cell_recorder", "twin_experiments"},
+    "scara_course": FLOOR
+    | {"scara_msgs", "scara_control", "cell_recorder", "twin_experiments", "twin_analysis"},
     "operator_panel": NODE | {"scara_description", "cell_recorder"},
     "scara_bringup": NODE,
     "farm": NODE,
 }
 """For each room the others that it may import. scara_bringup reaches nodes by rosrun only."""
 
+TOOLS = {"robot_doctor", "fanuc_kit", "what_if", "twin_analysis", "scara_course"}
 RINGS: dict[str, set[str]] = {
-    "cell": set(ROOMS) - {"robot_doctor", "fanuc_kit", "what_if", "twin_analysis", "farm"},
-    "tools": {"robot_doctor", "fanuc_kit", "what_if", "twin_analysis"},
+    "cell": set(ROOMS) - TOOLS - {"farm"},
+    "tools": TOOLS,
     "farm": {"farm"},
 }
 """The cell needs neither tools nor farm; tools stand on the cell; the farm on messages alone."""

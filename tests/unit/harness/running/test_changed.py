@@ -35,8 +35,8 @@ def test_each_file_is_of_a_room_or_of_none(file: str, room: str) -> None:
 
 def test_arrows_are_followed_to_all_that_stand_on_a_room() -> None:
     """And not down to what a room uses."""
-    assert reached(["twin_experiments"]) == {"twin_experiments", "twin_analysis"}
-    simulated = {"scara_simulation", "what_if", "twin_analysis", "robot_doctor"}
+    assert reached(["twin_experiments"]) == {"twin_experiments", "twin_analysis", "scara_course"}
+    simulated = {"scara_simulation", "what_if", "twin_analysis", "robot_doctor", "scara_course"}
     assert reached(["scara_simulation"]) == simulated
     assert {"twin_controller", "robot_doctor", "what_if"} <= reached(["scara_control"])
     assert "farm" not in reached(["scara_control"])

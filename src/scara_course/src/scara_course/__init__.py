@@ -1,0 +1,1 @@
+"""Exercises with robot and twin that mark themselves."""

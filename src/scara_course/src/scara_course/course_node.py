@@ -1,0 +1,205 @@
+"""Command ``course``: exercises with robot and twin that mark themselves.
+
+``./cell course list | start N | check [N] | all | export``. No cell needs to run to mark: what is
+marked are files. Exit code: 0 passed, 1 not passed, 2 wrong words or files.
+"""
+
+from __future__ import annotations
+
+import getpass
+import os
+import re
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.markdown import Markdown
+from rich.table import Table as Rows
+from scara_config import ConfigError, Robot, load_robot
+from scara_ros.page.token_file_io import TokenError
+from scara_ros.shell.command_line_io import CommandLine, choose_robot
+from scara_ros.shell.program_io import FAILED, WRONG, runs_folder
+
+from scara_course.evidence_io import Marked, mark
+from scara_course.exercise import Exercise
+from scara_course.exercises_io import CARD, load_exercises, start
+from scara_course.results import CourseResult, is_genuine
+from scara_course.results_io import ResultsError, add_result, course_key, export, read_results
+
+ROBOT = "fanuc_sr6ia"
+"""The article's robot: the cards name its lengths."""
+LEARNER = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,39}")
+LEARNER_VARIABLE = "SCARA_LEARNER"
+
+
+class CourseError(ValueError):
+    """There is no such exercise or learner; the text says what there is."""
+
+
+app = CommandLine(
+    "course",
+    dict.fromkeys((CourseError, ConfigError, ResultsError, TokenError, OSError), WRONG),
+    help="Exercises with robot and twin that mark themselves.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+console = Console(highlight=False, soft_wrap=True)
+
+Number = Annotated[int, typer.Argument(help="Of the exercise.")]
+Learner = Annotated[
+    str | None, typer.Option(help="Name. Default: SCARA_LEARNER, else the user of this computer.")
+]
+Runs = Annotated[Path | None, typer.Option(help="Folder of the runs.")]
+
+
+class LearnerDesk:
+    """One learner's place: exercises, folder, results."""
+
+    def __init__(self, learner: str | None, runs: Path | None) -> None:
+        """Read exercises, robot and results.
+
+        Raises:
+            CourseError: The learner's name is none.
+        """
+        self.learner = learner or os.environ.get(LEARNER_VARIABLE) or getpass.getuser()
+        if not LEARNER.fullmatch(self.learner):
+            raise CourseError(
+                f"learner {self.learner!r}: give 1 to 40 letters, digits, dots, dashes or "
+                "underlines, by --learner"
+            )
+        choose_robot(ROBOT)
+        self.robot: Robot = load_robot()
+        self.runs = runs_folder(runs)
+        self.folder = self.runs / "course"
+        self.exercises = load_exercises()
+        self.results = [r for r in read_results(self.folder) if r.learner == self.learner]
+
+    def exercise(self, number: int | None) -> Exercise:
+        """Return an exercise; None: the one that was started last.
+
+        Raises:
+            CourseError: There is none.
+        """
+        if number is None:
+            started = [each for each in self.exercises if (self.place(each) / CARD).exists()]
+            if not started:
+                raise CourseError("no exercise was started: ./cell course start 1")
+            return max(started, key=lambda each: (self.place(each) / CARD).stat().st_mtime_ns)
+        if not 1 <= number <= len(self.exercises):
+            raise CourseError(f"exercise {number}: there are 1 to {len(self.exercises)}")
+        return self.exercises[number - 1]
+
+    def place(self, exercise: Exercise) -> Path:
+        """Return the learner's folder of an exercise."""
+        return self.folder / self.learner / exercise.name
+
+    def of(self, exercise: Exercise) -> list[CourseResult]:
+        """Return the results of an exercise, the oldest first."""
+        return [each for each in self.results if each.exercise == exercise.name]
+
+    def keep(self, exercise: Exercise, marked: Marked, key: str) -> CourseResult:
+        """Add what was marked to the results, and print it."""
+        verdict = marked.verdict
+        result = CourseResult(
+            number=0,
+            time=time.time(),
+            learner=self.learner,
+            exercise=exercise.name,
+            title=exercise.title,
+            passed=verdict.passed,
+            reason=verdict.reason,
+            evidence=marked.name,
+            digest=marked.digest,
+        )
+        kept = add_result(self.folder, result, key)
+        word = "[green]PASSED[/]" if verdict.passed else "[yellow]not yet[/]"
+        console.print(f"{exercise.title}: {word}: ", end="")
+        console.print(verdict.reason, markup=False)
+        return kept
+
+
+@app.command("list")
+def list_exercises(learner: Learner = None, runs: Runs = None) -> None:
+    """Show all exercises, and how far you are."""
+    desk = LearnerDesk(learner, runs)
+    table = Rows(title=f"Course of {desk.learner}", box=SIMPLE, padding=(0, 1, 0, 0))
+    for heading in ("", "exercise", "minutes", "marked", "state"):
+        table.add_column(heading)
+    passed = 0
+    for each in desk.exercises:
+        held = desk.of(each)
+        done = any(result.passed for result in held)
+        passed += done
+        state = "passed" if done else (held[-1].reason if held else "")
+        row = (str(each.task.number), each.task.title, str(each.task.minutes), str(len(held)))
+        table.add_row(*row, state)
+    Console(highlight=False, markup=False).print(table)
+    console.print(f"{passed} of {len(desk.exercises)} passed")
+
+
+@app.command("start")
+def start_exercise(
+    number: Number,
+    learner: Learner = None,
+    anew: Annotated[bool, typer.Option("--anew", help="Begin with empty answers.")] = False,
+    runs: Runs = None,
+) -> None:
+    """Show the card of an exercise, and lay out its files."""
+    desk = LearnerDesk(learner, runs)
+    exercise = desk.exercise(number)
+    written = start(exercise, desk.learner, desk.robot, desk.place(exercise), anew)
+    Console(highlight=False).print(Markdown(exercise.card))
+    console.print("\nYour files:")
+    for path in written:
+        console.print(f"  {path}", markup=False)
+    console.print(f"To have it marked: {exercise.command}", markup=False)
+
+
+@app.command()
+def check(
+    number: Annotated[int | None, typer.Argument(help="Default: the one started last.")] = None,
+    bag: Annotated[Path | None, typer.Option(help="This recording, not the newest.")] = None,
+    learner: Learner = None,
+    runs: Runs = None,
+) -> None:
+    """Mark an exercise, and keep the verdict."""
+    desk = LearnerDesk(learner, runs)
+    exercise = desk.exercise(number)
+    marked = mark(exercise, desk.learner, desk.robot, desk.place(exercise), desk.runs, bag)
+    result = desk.keep(exercise, marked, course_key())
+    raise typer.Exit(0 if result.passed else FAILED)
+
+
+@app.command("all")
+def check_all(learner: Learner = None, runs: Runs = None) -> None:
+    """Mark all exercises that were started; recordings: the newest one each."""
+    desk = LearnerDesk(learner, runs)
+    started = [each for each in desk.exercises if (desk.place(each) / CARD).exists()]
+    if not started:
+        raise CourseError("no exercise was started: ./cell course start 1")
+    key, passed = course_key(), 0
+    for each in started:
+        marked = mark(each, desk.learner, desk.robot, desk.place(each), desk.runs, None)
+        passed += desk.keep(each, marked, key).passed
+    console.print(f"{passed} of {len(desk.exercises)} passed")
+    raise typer.Exit(0 if passed == len(desk.exercises) else FAILED)
+
+
+@app.command("export")
+def export_results(runs: Runs = None) -> None:
+    """Write all learners' results as CSV and as xAPI statements; name what is not genuine."""
+    folder, key = runs_folder(runs) / "course", course_key()
+    results = read_results(folder)
+    genuine = [each for each in results if is_genuine(each, key)]
+    for each in results:
+        if each not in genuine:
+            console.print(f"left out: result {each.number}: its signature does not fit")
+    for path in export(folder, genuine):
+        console.print(f"wrote {path}", markup=False)
+    raise typer.Exit(0 if len(genuine) == len(results) else FAILED)
+
+
+main = app.run
