@@ -5,6 +5,7 @@ Frame 0 is the base, tool 0 the frame ``tool_frame`` of robot.yaml; both are the
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -24,6 +25,16 @@ PREFIX: dict[Kind, str] = {"user": "uframe_", "tool": "utool_"}
 """Of a frame's name in the file and on tf, before its number."""
 MOST: dict[Kind, int] = {"user": 9, "tool": 10}
 """As many as can be selected: settings/ of the stand-in."""
+WORDS: dict[Kind, str] = {"user": "UFRAME", "tool": "UTOOL"}
+"""As a controller calls them."""
+LETTERS = "XYZWPR"
+"""Of a frame's numbers."""
+Numbers = tuple[float, ...]
+"""X Y Z W P R [mm, deg]."""
+Numbered = Mapping[tuple[Kind, int], Numbers]
+"""Frames as somebody else has them."""
+SAME_MM, SAME_DEG = 0.01, 0.01
+"""Frames that differ by less are the same: controllers print thousandths; our choice."""
 _HEADER = """\
 # User and tool frames: taught on the page, or typed. W, P, R turn about the fixed x, y, z.
 # user: by base_link; tool: by tool0. A controller has them as UFRAME[n] and UTOOL[n].
@@ -42,6 +53,11 @@ class TaughtFrame(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     name: Annotated[str, Meta(min_length=1, max_length=20)]
     xyz_mm: tuple[CoordinateMm, CoordinateMm, CoordinateMm]
     wpr_deg: tuple[AngleDeg, AngleDeg, AngleDeg] = (0.0, 0.0, 0.0)
+
+    @property
+    def numbers(self) -> Numbers:
+        """X Y Z W P R [mm, deg]."""
+        return *self.xyz_mm, *self.wpr_deg
 
 
 class FrameTable(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -76,6 +92,32 @@ class FrameTable(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 NO_FRAMES = FrameTable({}, {})
 """What a robot has of which nobody taught any."""
+
+
+def frame_differences(theirs: Numbered, ours: FrameTable, whose: str) -> Iterator[str]:
+    """Yield which frames differ from those of frames.yaml, with both numbers.
+
+    Args:
+        theirs: As a robot or a file has them.
+        ours: frames.yaml; what it lacks counts as never set: all 0.
+        whose: Names the other side.
+    """
+    for (kind, number), there in sorted(theirs.items(), reverse=True):
+        known = ours.numbered(kind).get(number)
+        here = known.numbers if known else (0.0,) * len(LETTERS)
+        most = (SAME_MM,) * 3 + (SAME_DEG,) * 3
+        apart = [abs(a - b) for a, b in zip(there, here)]
+        apart[3:] = [min(each % 360.0, -each % 360.0) for each in apart[3:]]
+        if any(each > allowed for each, allowed in zip(apart, most)):
+            name = f" ({known.name})" if known else ""
+            shown = f"{told_numbers(here) if known else 'never taught'}"
+            yield f"{WORDS[kind]}[{number}]{name}: {whose} {told_numbers(there)}; here {shown}"
+
+
+def told_numbers(numbers: Numbers) -> str:
+    """Return a frame's numbers as people read them; those that are 0 are left out."""
+    shown = [f"{name} {value + 0.0:.10g}" for name, value in zip(LETTERS, numbers) if value]
+    return " ".join(shown) or "X 0"
 
 
 def find_frames(directory: Path | str | None = None) -> FrameTable:

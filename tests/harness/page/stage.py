@@ -140,6 +140,10 @@ class StageDoor:
         free = motion == "MOVE_JOINTS" or str(fields.get("program")).endswith(".LS")
         return judged_home(self.robot) if free else judged_hit(self.robot)
 
+    async def convert(self, text: str, to: str, frame: int = -1) -> Answer:
+        """Hand out what is there."""
+        return Answer(True, "P[1] stays in joints: the arm is stretched there", {"text": text})
+
     async def picture(self, after: str) -> Picture | None:
         """Have no camera."""
         await asyncio.sleep(0.2)

@@ -293,6 +293,12 @@ def teach(hand: Hand) -> None:
     assert download.value.suggested_filename == "MINE.LS"
     file = hand.theatre.runs.parent / "MINE.LS"
     download.value.save_as(file)
+    panel.get_by_label("Positions").click()
+    page.get_by_role("option", name="Joints", exact=True).click()
+    with page.expect_download() as other:
+        hand.button("Export as", panel).click()
+    assert other.value.suggested_filename == "MINE.LS"
+    expect(said).to_contain_text("MINE.LS was handed out. P[1] stays in joints")
     with page.expect_file_chooser() as chooser:
         hand.button("Import", panel).click()
     chooser.value.set_files(file)

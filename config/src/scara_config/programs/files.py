@@ -99,6 +99,20 @@ def program_files(directory: Path | str | None = None) -> dict[str, Path]:
     return found
 
 
+def program_path(name: str, directory: Path | str | None = None) -> Path:
+    """Return the file of a program of the robot, by its name or as it is: ``NAME.LS``.
+
+    Raises:
+        ConfigError: There is none of that name; the text lists those that exist.
+    """
+    if name.upper().endswith(PROGRAM_ENDING):
+        return Path(name)
+    known = program_files(directory)
+    if name.upper() not in known:
+        raise ConfigError(f"unknown program {name!r}: there are {', '.join(known)}")
+    return known[name.upper()]
+
+
 def read_listing(path: Path) -> Program:
     """Read one file of programs/ as it stands there.
 
@@ -136,10 +150,24 @@ def taught_of(program: Program, robot: Robot, source: str) -> Taught:
         for position in program.positions
         if not is_cartesian(position)
     }
-    poses = {position.number: _pose(position, robot) for position in program.positions}
+    poses = {position.number: taught_pose(position, robot) for position in program.positions}
     flow = flow_of(program, source)
     check_motions(flow, poses, source)
     return Taught(flow, positions, poses)
+
+
+def checked_listing(text: str, robot: Robot, source: str) -> Program:
+    """Return a program from its text, held to what a robot can do.
+
+    Raises:
+        ConfigError: It is no program, or has a fault; the text begins with ``source``.
+    """
+    program = read(text, source)
+    for position in program.positions:
+        for _, fault in position_faults(position, robot):
+            raise ConfigError(f"{source}: P[{position.number}].{fault}")
+    taught_of(program, robot, source)
+    return program
 
 
 def axis_names(robot: Robot) -> dict[str, Joint]:
@@ -196,7 +224,7 @@ def is_cartesian(position: Position) -> bool:
     return any(each.name in TIP for each in position.groups[0].coordinates)
 
 
-def _pose(position: Position, robot: Robot) -> TaughtPose:
+def taught_pose(position: Position, robot: Robot) -> TaughtPose:
     """Return a position without faults, with its frames."""
     group = position.groups[0]
     given = {each.name: each.value or 0.0 for each in group.coordinates}

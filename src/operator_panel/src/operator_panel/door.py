@@ -107,6 +107,15 @@ class CellDoor(Protocol):
             fields: Further fields of the question.
         """
 
+    async def convert(self, text: str, to: str, frame: int = -1) -> Answer:
+        """Say a program's positions otherwise, by the second world; values: text.
+
+        Args:
+            text: Of the program's file.
+            to: joints, or cartesian.
+            frame: User frame of Cartesian positions, 0: the base; -1: each stays in its own.
+        """
+
     async def shadow(self, time: float) -> Answer:
         """Ask for the pair at a time [s]; values: document (JSON), without it nobody answered."""
 

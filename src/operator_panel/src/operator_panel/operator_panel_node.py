@@ -15,8 +15,9 @@ Subscribes: ``twin_controller/state``, ``twin_controller/decisions``, ``real/rob
 Publishes: ``joint_vel_controller/command`` (control_msgs/JointJog) while a jog button is held,
 ``what_if/gate`` (scara_msgs/Audit) before it starts a program.
 Calls: ``twin_controller/command``, ``twin_controller/control``, ``twin_controller/shadow``,
-``twin_controller/judge``, ``what_if/judge``, ``recorder/start``, ``recorder/stop``, ``gripper``,
-``real/put_parts_back``, ``twin/put_parts_back``,
+``twin_controller/judge``, ``what_if/judge``, ``what_if/convert``,
+``recorder/start``, ``recorder/stop``, ``gripper``, ``real/put_parts_back``,
+``twin/put_parts_back``,
 ``twin/pid/<joint>/set_parameters``; starts ``rosrun fanuc_emulator pendant`` and
 ``rosrun twin_experiments report`` and ``rosrun operator_panel retell``.
 """

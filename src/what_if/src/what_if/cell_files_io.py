@@ -7,11 +7,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from fanuc_emulator.tp.rehearsal import read_program
-from scara_config import ConfigError, config_directory, load_robot
+from scara_config import config_directory, load_robot
 from scara_config.palletise import find_palletise
 from scara_config.payload import Payload, Payloads, load_payloads
-from scara_config.profile import PROGRAM_ENDING
-from scara_config.programs.files import ProgramSteps, program_files
+from scara_config.programs.files import ProgramSteps, program_path
 from scara_control.config import load_motion
 from scara_control.dynamics.arm_model_io import ArmModel
 
@@ -136,17 +135,3 @@ def find_program(cell: Cell, name: str, directory: Path | str | None = None) -> 
             text lists those that exist.
     """
     return read_program(program_path(name, directory), cell.robot, directory)
-
-
-def program_path(name: str, directory: Path | str | None = None) -> Path:
-    """Return the file of a program of the robot, by its name or as it is: ``NAME.LS``.
-
-    Raises:
-        ConfigError: There is none of that name; the text lists those that exist.
-    """
-    if name.upper().endswith(PROGRAM_ENDING):
-        return Path(name)
-    known = program_files(directory)
-    if name.upper() not in known:
-        raise ConfigError(f"unknown program {name!r}: there are {', '.join(known)}")
-    return known[name.upper()]

@@ -8,6 +8,7 @@ Topics (in): twin/joint_states, twin/gripper, twin/parts, twin/payload, twin_con
 
 Services:
     what_if/judge (scara_msgs/JudgeMotion).
+    what_if/convert (scara_msgs/ConvertProgram): a program's positions in joints or Cartesian.
 
 Publishes what_if/outcomes (scara_msgs/MotionOutcome), and /diagnostics: that this judge runs, and
 whether what happens drifts away from what it predicts.
@@ -32,8 +33,14 @@ from scara_ros.diagnostics_node import PERIOD_S, Diagnostics
 from scara_ros.process.memory_io import give_back, keep_for_good
 from scara_ros.shell.ros_node import starting
 
-from scara_msgs.srv import JudgeMotion, JudgeMotionResponse
+from scara_msgs.srv import (
+    ConvertProgram,
+    ConvertProgramResponse,
+    JudgeMotion,
+    JudgeMotionResponse,
+)
 from what_if.cell_files_io import find_program, resting_cell
+from what_if.converting import converted_text
 from what_if.errors import WhatIfError
 from what_if.judging import judge
 from what_if.learning.learning_node import Learning
@@ -63,6 +70,7 @@ class WhatIfServer:
         self.learning = Learning(cell, cell.config.learning, self._lock)
         live.is_idle = lambda: self.learning.is_idle
         rospy.Service("what_if/judge", JudgeMotion, self._answer)
+        rospy.Service("what_if/convert", ConvertProgram, self._convert)
 
     def diagnosis(self) -> Diagnosis:
         """Return what this node says of itself."""
@@ -103,6 +111,15 @@ class WhatIfServer:
             rospy.logerr("what_if/judge failed:\n%s", traceback.format_exc())
             text = f"what_if/judge failed: {type(error).__name__}: {error}"
             return JudgeMotionResponse(success=False, message=text)
+
+    def _convert(self, request: ConvertProgram._request_class) -> ConvertProgramResponse:
+        frame = None if request.frame < 0 else request.frame
+        try:
+            robot, table = self._cell.robot, find_frames(self._folder)
+            text, kept = converted_text(request.text, robot, table, request.to, frame)
+        except (WhatIfError, ConfigError) as error:
+            return ConvertProgramResponse(success=False, message=str(error))
+        return ConvertProgramResponse(success=True, message="; ".join(kept), text=text)
 
     def _of_arm(self, q: tuple[float, ...]) -> list[float]:
         robot = self._cell.robot

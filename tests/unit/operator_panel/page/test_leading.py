@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import itertools
+import math
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -24,7 +25,9 @@ from operator_panel.teach.kept_io import Lesson
 from operator_panel.teach.places import position_of
 from operator_panel.view.snapshot import Snapshot
 from scara_config import load_robot
+from scara_config.frames import NO_FRAMES
 from unit.operator_panel.control.conftest import KEEP_S, LET_GO_S, SCARA, Door
+from what_if.converting import converted_text
 
 ROBOT = load_robot(ROOT / "config")
 MOVING = 20
@@ -71,6 +74,13 @@ class Cell(Door):
     async def try_motion(self, motion: str, **fields: Any) -> Answer:
         """Have no judge."""
         return Answer(False, "no judge runs")
+
+    async def convert(self, text: str, to: str, frame: int = -1) -> Answer:
+        """Be the second world."""
+        if self.refuses:
+            return Answer(False, self.refuses)
+        found, _ = converted_text(text, ROBOT, NO_FRAMES, to)
+        return Answer(True, "", {"text": found})
 
     def look(self) -> None:
         """Let a period pass."""
@@ -223,6 +233,26 @@ def test_run_waits_for_the_gripper_that_it_switches(scene: Scene) -> None:
     scene.teach(teach.gripping(scene.lesson.draft, ROBOT, 1, True))
     assert scene.run() == "TAUGHT has ended."
     assert scene.cell.gripper == "on" and len(scene.cell.sent) == 3
+
+
+def test_cartesian_draft_is_led_to_its_joints(scene: Scene) -> None:
+    """As the robot's own interpreter tells them; where it cannot, nothing is sent."""
+    made = scene.lesson.draft
+    for number, bent in enumerate((0.5, -1.2), start=1):
+        here = {each.name: 0.0 for each in ROBOT.joints} | {"joint_2": bent}
+        made = teach.touched_up(made, ROBOT, number, position_of(ROBOT, here))
+    wanted = [each.groups[0].coordinates for each in made.program.positions]
+    text, (kept,) = converted_text(made.text, ROBOT, NO_FRAMES, "cartesian")
+    assert kept.startswith("P[3] stays in joints")
+    scene.teach(teach.draft_of(text, ROBOT))
+    scene.cell.refuses = "P[1]: no joint positions bring the tool there"
+    assert scene.run() == f"Cartesian positions: {scene.cell.refuses}"
+    assert scene.cell.sent == []
+    scene.cell.refuses = ""
+    assert scene.run() == "TAUGHT has ended."
+    for (_, fields), coordinates in zip(scene.cell.sent, wanted, strict=True):
+        degrees = math.degrees(fields["joint_positions"][1])
+        assert degrees == pytest.approx(coordinates[1].value, abs=1e-3)
 
 
 def test_second_run_is_refused_while_one_goes_on(scene: Scene) -> None:

@@ -111,6 +111,17 @@ def test_line_that_only_the_robot_executes_is_refused_by_its_number(line: str, w
     assert walk.at == 2
 
 
+def test_frames_that_are_selected_change_nothing_and_another_tools_line_is_refused() -> None:
+    """A position tells its frames itself; the flange's line is not that of a tool's tip."""
+    selected = "  UFRAME_NUM=2 ;\n   2:  UTOOL_NUM=1 ;\n   3:  FOR R[51:round]=1 TO 2"
+    text = pick().text.replace("  FOR R[51:round]=1 TO 2", selected)
+    assert acts(Walk(draft_of(text, ROBOT), ROBOT)) == acts(Walk(pick(), ROBOT))
+    walk = Walk(draft_of(text.replace("UT : 1", "UT : 2"), ROBOT), ROBOT)
+    assert isinstance(walk.run_on(), LedMove)
+    with pytest.raises(TeachError, match=r"line 5: L P\[2\] .*the tip of another tool"):
+        walk.run_on()
+
+
 def test_program_without_an_end_is_refused() -> None:
     """A jump to itself."""
     text = pick().text.replace(

@@ -74,7 +74,7 @@ class Planner:
         motion, target = step.motion, step.targets[-1]
         accelerations = self._accelerations(motion.acc)
         if motion.kind == "J":
-            end = self._joints(target, begin)
+            end = self.joints_at(target, begin)
             share = 0.01 * (motion.percent or 100.0)
             return JointMove(begin, end, share, velocities, accelerations, motion.seconds)
         tool = matrix(target.tool)
@@ -149,8 +149,8 @@ class Planner:
             why = "the path ends with the arm bent otherwise than its target says"
             raise RefusedError(alarms.CONFIG_CHANGE, why)
 
-    def _joints(self, target: Target, begin: Sequence[float]) -> tuple[float, ...]:
-        """Return joint positions of a target, near where the motion begins.
+    def joints_at(self, target: Target, begin: Sequence[float]) -> tuple[float, ...]:
+        """Return joint positions of a target, near where the motion begins [rad or m].
 
         Raises:
             RefusedError: There are none, or one is out of its range.
@@ -229,6 +229,10 @@ class Planner:
                 joint = self.robot.joints[column]
                 place[column] = target.place.values[6 + number] * joint.scale
         return tuple(place)
+
+    def is_singular(self, q: Sequence[float]) -> bool:
+        """Tell whether the tool cannot go every way there; joint positions as in robot.yaml."""
+        return self._arm.singular(self._arm.jacobian(self._of_arm(q)))
 
     def tip_pose(self, q: Sequence[float], frame: Pose, tool: Pose) -> Pose:
         """Return LPOS: where the tool's tip is in a user frame, with the external axes."""

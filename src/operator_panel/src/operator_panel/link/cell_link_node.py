@@ -37,6 +37,7 @@ from operator_panel.view.robot.registers import Entry
 from operator_panel.view.snapshot import Snapshot
 from scara_msgs.srv import (
     Control,
+    ConvertProgram,
     JudgeMotion,
     JudgeMove,
     Shadow,
@@ -82,6 +83,7 @@ class CellLink:
         self._judge = Lane("twin_controller/judge", JudgeMove, timeout)
         patience = self._program_gate.settings.program_patience
         self._second_world = Lane("what_if/judge", JudgeMotion, patience)
+        self._convert = Lane("what_if/convert", ConvertProgram, patience)
         self._shadow = Lane("twin_controller/shadow", Shadow, timeout)
         self._start = Lane("recorder/start", StartRecording, RECORDER_TIMEOUT_S)
         self._stop = Lane("recorder/stop", StopRecording, RECORDER_TIMEOUT_S)
@@ -169,6 +171,10 @@ class CellLink:
     async def try_motion(self, motion: str, **fields: Any) -> Answer:
         """Ask the second world, over a connection of its own: neither gate nor STOP waits."""
         return tried(await self._second_world.call(motion=motion, **fields))
+
+    async def convert(self, text: str, to: str, frame: int = -1) -> Answer:
+        """Ask the second world likewise."""
+        return as_answer(await self._convert.call(text=text, to=to, frame=frame), "text")
 
     async def shadow(self, time: float) -> Answer:
         """Ask the twin controller's memory."""

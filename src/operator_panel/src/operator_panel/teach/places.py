@@ -62,6 +62,6 @@ def twin_target(robot: Robot, position: Position) -> list[float]:
         TeachError: It says where the tool is, not the joints.
     """
     if is_cartesian(position):
-        raise TeachError(f"P[{position.number}] is Cartesian: touch it up to step to it")
+        raise TeachError(f"P[{position.number}] is Cartesian: its joints are not known")
     values = joint_values(position, robot)
     return [value for joint, value in zip(robot.joints, values) if joint.twin]

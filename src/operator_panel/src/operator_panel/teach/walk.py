@@ -24,6 +24,10 @@ from scara_config.programs.walk import taught
 from operator_panel.teach.draft import Draft, TeachError
 from operator_panel.teach.places import twin_target
 
+SELECTIONS = (Name("UFRAME_NUM"), Name("UTOOL_NUM"))
+"""Positions tell their frames themselves."""
+FLANGE = ("0", "1")
+"""UT of positions whose lines the flange follows; 1 is all 0 as the kit sets a robot up."""
 SUCTION, VACUUM = Indexed("RO", (1.0,)), Indexed("RI", (1.0,))
 MOST_EMPTY = 2000
 """So many lines without anything that takes time never end; our choice."""
@@ -150,6 +154,8 @@ class Walk:
         position = known[taught(found.targets[0], self, known)]
         fields: dict[str, Any] = {"joint_positions": twin_target(self._robot, position)}
         fields["speed_percent"] = found.percent or 100.0
+        if found.kind == "L" and position.groups[0].tool not in FLANGE:
+            raise TeachError(f"{self.text}: only the robot itself leads the tip of another tool")
         if found.kind == "L":
             fields |= {"path": "linear", "speed_mm_s": found.mm_s or 0.0}
         return LedMove(fields)
@@ -172,7 +178,7 @@ class Walk:
         Raises:
             ExecutionError: It is neither a register nor the gripper.
         """
-        register = isinstance(place, Indexed) and place.kind == "R"
+        register = place in SELECTIONS or (isinstance(place, Indexed) and place.kind == "R")
         if place == SUCTION and isinstance(value, bool):
             self._switched = value
         elif not register or not isinstance(value, float | bool):

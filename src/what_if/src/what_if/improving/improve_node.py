@@ -19,11 +19,12 @@ from rich.progress import Progress
 from scara_config import ConfigError
 from scara_config.files.whole_file import write_whole
 from scara_config.profile import PROGRAM_ENDING
+from scara_config.programs.files import program_path
 from scara_config.programs.tp.printer import print_program
 from scara_ros.shell.command_line_io import CommandLine, ConfigDir, RobotName, choose_robot
 from scara_ros.shell.program_io import FAILED, WRONG
 
-from what_if.cell_files_io import program_path, resting_cell
+from what_if.cell_files_io import resting_cell
 from what_if.errors import WhatIfError
 from what_if.improving.descent import WORTH_S, Found
 from what_if.improving.improve_io import Improver, result_of

@@ -11,10 +11,12 @@ import contextlib
 import re
 import time
 
+from scara_config.programs.files import is_cartesian
+
 from operator_panel.control.desk_io import Session
 from operator_panel.page.preview.asking_io import ask
 from operator_panel.page.view_io import PageView
-from operator_panel.teach.draft import TeachError
+from operator_panel.teach.draft import Draft, TeachError, draft_of
 from operator_panel.teach.kept_io import Lesson
 from operator_panel.teach.walk import (
     LedEnd,
@@ -58,6 +60,8 @@ class Leading:
         self.verdicts: dict[int, Said] = {}
         self.said: Said = ("", "")
         self._walk: Walk | None = None
+        # A draft, and the same with its positions in joints.
+        self._solved: tuple[Draft, Draft] | None = None
         self._judged = lesson.history.version
         self._looked = asyncio.Event()
 
@@ -86,9 +90,9 @@ class Leading:
 
     async def step(self) -> Said | None:
         """Execute the next line."""
-        walk = self._walk
-        if walk is None or walk.draft != self._lesson.draft:
-            walk = Walk(self._lesson.draft, self._view.robot, self.chosen)
+        draft, walk = await self._in_joints(), self._walk
+        if walk is None or walk.draft != draft:
+            walk = Walk(draft, self._view.robot, self.chosen)
         act = walk.step()
         if isinstance(act, LedEnd):
             return "good", "The program ends here."
@@ -106,13 +110,29 @@ class Leading:
     async def step_back(self) -> None:
         """Go to the position of the nearest motion above."""
         number = motion_above(self._lesson.draft, self.chosen)
-        await self._go(number, motion_to(self._lesson.draft, self._view.robot, number))
+        await self._go(number, motion_to(await self._in_joints(), self._view.robot, number))
         self.choose(number)
 
     async def go_here(self) -> None:
         """Go to the position of the chosen line."""
         number = self.chosen
-        await self._go(number, motion_to(self._lesson.draft, self._view.robot, number))
+        await self._go(number, motion_to(await self._in_joints(), self._view.robot, number))
+
+    async def _in_joints(self) -> Draft:
+        """Return the draft with its Cartesian positions in joints; its lines are the same.
+
+        Raises:
+            TeachError: The second world cannot tell them.
+        """
+        draft = self._lesson.draft
+        if not any(map(is_cartesian, draft.program.positions)):
+            return draft
+        if self._solved is None or self._solved[0] != draft:
+            answer = await self._view.door.convert(draft.text, "joints")
+            if not answer.success:
+                raise TeachError(f"Cartesian positions: {answer.message}")
+            self._solved = draft, draft_of(answer.values["text"], self._view.robot)
+        return self._solved[1]
 
     async def _go(self, number: int, move: LedMove) -> None:
         """Judge one motion, show its verdict, and send it unless the gate would refuse it.
@@ -153,7 +173,7 @@ class Leading:
             raise TeachError(refused)
         self._lesson.runner = self._view.session.name
         try:
-            walk = Walk(self._lesson.draft, self._view.robot)
+            walk = Walk(await self._in_joints(), self._view.robot)
             while not isinstance(act := walk.run_on(), LedEnd):
                 self.chosen = walk.at
                 await self._do(walk, act)

@@ -7,7 +7,9 @@ from functools import partial
 from typing import Any
 
 from nicegui import ui
+from scara_config.frames import frame_differences
 from scara_config.profile import PROGRAM_ENDING
+from scara_config.programs.frame_remarks import told_frames
 from scara_config.programs.tp.listing import MotionLine
 from scara_config.programs.tp.motion import FASTEST_MM_S
 from scara_ros.names import current_line
@@ -27,6 +29,7 @@ from operator_panel.view.snapshot import Snapshot
 
 FILE = "/draft.LS"
 MOST_BYTES = 1_000_000
+JOINTS = "joints"
 BEGINNING = "In front of line 1"
 Edit = Callable[[Draft], Draft]
 
@@ -76,6 +79,15 @@ class _Teach:
             self._view.guard(pick, "SPEED")
             with ui.element("a").classes(PLAIN_BUTTON).props(f'href="{FILE}" download'):
                 plain("Export")
+        with ui.element("div").classes("row-line"):
+            frames = self._view.frames.numbered("user").items()
+            spaces = {str(number): f"Cartesian, {number} {each.name}" for number, each in frames}
+            forms = {JOINTS: "Joints", "0": "Cartesian, base", **spaces}
+            self._form = ui.select(forms, value="0", label="Positions").mark("teach-positions")
+            self._form.props("dense outlined options-dense").classes("field grow")
+            needs_judge(
+                self._view, push_button("Export as", partial(self._try, "Export", self._export))
+            )
 
     def _positions(self) -> None:
         with ui.element("div").classes("target"):
@@ -274,10 +286,26 @@ class _Teach:
         async def take() -> tuple[str, str]:
             name = event.file.name
             await self._edit(lambda _: teach.draft_of(content, self._robot, name), lambda _: 0)
+            told = told_frames(self._lesson.draft.program)
+            other = "; ".join(frame_differences(told, self._view.frames, "in the file"))
+            if other:
+                return "warn", f"{name} is the draft now. Its places are elsewhere: {other}"
             return "good", f"{name} is the draft now; Undo brings the former one back."
 
         await self._try("Import", take)
         event.sender.reset()
+
+    async def _export(self) -> tuple[str, str]:
+        """Hand the draft out with its positions said otherwise."""
+        draft, form = self._lesson.draft, str(self._form.value)
+        asked = ("joints",) if form == JOINTS else ("cartesian", int(form))
+        answer = await self._view.door.convert(draft.text, *asked)
+        if not answer.success:
+            raise TeachError(answer.message)
+        name = f"{draft.program.name}{PROGRAM_ENDING}"
+        ui.download.content(answer.values["text"], name)
+        tone = "warn" if answer.message else "good"
+        return tone, f"{name} was handed out. {answer.message}".strip()
 
     async def _preview(self) -> None:
         draft = self._lesson.draft
