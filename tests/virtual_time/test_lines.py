@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -74,6 +75,62 @@ def test_both_tools_go_straight(cell: VirtualCell, mm_s: float) -> None:
             assert np.percentile(speeds[speeds > 0.9 * speeds.max()], 50) == pytest.approx(
                 1e-3 * mm_s, rel=0.01
             )
+
+
+def test_both_tools_round_a_corner_and_pass_it_as_near_as_asked(cell: VirtualCell) -> None:
+    """Along two lines in one order; neither stops in the corner nor leaves a line elsewhere."""
+    corner, end, most_mm = (0.55, -0.1), END, 12.0
+    since = {side: len(getattr(cell, side).truth) for side in OFF_MM}
+    place, target = (joints(cell, x, y) for x, y in (corner, end))
+    answer = cell.operate(
+        "MOVE_JOINTS",
+        target=target,
+        via=place,
+        corner_mm=most_mm,
+        path="linear",
+        speed_mm_s=150.0,
+        speed_percent=60.0,
+    )
+    assert answer.success, answer.message
+    cell.wait_still(0.5)
+    for side, most in OFF_MM.items():
+        rows = getattr(cell, side).truth[since[side] :]
+        way = 1e3 * places(cell, side, since[side])[:, :2]
+        corners = 1e3 * np.array((BEGIN, corner, end))
+        off = np.min([aside(way, *pair) for pair in pairwise(corners)], axis=0)
+        near = np.linalg.norm(way - corners[1], axis=1)
+        assert 0.2 < near.min() < most_mm
+        assert off[near > most_mm + most].max() < most, side
+        speeds = np.linalg.norm(np.diff(way, axis=0), axis=1) / np.diff([at for at, _, _ in rows])
+        assert speeds[near[1:] < most_mm].min() > 20.0, "it does not stop there"
+        assert way[-1] == pytest.approx(corners[2], abs=0.1)
+
+
+def joints(cell: VirtualCell, x: float, y: float) -> tuple[float, ...]:
+    """Return the twin's joints with the tool at a place, as high and with the elbow of now."""
+    tool, names = cell.setup.tool, cell.setup.names
+    columns = [names.index(joint.name) for joint in tool.joints]
+    q = list(cell.twin.truth[-1][1])
+    seed = [q[k] for k in columns]
+    found = tool.inverse(x, y, height(cell), tool.elbow(seed), seed)
+    for column, value in zip(columns, found.chosen.q):
+        q[column] = value
+    return tuple(q)
+
+
+def aside(way: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Return how far places are from a straight piece."""
+    whole = end - begin
+    along = np.clip((way - begin) @ whole / (whole @ whole), 0.0, 1.0)
+    return np.linalg.norm(way - begin - np.outer(along, whole), axis=1)
+
+
+def test_a_zone_in_a_corner_refuses_the_way(cell: VirtualCell) -> None:
+    """As the corner is, before it is rounded."""
+    cell.setup.keep_out = (POST,)
+    how = {"via": joints(cell, 0.45, 0.0), "corner_mm": 12.0, "path": "linear"}
+    refused = cell.operate("MOVE_JOINTS", target=joints(cell, 0.55, -0.1), **how)
+    assert not refused.success and "post" in refused.message
 
 
 def test_a_zone_on_the_line_refuses_it_and_one_beside_it_does_not(cell: VirtualCell) -> None:

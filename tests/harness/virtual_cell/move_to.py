@@ -9,7 +9,7 @@ from scara_config import Robot
 from scara_control.errors import ScaraControlError
 from scara_control.joint_motion import JointMotion
 from scara_control.kinematics.tool import tool_kinematics
-from scara_control.kinematics.tool_path import ToolWay, check_shape, wanted_elbow
+from scara_control.kinematics.tool_path import MoveWay, check_way, wanted_elbow
 from scara_control.motion.requests import Outcome
 
 Ended = Callable[[bool, str], None]
@@ -25,7 +25,7 @@ class BeginMove(Protocol):
         ended: Callable[[Outcome], None],
         names: Sequence[str],
         trims: bool,
-        shape: ToolWay | None,
+        way: MoveWay | None,
     ) -> None:
         """Begin a joint move."""
 
@@ -60,7 +60,7 @@ class MoveTo:
             seed = [self.measured.q[k] for k in self._columns]
             side = wanted_elbow(self._tool, elbow, path, seed)
             answer = self._tool.inverse(x, y, z, side, seed, yaw)
-            shape = check_shape(self._tool.joints, path, (), speed_mm_s)
+            way = check_way(self._tool.joints, path, (), speed_mm_s)
         except ScaraControlError as error:
             ended(False, str(error))
             return
@@ -68,4 +68,4 @@ class MoveTo:
         def driven(outcome: Outcome) -> None:
             ended(outcome.success, outcome.message)
 
-        self._move(answer.chosen.q, speed_percent, driven, self._names, True, shape)
+        self._move(answer.chosen.q, speed_percent, driven, self._names, True, way)

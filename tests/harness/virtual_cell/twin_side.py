@@ -10,7 +10,7 @@ from functools import partial
 
 from scara_control.errors import ScaraControlError
 from scara_control.joint_motion import JointMotion, Setpoints
-from scara_control.kinematics.tool_path import ToolWay, check_shape
+from scara_control.kinematics.tool_path import MoveWay, check_way
 from scara_control.motion.commands import Command, parse_modes
 from scara_control.motion.jogging.jog import JogController
 from scara_control.motion.pose_control import PoseController
@@ -197,8 +197,12 @@ class TwinSide:
                 action.speed_percent,
                 lambda outcome: ended(outcome.success, outcome.message),
                 self._pose.names,
-                shape=check_shape(
-                    self._files.robot.twin_joints, action.path, (), action.speed_mm_s
+                way=check_way(
+                    self._files.robot.twin_joints,
+                    action.path,
+                    action.via,
+                    action.speed_mm_s,
+                    action.corner_mm,
                 ),
             )
 
@@ -335,11 +339,11 @@ class TwinSide:
         ended: Callable[[Outcome], None],
         names: Sequence[str],
         trims: bool = False,
-        shape: ToolWay | None = None,
+        way: MoveWay | None = None,
     ) -> None:
         """Begin a move; a refusal is an outcome too."""
         try:
-            number = self._pose.move(names, target, speed_percent, self._now(), trims, shape)
+            number = self._pose.move(names, target, speed_percent, self._now(), trims, way)
         except ScaraControlError as error:
             ended(Outcome(0, False, str(error), (), 0.0))
         else:

@@ -49,7 +49,8 @@ class JointTarget:
         speed_percent: Program speed; 0: the default.
         path: joint or empty; linear or circular: the tool goes along a line or an arc.
         speed_mm_s: Of the tool then, at most; 0: as the joints allow.
-        via: Joint positions at a place that an arc passes, shape (n,).
+        via: Joint positions at the places that it passes, one after the other.
+        corner_mm: How far from them the tool may pass [mm]; 0: it stops at each.
     """
 
     q: tuple[float, ...]
@@ -57,6 +58,7 @@ class JointTarget:
     path: str = ""
     speed_mm_s: float = 0.0
     via: tuple[float, ...] = ()
+    corner_mm: float = 0.0
 
 
 @dataclass(frozen=True)

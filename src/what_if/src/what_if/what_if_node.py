@@ -145,7 +145,7 @@ class WhatIfServer:
         if kind == "MOVE_JOINTS":
             q, via = tuple(request.joint_positions), tuple(request.via)
             speeds = request.speed_percent, request.path, request.speed_mm_s
-            return JointTarget(q, *speeds, via)
+            return JointTarget(q, *speeds, via, request.corner_mm)
         if kind == "PROGRAM":
             return ProgramRun(find_program(self._cell, request.program, self._folder))
         if kind == "TRAJECTORY":

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from harness.workspace import ROOT
 from operator_panel.teach import draft as teach
+from operator_panel.teach import walk
 from operator_panel.teach.draft import Draft, TeachError, draft_of, empty
 from operator_panel.teach.places import position_of
 from operator_panel.teach.walk import (
@@ -20,6 +23,7 @@ from operator_panel.teach.walk import (
 )
 from scara_config import load_robot
 from scara_config.programs.files import program_files
+from scara_control.kinematics.tool_path import MOST_PLACES
 
 ROBOT = load_robot(ROOT / "config")
 HOME = {joint.name: 0.0 for joint in ROBOT.joints}
@@ -35,10 +39,10 @@ def pick() -> Draft:
     return teach.looped(draft, ROBOT, 1, 5, 2)
 
 
-def acts(walk: Walk) -> list[Act]:
+def acts(walked: Walk) -> list[Act]:
     """Return all that is asked for, up to the end."""
     found: list[Act] = []
-    while not isinstance(act := walk.run_on(), LedEnd):
+    while not isinstance(act := walked.run_on(), LedEnd):
         found.append(act)
     return found
 
@@ -55,13 +59,86 @@ def test_loop_asks_for_each_round_what_its_lines_ask_for() -> None:
                 "speed_percent": 100.0,
                 "path": "linear",
                 "speed_mm_s": 120.0,
-            }
+            },
+            25.0,
         ),
         LedGrip(True),
         LedUntil(),
         LedPause(0.25),
     ]
     assert found == once * 2
+
+
+def along(*lines: str) -> list[Act]:
+    """Return what lines between three positions ask for."""
+    draft = empty("ROUND", ROBOT)
+    for degrees in (10.0, 20.0, 30.0):
+        there = position_of(ROBOT, HOME | {"joint_1": math.radians(degrees)})
+        draft = teach.recorded(draft, ROBOT, 0, there, "J", 40.0, None)
+    head, _, rest = draft.text.partition("/MN\n")
+    numbered = "".join(f"   {k}:{line} ;\n" for k, line in enumerate(lines, 1))
+    text = f"{head}/MN\n{numbered}/POS{rest.partition('/POS')[2]}"
+    return acts(Walk(draft_of(text, ROBOT), ROBOT))
+
+
+def at(*degrees: float) -> list[float]:
+    """Return joint positions with the first joint at each of some angles, one after the other."""
+    rest = [0.0] * (len(ROBOT.twin_joints) - 1)
+    return [value for each in degrees for value in (math.radians(each), *rest)]
+
+
+def test_motions_with_round_corners_are_one_order() -> None:
+    """Each is passed as near as its own CNT asks; what it passes comes in its order."""
+    (one,) = along("J P[1] 40% CNT100", "J P[2] 40% CNT20", "J P[3] 40% FINE")
+    assert isinstance(one, LedMove)
+    assert one.fields["via"] == pytest.approx(at(10.0, 20.0))
+    assert one.fields["joint_positions"] == pytest.approx(at(30.0))
+    assert (one.fields["corner_mm"], one.corner_mm) == (10.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ("J P[1] 40% FINE", "J P[2] 40% FINE"),
+        ("J P[1] 40% CNT0", "J P[2] 40% FINE"),
+        ("J P[1] 40% CNT100", "J P[2] 50% FINE"),
+        ("J P[1] 40% CNT100", "L P[2] 100mm/sec FINE"),
+        ("L P[1] 100mm/sec CNT100", "L P[2] 200mm/sec FINE"),
+        ("C P[1] P[2] 100mm/sec CNT100", "C P[2] P[3] 100mm/sec FINE"),
+    ],
+)
+def test_a_motion_of_another_kind_or_speed_begins_from_rest(lines: tuple[str, str]) -> None:
+    """As after FINE: one order has one way and one speed."""
+    found = along(*lines)
+    assert len(found) == 2
+    assert all("corner_mm" not in each.fields for each in found if isinstance(each, LedMove))
+
+
+def test_a_corner_that_waits_for_the_gripper_is_not_rounded() -> None:
+    """What the robot shows then is not known before."""
+    lines = ("J P[1] 40% CNT100", "IF RI[1]=ON,JMP LBL[1]", "J P[2] 40% FINE", "LBL[1]")
+    walk_to = along(*lines[:1])
+    assert isinstance(walk_to[0], LedMove)
+    with pytest.raises(TeachError, match="only the robot knows"):
+        along(*lines)
+
+
+def test_an_order_holds_no_more_places_than_the_twin_takes() -> None:
+    """The rest is an order of its own."""
+    assert walk.MOST_PLACES == MOST_PLACES
+    first, second = along(*["J P[1] 40% CNT50", "J P[2] 40% CNT50"] * 9)
+    assert isinstance(first, LedMove) and isinstance(second, LedMove)
+    assert len(first.fields["via"]) == MOST_PLACES * len(first.fields["joint_positions"])
+    assert "via" not in second.fields
+
+
+def test_an_arc_passes_its_first_position() -> None:
+    """C P[n] P[m]."""
+    (one,) = along("C P[1] P[3] 100mm/sec FINE")
+    assert isinstance(one, LedMove)
+    assert (one.fields["path"], one.fields["speed_mm_s"]) == ("circular", 100.0)
+    assert one.fields["via"] == pytest.approx(at(10.0))
+    assert one.fields["joint_positions"] == pytest.approx(at(30.0))
 
 
 def test_palletise_is_gone_through_to_its_end() -> None:
@@ -76,20 +153,20 @@ def test_palletise_is_gone_through_to_its_end() -> None:
 
 def test_wait_for_the_vacuum_holds_once_the_gripper_shows_it() -> None:
     """What the robot does not show is not guessed."""
-    walk = Walk(pick(), ROBOT, 4)
-    assert walk.step() == LedUntil()
+    walked = Walk(pick(), ROBOT, 4)
+    assert walked.step() == LedUntil()
     with pytest.raises(TeachError, match=r"line 5: WAIT RI\[1:vacuum\]=ON: only the robot knows"):
-        walk.holds()
-    walk.closed = False
-    assert not walk.holds()
-    walk.closed = True
-    assert walk.holds()
+        walked.holds()
+    walked.closed = False
+    assert not walked.holds()
+    walked.closed = True
+    assert walked.holds()
 
 
 @pytest.mark.parametrize(
     ("line", "why"),
     [
-        ("C P[1] P[1] 100mm/sec FINE", "only the robot itself executes it"),
+        ("C P[1] PR[1] 100mm/sec FINE", "only the robot itself executes it"),
         ("J PR[1] 50% FINE", "only the robot itself executes it"),
         ("J P[1] 2.0sec FINE", "only the robot itself executes it"),
         ("L P[1] 100mm/sec FINE ACC50", "only the robot itself executes it"),
@@ -105,10 +182,10 @@ def test_line_that_only_the_robot_executes_is_refused_by_its_number(line: str, w
     text = pick().text.replace(
         "  FOR R[51:round]=1 TO 2", f"  LBL[1] ;\n   2:{line} ;\n   3:  FOR R[51:round]=1 TO 2"
     )
-    walk = Walk(draft_of(text, ROBOT), ROBOT)
+    walked = Walk(draft_of(text, ROBOT), ROBOT)
     with pytest.raises(TeachError, match=why):
-        walk.run_on()
-    assert walk.at == 2
+        walked.run_on()
+    assert walked.at == 2
 
 
 def test_frames_that_are_selected_change_nothing_and_another_tools_line_is_refused() -> None:

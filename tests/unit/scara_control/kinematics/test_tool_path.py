@@ -14,8 +14,7 @@ from scara_config import load_robot, package_folder
 from scara_control.kinematics.tool import tool_kinematics
 from scara_control.kinematics.tool_path import (
     ToolPathError,
-    ToolWay,
-    check_shape,
+    check_way,
     solve_path,
     wanted_elbow,
 )
@@ -56,9 +55,9 @@ class ShippedArm:
             near[column] = value
         return tuple(near)
 
-    def solve(self, begin, target, **shape):
+    def solve(self, begin, target, **way):
         """Solve a path."""
-        return solve_path(self.tool, self.joints, begin, target, ToolWay(**shape))
+        return solve_path(self.tool, self.joints, begin, target, **way)
 
 
 ARMS = {name: ShippedArm(name) for name in ROBOTS}
@@ -278,20 +277,30 @@ def test_joints_beside_the_arm_go_evenly() -> None:
     assert np.diff(table) == pytest.approx(1.0 / (len(table) - 1))
 
 
+HERE = (0.0,) * len(ROBOT.joints)
+
+
 @pytest.mark.parametrize(
-    ("path", "via", "speed", "why"),
+    ("way", "why"),
     [
-        ("spline", (), 0.0, "path = 'spline': expected one of joint, linear, circular, or empty"),
-        ("", (), 200.0, "a joint move has none"),
-        ("linear", (), -1.0, "speed_mm_s = -1 is no speed"),
-        ("linear", (), math.nan, "speed_mm_s = nan is no speed"),
-        ("circular", (), 0.0, "got 0 joint values"),
+        ({"path": "spline"}, "path = 'spline': expected one of joint, linear, circular, or empty"),
+        ({"path": "", "speed_mm_s": 200.0}, "a joint move has none"),
+        ({"path": "linear", "speed_mm_s": -1.0}, "speed_mm_s = -1 is no speed"),
+        ({"path": "linear", "speed_mm_s": math.nan}, "speed_mm_s = nan is no speed"),
+        ({"path": "circular"}, "an arc passes one place and has no corner: via has 0"),
+        ({"path": "circular", "via": 2 * HERE}, "via has 2"),
+        ({"path": "circular", "via": HERE, "corner_mm": 5.0}, "corner_mm = 5"),
+        ({"path": "linear", "via": HERE[:2]}, "got 2 joint values"),
+        ({"path": "linear", "via": HERE, "corner_mm": -1.0}, "corner_mm = -1 is no distance"),
+        ({"path": "joint", "via": 17 * HERE}, "via has 17 places: allowed are 16"),
+        ({"path": "joint", "corner_mm": 5.0}, "without places in via there is no corner"),
+        ({"path": "joint", "via": (9.0, *HERE[1:])}, "joint_1 = 9"),
     ],
 )
-def test_a_shape_that_is_none_is_refused(path, via, speed, why) -> None:
+def test_a_way_that_is_none_is_refused(way, why) -> None:
     """By the words of who asks."""
     with pytest.raises(ValueError, match=why):
-        check_shape(ROBOT.joints, path, via, speed)
+        check_way(ROBOT.joints, **way)
 
 
 @pytest.mark.parametrize("via", ["the same", "in line"])

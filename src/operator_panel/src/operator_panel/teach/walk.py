@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Any
 
 import msgspec
@@ -29,6 +30,12 @@ SELECTIONS = (Name("UFRAME_NUM"), Name("UTOOL_NUM"))
 FLANGE = ("0", "1")
 """UT of positions whose lines the flange follows; 1 is all 0 as the kit sets a robot up."""
 SUCTION, VACUUM = Indexed("RO", (1.0,)), Indexed("RI", (1.0,))
+KINDS = {"J": "joint", "L": "linear", "C": "circular"}
+CORNER_MM = 50.0
+"""The tool passes the end of a motion with CNT100 no further away (our choice: the robot's own
+corners grow with its speed)."""
+MOST_PLACES = 16
+"""The twin takes so many places on the way of one order."""
 MOST_EMPTY = 2000
 """So many lines without anything that takes time never end; our choice."""
 
@@ -38,9 +45,23 @@ class LedMove(msgspec.Struct, frozen=True):
 
     Attributes:
         fields: Of MOVE_JOINTS, for the controller and for the judge alike.
+        corner_mm: How far from its end the next may begin, by its CNT; 0: it stops there.
     """
 
     fields: dict[str, Any]
+    corner_mm: float = 0.0
+
+    def joined(self, then: LedMove) -> LedMove | None:
+        """Return this motion and the next as one order; None: they go in other ways."""
+        first, last = dict(self.fields), dict(then.fields)
+        place, via = first.pop("joint_positions"), first.pop("via", [])
+        corner = min(first.pop("corner_mm", self.corner_mm), self.corner_mm)
+        ends = {"joint_positions": last.pop("joint_positions")}
+        full = len(via) >= MOST_PLACES * len(place)
+        if first != last or first.get("path") == "circular" or full:
+            return None
+        fields = {**first, **ends, "via": [*via, *place], "corner_mm": corner}
+        return LedMove(fields, then.corner_mm)
 
 
 class LedGrip(msgspec.Struct, frozen=True):
@@ -111,9 +132,29 @@ class Walk:
     def run_on(self) -> Act:
         """Execute lines until one asks for something that takes time.
 
+        Motions whose corners are rounded are one order, as far as what comes between them is known
+        before they begin.
+
         Raises:
             TeachError: As :meth:`step`, or nothing ever does.
         """
+        act = self._next()
+        while isinstance(act, LedMove) and act.corner_mm:
+            ahead = copy(self)
+            ahead._values, ahead.closed = dict(self._values), None
+            try:
+                then = ahead._next()
+            except TeachError:
+                # It is raised once the lines in front of it were executed.
+                break
+            both = act.joined(then) if isinstance(then, LedMove) else None
+            if both is None:
+                break
+            act = both
+            self.at, self.next, self._values = ahead.at, ahead.next, ahead._values
+        return act
+
+    def _next(self) -> Act:
         for _ in range(MOST_EMPTY):
             found = self.step()
             if found is not None:
@@ -147,18 +188,21 @@ class Walk:
     def _move(self, line: MotionLine) -> LedMove:
         found = asked(line, self)
         known = {each.number: each for each in self.draft.program.positions}
-        plain = found.kind in ("J", "L") and found.targets[0].kind == "P"
+        plain = found.kind in KINDS and all(each.kind == "P" for each in found.targets)
         timed = found.percent is None and found.mm_s is None
         if not plain or timed or found.offset or found.tool_offset or found.acc != 100.0:
             raise TeachError(f"{self.text}: only the robot itself executes it")
-        position = known[taught(found.targets[0], self, known)]
-        fields: dict[str, Any] = {"joint_positions": twin_target(self._robot, position)}
-        fields["speed_percent"] = found.percent or 100.0
-        if found.kind == "L" and position.groups[0].tool not in FLANGE:
+        positions = [known[taught(each, self, known)] for each in found.targets]
+        if found.kind != "J" and any(p.groups[0].tool not in FLANGE for p in positions):
             raise TeachError(f"{self.text}: only the robot itself leads the tip of another tool")
-        if found.kind == "L":
-            fields |= {"path": "linear", "speed_mm_s": found.mm_s or 0.0}
-        return LedMove(fields)
+        *via, end = (twin_target(self._robot, position) for position in positions)
+        fields: dict[str, Any] = {"joint_positions": end}
+        fields["speed_percent"] = found.percent or 100.0
+        if found.kind != "J":
+            fields |= {"path": KINDS[found.kind], "speed_mm_s": found.mm_s or 0.0}
+        if via:
+            fields["via"] = via[0]
+        return LedMove(fields, 0.01 * (found.cnt or 0.0) * CORNER_MM)
 
     def read(self, place: Indexed | Name) -> Value:
         """Return what a line of the draft has set, or the gripper.

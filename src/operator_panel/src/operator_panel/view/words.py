@@ -165,6 +165,7 @@ def gripper_text(state: CellState) -> str:
     return f"real robot: {real}, twin: {twin}"
 
 
+WAYS = {"linear": " in a line", "circular": " in an arc"}
 FRAME_FIELDS = {"frame": "in user frame", "tool": "for tool frame"}
 
 
@@ -182,8 +183,7 @@ def command_title(command: str, fields: Mapping[str, object]) -> str:
         'Emergency stop'
     """
     title = COMMANDS.get(command, command.capitalize())
-    if fields.get("path") == "linear":
-        title += " in a line"
+    title += WAYS.get(str(fields.get("path", "")), "")
     if "x" in fields:
         title += " to " + " ".join(f"{a} {number(1e3 * _float(fields[a]), 0)}" for a in "xyz")
         title += " mm"
@@ -192,6 +192,8 @@ def command_title(command: str, fields: Mapping[str, object]) -> str:
             title += f" {text} {fields[key]}"
     if fields.get("has_yaw"):
         title += f", yaw {number(math.degrees(_float(fields['yaw'])), 1)} deg"
+    if fields.get("corner_mm"):
+        title += ", corners rounded"
     if fields.get("speed_mm_s"):
         title += f", tool {number(_float(fields['speed_mm_s']), 0)} mm/s"
     speed = _float(fields.get("speed_percent", 0.0))

@@ -46,6 +46,8 @@ LOOKS = 4
 """Looks at each part for its limits and derivatives."""
 _NO_WAY = 1e-7
 """A shorter way of the tool [m], and a smaller turn [rad], is none."""
+MOST_PLACES = 16
+"""A move passes so many places at most (our choice: a robot's stop waits for no longer plan)."""
 _SAME = 1e-6
 """The path ends so near the target's joints [rad, m], or it ends in others."""
 _STEP = 1e-6
@@ -113,44 +115,67 @@ def arc(begin: Triple, via: Triple, end: Triple) -> Curve:
 
 
 @dataclass(frozen=True)
-class ToolWay:
-    """How the tool goes where a move leads.
+class MoveWay:
+    """How a move goes where it leads.
 
     Attributes:
-        via: Joint positions at the place that an arc passes, all joints; empty: a line.
-        speed_mm_s: Largest speed of the tool [mm/s]; 0: as fast as the joints allow.
+        path: One of :data:`PATHS`.
+        via: Joint positions at the places that it passes on its way, all joints; an arc has one.
+        speed_mm_s: Largest speed of the tool on a line or an arc [mm/s]; 0: as fast as the joints
+            allow.
+        corner_mm: The tool passes the places of a joint move or of lines no further away than this
+            [mm]; 0: it stops at each.
     """
 
-    via: Vector = ()
+    path: str = "linear"
+    via: tuple[Vector, ...] = ()
     speed_mm_s: float = 0.0
+    corner_mm: float = 0.0
 
 
-def check_shape(
-    joints: Sequence[Joint], path: str, via: Sequence[float], speed_mm_s: float
-) -> ToolWay | None:
-    """Return the shape of the tool's way that a message asks for.
+def check_way(
+    joints: Sequence[Joint],
+    path: str,
+    via: Sequence[float] = (),
+    speed_mm_s: float = 0.0,
+    corner_mm: float = 0.0,
+) -> MoveWay | None:
+    """Return the way of a move that a message asks for; None: straight to the joints' targets.
 
     Args:
         joints: The joints there are, in order.
         path: joint or empty, linear, circular.
-        via: circular: joint positions at a place that the arc passes, of all joints.
+        via: Joint positions, of all joints, one place after the other. See :class:`MoveWay`.
         speed_mm_s: Largest speed of the tool; 0: as the joints allow.
+        corner_mm: How far from those places the tool may pass.
 
     Raises:
-        ToolPathError: Another path, or a speed that is none or not possible for a joint move.
+        ToolPathError: Another path, a number that has no meaning for it, or too many places.
         JointVectorError: ``via`` has a wrong count.
         JointLimitError: ... or is outside the limits.
     """
-    if path and path not in PATHS:
+    path = path or "joint"
+    if path not in PATHS:
         raise ToolPathError(f"path = {path!r}: expected one of {', '.join(PATHS)}, or empty")
     if not (math.isfinite(speed_mm_s) and speed_mm_s >= 0.0):
         raise ToolPathError(f"speed_mm_s = {speed_mm_s:g} is no speed (0: as the joints allow)")
-    if path not in ("linear", "circular"):
-        if speed_mm_s:
-            raise ToolPathError("speed_mm_s: a joint move has none, speed_percent counts")
+    if path == "joint" and speed_mm_s:
+        raise ToolPathError("speed_mm_s: a joint move has none, speed_percent counts")
+    if not (math.isfinite(corner_mm) and corner_mm >= 0.0):
+        raise ToolPathError(f"corner_mm = {corner_mm:g} is no distance (0: stop at each place)")
+    n = len(joints)
+    # A count that is no multiple is refused by the limits, in words with the joints.
+    places = [tuple(check_limits(joints, via[k : k + n])) for k in range(0, len(via), n)]
+    if path == "circular" and (len(places) != 1 or corner_mm):
+        what = f"via has {len(places)}" if len(places) != 1 else f"corner_mm = {corner_mm:g}"
+        raise ToolPathError(f"circular: an arc passes one place and has no corner: {what}")
+    if len(places) > MOST_PLACES:
+        raise ToolPathError(f"via has {len(places)} places: allowed are {MOST_PLACES}")
+    if corner_mm and not places:
+        raise ToolPathError("corner_mm: without places in via there is no corner")
+    if path == "joint" and not places:
         return None
-    passed = check_limits(joints, via) if path == "circular" else ()
-    return ToolWay(tuple(passed), speed_mm_s)
+    return MoveWay(path, tuple(places), speed_mm_s, corner_mm)
 
 
 def wanted_elbow(tool: ToolKinematics, text: str, path: str, seed: Sequence[float]) -> Elbow | None:
@@ -171,12 +196,12 @@ class SolvedPath:
     Attributes:
         track: Joint positions by the way of the tool [m] in place of the time.
         rows: First, second and third derivatives by the way, shape (3, m, n), at many places of it.
-        shape: What was asked for.
+        speed_mm_s: Largest speed of the tool that was asked for; 0: as the joints allow.
     """
 
     track: JointTrack
     rows: FloatArray
-    shape: ToolWay
+    speed_mm_s: float
 
     @property
     def corners(self) -> tuple[Vector, ...]:
@@ -189,7 +214,8 @@ def solve_path(
     joints: Sequence[Joint],
     begin: Sequence[float],
     target: Sequence[float],
-    shape: ToolWay,
+    via: Sequence[float] = (),
+    speed_mm_s: float = 0.0,
 ) -> SolvedPath | None:
     """Solve the joints' path for a line or an arc of the tool.
 
@@ -198,7 +224,8 @@ def solve_path(
         joints: All of the twin.
         begin: Their positions where it begins, shape (n,): [rad], prismatic [m].
         target: ... and where it ends. The tool has its place and turn there.
-        shape: Line or arc.
+        via: Joint positions at a place that an arc passes, all joints; empty: a line.
+        speed_mm_s: Largest speed of the tool [mm/s]; 0: as the joints allow.
 
     Returns:
         None if the tool stays where it is and as it is turned: any way of the joints will do.
@@ -208,11 +235,11 @@ def solve_path(
             it ends with other joint positions, as on the other side of the elbow.
     """
     columns = [k for k, joint in enumerate(joints) if joint in tool.joints]
-    corners = [begin, shape.via, target] if shape.via else [begin, target]
+    corners = [begin, via, target] if via else [begin, target]
     of_tool = [[q[column] for column in columns] for q in corners]
     first, last = of_tool[0], of_tool[-1]
     places = [tool.position(q) for q in of_tool]
-    curve = arc(*places) if shape.via else line(*places)
+    curve = arc(*places) if via else line(*places)
     turn = tool.turn(first, last)
     span = curve.length if curve.length > _NO_WAY else TURN_ARM * math.hypot(*turn)
     if span <= TURN_ARM * _NO_WAY:
@@ -230,7 +257,7 @@ def solve_path(
             for s in middles
         )
         if off <= OFF_M or 2 * count > MOST:
-            return SolvedPath(track, _derivatives(joints, track, count), shape)
+            return SolvedPath(track, _derivatives(joints, track, count), speed_mm_s)
         count *= 2
 
 

@@ -37,7 +37,7 @@ from scara_control.dynamics.effort import Load
 from scara_control.dynamics.payload_listener_node import PayloadListener
 from scara_control.errors import ScaraControlError
 from scara_control.joint_motion import JointMotion
-from scara_control.kinematics.tool_path import ToolWay, check_shape
+from scara_control.kinematics.tool_path import MoveWay, check_way
 from scara_control.motion.command_listener_node import CommandListener, Lending, told_movers
 from scara_control.motion.commands import Command, CommandInbox, parse_modes
 from scara_control.motion.epoch import Epoch
@@ -289,23 +289,23 @@ class JointPoseController:
         speed_percent: float,
         asked: float,
         ended: Callable[[Outcome], None],
-        way: Any = _JOINT_MOVE,
+        how: Any = _JOINT_MOVE,
     ) -> str:
         """Begin a move that was asked for at ``asked``; return why not, or an empty text.
 
-        ``way`` has the fields of a MoveJoints request that say how it goes and ends.
+        ``how`` has the fields of a MoveJoints request that say how it goes and ends.
         """
         self._commands.hear_first()
         for listener in (self._reader, self._delays):
             listener.catch_up()
         try:
-            shape = check_shape(self._joints, way.path, way.via, way.speed_mm_s)
+            way = check_way(self._joints, how.path, how.via, how.speed_mm_s, how.corner_mm)
             with self._lock:
                 request = self._epoch.begin(asked, time.monotonic())
         except ScaraControlError as error:
             return str(error)
         # Nothing is locked meanwhile: a stop is obeyed, and ends what is only being judged.
-        refusal = self._judged(names, positions, speed_percent, shape)
+        refusal = self._judged(names, positions, speed_percent, way)
         if refusal:
             return refusal
         self._lending.say(message)
@@ -315,7 +315,7 @@ class JointPoseController:
             try:
                 self._epoch.check(request)
                 self._rouse(now)
-                move_id = self._core.move(names, positions, speed_percent, now, way.trims, shape)
+                move_id = self._core.move(names, positions, speed_percent, now, how.trims, way)
                 self._asked = request.at
             except ScaraControlError as error:
                 self._settle(now)
@@ -325,13 +325,11 @@ class JointPoseController:
             self._go_on()
             return ""
 
-    def _judged(
-        self, names: Any, positions: Any, speed_percent: float, shape: ToolWay | None
-    ) -> str:
+    def _judged(self, names: Any, positions: Any, speed_percent: float, way: MoveWay | None) -> str:
         """Ask the gate; return why it refuses, or an empty text."""
         with self._lock:
             measured = self._measured
-        request = move_request(self._core.names, measured, names, positions, speed_percent, shape)
+        request = move_request(self._core.names, measured, names, positions, speed_percent, way)
         if request is None:
             return ""
         target = ", ".join(f"{value:.4g}" for value in request["joint_positions"])

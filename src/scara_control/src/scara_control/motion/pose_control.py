@@ -15,7 +15,7 @@ from scara_control.dynamics.effort import Load
 from scara_control.dynamics.planner import Planner
 from scara_control.joint_motion import JointMotion, Setpoints, Vector
 from scara_control.kinematics.tool import tool_kinematics
-from scara_control.kinematics.tool_path import ToolWay
+from scara_control.kinematics.tool_path import MoveWay
 from scara_control.motion.commands import (
     Command,
     MotionRefusedError,
@@ -76,7 +76,7 @@ class PoseController:
         speed_percent: float,
         now: float,
         trims: bool = False,
-        shape: ToolWay | None = None,
+        way: MoveWay | None = None,
     ) -> int:
         """Begin a joint move; return its id, with which its outcome will come.
 
@@ -86,14 +86,14 @@ class PoseController:
             speed_percent: 1 to 100; 0: the default.
             now: [s]
             trims: Its end is the tool's, not the joints': see :meth:`take_jog`.
-            shape: Of the tool's way; None: a joint move.
+            way: How it goes there; None: straight to the joints' targets.
 
         Raises:
             ScaraControlError: The move is not possible, or not now; the text says why.
         """
         try:
             move = self._config.move
-            request = check_move(self._joints, names, positions, speed_percent, move, shape)
+            request = check_move(self._joints, names, positions, speed_percent, move, way)
             return self._move(request, now, trims)
         except ValueError as error:
             self._message = f"refused: {error}"
@@ -269,7 +269,7 @@ class PoseController:
         start, go_at = self._start(now)
         hold = self._planner.stop(start).end
         target = request.target(self._joints, hold)
-        path = self._planner.move(start, target, request.speed_percent, request.shape)
+        path = self._planner.move(start, target, request.speed_percent, request.way)
         self._end_move(f"aborted: replaced by move {self._ledger.move_id + 1}")
         self._ledger.begin(now, is_move=True, trims_at=target if trims else ())
         self._begin(self.names, go_at)

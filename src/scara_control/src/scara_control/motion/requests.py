@@ -11,7 +11,7 @@ from scara_config import Joint, Robot
 from scara_control.config import MotionConfig, MoveConfig, in_si
 from scara_control.joint_motion import JointMotion, Vector
 from scara_control.kinematics.tool import tool_kinematics
-from scara_control.kinematics.tool_path import ToolWay
+from scara_control.kinematics.tool_path import MoveWay
 from scara_control.limits import check_joint_vector, check_limits
 from scara_control.motion.commands import MotionRefusedError
 from scara_control.motion.trim import Trimming
@@ -21,12 +21,12 @@ from scara_control.motion.trim import Trimming
 class MoveRequest:
     """A checked request: wanted positions by joint, the others hold; program speed in percent.
 
-    The tool's way has a ``shape``; None: a joint move.
+    ``way``: how it goes there; None: straight to the joints' targets.
     """
 
     positions: dict[str, float]
     speed_percent: float
-    shape: ToolWay | None = None
+    way: MoveWay | None = None
 
     def target(self, joints: Sequence[Joint], hold: Sequence[float]) -> Vector:
         """Return the target of all joints; ``hold`` is where the others stay."""
@@ -75,7 +75,7 @@ def check_move(
     positions: Sequence[float],
     speed_percent: float,
     config: MoveConfig,
-    shape: ToolWay | None = None,
+    way: MoveWay | None = None,
 ) -> MoveRequest:
     """Check a request for a joint move.
 
@@ -85,7 +85,7 @@ def check_move(
         positions: One for each name, [rad] or [m].
         speed_percent: 1 to 100; 0: the default.
         config: The default speed.
-        shape: Of the tool's way; None: a joint move.
+        way: How it goes there; None: straight to the joints' targets.
 
     Raises:
         MotionRefusedError: Unknown or doubled joint, or a speed outside its range.
@@ -101,7 +101,7 @@ def check_move(
     named = [known[name] for name in names] if names else list(joints)
     values = check_limits(named, check_joint_vector(named, positions))
     by_name = {joint.name: q for joint, q in zip(named, values)}
-    return MoveRequest(by_name, check_speed(speed_percent, config), shape)
+    return MoveRequest(by_name, check_speed(speed_percent, config), way)
 
 
 def check_speed(speed_percent: float, config: MoveConfig) -> float:

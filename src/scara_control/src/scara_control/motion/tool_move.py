@@ -70,8 +70,8 @@ def plan_tool_move(
     """
     slope, bend, twist = (np.abs(table) for table in path.rows)
     fastest = _least(np.array([joint.velocity for joint in joints]) * speed_percent / 100.0, slope)
-    if path.shape.speed_mm_s:
-        fastest = min(fastest, 1e-3 * path.shape.speed_mm_s)
+    if path.speed_mm_s:
+        fastest = min(fastest, 1e-3 * path.speed_mm_s)
     accelerations = np.array([joint.acceleration * share for joint in joints])
     jerks = np.array([joint.jerk for joint in joints])
     best: tuple[ruckig.Trajectory, float] | None = None

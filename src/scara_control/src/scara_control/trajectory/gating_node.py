@@ -16,7 +16,7 @@ from scara_ros.shell.ros_node import config_folder, refusing
 from scara_ros.starting.starting_node import until_shutdown
 
 from scara_control.joint_motion import JointMotion, Vector
-from scara_control.kinematics.tool_path import ToolWay
+from scara_control.kinematics.tool_path import MoveWay
 from scara_control.trajectory.goal import Goal
 from scara_msgs.msg import Audit
 from scara_msgs.srv import JudgeMotion
@@ -57,7 +57,7 @@ def move_request(
     names: Sequence[str],
     positions: Sequence[float],
     speed_percent: float,
-    shape: ToolWay | None = None,
+    way: MoveWay | None = None,
 ) -> dict[str, Any] | None:
     """Return the judge's request for a move of some joints; the others stay.
 
@@ -67,7 +67,7 @@ def move_request(
         names: Joints to move; empty: all.
         positions: [rad] or [m].
         speed_percent: 0: the default.
-        shape: Of the tool's way; None: a joint move.
+        way: How it goes there; None: straight to the joints' targets.
 
     Returns:
         None if it is no move at all, which the node refuses by itself.
@@ -81,10 +81,14 @@ def move_request(
         "joint_positions": [wanted[name] for name in joints],
         "speed_percent": speed_percent,
     }
-    if shape is None:
+    if way is None:
         return asked
-    path = "circular" if shape.via else "linear"
-    return asked | {"path": path, "via": list(shape.via), "speed_mm_s": shape.speed_mm_s}
+    return asked | {
+        "path": way.path,
+        "via": [q for place in way.via for q in place],
+        "speed_mm_s": way.speed_mm_s,
+        "corner_mm": way.corner_mm,
+    }
 
 
 def trajectory_request(goal: Goal) -> dict[str, Any]:

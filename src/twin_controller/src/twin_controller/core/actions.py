@@ -111,6 +111,8 @@ class MoveTwin(Action, frozen=True, tag="move_twin"):
     yaw: float | None = None
     path: str = ""
     speed_mm_s: float = 0.0
+    via: tuple[float, ...] = ()
+    corner_mm: float = 0.0
 
 
 class CapTwin(Action, frozen=True, tag="cap_twin"):

@@ -235,6 +235,8 @@ class Operator(Event, frozen=True, tag="operator"):
         yaw: Of the tool at a point [rad]; None: as the arm's kinematics choose it.
         path: joint or empty; linear: the tool goes along a straight line.
         speed_mm_s: Of the tool along a line, at most; 0: as the joints allow.
+        via: MOVE_JOINTS: joint positions at the places that it passes, one after the other, SI.
+        corner_mm: How far from them the tool may pass [mm]; 0: it stops at each.
     """
 
     command: str
@@ -250,6 +252,8 @@ class Operator(Event, frozen=True, tag="operator"):
     yaw: float | None = None
     path: str = ""
     speed_mm_s: float = 0.0
+    via: tuple[float, ...] = ()
+    corner_mm: float = 0.0
 
 
 class ControlAsked(Event, frozen=True, tag="control"):

@@ -103,6 +103,8 @@ class CommandServices:
             yaw=turned,
             path=request.path,
             speed_mm_s=request.speed_mm_s,
+            via=tuple(request.via),
+            corner_mm=request.corner_mm,
             # A stop waits for no disk: its person is compared with what is known.
             **self._who(request, read=command not in ENDING),
         )

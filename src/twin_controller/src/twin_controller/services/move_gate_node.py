@@ -90,7 +90,8 @@ class MoveGate:
             speed = speed or self._setup.config.home.speed_percent
             target = self._setup.home
         asked = {"motion": "MOVE_JOINTS", "speed_percent": speed, "joint_positions": list(target)}
-        return asked | {"path": event.path, "speed_mm_s": event.speed_mm_s}
+        asked |= {"path": event.path, "speed_mm_s": event.speed_mm_s}
+        return asked | {"via": list(event.via), "corner_mm": event.corner_mm}
 
     def _told(self, said: Audit) -> None:
         """Show and keep what a gate has said, ours too."""

@@ -295,7 +295,8 @@ def move_call(action: MoveTwin, names: Sequence[str], same_clock: bool = True) -
         "joint_positions": list(action.target),
         "speed_percent": action.speed_percent,
     }
-    return TwinServiceCall("joint_pose_controller/move", arguments | asked)
+    passed = {"via": list(action.via), "corner_mm": action.corner_mm}
+    return TwinServiceCall("joint_pose_controller/move", arguments | asked | passed)
 
 
 def gripper_call(on: bool) -> TwinServiceCall:

@@ -9,7 +9,7 @@ from scara_control.dynamics.effort import load_of
 from scara_control.dynamics.planner import Planner
 from scara_control.errors import JointLimitError, ScaraControlError
 from scara_control.joint_motion import JointMotion, Setpoints
-from scara_control.kinematics.tool_path import check_shape, wanted_elbow
+from scara_control.kinematics.tool_path import check_way, wanted_elbow
 from scara_control.limits import check_limits
 from scara_control.trajectory.goal import named_joints, plan_path
 
@@ -84,13 +84,13 @@ def _move(world: World, motion: ToolTarget | JointTarget) -> Planned:
         raise WhatIfError(f"speed_percent = {percent:g}: is neither 0 (default) nor in [1, 100]")
     target = _destination(world, motion)
     check_limits(joints, target)
-    via = motion.via if isinstance(motion, JointTarget) else ()
-    shape = check_shape(joints, motion.path, via, motion.speed_mm_s)
+    places = (motion.via, motion.corner_mm) if isinstance(motion, JointTarget) else ((), 0.0)
+    way = check_way(joints, motion.path, places[0], motion.speed_mm_s, places[1])
     planner = Planner(joints, world.cell.kinematics.tool)
     if (world.payload is not None and world.payload.mass_kg) or world.held:
         planner.load = load_of(world.models[bool(world.held)], joints, settings.effort_percent)
     allowed = min(percent, world.cap_percent)
-    path = planner.move(JointMotion.at_rest(world.q), target, allowed, shape)
+    path = planner.move(JointMotion.at_rest(world.q), target, allowed, way)
     reasons = []
     if percent > world.cap_percent:
         text = f"{percent:g} % is asked for; the robot gets {world.cap_percent:g} %, its cap"

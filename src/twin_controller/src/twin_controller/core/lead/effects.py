@@ -92,7 +92,7 @@ def carry_out(
                 # To the twin it is a move of the joints, with a speed of its own.
                 do, target = "MOVE_JOINTS", setup.home
                 speed = speed or setup.config.home.speed_percent
-            way = asked.path, asked.speed_mm_s
+            way = asked.path, asked.speed_mm_s, asked.via, asked.corner_mm
             return state, [MoveTwin(do, target, speed, asked.elbow, asked.asked, asked.yaw, *way)]
     return state, [SendReal(command, reason)]
 

@@ -6,11 +6,12 @@ One function for both: what the page shows as reachable is accepted, and what it
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import NamedTuple
 
 from scara_control.errors import ScaraControlError
 from scara_control.keep_out.zones import judge_way
-from scara_control.kinematics.tool_path import check_shape, solve_path, wanted_elbow
+from scara_control.kinematics.tool_path import check_way, solve_path, wanted_elbow
 
 from twin_controller.core.events import Joints, Operator
 from twin_controller.core.follow.limit import check_setpoint
@@ -53,19 +54,34 @@ def judge_move(setup: Setup, twin: TwinSide, event: Operator) -> JudgedMove:
     if not twin.history:
         return JudgedMove(refusal="where the twin stands is not known: wait for its link")
     start = twin.last.q
-    between: tuple[Joints, ...] = ()
     try:
         target, elbow = _destination(setup, start, event)
-        shape = check_shape(setup.joints, event.path, (), event.speed_mm_s)
-        if shape is not None:
-            along = solve_path(setup.tool, setup.joints, start, target, shape)
-            between = along.corners[1:-1] if along is not None else ()
+        between = _between(setup, start, target, event)
     except ScaraControlError as error:
         return JudgedMove(refusal=str(error))
-    margin = setup.config.cell.keep_out_clearance_mm
+    # A rounded corner lies inside the one that is judged.
+    margin = setup.config.cell.keep_out_clearance_mm + event.corner_mm
     zones, points = setup.keep_out, setup.points
     way = judge_way(points, zones, start, target, setup.velocity, margin, between)
     return JudgedMove(target, elbow, way.violation)
+
+
+def _between(setup: Setup, start: Joints, target: Joints, event: Operator) -> tuple[Joints, ...]:
+    """Return joint positions on the way, straight from one to the next, corners not rounded.
+
+    Raises:
+        ScaraControlError: The event asks for a way that is none, or that the tool cannot go.
+    """
+    way = check_way(setup.joints, event.path, event.via, event.speed_mm_s, event.corner_mm)
+    if way is None or way.path == "joint":
+        return way.via if way is not None else ()
+    arc = way.via[0] if way.path == "circular" else ()
+    places = [start, target] if arc else [start, *way.via, target]
+    found: list[Joints] = []
+    for begin, end in pairwise(places):
+        along = solve_path(setup.tool, setup.joints, begin, end, arc)
+        found += along.corners[1:] if along is not None else (end,)
+    return tuple(found[:-1])
 
 
 def invalid_target(setup: Setup, event: Operator) -> str:
