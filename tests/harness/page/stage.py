@@ -50,6 +50,9 @@ from scara_config import load_robot  # noqa: E402
 from scara_config.frames import find_frames  # noqa: E402
 from scara_config.modbus_map import load_modbus_map  # noqa: E402
 from scara_config.profile import CHOICE  # noqa: E402
+from scara_control.errors import ScaraControlError  # noqa: E402
+from scara_control.kinematics.scara import Elbow  # noqa: E402
+from scara_control.kinematics.tool import tool_kinematics  # noqa: E402
 from scara_ros.diagnosis import Level  # noqa: E402
 from scara_ros.page.page_door import PageDoor  # noqa: E402
 from scara_ros.page.page_guard_io import PageGuard  # noqa: E402
@@ -70,6 +73,7 @@ class StageDoor:
     def __init__(self, folder: Path) -> None:
         """Begin with the pair at rest."""
         self.robot = load_robot(folder)
+        self._tool = tool_kinematics(self.robot)
         self._layout = load_modbus_map(folder)
         self.scene, self.holder, self.answered = "ready", "", False
         self.jogged: list[dict[str, float]] = []
@@ -127,12 +131,34 @@ class StageDoor:
         return answer()
 
     async def judge(self, **fields: Any) -> Answer:
-        """Say that every point can be reached, once answers are let through."""
+        """Say that every point of the form can be reached, once answers are let through.
+
+        A question without a speed is that of tab Teach: it is answered by the twin's kinematics.
+        """
         await self.answers.wait()
+        if "speed_percent" not in fields:
+            return self._solved(**fields)
         names = [joint.name for joint in self.robot.twin_joints]
         last = fields.get("yaw", 0.5)
         values = {"name": names, "target": [0.5] * (len(names) - 1) + [last], "elbow": "righty"}
         return Answer(True, "", {**values, "refused_now": ""})
+
+    def _solved(self, x: float, y: float, z: float, elbow: str) -> Answer:
+        state = self.snapshot().state
+        names = [joint.name for joint in self.robot.twin_joints]
+        now = [0.0] * len(names)
+        if state is not None:
+            shown = dict(zip(state.name, state.twin_position))
+            now = [shown[joint.name] * joint.scale for joint in self.robot.twin_joints]
+        there = dict(zip(names, now))
+        seed = [there[joint.name] for joint in self._tool.joints]
+        try:
+            found = self._tool.inverse(x, y, z, Elbow(elbow) if elbow else None, seed).chosen
+        except ScaraControlError as error:
+            return Answer(False, str(error), {"name": names, "target": [], "elbow": ""})
+        there |= dict(zip((joint.name for joint in self._tool.joints), found.q))
+        branch = found.elbow.value if found.elbow else ""
+        return Answer(True, "", {"name": names, "target": list(there.values()), "elbow": branch})
 
     async def try_motion(self, motion: str, **fields: Any) -> Answer:
         """Say that HOME and a draft are free, and that everything else hits a part."""

@@ -14,7 +14,7 @@ from harness.page.hand import Hand
 from harness.page.recorded import write_recording
 from harness.page.theatre import Theatre
 from harness.running.thorough import thorough
-from playwright.sync_api import expect
+from playwright.sync_api import Locator, expect
 from scara_config import load_robot
 
 MINUS = "\N{MINUS SIGN}"
@@ -266,6 +266,7 @@ def teach(hand: Hand) -> None:
         else:
             expect(lines).not_to_have_count(count)
             until_changed(hand, before)
+    palletise(hand, panel)
     panel.get_by_label("Name or remark", exact=True).fill("begin")
     lines.first.click()
     for name in ("Note", "Down", "Up", "Delete", "Undo", "Redo"):
@@ -311,6 +312,36 @@ def teach(hand: Hand) -> None:
         hand.button(answer, question).click()
         expect(question).to_have_count(0)
     expect(said).to_contain_text(re.compile("not so within|only the robot"), timeout=20_000)
+
+
+def palletise(hand: Hand, panel: Locator) -> None:
+    """Places are taken and typed, a grid spans two of them, lines go through them."""
+    places, said = panel.get_by_label("Places", exact=True), panel.locator(".teach-said")
+    for name in ("Take twin", "Take real"):
+        hand.button(name, panel).click()
+    expect(places).to_have_value(re.compile(r".+\n.+"))
+    hand.button("Clear", panel).click()
+    expect(places).to_have_value("")
+    columns = {"Rows": "1", "Columns": "2", "Pitch x": "30", "Pitch y": "0", "Above": "20"}
+    for label, text in columns.items():
+        panel.get_by_label(label, exact=True).fill(text)
+    for name in ("Pick", "Place"):
+        places.fill("-100 400 50")
+        hand.button("Grid", panel).click()
+        expect(said).to_have_text("2 places, all within reach.")
+        hand.look()
+        hand.button(name, panel).click()
+        expect(said).to_have_text("Places used: 2")
+    hand.button("Record J", panel).click()
+    expect(said).to_contain_text("Recorded where")
+    line = panel.locator('[data-teach-line][aria-pressed="true"]').get_attribute("data-teach-line")
+    panel.get_by_label("From line", exact=True).fill(str(line))
+    places.fill("0 0 0\n900 0 0")
+    hand.button("Repeat", panel).click()
+    expect(said).to_contain_text("Repeat: P[")
+    places.fill("0 0 0\n30 0 0")
+    hand.button("Repeat", panel).click()
+    expect(said).to_have_text("Places used: 2")
 
 
 def until_changed(hand: Hand, before: str) -> None:

@@ -143,7 +143,7 @@ def recorded(
     new = msgspec.structs.replace(position, number=max(taken, default=0) + 1)
     target = Indexed("P", (float(new.number),), 0, new.comment)
     line = MotionLine(kind, (target,), speed, UNITS[kind], cnt)
-    return _inserted(draft, robot, after, (line,), (*draft.program.positions, new))
+    return inserted(draft, robot, after, (line,), (*draft.program.positions, new))
 
 
 def touched_up(draft: Draft, robot: Robot, number: int, position: Position) -> Draft:
@@ -159,7 +159,7 @@ def touched_up(draft: Draft, robot: Robot, number: int, position: Position) -> D
         else old
         for old in draft.program.positions
     ]
-    return _changed(draft, robot, draft.program.lines, tuple(positions))
+    return changed(draft, robot, draft.program.lines, tuple(positions))
 
 
 def own_position(draft: Draft, number: int) -> Indexed:
@@ -197,7 +197,7 @@ def moved(draft: Draft, robot: Robot, number: int, by: int) -> Draft:
     first, second = line_of(draft, number), line_of(draft, number + by)
     lines = list(draft.program.lines)
     lines[number - 1], lines[number + by - 1] = second, first
-    return _changed(draft, robot, tuple(lines))
+    return changed(draft, robot, tuple(lines))
 
 
 def deleted(draft: Draft, robot: Robot, number: int) -> Draft:
@@ -210,13 +210,20 @@ def deleted(draft: Draft, robot: Robot, number: int) -> Draft:
     while more := [pair for pair in pairs if pair & whole and not pair <= whole]:
         whole |= set().union(*more)
     kept = tuple(line for index, line in enumerate(lines) if index not in whole)
-    positions = draft.program.positions
-    if isinstance(gone, MotionLine):
-        needed = {target for line in kept for target in _targets(line)}
-        if all(number is not None for number in needed):
-            freed = set(_targets(gone)) - needed
-            positions = tuple(each for each in positions if each.number not in freed)
-    return _changed(draft, robot, kept, positions)
+    freed = {target for target in _targets(gone) if target is not None}
+    return changed(draft, robot, kept, needed_positions(draft.program.positions, freed, kept))
+
+
+def needed_positions(
+    positions: tuple[Position, ...], freed: set[int], lines: tuple[Line, ...]
+) -> tuple[Position, ...]:
+    """Return the positions without those of ``freed`` that no line goes to.
+
+    Where a register says which one a line goes to, that may be each of them: all stay.
+    """
+    needed = {target for line in lines for target in _targets(line)}
+    freed = set() if None in needed else freed - needed
+    return tuple(each for each in positions if each.number not in freed)
 
 
 def _targets(line: Line) -> Iterator[int | None]:
@@ -249,7 +256,7 @@ def noted(draft: Draft, robot: Robot, number: int, text: str) -> Draft:
     if isinstance(line, Remark):
         return _with_line(draft, robot, number, msgspec.structs.replace(line, text=text))
     if not isinstance(line, MotionLine):
-        return _inserted(draft, robot, number, (Remark("!", text),))
+        return inserted(draft, robot, number, (Remark("!", text),))
     wanted = own_position(draft, number)
 
     def name(target: Indexed) -> Indexed:
@@ -266,7 +273,7 @@ def noted(draft: Draft, robot: Robot, number: int, text: str) -> Draft:
         msgspec.structs.replace(each, comment=text) if each.number == wanted.index[0] else each
         for each in draft.program.positions
     )
-    return _changed(draft, robot, lines, positions)
+    return changed(draft, robot, lines, positions)
 
 
 def waiting(draft: Draft, robot: Robot, after: int, seconds: float) -> Draft:
@@ -278,14 +285,14 @@ def waiting(draft: Draft, robot: Robot, after: int, seconds: float) -> Draft:
     seconds = round(seconds, 2)
     if not 0.0 < seconds <= LONGEST_WAIT_S:
         raise TeachError(f"a wait of {seconds:g} s is outside ]0, {LONGEST_WAIT_S:g}]")
-    return _inserted(draft, robot, after, (Wait(seconds),))
+    return inserted(draft, robot, after, (Wait(seconds),))
 
 
 def gripping(draft: Draft, robot: Robot, after: int, close: bool) -> Draft:
     """Switch the suction and wait until the vacuum is there, or gone."""
     level = Name("ON" if close else "OFF")
     until = WaitUntil(Binary("=", VACUUM, level))
-    return _inserted(draft, robot, after, (AssignLine(SUCTION, level), until))
+    return inserted(draft, robot, after, (AssignLine(SUCTION, level), until))
 
 
 def looped(draft: Draft, robot: Robot, first: int, last: int, times: int) -> Draft:
@@ -294,20 +301,34 @@ def looped(draft: Draft, robot: Robot, first: int, last: int, times: int) -> Dra
     Raises:
         TeachError: They hold half of a block, or there are none.
     """
-    for number in (first, last):
-        line_of(draft, number)
     if not 1 <= times <= MOST_LINES:
         raise TeachError(f"{times} rounds are outside [1, {MOST_LINES}]")
+    whole_block(draft, first, last)
+    lines = draft.program.lines
+    counter = Indexed("R", (float(free_register(lines)),), 0, "round")
+    begin = For(counter, 1.0, float(times))
+    whole = (begin, *lines[first - 1 : last], Word("ENDFOR"))
+    return changed(draft, robot, (*lines[: first - 1], *whole, *lines[last:]))
+
+
+def whole_block(draft: Draft, first: int, last: int) -> None:
+    """Make sure that lines can be put into a loop.
+
+    Raises:
+        TeachError: They hold half of a block, or there are none.
+    """
+    for number in (first, last):
+        line_of(draft, number)
     inside = range(first - 1, last)
     partners = flow_of(draft.program, draft.program.name).partners
     if first > last or any((a in inside) != (b in inside) for a, b in partners.items()):
         raise TeachError(f"lines {first} to {last} hold half of a block")
-    taken = [index for index in _registers(draft.program.lines) if index >= FIRST_COUNTER]
-    counter = Indexed("R", (max(taken, default=FIRST_COUNTER - 1) + 1,), 0, "round")
-    lines = draft.program.lines
-    begin = For(counter, 1.0, float(times))
-    whole = (begin, *lines[first - 1 : last], Word("ENDFOR"))
-    return _changed(draft, robot, (*lines[: first - 1], *whole, *lines[last:]))
+
+
+def free_register(lines: tuple[Line, ...]) -> int:
+    """Return the number of the first register that no line uses, nor one behind it."""
+    taken = [int(index) for index in _registers(lines) if index >= FIRST_COUNTER]
+    return max(taken, default=FIRST_COUNTER - 1) + 1
 
 
 def _registers(thing: object) -> Iterator[float]:
@@ -331,28 +352,30 @@ def _motion(draft: Draft, number: int) -> MotionLine:
 
 def _with_line(draft: Draft, robot: Robot, number: int, line: Line) -> Draft:
     lines = draft.program.lines
-    return _changed(draft, robot, (*lines[: number - 1], line, *lines[number:]))
+    return changed(draft, robot, (*lines[: number - 1], line, *lines[number:]))
 
 
-def _inserted(
+def inserted(
     draft: Draft,
     robot: Robot,
     after: int,
     lines: tuple[Line, ...],
     positions: tuple[Position, ...] | None = None,
 ) -> Draft:
+    """Put lines behind line ``after``, and positions in place of those that are there."""
     old = draft.program.lines
     if not 0 <= after <= len(old):
         raise TeachError(f"there is no line {after}")
-    return _changed(draft, robot, (*old[:after], *lines, *old[after:]), positions)
+    return changed(draft, robot, (*old[:after], *lines, *old[after:]), positions)
 
 
-def _changed(
+def changed(
     draft: Draft,
     robot: Robot,
     lines: tuple[Line, ...],
     positions: tuple[Position, ...] | None = None,
 ) -> Draft:
+    """Put lines, and perhaps positions, in place of those that are there."""
     program = msgspec.structs.replace(draft.program, lines=lines)
     if positions is not None:
         program = msgspec.structs.replace(program, positions=positions)

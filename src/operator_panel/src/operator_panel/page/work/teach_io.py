@@ -19,11 +19,13 @@ from operator_panel.control.fields import FieldError, parse_number
 from operator_panel.page.preview.asking_io import needs_judge, play
 from operator_panel.page.view_io import PageView, push_button
 from operator_panel.page.work.leading_io import Leading
+from operator_panel.page.work.places_io import PlacesForm
 from operator_panel.teach import draft as teach
+from operator_panel.teach import rounds
 from operator_panel.teach.draft import Draft, TeachError
 from operator_panel.teach.history import Edits
 from operator_panel.teach.kept_io import Lesson
-from operator_panel.teach.places import position_of, stands_at
+from operator_panel.teach.places import joints_of
 from operator_panel.view.robot.program_lines import listing
 from operator_panel.view.snapshot import Snapshot
 
@@ -94,9 +96,12 @@ class _Teach:
             self._joint = self._field("Speed J", "%", "teach-speed-j", "50")
             self._line = self._field("Speed L", "mm/s", "teach-speed-l", "100")
             self._corner = self._field("CNT", "", "teach-cnt", "", "FINE")
+        self._places = PlacesForm(self._view, self._field, self._button)
         with ui.element("div").classes("row-line"):
             self._button("Record J", partial(self._record, "J"))
             self._button("Record L", partial(self._record, "L"))
+            self._button("Pick", partial(self._handle, True))
+            self._button("Place", partial(self._handle, False))
             self._button("Touch up", self._touch_up)
             self._button("Set speed", self._set_speed)
         with ui.element("div").classes("row-line"):
@@ -114,6 +119,7 @@ class _Teach:
             self._button("Add grip", partial(self._grip, True))
             self._button("Add let go", partial(self._grip, False))
             self._button("Loop", self._loop)
+            self._button("Repeat", self._repeat)
         with ui.element("div").classes("row-line"):
             self._note = self._field("Name or remark", "", "teach-note").classes("grow")
             self._button("Note", self._noted)
@@ -201,10 +207,10 @@ class _Teach:
 
     async def _add(self, edit: Callable[[Draft, int], Draft]) -> None:
         """Add lines behind the chosen one; the last of them is chosen then."""
-        after, before = self._chosen, len(self._lesson.draft.program.lines)
+        after, before = self._chosen, self._lesson.draft
         await self._edit(
             lambda draft: edit(draft, after),
-            lambda made: after + len(made.program.lines) - before,
+            lambda made: rounds.last_added(before, after, made),
         )
 
     async def _alter(self, edit: Callable[[Draft, int], Draft], by: int = 0) -> None:
@@ -213,21 +219,42 @@ class _Teach:
         await self._edit(lambda draft: edit(draft, at), lambda _: at + by)
 
     async def _record(self, kind: str) -> tuple[str, str]:
-        position = self._here()
+        positions, robot = await self._places.positions(self._lesson.draft.program), self._robot
         speed, cnt = self._speed(kind), self._cnt()
-        await self._add(
-            lambda d, at: teach.recorded(d, self._robot, at, position, kind, speed, cnt)
-        )
-        return "good", "Recorded where the twin stands; the real robot agrees with it."
+        await self._add(lambda d, at: rounds.recorded(d, robot, at, positions, kind, speed, cnt))
+        return self._used("Recorded where the twin stands; the real robot agrees with it.")
 
-    def _here(self) -> Any:
-        snapshot = self._view.door.snapshot()
-        return position_of(self._robot, stands_at(self._robot, snapshot))
+    async def _handle(self, close: bool) -> tuple[str, str]:
+        above, there = await self._places.handled(self._lesson.draft.program)
+        robot, cnt, speeds = self._robot, self._cnt(), (self._speed("J"), self._speed("L"))
+        await self._add(
+            lambda d, at: rounds.handled(d, robot, at, above, there, close, speeds, cnt)
+        )
+        return self._used(f"{'Picked' if close else 'Placed'} where both stand.")
+
+    async def _repeat(self) -> tuple[str, str]:
+        draft, last, robot = self._lesson.draft, self._chosen, self._robot
+        first = int(parse_number(self._from.value, "From line", ""))
+        taught = {
+            number: joints_of(robot, draft.program, number)
+            for number in rounds.own_places(draft, first, last)
+        }
+        moved = await self._places.moved(taught)
+        await self._alter(lambda d, _: rounds.repeated(d, robot, first, last, moved))
+        return self._used("")
 
     async def _touch_up(self) -> tuple[str, str]:
-        position, robot = self._here(), self._robot
-        await self._alter(lambda d, at: teach.touched_up(d, robot, at, position))
-        return "good", "Touched up to where both stand."
+        positions, robot = await self._places.positions(self._lesson.draft.program), self._robot
+        if len(positions) > 1:
+            raise TeachError(f"{len(positions)} places: a position has one")
+        await self._alter(lambda d, at: teach.touched_up(d, robot, at, positions[0]))
+        return self._used("Touched up to where both stand.")
+
+    def _used(self, where_both_stand: str) -> tuple[str, str]:
+        """Return what to say of an edit, and forget the places that it has used."""
+        count = len(self._places.places)
+        self._places.clear()
+        return "good", f"Places used: {count}" if count else where_both_stand
 
     def _speed(self, kind: str) -> float:
         if kind == "J":
