@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
+from typing import NamedTuple
 
+import numpy as np
 from scara_config import Robot, load_robot
 from scara_course.exercise import Exercise
 from scara_course.exercises_io import draw, load_exercises
 from scara_course.marking import ExerciseMark, Table
 
+from harness.imitated_run import JOINTS, BagMaker
 from harness.workspace import ROOT
 
 LEARNER = "ada"
@@ -46,3 +50,39 @@ def marked(number: int, text: str, learner: str = LEARNER) -> ExerciseMark:
     """ExerciseMark what a learner handed in."""
     each = exercise(number)
     return each.mark_answers(text, learner, draw(each, learner), robot())
+
+
+class Scene(NamedTuple):
+    """What happens in a short recording.
+
+    Attributes:
+        real: From when to when the real side moves [s].
+        twin: The same of the twin.
+        decisions: When [s], mode before, trigger, mode after.
+        end: Length [s].
+    """
+
+    real: tuple[tuple[float, float], ...]
+    twin: tuple[tuple[float, float], ...]
+    decisions: tuple[tuple[float, str, str, str], ...]
+    end: float
+
+
+def write_scene(scene: Scene, path: Path) -> Path:
+    """Write a recording: joint_1 turns by 20 degrees a second while a side moves."""
+    maker, times = BagMaker(), np.arange(0.0, scene.end, 0.02)
+    for topic, spans in (("real/ground_truth", scene.real), ("twin/joint_states", scene.twin)):
+        speed = np.zeros((len(times), len(JOINTS)))
+        for start, end in spans:
+            speed[(times >= start) & (times < end), 0] = np.radians(20.0)
+        maker.joint_states(topic, JOINTS, times, np.cumsum(speed * 0.02, axis=0), speed)
+    for number, (at, before, event, mode) in enumerate(scene.decisions):
+        fields = (number, before, event, mode, "", [], event, np.nan, np.nan, 0.0, "")
+        maker.add(
+            at,
+            "twin_controller/decisions",
+            "scara_msgs/msg/Decision",
+            maker.header(at),
+            *fields,
+        )
+    return maker.write(path)

@@ -94,7 +94,7 @@ class Exercise:
         return read_answers(text, learner, self.shown(given), self.check.solve(given, robot))
 
     def mark_answers(self, text: str, learner: str, given: Table, robot: Robot) -> ExerciseMark:
-        """ExerciseMark a file of answers; one that cannot be read has not passed."""
+        """Mark a file of answers; one that cannot be read has not passed."""
         try:
             answers = self.answers(text, learner, given, robot)
         except AnswerError as error:

@@ -17,7 +17,15 @@ Value: TypeAlias = float | str
 Table: TypeAlias = dict[str, dict[str, Value]]
 Mistake: TypeAlias = Callable[[Table], Table]
 
-ALLOWED = {"_deg": 0.05, "_mm": 0.1, "_mm_s": 1.0, "_m": 0.001, "_m2": 0.001, "_s": 0.02}
+ALLOWED = {
+    "_deg": 0.05,
+    "_mm": 0.1,
+    "_mm_s": 1.0,
+    "_m": 0.001,
+    "_m2": 0.001,
+    "_s": 0.02,
+    "_ms": 1.0,
+}
 """By unit: so far a number may be from the right one. Our choice: the last digit that the robot's
 display shows, and what rounding on the way to it loses."""
 EXACT = 1e-9

@@ -5,9 +5,12 @@ It has the running one's world and loops, needs no ROS master, and is faster tha
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
+import msgspec
 from scara_config import Robot
+from scara_control.pid import PidGains
 from scara_simulation.config import SimulationConfig, load_gains, load_simulation
 from scara_simulation.joints.control import JointControl
 from scara_simulation.joints.loop import LoopState
@@ -24,17 +27,28 @@ _SETTLE_S = 0.3
 class OfflineBench:
     """The twin at its start pose."""
 
-    def __init__(self, robot: Robot, directory: Path | None, *, plain: bool) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        directory: Path | None,
+        *,
+        plain: bool,
+        gains: Mapping[str, PidGains] | None = None,
+    ) -> None:
         """Take the configuration.
 
         ``plain``: the article's PID, without feed-forward, whatever simulation.yaml says.
+        ``gains``: of the position loops of some joints, in place of pid_gains.yaml's.
 
         Raises:
             ConfigError: A file is missing or wrong.
         """
         self._robot = robot
         self._config: SimulationConfig = load_simulation(robot, directory)
-        self._gains = load_gains(robot, directory)
+        self._gains = [
+            msgspec.structs.replace(held, position=(gains or {}).get(joint.name, held.position))
+            for joint, held in zip(robot.twin_joints, load_gains(robot, directory))
+        ]
         self.feed_forward = self._config.feed_forward and not plain
 
     def position(self, name: str) -> float:
