@@ -8,6 +8,7 @@ import { Stop } from "./stop.js";
 import { Events } from "./events.js";
 import { watchJog } from "./hands.js";
 import { TimeLine } from "./past.js";
+import { Drag } from "./picture/drag.js";
 import { MotionLine } from "./preview/motion.js";
 
 const told = window.PANEL;
@@ -120,7 +121,10 @@ function start() {
   startJogWays();
   startFollow();
   new Camera();
-  if (told.operator) watchJog(live, told.jog_period_ms);
+  if (told.operator) {
+    watchJog(live, told.jog_period_ms);
+    new Drag(scene, document.querySelector("[data-drag]"));
+  }
   window.panel = {
     typed: () => motion.typed(),
     preview: (pose) => motion.aim(pose),

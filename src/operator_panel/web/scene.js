@@ -25,6 +25,7 @@ export class Scene {
     this.pace = null;
     this.poses = {};
     this.still = false;
+    this.tool = null; // where the twin's is [m]
   }
 
   get software() {
@@ -201,6 +202,7 @@ export class Scene {
 
   // Where the tools were, how far they are apart, and the eye if it follows the tool.
   trace(tools) {
+    this.tool = tools.twin ?? this.tool;
     const { scene, camera, controls } = this.view;
     this.trails ||= { real: new Trail(scene, () => css("--real")), twin: new Trail(scene, () => css("--twin")) };
     this.apart ||= new Apart(scene, document.querySelector("[data-magnified]"), () => css("--deviation"));

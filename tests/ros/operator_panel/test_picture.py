@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 import pytest
@@ -129,3 +130,56 @@ def test_ghost_makes_the_judged_motion_and_goes_where_the_slider_is(drawn: Theat
     page.wait_for_function(f"() => Math.abs(({GHOST})() - 0.25) < 1e-3")
     page.locator("[data-motion-close]").click()
     page.wait_for_function(f"() => ({GHOST})() === null")
+
+
+# Where a point of the cell [m] is on the screen.
+SEEN_AT = """([x, y, z]) => {
+    const { view } = window.panel.scene;
+    const box = view.renderer.domElement.getBoundingClientRect();
+    const at = view.camera.position.clone().set(x, y, z).project(view.camera);
+    return [box.left + (at.x + 1) / 2 * box.width, box.top + (1 - at.y) / 2 * box.height];
+}"""
+
+
+def drag(theatre: Theatre, *points_m: tuple[float, float, float]) -> None:
+    """Press at the first point of the picture, go to the others, and let go."""
+    mouse = theatre.page.mouse
+    for k, point in enumerate(points_m):
+        mouse.move(*theatre.page.evaluate(SEEN_AT, point))
+        if k == 0:
+            mouse.down()
+    mouse.up()
+
+
+def test_place_is_dragged_in_the_picture_and_refused_outside_the_reach(drawn: Theatre) -> None:
+    """At the tool's height, above a part where one is met; the eye stays where it is."""
+    page = drawn.page
+    drawn.resize("wide")
+    drawn.play("ready")
+    page.wait_for_function(f"() => window.panel && ({ZONES})()?.length && window.panel.scene.tool")
+    drawn.open("Teach")
+    panel = page.locator('[data-panel="Teach"]')
+    places, said = panel.get_by_label("Places", exact=True), panel.locator(".teach-said")
+    panel.get_by_role("button", name="Clear", exact=True).click()
+    panel.get_by_role("button", name="In picture", exact=True).click()
+    eye, (*_, height) = page.evaluate(EYE), page.evaluate("() => window.panel.scene.tool")
+    drag(drawn, (0.3, 0.1, height), (0.45, -0.2, height))
+    expect(said).to_contain_text("is within reach")
+    x, y, z = map(float, places.input_value().split())
+    assert abs(x - 450.0) < 5.0 and abs(y + 200.0) < 5.0 and abs(z - 1e3 * height) < 0.01
+    assert page.evaluate(EYE) == eye
+    page.wait_for_function(f"() => ({GHOST})() !== null")
+    page.evaluate(
+        """() => window.panel.scene.showParts({ twin: [
+            ["part_1", [0.5, 0.1, -0.02], [0, 0, 0, 1], 0.024, 0.02, "#888888"]] })"""
+    )
+    page.wait_for_function("() => window.panel.scene.parts.size === 1")
+    drag(drawn, (0.3, 0.1, height), (0.502, 0.101, -0.01))
+    expect(places).to_have_value(re.compile(r"\n500 100 -9.5$"))
+    drag(drawn, (0.3, 0.1, -0.0095), (0.69, -0.2, -0.0095))
+    expect(said).to_contain_text("In picture: there (")
+    expect(places).to_have_value(re.compile(r"\n500 100 -9.5$"))
+    page.keyboard.press("Escape")
+    expect(panel.get_by_role("button", name="In picture")).to_have_attribute(
+        "aria-pressed", "false"
+    )

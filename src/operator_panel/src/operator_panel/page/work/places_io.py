@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
@@ -12,7 +13,7 @@ from scara_config.programs.files import is_cartesian
 from scara_config.programs.tp.listing import Position, Program
 
 from operator_panel.control.fields import parse_number
-from operator_panel.page.view_io import PageView
+from operator_panel.page.view_io import PageView, push_button
 from operator_panel.teach.draft import TeachError
 from operator_panel.teach.grid import MOST_PLACES, Place, grid_of, outer_axes, read_places
 from operator_panel.teach.places import (
@@ -31,9 +32,13 @@ class PlacesForm:
     """The field of the places, and what fills it."""
 
     def __init__(
-        self, view: PageView, field: Callable[..., Any], button: Callable[[str, Act], None]
+        self,
+        view: PageView,
+        field: Callable[..., Any],
+        button: Callable[[str, Act], None],
+        attempt: Callable[[str, Act], Any],
     ) -> None:
-        """Build it of the tab's own fields and buttons."""
+        """Build it of the tab's own fields and buttons; ``attempt`` says what is refused."""
         self._view, self._robot = view, view.robot
         names = " ".join(("x y z", *outer_axes(view.robot)))
         self._text = ui.textarea("Places").classes("field places").mark("teach-places")
@@ -45,7 +50,15 @@ class PlacesForm:
         with ui.element("div").classes("row-line"):
             button("Take twin", partial(self._take, twin_at))
             button("Take real", partial(self._take, real_at))
+            # The browser drags, and tells where it ended.
+            drag = push_button("In picture", None, props="data-drag aria-pressed=false")
+            drag.set_enabled(view.is_operator)
             button("Clear", self._clear)
+
+        async def drop(event: Any) -> None:
+            await attempt("In picture", partial(self._drop, event.args))
+
+        ui.on("dropped", drop)
         with ui.element("div").classes("target"):
             self._columns = field("Columns", "", "teach-columns", "1")
             self._column_mm = field("Pitch x", "mm", "teach-pitch-x", "0")
@@ -66,6 +79,7 @@ class PlacesForm:
     def clear(self) -> None:
         """Forget the places: they were used."""
         self._text.set_value("")
+        ui.run_javascript("window.panel?.preview(null)")
 
     async def _clear(self) -> None:
         self.clear()
@@ -74,6 +88,16 @@ class PlacesForm:
         """Put a place below the others."""
         before = str(self._text.value or "").rstrip()
         self._text.set_value(f"{before}\n{place.text}".lstrip())
+
+    async def _drop(self, xyz_mm: Sequence[float]) -> tuple[str, str]:
+        """Add the place where the marker was let go; the ghost stands there."""
+        x, y, z = map(float, xyz_mm)
+        place = Place((x, y, z))
+        (joints,) = await self._solved([place], ["there"], self._now())
+        self.add(place)
+        pose = {joint.name: joints[joint.name] for joint in self._robot.arm_joints}
+        ui.run_javascript(f"window.panel?.preview({json.dumps(pose)})")
+        return "good", f"{place.text} mm is within reach."
 
     async def _take(self, where: Callable[..., Joints]) -> None:
         """Add the place where one side stands; the two need not agree."""

@@ -96,7 +96,7 @@ class _Teach:
             self._joint = self._field("Speed J", "%", "teach-speed-j", "50")
             self._line = self._field("Speed L", "mm/s", "teach-speed-l", "100")
             self._corner = self._field("CNT", "", "teach-cnt", "", "FINE")
-        self._places = PlacesForm(self._view, self._field, self._button)
+        self._places = PlacesForm(self._view, self._field, self._button, self._try)
         with ui.element("div").classes("row-line"):
             self._button("Record J", partial(self._record, "J"))
             self._button("Record L", partial(self._record, "L"))
