@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -52,6 +53,13 @@ def marked(number: int, text: str, learner: str = LEARNER) -> ExerciseMark:
     return each.mark_answers(text, learner, draw(each, learner), robot())
 
 
+def material(number: int, learner: str = LEARNER) -> dict[str, str]:
+    """Return the other files that a learner gets."""
+    each = exercise(number)
+    files: dict[str, str] = each.check.material(draw(each, learner), robot())
+    return files
+
+
 class Scene(NamedTuple):
     """What happens in a short recording.
 
@@ -68,8 +76,13 @@ class Scene(NamedTuple):
     end: float
 
 
-def write_scene(scene: Scene, path: Path) -> Path:
-    """Write a recording: joint_1 turns by 20 degrees a second while a side moves."""
+def write_scene(
+    scene: Scene, path: Path, more: Callable[[BagMaker], None] = lambda maker: None
+) -> Path:
+    """Write a recording: joint_1 turns by 20 degrees a second while a side moves.
+
+    ``more`` adds what else is in it.
+    """
     maker, times = BagMaker(), np.arange(0.0, scene.end, 0.02)
     for topic, spans in (("real/ground_truth", scene.real), ("twin/joint_states", scene.twin)):
         speed = np.zeros((len(times), len(JOINTS)))
@@ -85,4 +98,5 @@ def write_scene(scene: Scene, path: Path) -> Path:
             maker.header(at),
             *fields,
         )
+    more(maker)
     return maker.write(path)

@@ -60,7 +60,7 @@ class Sample(NamedTuple):
 def _types() -> Any:
     """Return the standard types and those of the cell."""
     store, folder = get_typestore(Stores.ROS1_NOETIC), ROOT / "src" / "scara_msgs" / "msg"
-    for place in ("Decision", "CoreInput", "what_if/MotionOutcome"):
+    for place in ("Decision", "CoreInput", "RobotData", "what_if/MotionOutcome"):
         text, name = (folder / f"{place}.msg").read_text(), Path(place).name
         store.register(get_types_from_msg(text, f"scara_msgs/msg/{name}"))
     return store

@@ -8,16 +8,15 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from harness.course import LEARNER, exercise, handed_in, marked
+from harness.course import LEARNER, handed_in, marked, material
 from ruamel.yaml import YAML
-from scara_course.exercises_io import draw
 
 Numbers = dict[str, dict[str, Any]]
 
 
 def onsets(learner: str, confirm: int = 3, threshold: float = 0.02) -> dict[str, dict[str, int]]:
     """Find the onset of each side in readings.csv, on its own clock [ms]."""
-    text = exercise(5).check.material(draw(exercise(5), learner))["readings.csv"]
+    text = material(5, learner)["readings.csv"]
     found: dict[str, dict[str, int]] = {}
     series: dict[tuple[str, str], list[tuple[int, float]]] = {}
     for row in csv.DictReader(text.splitlines()):
@@ -39,9 +38,7 @@ def by_card(
     **finding: Any,
 ) -> Numbers:
     """Follow the card, with a step done otherwise."""
-    given = YAML(typ="safe").load(
-        exercise(5).check.material(draw(exercise(5), learner))["clocks.yaml"]
-    )
+    given = YAML(typ="safe").load(material(5, learner)["clocks.yaml"])
     answers: Numbers = {}
     for motion, at in onsets(learner, **finding).items():
         apart = change(motion, at["real"] - sign * given["offset_ms"] - at["twin"])

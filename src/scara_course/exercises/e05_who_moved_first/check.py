@@ -38,8 +38,9 @@ def draw(generator: np.random.Generator) -> Table:
     return given
 
 
-def material(given: Table) -> dict[str, str]:
+def material(given: Table, robot: Robot) -> dict[str, str]:
     """Return the table of readings, and what is known of the clocks."""
+    del robot
     lines = ["motion,side,time_ms,joint_1_deg"]
     for name, row in _motions(given):
         for side, count in READINGS.items():

@@ -8,10 +8,11 @@ import msgspec
 from cell_recorder.reading.bag_reader_io import Bag, BagError, open_bag
 from cell_recorder.recording.recording import BAG_NAME
 from cell_recorder.recording.runs_folder_io import parts_of
-from scara_config import Robot
+from scara_config import ConfigError, Robot
 from scara_control.pid import PidGains
 from twin_analysis.step.response import measure
 from twin_analysis.step.trial import plan_trial
+from twin_experiments.parts_reader_io import read_work
 from twin_experiments.report.record import RecordError
 from twin_experiments.report.run_reader_io import DECISIONS, read_run
 
@@ -98,7 +99,7 @@ def mark_bag(exercise: Exercise, path: Path, robot: Robot) -> ExerciseMark:
     try:
         with open_bag(path) as bag:
             recorded = read_recorded(bag, robot)
-    except (BagError, RecordError) as error:
+    except (BagError, RecordError, ConfigError) as error:
         return ExerciseMark(False, f"the recording cannot be marked: {error}")
     marked: ExerciseMark = exercise.check.mark(recorded, robot)
     return marked
@@ -110,13 +111,20 @@ def read_recorded(bag: Bag, robot: Robot) -> CourseRecording:
     Raises:
         BagError: A needed topic has no messages, or a message cannot be read.
         RecordError: A joint or a velocity is missing.
+        ConfigError: The recorded palletise.yaml is wrong.
     """
     run = read_run(bag, [joint.name for joint in robot.twin_joints])
     decisions = tuple(
         ModeDecision(at - run.origin, m.mode_before, m.event, m.mode_after)
         for at, m in bag.messages(DECISIONS)
     )
-    return CourseRecording(run, decisions)
+    programs = [(0.0, "")]
+    for at, m in bag.messages("real/robot_data"):
+        # "NAME line 4 running"
+        name = m.program.split(" ")[0] if m.running else ""
+        if name != programs[-1][1]:
+            programs.append((at - run.origin, name))
+    return CourseRecording(run, decisions, tuple(programs[1:]), read_work(run.configuration, None))
 
 
 def newest_bag(runs: Path) -> Path | None:

@@ -8,8 +8,8 @@ learner, and ``check.py``, which is pure. What check.py has follows from the tas
 - ``steps``: ``draw`` too; ``mark(answers, figures)`` judges steps that were made with the answers.
 - ``bag``: ``mark(recorded)`` judges a recording.
 
-Numbers that only stand in a file which the learner gets are made by ``material(given)``, file name
-to text; then the file of the answers does not show them.
+``material(given, robot)`` makes further files, name to text; where check.py has it, the file of
+the answers does not show the numbers.
 """
 
 from __future__ import annotations

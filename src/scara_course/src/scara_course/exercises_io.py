@@ -85,7 +85,7 @@ def start(exercise: Exercise, learner: str, robot: Robot, folder: Path, anew: bo
     given = draw(exercise, learner)
     texts = {CARD: exercise.card}
     if hasattr(exercise.check, "material"):
-        texts |= exercise.check.material(given)
+        texts |= exercise.check.material(given, robot)
     if given and (anew or not (folder / ANSWERS).exists()):
         texts[ANSWERS] = exercise.answers_file(learner, given, robot)
     for name, text in texts.items():

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import msgspec
 import numpy as np
+from scara_config.palletise import Palletise
 from twin_experiments.report.record import Run
 
 STILL = 0.002
@@ -35,10 +36,18 @@ class CourseRecording(msgspec.Struct, frozen=True):
     Attributes:
         run: Motions of both sides, parts, configuration.
         decisions: In order.
+        programs: From when on [s] the real robot ran which program; empty: none.
+        work: What palletise.yaml says; None: the cell has no parts.
     """
 
     run: Run
     decisions: tuple[ModeDecision, ...]
+    programs: tuple[tuple[float, str], ...] = ()
+    work: Palletise | None = None
+
+    def program_at(self, at: float) -> str:
+        """Return the program that ran at a time [s]; empty: none."""
+        return next((name for since, name in reversed(self.programs) if since <= at), "")
 
     def changes(self) -> list[ModeDecision]:
         """Return the decisions that changed the mode."""
