@@ -120,6 +120,25 @@ def told_numbers(numbers: Numbers) -> str:
     return " ".join(shown) or "X 0"
 
 
+def save_theirs(directory: Path | str | None, theirs: Numbered, ours: FrameTable) -> int:
+    """Write those of somebody's frames into frames.yaml that differ; return how many.
+
+    They keep the name that they have here.
+
+    Raises:
+        ConfigError: There is no such number, or the file cannot be written.
+    """
+    count = 0
+    for (kind, number), numbers in sorted(theirs.items()):
+        if any(frame_differences({(kind, number): numbers}, ours, "")):
+            known = ours.numbered(kind).get(number)
+            name = known.name if known else f"{WORDS[kind]}[{number}]"
+            x, y, z, w, p, r = numbers
+            save_frame(directory, kind, number, TaughtFrame(name, (x, y, z), (w, p, r)))
+            count += 1
+    return count
+
+
 def find_frames(directory: Path | str | None = None) -> FrameTable:
     """Read frames.yaml as :func:`load_frames` does; without the file no frame was taught.
 

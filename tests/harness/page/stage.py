@@ -226,6 +226,11 @@ class StageDoor:
         ]
         return found, ""
 
+    async def robot_frames(self) -> Answer:
+        """Have the first user frame elsewhere, and a tool that no file takes."""
+        away = (50.0, -450.0, -41.5, 0.0, 0.0, 0.0)
+        return Answer(True, "", {"frames": {("user", 1): away, ("tool", 12): away}})
+
     async def put_parts_back(self) -> Answer:
         """Put nothing back."""
         return Answer(True, "the parts of both cells stand where they stood at the start")

@@ -264,7 +264,7 @@ def test_snapshots_belong_together(bench: Bench) -> None:
 def test_a_program_reads_the_inputs_by_their_numbers(bench: Bench, place: str, name: str) -> None:
     """UI, the flags that they are mapped to, and SI of the operator's panel; it may set flags."""
     kind, number = place.rstrip("]").split("[")
-    where, registers = Indexed(kind, (float(number),)), bench.controller._registers
+    where, registers = Indexed(kind, (float(number),)), bench.controller.registers
     before = registers.read(where)
     assert before is (name in NORMALLY_ON)
     bench.controller.write_input(name, not before)
@@ -276,7 +276,7 @@ def test_a_program_reads_the_inputs_by_their_numbers(bench: Bench, place: str, n
 
 def test_a_program_reads_the_outputs_by_their_numbers(bench: Bench) -> None:
     """UO[1] to UO[10], and RO[1] of the gripper."""
-    registers, outputs = bench.controller._registers, bench.now.outputs
+    registers, outputs = bench.controller.registers, bench.now.outputs
     found = [registers.read(Indexed("UO", (float(n),))) for n in range(1, 11)]
     assert found == [getattr(outputs, name) for name in UO] and True in found and False in found
     registers.write(Indexed("RO", (1.0,)), True)

@@ -11,6 +11,7 @@ import msgspec
 import pytest
 from fanuc_emulator.settings import load_settings
 from fanuc_emulator.snpx.assignments import AssignmentTable
+from fanuc_kit.frames_node import app as frames
 from fanuc_kit.make_node import app as make
 from fanuc_kit.read_node import app as read
 from fanuc_kit.sheet import Boxes, Listing, Sheet, SheetTable, SheetText, html, markdown
@@ -19,6 +20,7 @@ from harness.emulated.served import CONFIG, LAYOUT, served
 from harness.processes import free_port
 from harness.yaml_files import copy_configuration
 from pymodbus.client import ModbusTcpClient
+from scara_config.frames import TaughtFrame, find_frames, save_frame
 from scara_config.modbus_map import load_modbus_map
 from scara_config.profile import CHOICE
 from scara_config.programs.tp.reader import read as read_program
@@ -162,7 +164,7 @@ def test_slots_are_written_once_somebody_agrees_and_read_back() -> None:
         refused = CliRunner().invoke(write, command, input="n\n")
         assert refused.exit_code == 1 and table[2].size == 0
         done = CliRunner().invoke(write, [*command, "--yes"])
-        assert done.exit_code == 0 and "27 written; all slots are there" in done.output, done.output
+        assert done.exit_code == 0 and "29 written; all slots are there" in done.output, done.output
         assert [table[number] for number in range(1, 81)] == slot_table(kit_map(LAYOUT))
         again = CliRunner().invoke(write, command)
         assert "0 written; all slots are there" in again.output
@@ -247,3 +249,56 @@ def test_the_kits_slots_show_the_robots_own_gripper() -> None:
             while found != [int(on), 0] and time.monotonic() < deadline:
                 found = line.read_holding_registers(shown.offset, count=2).registers
             assert found == [int(on), 0]
+
+
+def test_frames_of_robot_printout_and_program_are_compared_and_taken_over(tmp_path: Path) -> None:
+    """The stand-in has those of its file; what differs is told, and written where it is asked."""
+    folder = copy_configuration(tmp_path)
+    save_frame(folder, "user", 1, TaughtFrame("pallet", (50.0, -450.0, -41.5)))
+
+    def run(*words: str) -> tuple[int, str]:
+        done = CliRunner().invoke(frames, [*words, "--config-dir", str(folder)])
+        return done.exit_code, done.output
+
+    told = "UFRAME[1] (pallet): robot X 50 Y -450 Z -40; here X 50 Y -450 Z -41.5"
+    with served("ready") as (port, _, written):
+        robot = ("127.0.0.1", "--port", str(port))
+        code, said = run(*robot)
+        assert code == 1 and told in said and "19 frames looked at, 1 differ" in said
+        code, said = run(*robot, "--save")
+        assert code == 0 and "; 1 written to frames.yaml" in said
+        assert run(*robot) == (0, "19 frames looked at, 0 differ\n")
+        assert written == []
+    assert find_frames(folder).find("user", 1).name == "pallet"
+    printed = tmp_path / "SYSFRAME.VA"
+    printed.write_text(
+        "[*SYSTEM*]$MNUFRAME  Storage: SHADOW  Access: RW  : ARRAY[1,9] OF POSITION\n"
+        "     [1,1] = \n  Group: 1   Config: N D B, 0, 0, 0\n"
+        "  X:    50.000   Y:  -450.000   Z:   -40.000\n"
+        "  W:     0.000   P:     0.000   R:     0.000\n"
+        "     [1,2] = \n  Group: 1   Config: N D B, 0, 0, 0\n"
+        "  X:     0.000   Y:     0.000   Z:     0.000\n"
+        "  W:     0.000   P:     0.000   R:    90.000\n"
+    )
+    code, said = run(str(printed), "--save")
+    assert code == 0 and "UFRAME[2]: file R 90; here never taught" in said
+    assert find_frames(folder).find("user", 2).wpr_deg == (0.0, 0.0, 90.0)
+    program = tmp_path / "P.LS"
+    program.write_text("/PROG P\n/MN\n 1:  !UTOOL[1] Z 120.5 ;\n/POS\n/END\n")
+    code, said = run(str(program))
+    assert code == 1 and "UTOOL[1] (suction cup): file Z 120.5; here X 0" in said
+
+
+def test_robot_or_file_that_tells_no_frames_is_named(tmp_path: Path) -> None:
+    """Slots that nobody typed; another printout; nobody there."""
+    other = tmp_path / "system.va"
+    other.write_text("[*SYSTEM*]$RMT_MASTER  Storage: CMOS  Access: RW  : INTEGER = 3\n")
+    with delivered(way_in=True) as (port, _):
+        for words, why in (
+            (("127.0.0.1", "--port", str(port)), "$MNUFRAME[1,1]@1.12 at 13101"),
+            ((str(other),), "system.va: tells no frames"),
+            ((str(other), "none.va"), "none.va: there is no such file"),
+            (("127.0.0.1", "--port", str(free_port())), "127.0.0.1"),
+        ):
+            done = CliRunner().invoke(frames, list(words))
+            assert done.exit_code == 2 and why in done.output

@@ -12,6 +12,7 @@ from harness.emulated.served import CONFIG, LAYOUT, ROBOT, served
 from robot_doctor.doctor_node import _robot
 from robot_doctor.finding import Finding, Level
 from robot_doctor.profile_files_io import read_profile
+from scara_config.frames import NO_FRAMES, FrameTable, TaughtFrame, find_frames
 from scara_config.set_up.settings import SETTINGS, setting
 from twin_controller.config import load_twin_controller
 
@@ -35,11 +36,15 @@ class Seen:
         return [finding for finding in self.findings if finding.level is Level.WRONG]
 
 
-def look(settings: str, mistype: Callable[[AssignmentTable], None] = lambda _: None) -> Seen:
+def look(
+    settings: str,
+    mistype: Callable[[AssignmentTable], None] = lambda _: None,
+    taught: FrameTable = NO_FRAMES,
+) -> Seen:
     """Let the doctor look at a robot."""
     with served(settings, mistype) as (port, loop, written):
         before = loop.snapshot.positions
-        found = list(_robot(PROFILE, LAYOUT, CONTROLLER, ("127.0.0.1", port), move=False))
+        found = list(_robot(PROFILE, LAYOUT, CONTROLLER, ("127.0.0.1", port), False, taught))
         way = max(abs(a - b) for a, b in zip(loop.snapshot.positions, before))
         return Seen(found, len(written), way > ROUNDING)
 
@@ -124,6 +129,22 @@ def test_frames_that_no_slot_shows_are_looked_up_at_the_robot() -> None:
     (told,) = [found for found in seen.findings if "$MNUTOOLNUM[1]" in found.what]
     assert told.level is Level.NOTE and "slot 31" in told.what
     assert "User Frame > SETIND: 0" in told.advice and "Tool Frame > SETIND: 1" in told.advice
+
+
+def test_frames_of_robot_and_file_are_compared() -> None:
+    """The stand-in has the file's own; a note is enough: joints need none."""
+    ours = find_frames(CONFIG)
+    assert not [found for found in look(READY, taught=ours).findings if "UFRAME" in found.what]
+    other = FrameTable({"uframe_1": TaughtFrame("pallet", (50.0, -450.0, -41.5))}, {})
+    (told,) = [found for found in look(READY, taught=other).findings if "UFRAME" in found.what]
+    assert told.level is Level.NOTE and "fanuc_kit frames ADDRESS --save" in told.advice
+    assert told.what == ("UFRAME[1] (pallet): robot X 50 Y -450 Z -40; here X 50 Y -450 Z -41.5")
+    for mistype, what in (
+        (slot(32, "$SIZE", 0), "the robot's frames read 0, those of frames.yaml are not there"),
+        (slot(32, "$MULTIPLY", 1000.0), "$MNUFRAME[1,1]@1.12: frame 1 reads (7"),
+    ):
+        (told,) = [found for found in look(READY, mistype, ours).findings if what in found.what]
+        assert told.level is Level.NOTE and told.advice
 
 
 def test_a_delivered_robot_is_led_through_gap_by_gap() -> None:

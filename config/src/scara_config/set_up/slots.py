@@ -11,9 +11,12 @@ Source:
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+import struct
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from scara_config.frames import LETTERS, MOST, Kind, Numbered
+from scara_config.loader import ConfigError
 from scara_config.modbus_map import ModbusMap, Register
 
 SLOTS = 80
@@ -92,7 +95,16 @@ WATCHED = tuple(
     for at, (name, size, multiply) in enumerate(_ROWS)
 )
 """By these a client sees how the controller is set up, without writing anything."""
-FREE_SLOTS = LAST_OWN - FIRST_OWN + 1 - len(WATCHED)
+FRAME_WORDS = 12
+"""Words of X Y Z W P R of one frame."""
+FRAMES: dict[Kind, Assignment] = {
+    "user": Assignment(13101, FRAME_WORDS * MOST["user"], "$MNUFRAME[1,1]@1.12", 0.0),
+    "tool": Assignment(13251, FRAME_WORDS * MOST["tool"], "$MNUTOOL[1,1]@1.12", 0.0),
+}
+"""All frames of the first group; one request reads those of a kind."""
+MOST_NUMBER = 1e5
+"""A frame's numbers are less [mm, deg]: NaN and infinity are no numbers either; our choice."""
+FREE_SLOTS = LAST_OWN - FIRST_OWN + 1 - len(WATCHED) - len(FRAMES)
 """So many are left for a map."""
 FREE = range(FACTORY.last + 1, _FIRST_WATCHED)
 """Addresses that a map may take."""
@@ -115,7 +127,7 @@ def own_slots(layout: ModbusMap) -> list[Assignment]:
 
 def slot_table(layout: ModbusMap) -> list[Assignment]:
     """Return all 80 slots of a controller that is set up for a map."""
-    own = [*own_slots(layout), *WATCHED]
+    own = [*own_slots(layout), *WATCHED, *FRAMES.values()]
     empty = [Assignment()] * (LAST_OWN - 1 - len(own))
     return [FACTORY, *own, *empty, *WAY_IN, Assignment()]
 
@@ -123,6 +135,25 @@ def slot_table(layout: ModbusMap) -> list[Assignment]:
 def delivered_table() -> list[Assignment]:
     """Return all 80 slots of a controller as it is delivered."""
     return [FACTORY, *[Assignment()] * (SLOTS - 1)]
+
+
+def frames_of(words: Mapping[Kind, Sequence[int]]) -> Numbered:
+    """Return the frames in the words of the slots ``FRAMES``, those that are all 0 too.
+
+    Raises:
+        ConfigError: What stands there is no number: the slot has another ``$MULTIPLY`` or name.
+    """
+    found: dict[tuple[Kind, int], tuple[float, ...]] = {}
+    for kind, given in words.items():
+        values = struct.unpack(f"<{len(given) // 2}f", struct.pack(f"<{len(given)}H", *given))
+        for at in range(0, len(values), len(LETTERS)):
+            number = at // len(LETTERS) + 1
+            # A float32 has seven digits: what is printed is what was typed.
+            numbers = tuple(float(f"{value:.7g}") for value in values[at : at + len(LETTERS)])
+            if not all(abs(value) < MOST_NUMBER for value in numbers):
+                raise ConfigError(f"{FRAMES[kind].name}: frame {number} reads {numbers}")
+            found[kind, number] = numbers
+    return found
 
 
 def slot_problems(layout: ModbusMap) -> Iterator[str]:

@@ -82,8 +82,8 @@ class Controller:
             *shown, self.write_input, self.write_override, lambda: self._tick * self._dt
         )
         frames = config.frames
-        self._registers = registers_of(signals, self.source, self._motion, planner, frames)
-        self._executor = Executor(self._registers, {each.name: each for each in programs.values()})
+        self.registers = registers_of(signals, self.source, self._motion, planner, frames)
+        self._executor = Executor(self.registers, {each.name: each for each in programs.values()})
         numbered = {**programs, STREAM_RSR: stream_program(config.rsr_programs[0])}
         starts = plant.start_delay_ms / 1000.0, config.settings.start_for_continue
         self._jobs = Jobs(numbered, self._executor, *starts, self._start_obstacle)
@@ -91,7 +91,7 @@ class Controller:
         self._unlit = dict.fromkeys(unlit(config.settings.uop), False)
         self._alarms = AlarmList()
         there = config.settings.programs == "kit"
-        self._background = Background(self._registers, config.heartbeat_timeout_ms, there)
+        self._background = Background(self.registers, config.heartbeat_timeout_ms, there)
         # Inputs that were on and off again since the background program looked.
         self._pulsed: set[str] = set()
         self._override = config.cold_start_override_percent
@@ -187,7 +187,7 @@ class Controller:
 
     def write_heartbeat(self, heartbeat: int) -> None:
         """Set R[1]; a background program watches it."""
-        self._registers.write(HEARTBEAT, heartbeat)
+        self.registers.write(HEARTBEAT, heartbeat)
 
     def step(self) -> Snapshot:
         """Go on for one servo period."""
@@ -197,7 +197,7 @@ class Controller:
             self._pulsed.clear()
         if self._executor.state is ProgramState.RUNNING or self._executor.beside:
             self._execute()
-        self._registers.end_pulses()
+        self.registers.end_pulses()
         self._motion.step(self.override / 100.0, self._executor.state is not ProgramState.RUNNING)
         if self.parts is not None:
             self.parts.step(self._true_positions(), self._gripper, self._dt)

@@ -154,6 +154,9 @@ class CellDoor(Protocol):
     async def registers(self) -> tuple[Sequence[Entry], str]:
         """Read the robot's registers and signals once; with it why that failed, or nothing."""
 
+    async def robot_frames(self) -> Answer:
+        """Read the robot's user and tool frames once; values: frames, as Numbered."""
+
     async def put_parts_back(self) -> Answer:
         """Put the parts of both sides where they stood at the start."""
 

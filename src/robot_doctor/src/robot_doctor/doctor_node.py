@@ -11,6 +11,7 @@ other and each after a question, and offers to write what it saw into robot.yaml
 
 from __future__ import annotations
 
+import contextlib
 import datetime
 import os
 from collections.abc import Iterator
@@ -20,6 +21,7 @@ from typing import Annotated, Literal
 import typer
 from rich.console import Console
 from scara_config import ConfigError, Robot, config_directory, load
+from scara_config.frames import NO_FRAMES, FrameTable, find_frames
 from scara_config.modbus_map import ModbusMap, load_modbus_map, problems
 from scara_config.profile import PROGRAMS, chosen_robot, locate
 from scara_config.readers import NEEDS_ROBOT, check_files
@@ -307,7 +309,10 @@ def _links(
         return
     address = (host or config.real.host, port or config.real.port)
     if next(problems(layout), None) is None:
-        yield from _robot(profile, layout, config, address, move)
+        taught = NO_FRAMES
+        with contextlib.suppress(ConfigError):  # told among the other files
+            taught = find_frames(folder)
+        yield from _robot(profile, layout, config, address, move, taught)
     url = twin_url or config.twin.url
     try:
         access = read_access(config.twin, url, os.environ)
@@ -323,6 +328,7 @@ def _robot(
     config: TwinControllerConfig,
     address: tuple[str, int],
     move: bool,
+    taught: FrameTable = NO_FRAMES,
 ) -> Iterator[Finding]:
     """Yield what the robot answers, and where it goes."""
     if isinstance(profile.robot, ConfigError):
@@ -341,7 +347,7 @@ def _robot(
             patience = max(real.timeout_ms * 1e-3, PATIENCE_S)
             needed = connections_needed(profile.robot.lead)
             shown = probe_set_up(layout, *address, patience, needed)
-            gaps = list(check_set_up(layout, shown, led))
+            gaps = list(check_set_up(layout, shown, led, taught))
             yield from gaps
             if not is_healthy(gaps):
                 return

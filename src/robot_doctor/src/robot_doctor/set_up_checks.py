@@ -9,9 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 import msgspec
+from scara_config.frames import FILE, NO_FRAMES, FrameTable, Kind, frame_differences
+from scara_config.loader import ConfigError
 from scara_config.modbus_map import ModbusMap
 from scara_config.set_up.settings import TOOL_NUMBER, Setting, Watched, setting, watched_of
-from scara_config.set_up.slots import WATCHED, Assignment, own_slots, slot_table
+from scara_config.set_up.slots import FRAMES, WATCHED, Assignment, frames_of, own_slots, slot_table
 
 from robot_doctor.finding import Finding, Group, Level, fine, note
 
@@ -29,21 +31,26 @@ class SetUp(msgspec.Struct, frozen=True):
         needed: So many are needed.
         words: Of each slot of the map, at one time and a while later, by its address.
         watched: Words of the slots ``WATCHED``.
+        frames: Words of the slots ``FRAMES``.
     """
 
     served: int
     needed: int
     words: Mapping[int, tuple[Words, Words]]
     watched: Words
+    frames: Mapping[Kind, Words] = {}
 
 
-def check_set_up(layout: ModbusMap, found: SetUp, led: bool) -> Iterator[Finding]:
+def check_set_up(
+    layout: ModbusMap, found: SetUp, led: bool, taught: FrameTable = NO_FRAMES
+) -> Iterator[Finding]:
     """Yield each gap between a robot and its set-up, or that there is none.
 
     Args:
         layout: modbus_map.yaml; its registers name variables.
         found: What the robot shows.
         led: The pair may lead this robot; else what only leading needs is but to be looked at.
+        taught: frames.yaml.
     """
     gaps = list(_gaps(layout, found))
     for row, what in gaps:
@@ -63,8 +70,29 @@ def check_set_up(layout: ModbusMap, found: SetUp, led: bool) -> Iterator[Finding
             "two settings cannot be seen from here",
             f"{setting('select_mode').advice}; {setting('imstp_assigned').advice}",
         )
+    if found.served and watched.there:
+        yield from _frames(found.frames, taught)
     if not gaps:
         yield fine(Group.LINKS, "the controller is set up as the kit says")
+
+
+def _frames(words: Mapping[Kind, Words], taught: FrameTable) -> Iterator[Finding]:
+    """Yield which frames differ from frames.yaml: the pair does without, programs do not."""
+    menu = "MENU > SETUP > Frames > DETAIL"
+    if not any(map(any, words.values())):
+        if taught != NO_FRAMES:
+            names = ", ".join(slot.name for slot in FRAMES.values())
+            what = f"the robot's frames read 0, those of {FILE} are not there"
+            yield note(Group.LINKS, what, f"{menu}: type them; or the slots {names} are missing")
+        return
+    try:
+        theirs = frames_of(words)
+    except ConfigError as error:
+        yield note(Group.LINKS, str(error), f"{setting('slots').advice}")
+        return
+    for line in frame_differences(theirs, taught, "robot"):
+        advice = f"`rosrun fanuc_kit frames ADDRESS --save` takes the robot's, {menu} ours"
+        yield note(Group.LINKS, line, advice)
 
 
 def _gaps(layout: ModbusMap, found: SetUp) -> Iterator[tuple[Setting, str]]:

@@ -9,7 +9,7 @@ import time
 
 from scara_config.modbus_map import ModbusMap
 from scara_config.set_up.settings import WATCHED_COUNT
-from scara_config.set_up.slots import WATCHED, own_slots
+from scara_config.set_up.slots import FRAMES, WATCHED, own_slots
 from twin_controller.modbus.blocks import MOST_WORDS, Block
 from twin_controller.modbus.port_io import LinkLostError, ModbusPort
 
@@ -42,11 +42,15 @@ def probe_set_up(layout: ModbusMap, host: str, port: int, timeout: float, needed
         first, watched = _slots(one, layout), one.read_words(_WATCHED)
         time.sleep(LATER_S)
         later = _slots(one, layout)
+        frames = {
+            kind: tuple(one.read_words(Block(slot.address - 1, slot.size)))
+            for kind, slot in FRAMES.items()
+        }
     finally:
         one.close()
     words = {address: (first[address], later[address]) for address in first}
     served = _served(host, port, layout.device_id, timeout, needed)
-    return SetUp(served, needed, words, tuple(watched))
+    return SetUp(served, needed, words, tuple(watched), frames)
 
 
 def _slots(port: ModbusPort, layout: ModbusMap) -> dict[int, tuple[int, ...]]:

@@ -18,8 +18,10 @@ from fanuc_emulator.snpx.words import encode
 from harness.yaml_files import CONFIG
 from hypothesis import given
 from hypothesis import strategies as st
+from scara_config.frames import MOST, Kind
+from scara_config.loader import ConfigError
 from scara_config.modbus_map import load_modbus_map
-from scara_config.set_up.slots import WATCHED, Assignment
+from scara_config.set_up.slots import FRAMES, WATCHED, Assignment, frames_of
 
 if TYPE_CHECKING:
     from conftest import Bench
@@ -99,7 +101,8 @@ def test_power_up_content_is_the_map() -> None:
     """Behind slot 1 as delivered; 76 to 79 show entry 80 from 16300 on."""
     entries = power_up(LAYOUT)
     assert len(entries) == 80 and entries[0] == Assignment(1, 10000, "R[1]@1.1", 1.0)
-    assert sum(entry.size for entry in entries[1:75] if entry not in WATCHED) == sum(
+    kits = (*WATCHED, *FRAMES.values())
+    assert sum(entry.size for entry in entries[1:75] if entry not in kits) == sum(
         register.words for register in LAYOUT.holding_registers.values()
     )
     assert entries[1] == Assignment(11001, 19, "POS[0]@27.19", 0.0)
@@ -401,3 +404,27 @@ def test_whatever_a_client_writes_into_an_entry_nothing_else_fails(
             continue
     assert table[1] == power_up(LAYOUT)[0]
     assert table[80].name == before.name or parse(table[80].name)
+
+
+def test_frames_are_read_as_a_program_has_set_them(bench: Bench) -> None:
+    """All of a kind in one request; nobody writes them over the wire."""
+    registers = AssignedRegisters(
+        LAYOUT, RegisterImage(LAYOUT, bench.robot), (), SETTINGS, lambda kind, n: FRAME[kind, n]
+    )
+    words = {
+        kind: registers.read(slot.address - 1, slot.size, bench.now)
+        for kind, slot in FRAMES.items()
+    }
+    assert frames_of(words) == FRAME
+    with pytest.raises(NoRegisterError, match=r"\$MNUFRAME\[1,2\] cannot be written"):
+        registers.write(FRAMES["user"].address + 11, [0, 0], bench.now)
+    words["tool"][1] = 0x7F80
+    with pytest.raises(ConfigError, match=r"\$MNUTOOL\[1,1\]@1.12: frame 1 reads \(inf"):
+        frames_of(words)
+
+
+FRAME: dict[tuple[Kind, int], tuple[float, ...]] = {
+    (kind, number): (number + 0.125, -450.02, 0.0, 3.25, -7.5, 10.0 * number)
+    for kind, most in MOST.items()
+    for number in range(1, most + 1)
+}

@@ -254,7 +254,7 @@ def test_a_motion_that_was_refused_is_made_when_the_program_goes_on(run: Run, en
     for mended in (False, True):
         if mended:
             place = Indexed("PR", (2.0, 3.0))
-            stage.controller._registers.write(place, 80.0)
+            stage.controller.registers.write(place, 80.0)
         for key in ("panel_reset", "panel_start"):
             stage.controller.pulse_input(key)
             stage.end()

@@ -11,8 +11,9 @@ from fanuc_emulator.register_image import RegisterImage
 from harness.opponents.modbus_robot import Robot
 from harness.processes import free_port
 from harness.workspace import ROOT
-from operator_panel.link.register_reader_io import RegisterReadError, read_registers
+from operator_panel.link.register_reader_io import RegisterReadError, read_frames, read_registers
 from scara_config import load_robot
+from scara_config.frames import find_frames, frame_differences
 from scara_config.modbus_map import load_modbus_map
 from scara_config.quantities import ServerAddress
 
@@ -31,6 +32,9 @@ def test_every_register_of_the_stand_in_is_read_with_its_value() -> None:
             (one.table, one.name): one
             for one in read_registers(ServerAddress("127.0.0.1", port), LAYOUT)
         }
+        frames = read_frames(ServerAddress("127.0.0.1", port), LAYOUT)
+    assert list(frame_differences(frames, find_frames(CONFIG), "robot")) == []
+    assert frames["user", 1] == (50.0, -450.0, -40.0, 0.0, 0.0, 0.0) and len(frames) == 19
     position = found["holding_registers", "position"].value.split(", ")
     assert float(position[2]) == pytest.approx(-160.0, abs=0.01)
     assert found["coils", "imstp"].value == "on", "*IMSTP is on at rest"

@@ -11,6 +11,10 @@ import time
 from collections import deque
 from collections.abc import Callable
 
+from scara_config.frames import LETTERS, WORDS, Kind
+from scara_config.programs.tp.listing import Indexed
+from scara_config.programs.tp.values import Pose
+
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.snapshot import Snapshot
 
@@ -71,6 +75,12 @@ class ServoLoop:
         """What the robot shows now; from any thread."""
         self._catch_up()
         return self._newest
+
+    def frame(self, kind: Kind, number: int) -> tuple[float, ...]:
+        """Return X Y Z W P R of a frame as it is now [mm, deg]; from any thread."""
+        pose = self._controller.registers.read(Indexed(WORDS[kind], (float(number),)))
+        assert isinstance(pose, Pose)
+        return pose.values[: len(LETTERS)]
 
     def post(self, change: Change) -> None:
         """Apply ``change`` to the controller before the next tick; changes keep their order."""

@@ -61,7 +61,7 @@ class Datastore:
         self._free = [False] * (FAMILIES["DI"].highest if has_table else 0)
         self.assigned: AssignedRegisters | None = None
         if has_table:
-            self.assigned = AssignedRegisters(layout, image, self._free, settings)
+            self.assigned = AssignedRegisters(layout, image, self._free, settings, servo.frame)
 
     async def async_getValues(
         self, device_id: int, func_code: int, address: int, count: int = 1

@@ -7,11 +7,12 @@ until an entry changes; at power-up a request is one stretch.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 
 import msgspec
+from scara_config.frames import LETTERS, Kind
 from scara_config.map_entries import FAST_CLOCK, FAST_CLOCK_MS, INPUTS, OUTPUTS
 from scara_config.modbus_map import WORDS, ModbusMap, Register, Table
 from scara_config.set_up.slots import delivered_table
@@ -24,7 +25,7 @@ from fanuc_emulator.settings import ControllerSettings
 from fanuc_emulator.snapshot import Snapshot
 from fanuc_emulator.snpx.assignments import AssignmentTable, power_up
 from fanuc_emulator.snpx.screens import panel_inputs, panel_outputs, variable
-from fanuc_emulator.snpx.variables import FAMILIES, Cell, Field, ValueKind, parse
+from fanuc_emulator.snpx.variables import FAMILIES, FRAME_KINDS, Cell, Field, ValueKind, parse
 from fanuc_emulator.snpx.words import decode, encode, signed
 
 _TABLE: Table = "holding_registers"
@@ -93,6 +94,7 @@ class AssignedRegisters:
         digital_inputs: Levels of DI[1], DI[2] and so on, as the coils hold them.
         settings: Of the controller; None: the table and the programs of the kit, and no variable
             that shows a setting.
+        frame: Gives X Y Z W P R of a frame.
 
     Raises:
         ConfigError: A register has no variable, or one that does not fit.
@@ -104,7 +106,9 @@ class AssignedRegisters:
         image: RegisterImage,
         digital_inputs: Sequence[bool] = (),
         settings: ControllerSettings | None = None,
+        frame: Callable[[Kind, int], Sequence[float]] = lambda kind, number: (0.0,) * len(LETTERS),
     ) -> None:
+        self._frame = frame
         factory = settings is not None and settings.slots == "factory"
         self.table = AssignmentTable(delivered_table() if factory else power_up(layout))
         self._settings = settings
@@ -233,6 +237,10 @@ class AssignedRegisters:
             return value if isinstance(value, str) else value[0]
         if cell.family.startswith("$SNPX_ASG"):
             return self.table.value(cell.element, cell.family.partition(".")[2])
+        if kind := FRAME_KINDS.get(cell.family):
+            numbers = self._frame(kind, cell.element)
+            at = (cell.field.first - 1) // cell.field.words
+            return numbers[at] if at < len(numbers) else 0
         if cell.field.kind is ValueKind.SIGNAL:
             return float(self._level(cell.family, cell.element, snapshot))
         if self._settings is not None:

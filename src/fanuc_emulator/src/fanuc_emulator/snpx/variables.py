@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from typing import NamedTuple
 
+from scara_config.frames import MOST, Kind
 from scara_config.set_up.slots import SLOTS
 
 
@@ -121,6 +122,8 @@ FAMILIES = {
     "$SHELL_CFG.$NUM_RSR": Family("$SHELL_CFG.$NUM_RSR[{}]", 1, 8, _NUMBER),
     "$MNUFRAMENUM": Family("$MNUFRAMENUM[{}]", 1, 1, _NUMBER),
     "$MNUTOOLNUM": Family("$MNUTOOLNUM[{}]", 1, 1, _NUMBER),
+    "$MNUFRAME": Family("$MNUFRAME[1,{}]", 1, MOST["user"], _POSITION),
+    "$MNUTOOL": Family("$MNUTOOL[1,{}]", 1, MOST["tool"], _POSITION),
     "$SNPX_ASG.$ADDRESS": Family("$SNPX_ASG[{}].$ADDRESS", 1, SLOTS, _NUMBER),
     "$SNPX_ASG.$SIZE": Family("$SNPX_ASG[{}].$SIZE", 1, SLOTS, _NUMBER),
     "$SNPX_ASG.$VAR_NAME": Family(
@@ -128,8 +131,9 @@ FAMILIES = {
     ),
     "$SNPX_ASG.$MULTIPLY": Family("$SNPX_ASG[{}].$MULTIPLY", 1, SLOTS, _NUMBER),
 }
+FRAME_KINDS: dict[str, Kind] = {"$MNUFRAME": "user", "$MNUTOOL": "tool"}
 _NAME = re.compile(
-    r"(?P<begin>\$?[A-Z_]+)(?:\[(?P<index>\d{1,5})\])?(?P<end>\.\$[A-Z_]+)?(?:\[(?P<last>\d{1,5})\])?"
+    r"(?P<begin>\$?[A-Z_]+)(?:\[(?P<group>1,)?(?P<index>\d{1,5})\])?(?P<end>\.\$[A-Z_]+)?(?:\[(?P<last>\d{1,5})\])?"
     r"(?:@(?P<first>\d{1,3})\.(?P<words>\d{1,3}))?",
     re.ASCII,
 )
@@ -179,7 +183,9 @@ class Variable:
 def _fits(found: re.Match[str], family: Family) -> bool:
     """Return whether an index stands where the variable has its own, and nowhere else."""
     last = found["end"] is not None and family.form.endswith("[{}]")
-    first = "[{}]" in family.form and not last
+    first = "{}]" in family.form and not last
+    if (found["group"] is not None) != ("[1,{}]" in family.form):
+        return False
     return (found["index"] is not None) == first and (found["last"] is not None) == last
 
 

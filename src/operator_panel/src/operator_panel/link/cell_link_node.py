@@ -13,7 +13,7 @@ import msgspec
 import rosgraph
 import rospy
 from nicegui import run
-from scara_config import Robot
+from scara_config import ConfigError, Robot
 from scara_config.modbus_map import load_modbus_map
 from scara_ros.gate.settings import Unjudged
 from scara_ros.services.service_client_node import look_up
@@ -30,7 +30,11 @@ from operator_panel.door import Answer, Gains, Picture, Seat
 from operator_panel.link.camera_link_node import CameraLink
 from operator_panel.link.listening_node import Listening
 from operator_panel.link.pendant_io import Pendant
-from operator_panel.link.register_reader_io import RegisterReadError, read_registers
+from operator_panel.link.register_reader_io import (
+    RegisterReadError,
+    read_frames,
+    read_registers,
+)
 from operator_panel.link.reporter_io import Reporter
 from operator_panel.link.tuning_link_node import TuningLink
 from operator_panel.view.robot.registers import Entry
@@ -46,6 +50,7 @@ from scara_msgs.srv import (
     TwinCommand,
 )
 
+ENDS = Answer(False, "the page's server ends")
 NODE, COMMAND = "operator_panel", "twin_controller/command"
 MASTER_PERIOD_S = 1.0
 STOP_LOOKUP_S = 0.25  # our choice: a press that must ask the master is still sent within 0.4 s
@@ -235,6 +240,15 @@ class CellLink:
             except RegisterReadError as error:
                 return (), str(error)
         return found or (), "" if found else "the page's server ends"
+
+    async def robot_frames(self) -> Answer:
+        """Read them likewise."""
+        async with self._reading:
+            try:
+                found = await run.io_bound(read_frames, self._real, self._layout)
+            except (RegisterReadError, ConfigError) as error:
+                return Answer(False, str(error))
+        return Answer(True, "", {"frames": found}) if found else ENDS
 
     async def put_parts_back(self) -> Answer:
         """Put the parts of both sides back; the first side that does not do it is the answer."""

@@ -8,15 +8,24 @@ from typing import Any
 import numpy as np
 from nicegui import ui
 from scara_config import ConfigError
-from scara_config.frames import FILE, MOST, TaughtFrame, save_frame
+from scara_config.frames import (
+    FILE,
+    MOST,
+    Numbered,
+    TaughtFrame,
+    frame_differences,
+    save_frame,
+    save_theirs,
+)
 from scara_description.taught_frames import FrameError
 from scara_ros.page.page_library_io import plain, run
 
 from operator_panel.control.frame_lessons import LESSONS, jog_axes, shown, spread_text, taught
 from operator_panel.control.steps import StepError, positions_now
 from operator_panel.door import Answer
-from operator_panel.page.view_io import PageView
+from operator_panel.page.view_io import PageView, push_button
 
+LINES = "white-space: pre-line"
 NUMBERS = {str(number): str(number) for number in range(1, max(MOST.values()) + 1)}
 
 
@@ -34,7 +43,8 @@ class _FrameForm:
     def __init__(self, view: PageView) -> None:
         self._view = view
         self._poses: list[np.ndarray] = []
-        self._list = ui.label("").classes("row-text frame-list").style("white-space: pre-line")
+        self._theirs: Numbered = {}
+        self._list = ui.label("").classes("row-text frame-list").style(LINES)
         with ui.element("div").classes("target"):
             lessons = {key: lesson.title for key, lesson in LESSONS.items()}
             self._lesson = self._choice("Points", lessons, self._again)
@@ -46,7 +56,12 @@ class _FrameForm:
             view.button("Record point", "MOVE", "", self._record).mark("frame-record")
             view.button("Begin again", "MOVE", "", self._again).mark("frame-again")
             self._save = view.button("Save", "MOVE", "", self._store).mark("frame-save")
-        self._text = ui.label("").classes("preview").mark("frame-text")
+        self._text = ui.label("").classes("preview").mark("frame-text").style(LINES)
+        with ui.element("div").classes("row-line"):
+            read = push_button("Read the robot's", self._read).mark("frames-read")
+            read.set_enabled(view.is_operator)
+            self._take = view.button("Take the robot's", "MOVE", "", self._took)
+            self._take.mark("frames-take").set_visibility(False)
         with ui.element("div").classes("hint"):
             plain("Points of tool0, where the twin stands. Nothing moves.")
         self._show_list()
@@ -105,6 +120,33 @@ class _FrameForm:
         self._poses.append(view.desk.arm.pose(now))
         self._told()
 
+    async def _read(self) -> None:
+        """Compare the robot's frames with those here, without a question: nothing is written."""
+        answer = await self._view.door.robot_frames()
+        self._theirs = answer.values.get("frames", {})
+        differ = list(frame_differences(self._theirs, self._view.frames, "robot"))
+        self._take.set_visibility(bool(differ))
+        said = "\n".join(differ) or answer.message or f"The robot has those of {FILE}."
+        tone = "good" if answer.success and not differ else "bad"
+        self._text.set_text(said)
+        self._text.classes(replace=f"preview {tone}")
+
+    async def _took(self) -> None:
+        await self._view.act("FRAME", "Take the robot's frames", self._taken)
+
+    async def _taken(self) -> Answer:
+        view = self._view
+        save = partial(save_theirs, view.around.folder, self._theirs, view.frames)
+        try:
+            count = await run.io_bound(save)
+            if count is None:
+                return Answer(False, "the page's server is ending")
+        except ConfigError as error:
+            return Answer(False, str(error))
+        self._take.set_visibility(False)
+        self._read_again()
+        return Answer(True, f"{count} frames of the robot are in {FILE}")
+
     async def _store(self) -> None:
         await self._view.act("FRAME", "Save a frame", self._stored)
 
@@ -119,10 +161,15 @@ class _FrameForm:
                 return Answer(False, "the page's server is ending")
         except (FrameError, ConfigError) as error:
             return Answer(False, str(error))
+        self._read_again()
+        return Answer(True, f"{frame.name} is {lesson.kind} frame {number} in {FILE}")
+
+    def _read_again(self) -> None:
+        """Show the file as it is now, and jog by it."""
+        view = self._view
         view.read_frames()
         axes = view.desk.arm.frames
         axes.clear()
         axes.update(jog_axes(view.frames))
         self._again()
         self._show_list()
-        return Answer(True, f"{frame.name} is {lesson.kind} frame {number} in {FILE}")
