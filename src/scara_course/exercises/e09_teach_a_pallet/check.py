@@ -6,14 +6,13 @@ import math
 
 from scara_config import Robot
 from scara_course.marking import ExerciseMark
-from scara_course.recorded import CourseRecording
+from scara_course.recorded import SHIPPED, CourseRecording
 from twin_experiments.palletising import SIDES, outcome
 
 from scara_msgs.msg import PartEvent
 
 FEWEST = 3
 """Parts that must lie on their places: one stand's. Our choice."""
-SHIPPED = ("PALLETISE", "ARTICLE", "TWO_POINT", "RSR0101")
 
 
 def mark(recorded: CourseRecording, robot: Robot) -> ExerciseMark:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
+from typing import TypeVar
 
 import msgspec
 from cell_recorder.reading.bag_reader_io import Bag, BagError, open_bag
@@ -14,12 +16,14 @@ from twin_analysis.step.response import measure
 from twin_analysis.step.trial import plan_trial
 from twin_experiments.parts_reader_io import read_work
 from twin_experiments.report.record import RecordError
-from twin_experiments.report.run_reader_io import DECISIONS, read_run
+from twin_experiments.report.run_reader_io import DECISIONS, STATE, read_run
 
 from scara_course.exercise import Exercise
 from scara_course.exercises_io import ANSWERS, digest_of, draw
 from scara_course.marking import AnswerError, ExerciseMark, Table
 from scara_course.recorded import CourseRecording, ModeDecision
+
+T = TypeVar("T")
 
 
 class Marked(msgspec.Struct, frozen=True):
@@ -118,13 +122,26 @@ def read_recorded(bag: Bag, robot: Robot) -> CourseRecording:
         ModeDecision(at - run.origin, m.mode_before, m.event, m.mode_after)
         for at, m in bag.messages(DECISIONS)
     )
-    programs = [(0.0, "")]
-    for at, m in bag.messages("real/robot_data"):
-        # "NAME line 4 running"
-        name = m.program.split(" ")[0] if m.running else ""
-        if name != programs[-1][1]:
-            programs.append((at - run.origin, name))
-    return CourseRecording(run, decisions, tuple(programs[1:]), read_work(run.configuration, None))
+    data = ((at, m.program.split(" ")[0] * m.running) for at, m in bag.messages("real/robot_data"))
+    payloads = ((at, (m.told.mass, m.mounted.mass)) for at, m in bag.messages("twin/payload"))
+    overrides = ((at, m.real_override_percent) for at, m in bag.messages(STATE))
+    return CourseRecording(
+        run,
+        decisions,
+        changes_of(data, run.origin),
+        read_work(run.configuration, None),
+        changes_of(payloads, run.origin),
+        changes_of(overrides, run.origin),
+    )
+
+
+def changes_of(values: Iterable[tuple[float, T]], origin: float) -> tuple[tuple[float, T], ...]:
+    """Return only the values that differ from the one before, times [s] from the start."""
+    found: list[tuple[float, T]] = []
+    for at, value in values:
+        if not found or found[-1][1] != value:
+            found.append((at - origin, value))
+    return tuple(found)
 
 
 def newest_bag(runs: Path) -> Path | None:

@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import TypeVar
 
 import msgspec
 import numpy as np
+from scara_config import Robot
 from scara_config.palletise import Palletise
-from twin_experiments.report.record import Run
+from scara_control.kinematics.screws import ScrewModel, tool_positions
+from twin_experiments.metrics.errors import MetricsSettings, Trace, trace
+from twin_experiments.report.record import Run, cut
 
+T = TypeVar("T")
+SLOW_SHARE = 0.002
+"""Of its largest speed; a slower joint stands. As `moving_speed_percent` of experiments.yaml."""
+
+SHIPPED = ("ARTICLE", "PALLETISE", "TWO_POINT", "RSR0101", "BGTWIN")
+"""Programs that are no learner's own."""
 STILL = 0.002
 """[rad/s] and, of joint_3, [m/s]: a joint that is slower stands. Our choice: the shipped loops at
 rest, as recorded, are five times slower."""
@@ -38,16 +48,37 @@ class CourseRecording(msgspec.Struct, frozen=True):
         decisions: In order.
         programs: From when on [s] the real robot ran which program; empty: none.
         work: What palletise.yaml says; None: the cell has no parts.
+        payloads: From when on [s] the twin was told which mass, and had which mounted [kg].
+        overrides: From when on [s] the real robot had which override [percent].
     """
 
     run: Run
     decisions: tuple[ModeDecision, ...]
     programs: tuple[tuple[float, str], ...] = ()
     work: Palletise | None = None
+    payloads: tuple[tuple[float, tuple[float, float]], ...] = ()
+    overrides: tuple[tuple[float, float], ...] = ()
 
     def program_at(self, at: float) -> str:
         """Return the program that ran at a time [s]; empty: none."""
-        return next((name for since, name in reversed(self.programs) if since <= at), "")
+        return held_at(self.programs, at, "")
+
+    def seen(self, robot: Robot, start: float, end: float) -> Trace:
+        """Return where both tools were in a time [s], with whole joints and who moved.
+
+        Raises:
+            MetricsError: The motions do not overlap there.
+            RecordError: Less than two samples lie there.
+        """
+        names, arm = self.run.joint_names, ScrewModel.from_robot(robot)
+        speeds = SLOW_SHARE * np.array([robot.joint(name).velocity for name in names])
+        columns = [names.index(joint.name) for joint in robot.arm_joints]
+        return trace(
+            cut(self.run.real, start, end),
+            cut(self.run.twin, start, end),
+            lambda q: tool_positions(arm, q[:, columns]),
+            MetricsSettings(robot.reach_mm, speeds),
+        )
 
     def changes(self) -> list[ModeDecision]:
         """Return the decisions that changed the mode."""
@@ -64,6 +95,11 @@ class CourseRecording(msgspec.Struct, frozen=True):
             )
             for motion in (self.run.real, self.run.twin)
         }
+
+
+def held_at(values: Sequence[tuple[float, T]], at: float, otherwise: T) -> T:
+    """Return what held at a time [s], of values with the times from which on they held."""
+    return next((value for since, value in reversed(values) if since <= at), otherwise)
 
 
 def after(
