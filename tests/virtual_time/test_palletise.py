@@ -8,12 +8,16 @@ from __future__ import annotations
 import dataclasses
 from functools import partial
 
+import numpy as np
 import pytest
+from fanuc_emulator.controller import Controller
 from fanuc_emulator.gripping.cell_parts import CellParts
+from fanuc_emulator.gripping.vehicle import dock
 from harness.running.thorough import thorough
 from harness.scenes.steps import ROBOT
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import load_files
+from harness.virtual_cell.real_side import SEED
 from harness.workspace import ROOT
 from scara_config.palletise import load_palletise
 from scara_config.set_up.kit_map import kit_map
@@ -79,3 +83,26 @@ def test_the_parts_arrive_and_the_twins_gripper_follows_each_switch(count: int) 
     late = [told - at for (told, _), (at, _) in zip(cell.grips, switches[1:])]
     assert max(late) < TOLD_S
     assert cell._state.orders.grips.trouble == ""
+
+
+def test_a_vehicle_that_leaves_under_the_robot_stops_both_sides() -> None:
+    """The robot's own program sees it; the twin controller hears the alarm, and stops the twin."""
+    files, work = load_files(ROBOT), load_palletise(ROOT / "config")
+    with GrippingCell(files) as cell:
+        parts, real = CellParts(work, files.robot), cell.real
+        rings, chance = files.layout.ring_places, np.random.default_rng(SEED)
+        real.robot = Controller(
+            files.emulator, files.robot, files.programs, 0.0, parts, chance, rings
+        )
+        cell.connect()
+        cell._gripped(False)
+        parts.dock(dock(work, np.random.default_rng(2)))
+        real.pendant(100.0, files.program_number("VEHICLE"))
+        cell.wait_until(lambda: real.shown.program_line == 21, 30.0, "the vehicle")
+        began = cell.schedule.now
+        parts.dock(None)
+        cell.wait_whatever(lambda: cell.mode == "FAULT", 1.0, "FAULT")
+        assert cell.schedule.now - began < 0.1
+        cell.wait_whatever(lambda: cell.still_for() > 0.2, 1.0, "both sides to stand")
+    assert cell.decisions[-1].trigger == "REAL_FAULT"
+    assert [event.kind for event in parts.events if event.kind == "placed"] == []

@@ -6,6 +6,7 @@ Plain data and where things are; SI.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -90,6 +91,56 @@ class Pallet(Section, frozen=True):
         ]
 
 
+class Dock(msgspec.Struct, frozen=True):
+    """Where a vehicle stands: its middle in base_link [m], and how it is turned [rad]."""
+
+    x: float
+    y: float
+    turn: float
+
+    def at(self, x: float, y: float) -> tuple[float, float]:
+        """Return where a point of the vehicle is in base_link; both from its middle [m]."""
+        c, s = math.cos(self.turn), math.sin(self.turn)
+        return self.x + c * x - s * y, self.y + s * x + c * y
+
+    def of(self, x: float, y: float) -> tuple[float, float]:
+        """Return which point of the vehicle is at a place in base_link: the inverse of ``at``."""
+        c, s, dx, dy = math.cos(self.turn), math.sin(self.turn), x - self.x, y - self.y
+        return c * dx + s * dy, c * dy - s * dx
+
+
+class Vehicle(Section, frozen=True):
+    """A vehicle that brings a pallet of the same kind, and how well it docks and is seen."""
+
+    middle_mm: Point
+    off_mm: Annotated[float, Meta(ge=0.0, le=50.0)]
+    off_deg: Annotated[float, Meta(ge=0.0, le=10.0)]
+    frame: Annotated[int, Meta(ge=1, le=9)]
+    marks_mm: tuple[Point, Point, Point]
+    seen_mm: Annotated[float, Meta(ge=0.0, le=5.0)]
+
+    def dock(self, off: Sequence[float] = (0.0, 0.0, 0.0)) -> Dock:
+        """Return where it stands.
+
+        Args:
+            off: Along x, along y and turned, each as a share -1..1 of what it is off at most.
+        """
+        x, y = (m + share * self.off_mm for m, share in zip(self.middle_mm, off))
+        return Dock(x * MM, y * MM, math.radians(off[2] * self.off_deg))
+
+    def seen(self, dock: Dock, noise: Sequence[float] = (0.0,) * 6) -> list[tuple[float, float]]:
+        """Return where its three marks are seen: origin, along x, along y; in base_link [m].
+
+        Args:
+            dock: Where it stands.
+            noise: x and y of each mark, in standard deviations.
+        """
+        pairs = zip(self.marks_mm, noise[::2], noise[1::2])
+        step = self.seen_mm * MM
+        at = [(dock.at(x * MM, y * MM), dx * step, dy * step) for (x, y), dx, dy in pairs]
+        return [(x + dx, y + dy) for (x, y), dx, dy in at]
+
+
 class Gripper(Section, frozen=True):
     """The suction gripper at the tool's origin."""
 
@@ -145,6 +196,12 @@ class Palletise(Section, frozen=True):
     gripper: Gripper
     watch: Watch
     task: Task
+    vehicle: Vehicle | None = None
+
+    def places_on(self, dock: Dock) -> list[tuple[float, float]]:
+        """Return the middle of each place on a vehicle that stands there: x, y [m]."""
+        x, y = (m * MM for m in self.pallet.middle_mm)
+        return [dock.at(px - x, py - y) for px, py in self.pallet.places()]
 
     def starts(self) -> list[Start]:
         """Return all parts, ``part_1`` first: stand by stand."""

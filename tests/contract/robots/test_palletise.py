@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ElementTree
 
+import msgspec
 import pytest
-from fanuc_emulator.config import load_programs
-from harness.programs import steps_of
+from fanuc_emulator.drives.planner import Limits, Planner
+from fanuc_emulator.tp.rehearsal import read_program
 from harness.workspace import ROOT
 from scara_config import ConfigError, load_robot
+from scara_config.frames import load_frames
 from scara_config.palletise import find_palletise, load_palletise
-from scara_config.programs.steps import MoveStep
+from scara_config.programs.files import program_files
+from scara_config.programs.steps import MoveStep, PathStep
 from scara_control.kinematics.scara import Scara, tool_position
 
 CONFIG = ROOT / "config"
@@ -44,20 +47,35 @@ def test_places_are_those_of_the_urdf() -> None:
         assert frame(stand) == pytest.approx((x, y, table.stand_top_mm), abs=1e-6)
     assert frame(table.link)[:2] == pytest.approx(table.axis_mm, abs=1e-6)
     assert frame("pallet") == pytest.approx((*pallet.middle_mm, pallet.top_mm), abs=1e-6)
+    assert WORK.vehicle is not None
+    told = load_frames(CONFIG).find("user", WORK.vehicle.frame)
+    first_mark = (*WORK.vehicle.seen(WORK.vehicle.dock())[0], pallet.top_mm * 1e-3)
+    assert told.xyz_mm == pytest.approx([1e3 * value for value in first_mark])
     assert frame("cell_plate")[2] == pytest.approx(WORK.floor_mm)
 
 
-def test_program_goes_to_the_places_of_the_file() -> None:
+@pytest.mark.parametrize("name", ["PALLETISE", "VEHICLE"])
+def test_program_goes_to_the_places_of_the_file(name: str) -> None:
     """The taught positions are the places.
 
-    Over and at each part, above and at its place on the pallet, within 0.01 mm.
+    Over and at each part, above and at its place on the pallet, within 0.01 mm. VEHICLE: the other
+    side of the robot, its places in the vehicle's frame as it docks exactly.
     """
-    program = next(
-        program for program in load_programs(ROBOT, CONFIG).values() if program.name == "PALLETISE"
-    )
-    targets = [step.target for step in steps_of(program) if isinstance(step, MoveStep)]
+    assert WORK.vehicle is not None
+    work, places = WORK, WORK.pallet.places()
+    if name == "VEHICLE":
+        station_deg, places = -WORK.table.station_deg, WORK.places_on(WORK.vehicle.dock())
+        table = msgspec.structs.replace(WORK.table, station_deg=station_deg)
+        work = msgspec.structs.replace(WORK, table=table)
+    planner = Planner(ROBOT, [Limits(joint.velocity, joint.acceleration) for joint in ROBOT.joints])
+    here, targets = tuple(joint.lower for joint in ROBOT.joints), []
+    for step in read_program(program_files(CONFIG)[name], ROBOT, CONFIG).steps:
+        if isinstance(step, MoveStep | PathStep):
+            here = planner.plan(step, here).end
+            targets.append(here)
+    targets = targets[: 8 * len(places)]  # VEHICLE goes away from it at its end
     travel, near, wanted = WORK.task.travel_mm * 1e-3, WORK.task.near_mm * 1e-3, []
-    for (_, _, angle, pick), place in zip(WORK.picks(), WORK.pallet.places()):
+    for (_, _, angle, pick), place in zip(work.picks(), places):
         over, above = (*pick, travel, angle), (*place, travel, angle)
         wanted += [
             over,

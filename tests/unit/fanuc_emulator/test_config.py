@@ -53,6 +53,8 @@ def test_shipped_programs_have_their_own_rsr_and_two_point_goes_there_and_back(
         2: "ARTICLE",
         3: "TWO_POINT",
         4: "PALLETISE",
+        5: "VEHICLE",
+        6: "DOCKWTCH",
     }
     moves = [step for step in steps_of(programs[3]) if isinstance(step, MoveStep)]
     assert len({step.target for step in moves}) == 2
@@ -131,7 +133,7 @@ def test_a_wrong_program_is_refused(
         (["STREAM", "ARTICLE", "ARTICLE"], r"rsr_programs\[2\] = 'ARTICLE': is there twice"),
         (
             ["STREAM", "OTHER"],
-            r"rsr_programs\[1\] = 'OTHER': unknown, allowed are ARTICLE, PALLETISE",
+            r"rsr_programs\[1\] = 'OTHER': unknown, allowed are ARTICLE, DOCKWTCH",
         ),
     ],
 )
@@ -150,7 +152,7 @@ def test_a_program_without_a_number_is_read_all_the_same(tmp_path: Path, robot: 
     folder = copy_configuration(tmp_path)
     other = folder / "programs" / "other.LS"
     other.write_text(ARTICLE.read_text().replace("PROG  ARTICLE", "PROG  OTHER"))
-    assert set(load_programs(robot, folder)) == {2, 3, 4}
+    assert set(load_programs(robot, folder)) == {2, 3, 4, 5, 6}
     shutil.copy(ARTICLE, folder / "programs" / "article.LS")
     with pytest.raises(ConfigError, match=r"article\.LS: ARTICLE\.LS is there too; rename one"):
         load_programs(robot, folder)

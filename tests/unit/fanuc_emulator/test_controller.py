@@ -192,13 +192,13 @@ def test_safety_speed_caps_the_override_and_forbids_a_start(bench: Bench) -> Non
 @pytest.mark.parametrize(
     ("prepare", "cause"),
     [
-        (["rsr5"], "RSR5 has no program"),
+        (["rsr7"], "RSR7 has no program"),
         (["-hold", "rsr2"], "HOLD is off"),
         (["-sfspd", "rsr2"], "SFSPD is off"),
         (["-enbl", "rsr2"], "ENBL is off"),
         (["rsr2", "panel_run3"], "ARTICLE is running"),
         (["rsr2", "-hold", "panel_run3"], "ARTICLE is paused"),
-        (["rsr2", "rsr5"], "RSR5 has no program"),
+        (["rsr2", "rsr7"], "RSR7 has no program"),
         (["rsr2", *["rsr3"] * 9], "8 requests wait already"),
     ],
 )

@@ -23,7 +23,7 @@ def run(*words: str) -> tuple[int, str]:
         (("0.51,0.16,0.10", "--speed", "100"), 1, "LIMITED at 0.00 s"),
         (("0.65,0,-0.02",), 2, "the nozzle would hit part_"),
         (("-0.4,0.3,0.1",), 0, "OK: takes"),
-        (("NOPE",), 3, "there are ARTICLE, PALLETISE, TWO_POINT"),
+        (("NOPE",), 3, "there are ARTICLE, DOCKWTCH, PALLETISE, TWO_POINT, VEHICLE"),
         (("0.5,0.1",), 3, "expected x,y,z [m]"),
         (("none.bag",), 3, "there is no such bag"),
     ],

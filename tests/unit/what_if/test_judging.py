@@ -36,7 +36,9 @@ def move(number: int, *q: float) -> MoveStep:
     return MoveStep(number, (q[0], q[1], q[2], 0.0, q[3]), 40.0, True)
 
 
-@pytest.mark.parametrize(("name", "placed"), [("ARTICLE", 0), ("TWO_POINT", 0), ("PALLETISE", 9)])
+@pytest.mark.parametrize(
+    ("name", "placed"), [("ARTICLE", 0), ("TWO_POINT", 0), ("PALLETISE", 9), ("VEHICLE", 9)]
+)
 def test_the_shipped_programs_are_free(world: World, name: str, placed: int) -> None:
     """What the cell does each day is not refused, and its parts arrive."""
     verdict = judge(world, ProgramRun(find_program(world.cell, name, CONFIG)))

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
-from harness.yaml_files import CONFIG
+from harness.yaml_files import CONFIG, copy_configuration
+from scara_config.frames import TaughtFrame, save_frame
 from scara_config.programs.files import ProgramSteps
 from scara_config.programs.steps import GripperStep, MoveStep, WaitStep
-from what_if.cell_files_io import find_program
+from scara_description.taught_frames import pose_of
+from what_if.cell_files_io import find_program, resting_cell
 from what_if.errors import WhatIfError
 from what_if.judging import judge
 from what_if.motions import JointTarget, ProgramRun, ToolTarget
@@ -56,6 +59,23 @@ def test_a_part_is_gripped_lifted_and_placed(world: World, second: SecondWorld) 
     assert texts == ["part_1 was gripped", "part_1 was let go", "part_1 was placed on pallet"]
     assert [seen.text for seen in again.seen] == texts
     assert first.outcome is Outcome.OK
+
+
+def test_a_vehicle_is_loaded_where_its_frame_says_it_stands(tmp_path: Path) -> None:
+    """By geometry and by physics: the frame was measured, and nothing else of the cell changed."""
+    folder = copy_configuration(tmp_path)
+    turned = TaughtFrame("vehicle", (-46.0, 346.5, -40.0), (0.0, 0.0, 1.3))
+    save_frame(folder, "user", 2, turned)
+    with resting_cell(folder) as (world, _), SecondWorld(world, folder) as second:
+        program = find_program(world.cell, "VEHICLE", folder).steps
+        switches = [k for k, step in enumerate(program) if isinstance(step, GripperStep)]
+        motion = ProgramRun(ProgramSteps("ONE", program[: switches[1] + 2]))
+        verdict, found = judge(world, motion), second.run(world, motion)
+    place = pose_of(turned) @ (0.04, 0.04, 0.0, 1.0)
+    x, y = (1e3 * place[:2]).tolist()
+    assert verdict.placed == (f"part_1 on vehicle at ({x:.1f}, {y:.1f}) mm",)
+    assert found.seen[-1].text == "part_1 was placed on vehicle"
+    assert found.outcome is Outcome.OK, found.sentence
 
 
 def test_a_part_let_go_in_the_air_falls(world: World, second: SecondWorld) -> None:

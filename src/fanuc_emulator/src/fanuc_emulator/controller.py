@@ -79,7 +79,7 @@ class Controller:
         self.source = StreamSource(robot.joints, self._home, ring_places)
         shown = self._level, self._outputs, (lambda: self._gripper), (lambda: self._vacuum)
         signals = Signals(
-            *shown, self.write_input, self.write_override, lambda: self._tick * self._dt
+            *shown, self.write_input, self.write_override, lambda: self._tick * self._dt, parts
         )
         frames = config.frames
         self.registers = registers_of(signals, self.source, self._motion, planner, frames)

@@ -15,6 +15,8 @@ from scara_config.programs.tp.values import Pose, Value, as_number
 
 from fanuc_emulator.drives.group import MotionGroup
 from fanuc_emulator.drives.planner import Planner, joint_pose, joints_of
+from fanuc_emulator.gripping.cell_parts import CellParts
+from fanuc_emulator.gripping.vehicle import DOCKED
 from fanuc_emulator.streaming.source import StreamSource
 from fanuc_emulator.tp.registers import FRAMES, NO_SHIFT, Registers
 from fanuc_emulator.uop import UI, UO, Outputs
@@ -34,6 +36,7 @@ class Signals(NamedTuple):
         write: Sets an input.
         override: Sets the override [percent].
         now: The controller's own clock [s].
+        parts: What the gripper can hold, and a vehicle that brings a pallet.
     """
 
     level: Callable[[str], bool]
@@ -43,6 +46,7 @@ class Signals(NamedTuple):
     write: Callable[[str, bool], None]
     override: Callable[[int], None]
     now: Callable[[], float]
+    parts: CellParts | None = None
 
 
 def registers_of(
@@ -82,6 +86,10 @@ def registers_of(
         reads[f"SI[{number}]"] = partial(signals.level, name)
     for number, name in enumerate(UO, start=1):
         reads[f"UO[{number}]"] = partial(_output, signals.outputs, name)
+    parts = signals.parts
+    if parts is not None:
+        reads[DOCKED] = lambda: parts.docked is not None
+        parts.sees_dock = lambda docked: registers.write(docked.register, docked.frame)
     registers = Registers(reads, writes, signals.now, frames)
     return registers
 

@@ -37,6 +37,8 @@ from typing import Any
 
 from scara_config import ConfigError, config_directory, load_robot, package_folder
 from scara_config.frames import find_frames
+from scara_config.palletise import find_palletise
+from scara_description.vehicle import with_vehicle
 from scara_ros.page.page_door import PageDoor
 from scara_ros.page.page_guard_io import PageGuard
 from scara_ros.page.page_library_io import app, background_tasks, serve_pages
@@ -112,7 +114,9 @@ def serve(private: dict[str, str]) -> None:
     if not tokens:
         raise TokenError("persons.yaml: no person has a token: name a file or set the variable")
     try:
-        model = parse_urdf(robot.description.read_text(encoding="utf-8"))
+        text = robot.description.read_text(encoding="utf-8")
+        work = find_palletise(folder)
+        model = parse_urdf(with_vehicle(text, work, find_frames(folder)) if work else text)
     except OSError as error:
         raise PageError(f"{robot.description}: cannot be read: {error.strerror}") from error
     doors = {name: PageDoor(NODE, host, int(port), token) for name, token in tokens.items()}

@@ -27,6 +27,7 @@ from pathlib import Path
 
 import rospy
 from scara_config import ConfigError, Robot, load_robot
+from scara_config.frames import FrameTable, find_frames
 from scara_config.palletise import Palletise, find_palletise
 from scara_config.payload import Payload, load_payloads
 from scara_control.config import load_motion
@@ -72,7 +73,7 @@ def main() -> None:
         work = find_palletise(directory)
         carried = PayloadDesk(load_payloads(directory))
         effort_percent = load_motion(directory).move.effort_percent
-        world = _world(robot, config, work, carried.mounted)
+        world = _world(robot, config, work, carried.mounted, find_frames(directory))
         tuning = _tuning(world, robot, config, gains, gains_path(directory))
     part = part_payload(work) if work else None
     told = ToldDynamics(robot, config, carried.told, part, partial(_holds_part, world))
@@ -153,7 +154,11 @@ def _holds_part(world: World) -> bool:
 
 
 def _world(
-    robot: Robot, config: SimulationConfig, work: Palletise | None, mounted: Payload
+    robot: Robot,
+    config: SimulationConfig,
+    work: Palletise | None,
+    mounted: Payload,
+    frames: FrameTable,
 ) -> World:
     """Load the cell, with parts if there is work for it."""
     urdf, names = robot.description, [joint.name for joint in robot.twin_joints]
@@ -176,6 +181,7 @@ def _world(
         dynamics=config.dynamics,
         mounted=mounted,
         work=work,
+        frames=frames,
     )
 
 

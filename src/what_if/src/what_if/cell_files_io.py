@@ -8,11 +8,13 @@ from pathlib import Path
 
 from fanuc_emulator.tp.rehearsal import read_program
 from scara_config import config_directory, load_robot
+from scara_config.frames import find_frames
 from scara_config.palletise import find_palletise
 from scara_config.payload import Payload, Payloads, load_payloads
 from scara_config.programs.files import ProgramSteps, program_path
 from scara_control.config import load_motion
 from scara_control.dynamics.arm_model_io import ArmModel
+from scara_description.vehicle import with_vehicle
 
 from scara_description.urdf import parse_urdf
 from what_if.config import load_limits, load_what_if
@@ -30,14 +32,17 @@ def read_cell(directory: Path | str | None = None) -> Cell:
         ConfigError: One is missing or wrong.
     """
     folder = Path(directory or config_directory())
-    robot = load_robot(folder)
+    robot, work = load_robot(folder), find_palletise(folder)
+    text = robot.description.read_text(encoding="utf-8")
+    if work is not None:
+        text = with_vehicle(text, work, find_frames(folder))
     return Cell(
         robot,
-        parse_urdf(robot.description.read_text(encoding="utf-8"), seen=False),
+        parse_urdf(text, seen=False),
         load_what_if(folder),
         load_motion(folder),
         *load_limits(folder),
-        find_palletise(folder),
+        work,
         load_payloads(folder).rated_kg,
     )
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scara_config.palletise import Palletise
+from scara_description.vehicle import VEHICLE
 
 from what_if.geometry.bodies import Body, FloatArray, Kind
 from what_if.geometry.tree import Tree
@@ -97,10 +98,11 @@ def _rest_below(
     The part's middle has to be above the rest, else it tips over.
     """
     best, least = "", math.inf
-    for rest in (*work.table.stands_mm, PALLET):
+    carriers = [PALLET, *([VEHICLE] if VEHICLE in tree.index else [])]
+    for rest in (*work.table.stands_mm, *carriers):
         frame = poses[tree.index[rest]]
         x, y, gap = frame[:3, :3].T @ (under - frame[:3, 3])
-        if rest == PALLET:
+        if rest in carriers:
             width, depth = work.pallet.size_mm
             above = abs(x) <= 0.5 * width * MM and abs(y) <= 0.5 * depth * MM
         else:

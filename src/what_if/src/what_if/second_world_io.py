@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from scara_config.frames import find_frames
 from scara_config.payload import Payload
 from scara_control.joint_track import JointTrack
 from scara_simulation.config import load_gains, load_simulation
@@ -71,6 +72,7 @@ class SecondWorld:
             dynamics=config.dynamics,
             mounted=payload,
             work=cell.work,
+            frames=find_frames(directory),
         )
         self._told = ToldDynamics(robot, config, payload, part_payload(cell.work), self._holds)
         self._control = JointControl(

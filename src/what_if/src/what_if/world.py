@@ -13,6 +13,7 @@ from scara_control.config import MotionConfig
 from scara_control.dynamics.effort import DynamicModel
 from scara_control.keep_out.points import WatchedPoint, watched_points
 from scara_control.kinematics.arm_kinematics import ArmKinematics
+from scara_description.vehicle import VEHICLE
 
 from scara_description.urdf import Model as Description
 from what_if.config import WhatIfConfig
@@ -64,7 +65,7 @@ class Cell:
     @cached_property
     def bodies(self) -> tuple[Body, ...]:
         """The description's bodies."""
-        rests = [*self.work.table.stands_mm, "pallet"] if self.work else []
+        rests = [*self.work.table.stands_mm, "pallet", VEHICLE] if self.work else []
         return bodies_of(self.description, self.robot.tool_frame, rests)
 
 

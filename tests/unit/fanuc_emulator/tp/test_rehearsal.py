@@ -107,10 +107,15 @@ def test_the_suction_is_switched_in_the_line_that_waits_for_its_answer() -> None
     assert walked("RO[1]=OFF") == [GripperStep(1, False)]
 
 
+def test_an_input_that_was_waited_for_is_on() -> None:
+    """Only with it the program goes on, so what follows can be told."""
+    assert waits("WAIT DI[1:docked]=ON", "IF DI[1]=OFF,JMP LBL[1]", "WAIT 1(sec)", "LBL[1]") == [1]
+
+
 @pytest.mark.parametrize(
     ("lines", "said"),
     [
-        (["WAIT DI[1]=ON"], r"line 1 of TEST: WAIT DI\[1\]=ON: depends on DI\[1\], which is not"),
+        (["WAIT DI[1]=OFF"], r"line 1 of TEST: WAIT DI\[1\]=OFF: depends on DI\[1\], which is not"),
         (["IF R[1]=1,JMP LBL[1]", "LBL[1]"], r"line 1 of TEST: .*depends on R\[1\]"),
         (["J PR[1] 50% FINE"], r"line 1 of TEST: .*depends on PR\[1\], which is not known"),
         (["J PR[1] R[2]% CNT100"], r"line 1 of TEST: .*depends on R\[2\], which is not known"),

@@ -53,7 +53,7 @@ def test_a_shipped_program_gets_a_quicker_one_beside_it(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("NOPE",), "there are ARTICLE, PALLETISE, TWO_POINT"),
+        (("NOPE",), "there are ARTICLE, DOCKWTCH, PALLETISE, TWO_POINT, VEHICLE"),
         (("ARTICLE", "--out", "it.txt"), "a program's file ends with .LS"),
         (("ARTICLE", "--tries", "0"), "--tries"),
     ],

@@ -9,13 +9,14 @@ side's own truth about what was placed where, as measured positions of the robot
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import msgspec
 from scara_config import ConfigError, Robot
 from scara_config.palletise import MM, Palletise
 
-from fanuc_emulator.gripping.surroundings import Surface, WorkSurfaces
+from fanuc_emulator.gripping.surroundings import VEHICLE, Surface, WorkSurfaces
+from fanuc_emulator.gripping.vehicle import Docked
 
 SUNK = 0.0005
 """What gets deeper than this [m] into something has hit it, unless the bellows gives way. Our
@@ -78,6 +79,9 @@ class CellParts:
         # Below this height of tool or held part something can be gripped or hit.
         self._near = self._around.top + work.parts.height + work.gripper.reach_mm * MM
         self.held: Part | None = None
+        self.docked: Docked | None = None
+        # Told when a vehicle has docked; the robot's registers listen.
+        self.sees_dock: Callable[[Docked], None] = lambda _: None
         # Joint positions and suction with which nothing changes any more.
         self._calm_with: tuple[tuple[float, ...], bool] | None = None
         self.put_back()
@@ -101,6 +105,17 @@ class CellParts:
             for start in self._work.starts()
         ]
         return ""
+
+    def dock(self, docked: Docked | None) -> None:
+        """Let a vehicle stand beside the robot; None: it leaves, and takes along what lies on it.
+
+        What another one brings is empty.
+        """
+        self.docked, self._calm_with = docked, None
+        if docked is not None:
+            self.sees_dock(docked)
+        self._around.dock(docked.dock if docked else None)
+        self.parts = [part for part in self.parts if part.on != VEHICLE]
 
     def place(self, part: Part) -> tuple[float, float, float]:
         """Return where the middle of a part's underside is now [m]."""

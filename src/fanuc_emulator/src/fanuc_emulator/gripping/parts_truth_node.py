@@ -6,11 +6,14 @@ For the report and for eyes, never for control.
 from __future__ import annotations
 
 import queue
+from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 from scara_config.palletise import Palletise
 
 from fanuc_emulator.gripping.cell_parts import CellParts
+from fanuc_emulator.gripping.vehicle import dock, docked_text
 from fanuc_emulator.uop import Outputs
 
 GRIPPER_EVERY = 13
@@ -18,6 +21,9 @@ PARTS_EVERY = 25
 """Of the ground truth at 250 Hz: about 20 and 10 Hz."""
 FREE = (0.45, 0.70, 0.95, 0.6)
 HELD = (1.00, 0.75, 0.40, 0.6)
+SEED = 1
+"""Of how far off each vehicle docks and is seen, one after the other."""
+_Wish = tuple[Callable[[], str], queue.SimpleQueue[str]]
 
 
 class PartsTruth:
@@ -35,7 +41,8 @@ class PartsTruth:
     def __init__(self, parts: CellParts, work: Palletise, base_frame: str) -> None:
         self._parts, self._work, self._frame = parts, work, base_frame
         self._calls = 0
-        self._asked: queue.SimpleQueue[queue.SimpleQueue[str]] = queue.SimpleQueue()
+        self._asked: queue.SimpleQueue[_Wish] = queue.SimpleQueue()
+        self._chance = np.random.default_rng(SEED)
         self._told: tuple[object, ...] = ()
         self._places: list[tuple[float, float, float]] = []
 
@@ -44,14 +51,14 @@ class PartsTruth:
         import rospy
         from geometry_msgs.msg import Point
         from scara_ros.shell.ros_node import own_frame
-        from std_srvs.srv import Trigger, TriggerResponse
+        from std_srvs.srv import SetBool, SetBoolResponse, Trigger, TriggerResponse
         from visualization_msgs.msg import Marker, MarkerArray
 
         from scara_msgs.msg import GripperState, PartEvent
 
         self._time, self._frame = rospy.Time.from_sec, own_frame(self._frame)
         self._marker, self._array, self._point = Marker, MarkerArray, Point
-        self._answer = TriggerResponse
+        self._answer, self._dock_answer = TriggerResponse, SetBoolResponse
         self._state, self._event = GripperState, PartEvent
         self._gripper = rospy.Publisher(
             "real/gripper", GripperState, queue_size=10, latch=True, tcp_nodelay=True
@@ -60,6 +67,8 @@ class PartsTruth:
             "real/part_events", PartEvent, queue_size=100, tcp_nodelay=True
         )
         rospy.Service("real/put_parts_back", Trigger, self._put_back)
+        if self._work.vehicle is not None:
+            rospy.Service("real/dock", SetBool, self._dock)
         self._markers = rospy.Publisher("real/parts", MarkerArray, queue_size=1, latch=True)
 
     def publish(self, outputs: Outputs, seconds: float) -> None:
@@ -71,7 +80,8 @@ class PartsTruth:
         """
         parts = self._parts
         while not self._asked.empty():
-            self._asked.get().put(parts.put_back())
+            act, answer = self._asked.get()
+            answer.put(act())
         while parts.events:
             happened = parts.events.pop(0)
             event = self._event(
@@ -99,11 +109,29 @@ class PartsTruth:
             self._places = places
 
     def _put_back(self, _: Any) -> Any:
-        """Leave the wish to the servo loop's thread and wait for its answer."""
-        answer: queue.SimpleQueue[str] = queue.SimpleQueue()
-        self._asked.put(answer)
-        obstacle = answer.get(timeout=1.0)
+        """Put all parts back."""
+        obstacle = self._ask(self._parts.put_back)
         return self._answer(not obstacle, obstacle or "all parts are back on their stands")
+
+    def _dock(self, request: Any) -> Any:
+        """Let a vehicle dock, or leave."""
+        docked = dock(self._work, self._chance) if request.data else None
+
+        def change() -> str:
+            if (self._parts.docked is None) == (docked is None):
+                return "a vehicle is docked already" if docked else "no vehicle is docked"
+            self._parts.dock(docked)
+            return ""
+
+        obstacle = self._ask(change)
+        text = docked_text(docked) if docked else "the vehicle has left"
+        return self._dock_answer(not obstacle, obstacle or text)
+
+    def _ask(self, act: Callable[[], str]) -> str:
+        """Leave the wish to the servo loop's thread and wait for its answer: why not, or empty."""
+        answer: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._asked.put((act, answer))
+        return answer.get(timeout=1.0)
 
     def _publish_state(self, suction: bool, held: str, seconds: float) -> None:
         parts = self._parts

@@ -8,13 +8,16 @@ from __future__ import annotations
 import math
 
 import msgspec
-from scara_config.palletise import MM, Palletise
+from scara_config.palletise import MM, Dock, Palletise
+
+VEHICLE = "vehicle"
 
 
 class Surface(msgspec.Struct, frozen=True):
     """A horizontal face at ``height`` [m].
 
-    It is a disc of ``radius`` about ``middle``, or a rectangle of ``half`` lengths.
+    It is a disc of ``radius`` about ``middle``, or a rectangle of ``half`` lengths, turned by
+    ``turn`` [rad].
     """
 
     name: str
@@ -23,10 +26,13 @@ class Surface(msgspec.Struct, frozen=True):
     radius: float = 0.0
     half: tuple[float, float] = (0.0, 0.0)
     turns: bool = False
+    turn: float = 0.0
 
     def carries(self, x: float, y: float, reach: float = 0.0) -> bool:
         """Tell whether (x, y) lies over the face, or not farther beside it than ``reach`` [m]."""
         dx, dy = x - self.middle[0], y - self.middle[1]
+        if self.turn:
+            dx, dy = Dock(*self.middle, self.turn).of(x, y)
         if self.radius:
             return math.hypot(dx, dy) <= self.radius + reach
         return abs(dx) <= self.half[0] + reach and abs(dy) <= self.half[1] + reach
@@ -64,7 +70,17 @@ class WorkSurfaces:
             for name, (x, y) in work.table.stands_mm.items()
         ]
         self._surfaces: tuple[float, list[Surface]] = (math.nan, [])
+        self._pallet = self._fixed[0]
         self.top = max(surface.height for surface in (*self._fixed, *self._stands))
+
+    def dock(self, dock: Dock | None) -> None:
+        """Let a vehicle with a pallet stand there; None: it has left."""
+        self._fixed = [face for face in self._fixed if face.name != VEHICLE]
+        if dock is not None:
+            middle, turn = (dock.x, dock.y), dock.turn
+            came = msgspec.structs.replace(self._pallet, name=VEHICLE, middle=middle, turn=turn)
+            self._fixed.insert(0, came)
+        self._surfaces = (math.nan, [])
 
     def turned(self, x: float, y: float, angle: float) -> tuple[float, float]:
         """Return where a point goes when the table turns by ``angle`` [rad]."""

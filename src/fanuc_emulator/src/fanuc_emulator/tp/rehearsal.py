@@ -15,7 +15,19 @@ from scara_config.loader import ConfigError
 from scara_config.programs.configuration import read_configuration
 from scara_config.programs.files import ProgramSteps, Taught, program_files, read_taught
 from scara_config.programs.steps import GripperStep, MoveStep, PathStep, Step, WaitStep
-from scara_config.programs.tp.listing import Indexed, Name, PulseTime
+from scara_config.programs.tp.listing import (
+    Binary,
+    Expression,
+    If,
+    Indexed,
+    Jump,
+    Label,
+    Name,
+    Numbered,
+    PulseTime,
+    Wait,
+    WaitUntil,
+)
 from scara_config.programs.tp.printer import print_expression
 from scara_config.programs.tp.values import ExecutionError, Pose, Value, Written, as_number, truth
 from scara_config.programs.walk import UnknownValueError
@@ -122,6 +134,12 @@ class _Known(Registers):
             line, program = self.place()
             self.switched = GripperStep(line, bool(self._values[place]), program)
 
+    def wait_for(self, condition: Expression) -> None:
+        """Know that an input is on behind ``WAIT DI[n]=ON``: only with it the program goes on."""
+        match condition:
+            case Binary("=", Indexed("DI", index), Name("ON")):
+                self._values[Indexed("DI", index)] = True
+
     def _pulse(self, place: Indexed | Name, pulse: PulseTime) -> None:
         self.write(place, False)  # at its end
 
@@ -153,6 +171,17 @@ class _Known(Registers):
         if self._here is None:
             raise UnknownValueError("depends on where the robot stands, which is not known")
         return self._here
+
+
+def _changes(program: Taught) -> bool:
+    """Tell whether a program that runs beside another may change what that one reads."""
+    lines = program.flow.program.lines
+    acts = [line.action if isinstance(line, If) else line for line in lines]
+    return not all(
+        isinstance(act, Label | Jump | Wait | WaitUntil)
+        or (isinstance(act, Numbered) and act.instruction.kind == "UALM")
+        for act in acts
+    )
 
 
 def _leads_to_one_place(step: MoveStep | PathStep) -> bool:
@@ -210,7 +239,8 @@ def _steps(executor: Executor, memory: _Known) -> Iterator[Step]:
         except RefusedError as refused:
             raise ConfigError(f"{executor.frame.program.name}: {refused}") from refused
         seconds = 0.0
-        if executor.state is ProgramState.PAUSED or executor.beside:
+        beside = any(_changes(task.frame.program) for task in executor.beside)
+        if executor.state is ProgramState.PAUSED or beside:
             raise _named(executor, "what follows cannot be told beforehand")
         if step is None and waiting is not None and executor.step is waiting:
             # What comes next waits for its end.
@@ -241,6 +271,8 @@ def _steps(executor: Executor, memory: _Known) -> Iterator[Step]:
                     raise _named(executor, "nothing that the program does makes this true")
                 seconds = 0.01 * as_number(memory.read(Name("$WAITTMOUT")))
                 yield WaitStep(until.line, seconds, program)
+        if isinstance(step, UntilStep) and step.jump is None:
+            memory.wait_for(step.condition)
         if isinstance(step, UntilStep) and memory.switched is not None:
             # The answer of the suction is what it waits for: it takes its time in this line.
             memory.switched = GripperStep(step.line, memory.switched.on, program)

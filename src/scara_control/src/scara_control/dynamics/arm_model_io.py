@@ -126,6 +126,10 @@ class ArmModel:
         self._find_joints()
         self._remove_masses()
 
+    def _furnished(self, text: str) -> str:
+        """Return the description with what else stands in this world."""
+        return text
+
     def _load(self, payloads: Sequence[Payload]) -> None:
         client = self._client
         # Without the last flag a cylinder is a hull that is 1 mm too large all around.
@@ -135,7 +139,7 @@ class ArmModel:
             | pybullet.URDF_USE_IMPLICIT_CYLINDER
         )
         try:
-            text = without_world(self._urdf.read_text(encoding="utf-8"))
+            text = self._furnished(without_world(self._urdf.read_text(encoding="utf-8")))
         except OSError as error:
             raise ConfigError(f"{self._urdf}: cannot be read: {error.strerror}") from error
         text = with_payloads(text, self.tool_frame, payloads)

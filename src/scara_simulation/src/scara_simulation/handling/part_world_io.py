@@ -13,8 +13,10 @@ from pathlib import Path
 import msgspec
 import pybullet
 from scara_config import ConfigError
+from scara_config.frames import NO_FRAMES, FrameTable
 from scara_config.palletise import MM, Palletise
 from scara_config.payload import Payload
+from scara_description.vehicle import VEHICLE, with_vehicle
 
 from scara_msgs.msg import PartEvent
 from scara_simulation.handling.grip_io import PartGrip
@@ -59,6 +61,7 @@ class PartWorld(World):
 
     Args:
         work: palletise.yaml.
+        frames: frames.yaml: where its vehicle stands, if that has a frame.
 
     Raises:
         ConfigError: The URDF lacks a stand or the pallet, or no joint of ``joints`` turns the
@@ -76,13 +79,17 @@ class PartWorld(World):
         work: Palletise,
         dynamics: Mapping[str, tuple[float, float]] | None = None,
         mounted: Payload | None = None,
+        frames: FrameTable = NO_FRAMES,
     ) -> None:
-        self._work, self._tool = work, tool_frame
+        self._work, self._tool, self._frames = work, tool_frame, frames
         self.happened: deque[tuple[int, Happening]] = deque()
         """Step and event, until somebody takes them."""
         super().__init__(
             urdf, joints, tool_frame, dt=dt, gravity=gravity, dynamics=dynamics, mounted=mounted
         )
+
+    def _furnished(self, text: str) -> str:
+        return with_vehicle(text, self._work, self._frames)
 
     def _furnish(self) -> None:
         """Add the parts."""
@@ -98,7 +105,7 @@ class PartWorld(World):
         self._grip = PartGrip(
             client, self._body, tool, self._bodies, gripper.holding_force_n, stiffness, mass
         )
-        rests = {*work.table.stands_mm, "pallet"}
+        rests = {*work.table.stands_mm, "pallet", VEHICLE}
         self._touches = TouchWatch(
             client,
             self._body,

@@ -1,0 +1,144 @@
+"""A vehicle that docks beside the robot: its frame is measured, and VEHICLE loads it by that."""
+
+from __future__ import annotations
+
+import math
+
+import msgspec
+import numpy as np
+import pytest
+from fanuc_emulator.config import load_emulator, load_programs
+from fanuc_emulator.controller import Controller
+from fanuc_emulator.gripping.cell_parts import CellParts
+from fanuc_emulator.gripping.surroundings import Surface
+from fanuc_emulator.gripping.vehicle import Docked, dock
+from fanuc_emulator.snapshot import Snapshot
+from fanuc_emulator.tp.executor import ProgramState
+from harness.running.thorough import thorough
+from harness.workspace import ROOT
+from scara_config import load_robot
+from scara_config.palletise import MM, load_palletise
+from scara_description.taught_frames import user_frame
+
+CONFIG = ROOT / "config"
+ROBOT = load_robot(CONFIG)
+WORK = load_palletise(CONFIG)
+PROGRAMS = load_programs(ROBOT, CONFIG)
+NUMBER = next(n for n, program in PROGRAMS.items() if program.name == "VEHICLE")
+WAITS, OVER, PLACED = 18, 20, 22
+"""Lines of VEHICLE: it waits for a vehicle, goes over it, and down to a place."""
+
+
+def came(seed: int) -> Docked:
+    """Return a vehicle that has docked."""
+    docked = dock(WORK, np.random.default_rng(seed))
+    assert docked is not None
+    return docked
+
+
+class Loading:
+    """The stand-in with VEHICLE started at its pendant."""
+
+    def __init__(self, docked: Docked | None, plant: str = "ideal") -> None:
+        config = load_emulator(ROBOT, CONFIG, plant)
+        self.dt, self.parts = config.dt, CellParts(WORK, ROBOT)
+        chance = np.random.default_rng(1)
+        self.robot = Controller(config, ROBOT, PROGRAMS, 1.7e9, self.parts, chance)
+        self.robot.write_override(100)
+        self.parts.dock(docked)
+        for pressed in (True, False):
+            self.robot.write_input(f"panel_run{NUMBER}", pressed)
+            self.shown = self.robot.step()
+
+    def go(self, seconds: float, line: int = 0) -> Snapshot:
+        """Go on for so long, or to a line, or to the end of the program."""
+        for _ in range(round(seconds / self.dt)):
+            self.shown = self.robot.step()
+            ended = self.shown.program_state is ProgramState.ABORTED
+            if ended or self.shown.program_line == line:
+                break
+        return self.shown
+
+    def errors_mm(self, docked: Docked) -> list[float]:
+        """Return how far each part lies from its place on the vehicle, as that truly stands."""
+        lying = [self.parts.place(part)[:2] for part in self.parts.parts if part.on == "vehicle"]
+        return [math.dist(at, to) / MM for at, to in zip(lying, WORK.places_on(docked.dock))]
+
+
+@pytest.mark.parametrize("plant", ["ideal", "field"])
+@pytest.mark.parametrize("seed", [0, *thorough(*range(1, 100))])
+def test_nine_parts_lie_on_a_vehicle_wherever_it_docked(seed: int, plant: str) -> None:
+    """Within the tolerance of palletise.yaml, of its places as it truly stands."""
+    docked = came(seed)
+    loading = Loading(docked, plant)
+    assert loading.go(60.0).program_state is ProgramState.ABORTED
+    errors = loading.errors_mm(docked)
+    assert len(errors) == 9 and max(errors) <= WORK.task.tolerance_mm
+    assert (loading.parts.drops, loading.parts.collisions) == (0, 0)
+
+
+def test_without_the_measured_frame_parts_miss_their_places() -> None:
+    """Where it should have docked is not where it stands."""
+    assert WORK.vehicle is not None
+    exactly = msgspec.structs.replace(WORK.vehicle, off_mm=0.0, off_deg=0.0)
+    told = dock(msgspec.structs.replace(WORK, vehicle=exactly), np.random.default_rng(0))
+    docked = came(0)
+    loading = Loading(msgspec.structs.replace(docked, frame=told.frame))
+    loading.go(60.0)
+    assert sum(error > WORK.task.tolerance_mm for error in loading.errors_mm(docked)) == 9
+
+
+def test_the_docks_sensor_measures_the_frame_that_three_taught_points_give() -> None:
+    """By another route: the frame of the page, of the same marks."""
+    assert WORK.vehicle is not None
+    exact = msgspec.structs.replace(WORK.vehicle, seen_mm=0.0)
+    docked = dock(msgspec.structs.replace(WORK, vehicle=exact), np.random.default_rng(7))
+    marks = [(x, y, WORK.pallet.top_mm * MM) for x, y in exact.seen(docked.dock)]
+    taught = user_frame("vehicle", marks)
+    assert docked.frame.values[:6] == pytest.approx((*taught.xyz_mm, *taught.wpr_deg))
+    assert docked.dock.of(*docked.dock.at(0.03, -0.07)) == pytest.approx((0.03, -0.07))
+
+
+def test_nothing_is_placed_until_a_vehicle_has_docked() -> None:
+    """The robot waits with the first part in hand, and goes on by the frame of who comes."""
+    loading, docked = Loading(None), came(3)
+    shown = loading.go(30.0)
+    assert (shown.program_state, shown.program_line) == (ProgramState.RUNNING, WAITS)
+    assert loading.parts.held is not None and loading.parts.held.name == "part_1"
+    loading.parts.dock(docked)
+    loading.go(60.0)
+    assert max(loading.errors_mm(docked)) <= WORK.task.tolerance_mm
+
+
+def test_a_vehicle_that_leaves_under_the_robot_is_a_fault_that_stops_it() -> None:
+    """RESET and START go on only with one that has docked; what it took along is gone."""
+    loading = Loading(came(4))
+    for line in (OVER, WAITS, OVER, PLACED):
+        loading.go(30.0, line)
+    loading.parts.dock(None)
+    shown = loading.go(0.2)
+    assert shown.outputs.fault and shown.program_state is ProgramState.PAUSED
+    assert "UALM[1]" in shown.alarm.cause
+    assert [part.name for part in loading.parts.parts] == [f"part_{n}" for n in range(2, 10)]
+    still = loading.go(0.5).positions
+    assert loading.go(0.5).positions == still
+    loading.robot.write_input("panel_reset", True)
+    loading.robot.write_input("panel_start", True)
+    assert loading.go(0.1).outputs.fault, "there is no vehicle yet"
+
+
+def test_a_vehicle_may_leave_while_the_robot_is_at_the_stands() -> None:
+    """The program waits for the next one."""
+    loading = Loading(came(5))
+    for line in (OVER, 11):
+        loading.go(30.0, line)
+    loading.parts.dock(None)
+    shown = loading.go(20.0)
+    assert not shown.outputs.fault and shown.program_line == WAITS
+
+
+def test_a_turned_face_carries_what_lies_over_it() -> None:
+    """Its corner is farther away than its edge."""
+    face = Surface("vehicle", 0.0, (0.1, 0.3), half=(0.1, 0.1), turn=math.radians(45.0))
+    assert face.carries(0.1 + 0.13, 0.3)
+    assert not face.carries(0.1 + 0.08, 0.3 + 0.08)
