@@ -1,9 +1,11 @@
-// Hands of the operator: jog buttons that act only while they are held, by a finger, a mouse or the Enter key.
+// Hands of the operator: jog buttons that act only while they are held, by a finger, a mouse or the Enter key; and the
+// twin's tool, dragged in the picture while Guide is pressed.
 const HELD = "[data-jog], [data-axis]";
+const GUIDE = "[data-guide][aria-pressed=true]";
 
 // A press has a number that grows; signs are sent until the button is let go, the pointer leaves, or the page loses
 // focus. A press that was let go, or that the server let die, never counts again: the next touch is a new one.
-export function watchJog(live, periodMs) {
+export function watchJog(live, periodMs, placeUnder) {
   let held = null;
   let last = 0;
 
@@ -11,7 +13,7 @@ export function watchJog(live, periodMs) {
     if (held === null) return;
     clearInterval(held.timer);
     held.button.classList.remove("held");
-    held.button.removeEventListener("pointerleave", release);
+    held.area.removeEventListener("pointerleave", release);
     live.send({ release: held.press });
     held = null;
   };
@@ -29,21 +31,29 @@ export function watchJog(live, periodMs) {
     live.send({ hold: held.press, ...held.way, ...percent });
   };
 
-  const press = (button, pointer) => {
+  const press = (button, pointer, area = button, moved = way(button)) => {
     last = Math.max(Date.now(), last + 1);
-    held = { button, press: last, pointer, way: way(button) };
+    held = { button, press: last, pointer, area, way: moved };
     button.classList.add("held");
     sign();
     if (held !== null) held.timer = setInterval(sign, periodMs);
   };
 
   document.addEventListener("pointerdown", (event) => {
-    const button = event.target.closest?.(HELD);
+    const picture = event.target.closest?.(".scene");
+    const guide = picture && document.querySelector(GUIDE);
+    const button = guide || event.target.closest?.(HELD);
     if (!button || button.disabled || held !== null || event.button !== 0) return;
+    const place = guide && placeUnder(event);
+    if (guide && !place) return;
     if (event.target.hasPointerCapture?.(event.pointerId)) event.target.releasePointerCapture(event.pointerId);
     event.preventDefault();
-    button.addEventListener("pointerleave", release, { once: true });
-    press(button, event.pointerId);
+    const area = guide ? picture : button;
+    area.addEventListener("pointerleave", release, { once: true });
+    press(button, event.pointerId, area, guide ? { guide: place } : way(button));
+  });
+  document.addEventListener("pointermove", (event) => {
+    if (held?.way.guide && held.pointer === event.pointerId) held.way.guide = placeUnder(event) ?? held.way.guide;
   });
   for (const kind of ["pointerup", "pointercancel"]) {
     document.addEventListener(kind, (event) => held?.pointer === event.pointerId && release());

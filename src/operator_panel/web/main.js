@@ -40,10 +40,14 @@ function startJogWays() {
   choice("pace", "slow");
 }
 
-// Whether the eye goes with the tool.
-function startFollow() {
-  const button = document.querySelector("[data-follow]");
-  button.addEventListener("click", () => button.setAttribute("aria-pressed", button.getAttribute("aria-pressed") !== "true"));
+// Buttons that stay pressed: whether the eye goes with the tool, and whether a pointer drags the twin's tool.
+function startPressed(kind, then = () => {}) {
+  const button = document.querySelector(`[data-${kind}]`);
+  button?.addEventListener("click", () => {
+    const pressed = button.getAttribute("aria-pressed") !== "true";
+    button.setAttribute("aria-pressed", pressed);
+    then(pressed);
+  });
 }
 
 // Buttons of which one is chosen, wherever they stand.
@@ -119,10 +123,11 @@ function start() {
   const events = new Events(live);
   startTabs();
   startJogWays();
-  startFollow();
+  startPressed("follow");
+  startPressed("guide", (on) => scene.guide(on));
   new Camera();
   if (told.operator) {
-    watchJog(live, told.jog_period_ms);
+    watchJog(live, told.jog_period_ms, (event) => scene.placeUnder(event));
     new Drag(scene, document.querySelector("[data-drag]"));
   }
   window.panel = {

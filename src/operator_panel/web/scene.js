@@ -151,6 +151,24 @@ export class Scene {
     return mesh;
   }
 
+  // From above, and no pointer turns the picture while it drags the tool.
+  guide(on) {
+    if (on) document.querySelector("[data-view=Top]").click();
+    this.view.controls.enabled = !on;
+  }
+
+  // Where a pointer is on the level of the twin's tool: x, y [m]; null where it meets that nowhere.
+  placeUnder({ clientX, clientY }) {
+    const { camera, renderer } = this.view;
+    const { left, top, width, height } = renderer.domElement.getBoundingClientRect();
+    const at = new THREE.Vector2((2 * (clientX - left)) / width - 1, 1 - (2 * (clientY - top)) / height);
+    const caster = new THREE.Raycaster();
+    caster.setFromCamera(at, camera);
+    const level = new THREE.Plane(new THREE.Vector3(0, 0, 1), -(this.tool?.[2] ?? NaN));
+    const place = caster.ray.intersectPlane(level, new THREE.Vector3());
+    return place && Number.isFinite(place.x + place.y) ? [place.x, place.y] : null;
+  }
+
   preview(pose) {
     const root = this.mesh(this.told.joints.preview.root.id);
     if (root) root.visible = pose !== null;

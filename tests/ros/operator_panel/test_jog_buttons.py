@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from harness.page.theatre import Theatre
+from harness.page.acts import take_control
+from harness.page.hand import Hand
+from harness.page.theatre import SIZES, Theatre, kept_theatre
 from harness.processes import wait_until
 from playwright.sync_api import Locator, expect
 
@@ -118,3 +120,54 @@ def test_enter_key_holds_a_button_too(theatre: Theatre, button: Locator) -> None
             theatre.page.keyboard.press("Tab")
         rests(theatre)
         theatre.page.keyboard.up("Enter")
+
+
+# Where the twin's tool is in the browser's window.
+TOOL = """() => {
+    const { view, tool } = window.panel.scene;
+    const box = view.renderer.domElement.getBoundingClientRect();
+    const at = view.camera.position.clone().set(...tool).project(view.camera);
+    return [box.left + (at.x + 1) / 2 * box.width, box.top + (1 - at.y) / 2 * box.height];
+}"""
+FROM_ABOVE = "() => window.panel.scene.view.camera.position.z > 1.5"
+
+
+def test_the_twin_goes_after_a_pointer_that_drags_its_tool() -> None:
+    """In the picture, while Guide is pressed; let go, a lost pointer and STOP end it for good."""
+    with kept_theatre(draws=True) as drawn:
+        drawn.resize("low")
+        drawn.play("ready")
+        page = drawn.page
+        take_control(page)
+        guide = page.locator("[data-guide]")
+        page.wait_for_function("() => window.panel?.scene.tool")
+        for end in ("no guide", "release", "leave", "blur", "escape"):
+            if end == "release":
+                Hand(drawn).switch(guide)
+                guide.click()
+                page.wait_for_function(FROM_ABOVE)
+                drawn.settle()
+            x, y = page.evaluate(TOOL)
+            page.mouse.move(x, y)
+            page.mouse.down()
+            page.mouse.move(x - 30.0, y, steps=3)
+            if end == "no guide":
+                page.wait_for_timeout(300)
+                assert jogged(drawn) == []
+            else:
+                assert set(moves(drawn)) == NAMES
+            if end == "leave":
+                page.mouse.move(5, 5)
+            elif end == "blur":
+                page.evaluate("window.dispatchEvent(new Event('blur'))")
+            elif end == "escape":
+                page.keyboard.press("Escape")
+                expect(page.locator("[data-stop-answer=STOP]")).to_have_text("confirmed")
+            page.mouse.up()
+            if end != "no guide":
+                rests(drawn)
+        problems = []
+        for size in SIZES:
+            drawn.resize(size)
+            problems += drawn.problems(f"{size}, guide")
+        assert problems == []

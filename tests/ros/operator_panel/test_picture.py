@@ -82,7 +82,7 @@ def test_each_view_moves_the_eye(drawn: Theatre) -> None:
     page, hand = drawn.page, Hand(drawn)
     page.wait_for_function("() => window.panel?.scene.view?.camera")
     shown = page.locator(".views").get_by_role("button").locator("visible=true")
-    assert sorted(shown.all_inner_texts()) == sorted((*VIEWS, "Follow"))
+    assert sorted(shown.all_inner_texts()) == sorted((*VIEWS, "Follow", "Guide"))
     for view in VIEWS:
         before = page.evaluate(EYE)
         hand.button(view).click()

@@ -15,6 +15,7 @@ from typing import Any
 
 from operator_panel.control import authority
 from operator_panel.control.authority import ENDING, Role
+from operator_panel.control.guide import GuidedTool
 from operator_panel.control.jog import DeadMan, JogError
 from operator_panel.control.steps import StepError, positions_now
 from operator_panel.control.tool_jog import ToolArm
@@ -325,6 +326,14 @@ class PageDesk:
         def take(now: float) -> None:
             way = self.arm.held(axis, frame, direction, fast)
             self._dead_man.hold_way(page, press, way, now)
+
+        return self._held(page, press, take)
+
+    def guide(self, page: str, press: int, pointer: tuple[float, float]) -> str:
+        """Take a sign of a pointer that drags the tool, in the base [m]; as :meth:`hold`."""
+
+        def take(now: float) -> None:
+            self._dead_man.hold_way(page, press, GuidedTool(self.arm, pointer), now)
 
         return self._held(page, press, take)
 

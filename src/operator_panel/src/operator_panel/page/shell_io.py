@@ -82,7 +82,7 @@ class Shell:
         build_header(view, self._robot.name.replace("_", " "))
         with ui.element("main").classes("grid"):
             with ui.element("div").classes("pillar stage"):
-                scene = build_scene(self._model, self._robot, view.frames.numbered("user"))
+                scene = build_scene(self._model, view)
                 # What is looked at ahead or back docks below the picture, and covers no robot.
                 with ui.element("div").classes("dock"):
                     build_time_line()

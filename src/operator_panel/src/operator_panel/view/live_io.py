@@ -8,6 +8,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
+import math
 import time
 from collections.abc import Callable
 from datetime import datetime
@@ -215,6 +216,12 @@ class Live:
                 "fast": bool(fast),
             }:
                 refused = self._desk.hold_tool(page, press, axis, frame, direction, fast)
+                self._tell_refused(page, press, refused, line)
+            case {
+                "hold": int(press),
+                "guide": [int() | float() as x, int() | float() as y],
+            } if math.isfinite(x) and math.isfinite(y):
+                refused = self._desk.guide(page, press, (float(x), float(y)))
                 self._tell_refused(page, press, refused, line)
             case {"release": int(press)}:
                 self._desk.let_go(page, press)

@@ -14,6 +14,7 @@ from scara_config.frames import TaughtFrame
 from scara_description.taught_frames import pose_of
 from scara_ros.page.page_library_io import plain
 
+from operator_panel.page.view_io import PageView, push_button
 from scara_description.urdf import Vector
 
 Panes = dict[str, tuple[str, float]]
@@ -129,10 +130,10 @@ def _scaled(place: Vector, share: float) -> Vector:
     return x, y, z
 
 
-def build_views(scene: ui.scene, robot: Robot) -> None:
-    """Build a button for each view, on the picture."""
+def build_views(scene: ui.scene, view: PageView) -> None:
+    """Build a button for each view, on the picture, and one to guide the twin by hand there."""
     with ui.element("div").classes("views"):
-        for name, (eye, target) in views_of(robot).items():
+        for name, (eye, target) in views_of(view.robot).items():
 
             def look(eye: Vector = eye, target: Vector = target) -> None:
                 scene.move_camera(
@@ -143,3 +144,7 @@ def build_views(scene: ui.scene, robot: Robot) -> None:
                 plain(name)
         with ui.element("button").props("type=button data-follow aria-pressed=false"):
             plain("Follow")
+        if view.is_operator:
+            title = 'title="Drag the twin\'s tool in the picture; the real robot follows"'
+            guide = push_button("Guide", None, props=f"data-guide aria-pressed=false {title}")
+            view.guard(guide, "JOG")

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from nicegui import ui
-from scara_config import Robot
-from scara_config.frames import TaughtFrame
 from scara_ros.page.page_library_io import tabs_of
 
 from operator_panel.page.picture.landmarks_io import (
@@ -21,6 +18,7 @@ from operator_panel.page.picture.landmarks_io import (
 )
 from operator_panel.page.picture.look_back_io import build_look_back_button
 from operator_panel.page.picture.told_io import build_apart, build_lead
+from operator_panel.page.view_io import PageView
 from scara_description.urdf import (
     JointFrame,
     Model,
@@ -33,8 +31,9 @@ GHOSTS = {"real": Glass("#2f7fe0", 0.38), "preview": Glass("#9b5de5", 0.42)}
 SEGMENTS = 36
 
 
-def build_scene(model: Model, robot: Robot, frames: Mapping[int, TaughtFrame]) -> dict[str, Any]:
+def build_scene(model: Model, view: PageView) -> dict[str, Any]:
     """Build the picture; return the object that the browser moves for each side and joint."""
+    robot = view.robot
     with (
         ui.element("section").classes("card scene-card"),
         ui.element("div").classes("scene-body"),
@@ -62,10 +61,10 @@ def build_scene(model: Model, robot: Robot, frames: Mapping[int, TaughtFrame]) -
             build_look_back_button()
             shown = {name: name for name in ("Model", "Both", "Camera")}
             tabs_of(shown, "show", "segmented scene-choice")
-        build_views(scene, robot)
+        build_views(scene, view)
         build_apart()
     builder = _Builder(scene, model)
-    build_landmarks(scene, robot, builder.panes, frames)
+    build_landmarks(scene, robot, builder.panes, view.frames.numbered("user"))
     moved = {side: builder.tree(side) for side in ("twin", "real", "preview")}
     eye, (x, y, z) = views_of(robot)["Whole"]
     scene.move_camera(*eye, look_at_x=x, look_at_y=y, look_at_z=z, duration=0)
