@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ruamel.yaml import YAML
-from ruamel.yaml.comments import CommentedMap
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.error import YAMLError
 
 from scara_config.files.whole_file import write_whole
@@ -67,6 +67,8 @@ def changed_text(path: Path | str, changes: Mapping[Key, Any]) -> str:
         elif isinstance(value, Noted):
             node[key[-1]] = value.value
             _remark(node, key[-1], f"# {value.note}\n")
+        elif isinstance(value, list) and isinstance(node.get(key[-1]), CommentedSeq):
+            node[key[-1]][:] = value  # it stays on one line, or on as many as it had
         else:
             node[key[-1]] = value
     text = io.StringIO()

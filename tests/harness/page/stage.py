@@ -13,6 +13,7 @@ import asyncio
 import json
 import math
 import os
+import shutil
 import sys
 import threading
 import time
@@ -252,7 +253,8 @@ def main() -> None:
     port, runs = int(sys.argv[1]), Path(sys.argv[2])
     if len(sys.argv) > 3:
         os.environ[CHOICE] = sys.argv[3]
-    folder = ROOT / "config"
+    folder = runs.parent / "config"
+    shutil.copytree(ROOT / "config", folder, dirs_exist_ok=True)
     door = StageDoor(folder)
     robot, config = door.robot, load_panel(folder)
     around = load_surroundings(robot, folder)
@@ -279,6 +281,8 @@ def main() -> None:
     async def begin() -> PlainTextResponse:
         door.scene, door.answered, door.holder = "ready", False, ""
         door.jogged = []
+        shutil.rmtree(folder)
+        shutil.copytree(ROOT / "config", folder)
         lesson.history = Edits(empty("TAUGHT", robot), version=lesson.history.version + 1)
         door.answers.set()
         return PlainTextResponse("ready")

@@ -305,6 +305,16 @@ def teach(hand: Hand) -> None:
     chooser.value.set_files(file)
     expect(said).to_contain_text("is the draft now")
     question = page.locator(".confirm")
+    for answer in ("", "Cancel", "Replace"):
+        hand.button("Save", panel).click()
+        if answer:
+            hand.look()
+            hand.button(answer, question).click()
+            expect(question).to_have_count(0)
+        else:
+            expect(said).to_contain_text("MINE.LS: saved, RSR5")
+    row = page.locator('[data-panel="Programs"] .row-name').filter(has_text="MINE")
+    expect(row).to_have_count(1)
     for answer in ("Cancel", "Run the draft"):
         hand.button("Run", panel).click()
         expect(question.locator(".verdict")).to_contain_text("OK")
@@ -320,6 +330,8 @@ def palletise(hand: Hand, panel: Locator) -> None:
     for name in ("Take twin", "Take real"):
         hand.button(name, panel).click()
     expect(places).to_have_value(re.compile(r".+\n.+"))
+    hand.button("In picture", panel).click()
+    expect(said).to_contain_text("this browser does not draw the picture")
     hand.button("Clear", panel).click()
     expect(places).to_have_value("")
     columns = {"Rows": "1", "Columns": "2", "Pitch x": "30", "Pitch y": "0", "Above": "20"}

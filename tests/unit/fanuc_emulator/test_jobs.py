@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from fanuc_emulator.program_files_io import ProgramFiles
 from fanuc_emulator.tp.executor import ProgramState
+from harness.yaml_files import copy_configuration
+from scara_config import ConfigError
+from scara_config.programs.keeping import keep_program
 
 from fanuc_emulator import alarms
 
@@ -71,3 +76,31 @@ def test_a_stream_that_goes_on_refuses_it_in_the_end(streaming: Bench) -> None:
     streaming.pulse("cstopi")
     streaming.run(2.0)
     assert not begun(streaming)
+
+
+def test_program_saved_while_another_runs_is_there_at_the_next_start(
+    bench: Bench, tmp_path: Path
+) -> None:
+    """The one that runs ends as it began; a wrong file changes nothing and is said once."""
+    config = copy_configuration(tmp_path)
+    files = ProgramFiles(bench.robot, config)
+    assert files.newer() is None
+    text = (config / "programs" / "TWO_POINT.LS").read_text(encoding="utf-8")
+    keep_program("MINE", text.replace("TWO_POINT", "MINE"), config)
+    newer = files.newer()
+    assert newer is not None and files.newer() is None
+    bench.pulse(TWO_POINT)
+    bench.run(0.5)
+    bench.controller.take_programs({})
+    bench.run(0.5)
+    assert (bench.now.program_name, bench.now.program_state) == ("TWO_POINT", ProgramState.RUNNING)
+    bench.controller.take_programs(newer)
+    bench.pulse("panel_abort")
+    bench.run(0.5)
+    bench.pulse("panel_run5")
+    bench.run(0.5)
+    assert bench.now.program_name == "MINE" and begun(bench)
+    (config / "programs" / "MINE.LS").write_text("/PROG MINE\n/MN\n 1: NONSENSE ;\n/END\n")
+    with pytest.raises(ConfigError, match="NONSENSE"):
+        files.newer()
+    assert files.newer() is None

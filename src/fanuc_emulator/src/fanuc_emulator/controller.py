@@ -81,12 +81,12 @@ class Controller:
         signals = Signals(
             *shown, self.write_input, self.write_override, lambda: self._tick * self._dt, parts
         )
-        frames = config.frames
-        self.registers = registers_of(signals, self.source, self._motion, planner, frames)
+        self.registers = registers_of(signals, self.source, self._motion, planner, config.frames)
         self._executor = Executor(self.registers, {each.name: each for each in programs.values()})
         numbered = {**programs, STREAM_RSR: stream_program(config.rsr_programs[0])}
         starts = plant.start_delay_ms / 1000.0, config.settings.start_for_continue
         self._jobs = Jobs(numbered, self._executor, *starts, self._start_obstacle)
+        self.take_programs = self._jobs.take
         self._inputs = Inputs(config.settings)
         self._unlit = dict.fromkeys(unlit(config.settings.uop), False)
         self._alarms = AlarmList()

@@ -27,6 +27,8 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -46,8 +48,10 @@ from fanuc_emulator.gripping.parts_truth_node import PartsTruth
 from fanuc_emulator.modbus.modbus_server_io import PortError, RobotServer
 from fanuc_emulator.plant.config import plant_text
 from fanuc_emulator.plant.delays import AnswerTimes
+from fanuc_emulator.program_files_io import ProgramFiles
 from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.snapshot import Snapshot
+from fanuc_emulator.tp.executor import Program
 from fanuc_emulator.uop import with_panel
 
 _GROUND_TRUTH_PERIOD = 0.004
@@ -172,6 +176,11 @@ def main() -> None:
         sys.exit(run(*map(private.get, names)))
 
 
+def _take(programs: Mapping[int, Program], controller: Controller) -> None:
+    """Let the controller have other programs."""
+    controller.take_programs(programs)
+
+
 def run(
     config_dir: str | None,
     host: str | None,
@@ -189,7 +198,7 @@ def run(
     directory = Path(config_dir) if config_dir else None
     robot, layout = load_robot(directory), with_panel(load_modbus_map(directory))
     config = load_emulator(robot, directory, plant, settings)
-    programs = load_programs(robot, directory)
+    files, programs = ProgramFiles(robot, directory), load_programs(robot, directory)
     if port is not None and not (port.isdigit() and 1 <= int(port) <= 65535):
         raise ConfigError(f"~port = {port}: allowed is 1..65535")
     if links not in (None, "strict", "desk"):
@@ -231,7 +240,15 @@ def run(
         )
         threading.Thread(target=truth.serve, name="ground_truth", daemon=True).start()
         while not stop.wait(0.2) and not loop.ended.is_set():
-            pass
+            try:
+                newer = files.newer()
+            except ConfigError as error:
+                print(f"programs stay as they are: {error}", file=sys.stderr, flush=True)
+                continue
+            if newer is not None:
+                loop.post(partial(_take, newer))
+                names = ", ".join(program.name for _, program in sorted(newer.items()))
+                print(f"programs were read again: {names}", flush=True)
     if "rospy" in sys.modules:
         sys.modules["rospy"].signal_shutdown("the emulator ends")
     if loop.failure is not None:

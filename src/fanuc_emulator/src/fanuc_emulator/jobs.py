@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Mapping
 
+from scara_config.set_up.settings import STREAM_RSR
+
 from fanuc_emulator.tp.executor import Executor, Program, ProgramState
 from fanuc_emulator.uop import UopRequest
 
@@ -40,6 +42,18 @@ class Jobs:
         # What was started at the pendant and waits for the end of the stream: until when [ms].
         self._here: tuple[int, int] | None = None
         self.selected: Program | None = None
+
+    def take(self, programs: Mapping[int, Program]) -> None:
+        """Have other programs beside the stream from the next start on.
+
+        One that runs ends as it began; one that is selected stays so by its name.
+        """
+        self._executor.library = {each.name: each for each in programs.values()}
+        stream = self._programs[STREAM_RSR]
+        self._programs = {**programs, STREAM_RSR: stream}
+        if self.selected is not None:
+            named = {each.name: each for each in self._programs.values()}
+            self.selected = named.get(self.selected.name)
 
     @property
     def waits_here(self) -> bool:

@@ -3,7 +3,6 @@ import { THREE } from "nicegui-scene";
 
 const SIZE = { radius: 0.012, height: 0.04 }; // m: the marker, a cone whose tip is the place
 const GAP_MM = 0.5; // over a part: as near as a nozzle grips it; our choice
-const NO_PICTURE = "This browser does not draw the picture: type the place";
 
 export class Drag {
   constructor(scene, button) {
@@ -23,7 +22,7 @@ export class Drag {
   }
 
   turn(on) {
-    if (on && this.scene.still) this.button.title = NO_PICTURE;
+    if (on && this.scene.still) emitEvent("dropped", []); // the page says that there is no picture
     this.button.setAttribute("aria-pressed", on && !this.scene.still);
     this.end();
   }

@@ -90,6 +90,7 @@ class Executor:
             the first.
         waited: For how long a condition has been waited for [s].
         beside: Programs without motion that run beside, by RUN.
+        library: Programs that can be called, by name.
     """
 
     def __init__(self, memory: Memory, library: Mapping[str, Program] | None = None) -> None:
@@ -97,7 +98,8 @@ class Executor:
         self.line = 0
         self.state = ProgramState.ABORTED
         self.program: Program | None = None
-        self._memory, self._library = memory, library if library is not None else {}
+        self._memory = memory
+        self.library: Mapping[str, Program] = library if library is not None else {}
         self._frames: list[CallFrame] = []
         self._step: Step | None = None
         self._delay = 0.0
@@ -293,20 +295,20 @@ class Executor:
 
     def _named(self, line: Call) -> Program:
         """Return the program that a line calls or runs."""
-        if not isinstance(line.program, str) or line.program not in self._library:
-            raise ExecutionError(f"unknown, there are {', '.join(self._library)}")
-        return self._library[line.program]
+        if not isinstance(line.program, str) or line.program not in self.library:
+            raise ExecutionError(f"unknown, there are {', '.join(self.library)}")
+        return self.library[line.program]
 
     def _run(self, line: Call, frame: CallFrame) -> None:
         """Begin a program beside this one."""
         program = self._named(line)
-        moving = [each for each in reachable(program, self._library) if moves(each)]
+        moving = [each for each in reachable(program, self.library) if moves(each)]
         if moving:
             why = f"{moving[0].name} moves the robot as {self._frames[0].program.name} does"
             raise ExecutionError(f"{why}: only a program without motion runs beside")
         if len(self.beside) == DEEPEST:
             raise ExecutionError(f"{DEEPEST} programs run beside this one already")
-        task = Executor(self._memory, self._library)
+        task = Executor(self._memory, self.library)
         arguments: list[Value] = [evaluate(each, frame.memory) for each in line.arguments]
         task.start(program, 0.0, arguments=arguments)
         self.beside.append(task)

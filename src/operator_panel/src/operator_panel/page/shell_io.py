@@ -30,9 +30,10 @@ from operator_panel.page.status_io import build_alarms, build_events, build_join
 from operator_panel.page.target_io import build_target
 from operator_panel.page.tuning_io import build_tuning
 from operator_panel.page.view_io import PageView, live
+from operator_panel.page.work.draft_files_io import FILE
 from operator_panel.page.work.programs_io import build_programs
 from operator_panel.page.work.robot_io import build_robot, build_today
-from operator_panel.page.work.teach_io import FILE, build_teach
+from operator_panel.page.work.teach_io import build_teach
 from operator_panel.retelling.run_folders_io import file_of
 from operator_panel.teach.kept_io import Lesson
 from operator_panel.view.live_io import PATH, Live
@@ -113,7 +114,7 @@ class Shell:
         builders: list[Callable[[PageView], None]] = [
             build_jog,
             build_target,
-            build_programs,
+            lambda view: build_programs(view, self._lesson),
             lambda view: build_teach(view, self._lesson),
             lambda view: charts.update(build_charts(view)),
             build_robot,

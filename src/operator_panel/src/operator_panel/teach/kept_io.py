@@ -24,6 +24,7 @@ class Lesson:
         history: The draft and its past.
         trouble: Why an older draft could not be read, in the reader's words; empty: all is well.
         runner: Name of the page that runs the draft now; empty: none.
+        saved: How often the draft was saved as one of the robot's programs; pages look at it.
     """
 
     def __init__(self, folder: Path, robot: Robot) -> None:
@@ -38,6 +39,7 @@ class Lesson:
         self._folder, self._robot = folder, robot
         self._writing = asyncio.Lock()
         self.trouble = self.runner = ""
+        self.saved = 0
         files = sorted(folder.glob(f"*{PROGRAM_ENDING}"), key=lambda file: file.stat().st_mtime_ns)
         self.history = Edits(self._new(files))
 

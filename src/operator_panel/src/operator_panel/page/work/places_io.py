@@ -91,6 +91,8 @@ class PlacesForm:
 
     async def _drop(self, xyz_mm: Sequence[float]) -> tuple[str, str]:
         """Add the place where the marker was let go; the ghost stands there."""
+        if not xyz_mm:
+            raise TeachError("this browser does not draw the picture: type the place")
         x, y, z = map(float, xyz_mm)
         place = Place((x, y, z))
         (joints,) = await self._solved([place], ["there"], self._now())

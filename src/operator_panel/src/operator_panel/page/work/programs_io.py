@@ -5,6 +5,8 @@ from __future__ import annotations
 from functools import partial
 
 from nicegui import ui
+from scara_config import ConfigError
+from scara_config.programs.files import program_files, read_listing
 from scara_config.programs.tp.listing import Program
 from scara_ros.page.page_library_io import plain
 
@@ -12,13 +14,15 @@ from operator_panel.control.fields import error_text, parse_number
 from operator_panel.page.preview.asking_io import ask, needs_judge, play
 from operator_panel.page.preview.motion_line_io import build_gate_line
 from operator_panel.page.view_io import PageView, live, push_button
+from operator_panel.teach.kept_io import Lesson
 from operator_panel.view.robot.program_lines import listing
+from operator_panel.view.snapshot import Snapshot
 
 KEYS = {"run": ("RUN", "Program"), "override": ("OVERRIDE", "Override of the robot")}
 """Key of the pendant: the command that the page follows, and its title."""
 
 
-def build_programs(view: PageView) -> None:
+def build_programs(view: PageView, lesson: Lesson) -> None:
     """Build the list and the override."""
     with ui.element("div").classes("facts"):
         for title, key in (
@@ -29,17 +33,8 @@ def build_programs(view: PageView) -> None:
             with ui.element("div").classes("fact"):
                 plain(title, "fact-title")
                 live(key, "num")
-    with ui.element("div").classes("rows"):
-        for program in view.around.programs:
-            with ui.element("div").classes("row-line"):
-                plain(program.name, "row-name")
-                ui.label(program.comment).classes("row-text")
-                name = program.name
-                preview = partial(play, view, f"Program {name}", "PROGRAM", program=name)
-                button = push_button("Preview", preview, props=f'aria-label="Preview {name}"')
-                needs_judge(view, button)
-                _press(view, "Run", "RUN", f"run-{program.name.lower()}", "run", program.name)
-            _lines(program)
+    rows = ui.element("div").classes("rows")
+    _Rows(view, lesson, rows)
     with ui.element("div").classes("row-line"):
         plain("Override", "field-title")
 
@@ -63,15 +58,62 @@ def build_programs(view: PageView) -> None:
         plain("Keys of the robot's own pendant. The twin follows.")
 
 
-def _lines(program: Program) -> None:
+class _Rows:
+    """The robot's programs; one that was saved meanwhile is added, or shows its new lines."""
+
+    def __init__(self, view: PageView, lesson: Lesson, rows: ui.element) -> None:
+        self._view, self._lesson, self._place = view, lesson, rows
+        self._saved = lesson.saved
+        self._rows: dict[str, tuple[ui.label, ui.element]] = {}
+        for program in self._programs():
+            self._row(program)
+        view.after.append(self._refresh)
+
+    def _programs(self) -> tuple[Program, ...]:
+        """Return those of the folder; a file that is wrong now must not keep a page closed."""
+        try:
+            files = program_files(self._view.around.folder).values()
+            return tuple(read_listing(file) for file in files)
+        except ConfigError:
+            return self._view.around.programs
+
+    def _refresh(self, _: Snapshot, __: bool) -> None:
+        if self._saved == self._lesson.saved:
+            return
+        self._saved = self._lesson.saved
+        for program in self._programs():
+            if program.name not in self._rows:
+                self._row(program)
+                continue
+            comment, lines = self._rows[program.name]
+            comment.set_text(program.comment)
+            lines.clear()
+            _lines(lines, program)
+
+    def _row(self, program: Program) -> None:
+        view, name = self._view, program.name
+        with self._place:
+            with ui.element("div").classes("row-line"):
+                plain(name, "row-name")
+                comment = ui.label(program.comment).classes("row-text")
+                preview = partial(play, view, f"Program {name}", "PROGRAM", program=name)
+                button = push_button("Preview", preview, props=f'aria-label="Preview {name}"')
+                needs_judge(view, button)
+                _press(view, "Run", "RUN", f"run-{name.lower()}", "run", name)
+            with ui.element("details").classes("listing"):
+                with ui.element("summary"):
+                    ui.label(f"Lines of {name}")
+                lines = ui.element("ol").props(f'data-program="{name}"')
+        _lines(lines, program)
+        self._rows[name] = comment, lines
+
+
+def _lines(place: ui.element, program: Program) -> None:
     """Build a program's listing; the browser marks the line that it is in."""
-    with ui.element("details").classes("listing"):
-        with ui.element("summary"):
-            ui.label(f"Lines of {program.name}")
-        with ui.element("ol").props(f'data-program="{program.name}"'):
-            for line in listing(program):
-                with ui.element("li").props(f"data-line={line.number} value={line.number}"):
-                    ui.label(line.text).style(f"padding-left: {line.depth}rem")
+    with place:
+        for line in listing(program):
+            with ui.element("li").props(f"data-line={line.number} value={line.number}"):
+                ui.label(line.text).style(f"padding-left: {line.depth}rem")
 
 
 def _press(view: PageView, text: str, command: str, mark: str, *keys: str) -> None:

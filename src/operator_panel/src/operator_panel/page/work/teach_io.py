@@ -7,17 +7,15 @@ from functools import partial
 from typing import Any
 
 from nicegui import ui
-from scara_config.frames import frame_differences
-from scara_config.profile import PROGRAM_ENDING
-from scara_config.programs.frame_remarks import told_frames
 from scara_config.programs.tp.listing import MotionLine
 from scara_config.programs.tp.motion import FASTEST_MM_S
 from scara_ros.names import current_line
-from scara_ros.page.page_library_io import PLAIN_BUTTON, plain
+from scara_ros.page.page_library_io import plain
 
 from operator_panel.control.fields import FieldError, parse_number
 from operator_panel.page.preview.asking_io import needs_judge, play
 from operator_panel.page.view_io import PageView, push_button
+from operator_panel.page.work.draft_files_io import DraftFiles
 from operator_panel.page.work.leading_io import Leading
 from operator_panel.page.work.places_io import PlacesForm
 from operator_panel.teach import draft as teach
@@ -29,9 +27,6 @@ from operator_panel.teach.places import joints_of
 from operator_panel.view.robot.program_lines import listing
 from operator_panel.view.snapshot import Snapshot
 
-FILE = "/draft.LS"
-MOST_BYTES = 1_000_000
-JOINTS = "joints"
 BEGINNING = "In front of line 1"
 Edit = Callable[[Draft], Draft]
 
@@ -56,10 +51,7 @@ class _Teach:
         self._positions()
         self._others()
         self._tries()
-        plain(
-            "Undo leads back 200 edits. The robot has it once the file is among its programs.",
-            "hint",
-        )
+        plain("Undo leads back 200 edits. Save makes it one of the robot's programs.", "hint")
         view.after.append(self._refresh)
 
     @property
@@ -73,23 +65,7 @@ class _Teach:
             self._button("Rename", self._rename)
             self._button("Undo", partial(self._history, "undo"))
             self._button("Redo", partial(self._history, "redo"))
-        with ui.element("div").classes("row-line"):
-            upload = ui.upload(on_upload=self._import, max_file_size=MOST_BYTES, auto_upload=True)
-            upload.classes("hidden").props(f'accept="{PROGRAM_ENDING},{PROGRAM_ENDING.lower()}"')
-            pick = push_button("Import", None).mark("teach-import")
-            pick.on("click", js_handler=f"() => getElement({upload.id}).$refs.qRef.pickFiles()")
-            self._view.guard(pick, "SPEED")
-            with ui.element("a").classes(PLAIN_BUTTON).props(f'href="{FILE}" download'):
-                plain("Export")
-        with ui.element("div").classes("row-line"):
-            frames = self._view.frames.numbered("user").items()
-            spaces = {str(number): f"Cartesian, {number} {each.name}" for number, each in frames}
-            forms = {JOINTS: "Joints", "0": "Cartesian, base", **spaces}
-            self._form = ui.select(forms, value="0", label="Positions").mark("teach-positions")
-            self._form.props("dense outlined options-dense").classes("field grow")
-            needs_judge(
-                self._view, push_button("Export as", partial(self._try, "Export", self._export))
-            )
+        DraftFiles(self._view, self._lesson, self._try, self._edit, self._locked)
 
     def _positions(self) -> None:
         with ui.element("div").classes("target"):
@@ -306,33 +282,6 @@ class _Teach:
 
     async def _history(self, way: str) -> None:
         await self._change(Edits.undo if way == "undo" else Edits.redo)
-
-    async def _import(self, event: Any) -> None:
-        content = (await event.file.read()).decode("utf-8", "replace")
-
-        async def take() -> tuple[str, str]:
-            name = event.file.name
-            await self._edit(lambda _: teach.draft_of(content, self._robot, name), lambda _: 0)
-            told = told_frames(self._lesson.draft.program)
-            other = "; ".join(frame_differences(told, self._view.frames, "in the file"))
-            if other:
-                return "warn", f"{name} is the draft now. Its places are elsewhere: {other}"
-            return "good", f"{name} is the draft now; Undo brings the former one back."
-
-        await self._try("Import", take)
-        event.sender.reset()
-
-    async def _export(self) -> tuple[str, str]:
-        """Hand the draft out with its positions said otherwise."""
-        draft, form = self._lesson.draft, str(self._form.value)
-        asked = ("joints",) if form == JOINTS else ("cartesian", int(form))
-        answer = await self._view.door.convert(draft.text, *asked)
-        if not answer.success:
-            raise TeachError(answer.message)
-        name = f"{draft.program.name}{PROGRAM_ENDING}"
-        ui.download.content(answer.values["text"], name)
-        tone = "warn" if answer.message else "good"
-        return tone, f"{name} was handed out. {answer.message}".strip()
 
     async def _preview(self) -> None:
         draft = self._lesson.draft

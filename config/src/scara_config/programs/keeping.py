@@ -1,0 +1,50 @@
+"""A program becomes one of the robot's: its file in programs/, and a number that starts it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from scara_config.loader import ConfigError, load_keys
+from scara_config.profile import PROGRAM_ENDING, PROGRAMS, locate
+from scara_config.programs.files import program_files
+from scara_config.writer import replace_file, write_values
+
+NUMBERED = "rsr_programs"
+MOST_NUMBERED = 8
+"""As many RSR as there are."""
+NAME = re.compile(r"[A-Z][A-Z0-9_]{0,15}")
+"""Of a program that has a number: our choice, 16 registers of a map hold it."""
+
+
+def keep_program(name: str, text: str, directory: Path | str | None = None) -> str:
+    """Write a program into the chosen robot's folder, and give it the next free number of an RSR.
+
+    The file is whole or as it was before.
+
+    Returns:
+        The file, and what is still to do, in words.
+
+    Raises:
+        ConfigError: The name cannot be that of a numbered program, or a file cannot be written.
+    """
+    if not NAME.fullmatch(name):
+        raise ConfigError(f"{name}: one of the robot's programs has 16 signs at most: rename it")
+    path = locate("emulator.yaml", directory)
+    (numbered,) = load_keys(path, {NUMBERED: list[str]})
+    if numbered and name == numbered[0]:
+        raise ConfigError(f"{name} is the stream's program: rename yours")
+    file = kept_file(name, directory)
+    replace_file(file, text)
+    if name in numbered:
+        return f"{file}: saved"
+    if len(numbered) == MOST_NUMBERED:
+        return f"{file}: saved, but all {MOST_NUMBERED} numbers of {path.name} are taken"
+    write_values(path, {(NUMBERED,): [*numbered, name]})
+    return f"{file}: saved, RSR{len(numbered) + 1}"
+
+
+def kept_file(name: str, directory: Path | str | None = None) -> Path:
+    """Return the file of one of the robot's programs, which may not be there yet."""
+    new = locate(PROGRAMS, directory) / f"{name}{PROGRAM_ENDING}"
+    return program_files(directory).get(name, new)
