@@ -24,21 +24,23 @@ def table(results: Results, failures_only: bool = False) -> str:
     """Return the rows: a column for each client's version; failures only: no row that works.
 
     Example:
-        >>> print(table({("roslibpy", "2.1.0"): {"connect": None}}))
+        >>> print(table({("roslibpy", "2.1.0"): {"connect": None, "listen": None}}))
         | check | roslibpy 2.1.0 |
         |---|---|
-        | connect | works |
+        | connect; listen | works |
     """
     columns = sorted(results)
     longest_first = sorted(columns, key=lambda column: -len(results[column]))
     checks = dict.fromkeys(check for column in longest_first for check in results[column])
     rows = [["check", *(" ".join(column) for column in columns)], ["---"] * (len(columns) + 1)]
+    same: dict[tuple[str, ...], list[str]] = {}  # checks that went alike share a row
     for check in checks:
         cells = [_cell(results[column], check) for column in columns]
         if check == TRIED:
             cells = [SAME if k and cell == cells[k - 1] else cell for k, cell in enumerate(cells)]
         if not failures_only or set(cells) - {"", "works"}:
-            rows.append([check, *cells])
+            same.setdefault(tuple(cells), []).append(check)
+    rows += [["; ".join(alike), *cells] for cells, alike in same.items()]
     text = "\n".join("| " + " | ".join(row) + " |" for row in rows)
     return text.replace("| --- |", "|---|").replace(" --- |", "---|")
 
@@ -65,12 +67,13 @@ def read(rows: str) -> dict[tuple[str, str], dict[str, str | None]]:
         return {}
     heads = [head.rpartition(" ")[::2] for head in lines[0][1:]]
     found: dict[tuple[str, str], dict[str, str | None]] = {head: {} for head in heads}
-    for check, *cells in lines[2:]:
+    for checks, *cells in lines[2:]:
         last = ""
         for head, cell in zip(heads, cells):
             if cell:
-                last = last if check == TRIED and cell == SAME else cell
-                found[head][check] = None if last == "works" else last.removeprefix("fails: ")
+                last = last if checks == TRIED and cell == SAME else cell
+                said = None if last == "works" else last.removeprefix("fails: ")
+                found[head].update(dict.fromkeys(checks.split("; "), said))
     return found
 
 

@@ -16,8 +16,8 @@ the maker's manual ([sources](../sources.md)). **No real robot was stopped for i
   row holds for all settings that it names.
 - Scenes: ARTICLE at 100 % in the middle of a move; a `move_to` of the twin at 50 %; ARTICLE in a
   WAIT, 0.25 s before its next move; ARTICLE where the next move begins.
-- Each cell: seconds until the robot stands, in brackets the robot's own ramp when a person takes
-  its HOLD away; its program; the mode 1.2 s later, where it is not STOPPED, ESTOP or PAUSED.
+- Each cell: seconds until the robot stands, in brackets its own ramp after HOLD where that differs;
+  its program; the mode 1.2 s later, where it is not STOPPED, ESTOP or PAUSED.
 - "No success": the answer says that the robot is not seen to stand.
 - Where HOLD is allocated each row stands within 0.1 s after that ramp:
   `tests/virtual_time/stops/test_stop_table.py`.
@@ -105,4 +105,5 @@ def _cell(row: Row) -> str:
     if row.stood_s is None:
         return f"does not stand; {end}"
     again = ", moves again" if row.began else ""
-    return f"{row.stood_s:.3f}{again} ({row.ramp_s:.3f}); {end}"
+    stood, ramp = f"{row.stood_s:.3f}", f"{row.ramp_s:.3f}"
+    return f"{stood}{again}{'' if ramp == stood else f' ({ramp})'}; {end}"
