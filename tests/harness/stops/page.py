@@ -8,12 +8,10 @@ from itertools import product
 from harness.stops.rows import COMMANDS, PLANTS, SCENES, UOPS, Instant, Row
 
 HEAD = """# How a stop ends
-How long the robot takes to stand after STOP, ESTOP and PAUSE, by how it was set up. Written by
-`./cell bench --stops` on {date}, commit {commit}, with our stand-in in virtual time, which obeys
-the maker's manual ([sources](../sources.md)). **No real robot was stopped for it.**
+How long the robot takes to stand, by how it was set up. Written by `./cell bench --stops` on
+{date}, commit {commit}, with our stand-in in virtual time. **No real robot was stopped for it.**
 
-- CSTOPI: "CSTOPI for ABORT" is TRUE, or FALSE as delivered. `*IMSTP`: it has an input or not. A
-  row holds for all settings that it names.
+- CSTOPI: "CSTOPI for ABORT" is TRUE, or FALSE as delivered. `*IMSTP`: it has an input or not.
 - Scenes: ARTICLE at 100 % in the middle of a move; a `move_to` of the twin at 50 %; ARTICLE in a
   WAIT, 0.25 s before its next move; ARTICLE where the next move begins.
 - Each cell: seconds until the robot stands, in brackets its own ramp after HOLD where that differs;
@@ -28,14 +26,12 @@ USUAL = {"STOP": "STOPPED", "ESTOP": "ESTOP", "PAUSE": "PAUSED"}
 NOTES = {
     "full": "HOLD, which works on each of these robots, is what stops it.",
     "simple": (
-        "HOLD stops this robot too. No RSR starts its stream program, so the robot is followed and "
-        "never led. UO 2 to 5 are not allocated: the pair reads the blocks of program and alarm "
-        "instead. CSTOPI and RESET are one signal."
+        "HOLD stops this robot too. No RSR starts its stream program, so it is never led. UO 2 to "
+        "5 are read from the blocks of program and alarm. CSTOPI and RESET are one signal."
     ),
     "none": (
         "No input has an effect: **nothing of the pair stops this robot**, only its own buttons "
-        "do. It is followed and never led. Each stop ends in ESTOP, and says that the person at "
-        'the robot has to stop it. Set "UOP auto assignment" to Full.'
+        'do. Each stop ends in ESTOP, and says so. Set "UOP auto assignment" to Full.'
     ),
 }
 """What each section says before its tables."""

@@ -38,11 +38,19 @@ TRIGGERS = """
 def table_page() -> str:
     """Return the page in Markdown."""
     usual = _usual()
-    parts = [INTRODUCTION, TRIGGERS]
     asked = [trigger for trigger in Trigger if trigger.value == f"{trigger.name} by the operator"]
-    parts += [f"| `{t.name}` | {t.value} |\n" for t in Trigger if t not in asked]
-    parts += [f"| {', '.join(f'`{trigger.name}`' for trigger in asked)} | by the operator |\n"]
-    parts += ["\n## Most modes\n", *_table((f"`{t.name}`", "", does) for t, does in usual.items())]
+    parts = [
+        INTRODUCTION,
+        TRIGGERS,
+        *(
+            f"| `{trigger.name}` | {trigger.value} |\n"
+            for trigger in Trigger
+            if trigger not in asked
+        ),
+        f"| {', '.join(f'`{trigger.name}`' for trigger in asked)} | by the operator |\n",
+        "\n## Most modes\n",
+        *_table((f"`{trigger.name}`", "", does) for trigger, does in usual.items()),
+    ]
     modes: dict[str, list[str]] = {}
     for mode in Mode:
         modes.setdefault("".join(_section(mode, usual)), []).append(mode.name)
@@ -102,11 +110,10 @@ def _does(row: Row) -> Does:
     then = "refused" if row.refused else "stays"
     if row.to is not None and not row.refused:
         then = row.to.name
-    said = ", ".join(command.value for command in row.commands)
+    said = ", ".join(command.value for command in row.commands).replace("the ", "")
     # In few words: the page has them a hundred times.
-    short = said.replace("the ", "").replace("real robot", "robot")
-    both = short.replace("stop robot, stop twin", "stop both")
-    return then, both.replace("hold robot, pause twin", "hold both"), row.why
+    said = said.replace("real robot", "robot").replace("stop robot, stop twin", "stop both")
+    return then, said.replace("hold robot, pause twin", "hold both"), row.why
 
 
 if __name__ == "__main__":
