@@ -61,9 +61,6 @@ def taught(target: Indexed, memory: Memory, positions: Collection[int]) -> int:
     """
     place = int(number(target.index[0], memory))
     if place not in positions:
-        raise ExecutionError(f"P[{place}] is not taught, there are {_listed(positions)}")
+        there = ", ".join(f"P[{each}]" for each in positions) or "none"
+        raise ExecutionError(f"P[{place}] is not taught, there are {there}")
     return place
-
-
-def _listed(positions: Collection[int]) -> str:
-    return ", ".join(f"P[{number}]" for number in positions) or "none"

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 from scara_config.frames import LETTERS, MOST, Kind, Numbered
 from scara_config.loader import ConfigError
-from scara_config.modbus_map import ModbusMap, Register
+from scara_config.modbus_map import ModbusMap
 
 SLOTS = 80
 """The table has so many slots."""
@@ -119,7 +119,7 @@ def own_slots(layout: ModbusMap) -> list[Assignment]:
     """Return the slots of a map from slot 2 on, by address, as few as will do."""
     found: list[Assignment] = []
     for register in sorted(layout.holding_registers.values(), key=lambda each: each.address):
-        slot = _slot(register)
+        slot = Assignment(register.address, register.words, register.variable, register.multiply)
         joined = _joined(found[-1], slot) if found else None
         found[-1:] = [joined] if joined else [*found[-1:], slot]
     return found
@@ -177,11 +177,6 @@ def slot_problems(layout: ModbusMap) -> Iterator[str]:
     count = len(own_slots(layout))
     if count > FREE_SLOTS:
         yield f"holding_registers take {count} slots: $SNPX_ASG has {FREE_SLOTS} that are free"
-
-
-def _slot(register: Register) -> Assignment:
-    """Return the slot of one register."""
-    return Assignment(register.address, register.words, register.variable, register.multiply)
 
 
 def _joined(before: Assignment, slot: Assignment) -> Assignment | None:

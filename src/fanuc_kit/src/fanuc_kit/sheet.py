@@ -107,17 +107,14 @@ def _markdown(block: Block) -> str:
     match block:
         case SheetTable(head, rows):
             lines = [head, ["---"] * len(head), *rows]
-            return "\n".join("| " + " | ".join(_cell(cell) for cell in row) + " |" for row in lines)
+            cells = [[cell.replace("|", "\\|") for cell in row] for row in lines]
+            return "\n".join("| " + " | ".join(row) + " |" for row in cells)
         case Listing(text):
             return f"```\n{text.rstrip()}\n```"
         case Boxes(things):
             return "\n".join(f"- [ ] {thing}" for thing in things)
         case SheetText(text):
             return text
-
-
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|")
 
 
 def _html(block: Block) -> str:

@@ -112,7 +112,10 @@ def _signals(layout: ModbusMap) -> Sheet:
 
 
 def _programs() -> Sheet:
-    blocks = [Listing(_typed(name, text)) for name, text in texts().items()]
+    blocks = []
+    for name, text in texts().items():
+        typed = text.partition("/MN\n")[2].partition("/POS")[0]
+        blocks.append(Listing(f"{name}\n{typed}"))
     return Sheet(
         "4_programs",
         "Programs to type",
@@ -126,12 +129,6 @@ def _programs() -> Sheet:
             *blocks,
         ),
     )
-
-
-def _typed(name: str, text: str) -> str:
-    """Return what of a program's text a person types."""
-    lines = text.partition("/MN\n")[2].partition("/POS")[0]
-    return f"{name}\n{lines}"
 
 
 def _acceptance(robot: Robot) -> Sheet:

@@ -111,8 +111,10 @@ def scara_lengths(urdf: DescribedArm) -> tuple[float, float, float] | None:
     """
     arm = [joint for joint in urdf.joints.values() if joint.moves_tool]
     turning = [joint for joint in arm if joint.kind == "revolute"]
+    # Entries of an upright joint's screw that may be other than 0.
+    along = {"revolute": (2, 3, 4), "prismatic": (5,)}
     upright = all(
-        max(abs(x) for k, x in enumerate(joint.screw) if k not in _along(joint)) < LEANS
+        max(abs(x) for k, x in enumerate(joint.screw) if k not in along[joint.kind]) < LEANS
         for joint in arm
     )
     if not upright or len(turning) not in (2, 3) or len(arm) != len(turning) + 1:
@@ -122,11 +124,6 @@ def scara_lengths(urdf: DescribedArm) -> tuple[float, float, float] | None:
     l1, l2 = (1e3 * math.dist(one, other) for one, other in itertools.pairwise(places[:3]))
     # What rounding leaves is no length.
     return round(l1, 9), round(l2, 9), round(1e3 * tip[2], 9) + 0.0
-
-
-def _along(joint: DescribedJoint) -> tuple[int, ...]:
-    """Return which entries of an upright joint's screw may be other than 0."""
-    return (2, 3, 4) if joint.kind == "revolute" else (5,)
 
 
 def _joint(name: str, number: int, joint: DescribedJoint, share: float) -> str:

@@ -79,7 +79,10 @@ def _robot(
     config: Path, folder: Path, foreign: Foreign, text: str, name: str, source: Path
 ) -> tuple[Robot, FoundPlaces]:
     """Write robot.yaml, each time with what was found by what stood there before."""
-    urdf = _in_order(read_description(text, foreign.tool), foreign)
+    urdf = read_description(text, foreign.tool)
+    # Joints base to tool, then those that move no tool.
+    joints = {joint.name: urdf.joints[joint.name] for joint in foreign.moving}
+    urdf = msgspec.structs.replace(urdf, joints=joints)
     made_by = f"rosrun robot_doctor doctor new {name} --urdf {source.name}"
     frames = (foreign.model.root, foreign.tool)
     home = {}
@@ -98,12 +101,6 @@ def _robot(
     robot = written(ArmFigures(share, home, {"P1": (0.0, 0.0, 0.0)}, zone))
     found = find_places(robot, FreeSpace(robot, model))
     return written(ArmFigures(share, found.home, found.positions, zone)), found
-
-
-def _in_order(urdf: DescribedArm, foreign: Foreign) -> DescribedArm:
-    """Return the description with its joints base to tool, then those that move no tool."""
-    joints = {joint.name: urdf.joints[joint.name] for joint in foreign.moving}
-    return msgspec.structs.replace(urdf, joints=joints)
 
 
 def _share(robot: Robot, urdf: DescribedArm) -> float:

@@ -135,7 +135,9 @@ class StopTrials:
     def _try(self, trial: Trial) -> Result:
         """Make one trial, if the person at the robot agrees."""
         leave = partial(Result, trial, TrialEnd.LEFT_OUT)
-        starts = self._worked(Trial.START)
+        starts = any(
+            each.trial is Trial.START and each.outcome is TrialEnd.WORKED for each in self.results
+        )
         if trial is Trial.START and self._state is not ProgramState.PAUSED:
             return leave("no program is paused")
         if not self._ask(question(trial, self._state, starts)):
@@ -204,9 +206,6 @@ class StopTrials:
             return Result(Trial.RSR, TrialEnd.FAILED, f"RSR1: {reason}")
         what = f"RSR1 starts the stream program; a joint went {way:.2f} away and back"
         return Result(Trial.RSR, TrialEnd.WORKED, what)
-
-    def _worked(self, trial: Trial) -> bool:
-        return any(each.trial is trial and each.outcome is TrialEnd.WORKED for each in self.results)
 
     def _runs(self) -> bool:
         """Return whether a program moves the robot."""

@@ -155,9 +155,9 @@ def summary_rows(outcomes: Sequence[SideOutcome]) -> list[tuple[str, ...]]:
 
 def error_rows(outcomes: Sequence[SideOutcome]) -> list[tuple[str, ...]]:
     """Return one row of text for each part: its name and its error on each side [mm]."""
-    names = list(outcomes[0].errors_mm) if outcomes else []
-    return [(name, *(_shown(found.errors_mm[name]) for found in outcomes)) for name in names]
-
-
-def _shown(error: float) -> str:
-    return f"{error:.3f}" if math.isfinite(error) else "not on the pallet"
+    rows = []
+    for name in outcomes[0].errors_mm if outcomes else ():
+        errors = [found.errors_mm[name] for found in outcomes]
+        shown = [f"{mm:.3f}" if math.isfinite(mm) else "not on the pallet" for mm in errors]
+        rows.append((name, *shown))
+    return rows

@@ -24,20 +24,20 @@ def read_handled(bag: Bag) -> dict[str, Handled]:
     for side in SIDES:
         places, events = f"{side}/parts", f"{side}/part_events"
         if bag.count(places):
+            rows = []
+            for at, message in bag.messages(places):
+                # Where the middle of each part was [m].
+                points = {part_name(marker): marker.pose.position for marker in message.markers}
+                middles = {name: (p.x, p.y, p.z) for name, p in points.items()}
+                rows.append((at - bag.start, middles))
             found[side] = Handled(
-                [(at - bag.start, _places(message)) for at, message in bag.messages(places)],
+                rows,
                 [
                     (at - bag.start, message.kind, message.part, message.message)
                     for at, message in bag.messages(events)
                 ],
             )
     return found
-
-
-def _places(message: Any) -> dict[str, tuple[float, float, float]]:
-    """Return where the middle of each part was [m]."""
-    points = {part_name(marker): marker.pose.position for marker in message.markers}
-    return {name: (point.x, point.y, point.z) for name, point in points.items()}
 
 
 def read_work(recorded: Mapping[str, Any], directory: Path | None) -> Palletise | None:

@@ -192,17 +192,14 @@ def _for(cursor: Cursor, _: str) -> For:
 
 def _wait(cursor: Cursor, _: str) -> Wait | WaitUntil:
     found = expression(cursor)
-    if cursor.find(r"\(sec\)") or (not cursor.rest and _is_time(found)):
+    # A register that is waited for alone holds seconds.
+    is_time = isinstance(found, Indexed) and found.kind in ("R", "AR")
+    if cursor.find(r"\(sec\)") or (not cursor.rest and is_time):
         return Wait(found)
     timeout = None
     if cursor.find(r"TIMEOUT\s*,"):
         timeout = variable(cursor, "LBL")
     return WaitUntil(found, timeout)
-
-
-def _is_time(found: Expression) -> bool:
-    """Tell whether what is waited for is a number of seconds."""
-    return isinstance(found, Indexed) and found.kind in ("R", "AR")
 
 
 def _condition(cursor: Cursor, begin: str) -> Condition:

@@ -47,7 +47,8 @@ class CameraLink:
                         "camera/image_raw", Image, self._take, queue_size=1, tcp_nodelay=True
                     )
             newest = self._newest
-            if newest is not None and (stamp := _stamp(newest)) != after:
+            at = newest.header.stamp if newest is not None else None
+            if at is not None and (stamp := f"{at.secs}.{at.nsecs:09d}") != after:
                 async with self._encoding:  # each picture is packed once for all pages
                     if self._encoded.stamp != stamp:
                         packed = await run.io_bound(_pack, newest) or b""
@@ -69,10 +70,6 @@ class CameraLink:
     def _take(self, message: Image) -> None:
         if message.encoding == "rgb8" and len(message.data) == message.step * message.height:
             self._newest = message
-
-
-def _stamp(image: Image) -> str:
-    return f"{image.header.stamp.secs}.{image.header.stamp.nsecs:09d}"
 
 
 def _pack(image: Image) -> bytes:

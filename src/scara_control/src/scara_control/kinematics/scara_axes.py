@@ -78,10 +78,10 @@ def read_axes(robot: Robot) -> Axes:
     tip = robot.home_pose[0][3], robot.home_pose[1][3]
     # Without a wrist the forearm carries the tool itself.
     ends = [*places[1:], tip]
-    first, second, *third = (
-        ScaraAxis(k, signs[k], _direction(place, end))
-        for k, place, end in zip(turning, places, ends)
-    )
+    # Where each end is, seen from the place in front of it [rad]; 0 where both are one.
+    ways = [(end[0] - place[0], end[1] - place[1]) for place, end in zip(places, ends)]
+    seen = [math.atan2(y, x) if math.hypot(x, y) > PARALLEL else 0.0 for x, y in ways]
+    first, second, *third = (ScaraAxis(k, signs[k], at) for k, at in zip(turning, seen))
     return Axes(
         places[0],
         first,
@@ -111,9 +111,3 @@ def _place(joint: Joint) -> Point:
     screw = np.array(joint.screw_axis)
     x, y, _ = np.cross(screw[:3], screw[3:]).tolist()
     return x, y
-
-
-def _direction(begin: Point, end: Point) -> float:
-    """Return where ``end`` is, seen from ``begin`` [rad]; 0 where both are one."""
-    x, y = end[0] - begin[0], end[1] - begin[1]
-    return math.atan2(y, x) if math.hypot(x, y) > PARALLEL else 0.0

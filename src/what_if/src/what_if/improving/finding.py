@@ -133,7 +133,8 @@ def heights_of(taught: Taught, motions: Sequence[Motion], robot: Robot) -> list[
         ]
         if name and min(rooms) > SAME:
             numbers = tuple(sorted(group))
-            was = min(_value(positions[k], name) for k in numbers)
+            there = [positions[k].groups[0].coordinates for k in numbers]
+            was = min(next(c.value or 0.0 for c in each if c.name == name) for each in there)
             found.append(Height(numbers, name, was, min(rooms), ", ".join(_runs(numbers))))
     return found
 
@@ -226,10 +227,6 @@ def _above(position: Position, other: Position, name: str) -> float:
     }
     aside = max((abs(gap) for key, gap in apart.items() if key != name), default=math.inf)
     return max(apart.get(name, 0.0), 0.0) if aside <= SAME else 0.0
-
-
-def _value(position: Position, name: str) -> float:
-    return next(c.value or 0.0 for c in position.groups[0].coordinates if c.name == name)
 
 
 def _runs(numbers: Sequence[int]) -> Iterator[str]:
