@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 from collections.abc import Callable, Iterator
@@ -9,7 +10,17 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from cell_recorder.journal.entries import Alarm, AnyEntry, Audit, Cycle, Decision, Start, Torn
+from cell_recorder.journal.course_results_io import RESULTS
+from cell_recorder.journal.entries import (
+    Alarm,
+    AnyEntry,
+    Audit,
+    Cycle,
+    Decision,
+    ExerciseMarked,
+    Start,
+    Torn,
+)
 from cell_recorder.journal.reader_io import read
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from harness.ros import Ros
@@ -93,7 +104,7 @@ class Cell:
 
 
 def test_what_the_cell_says_is_in_the_journal(ros: Ros) -> None:
-    """Decisions, commands, one alarm for its repeats, a cycle; and nothing of another cell."""
+    """Decisions, commands, one alarm for repeats, a cycle, a result; nothing of another cell."""
     cell = Cell(ros)
     numbers = ros.collect("journal/number", UInt64)
     alarms = ros.publisher("/diagnostics", DiagnosticArray)
@@ -115,6 +126,12 @@ def test_what_the_cell_says_is_in_the_journal(ros: Ros) -> None:
     assert (cycle.program, cycle.leader, cycle.outcome) == ("PALLET", "real", "stopped")
     assert (cycle.parts_placed, cycle.worst_error_mm, cycle.who) == (1, 0.7, "Ada")
     assert not [alarm for alarm in cell.of(Alarm) if alarm.source == "other"]
+    line = {"number": 1, "time": 1.5, "learner": "ada", "exercise": "e06", "title": "6. Stop"}
+    line |= {"passed": True, "reason": "", "digest": "", "signature": "s"}
+    (cell.folder.parents[1] / "course").mkdir()
+    (cell.folder.parents[1] / RESULTS).write_text(json.dumps(line) + "\n")
+    cell.wait_for(lambda: cell.of(ExerciseMarked), "what a learner has passed")
+    assert [each.learner for each in cell.of(ExerciseMarked)] == ["ada"]
     newest = cell.entries()[-1].number
     ros.wait_until(lambda: numbers and numbers[-1].data == newest, 5.0, "the newest number")
     told = ros.shell(

@@ -21,7 +21,7 @@ from scara_course.exercises_io import draw
 M = np.array([[0, -1, 0, 0.65], [-1, 0, 0, 0], [0, 0, -1, 0.160], [0, 0, 0, 1.0]])
 SCREWS = np.array([[0, 0, 1, 0, 0, 0], [0, 0, 1, 0, -0.35, 0], [0, 0, 0, 0, 0, 1.0]]).T
 JOINTS = "joint_1_deg", "joint_2_deg", "joint_3_mm"
-LEARNERS = [LEARNER, *(f"learner_{k}" for k in range(25))]
+LEARNERS = [LEARNER, *(f"learner_{k}" for k in range(8))]
 DEGREE = math.pi / 180.0
 Numbers = dict[str, dict[str, Any]]
 

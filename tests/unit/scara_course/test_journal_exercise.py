@@ -49,7 +49,7 @@ def by_card(folder: Path, learner: str = LEARNER) -> dict[str, Any]:
     }
 
 
-@pytest.mark.parametrize("learner", [LEARNER, *(f"learner_{k}" for k in range(30))])
+@pytest.mark.parametrize("learner", [LEARNER, *(f"learner_{k}" for k in range(12))])
 def test_the_commands_on_the_card_answer_it(learner: str, tmp_path: Path) -> None:
     """For many learners' mornings."""
     answers = {"journal": by_card(tmp_path, learner)}

@@ -9,7 +9,17 @@ from typing import Any
 
 import pytest
 from cell_recorder.journal.day_files_io import DayFiles
-from cell_recorder.journal.entries import KINDS, Alarm, Audit, Cycle, Decision, Gap, Start, Torn
+from cell_recorder.journal.entries import (
+    KINDS,
+    Alarm,
+    Audit,
+    Cycle,
+    Decision,
+    ExerciseMarked,
+    Gap,
+    Start,
+    Torn,
+)
 from cell_recorder.journal.since import Since, SinceError, parse_since
 from cell_recorder.journal.story import StoryLine, duration, tell
 from cell_recorder.journal.why_node import app
@@ -195,6 +205,17 @@ def write(runs: Path, name: str = "milk_2") -> None:
         Alarm(time=now + 6.0, source="[gateway]", level="error", active=True, text="down"),
         Gap(time=now + 7.0, lost=3, since=now, until=now + 6.0, why="not kept: disk full"),
         Torn(time=now + 8.0, file="a.jsonl", kept="a.torn", size=9, text="{"),
+        ExerciseMarked(
+            time=now + 8.0,
+            marked=now,
+            learner="ada",
+            exercise="e06_stop_and_recover",
+            title="6. Stop",
+            passed=True,
+            reason="STOP at 2.0 s",
+            digest="d",
+            signature="s",
+        ),
     ]
     files.open(now)
     assert files.append(entries, now + 8.0) == len(entries) or now % 86400 > 86390
@@ -227,7 +248,8 @@ def test_why_tells_every_kind_and_finds_the_only_cell(tmp_path: Path) -> None:
         "error  [gateway]: down",
         "3 entries are missing here: not kept: disk full",
         "the last line of a.jsonl was torn: 9 bytes, kept in a.torn",
-        "milk_2: 1 stop in 8 entries since 1h",
+        "exercise  ada: 6. Stop  -> passed: STOP at 2.0 s",
+        "milk_2: 1 stop in 9 entries since 1h",
     ):
         assert words in text, text
 
@@ -242,7 +264,7 @@ def test_why_shows_what_is_asked_for(tmp_path: Path) -> None:
     assert obeyed not in run(*runs).output, "its decision tells it"
     assert obeyed in run("--all", *runs).output and obeyed in run("--kind", "audit", *runs).output
     lines = run("--since", "4", "--json", *runs).output.splitlines()
-    assert [json.loads(line)["number"] for line in lines] == [4, 5, 6, 7, 8]
+    assert [json.loads(line)["number"] for line in lines] == [4, 5, 6, 7, 8, 9]
     kinds = [json.loads(line)["kind"] for line in run("--json", *runs).output.splitlines()]
     assert set(kinds) == set(KINDS)
     assert len(run("--json", "--stops", *runs).output.splitlines()) == 1

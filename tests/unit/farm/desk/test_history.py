@@ -9,8 +9,10 @@ import sys
 import time
 from pathlib import Path
 
+import farm.desk.lines.key_figures_io
 import pytest
 from farm.config import load_farm
+from farm.desk.command_line_io import app as farm
 from farm.desk.files import counting
 from farm.desk.history_io import History, Kept
 from farm.desk.reading_io import ask, newest_of
@@ -20,6 +22,7 @@ from harness.processes import free_port, wait_until
 from harness.running.thorough import examples
 from harness.yaml_files import copy_configuration
 from msgspec.structs import replace
+from typer.testing import CliRunner
 
 from bench.synthetic.invented import Invented
 from bench.synthetic.running import Practice
@@ -85,8 +88,33 @@ def test_a_writer_killed_while_it_joined_leaves_each_event_once(
     assert len(list(tmp_path.glob("0*"))) == 2
 
 
-def test_desk_killed_at_any_moment_keeps_each_event_once(tmp_path: Path) -> None:
-    """With -9, again and again, while three cells tell and it joins its files."""
+class Learning(Invented):
+    """A cell whose learner does twelve exercises, each wrong at first; the last two remain so."""
+
+    def _body(self, number: int, time: float) -> dict[str, object]:
+        # One result comes twice: as from a cell that was killed between entry and mark.
+        number -= number == 24 and self.index % 2
+        first, exercise = number <= 12, (number - 1) % 12 + 1
+        return {
+            "kind": "exercise",
+            "marked": time,
+            "learner": f"learner_{self.index:02d}",
+            "exercise": f"e{exercise:02d}_task",
+            "title": f"{exercise}. Task",
+            "passed": not first and exercise < 11,
+            "reason": "so it is",
+            "digest": "",
+            "signature": f"{self.index}/{number}",
+        }
+
+
+@pytest.mark.parametrize(
+    ("kind", "many", "until"), [(Invented, 3, 1500), (Learning, 30, 24)], ids=["events", "a class"]
+)
+def test_desk_killed_at_any_moment_keeps_each_event_once(
+    kind: type[Invented], many: int, until: int, tmp_path: Path
+) -> None:
+    """With -9, again and again, while cells tell and it joins its files."""
     folder = tmp_path / "config"
     folder.mkdir()
     copy_configuration(folder)
@@ -95,7 +123,7 @@ def test_desk_killed_at_any_moment_keeps_each_event_once(tmp_path: Path) -> None
         assert old in text
         text = text.replace(old, new)
     (folder / "farm" / "farm.yaml").write_text(text)
-    port, until = free_port(), 1500
+    port = free_port()
     shipped = load_farm(folder)
     config = replace(shipped, router=replace(shipped.router, port=port))
     words = ["--no-page", "--folder", str(tmp_path / "farm"), "--router-port", str(port)]
@@ -120,7 +148,7 @@ def test_desk_killed_at_any_moment_keeps_each_event_once(tmp_path: Path) -> None
 
     chance = random.Random(1)
     # Some events are there before the first desk; the others come while desks are killed.
-    cells = [Invented(k, time.time() - 5.0, 200.0) for k in range(3)]
+    cells = [kind(k, time.time() - 5.0, 200.0) for k in range(many)]
     with Practice(config, "m", cells, until) as practice:
         for life in range(examples(2, 4)):
             desk = start()
@@ -129,7 +157,7 @@ def test_desk_killed_at_any_moment_keeps_each_event_once(tmp_path: Path) -> None
                     assert practice.join()
                 before = count()
                 wait_until(
-                    lambda before=before: count() > min(before, 3 * until - 1), 20.0, "events"
+                    lambda before=before: count() > min(before, many * until - 1), 20.0, "events"
                 )
                 time.sleep(chance.uniform(0.0, 0.3))
             finally:
@@ -138,10 +166,18 @@ def test_desk_killed_at_any_moment_keeps_each_event_once(tmp_path: Path) -> None
                 desk.stdout.close()  # type: ignore[union-attr]
         desk = start()
         try:
-            wait_until(lambda: count() >= 3 * until, 30.0, "all events")
+            wait_until(lambda: count() >= many * until, 30.0, "all events")
         finally:
             desk.kill()
             desk.wait()
             desk.stdout.close()  # type: ignore[union-attr]
     for cell in cells:
         assert numbers(events, cell.name) == list(range(1, until + 1))
+    if kind is Learning:
+        shown = CliRunner().invoke(farm, ["class", "--folder", str(tmp_path / "farm")]).output
+        lines = [line.split() for line in shown.splitlines() if line.startswith("learner_")]
+        assert [line[0] for line in lines] == [f"learner_{k:02d}" for k in range(many)]
+        # Each of twelve exercises was marked twice, but where the last result was told again.
+        expected = {k: ["10", *["+2"] * 10, *(["2", "1"] if k % 2 else ["2", "2"])] for k in (0, 1)}
+        assert [line[2:] for line in lines] == [expected[k % 2] for k in range(many)]
+        assert "30 learners, 705 results" in shown

@@ -82,6 +82,12 @@ def test_a_silent_controller_is_bad_and_one_state() -> None:
             False,
             "P: done after 2.5 s, worst error 0.50 mm",
         ),
+        (
+            "exercise",
+            {"learner": "ada", "title": "6. Stop", "passed": False, "reason": "no Reset"},
+            False,
+            "ada: 6. Stop: not yet: no Reset",
+        ),
         ("gap", {"number": 3, "lost": 2, "why": "full\ndisk"}, False, "lost 2, why full disk"),
         ("new_kind", {}, False, ""),
     ],

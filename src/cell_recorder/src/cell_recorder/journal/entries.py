@@ -160,7 +160,31 @@ class Torn(Entry, frozen=True, kw_only=True, tag="torn"):
     text: str
 
 
-AnyEntry: TypeAlias = Decision | Audit | Alarm | Cycle | Start | Gap | Torn
+class ExerciseMarked(Entry, frozen=True, kw_only=True, tag="exercise"):
+    """A learner's exercise was marked.
+
+    Attributes:
+        marked: When [s], Unix time.
+        learner: Whose it is.
+        exercise: Name of its folder.
+        title: Its number and title.
+        passed: Whether it counts.
+        reason: Why.
+        digest: SHA-256 of what was marked.
+        signature: Of the course's key; the same result again has the same.
+    """
+
+    marked: float
+    learner: str
+    exercise: str
+    title: str
+    passed: bool
+    reason: str
+    digest: str
+    signature: str
+
+
+AnyEntry: TypeAlias = Decision | Audit | Alarm | Cycle | Start | Gap | Torn | ExerciseMarked
 KINDS = tuple(kind.__struct_config__.tag for kind in AnyEntry.__args__)
 """All kinds of entries."""
 

@@ -4,7 +4,7 @@ Parameters: ``~config_dir`` (journal.yaml), ``~directory`` (the runs folder; def
 environment's CELL_ROOT, else of the working folder). It writes below ``journal/<cell>/`` there, one
 file a day. Subscribes to decisions, audit, part events and what became of judged motions, to
 ``/diagnostics`` of its own cell, and while something moves to ``twin_controller/state`` and
-``real/robot_data``. Publishes
+``real/robot_data``; of what learners have passed it reads the course's file. Publishes
 ``journal/number``, the number of the newest entry, and ``/diagnostics``. What is written:
 docs/interfaces.md. ``rosrun cell_recorder why`` reads it.
 """
@@ -33,6 +33,7 @@ from std_msgs.msg import UInt64
 
 from cell_recorder.config import JournalSettings, load_journal
 from cell_recorder.journal.alarms import ActiveAlarms
+from cell_recorder.journal.course_results_io import CourseResults
 from cell_recorder.journal.cycles import REAL, TWIN, Cycles
 from cell_recorder.journal.day_files_io import DayFiles
 from cell_recorder.journal.entries import Audit, Decision, Entry, Start, outcome_entry
@@ -53,7 +54,9 @@ QUEUE = 1000  # our choice: messages that rospy may hold per topic
 class JournalKeeper:
     """Makes entries of what the cell says; the writer has a thread of its own."""
 
-    def __init__(self, settings: JournalSettings, folder: Path, start: Start) -> None:
+    def __init__(
+        self, settings: JournalSettings, folder: Path, start: Start, course: CourseResults
+    ) -> None:
         """Advertise and subscribe; write to ``folder``, ``start`` first."""
         self._lock = threading.Lock()
         self._alarms = ActiveAlarms(settings.alarm_hold_s, settings.silent_s)
@@ -67,6 +70,7 @@ class JournalKeeper:
         files = DayFiles(folder, cell_of(rospy.get_namespace()), settings)
         self._writer = JournalWriter(files, settings, lambda number: self._woken.set())
         self._writer.put(start)
+        self._course = course
         self._moving: list[rospy.Subscriber] = []
         # What moves now is not known before the first state.
         self._knows_state = False
@@ -181,6 +185,8 @@ class JournalKeeper:
                     moves = self._cycles.is_open or not self._knows_state
                 self._listen_to_motion(moves)
                 status = self._writer.status
+                for result in self._course.look(not status.waiting):
+                    self._writer.put(result)
                 if status.number != told:
                     told = status.number
                     self._number.publish(told)
@@ -212,7 +218,8 @@ def main() -> None:
         settings = load_journal(folder)
         start = Start(robot=load_robot(folder).name, plant=chosen_plant(), pid=os.getpid())
     runs = runs_folder(rospy.get_param("~directory", "")).resolve()
-    journal = JournalKeeper(settings, runs / JOURNAL / cell_of(rospy.get_namespace()), start)
+    cell = cell_of(rospy.get_namespace())
+    journal = JournalKeeper(settings, runs / JOURNAL / cell, start, CourseResults(runs, cell))
     rospy.on_shutdown(journal.close)
     rospy.loginfo("journal is ready")
     keep_for_good()

@@ -130,7 +130,7 @@ def events(
     ] = "",
     cell: Annotated[str, typer.Option(help="Only of CELL or MACHINE/CELL.")] = "",
     kind: Annotated[
-        str, typer.Option(help="Only decision, audit, alarm, cycle, start, gap or torn.")
+        str, typer.Option(help="Only decision, audit, alarm, cycle, start, gap, torn or exercise.")
     ] = "",
     by_cause: Annotated[
         bool, typer.Option("--by-cause", help="Count them by their cause, the most frequent first.")

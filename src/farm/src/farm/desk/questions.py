@@ -37,7 +37,7 @@ class Wanted:
     Attributes:
         since: Not before this [s since 1970]; None: from the first on.
         cell: A cell's name, or MACHINE/CELL; empty: of all.
-        kind: decision, audit, alarm, cycle, start, gap, torn; empty: all.
+        kind: decision, audit, alarm, cycle, start, gap, torn, exercise; empty: all.
         stops: Only those that stopped the pair.
         limit: The newest so many.
     """
@@ -130,6 +130,15 @@ OF_KINDS = (
     "WHERE list_contains(?, kind) ORDER BY era, number"
 )
 """The events of some kinds, those of each cell in the order of their numbers."""
+
+
+CLASS = (
+    "SELECT DISTINCT machine || '/' || cell AS place, body->>'learner' AS learner, "
+    "body->>'exercise' AS exercise, CAST(body->>'passed' AS BOOLEAN) AS passed, "
+    "body->>'signature' AS signature FROM events WHERE kind = 'exercise' "
+    "AND time >= make_timestamp(CAST(? AS BIGINT))"
+)
+"""What learners have done, each result once, however often a cell told it."""
 
 
 def query(wanted: Wanted) -> tuple[str, list[object]]:

@@ -59,10 +59,21 @@ def _cycle(body: dict[str, Any]) -> str:
     return f"{name}: {body.get('outcome', '')} after {seconds:.1f} s{worst}{why}"
 
 
+def _exercise(body: dict[str, Any]) -> str:
+    done = "passed" if body.get("passed") else "not yet"
+    return f"{body.get('learner', '')}: {body.get('title', '')}: {done}: {body.get('reason', '')}"
+
+
 def _other(body: dict[str, Any]) -> str:
     shown = (f"{key} {value}" for key, value in body.items() if key not in _USUAL)
     return ", ".join(shown)
 
 
 _USUAL = ("number", "time", "kind", "cell")
-_TEXTS = {"decision": _decision, "audit": _audit, "alarm": _alarm, "cycle": _cycle}
+_TEXTS = {
+    "decision": _decision,
+    "audit": _audit,
+    "alarm": _alarm,
+    "cycle": _cycle,
+    "exercise": _exercise,
+}

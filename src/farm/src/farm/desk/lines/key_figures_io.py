@@ -1,4 +1,4 @@
-"""``./cell farm kpi | drift``: key figures and drift as text; they need no running desk."""
+"""``./cell farm kpi | drift | class``: figures and a class as text; they need no running desk."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from farm.config import load_farm
 from farm.desk.command_line_io import Folder, app, events_folder, fail, print_table
 from farm.desk.figures import FigureDrift, KeyFigures
 from farm.desk.figures_io import figures_of, figures_over
-from farm.desk.questions import SPAN, UNITS, since
+from farm.desk.questions import CLASS, SPAN, UNITS, since
+from farm.desk.reading_io import ask
 
 Since = Annotated[
     str, typer.Option("--since", help="today, yesterday, 30m, 12h, 2d, or a date and time.")
@@ -70,6 +71,29 @@ def drift(
     shown = drifts if every else away
     print_table(("cell", "figure", "before", "now", "times the noise", ""), map_lines(shown))
     typer.echo(f"{len(away)} of {len(drifts)} figures go away from their own past")
+
+
+@app.command("class")
+def class_(since_text: Since = "30d", folder: Folder = None) -> None:
+    """Show a class: which exercises each learner has passed, and how often each was marked."""
+    begin = since(since_text, datetime.now().astimezone())
+    rows = ask(events_folder(folder), CLASS, [int(begin * 1e6)]).rows
+    tries: dict[tuple[str, str], dict[str, list[bool]]] = {}
+    for place, learner, exercise, passed, _ in rows:
+        tries.setdefault((learner, place), {}).setdefault(exercise, []).append(passed)
+    exercises = sorted({exercise for row in tries.values() for exercise in row})
+    lines = []
+    for (learner, place), row in sorted(tries.items()):
+        done = {exercise for exercise, passed in row.items() if any(passed)}
+        marks = (
+            f"{'+' * (exercise in done)}{len(row[exercise])}" if exercise in row else ""
+            for exercise in exercises
+        )
+        lines.append((learner, place, len(done), *marks))
+    # e07_planted_error: its number is enough for a heading.
+    headings = (exercise.split("_")[0].lstrip("e0") for exercise in exercises)
+    print_table(("learner", "cell", "passed", *headings), lines)
+    typer.echo(f"{len(lines)} learners, {len(rows)} results; +: passed, and how often marked")
 
 
 def map_lines(drifts: list[FigureDrift]) -> list[tuple[object, ...]]:

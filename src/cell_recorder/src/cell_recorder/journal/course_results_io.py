@@ -1,0 +1,88 @@
+"""What learners have passed comes into the journal: the course's file of results, line by line.
+
+The course needs no running cell, so its results lie in a file; whoever runs a cell beside it takes
+what is new. How far that has come is kept only after the entries were written: a cell that is
+killed meanwhile tells some again, with the same signature, and loses none.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+from pathlib import Path
+
+import msgspec
+from scara_config.files.whole_file import write_whole
+
+from cell_recorder.journal.entries import ExerciseMarked
+
+RESULTS = "course/results.jsonl"
+"""In the runs folder, as the course writes it."""
+_LOG = logging.getLogger("rosout.course_results")
+
+
+class ResultLine(msgspec.Struct, frozen=True):
+    """What an entry needs of a line of that file; its keys are those of the course."""
+
+    number: int
+    time: float
+    learner: str
+    exercise: str
+    title: str
+    passed: bool
+    reason: str
+    digest: str
+    signature: str
+
+
+class CourseResults:
+    """Gives each result once."""
+
+    def __init__(self, runs: Path, cell: str) -> None:
+        """Look into ``runs``; ``cell`` is the journal's."""
+        self._file = runs / RESULTS
+        self._mark = self._file.with_name(f".told_{cell.replace('/', '_')}")
+        self._seen_ns, self._taken, self._kept = 0, 0, 0
+        # Nothing was told yet, or nobody knows: the signatures tell what came twice.
+        with contextlib.suppress(OSError, ValueError):
+            self._taken = self._kept = int(self._mark.read_text())
+
+    def look(self, all_written: bool) -> list[ExerciseMarked]:
+        """Return what is new.
+
+        Args:
+            all_written: Whether all entries that were given before are on the disk.
+        """
+        try:
+            if all_written and self._kept != self._taken:
+                write_whole(self._mark, str(self._taken).encode())
+                self._kept = self._taken
+            changed_ns = self._file.stat().st_mtime_ns
+            if changed_ns == self._seen_ns:
+                return []
+            self._seen_ns = changed_ns
+            text = self._file.read_bytes()
+            lines = [msgspec.json.decode(row, type=ResultLine) for row in text.splitlines()]
+        except FileNotFoundError:
+            return []
+        except (OSError, msgspec.DecodeError, UnicodeDecodeError) as error:
+            _LOG.warning("%s: results are not told: %s", self._file, error)
+            return []
+        # The file was begun anew.
+        if lines and lines[-1].number < self._taken:
+            self._taken = 0
+        new = [line for line in lines if line.number > self._taken]
+        self._taken = max((line.number for line in new), default=self._taken)
+        return [
+            ExerciseMarked(
+                marked=line.time,
+                learner=line.learner,
+                exercise=line.exercise,
+                title=line.title,
+                passed=line.passed,
+                reason=line.reason,
+                digest=line.digest,
+                signature=line.signature,
+            )
+            for line in new
+        ]
