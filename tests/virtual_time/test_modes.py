@@ -61,6 +61,25 @@ def test_a_turned_switch_ends_the_following_and_t1_is_never_led(cell: VirtualCel
     assert cell.real.shown.alarm is None
 
 
+def test_an_override_that_is_set_at_the_robot_is_told_and_slows_the_twin(
+    cell: VirtualCell,
+) -> None:
+    """The operator leads on; nothing of ours is told as a person's."""
+    cell.schedule.run(0.5)
+    go(cell, 50.0)
+    cell.real.robot.write_override(20)
+    cell.schedule.run(0.3)
+    assert cell.mode == "OPERATOR_LEADS"
+    motion = cell._state.sides.twin.motion
+    assert motion is not None and motion.speed_limit_percent <= 20.0
+    cell.wait_whatever(lambda: cell.mode == "IDLE", 60.0, "the end of the move")
+    told = [made.why for made in cell.decisions if made.trigger == "OVERRIDE"]
+    assert [why.split("set to ")[1].split(", at")[0] for why in told] == [
+        "100 %, it was 10 %",
+        "20 %, it was 100 %",
+    ]
+
+
 def test_a_switch_that_is_turned_at_rest_is_told_at_once(cell: VirtualCell) -> None:
     """The pair stands in ESTOP, with the reason in words."""
     cell.real.signal("panel_t2", None)

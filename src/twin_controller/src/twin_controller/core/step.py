@@ -23,6 +23,7 @@ from twin_controller.core.lead.reports import (
     note_ended,
     note_in_zone,
     note_operation_mode,
+    note_override,
     note_pauses,
     note_stopped,
 )
@@ -99,6 +100,10 @@ def step(setup: Setup, before: CoreState, event: AnyEvent) -> Result:
     actions += sent
     lead, sent = note_operation_mode(setup, lead, event)
     actions += sent
+    lead, speeds, sent = note_override(setup, lead, orders.speeds, event)
+    actions += sent
+    if speeds is not orders.speeds:
+        orders = replace(orders, speeds=speeds)
     lead = note_pauses(lead, sides)
     sides = agree_when_stopped(setup, lead, sides, now)
     state = CoreState(sides, lead, orders, safety, follow)

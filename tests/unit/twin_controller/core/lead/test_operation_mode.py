@@ -1,4 +1,4 @@
-"""The real robot's mode switch: read, told, and obeyed by whoever would lead the robot."""
+"""The real robot's mode switch and override: read, told, and obeyed by whoever would lead it."""
 
 from __future__ import annotations
 
@@ -59,6 +59,26 @@ def test_each_turn_is_told_once(pair: Pair) -> None:
     assert [why.split(" is at ")[1][:2] for why in told(pair)] == ["T1", "T2", "AU"]
     pair.operate("HOME")
     assert pair.mode is Mode.OPERATOR_LEADS
+
+
+def test_an_override_that_is_set_at_the_robot_is_told_and_changes_no_lead(pair: Pair) -> None:
+    """Once, with both values; while the twin leads, at rest, and after the link was down."""
+    pair.move_twin(ramp(HOME, AWAY, 3.0), run=0.5)
+    for percent in (40.0, 40.0, 70.0):
+        pair.override = percent
+        pair.run(0.2)
+        assert pair.mode is Mode.TWIN_LEADS
+    pair.link("real", False)
+    pair.override = 100.0
+    pair.run(0.2)
+    pair.link("real", True)
+    pair.run(0.5)
+    told = [made.why for made in pair.decisions() if made.trigger == "OVERRIDE"]
+    assert [why.split("set to ")[1].split(", at")[0] for why in told] == [
+        "40 %, it was 100 %",
+        "70 %, it was 40 %",
+        "100 %, it was 70 %",
+    ]
 
 
 def test_a_turn_while_the_link_was_down_is_told_when_it_is_back(pair: Pair) -> None:

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from scara_control.joint_motion import JointMotion
 from twin_controller.core.actions import OverrideReal
 from twin_controller.core.events import RealMeasured
-from twin_controller.core.orders.speed import Leader, Speeds, cap_speeds
+from twin_controller.core.orders.speed import Leader, Speeds, cap_speeds, hear_override
 from twin_controller.core.safety.watch import Safety
 from twin_controller.core.sides.side import RealSide, Sides, TwinSide
 
@@ -39,6 +39,8 @@ class Register:
         self.program = False
         self.speeds = Speeds()
         self.now = 10.0
+        # What was told: when, from what, to what.
+        self.told: list[tuple[float, float, float]] = []
 
     def step(self) -> Iterator[float]:
         """Let one reading pass; yield what the controller writes."""
@@ -52,6 +54,9 @@ class Register:
             own_program=self.program,
             override_percent=self.shown,
         )
+        self.speeds, was = hear_override(SETUP.config.speed, self.speeds, flags)
+        if was is not None:
+            self.told.append((self.now, was, self.shown))
         sides = Sides(RealSide(flags=flags, connected=True), TwinSide())
         leader = Leader("real" if self.program else "", "")
         self.speeds, actions = cap_speeds(
@@ -89,6 +94,31 @@ def test_what_a_person_has_set_is_never_raised(deeds: list[tuple[str, object]]) 
                 assert written <= robot.persons, "raised above what the person has set"
         if robot.program and what == "wait":
             assert robot.shown <= robot.speeds.cap
+
+
+@given(deeds=DEEDS)
+def test_what_a_person_changes_is_told_once_and_what_we_change_never(
+    deeds: list[tuple[str, object]],
+) -> None:
+    """What is set while nothing of ours is under way is told at once, all else at most once."""
+    robot = Register()
+    list(robot.step())
+    unheard: set[float] = set()
+    for what, value in deeds:
+        order, seen = robot.speeds.real, robot.shown
+        quiet = order is None or order.sent <= robot.speeds.obeyed
+        robot.do(what, value)
+        before = len(robot.told)
+        if what == "person":
+            unheard.add(robot.shown)
+            list(robot.step())
+            if quiet and robot.told[before:] != [(robot.now, seen, float(str(value)))]:
+                assert seen == value, "a change was not told"
+        for _ in range(int(str(value)) if what == "wait" else 2):
+            list(robot.step())
+        for _, _, told in robot.told[before:]:
+            assert told in unheard, "told as a person's"
+            unheard.discard(told)
 
 
 def test_without_a_program_of_its_own_the_override_is_the_persons_alone() -> None:

@@ -15,6 +15,7 @@ from twin_controller.core.lead.standing import real_stands
 from twin_controller.core.lead.state import Lead, record_notice
 from twin_controller.core.lead.table import FOLLOWS_TWIN, LEADING
 from twin_controller.core.orders.order import due
+from twin_controller.core.orders.speed import Speeds, hear_override
 from twin_controller.core.orders.state import OWN_COMMAND, held_there, is_old, pauses
 from twin_controller.core.orders.stop import StopOrder, estop_missed, moves_on, speeds_since
 from twin_controller.core.orders.stream import AUTO, StreamOrder, by_hand
@@ -94,6 +95,34 @@ def note_operation_mode(setup: Setup, lead: Lead, event: AnyEvent) -> tuple[Lead
     history = setup.config.decision_history
     lead, decision = record_notice(lead, "OPERATION_MODE", why, (), history, event.now)
     return lead, [decision]
+
+
+def note_override(
+    setup: Setup, lead: Lead, speeds: Speeds, event: AnyEvent
+) -> tuple[Lead, Speeds, list[AnyAction]]:
+    """Say that somebody at the real robot has changed its override.
+
+    Nothing else follows from that here: who leads goes on, and the caps of both sides keep to it.
+
+    Args:
+        setup: Profile and numbers.
+        lead: The lead before.
+        speeds: What was ordered of both sides.
+        event: The input.
+
+    Returns:
+        Lead and speeds after; the decision OVERRIDE if it is not we who changed it.
+    """
+    if not isinstance(event, RealMeasured):
+        return lead, speeds, []
+    speeds, was = hear_override(setup.config.speed, speeds, event)
+    if was is None:
+        return lead, speeds, []
+    now = f"{event.override_percent:g} %, it was {was:g} %"
+    why = f"the real robot's override was set to {now}, at the robot: the pair keeps to it"
+    history = setup.config.decision_history
+    lead, decision = record_notice(lead, "OVERRIDE", why, (), history, event.now)
+    return lead, speeds, [decision]
 
 
 def _move_failed(lead: Lead, event: MoveEnded, history: int) -> tuple[Lead, list[AnyAction]]:

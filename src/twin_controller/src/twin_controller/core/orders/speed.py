@@ -38,6 +38,10 @@ class Speeds(msgspec.Struct, frozen=True):
     real: SpeedOrder | None = None
     # The robot's own override before we lowered it; None once it has that back.
     own_override: float | None = None
+    # The robot's override as it was seen last; 0: it was not told yet.
+    seen_override: float = 0.0
+    # When that order was sent which the robot has shown last [s].
+    obeyed: float = -math.inf
 
 
 def speed_patience(config: SpeedOrders) -> Patience:
@@ -53,6 +57,22 @@ def cap_step(cap: float, config: SpeedOrders) -> float:
 def shows_override(wanted: float, shown: float, config: SpeedOrders) -> bool:
     """Return whether the robot shows an override: it knows whole percents."""
     return abs(wanted - shown) < config.step_percent
+
+
+def hear_override(
+    config: SpeedOrders, speeds: Speeds, flags: RealMeasured
+) -> tuple[Speeds, float | None]:
+    """Return what the override was before somebody else changed it [percent], else None.
+
+    What the robot shows of our own order, once, is no news; while one is under way nothing is told.
+    """
+    shown, was, order = flags.override_percent, speeds.seen_override, speeds.real
+    awaited = order is not None and order.sent > speeds.obeyed
+    if order is not None and awaited and shows_override(order.wanted, shown, config):
+        return replace(speeds, seen_override=shown, obeyed=order.sent), None
+    if shown in (0.0, was) or (awaited and fresh(order, flags.now)):
+        return speeds, None
+    return replace(speeds, seen_override=shown), was or None
 
 
 OPERATORS_SPEED = "the operator's SPEED"
