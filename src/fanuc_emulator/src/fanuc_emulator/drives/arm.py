@@ -20,6 +20,7 @@ NEAR = 1e-10
 ROUNDS = 30
 _DAMPING = 1e-12
 """Keeps a step finite where the arm cannot go on."""
+_EYE = np.eye(4)
 SINGULAR = 0.005
 """Below this the Jacobian's smallest singular value, by reach, counts as a singularity [our]."""
 
@@ -48,6 +49,7 @@ class Arm:
         if elbow_of(robot) is not None and self._home[2, 2] < 0.0:
             self._home[:3, :3] = np.diag((1.0, -1.0, -1.0))
         self._scale = np.array([1.0, 1.0, 1.0, *[1e3 / robot.reach_mm] * 3])
+        self._damping = _DAMPING * np.eye(len(carried))
         self._limits = [(robot.joints[k].lower, robot.joints[k].upper) for k in self.columns]
 
     def pose(self, q: Sequence[float] | Matrix) -> Matrix:
@@ -74,7 +76,7 @@ class Arm:
         for _ in range(ROUNDS):
             here, jacobian = self._chain(q)
             error = _twist(pose @ inverse(here))
-            square = jacobian.T @ jacobian + _DAMPING * np.eye(len(q))
+            square = jacobian.T @ jacobian + self._damping
             step = np.linalg.solve(square, jacobian.T @ error)
             q = q + np.clip(step, -0.5, 0.5)
             if float(np.abs(step).max()) < NEAR:
@@ -84,7 +86,7 @@ class Arm:
 
     def _chain(self, q: Sequence[float] | Matrix) -> tuple[Matrix, Matrix]:
         """Return pose and Jacobian."""
-        here = np.eye(4)
+        here = _EYE
         columns = []
         for screw, position in zip(self._screws, q):
             columns.append(_carried(here, screw.axis))
@@ -97,7 +99,7 @@ def _skew(w: Matrix) -> Matrix:
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
-def _cross(a: Matrix, b: Matrix) -> Matrix:
+def cross(a: Matrix, b: Matrix) -> Matrix:
     """Return what numpy.cross does: a fifth of its time for two vectors."""
     (x, y, z), (u, v, w) = a.tolist(), b.tolist()
     return np.array([y * w - z * v, z * u - x * w, x * v - y * u])
@@ -118,7 +120,7 @@ class _Screw:
 
     def moved(self, theta: float) -> Matrix:
         """Return the motion of the joint, shape (4, 4)."""
-        found: Matrix = np.eye(4) + theta * self._along
+        found: Matrix = _EYE + theta * self._along
         if self._turns:
             found += math.sin(theta) * self._once + (1.0 - math.cos(theta)) * self._twice
         return found
@@ -128,12 +130,12 @@ def _carried(pose: Matrix, screw: Matrix) -> Matrix:
     """Return a joint's axis where the joints before it have carried it."""
     turn, place = pose[:3, :3], pose[:3, 3]
     w = turn @ screw[:3]
-    return np.concatenate([w, _cross(place, w) + turn @ screw[3:]])
+    return np.concatenate([w, cross(place, w) + turn @ screw[3:]])
 
 
 def inverse(pose: Matrix) -> Matrix:
     """Return the inverse of a transform, shape (4, 4)."""
-    found = np.eye(4)
+    found = _EYE.copy()
     found[:3, :3] = pose[:3, :3].T
     found[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
     return found
@@ -157,7 +159,7 @@ def rotation_vector(turn: Matrix) -> Matrix:
 def _twist(pose: Matrix) -> Matrix:
     """Return the twist that leads to a pose in one unit of time, to first order in its place."""
     turn = rotation_vector(pose[:3, :3])
-    return np.concatenate([turn, pose[:3, 3] - 0.5 * _cross(turn, pose[:3, 3])])
+    return np.concatenate([turn, pose[:3, 3] - 0.5 * cross(turn, pose[:3, 3])])
 
 
 def turned_by(vector: Matrix) -> Matrix:

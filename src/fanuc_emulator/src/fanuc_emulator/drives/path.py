@@ -15,7 +15,7 @@ from scara_config import Joint
 
 from fanuc_emulator import alarms
 from fanuc_emulator.alarms import RefusedError, check_ranges
-from fanuc_emulator.drives.arm import Arm, Matrix, rotation_vector, turned_by
+from fanuc_emulator.drives.arm import Arm, Matrix, cross, rotation_vector, turned_by
 from fanuc_emulator.drives.interpolator import Trapezoid, rate_for
 
 STRIDE = 0.012
@@ -62,7 +62,7 @@ class ToolPath:
         turn = self._begin[:3, :3] @ self._turn
         step = 1e-6
         along = (self._place(part + step) - self._place(part - step)) / (2.0 * step)
-        return np.concatenate([turn, along - np.cross(turn, self._place(part))])
+        return np.concatenate([turn, along - cross(turn, self._place(part))])
 
 
 Places = Callable[[float], Matrix]

@@ -42,10 +42,14 @@ def watched_pairs(tree: Tree, bodies: Sequence[Body]) -> list[Pair]:
     obstacles. What lies about may touch what it likes.
     """
     found = []
+    known: dict[object, Touching | None] = {}
     for i, first in enumerate(bodies):
         for j in range(i + 1, len(bodies)):
             second = bodies[j]
-            touching = _touching(tree, first, second)
+            key = first.link, first.kind, second.link, second.kind
+            if key not in known:
+                known[key] = _touching(tree, first, second)
+            touching = known[key]
             if touching is not None:
                 found.append(Pair(i, j, touching))
     return found

@@ -26,6 +26,7 @@ class Tree:
     def __init__(self, model: Model, joints: Sequence[str], strokes: Sequence[float]) -> None:
         self.model, self.joints = model, tuple(joints)
         self._strokes = dict(zip(joints, strokes))
+        self._reaches: dict[object, FloatArray] = {}
         self.links = (model.root, *(joint.child for joint in model.joints))
         self.index = {link: k for k, link in enumerate(self.links)}
         self._steps = [
@@ -80,6 +81,13 @@ class Tree:
         Returns:
             Bounds in [m/rad], prismatic 1, shape (n,); 0 where the joint does not move it.
         """
+        key = body.link, body.shape, body.size, body.pose.tobytes()
+        if key not in self._reaches:
+            # The same bodies come again in each scene: parts are gripped and laid one by one.
+            self._reaches[key] = self._reach(body)
+        return self._reaches[key]
+
+    def _reach(self, body: Body) -> FloatArray:
         chain = self.model.chain(body.link)
         bounds = np.zeros(len(self.joints))
         for k, joint in enumerate(chain):
