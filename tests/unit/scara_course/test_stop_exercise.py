@@ -79,6 +79,12 @@ def test_the_model_recording_passes(tmp_path: Path) -> None:
     assert mark.passed and "STOP at 2.0 s, E-STOP at 6.0 s" in mark.reason, mark.reason
 
 
+def test_a_stop_may_take_a_second(tmp_path: Path) -> None:
+    """Steel has mass: what stands within 1.5 s was stopped."""
+    late = MODEL._replace(real=((1.0, 3.4), *MODEL.real[1:]))
+    assert judged(late, tmp_path).passed
+
+
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
@@ -99,6 +105,11 @@ def test_the_model_recording_passes(tmp_path: Path) -> None:
             lambda s: s._replace(real=((1.0, 4.0), *s.real[1:])),
             "STOP at 2.0 s: real still moved",
             id="the robot does not obey",
+        ),
+        pytest.param(
+            lambda s: s._replace(real=((1.0, 3.6), *s.real[1:])),
+            "STOP at 2.0 s: real still moved after 1.5 s",
+            id="the robot stops too late",
         ),
         pytest.param(
             lambda s: s._replace(twin=(s.twin[0], (5.0, 8.4), s.twin[2])),
