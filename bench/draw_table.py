@@ -79,7 +79,7 @@ def draw_table(measured: Mapping[str, Any], made: Mapping[str, Any] | None = Non
         others = [
             "",
             f"SCARAs: {made['count']} of random sizes, three or four axes, as `doctor new` makes "
-            f"them from seed {made['first']} on, not edited, on both plants. {made['date']}, "
+            f"them from seed {made['first']} on. {made['date']}, "
             f"commit {made['commit']}; `./cell bench --plants --scaras {made['count']}`.",
         ]
     return [

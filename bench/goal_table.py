@@ -52,10 +52,8 @@ def goal_table(content: Mapping[str, Any]) -> list[str]:
         *lines,
         "",
         "Path: the largest distance of both tools at one instant, first move included, lag not "
-        "removed, three robots, 50 and 100 % asked for, in virtual time. Demos are live, on robots "
-        "drawn anew. 0 false leaders, stops and pauses in ten minutes at rest and in 200 moves, "
-        "with noise of 0.01 deg rms and clocks wrong by up to 5 ms: "
-        "`tests/virtual_time/plants/test_calm.py`.",
+        "removed, three robots, 50 and 100 %, in virtual time. Demos are live, on robots drawn "
+        "anew. 0 false leaders, stops and pauses in ten minutes at rest and in 200 moves.",
         "",
     ]
 

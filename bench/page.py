@@ -171,7 +171,7 @@ def page(content: Mapping[str, Any], text: str) -> str:
         ValueError: A block is missing.
     """
     rows, doubt = content["rows"], content.get("in_doubt", {})
-    kept = [row["id"] for row in rows if row["holds"]]
+    kept = [row for row in rows if row["holds"]]
     missed = [row for row in rows if not row["holds"]]
     parts = [*content.get("what_if", ()), *content.get("farm", ())]
     drawn = []
@@ -179,7 +179,7 @@ def page(content: Mapping[str, Any], text: str) -> str:
         drawn = [*draw_table(content["draws"], content.get("scaras")), ""]
     blocks = {
         "goals": "\n".join([*goal_table(content), *drawn, *_labels(content)]).strip(),
-        "rows": f"{len(kept)} of {len(rows)} rows hold: {', '.join(kept)}. {_measured(rows)}",
+        "rows": f"{len(kept)} of {len(rows)} rows hold. {_measured(rows)}",
         "missed": "\n".join([_table(missed, doubt, beside=False), *missed_lines(parts)]),
     }
     return with_blocks(text, blocks, PAGE.name)

@@ -99,7 +99,7 @@ def test_row_that_fails_says_why_and_the_others_go_on(
     assert written[0]["note"] == "not measured: OSError: the line is cut"
     assert "| second | 1 | 2 | s | 0.5 | ratio ≤ 1 | yes |" in (tmp_path / "tables.txt").read_text()
     told = (tmp_path / "page.md").read_text()
-    assert "1 of 2 rows hold: second." in told and "| first | - | - |" in told
+    assert "1 of 2 rows hold. Measured" in told and "| first | - | - |" in told
 
 
 def test_tables_show_all_rows_that_results_hold() -> None:
