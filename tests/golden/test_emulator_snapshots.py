@@ -30,12 +30,12 @@ GOLDEN = YAML(typ="safe").load(Path(__file__).with_name("emulator_snapshots.yaml
 WORDS_EVERY = 5
 
 
-_NOT = ("plain_clock_ms", "mode", "tp_enabled")
+_NOT = ("plain_clock_ms", "mode", "tp_enabled", "torques")
 SHOWN = msgspec.defstruct(
     "Snapshot", [each for each in Snapshot.__struct_fields__ if each not in _NOT]
 )
 """All that a client can read but the controller's plain clock, which is the tick told otherwise,
-and the switches, of which the words tell."""
+and switches and torques, of which the words tell."""
 
 
 class Stage:

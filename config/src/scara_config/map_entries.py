@@ -49,6 +49,7 @@ ENTRIES: dict[str, Entry] = {
     **dict.fromkeys(("alarm_severity", "alarm_time"), Entry(WHOLE)),
     "payload_mass": Entry(("float32", *WHOLE)),
     **dict.fromkeys(("mode_b0", "mode_b1"), Entry(WHOLE, instead="the mode switch is not known")),
+    "motor_torque": Entry(_AXIS, instead="nothing tells how hard a joint works, nor how it wears"),
 }
 MODE_BITS = {"AUTO": (1, 1), "T1": (0, 0), "T2": (0, 1)}
 """What ``mode_b0`` and ``mode_b1`` show of the mode switch, a key at the robot.

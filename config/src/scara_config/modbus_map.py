@@ -38,7 +38,7 @@ Table = Literal["holding_registers", "input_registers"]
 TABLES: tuple[Table, ...] = ("holding_registers", "input_registers")
 WORDS = {"int16": 1, "int32": 2, "float32": 2, "string": 1}
 
-AXES = ("position", "velocity", "setpoint")
+AXES = ("position", "velocity", "motor_torque", "setpoint")
 # A robot may take set points ahead of their time: then it has all of these, else none. Those that
 # tell of all places hold one value, or one set point, for each.
 RING = ("ring_setpoint", "ring_clock_ms", "ring_write", "ring_read", "ring_underruns")

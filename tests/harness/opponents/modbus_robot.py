@@ -28,7 +28,7 @@ class Robot:
     """
 
     def __init__(self, port: int = 0) -> None:
-        self.words = {address: 0 for address in range(11000, 11401)}
+        self.words = {address: 0 for address in range(10982, 11401)}
         self.words[11018] = self.words[11043] = 1
         self.put_float(11004, -160.0)
         self.words[11020] = 1

@@ -52,9 +52,9 @@ def test_pose_stands_at_1001_in_degrees_and_millimetres_low_word_first(
     image: RegisterImage,
 ) -> None:
     """J3 = -160 mm is 0xC3200000: 11005 holds 0x0000, 11006 holds 0xC320, 11019 says valid."""
-    assert image.first["holding_registers"] == 11000
-    assert held(image)[4:6] == [0x0000, 0xC320]
-    assert held(image)[18] == 1
+    begin = 11000 - image.first["holding_registers"]
+    assert held(image)[begin + 4 : begin + 6] == [0x0000, 0xC320]
+    assert held(image)[begin + 18] == 1
 
 
 def test_a_moving_snapshot_is_shown_whole(
@@ -65,6 +65,9 @@ def test_a_moving_snapshot_is_shown_whole(
     bench.run_until(lambda now: max(abs(v) for v in now.measured_velocities) > 1.0)
     image.show(bench.now)
     position, velocity = at(image, layout, "position"), at(image, layout, "velocity")
+    torque = at(image, layout, "motor_torque")
+    assert torque[0] == pytest.approx(bench.now.torques[0], rel=1e-6) and torque[5:] == (0.0,) * 4
+    assert 0.0 < max(map(abs, torque)) <= 100.0
     assert isinstance(position, tuple) and isinstance(velocity, tuple)
     for axis, joint in enumerate(bench.robot.joints):
         assert position[axis] == pytest.approx(

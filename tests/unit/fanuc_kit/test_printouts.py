@@ -252,7 +252,7 @@ def test_a_controller_that_is_set_up_lacks_nothing() -> None:
         ("$SHELL_CFG.$JOB_BASE", "100", "JOB_BASE is 100", "Base number: 0"),
         ("$MNUFRAMENUM[1]", "2", "$MNUFRAMENUM[1] is 2", "Frames > User Frame > SETIND: 0"),
         ("$MNUTOOLNUM[1]", "4", "$MNUTOOLNUM[1] is 4", "Frames > Tool Frame > SETIND: 1"),
-        ("$SNPX_ASG[2].$ADDRESS", "1001", "slot 2 is POS[0]@27.19 at 1001, 19", "$SNPX_ASG"),
+        ("$SNPX_ASG[3].$ADDRESS", "1001", "slot 3 is POS[0]@27.19 at 1001, 19", "$SNPX_ASG"),
         ("$SNPX_ASG[2].$SIZE", "0", "slot 2 is empty", "$SNPX_ASG"),
     ],
 )

@@ -124,7 +124,7 @@ def test_width_follows_from_type_and_count(kind: Any, count: int, words: int) ->
         (
             ["holding_registers", "setpoint", "count"],
             6,
-            r"position, velocity, setpoint = 9, 9, 6 values: must be as many each",
+            r"position, velocity, motor_torque, setpoint = 9, 9, 9, 6 values: must be as many each",
         ),
         (["holding_registers", "ring_read"], REMOVED, r"ring_read: is missing, but ring_setpoint"),
         (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import struct
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import pytest
@@ -39,10 +40,11 @@ def low_first(*values: float) -> list[int]:
 
 
 def state_words(
-    position: tuple[float, ...] = (10.0, 20.0, -160.0, 30.0, -40.0), **changed: int
+    position: tuple[float, ...] = (10.0, 20.0, -160.0, 30.0, -40.0), **changed: Any
 ) -> list[int]:
-    """Return an answer to the state block: 48 words from 11001 on."""
-    words = low_first(*position, 0.0, 0.0, 0.0, 0.0) + [changed.get("valid", 1)]
+    """Return an answer to the state block: 66 words from 10983 on, motor torques first."""
+    words = low_first(50.0, -25.0, 0.0, 10.0, changed.get("table_torque", 0), 0.0, 0.0, 0.0, 0.0)
+    words += low_first(*position, 0.0, 0.0, 0.0, 0.0) + [changed.get("valid", 1)]
     words += [0x5678, changed.get("clock_high", 0x1234)] + low_first(
         1.0, 2.0, 3.0, 4.0, 5.0, 0.0, 0.0, 0.0, 0.0
     )
@@ -60,11 +62,11 @@ def state_words(
 
 
 def test_one_read_covers_the_state_and_one_write_the_set_point() -> None:
-    """11001-11048 is read, 11051-11071 written, UO[1..10] and the gripper read, a request each.
+    """10983-11048 is read, 11051-11071 written, UO[1..10] and the gripper read, a request each.
 
     PDU addresses are one less.
     """
-    assert CODEC.state == Block(11000, 48)
+    assert CODEC.state == Block(10982, 66)
     assert CODEC.setpoint == Block(11050, 21)
     assert CODEC.ring == Block(11069, 23)
     assert CODEC.outputs == Block(6000, 24)
@@ -84,17 +86,23 @@ def test_a_state_block_is_decoded_in_si_in_the_order_of_the_profile() -> None:
     assert (sample.program_speed, sample.override, sample.heartbeat_echo) == (50, 100, 77)
     assert (sample.ring_places, sample.ring_read, sample.ring_underruns) == (10, 12345, 3)
     assert sample.outputs == {"cmdenbl", "sysrdy", "progrun", "busy"}
+    assert sample.efforts == pytest.approx([150.0, -30.0, 0.0, 2.0, 0.0]), "of efforts in N m, N"
+
+
+def test_a_torque_that_is_no_number_is_left_out_and_the_reading_stays() -> None:
+    """No motion hangs on it; a robot without the register tells no effort at all."""
+    assert CODEC.decode_sample(state_words(table_torque=float("nan")), SIGNALS).efforts == ()
 
 
 def test_a_robot_that_takes_nothing_ahead_shows_an_empty_ring() -> None:
-    """Its map knows no ring and no mode switch, and the state block ends before them."""
-    gone = ("ring_", "mode_")
+    """Its map knows no ring, no mode switch and no torque: the state block is without them."""
+    gone = ("ring_", "mode_", "motor_")
     registers = {k: v for k, v in LAYOUT.holding_registers.items() if not k.startswith(gone)}
     codec = RegisterCodec(msgspec.structs.replace(LAYOUT, holding_registers=registers), ROBOT)
     assert codec.ring is None
-    sample = codec.decode_sample(state_words()[: codec.state.count], SIGNALS)
+    sample = codec.decode_sample(state_words()[18:][: codec.state.count], SIGNALS)
     assert (sample.ring_places, sample.ring_read, sample.ring_underruns) == (0, 0, 0)
-    assert sample.command_echo == 0 and sample.operation_mode == ""
+    assert sample.command_echo == 0 and (sample.operation_mode, sample.efforts) == ("", ())
 
 
 @pytest.mark.parametrize(
@@ -108,8 +116,8 @@ def test_two_bits_tell_the_mode_switch(b0: int, b1: int, mode: str) -> None:
 @pytest.mark.parametrize(
     ("words", "signals", "text"),
     [
-        (state_words()[:-1], SIGNALS, "47 words instead of 48"),
-        (state_words() + [0], SIGNALS, "49 words instead of 48"),
+        (state_words()[:-1], SIGNALS, "65 words instead of 66"),
+        (state_words() + [0], SIGNALS, "67 words instead of 66"),
         (state_words(), SIGNALS[:9], "9 signals instead of 24"),
         (state_words(valid=0), SIGNALS, "position is not valid"),
         (state_words((math.nan, 0.0, 0.0, 0.0, 0.0)), SIGNALS, "joint_1 = nan deg is outside"),
@@ -142,7 +150,7 @@ def test_a_doubtful_answer_is_refused_with_its_reason(
 def test_an_impossible_speed_is_refused(speed: float) -> None:
     """One far above the joint's greatest is a wrong answer, not a motion, either way."""
     words = state_words()
-    words[21:23] = low_first(speed)
+    words[39:41] = low_first(speed)
     with pytest.raises(SampleError, match=rf"joint_1 moves at {speed} deg/s"):
         CODEC.decode_sample(words, SIGNALS)
 
@@ -152,7 +160,7 @@ def test_a_speed_up_to_half_as_much_again_is_read(sign: float) -> None:
     """A robot may be a little faster than its data sheet, either way."""
     joint = ROBOT.joints[0]
     words = state_words()
-    words[21:23] = low_first(sign * 1.49 * joint.velocity / joint.scale)
+    words[39:41] = low_first(sign * 1.49 * joint.velocity / joint.scale)
     assert CODEC.decode_sample(words, SIGNALS).motion.qdot[0] == pytest.approx(
         sign * 1.49 * joint.velocity, rel=1e-6
     )
@@ -161,7 +169,7 @@ def test_a_speed_up_to_half_as_much_again_is_read(sign: float) -> None:
 def test_a_clock_that_begins_is_read() -> None:
     """0 ms is a time, too."""
     words = state_words(clock_high=0)
-    words[19] = 0
+    words[37] = 0
     assert CODEC.decode_sample(words, SIGNALS).clock_ms == 0
 
 
@@ -226,7 +234,7 @@ def test_a_set_point_at_the_end_of_its_range_may_be_off_by_what_rounding_loses(s
 def test_what_is_written_is_read_back_by_the_same_layout(positions: tuple[float, ...]) -> None:
     """PR[1] and POS[0] have one layout: the words of a set point are a legal position block."""
     written = CODEC.encode_setpoint(positions, 1, 100.0)[1][:18]
-    sample = CODEC.decode_sample(written + state_words()[18:], SIGNALS)
+    sample = CODEC.decode_sample(state_words()[:18] + written + state_words()[36:], SIGNALS)
     assert sample.motion.q == pytest.approx(positions, rel=1e-6, abs=1e-9)
 
 

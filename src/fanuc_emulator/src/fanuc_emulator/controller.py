@@ -214,9 +214,8 @@ class Controller:
     def _show(self) -> None:
         """Bring what a client can read up to date."""
         motion = self._motion
-        self._reading = self._readings.read(
-            self._tick, motion.measured_positions, motion.measured_velocities, self._now_ms
-        )
+        measured = motion.measured_positions, motion.measured_velocities
+        self._reading = self._readings.read(self._tick, *measured, self._now_ms, motion.torques)
         if self._late is not None:
             self._shown = self._late.step(self._outputs(), self._alarms.shown)
 
@@ -254,6 +253,7 @@ class Controller:
             ring_underruns=self.source.ring.underruns,
             mode=self._settings.mode,
             tp_enabled=self._settings.tp_enabled,
+            torques=self._reading.torques,
         )
 
     @property

@@ -91,6 +91,8 @@ class RegisterImage:
             self._put("position", self._by_axis(snapshot.measured_positions))
         if before is None or before.measured_velocities != snapshot.measured_velocities:
             self._put("velocity", self._by_axis(snapshot.measured_velocities))
+        if before is None or before.torques != snapshot.torques:
+            self._put("motor_torque", self._by_axis(snapshot.torques, in_percent=True))
         for name, field in self._numbers.items():
             number = getattr(snapshot, field)
             if before is None or getattr(before, field) != number:
@@ -253,11 +255,14 @@ class RegisterImage:
         self._put("alarm_cause", alarm.cause if alarm else "")
         self._put("alarm_severity_text", code.severity.name if code else "")
 
-    def _by_axis(self, values: Sequence[float]) -> list[float]:
-        """Place joint values at J1, J2 and so on in deg or mm; an axis without a joint is 0."""
+    def _by_axis(self, values: Sequence[float], in_percent: bool = False) -> list[float]:
+        """Place joint values at J1, J2 and so on in deg or mm; an axis without a joint is 0.
+
+        Values ``in_percent`` stay so.
+        """
         axes = [0.0] * self._registers["position"].count
         for (index, factor), value in zip(self._axes, values):
-            axes[index] = value * factor
+            axes[index] = value if in_percent else value * factor
         return axes
 
     def _put(self, name: str, values: Sequence[float] | Sequence[int] | str) -> None:

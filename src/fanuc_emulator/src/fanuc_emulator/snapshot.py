@@ -38,6 +38,7 @@ class Snapshot(msgspec.Struct, frozen=True):
         plain_clock_ms: The controller's clock, whatever the readings are.
         mode: At what the mode switch stands.
         tp_enabled: The teach pendant's switch is on.
+        torques: Of the motors [percent].
     """
 
     tick: int
@@ -63,6 +64,7 @@ class Snapshot(msgspec.Struct, frozen=True):
     ring_underruns: int = 0
     mode: str = "AUTO"
     tp_enabled: bool = False
+    torques: tuple[float, ...] = ()
 
     @property
     def mode_b0(self) -> int:

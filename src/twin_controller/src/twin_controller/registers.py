@@ -15,7 +15,7 @@ from scara_config.modbus_map import ModbusMap, Register
 from scara_config.set_up.kit_programs import STREAM
 from scara_control.joint_motion import JointMotion
 
-from twin_controller.modbus.axes import axes_of, positions_of, velocities_of
+from twin_controller.modbus.axes import axes_of, efforts_of, positions_of, velocities_of
 from twin_controller.modbus.blocks import (
     Block,
     alarm_block,
@@ -115,6 +115,9 @@ class RegisterCodec:
         qdot: Sequence[float] = ()
         if "velocity" in self._registers:
             qdot = velocities_of(self._floats("velocity", words), self._joints)
+        efforts: Sequence[float] = ()
+        if "motor_torque" in self._registers:
+            efforts = efforts_of(self._floats("motor_torque", words), self._joints)
         clock_ms = self._clock(words)
         on = frozenset(name for name, place in self._outputs.items() if bits[place])
         if self._status is not None:
@@ -145,6 +148,7 @@ class RegisterCodec:
             plain_clock=self._plain_clock,
             ring_places=self._places,
             operation_mode=self._operation_mode(words),
+            efforts=tuple(efforts),
             **{name: self._number(name, words) for name in NUMBERS if name in self._registers},
         )
 

@@ -63,6 +63,7 @@ class RobotSample(msgspec.Struct, frozen=True):
         ring_read: Number of the one that it took last, 1..32760; 0 before the first.
         ring_underruns: So often it had none left.
         operation_mode: At what its mode switch stands: AUTO, T1 or T2; empty: it does not tell.
+        efforts: Of all joints in the order of robot.yaml [N m or N]; empty: it does not tell.
     """
 
     motion: JointMotion
@@ -79,6 +80,7 @@ class RobotSample(msgspec.Struct, frozen=True):
     ring_read: int = 0
     ring_underruns: int = 0
     operation_mode: str = ""
+    efforts: tuple[float, ...] = ()
 
     @property
     def speed_percent(self) -> float | None:

@@ -105,7 +105,8 @@ def test_power_up_content_is_the_map() -> None:
     assert sum(entry.size for entry in entries[1:75] if entry not in kits) == sum(
         register.words for register in LAYOUT.holding_registers.values()
     )
-    assert entries[1] == Assignment(11001, 19, "POS[0]@27.19", 0.0)
+    assert entries[1] == Assignment(10983, 18, "$MOR_GRP[1].$CUR_DIS_TRQ[1]", 0.0)
+    assert entries[2] == Assignment(11001, 19, "POS[0]@27.19", 0.0)
     assert entries[75:79] == [
         Assignment(16300, 2, "$SNPX_ASG[80].$ADDRESS", 1.0),
         Assignment(16302, 2, "$SNPX_ASG[80].$SIZE", 1.0),

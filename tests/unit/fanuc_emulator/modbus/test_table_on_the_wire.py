@@ -45,9 +45,9 @@ def test_an_emptied_table_is_a_lost_link(asked: Asked) -> None:
         on_reject=rejects.append,
     ):
         wait_until(lambda: samples, 5.0)
-        assign(driver, 2, 0, 0)
+        assign(driver, 3, 0, 0)
         wait_until(lambda: any("position is not valid" in text for text in rejects), 5.0)
         count = len(samples)
-        assign(driver, 2, 11001, 19)
+        assign(driver, 3, 11001, 19)
         wait_until(lambda: len(samples) > count + 10, 5.0)
     driver.close()

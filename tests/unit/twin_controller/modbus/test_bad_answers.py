@@ -288,11 +288,11 @@ class Other:
 @contextmanager
 def served(other: Other) -> Iterator[int]:
     """Run it in a thread; yield its port."""
-    words = [0] * 401
-    words[18] = words[43] = words[20] = 1
-    words[4], words[5] = struct.unpack("<2H", struct.pack("<f", -160.0))
+    words = [0] * 419
+    words[36] = words[61] = words[38] = 1
+    words[22], words[23] = struct.unpack("<2H", struct.pack("<f", -160.0))
     bits = [SimData(0, values=[False] * 7000, datatype=DataType.BITS)]
-    registers = [SimData(11000, values=words, datatype=DataType.REGISTERS)]
+    registers = [SimData(10982, values=words, datatype=DataType.REGISTERS)]
     device = SimDevice(
         LAYOUT.device_id, simdata=(bits, bits, registers, registers), action=other.act
     )

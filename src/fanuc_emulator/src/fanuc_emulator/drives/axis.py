@@ -188,6 +188,8 @@ class Axis:
         self._drain = sum(filter_lengths)
         rest = max(self._drain, math.ceil(_REST_TIME / dt))
         self._standstill = Standstill(parameters.resolution, rest)
+        # What the drive asks of the motor, as an acceleration.
+        self._pushes = 0.0
         self._h = dt / substeps
         self._substeps = range(1, substeps + 1)
         omega = parameters.natural_frequency
@@ -214,6 +216,11 @@ class Axis:
         """Speed in whole counts per servo period, as the drive's observer gives it [u/s]."""
         resolution = self.parameters.resolution / self._h
         return round(self.velocity / resolution) * resolution
+
+    @property
+    def torque_percent(self) -> float:
+        """Motor torque: 100 is the largest that the drive gives, of either sign."""
+        return 100.0 * self._pushes / self.parameters.servo_acceleration
 
     @property
     def resting(self) -> bool:
@@ -267,6 +274,7 @@ class Axis:
             Whether the axis stood already: this step changed nothing.
         """
         before = (self.position, self.velocity)
+        self._pushes = 0.0
         change = self.parameters.estop_deceleration * self._h
         for _ in self._substeps:
             self.velocity = math.copysign(max(abs(self.velocity) - change, 0.0), self.velocity)
@@ -316,7 +324,7 @@ class Axis:
             elif velocity < -fastest:
                 velocity = -fastest
             position += velocity * h
-        self.position, self.velocity = position, velocity
+        self.position, self.velocity, self._pushes = position, velocity, acceleration
         self._bound()
         if (
             abs(command_velocity) < _EXACT_VELOCITY

@@ -30,6 +30,7 @@ class MotionGroup:
         velocities: True joint speeds [rad/s or m/s].
         measured_positions: In whole encoder counts.
         measured_velocities: In whole counts per servo period.
+        torques: Of the motors [percent].
         slow: Moves that begin now, and a stream, are kept to the speed of T1; no corner is rounded.
     """
 
@@ -228,6 +229,7 @@ class MotionGroup:
         self.velocities = tuple([axis.velocity for axis in axes])
         self.measured_positions = tuple([axis.measured_position for axis in axes])
         self.measured_velocities = tuple([axis.measured_velocity for axis in axes])
+        self.torques = tuple([axis.torque_percent for axis in axes])
 
 
 def motion_of(plant: Plant, robot: Robot, home: Sequence[float]) -> tuple[MotionGroup, Planner]:

@@ -14,11 +14,12 @@ Values = tuple[float, ...]
 
 
 class RegisterReading(NamedTuple):
-    """Positions, speeds [SI] and the clock [ms] as the registers show them."""
+    """Positions, speeds [SI], clock [ms] and motor torques [percent] as the registers show them."""
 
     positions: Values
     velocities: Values
     clock_ms: int
+    torques: Values
 
 
 class Readings:
@@ -50,7 +51,7 @@ class Readings:
         self._held: RegisterReading | None = None
 
     def read(
-        self, tick: int, positions: Values, velocities: Values, clock_ms: int
+        self, tick: int, positions: Values, velocities: Values, clock_ms: int, torques: Values = ()
     ) -> RegisterReading:
         """Return what is shown in this servo period.
 
@@ -59,6 +60,7 @@ class Readings:
             positions: In whole encoder counts [rad or m], shape ``(n,)``.
             velocities: As the drives give them [rad/s or m/s].
             clock_ms: The controller's own clock [ms].
+            torques: Of the motors [percent].
         """
         if self._held is not None and (tick - self._phase) % self._every:
             return self._held
@@ -72,5 +74,5 @@ class Readings:
             )
         if self._clock_error and self._random is not None:
             clock_ms += int(self._random.integers(-self._clock_error, self._clock_error + 1))
-        self._held = RegisterReading(positions, velocities, clock_ms)
+        self._held = RegisterReading(positions, velocities, clock_ms, torques)
         return self._held

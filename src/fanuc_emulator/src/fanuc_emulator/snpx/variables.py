@@ -120,6 +120,7 @@ FAMILIES = {
     "SO": Family("SO[{}]", 0, 15, _SIGNAL),
     "$SHELL_CFG.$RSR_ENABLE": Family("$SHELL_CFG.$RSR_ENABLE[{}]", 1, 8, _NUMBER),
     "$SHELL_CFG.$NUM_RSR": Family("$SHELL_CFG.$NUM_RSR[{}]", 1, 8, _NUMBER),
+    "$MOR_GRP[1].$CUR_DIS_TRQ": Family("$MOR_GRP[1].$CUR_DIS_TRQ[{}]", 1, 9, _NUMBER),
     "$MNUFRAMENUM": Family("$MNUFRAMENUM[{}]", 1, 1, _NUMBER),
     "$MNUTOOLNUM": Family("$MNUTOOLNUM[{}]", 1, 1, _NUMBER),
     "$MNUFRAME": Family("$MNUFRAME[1,{}]", 1, MOST["user"], _POSITION),
@@ -133,7 +134,7 @@ FAMILIES = {
 }
 FRAME_KINDS: dict[str, Kind] = {"$MNUFRAME": "user", "$MNUTOOL": "tool"}
 _NAME = re.compile(
-    r"(?P<begin>\$?[A-Z_]+)(?:\[(?P<group>1,)?(?P<index>\d{1,5})\])?(?P<end>\.\$[A-Z_]+)?(?:\[(?P<last>\d{1,5})\])?"
+    r"(?P<begin>\$MOR_GRP\[1\]|\$?[A-Z_]+)(?:\[(?P<group>1,)?(?P<index>\d{1,5})\])?(?P<end>\.\$[A-Z_]+)?(?:\[(?P<last>\d{1,5})\])?"
     r"(?:@(?P<first>\d{1,3})\.(?P<words>\d{1,3}))?",
     re.ASCII,
 )

@@ -69,6 +69,7 @@ class RealMeasured(Event, frozen=True, tag="real"):
         overtaken: A newer answer has come in already: it is judged, but nobody follows it.
         held: The robot is held, by us or by somebody.
         operation_mode: At what its mode switch stands: AUTO, T1 or T2; empty: it does not tell.
+        efforts: Of the twin's joints [N m or N]; empty: it does not tell. Only shown.
     """
 
     sent: float
@@ -94,6 +95,7 @@ class RealMeasured(Event, frozen=True, tag="real"):
     overtaken: bool = False
     held: bool = False
     operation_mode: str = ""
+    efforts: tuple[float, ...] = ()
 
 
 class RealKnown(Event, frozen=True, tag="real_known"):

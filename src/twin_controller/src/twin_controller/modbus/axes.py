@@ -57,6 +57,19 @@ def velocities_of(axes: Sequence[float], joints: Sequence[Joint]) -> tuple[float
     return tuple(velocities)
 
 
+def efforts_of(axes: Sequence[float], joints: Sequence[Joint]) -> tuple[float, ...]:
+    """Return the effort of each joint [N m or N]; empty where a number is not finite.
+
+    No motion hangs on it: what is doubtful of it is left out, and the reading stays.
+
+    Args:
+        axes: As read, in percent of the effort in robot.yaml.
+        joints: Of robot.yaml.
+    """
+    efforts = [axes[joint.axis_number - 1] * 1e-2 * joint.effort for joint in joints]
+    return tuple(efforts) if all(map(math.isfinite, efforts)) else ()
+
+
 def axes_of(positions: Sequence[float], joints: Sequence[Joint], count: int) -> list[float]:
     """Return ``count`` axes in border units; an axis without a joint is 0.
 

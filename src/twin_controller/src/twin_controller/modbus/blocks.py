@@ -16,7 +16,7 @@ STATE = (
     *("position", "position_valid", "clock_ms", "velocity", "control_type"),
     *("program_speed", "heartbeat_echo", "watchdog_state", "override_now"),
     *GRIPPER_NUMBERS.values(),
-    *("mode_b0", "mode_b1"),
+    *("mode_b0", "mode_b1", "motor_torque"),
 )
 SETPOINT = ("setpoint", "setpoint_valid", "heartbeat", "stream_speed")
 # Set points ahead: written in one request behind what has changed.

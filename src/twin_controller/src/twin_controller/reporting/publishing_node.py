@@ -134,6 +134,7 @@ class Publishing:
                 message = JointState(header=_header(true_at), name=list(self._setup.names))
                 qdot = event.motion.qdot or batch.state.sides.real.last.qdot
                 message.position, message.velocity = list(event.motion.q), list(qdot)
+                message.effort = list(event.efforts)
                 self._joints.publish(message)
 
     def publish_state(

@@ -21,8 +21,11 @@ from twin_controller.robot_sample import (
     WatchdogState,
 )
 
-PASSED_ON = ({*RobotSample.__struct_fields__} & {*RealMeasured.__struct_fields__}) - {"motion"}
-"""What both have under one name; a sample's motion is of all joints."""
+PASSED_ON = ({*RobotSample.__struct_fields__} & {*RealMeasured.__struct_fields__}) - {
+    "motion",
+    "efforts",
+}
+"""What both have under one name; a sample's motion and efforts are of all joints."""
 
 
 class Intake(msgspec.Struct, frozen=True):
@@ -125,6 +128,7 @@ def measured(
         override_percent=float(sample.override),
         gripper="gripper" in sample.outputs if has_gripper else None,
         vacuum="vacuum" in sample.outputs,
+        efforts=tuple([sample.efforts[k] for k in twin]) if sample.efforts else (),
         **{name: getattr(sample, name) for name in PASSED_ON},
     )
 
