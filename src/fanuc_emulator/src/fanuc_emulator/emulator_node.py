@@ -32,6 +32,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 from scara_config import ConfigError, Robot, load_robot
 from scara_config.modbus_map import load_modbus_map
@@ -48,6 +49,7 @@ from fanuc_emulator.gripping.parts_truth_node import PartsTruth
 from fanuc_emulator.modbus.modbus_server_io import PortError, RobotServer
 from fanuc_emulator.plant.config import plant_text
 from fanuc_emulator.plant.delays import AnswerTimes
+from fanuc_emulator.plant.wear import vacuum_s
 from fanuc_emulator.program_files_io import ProgramFiles
 from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.snapshot import Snapshot
@@ -209,6 +211,10 @@ def run(
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
     work = find_palletise(directory)
+    if work is not None and config.plant.vacuum_leak:
+        slow_ms = min(1e3 * vacuum_s(config.plant, work.gripper.vacuum_ms * 1e-3), 1e6)
+        gripper = msgspec.structs.replace(work.gripper, vacuum_ms=slow_ms)
+        work = msgspec.structs.replace(work, gripper=gripper)
     parts = CellParts(work, robot) if work else None
     shown = PartsTruth(parts, work, robot.base_frame) if parts and work else None
     named = plant or chosen_plant()

@@ -12,6 +12,7 @@ from itertools import zip_longest
 
 import msgspec
 
+from fanuc_emulator.drives.backlash import Backlash
 from fanuc_emulator.drives.interpolator import stopping_speed
 
 _REST_TIME = 0.02
@@ -48,7 +49,12 @@ class Friction(msgspec.Struct, frozen=True):
 
 
 class AxisParameters(msgspec.Struct, frozen=True, kw_only=True):
-    """Limits and dynamics of one axis in SI: u is rad or m."""
+    """Limits and dynamics of one axis in SI: u is rad or m.
+
+    Attributes:
+        held: Friction that the drive's integral part overcomes: it shows in the torque alone.
+        backlash: Play between motor and joint [u].
+    """
 
     lower: float
     upper: float
@@ -63,6 +69,8 @@ class AxisParameters(msgspec.Struct, frozen=True, kw_only=True):
     resolution: float
     tolerance: float
     friction: Friction | None = None
+    held: Friction | None = None
+    backlash: float = 0.0
 
 
 class MovingAverage:
@@ -190,6 +198,9 @@ class Axis:
         self._standstill = Standstill(parameters.resolution, rest)
         # What the drive asks of the motor, as an acceleration.
         self._pushes = 0.0
+        held, play = parameters.held, parameters.backlash
+        drag = held.coulomb if held else 0.01 * parameters.program_acceleration
+        self._gap = Backlash(play, drag, position) if play else None
         self._h = dt / substeps
         self._substeps = range(1, substeps + 1)
         omega = parameters.natural_frequency
@@ -220,7 +231,17 @@ class Axis:
     @property
     def torque_percent(self) -> float:
         """Motor torque: 100 is the largest that the drive gives, of either sign."""
-        return 100.0 * self._pushes / self.parameters.servo_acceleration
+        p, pushes = self.parameters, self._pushes
+        if p.held is not None and self.velocity:
+            pushes += math.copysign(p.held.at(abs(self.velocity)), self.velocity)
+        if self._gap is not None:
+            pushes = self._gap.pushes(pushes)
+        return 100.0 * pushes / p.servo_acceleration
+
+    @property
+    def joint_position(self) -> float:
+        """Where the joint is, behind the play of its gear [u]."""
+        return self.position if self._gap is None else self._gap.load
 
     @property
     def resting(self) -> bool:
@@ -324,6 +345,8 @@ class Axis:
             elif velocity < -fastest:
                 velocity = -fastest
             position += velocity * h
+            if self._gap is not None:
+                self._gap.step(position, velocity, acceleration, h)
         self.position, self.velocity, self._pushes = position, velocity, acceleration
         self._bound()
         if (

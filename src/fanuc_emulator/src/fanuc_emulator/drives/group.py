@@ -67,6 +67,11 @@ class MotionGroup:
         return tuple([axis.command for axis in self.axes])
 
     @property
+    def targets(self) -> tuple[float, ...]:
+        """Where what is planned or streamed wants the axes now [rad or m]."""
+        return self._targets
+
+    @property
     def standing(self) -> bool:
         """No axis moves and none is about to, unless it is let go on."""
         for axis in self.axes:
@@ -225,7 +230,7 @@ class MotionGroup:
     def _look(self) -> None:
         """Note where the axes are: several ask for it in each period, and it seldom changes."""
         axes = self.axes
-        self.positions = tuple([axis.position for axis in axes])
+        self.positions = tuple([axis.joint_position for axis in axes])
         self.velocities = tuple([axis.velocity for axis in axes])
         self.measured_positions = tuple([axis.measured_position for axis in axes])
         self.measured_velocities = tuple([axis.measured_velocity for axis in axes])

@@ -95,7 +95,8 @@ class AxisFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Servo model of one axis; percent of the acceleration in robot.yaml.
 
     ``payload_inertia_percent``: of the arm's own; the drive accelerates both. ``zero_offset``: the
-    joint is so much further than its encoder says.
+    joint is so much further than its encoder says. ``held_friction``: what the drive's integral
+    part overcomes, which shows in the torque alone. ``backlash_turns``: play, motor turns.
     """
 
     program_acceleration_percent: AccelerationPercent
@@ -110,6 +111,8 @@ class AxisFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     travel_per_turn_mm: AboveZero | None = None
     payload_inertia_percent: Annotated[float, Meta(ge=0.0, le=1000.0)] = 0.0
     friction: FrictionFile | None = None
+    held_friction: FrictionFile | None = None
+    backlash_turns: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.0
     zero_offset_deg: Annotated[float, Meta(ge=-1.0, le=1.0)] = 0.0
     zero_offset_mm: Annotated[float, Meta(ge=-1.0, le=1.0)] = 0.0
 
@@ -129,6 +132,7 @@ class Plant(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     ``description`` stands beside each figure. Its first interpolation period is shorter by
     ``interpolation_phase_ms``. ``payload_kg`` is what the tool carries.
+    ``vacuum_leak`` is the part of the best vacuum that a leak takes (plant/wear.py).
     ``shown_after_ms`` names outputs, or ``alarm``, that are shown later than they are true.
     """
 
@@ -151,6 +155,7 @@ class Plant(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     geometry: GeometryFile | None
     axes: dict[str, AxisFile]
     interpolation_phase_ms: Phase = 0
+    vacuum_leak: Annotated[float, Meta(ge=0.0, lt=1.0)] = 0.0
 
     @property
     def dt(self) -> float:
@@ -245,6 +250,7 @@ def axis_parameters(plant: Plant, joint: Joint) -> AxisParameters:
     percent = joint.acceleration / 100.0
     # The drive's force is the same, and it moves the payload too.
     share = 1.0 / (1.0 + axis.payload_inertia_percent / 100.0)
+    turn = getattr(axis, f"travel_per_turn_{joint.unit}") * joint.scale
     return AxisParameters(
         lower=joint.lower,
         upper=joint.upper,
@@ -256,11 +262,11 @@ def axis_parameters(plant: Plant, joint: Joint) -> AxisParameters:
         natural_frequency=2.0 * math.pi * axis.natural_frequency_hz * math.sqrt(share),
         damping=axis.damping,
         velocity_feedforward=axis.velocity_feedforward,
-        resolution=getattr(axis, f"travel_per_turn_{joint.unit}")
-        * joint.scale
-        / axis.encoder_counts_per_turn,
+        resolution=turn / axis.encoder_counts_per_turn,
         tolerance=getattr(plant, f"fine_tolerance_{joint.unit}") * joint.scale,
         friction=_friction(axis.friction, joint, percent * share),
+        held=_friction(axis.held_friction, joint, percent * share),
+        backlash=axis.backlash_turns * turn,
     )
 
 
@@ -328,6 +334,9 @@ def drawn(plant: Plant, seed: int) -> Plant:
         low, high = sorted(map(near, ends))
         return low, high
 
+    def rubbing(file: FrictionFile) -> FrictionFile:
+        return FrictionFile(*[near(getattr(file, key)) for key in FrictionFile.__struct_fields__])
+
     def period(shortest: int, longest: int) -> tuple[int, int]:
         step = plant.servo_period_ms
         fewest, most = -(-shortest // step), longest // step
@@ -339,14 +348,13 @@ def drawn(plant: Plant, seed: int) -> Plant:
         new: dict[str, Any] = {key: near(getattr(axis, key)) for key in _SERVO}
         new["velocity_feedforward"] = min(new["velocity_feedforward"], 1.0)
         if axis.friction is not None:
-            fields = axis.friction.__struct_fields__
-            new["friction"] = FrictionFile(*[near(getattr(axis.friction, key)) for key in fields])
+            new["friction"] = rubbing(axis.friction)
         axes[name] = replace(axis, **new)
     stream, measuring = plant.stream, plant.measuring
     lag, largest = ordered((stream.lag_ms, stream.lag_largest_ms))
     reading, interpolation = period(*READINGS_MS), period(*INTERPOLATIONS_MS)
     filters = [max(1, round(near(each) / FILTER_STEP_MS)) for each in plant.filter_ms]
-    return replace(
+    made = replace(
         plant,
         description=f"{plant.description}; drawn by seed {seed}"[-LONGEST_DESCRIPTION:],
         axes=axes,
@@ -370,6 +378,13 @@ def drawn(plant: Plant, seed: int) -> Plant:
         filter_ms=[FILTER_STEP_MS * each for each in filters],
         start_delay_ms=round(near(plant.start_delay_ms)),
     )
+    # Last: what was drawn before this was known stays as it was.
+    held = {
+        name: replace(axis, held_friction=rubbing(axis.held_friction))
+        for name, axis in axes.items()
+        if axis.held_friction is not None
+    }
+    return replace(made, axes={**axes, **held})
 
 
 def _parts(seed: int) -> Iterator[float]:
