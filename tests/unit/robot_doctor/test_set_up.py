@@ -60,12 +60,12 @@ GAPS: list[tuple[str, str, Callable[[AssignmentTable], None], str, str]] = [
     ("one client", "ready, num_modbus: 1", lambda _: None, "num_modbus", "1 of 3 clients"),
     ("two clients", "ready, num_modbus: 2", lambda _: None, "num_modbus", "2 of 3 clients"),
     ("no slot", "ready, slots: factory", lambda _: None, "slots", "as delivered"),
-    ("no position", READY, slot(2, "$SIZE", 0), "slots", "slot 2 (POS[0]@27.19"),
-    ("position elsewhere", READY, slot(2, "$ADDRESS", 1001), "slots", "slot 2 (POS[0]@27.19"),
-    ("position whole", READY, slot(2, "$MULTIPLY", 1.0), "slots", "$MULTIPLY must be 0"),
-    ("no override", READY, slot(12, "$ADDRESS", 0), "slots", "slot 12 ($MCR.$GENOVERRIDE"),
-    ("override real", READY, slot(12, "$MULTIPLY", 0.0), "slots", "$MULTIPLY must be 1"),
-    ("not watched", READY, slot(17, "$ADDRESS", 9001), "slots", "slot 17 ($SNPX_PARAM.$NUM_ASG"),
+    ("no position", READY, slot(3, "$SIZE", 0), "slots", "slot 3 (POS[0]@27.19"),
+    ("position elsewhere", READY, slot(3, "$ADDRESS", 1001), "slots", "slot 3 (POS[0]@27.19"),
+    ("position whole", READY, slot(3, "$MULTIPLY", 1.0), "slots", "$MULTIPLY must be 0"),
+    ("no override", READY, slot(13, "$ADDRESS", 0), "slots", "slot 13 ($MCR.$GENOVERRIDE"),
+    ("override real", READY, slot(13, "$MULTIPLY", 0.0), "slots", "$MULTIPLY must be 1"),
+    ("not watched", READY, slot(18, "$ADDRESS", 9001), "slots", "slot 18 ($SNPX_PARAM.$NUM_ASG"),
     ("no programs", "ready, programs: none", lambda _: None, "programs", "no background program"),
     ("simple", "ready, uop: simple", lambda _: None, "uop", "UOP is Simple"),
     ("none", "ready, uop: none", lambda _: None, "uop", "UOP is None"),
@@ -117,17 +117,17 @@ def test_a_ready_robot_has_no_gap() -> None:
 
 def test_a_missing_slot_of_the_mode_switch_is_named() -> None:
     """It reads T1, at a robot that is in AUTO."""
-    (gap,) = look(READY, slot(7, "$ADDRESS", 9001)).wrong
-    assert "slot 7 (SI[8]" in gap.what and "does not show the mode switch" in gap.what
+    (gap,) = look(READY, slot(8, "$ADDRESS", 9001)).wrong
+    assert "slot 8 (SI[8]" in gap.what and "does not show the mode switch" in gap.what
 
 
 def test_frames_that_no_slot_shows_are_looked_up_at_the_robot() -> None:
     """Slots that were typed before they were asked for are no gap; what to look at is said."""
     assert "$MNUTOOLNUM[1]" in str(look("ready, tool_frame: 0").findings)
-    seen = look(READY, slot(31, "$ADDRESS", 9001))
+    seen = look(READY, slot(32, "$ADDRESS", 9001))
     assert seen.wrong == [] and seen.writes == 0
     (told,) = [found for found in seen.findings if "$MNUTOOLNUM[1]" in found.what]
-    assert told.level is Level.NOTE and "slot 31" in told.what
+    assert told.level is Level.NOTE and "slot 32" in told.what
     assert "User Frame > SETIND: 0" in told.advice and "Tool Frame > SETIND: 1" in told.advice
 
 
@@ -140,8 +140,8 @@ def test_frames_of_robot_and_file_are_compared() -> None:
     assert told.level is Level.NOTE and "fanuc_kit frames ADDRESS --save" in told.advice
     assert told.what == ("UFRAME[1] (pallet): robot X 50 Y -450 Z -40; here X 50 Y -450 Z -41.5")
     for mistype, what in (
-        (slot(32, "$SIZE", 0), "the robot's frames read 0, those of frames.yaml are not there"),
-        (slot(32, "$MULTIPLY", 1000.0), "$MNUFRAME[1,1]@1.12: frame 1 reads (7"),
+        (slot(33, "$SIZE", 0), "the robot's frames read 0, those of frames.yaml are not there"),
+        (slot(33, "$MULTIPLY", 1000.0), "$MNUFRAME[1,1]@1.12: frame 1 reads (7"),
     ):
         (told,) = [found for found in look(READY, mistype, ours).findings if what in found.what]
         assert told.level is Level.NOTE and told.advice

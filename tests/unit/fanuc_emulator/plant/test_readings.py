@@ -34,11 +34,9 @@ def test_the_ideal_plant_shows_what_is_true(config: EmulatorConfig, robot: Robot
     readings = Readings(config.plant, robot.joints, np.random.default_rng(1))
     for tick in range(3):
         positions = (0.1 * tick,) * 5
-        assert readings.read(tick, positions, positions, 2 * tick) == (
-            positions,
-            positions,
-            2 * tick,
-        )
+        torques = (10.0 * tick,) * 5
+        shown = positions, positions, 2 * tick, torques
+        assert readings.read(tick, positions, positions, 2 * tick, torques) == shown
 
 
 @pytest.mark.parametrize(

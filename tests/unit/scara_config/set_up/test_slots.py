@@ -35,7 +35,7 @@ def layout_of(*rows: tuple[int, str, int, str]) -> ModbusMap:
 def test_a_person_types_fewer_slots_than_the_map_has_registers() -> None:
     """Position, program and alarm take one slot each; no slot hides another."""
     slots = own_slots(LAYOUT)
-    assert len(slots) <= 15 < len(LAYOUT.holding_registers)
+    assert len(slots) <= 16 < len(LAYOUT.holding_registers)
     assert {slot.name for slot in slots} >= {"POS[0]@27.19", "PR[1]@27.19", "PRG[1]", "ALM[1]"}
     assert all(slot.address > FACTORY.last and len(slot.name) <= NAME_LENGTH for slot in slots)
     assert all(before.last < after.address for before, after in pairwise(slots))
