@@ -13,8 +13,9 @@ from cell_recorder.reading.bag_reader_io import open_bag
 from harness.course import JOINTS, BagMaker, Scene, exercise, robot, write_scene
 from harness.workspace import ROOT
 from scara_config.palletise import load_palletise
+from scara_config.set_up.kit_programs import texts as kit_programs
 from scara_course.evidence_io import mark_bag, read_recorded
-from scara_course.recorded import CourseRecording
+from scara_course.recorded import SHIPPED, CourseRecording
 from twin_experiments.metrics.series import Motion
 from twin_experiments.palletising import Handled
 from twin_experiments.report.record import Run
@@ -117,6 +118,12 @@ def test_the_places_on_the_card_are_those_of_the_cell() -> None:
         pick = f"{x * 1e3:.2f} {y * 1e3:.2f} {WORK.table.stand_top_mm + top:g}"
         put = f"{u * 1e3:g} {v * 1e3:g} {WORK.pallet.top_mm + top + task.clearance_mm:g}"
         assert f"| {number} | {pick}, {math.degrees(angle):g} | {put} |" in card
+
+
+def test_all_shipped_programs_are_known() -> None:
+    """A new one in the robot's folder would pass as a learner's own."""
+    files = (ROOT / "config" / "robots" / "fanuc_sr6ia" / "programs").glob("*.LS")
+    assert {path.stem for path in files} | set(kit_programs()) == set(SHIPPED)
 
 
 def test_programs_are_read_from_the_recording(tmp_path: Path) -> None:

@@ -80,5 +80,5 @@ def test_a_result_is_told_in_words(tmp_path: Path) -> None:
     (entry,) = CourseResults(tmp_path, "cell").look(True)
     assert decode(encode(entry)) == entry and isinstance(entry, ExerciseMarked)
     (told,) = tell([entry])
-    assert (told.what, told.words) == ("exercise", "ada: 1. Forward kinematics by hand")
-    assert told.outcome == "not yet: a: x_mm is empty"
+    assert (told.what, told.words) == ("not yet", "ada: 1. Forward kinematics by hand")
+    assert told.outcome == "a: x_mm is empty"

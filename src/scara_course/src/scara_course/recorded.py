@@ -17,7 +17,7 @@ T = TypeVar("T")
 SLOW_SHARE = 0.002
 """Of its largest speed; a slower joint stands. As `moving_speed_percent` of experiments.yaml."""
 
-SHIPPED = ("ARTICLE", "PALLETISE", "TWO_POINT", "RSR0101", "BGTWIN")
+SHIPPED = ("ARTICLE", "PALLETISE", "TWO_POINT", "VEHICLE", "DOCKWTCH", "RSR0101", "BGTWIN")
 """Programs that are no learner's own."""
 STILL = 0.002
 """[rad/s] and, of joint_3, [m/s]: a joint that is slower stands. Our choice: the shipped loops at

@@ -248,7 +248,7 @@ def test_why_tells_every_kind_and_finds_the_only_cell(tmp_path: Path) -> None:
         "error  [gateway]: down",
         "3 entries are missing here: not kept: disk full",
         "the last line of a.jsonl was torn: 9 bytes, kept in a.torn",
-        "exercise  ada: 6. Stop  -> passed: STOP at 2.0 s",
+        "passed  ada: 6. Stop  -> STOP at 2.0 s",
         "milk_2: 1 stop in 9 entries since 1h",
     ):
         assert words in text, text

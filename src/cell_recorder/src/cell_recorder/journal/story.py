@@ -140,9 +140,9 @@ def _line(entry: AnyEntry, later: Iterable[AnyEntry]) -> StoryLine:
         why = f": {entry.why}" if entry.why and entry.outcome != DONE else ""
         return replace(line, words=_of_cycle(entry), who=entry.who, outcome=entry.outcome + why)
     if isinstance(entry, ExerciseMarked):
-        passed = "passed: " if entry.passed else "not yet: "
+        passed = "passed" if entry.passed else "not yet"
         words = f"{entry.learner}: {entry.title}"
-        return replace(line, words=words, outcome=passed + entry.reason)
+        return replace(line, what=passed, words=words, outcome=entry.reason)
     if isinstance(entry, Start):
         return replace(line, words=f"the journal began: {entry.robot}, stand-in {entry.plant}")
     if isinstance(entry, Gap):
