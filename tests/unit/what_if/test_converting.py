@@ -255,7 +255,7 @@ def test_command_writes_a_program_of_the_files_name_and_never_over_one(tmp_path:
     for words, why in (
         (("ARTICLE", "joints", "--out", str(file)), "SPACE.LS: is there already"),
         (("ARTICLE", "polar"), "to = 'polar': allowed are joints, cartesian"),
-        (("NOPE", "joints"), "there are ARTICLE, PALLETISE, TWO_POINT"),
+        (("NOPE", "joints"), "unknown program 'NOPE': there are ARTICLE"),
     ):
         code, said = run(*words)
         assert code == 2 and why in said

@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 import pytest
+from fanuc_emulator.alarms import RefusedError
+from fanuc_emulator.drives import path
 from fanuc_emulator.drives.arm import Arm, inverse
 from fanuc_emulator.drives.path import PathMove, Speed, ToolPath
 from scara_config import Robot
@@ -98,6 +100,35 @@ def test_between_its_points_a_path_is_off_by_less_than_a_micrometre(
     for k in others:
         assert rows[:, k] == pytest.approx(0.1 + 0.5 * parts, abs=1e-9)
     assert move.end == pytest.approx(rows[-1], abs=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["line", "arc"])
+@BOTH
+def test_points_solved_at_once_are_those_solved_one_after_the_other(
+    robot: Robot, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """To a tenth of a nanometre; where one of them may not be, nothing is solved at once."""
+    solved: list[bool] = []
+
+    def watched(*given: object) -> object:
+        found = together(*given)  # type: ignore[arg-type]
+        solved.append(found is not None)
+        return found
+
+    together = path._together
+    monkeypatch.setattr(path, "_together", watched)
+    one = move_of(robot, path_of(robot, kind), table=0.5)
+    monkeypatch.setattr(path, "_together", lambda *given: None)
+    other = move_of(robot, path_of(robot, kind), table=0.5)
+    assert solved == [True]
+    assert one._nodes == pytest.approx(other._nodes, abs=1e-10)
+    assert one._slopes == pytest.approx(other._slopes, rel=1e-7, abs=1e-9)
+    monkeypatch.setattr(path, "_together", watched)
+    stretched = [pose_of(x, 0, 60, 180, 0, 10) for x in (600, 690)]
+    if robot is SCARA:
+        with pytest.raises(RefusedError):
+            move_of(robot, ToolPath(*stretched))
+        assert solved == [True, False]
 
 
 def slopes_of(move: PathMove) -> np.ndarray:

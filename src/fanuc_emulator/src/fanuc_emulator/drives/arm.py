@@ -18,6 +18,9 @@ Matrix = NDArray[np.float64]
 NEAR = 1e-10
 """A solution is so near [rad, m]."""
 ROUNDS = 30
+FEW, NEAR_BY, CLEAR = 6, 0.05, 4.0
+"""Where many poses are solved at once: rounds, the longest step [rad, m], and so far from a
+singularity, by ``SINGULAR``. Beyond them each is solved by itself [our]."""
 _DAMPING = 1e-12
 """Keeps a step finite where the arm cannot go on."""
 _EYE = np.eye(4)
@@ -84,6 +87,47 @@ class Arm:
                 return tuple(map(float, q)) if float(np.abs(error).max()) < 1e-7 else None
         return None
 
+    def solve_all(self, poses: Matrix, guesses: Matrix) -> tuple[Matrix, Matrix] | None:
+        """Return what :meth:`solve` finds at many poses at once, and the Jacobians there.
+
+        Args:
+            poses: In the base, shape (m, 4, 4) [m].
+            guesses: Near by, shape (m, n) [rad or m].
+
+        Returns:
+            Shapes (m, n) and (m, 6, n); None: it takes more than ``FEW`` rounds at one of them.
+        """
+        q = guesses
+        for _ in range(FEW):
+            here, jacobians = self._chains(q)
+            error = _twists(poses, here)
+            turned = jacobians.transpose(0, 2, 1)
+            step = np.linalg.solve(turned @ jacobians + self._damping, turned @ error)[:, :, 0]
+            q = q + step
+            largest = float(np.abs(step).max())
+            if largest < NEAR:
+                found = float(np.abs(error).max()) < 1e-7
+                return (q, self._chains(q)[1]) if found else None
+            if largest > NEAR_BY:
+                return None
+        return None
+
+    def clear(self, jacobians: Matrix) -> bool:
+        """Tell whether no place of many is near a singularity, by Jacobians of shape (m, 6, n)."""
+        values = np.linalg.svd(self._scale[:, None] * jacobians, compute_uv=False)
+        return bool(values[:, -1].min() > CLEAR * SINGULAR)
+
+    def _chains(self, q: Matrix) -> tuple[Matrix, Matrix]:
+        """Return poses and Jacobians at many joint positions, shape (m, n)."""
+        here = np.tile(_EYE, (len(q), 1, 1))
+        found = np.empty((len(q), 6, len(self._screws)))
+        for k, screw in enumerate(self._screws):
+            ways = here[:, :3, :3] @ screw.axis[:3]
+            found[:, :3, k] = ways
+            found[:, 3:, k] = np.cross(here[:, :3, 3], ways) + here[:, :3, :3] @ screw.axis[3:]
+            here = here @ screw.all_moved(q[:, k, None, None])
+        return here @ self._home, found
+
     def _chain(self, q: Sequence[float] | Matrix) -> tuple[Matrix, Matrix]:
         """Return pose and Jacobian."""
         here = _EYE
@@ -117,6 +161,11 @@ class _Screw:
         self._once[:3, :3], self._once[:3, 3] = k, -k @ k @ v
         self._twice[:3, :3], self._twice[:3, 3] = k @ k, k @ v
         self._along[:3, 3] = v + k @ k @ v
+
+    def all_moved(self, theta: Matrix) -> Matrix:
+        """Return many motions of the joint; shape (m, 1, 1) to (m, 4, 4)."""
+        turned = np.sin(theta) * self._once + (1.0 - np.cos(theta)) * self._twice
+        return np.asarray(_EYE + theta * self._along + turned)
 
     def moved(self, theta: float) -> Matrix:
         """Return the motion of the joint, shape (4, 4)."""
@@ -160,6 +209,27 @@ def _twist(pose: Matrix) -> Matrix:
     """Return the twist that leads to a pose in one unit of time, to first order in its place."""
     turn = rotation_vector(pose[:3, :3])
     return np.concatenate([turn, pose[:3, 3] - 0.5 * cross(turn, pose[:3, 3])])
+
+
+def _twists(poses: Matrix, here: Matrix) -> Matrix:
+    """Return the twists that lead from poses to others near by, shape (m, 6, 1)."""
+    turns = poses[:, :3, :3] @ here[:, :3, :3].transpose(0, 2, 1)
+    axes = np.stack(
+        [
+            turns[:, 2, 1] - turns[:, 1, 2],
+            turns[:, 0, 2] - turns[:, 2, 0],
+            turns[:, 1, 0] - turns[:, 0, 1],
+        ],
+        axis=1,
+    )
+    sine = 0.5 * np.linalg.norm(axes, axis=1)
+    angle = np.arctan2(sine, 0.5 * (np.trace(turns, axis1=1, axis2=2) - 1.0))
+    share = np.divide(0.5 * angle, sine, out=np.full(len(sine), 0.5), where=sine > 1e-9)
+    found = np.empty((len(poses), 6, 1))
+    found[:, :3, 0] = share[:, None] * axes
+    places = poses[:, :3, 3] - (turns @ here[:, :3, 3, None])[:, :, 0]
+    found[:, 3:, 0] = places - 0.5 * np.cross(found[:, :3, 0], places)
+    return found
 
 
 def turned_by(vector: Matrix) -> Matrix:
