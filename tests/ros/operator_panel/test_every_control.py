@@ -312,7 +312,7 @@ def teach(hand: Hand) -> None:
             hand.button(answer, question).click()
             expect(question).to_have_count(0)
         else:
-            expect(said).to_contain_text("MINE.LS: saved, RSR5")
+            expect(said).to_contain_text(re.compile(r"^MINE\.LS: saved, RSR\d"))
     row = page.locator('[data-panel="Programs"] .row-name').filter(has_text="MINE")
     expect(row).to_have_count(1)
     for answer in ("Cancel", "Run the draft"):

@@ -97,7 +97,7 @@ def test_program_saved_while_another_runs_is_there_at_the_next_start(
     bench.controller.take_programs(newer)
     bench.pulse("panel_abort")
     bench.run(0.5)
-    bench.pulse("panel_run5")
+    bench.pulse(f"panel_run{max(newer)}")
     bench.run(0.5)
     assert bench.now.program_name == "MINE" and begun(bench)
     (config / "programs" / "MINE.LS").write_text("/PROG MINE\n/MN\n 1: NONSENSE ;\n/END\n")

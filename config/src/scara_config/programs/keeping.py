@@ -37,11 +37,11 @@ def keep_program(name: str, text: str, directory: Path | str | None = None) -> s
     file = kept_file(name, directory)
     replace_file(file, text)
     if name in numbered:
-        return f"{file}: saved"
+        return f"{file.name}: saved"
     if len(numbered) == MOST_NUMBERED:
-        return f"{file}: saved, but all {MOST_NUMBERED} numbers of {path.name} are taken"
+        return f"{file.name}: saved, but all {MOST_NUMBERED} numbers of {path.name} are taken"
     write_values(path, {(NUMBERED,): [*numbered, name]})
-    return f"{file}: saved, RSR{len(numbered) + 1}"
+    return f"{file.name}: saved, RSR{len(numbered) + 1}"
 
 
 def kept_file(name: str, directory: Path | str | None = None) -> Path:

@@ -6,9 +6,12 @@ const GAP_MM = 0.5; // over a part: as near as a nozzle grips it; our choice
 
 export class Drag {
   constructor(scene, button) {
-    Object.assign(this, { scene, button, marker: null, pointer: null });
+    Object.assign(this, { scene, button, marker: null, pointer: null, guide: null });
     this.ray = new THREE.Raycaster();
     button.addEventListener("click", () => this.turn(!this.isOn));
+    // A pointer in the picture means one thing: a place, or the robots' way.
+    this.guide = document.querySelector("[data-guide]");
+    this.guide?.addEventListener("click", () => this.turn(false));
     const on = (name, act) => document.addEventListener(name, act, { capture: true });
     on("pointerdown", (event) => this.begin(event));
     on("pointermove", (event) => event.pointerId === this.pointer && this.move(event));
@@ -22,6 +25,7 @@ export class Drag {
   }
 
   turn(on) {
+    if (on && this.guide?.getAttribute("aria-pressed") === "true") this.guide.click();
     if (on && this.scene.still) emitEvent("dropped", []); // the page says that there is no picture
     this.button.setAttribute("aria-pressed", on && !this.scene.still);
     this.end();

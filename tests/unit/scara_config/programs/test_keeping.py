@@ -12,7 +12,7 @@ from scara_config.loader import load_keys
 from scara_config.programs.keeping import keep_program, kept_file
 
 TEXT = shipped("programs/TWO_POINT.LS").read_text(encoding="utf-8").replace("TWO_POINT", "MINE")
-NUMBERED = ["RSR0101", "ARTICLE", "TWO_POINT", "PALLETISE"]
+(NUMBERED,) = load_keys(shipped("emulator.yaml"), {"rsr_programs": list[str]})
 
 
 @pytest.fixture
@@ -29,11 +29,11 @@ def numbered(config: Path) -> list[str]:
 
 def test_saved_program_is_one_of_the_robots_with_the_next_number(config: Path) -> None:
     """Once more: the text is new, the number stays, and so does each comment of emulator.yaml."""
-    assert keep_program("MINE", TEXT, config).endswith("MINE.LS: saved, RSR5")
+    assert keep_program("MINE", TEXT, config) == f"MINE.LS: saved, RSR{len(NUMBERED) + 1}"
     again = TEXT.replace("there and back", "here and there")
-    assert keep_program("MINE", again, config).endswith("MINE.LS: saved")
+    assert keep_program("MINE", again, config) == "MINE.LS: saved"
     assert numbered(config) == [*NUMBERED, "MINE"]
-    program = load_programs(load_robot(config), config)[5]
+    program = load_programs(load_robot(config), config)[len(NUMBERED) + 1]
     assert (program.name, program.flow.program.comment) == ("MINE", "here and there")
     old, new = ((folder / "emulator.yaml").read_text() for folder in (shipped_folder(), config))
     assert old.count("#") == new.count("#") and len(old.splitlines()) == len(new.splitlines())
@@ -59,7 +59,7 @@ def test_program_that_cannot_have_a_number_is_not_written(
 
 def test_ninth_program_is_kept_without_a_number(config: Path) -> None:
     """It can be called; the answer says so."""
-    full = [*NUMBERED, *("ARTICLE",) * 4]
+    full = [*NUMBERED, *("ARTICLE",) * (8 - len(NUMBERED))]
     changed_yaml(config / "emulator.yaml", config, ["rsr_programs"], full)
     assert "all 8 numbers of emulator.yaml are taken" in keep_program("MINE", TEXT, config)
     assert kept_file("MINE", config).read_text(encoding="utf-8") == TEXT
