@@ -102,6 +102,12 @@ def _farm(options: Options) -> list[Row]:
     return run(share, options.rows, options.folder, options.console)
 
 
+def _health(options: Options) -> list[Row]:
+    from bench.health import run
+
+    return run(_seeds(options), options.first, options.console)
+
+
 def _first_start(options: Options) -> list[Row]:
     from bench.first_start import run
 
@@ -118,6 +124,7 @@ SECTIONS: dict[str, Callable[[Options], list[Row]]] = {
     "variations": _variations,
     "demos": _demos,
     "day": _day,
+    "health": _health,
     "plants": _plants,
     "what_if": _what_if,
     "farm": _farm,
@@ -155,6 +162,9 @@ def main(
     day: Annotated[
         bool,
         typer.Option("--day", help="A day of recording in compressed time: the memory it takes."),
+    ] = False,
+    health: Annotated[
+        bool, typer.Option("--health", help="What wears, and whether it is found: --seeds robots.")
     ] = False,
     plants: Annotated[
         bool,
@@ -257,6 +267,7 @@ def main(
         ("variations", variations),
         ("demos", demos),
         ("day", day),
+        ("health", health),
         ("plants", plants),
         ("what_if", what_if),
         ("farm", farm),

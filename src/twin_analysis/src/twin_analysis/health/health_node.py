@@ -1,0 +1,67 @@
+"""Command ``health``: recordings of the same cycle, day by day; says which joint wears, and why.
+
+    rosrun twin_analysis health BAG BAG ... [--week 12]
+
+The first ``--week`` recordings are the healthy robot. Needs no cell and no ROS master. Exit code:
+0 nothing has changed, 1 something has, 2 a wrong profile, 3 a recording cannot be used.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from cell_recorder.reading.bag_reader_io import BagError
+from scara_config import ConfigError, load_robot
+from scara_ros.shell.command_line_io import CommandLine
+from scara_ros.shell.program_io import UNUSABLE, WRONG
+
+from twin_analysis.health.cycle_reader_io import read_cycle
+from twin_analysis.health.signs import Signs, TorqueError, signs_of
+from twin_analysis.health.trend import LEAST, Baseline, Monitor
+
+CHANGED = 1
+
+app = CommandLine(
+    "health",
+    {ConfigError: WRONG, BagError: UNUSABLE, TorqueError: UNUSABLE, OSError: UNUSABLE},
+    help="Say which joint wears, by recordings of the same cycle.",
+)
+
+
+@app.command()
+def health(
+    bags: Annotated[list[Path], typer.Argument(help="Recordings of one cycle each, oldest first.")],
+    week: Annotated[int, typer.Option(help="So many are the first week.", min=LEAST)] = LEAST,
+    config_dir: Annotated[Path | None, typer.Option(help="Configuration; default: ours.")] = None,
+) -> None:
+    """Hold each recording behind the first week against it."""
+    if len(bags) < week:
+        raise typer.BadParameter(f"{len(bags)} recordings: the first week alone needs {week}")
+    joints = {joint.name: joint for joint in load_robot(config_dir).joints}
+    names: tuple[str, ...] = ()
+    signs: list[Signs] = []
+    for path in bags:
+        found, cycle = read_cycle(path)
+        names = names or found
+        if found != names:
+            raise BagError(f"{path}: has joints {', '.join(found)}, others {', '.join(names)}")
+        fastest = np.array([joints[name].velocity for name in names])
+        signs.append(signs_of(cycle, fastest))
+    ranges = np.array([joints[name].upper - joints[name].lower for name in names])
+    carries = [joints[name].screw_axis is not None for name in names]
+    monitor = Monitor(Baseline(names, ranges, carries, signs[:week]))
+    said: list[str] = []
+    for path, sign in zip(bags[week:], signs[week:]):
+        finding = monitor.take(sign)
+        if finding is not None and finding.text not in said:
+            said.append(finding.text)
+            print(f"{path.name}: {finding.text}")
+    if not said:
+        print(f"health: {len(bags) - week} recordings are as the first week's {week}")
+    raise typer.Exit(CHANGED if said else 0)
+
+
+main = app.run

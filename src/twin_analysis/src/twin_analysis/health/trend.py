@@ -1,0 +1,184 @@
+"""Is a robot another one than in its first week? Signs of cycles become findings, in words.
+
+A sign counts as changed where the mean of the last cycles is further from the first week's than
+its limit, and than the first week itself scattered; and it has to stay so for some cycles. What
+all joints do together (warm grease, a late network) is taken off first.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from twin_analysis.health.signs import Array, Signs
+
+WINDOW, CONFIRMED = 6, 2
+"""Cycles whose mean is looked at, and how often in a row it must be far off. Our choice."""
+FRICTION, INERTIA, LAG_S, PLAY, VACUUM = 0.15, 0.05, 0.0006, 1e-4, 0.15
+"""Limits: parts of the first week's, seconds, and a part of a joint's range. Our choice."""
+SPREAD = 2.0
+"""So many times the first week's own scatter. Our choice."""
+LEAST = 12
+"""Cycles that a first week has to have."""
+CAUSES = {
+    "friction": "friction: look at its grease, its bearings and what rubs on its cables",
+    "payload": "the payload: look at what hangs at the tool, and what the robot was told of it",
+    "backlash": "backlash: look at its gear, screw or belt for play",
+    "stiffness": "a softer drive: look at its belt's tension, its coupling and its servo gains",
+    "vacuum": "a leak: look at the suction cup, its hose and the pump's filter",
+}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something has changed since the first week.
+
+    Attributes:
+        kind: Key of ``CAUSES``.
+        joint: Its name; empty: no joint's.
+        change: By how much: part of the first week's, or s, or rad and m.
+        margin: Half of its 95 % interval.
+        score: How far beyond its limit; 1 is at it.
+        text: In words.
+    """
+
+    kind: str
+    joint: str
+    change: float
+    margin: float
+    score: float
+    text: str
+
+
+class Baseline:
+    """The first week's signs: means, and how they scatter from cycle to cycle.
+
+    Args:
+        names: Of the joints.
+        ranges: From end to end of each joint [rad or m].
+        carries: Which of them carry the tool.
+        week: Signs of at least ``LEAST`` cycles.
+
+    Raises:
+        ValueError: There are fewer.
+    """
+
+    def __init__(
+        self, names: Sequence[str], ranges: Array, carries: Sequence[bool], week: Sequence[Signs]
+    ) -> None:
+        if len(week) < LEAST:
+            raise ValueError(f"a first week of {len(week)} cycles: needs {LEAST}")
+        self.names, self.ranges = tuple(names), ranges
+        self.carries = np.array(carries, dtype=bool)
+        self.friction = np.mean([each.friction for each in week], axis=0)
+        self.inertia = np.mean([each.inertia for each in week], axis=0)
+        self.lag = np.mean([each.lag for each in week], axis=0)
+        self.play = np.mean([each.play for each in week], axis=0)
+        self.vacuum_s = float(np.mean([each.vacuum_s for each in week]))
+        self.scatter = {
+            kind: np.std([self.changes(each)[kind] for each in week], axis=0) for kind in CAUSES
+        }
+
+    def changes(self, signs: Signs) -> dict[str, Array]:
+        """Return by how much each sign of a cycle differs from the first week's, by kind."""
+        rubs = signs.friction / self.friction - 1.0
+        later = signs.lag - self.lag
+        moved = (signs.inertia / self.inertia - 1.0)[self.carries]
+        return {
+            "friction": rubs - np.median(rubs),
+            "payload": np.array([np.median(moved)]),
+            "backlash": signs.play - self.play,
+            "stiffness": later - np.median(later),
+            "vacuum": np.array([signs.vacuum_s / self.vacuum_s - 1.0]),
+        }
+
+    def limits(self) -> dict[str, Array]:
+        """Return how far each may be off."""
+        ones = np.ones(len(self.names))
+        least = {
+            "friction": FRICTION * ones,
+            "payload": np.array([INERTIA]),
+            "backlash": PLAY * self.ranges,
+            "stiffness": LAG_S * ones,
+            "vacuum": np.array([VACUUM]),
+        }
+        return {kind: np.maximum(each, SPREAD * self.scatter[kind]) for kind, each in least.items()}
+
+
+class Monitor:
+    """Looks at one cycle after the other.
+
+    Args:
+        baseline: The first week.
+    """
+
+    def __init__(self, baseline: Baseline) -> None:
+        self._base, self._limits = baseline, baseline.limits()
+        self._kept: deque[dict[str, Array]] = deque(maxlen=WINDOW)
+        self._suspect, self._times = ("", ""), 0
+
+    def take(self, signs: Signs) -> Finding | None:
+        """Take in a cycle and return what has changed, once it has stayed so."""
+        self._kept.append(self._base.changes(signs))
+        found = self._worst() if len(self._kept) == WINDOW else None
+        about = (found.kind, found.joint) if found is not None else ("", "")
+        self._times = self._times + 1 if about == self._suspect else 1
+        self._suspect = about
+        return found if found is not None and self._times >= CONFIRMED else None
+
+    def _worst(self) -> Finding | None:
+        """Return what is furthest beyond its limit."""
+        best: Finding | None = None
+        for kind in CAUSES:
+            rows = np.array([each[kind] for each in self._kept])
+            means = rows.mean(axis=0)
+            margins = 2.0 * rows.std(axis=0, ddof=1) / math.sqrt(len(rows))
+            # A lighter tool is as wrong as a heavier one; less friction is no wear.
+            beyond = np.abs(means) if kind == "payload" else means
+            scores = beyond / self._limits[kind]
+            at = int(np.argmax(scores)) if np.all(np.isfinite(scores)) else 0
+            if scores[at] > 1.0 and (best is None or scores[at] > best.score):
+                joint = self._base.names[at] if len(means) > 1 else ""
+                change, margin = float(means[at]), float(margins[at])
+                text = words(kind, joint, change, margin)
+                best = Finding(kind, joint, change, margin, float(scores[at]), text)
+        return best
+
+
+def words(kind: str, joint: str, change: float, margin: float) -> str:
+    """Return a finding in words: what, how much, the likely cause, where to look.
+
+    Example:
+        >>> print(words("friction", "joint_2", 0.18, 0.02))
+        joint_2 needs 18 % (16 to 20) more torque against friction than in its first week; likely \
+friction: look at its grease, its bearings and what rubs on its cables
+    """
+    off, low, high = 100.0 * change, 100.0 * (change - margin), 100.0 * (change + margin)
+    match kind:
+        case "friction":
+            said = (
+                f"{joint} needs {off:.0f} % ({low:.0f} to {high:.0f}) more torque against friction"
+            )
+        case "payload":
+            more = "more" if change > 0.0 else "less"
+            low, high = sorted((abs(low), abs(high)))
+            said = f"the arm moves {abs(off):.0f} % ({low:.0f} to {high:.0f}) {more} inertia"
+        case "backlash":
+            unit, scale = ("mm", 1e3) if joint == "joint_3" else ("deg", 180.0 / math.pi)
+            said = (
+                f"{joint} goes {scale * change:.2f} {unit} "
+                f"({scale * (change - margin):.2f} to {scale * (change + margin):.2f}) without its "
+                "load after it has turned, more"
+            )
+        case "stiffness":
+            said = (
+                f"{joint} is {1e3 * change:.1f} ms ({1e3 * (change - margin):.1f} to "
+                f"{1e3 * (change + margin):.1f}) later behind its set points"
+            )
+        case _:
+            said = f"the vacuum takes {off:.0f} % ({low:.0f} to {high:.0f}) longer"
+    return f"{said} than in its first week; likely {CAUSES[kind]}"

@@ -1,0 +1,130 @@
+"""The monitor of wear: what a cycle says, what has changed, and whether it finds what wears."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fanuc_emulator.plant.config import load_plant
+from harness.imitated_run import BagMaker
+from scara_config import load_robot
+from twin_analysis.health.cycle_reader_io import read_cycle
+from twin_analysis.health.dataset_io import RUNS, SHEET, SIGNALS, write_dataset
+from twin_analysis.health.health_node import app
+from twin_analysis.health.signs import CycleSignals, TorqueError, signs_of
+from twin_analysis.health.trend import LEAST, Baseline, words
+from twin_analysis.health.trials import run_trial
+from twin_analysis.health.virtual_cycles import KINDS
+from typer.testing import CliRunner
+
+FOLDER = Path(__file__).resolve().parents[4] / "config" / "robots" / "fanuc_sr6ia"
+DT, LATE = 0.004, 0.1
+
+
+def swing(inertia: float = 2.0, up: float = 5.0, down: float = 7.0) -> CycleSignals:
+    """Return two joints that swing, in closed form: the second is 10 ms later than the first."""
+    t = np.arange(0.0, 10.0, DT)
+
+    def q(at: np.ndarray) -> np.ndarray:
+        return np.asarray(0.8 * np.sin(2.0 * at))
+
+    v, a = 1.6 * np.cos(2.0 * t), -3.2 * np.sin(2.0 * t)
+    torque = inertia * a + np.where(v > 0.0, up, -down) + 0.5 * v
+    wanted = np.stack([q(t + LATE), q(t + LATE + 0.01)], axis=1)
+    return CycleSignals(t, wanted, np.stack([q(t)] * 2, axis=1), np.stack([torque] * 2, axis=1))
+
+
+def test_a_cycle_says_friction_by_direction_inertia_and_lag() -> None:
+    """As they were put in; friction is that at a quarter of the greatest speed."""
+    signs = signs_of(swing(), np.array([2.0, 2.0]))
+    assert signs.inertia == pytest.approx([2.0, 2.0], rel=0.01)
+    assert signs.forward == pytest.approx([5.25, 5.25], rel=0.02)
+    assert signs.backward == pytest.approx([7.25, 7.25], rel=0.02)
+    assert signs.lag[0] == pytest.approx(LATE, abs=0.003)
+    assert signs.lag[1] - signs.lag[0] == pytest.approx(0.01, abs=1e-4)
+
+
+def test_a_robot_that_tells_no_torque_is_said_to() -> None:
+    """Its map has no register for it, or nothing is assigned there and it reads 0."""
+    cycle = swing()
+    silent = CycleSignals(cycle.times, cycle.wanted, cycle.measured, 0.0 * cycle.torques)
+    with pytest.raises(TorqueError, match="no motor torque: its map has no motor_torque"):
+        signs_of(silent, np.array([2.0, 2.0]))
+    with pytest.raises(TorqueError, match="does not move fast enough in both directions"):
+        signs_of(cycle, np.array([200.0, 2.0]))
+
+
+def test_a_first_week_needs_enough_cycles() -> None:
+    """Else its scatter is not known."""
+    week = [signs_of(swing(), np.array([2.0, 2.0]))] * (LEAST - 1)
+    with pytest.raises(ValueError, match=f"a first week of 11 cycles: needs {LEAST}"):
+        Baseline(["a", "b"], np.ones(2), [True, True], week)
+
+
+@pytest.mark.parametrize(
+    ("kind", "joint", "change", "text"),
+    [
+        ("friction", "joint_2", 0.18, "joint_2 needs 18 % (16 to 20) more torque"),
+        ("payload", "", -0.18, "the arm moves 18 % (16 to 20) less inertia"),
+        ("backlash", "joint_1", math.radians(0.5), "joint_1 goes 0.50 deg"),
+        ("stiffness", "joint_1", 0.0025, "joint_1 is 2.5 ms"),
+        ("vacuum", "", 0.4, "the vacuum takes 40 % (38 to 42) longer"),
+    ],
+)
+def test_a_finding_says_what_how_much_why_and_where_to_look(
+    kind: str, joint: str, change: float, text: str
+) -> None:
+    """In words for whoever has the spanner."""
+    said = words(kind, joint, change, 0.02)
+    assert said.startswith(text) and "than in its first week; likely" in said
+    assert "look at" in said
+
+
+def test_what_wears_is_found_on_a_drawn_robot_and_a_healthy_one_is_left_alone() -> None:
+    """Short form of ``./cell bench --health``: one robot, two days for a week, all five kinds."""
+    robot = load_robot(FOLDER)
+    plant, random = load_plant(robot, FOLDER, "field:1"), np.random.default_rng(1)
+    trial = run_trial(robot, plant, 1, random, LEAST)
+    assert trial.false_alarms == ()
+    assert [each[0] for each in trial.found] == list(KINDS)
+    for kind, joint, said, where, after in trial.found:
+        assert (said, where) == (kind, joint) and 0 < after <= 20, trial.found
+
+
+def test_the_same_runs_are_written_with_any_number_of_workers(tmp_path: Path) -> None:
+    """Bit for bit; another seed writes others."""
+    first = write_dataset(tmp_path / "a", 3, 1, 1, FOLDER)
+    assert write_dataset(tmp_path / "b", 3, 1, 2, FOLDER) == first
+    for name in (RUNS, SIGNALS, SHEET):
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
+    assert write_dataset(tmp_path / "c", 1, 2, 1, FOLDER) != first
+
+
+def recorded(path: Path, friction: float, tells: bool = True) -> Path:
+    """Write a recording of two joints that swing, the first with so much friction."""
+    maker, worn, healthy = BagMaker(), swing(2.0, friction, friction), swing(2.0, 5.0, 5.0)
+    torques = np.stack([worn.torques[:, 0], healthy.torques[:, 1]], axis=1)
+    for k in range(0, len(worn.times), 5):
+        header, names = maker.header(float(worn.times[k])), ["joint_1", "joint_2"]
+        for topic, q, effort in (
+            ("real/joint_states", worn.measured[k], torques[k, : 2 * tells]),
+            ("twin/joint_states", worn.wanted[k], torques[k, :0]),
+        ):
+            kind = "sensor_msgs/msg/JointState"
+            maker.add(worn.times[k], topic, kind, header, names, q, 0.0 * q, effort)
+    return maker.write(path)
+
+
+def test_recordings_of_a_cycle_say_what_has_changed(tmp_path: Path) -> None:
+    """As from the shell; a robot without torques in its map is said to be one."""
+    healthy, worn = recorded(tmp_path / "a.bag", 5.0), recorded(tmp_path / "worn.bag", 10.0)
+    week = [str(healthy)] * LEAST
+    found = CliRunner().invoke(app, [*week, *[str(worn)] * 7])
+    assert found.exit_code == 1 and "worn.bag: joint_1 needs 4" in found.output, found.output
+    same = CliRunner().invoke(app, [*week, str(healthy)])
+    assert same.exit_code == 0 and "1 recordings are as the first week's 12" in same.output
+    mute = recorded(tmp_path / "mute.bag", 5.0, tells=False)
+    with pytest.raises(TorqueError, match="told no efforts: its map has no motor_torque"):
+        read_cycle(mute)
