@@ -8,6 +8,7 @@ from functools import partial
 
 import msgspec
 from scara_config import Robot
+from scara_config.frames import find_frames
 from scara_config.palletise import find_palletise
 from scara_config.payload import load_payloads
 from scara_simulation.config import load_gains, load_simulation
@@ -54,7 +55,7 @@ def offline_twin(
     work, carried = find_palletise(None) if parts else None, PayloadDesk(load_payloads(None))
     part = part_payload(work) if work else None
     with (
-        simulator._world(robot, config, work, carried.mounted) as world,
+        simulator._world(robot, config, work, carried.mounted, find_frames(None)) as world,
         ToldDynamics(
             robot, config, carried.told, part, partial(simulator._holds_part, world)
         ) as told,
