@@ -276,13 +276,13 @@ def test_frames_of_robot_printout_and_program_are_compared_and_taken_over(tmp_pa
         "     [1,1] = \n  Group: 1   Config: N D B, 0, 0, 0\n"
         "  X:    50.000   Y:  -450.000   Z:   -40.000\n"
         "  W:     0.000   P:     0.000   R:     0.000\n"
-        "     [1,2] = \n  Group: 1   Config: N D B, 0, 0, 0\n"
+        "     [1,9] = \n  Group: 1   Config: N D B, 0, 0, 0\n"
         "  X:     0.000   Y:     0.000   Z:     0.000\n"
         "  W:     0.000   P:     0.000   R:    90.000\n"
     )
     code, said = run(str(printed), "--save")
-    assert code == 0 and "UFRAME[2]: file R 90; here never taught" in said
-    assert find_frames(folder).find("user", 2).wpr_deg == (0.0, 0.0, 90.0)
+    assert code == 0 and "UFRAME[9]: file R 90; here never taught" in said
+    assert find_frames(folder).find("user", 9).wpr_deg == (0.0, 0.0, 90.0)
     program = tmp_path / "P.LS"
     program.write_text("/PROG P\n/MN\n 1:  !UTOOL[1] Z 120.5 ;\n/POS\n/END\n")
     code, said = run(str(program))

@@ -14,6 +14,7 @@ from robot_doctor.finding import Finding, Level
 from robot_doctor.profile_files_io import read_profile
 from scara_config.frames import NO_FRAMES, FrameTable, TaughtFrame, find_frames
 from scara_config.set_up.settings import SETTINGS, setting
+from scara_config.set_up.slots import FRAMES, slot_table
 from twin_controller.config import load_twin_controller
 
 CONTROLLER = load_twin_controller(ROBOT, CONFIG)
@@ -135,13 +136,15 @@ def test_frames_of_robot_and_file_are_compared() -> None:
     """The stand-in has the file's own; a note is enough: joints need none."""
     ours = find_frames(CONFIG)
     assert not [found for found in look(READY, taught=ours).findings if "UFRAME" in found.what]
-    other = FrameTable({"uframe_1": TaughtFrame("pallet", (50.0, -450.0, -41.5))}, {})
+    moved = TaughtFrame("pallet", (50.0, -450.0, -41.5))
+    other = FrameTable({**ours.user, "uframe_1": moved}, ours.tool)
+    shown = slot_table(LAYOUT).index(FRAMES["user"]) + 1
     (told,) = [found for found in look(READY, taught=other).findings if "UFRAME" in found.what]
     assert told.level is Level.NOTE and "fanuc_kit frames ADDRESS --save" in told.advice
     assert told.what == ("UFRAME[1] (pallet): robot X 50 Y -450 Z -40; here X 50 Y -450 Z -41.5")
     for mistype, what in (
-        (slot(33, "$SIZE", 0), "the robot's frames read 0, those of frames.yaml are not there"),
-        (slot(33, "$MULTIPLY", 1000.0), "$MNUFRAME[1,1]@1.12: frame 1 reads (7"),
+        (slot(shown, "$SIZE", 0), "the robot's frames read 0, those of frames.yaml are not there"),
+        (slot(shown, "$MULTIPLY", 1000.0), "$MNUFRAME[1,1]@1.12: frame 1 reads (7"),
     ):
         (told,) = [found for found in look(READY, mistype, ours).findings if what in found.what]
         assert told.level is Level.NOTE and told.advice
