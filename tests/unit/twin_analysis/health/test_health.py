@@ -10,11 +10,12 @@ import pytest
 from fanuc_emulator.plant.config import load_plant
 from harness.imitated_run import BagMaker
 from scara_config import load_robot
+from scipy.stats import t as student
 from twin_analysis.health.cycle_reader_io import read_cycle
 from twin_analysis.health.dataset_io import RUNS, SHEET, SIGNALS, write_dataset
 from twin_analysis.health.health_node import app
 from twin_analysis.health.signs import CycleSignals, TorqueError, signs_of
-from twin_analysis.health.trend import LEAST, Baseline, words
+from twin_analysis.health.trend import LEAST, STUDENT, WINDOW, Baseline, words
 from twin_analysis.health.trials import run_trial
 from twin_analysis.health.virtual_cycles import KINDS
 from typer.testing import CliRunner
@@ -58,6 +59,7 @@ def test_a_robot_that_tells_no_torque_is_said_to() -> None:
 
 def test_a_first_week_needs_enough_cycles() -> None:
     """Else its scatter is not known."""
+    assert pytest.approx(student.ppf(0.975, WINDOW - 1), abs=1e-3) == STUDENT
     week = [signs_of(swing(), np.array([2.0, 2.0]))] * (LEAST - 1)
     with pytest.raises(ValueError, match=f"a first week of 11 cycles: needs {LEAST}"):
         Baseline(["a", "b"], np.ones(2), [True, True], week)

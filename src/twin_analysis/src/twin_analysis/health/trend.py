@@ -18,6 +18,8 @@ from twin_analysis.health.signs import Array, Signs
 
 WINDOW, CONFIRMED = 6, 2
 """Cycles whose mean is looked at, and how often in a row it must be far off. Our choice."""
+STUDENT = 2.571
+"""95 % of Student's distribution with ``WINDOW`` - 1 degrees of freedom."""
 FRICTION, INERTIA, LAG_S, PLAY, VACUUM = 0.15, 0.05, 0.0006, 1e-4, 0.15
 """Limits: parts of the first week's, seconds, and a part of a joint's range. Our choice."""
 SPREAD = 2.0
@@ -136,7 +138,7 @@ class Monitor:
         for kind in CAUSES:
             rows = np.array([each[kind] for each in self._kept])
             means = rows.mean(axis=0)
-            margins = 2.0 * rows.std(axis=0, ddof=1) / math.sqrt(len(rows))
+            margins = STUDENT * rows.std(axis=0, ddof=1) / math.sqrt(len(rows))
             # A lighter tool is as wrong as a heavier one; less friction is no wear.
             beyond = np.abs(means) if kind == "payload" else means
             scores = beyond / self._limits[kind]
