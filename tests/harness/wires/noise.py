@@ -14,11 +14,10 @@ from typing import Any
 from scara_config import load_robot
 
 from harness.wires.damage import Piece
+from harness.wires.state_answer import bytes_of, is_state
 from harness.workspace import ROOT
 
 ROBOT = load_robot(ROOT / "config")
-STATE_BYTES = 88
-"""Of the robot's state block: 48 words; the positions J1..J9 come first, low word first."""
 SCALES = {joint.name: joint.scale for joint in ROBOT.joints}
 
 
@@ -31,14 +30,16 @@ class ModbusNoise:
 
     def __call__(self, unit: bytes, answers: bool) -> list[Piece]:
         """Return what comes out."""
-        if not answers or len(unit) != 9 + STATE_BYTES or unit[7:9] != bytes((3, STATE_BYTES)):
+        if not is_state(unit, answers):
             return [(0.0, unit)]
-        words = list(struct.unpack(">18H", unit[9:45]))
+        place = bytes_of("position")
+        words = struct.unpack(">18H", unit[place])
+        # The low word of each number comes first.
         axes = list(struct.unpack("<9f", struct.pack("<18H", *words)))
         for joint in ROBOT.joints:
             axes[joint.axis_number - 1] += self.rng.uniform(-self.amplitude, self.amplitude)
-        words = list(struct.unpack("<18H", struct.pack("<9f", *axes)))
-        return [(0.0, unit[:9] + struct.pack(">18H", *words) + unit[45:])]
+        words = struct.unpack("<18H", struct.pack("<9f", *axes))
+        return [(0.0, unit[: place.start] + struct.pack(">18H", *words) + unit[place.stop :])]
 
 
 @dataclass

@@ -1,0 +1,48 @@
+"""What disturbs a wire changes the robot's answers: what changes nothing proves nothing."""
+
+from __future__ import annotations
+
+import struct
+from random import Random
+
+import pytest
+from harness.wires.clock_step import ClockStep
+from harness.wires.noise import ROBOT, ModbusNoise
+from harness.wires.state_answer import BLOCK, HEAD, bytes_of
+
+
+def answer() -> bytes:
+    """Return an answer with 100 on each axis and 5000 ms on the clock."""
+    size = 2 * BLOCK.count
+    unit = bytearray(7) + bytes((3, size)) + bytes(size)
+    words = struct.unpack("<18H", struct.pack("<9f", *[100.0] * 9))
+    unit[bytes_of("position")] = struct.pack(">18H", *words)
+    unit[bytes_of("clock_ms")] = struct.pack(">2H", 5000, 0)
+    return bytes(unit)
+
+
+def test_noise_changes_each_joint_of_the_robots_answer() -> None:
+    """As the controller reads it, and nothing else."""
+    ((_, noisy),) = ModbusNoise(Random(1), 0.5)(answer(), True)
+    words = struct.unpack(">18H", noisy[bytes_of("position")])
+    read = struct.unpack("<9f", struct.pack("<18H", *words))
+    for joint in ROBOT.joints:
+        assert 0.0 < abs(read[joint.axis_number - 1] - 100.0) <= 0.5
+    place = bytes_of("position")
+    assert place.start == HEAD + 2 * (11001 - 10983)
+    assert noisy[: place.start] + noisy[place.stop :] == (
+        answer()[: place.start] + answer()[place.stop :]
+    )
+
+
+@pytest.mark.parametrize(("step_ms", "read"), [(700, 5700), (-700, 4300)])
+def test_a_stepped_clock_is_read_as_such(step_ms: int, read: int) -> None:
+    """Both ways."""
+    ((_, stepped),) = ClockStep(step_ms)(answer(), True)
+    assert struct.unpack(">2H", stepped[bytes_of("clock_ms")]) == (read, 0)
+
+
+def test_other_units_pass_as_they_are() -> None:
+    """Questions, and answers of another length."""
+    assert ModbusNoise(Random(1), 0.5)(answer(), False) == [(0.0, answer())]
+    assert ClockStep(700)(answer() + b"\0", True) == [(0.0, answer() + b"\0")]
