@@ -67,8 +67,8 @@ class Film:
         self._shown.append(event["sessionId"])
 
 
-def write_gif(frames: list[Frame], file: Path) -> None:
-    """Write frames as a GIF below ``LIMIT_BYTES``, with as many colours as that allows.
+def write_gif(frames: list[Frame], file: Path, limit: int = LIMIT_BYTES) -> None:
+    """Write frames as a GIF below ``limit`` bytes, with as many colours as that allows.
 
     Raises:
         FilmError: There are too few frames, or even the fewest colours need more.
@@ -95,7 +95,7 @@ def write_gif(frames: list[Frame], file: Path) -> None:
             loop=0,
             optimize=False,
         )
-        if file.stat().st_size < LIMIT_BYTES:
+        if file.stat().st_size < limit:
             return
     size = file.stat().st_size
     file.unlink()

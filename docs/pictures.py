@@ -2,12 +2,13 @@
 
 Operator page, pendant page, camera, RViz with both robots and with a recording.
 
-    source env.sh; .venv/bin/python docs/pictures.py [FOLDER] [--pages | --film]
+    source env.sh; .venv/bin/python docs/pictures.py [FOLDER] [--pages | --film | --teach]
 
 FOLDER is docs/images unless it is named.
 
 --pages takes the pages and the camera only, which needs no RViz and two minutes less. --film takes
-the moving picture of the README only: the real robot leads, then the twin.
+the moving picture of the README only: the real robot leads, then the twin. --teach takes that of
+tab Teach only.
 
 A cell of its own on free ports. Browser and RViz draw in software here, which keeps two processors
 busy, so the cell is patient. RViz pictures need rviz, Xvfb and import (ImageMagick), and are left
@@ -35,7 +36,9 @@ sys.path.insert(0, str(ROOT / "tests"))
 
 import moving_picture  # noqa: E402
 import picture_health  # noqa: E402
+from harness.live_cell import ROSRUN  # noqa: E402
 from harness.page.acts import patient_configuration  # noqa: E402
+from harness.page.taught_pallet import PANEL, Actions, teach_pallet  # noqa: E402
 from harness.processes import Stage, free_port, wait_until  # noqa: E402
 from harness.workspace import workspace_environment  # noqa: E402
 from PIL import Image  # noqa: E402
@@ -53,6 +56,8 @@ FILM_LEADS_S, FILM_STEP_MS = 8.0, 200.0
 ABORT_S = 20.0
 FILM_PERCENT = 25  # slow enough for a browser that draws without a graphics card
 FILMS = 5
+TEACH_BYTES = 1_500_000
+TEACH_STEP_MS, TEACH_PLAY_S = 400.0, 9.0  # each action is seen; then the first part goes its way
 MOTION_S = 9.0  # so long after its start a played recording is in the middle of the motion
 
 
@@ -77,7 +82,7 @@ class Cell:
             f"--output={folder / 'output'}",
             f"--runs={folder}",
         ]
-        self._up = self.stage.start("rosrun", "scara_bringup", "cell", "up", *words)
+        self._up = self.stage.start(ROSRUN, "scara_bringup", "cell", "up", *words)
         wait_until(
             lambda: "cell: ready after" in self._up.output or self._up.poll() is not None,
             120.0,
@@ -252,6 +257,26 @@ def take_film(cell: Cell, browser: Browser, out: Path) -> None:
     raise picture_health.UnhealthyError(f"no film of {FILMS} shows a healthy cell all along")
 
 
+def take_teaching(cell: Cell, browser: Browser, out: Path) -> None:
+    """Film how a pallet is taught and judged; the film ends with the first part on its way."""
+    with opened(browser, cell.address, LOW, "light") as page:
+        choose(page, "Model", "Jog")
+        until_healthy(page)
+        page.wait_for_timeout(5000)  # the model comes in many small pieces
+        with moving_picture.Film(page) as film:
+            teach_pallet(Actions(page, lambda: film.wait(TEACH_STEP_MS)), page)
+            page.locator(PANEL).get_by_role("button", name="Judge all of the draft").click()
+            expect(page.locator(".teach-said")).to_contain_text("OK: takes", timeout=60_000)
+            page.locator('[data-teach-line="1"]').scroll_into_view_if_needed()
+            film.wait(TEACH_STEP_MS)
+            page.locator(PANEL).get_by_role("button", name="Preview of the draft").click()
+            expect(page.locator("[data-motion-play]")).to_be_visible(timeout=60_000)
+            page.locator("[data-motion-play]").click()
+            until = time.monotonic() + TEACH_PLAY_S
+            film_until(film, page, lambda: time.monotonic() > until)
+        moving_picture.write_gif(film.frames, out / "teach.gif", TEACH_BYTES)
+
+
 def until_healthy(page: Page) -> None:
     """Wait until the page shows a healthy cell at rest."""
     expect(page.locator('[data-live="mode"]')).to_have_text("Ready", timeout=60_000)
@@ -331,9 +356,9 @@ def take_recording(bag: Path, folder: Path, out: Path) -> None:
 
 def main() -> None:
     """Take all pictures, or those of the pages."""
-    words = [word for word in sys.argv[1:] if word not in ("--pages", "--film")]
-    only_film = "--film" in sys.argv[1:]
-    only_pages = only_film or "--pages" in sys.argv[1:]
+    words = [word for word in sys.argv[1:] if word not in ("--pages", "--film", "--teach")]
+    only_film, only_teach = "--film" in sys.argv[1:], "--teach" in sys.argv[1:]
+    only_pages = only_film or only_teach or "--pages" in sys.argv[1:]
     out = Path(words[0] if words else ROOT / "docs" / "images")
     out.mkdir(parents=True, exist_ok=True)
     with_rviz = not only_pages and all(shutil.which(name) for name in ("rviz", "Xvfb", "import"))
@@ -344,11 +369,14 @@ def main() -> None:
         try:
             with sync_playwright() as playwright:
                 browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-                if not only_film:
+                if not only_film and not only_teach:
                     take_pages(cell, browser, out)
-                take_film(cell, browser, out)
+                if not only_teach:
+                    take_film(cell, browser, out)
+                if not only_film:
+                    take_teaching(cell, browser, out)
                 browser.close()
-            if not only_film:
+            if not only_film and not only_teach:
                 take_camera(cell, out)
             if with_rviz:
                 take_rviz(cell, out)

@@ -6,6 +6,7 @@ import re
 
 from harness.page.acts import take_control
 from harness.page.scenes import SCENES
+from harness.page.taught_pallet import Actions, teach_pallet
 from harness.page.theatre import Theatre, at_sizes
 from harness.yaml_files import CONFIG
 from operator_panel.teach.draft import draft_of
@@ -97,19 +98,6 @@ def test_draft_of_a_program_that_the_robot_runs_can_only_be_looked_at(theatre: T
     expect(rows(theatre)).to_have_count(count - 1)
 
 
-PICKS = """\
-310.643 0 -9.5 180
-335.393 -14.289 -9.5 180
-335.393 14.289 -9.5 180
-450.643 -160 -9.5 180
-475.393 -174.289 -9.5 180
-475.393 -145.711 -9.5 180
-450.643 160 -9.5 180
-475.393 145.711 -9.5 180
-475.393 174.289 -9.5 180"""
-"""Half a millimetre above the parts [mm], with the table turned half round [deg]."""
-CORNER = "-10 -510 -19.2 180"
-"""Of the pallet: a part that is set down here is let go 0.3 mm above it."""
 MOST_ACTIONS = 25
 
 
@@ -118,24 +106,8 @@ def test_palletising_is_taught_in_25_actions_and_places_nine_of_nine(theatre: Th
     theatre.resize("wide")
     theatre.play("ready")
     theatre.page.request.get(f"{theatre.address}/begin")
-    actions = Actions(theatre)
-    actions.click("tab", "Teach")
-    for line in PICKS.splitlines():
-        actions.type_line("Places", line)
-    actions.click("button", "Pick")
-    expect(rows(theatre)).to_have_count(1 + 10)
-    actions.type_line("Places", CORNER)
-    for name, text in {
-        "Rows": "3",
-        "Columns": "3",
-        "Pitch x": "60",
-        "Pitch y": "60",
-    }.items():
-        actions.fill(name, text)
-    actions.click("button", "Grid")
-    expect(theatre.page.locator(".teach-said")).to_have_text("9 places, all within reach.")
-    actions.click("button", "Place")
-    expect(rows(theatre)).to_have_count(1 + 18)
+    actions = Actions(theatre.page)
+    teach_pallet(actions, theatre.page)
     assert actions.count <= MOST_ACTIONS
     assert actions.count == 18
     text = theatre.page.request.get(f"{theatre.address}/draft.LS").text()
@@ -145,32 +117,3 @@ def test_palletising_is_taught_in_25_actions_and_places_nine_of_nine(theatre: Th
         verdict = judge(world, ProgramRun(find_program(world.cell, str(file), CONFIG)))
     assert verdict.outcome is Outcome.OK, verdict.sentence
     assert (len(verdict.placed), verdict.dropped) == (9, ())
-
-
-class Actions:
-    """What a person does, counted."""
-
-    def __init__(self, theatre: Theatre) -> None:
-        """Begin at 0."""
-        self.count, self._page = 0, theatre.page
-
-    def click(self, role: str, name: str) -> None:
-        """Press something once it may be pressed."""
-        self.count += 1
-        made = self._page.get_by_role(role, name=name, exact=True)  # type: ignore[arg-type]
-        expect(made.locator("visible=true")).to_be_enabled()
-        made.locator("visible=true").click()
-
-    def fill(self, label: str, text: str) -> None:
-        """Fill a field of the tab."""
-        self.count += 1
-        panel = self._page.locator('[data-panel="Teach"]')
-        panel.get_by_label(label, exact=True).fill(text)
-
-    def type_line(self, label: str, text: str) -> None:
-        """Type one more line into a field."""
-        self.count += 1
-        field = self._page.locator('[data-panel="Teach"]').get_by_label(label, exact=True)
-        field.focus()
-        self._page.keyboard.press("Control+End")
-        field.press_sequentially(f"{text}\n")

@@ -197,6 +197,42 @@ def test_unreachable_target_is_refused_before_it_is_sent_and_a_good_one_is_reach
     panel.cell.beside_lost_links(scene)
 
 
+def test_taught_draft_leads_both_robots_to_its_end_and_a_stop_ends_it(
+    operator: Page, panel: Panel
+) -> None:
+    """Two places are typed, nothing is recorded by a motion; both robots go there by Run."""
+    tab, dialog = operator.locator('[data-panel="Teach"]'), operator.locator(".confirm")
+    said = tab.locator(".teach-said")
+
+    def run() -> None:
+        press(operator, "Run")
+        dialog.get_by_role("button", name="Run the draft").click()
+        is_mode(operator, "Operator leads")
+
+    def scene() -> None:
+        operator.get_by_role("tab", name="Teach").click()
+        tab.locator('[data-teach-line="0"]').click()
+        tab.get_by_label("Speed J", exact=True).fill("5")
+        tab.get_by_label("Places", exact=True).fill("510 160 100\n510 -160 100")
+        tab.get_by_role("button", name="Record J", exact=True).click()
+        expect(said).to_have_text("Places used: 2")
+        run()
+        expect(said).to_contain_text("has ended", timeout=LONG_MS)
+        is_mode(operator, "Ready", LONG_MS)
+        for side in ("real", "twin"):
+            x, y, z = tool_of(operator, side)[:3]
+            assert max(abs(x - 510.0), abs(y + 160.0), abs(z - 100.0)) < 0.3, side
+        run()
+        wait_until(lambda: tool_of(operator, "real")[1] > -120.0, 20.0, "motion")
+        operator.keyboard.press("Escape")
+        is_mode(operator, "Stopped")
+        expect(said).to_contain_text(re.compile(r"Run: line \d+: J P\[R\[52\]\] 5% FINE"))
+        expect(operator.locator('[data-live="motion"]')).to_have_text("both stand still")
+        assert tool_of(operator, "real")[1] < 150.0
+
+    panel.cell.beside_lost_links(scene)
+
+
 def test_changed_gain_is_in_force_and_written_back_and_can_be_undone(
     operator: Page, panel: Panel
 ) -> None:
