@@ -26,6 +26,7 @@ from ruamel.yaml import YAML
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
 from sensor_msgs.msg import JointState
+from std_srvs.srv import SetBool
 from twin_controller.config import load_twin_controller
 from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
 from twin_controller.robot.signals import Number, Pulse
@@ -116,6 +117,16 @@ def test_ground_truth_is_stamped_every_four_milliseconds_of_nominal_time(standin
     assert sorted(gaps)[len(gaps) // 2] == pytest.approx(0.004, abs=2e-5)
 
 
+def test_a_vehicle_docks_and_leaves_by_a_service(standing: Cell) -> None:
+    """Each stands elsewhere; what the dock's sensor saw is said."""
+    dock = standing.ros.service("real/dock", SetBool)
+    came = [dock(True), dock(True), dock(False), dock(False), dock(True)]
+    assert [answer.success for answer in came] == [True, False, True, False, True]
+    first, twice, left, _, second = (answer.message for answer in came)
+    assert first.startswith("docked: UFRAME[2] is X ") and first != second
+    assert (twice, left) == ("a vehicle is docked already", "the vehicle has left")
+
+
 def test_mbpoll_reads_the_joints(standing: Cell) -> None:
     """An independent Modbus client reads J1..J5 as float32 low word first, and the signals."""
     read = ["mbpoll", "-m", "tcp", "-p", str(standing.port), "-a", "1", "-1", "127.0.0.1"]
@@ -188,7 +199,8 @@ def test_pendant_says_why_it_cannot(cell: Cell) -> None:
     """
     code, text = cell.pendant("run", "NOPE")
     assert code == 1
-    assert "no program 'NOPE': there are ARTICLE, PALLETISE, RSR0101, TWO_POINT" in text
+    known = "ARTICLE, DOCKWTCH, PALLETISE, RSR0101, TWO_POINT, VEHICLE"
+    assert f"no program 'NOPE': there are {known}" in text
     cell.client.write_coil(6000, False)
     wait_until(lambda: cell.client.read_discrete_inputs(6005, count=1).bits[0], 2.0)
     code, text = cell.pendant("run", "ARTICLE")

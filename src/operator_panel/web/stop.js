@@ -5,8 +5,8 @@ const AT_THE_ROBOT = "use the stop at the robot";
 // A slider takes no space: STOP works while the time line is in hand.
 const TYPING = "input:not([type=range]), textarea, select, [contenteditable=true]";
 // In these modes a confirmed stop is in force; only a reset leads from RESET_MODES to STOPPED.
-const IN_FORCE = { STOP: ["STOPPED", "ESTOP"], ESTOP: ["ESTOP"] };
-const RESET_MODES = ["ESTOP", "FAULT"];
+const IN_FORCE = { STOP: ["STOPPED", "STANDSTILL", "ESTOP"], ESTOP: ["ESTOP"] };
+const RESET_MODES = ["ESTOP", "FAULT", "STANDSTILL"];
 
 export class Stop {
   constructor(live) {

@@ -21,7 +21,10 @@ from operator_panel.view.snapshot import (
 from scara_config import Robot
 from scara_ros.diagnosis import Level
 
-COMMANDS = ("PAUSE", "RESUME", "RESET", "HOME", "ALIGN", "ACKNOWLEDGE", "SPEED", "MOVE")
+COMMANDS = (
+    *("PAUSE", "STANDSTILL", "RESUME", "RESET", "HOME", "ALIGN", "ACKNOWLEDGE"),
+    *("SPEED", "MOVE"),
+)
 COMMANDS += ("JOG", "RUN")
 ONLY_MOVING = "nothing moves that could be paused"
 SEAT = "operator 1"

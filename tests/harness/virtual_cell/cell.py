@@ -57,7 +57,7 @@ from harness.virtual_cell.twin_side import TwinSide
 
 TICK = 0.01
 FRESH_S = 0.5
-ENDED_MODES = ("STOPPED", "ESTOP", "FAULT", "OFFLINE", "PAUSED")
+ENDED_MODES = ("STOPPED", "STANDSTILL", "ESTOP", "FAULT", "OFFLINE", "PAUSED")
 
 
 class CellError(RuntimeError):

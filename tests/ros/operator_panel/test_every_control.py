@@ -522,6 +522,6 @@ def commands(hand: Hand) -> None:
     for is_open in (True, False):
         hand.page.locator(".alarms-line").click()
         expect(hand.page.locator(".alarms-all")).to_be_visible(visible=is_open)
-    for name in ("Pause", "Resume", "Reset", "Home", "Align", "Acknowledge"):
+    for name in ("Pause", "Standstill", "Resume", "Reset", "Home", "Align", "Acknowledge"):
         hand.command(hand.button(name, card), name)
     hand.theatre.play("ready")

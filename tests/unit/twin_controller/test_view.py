@@ -153,7 +153,7 @@ def test_each_mode_has_a_diagnostic_level(pair: Pair, name: Mode) -> None:
     """What needs a person is a warning or an error; a new mode has to be thought about."""
     levels = {
         Level.OK: {Mode.IDLE, Mode.ALIGNING, *LEADING},
-        Level.WARN: {Mode.PAUSED, Mode.STOPPED},
+        Level.WARN: {Mode.PAUSED, Mode.STOPPED, Mode.STANDSTILL},
         Level.ERROR: {Mode.OFFLINE, Mode.ESTOP, Mode.FAULT},
     }
     (expected,) = (each for each, modes in levels.items() if name in modes)

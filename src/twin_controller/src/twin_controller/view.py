@@ -187,6 +187,7 @@ def statuses(
         Mode.FAULT: Level.ERROR,
         Mode.OFFLINE: Level.ERROR,
         Mode.STOPPED: Level.WARN,
+        Mode.STANDSTILL: Level.WARN,
         Mode.PAUSED: Level.WARN,
     }.get(state.lead.mode, Level.OK)
     robot_level = Level.ERROR if real.alarm else Level.WARN if real.warning else Level.OK

@@ -43,7 +43,7 @@ STANDS = {"real": ("stall", "halt emulator"), "twin": ("stall", "halt simulator"
 """Faults in which a side's own process stands still, and its joints with it."""
 LEFT_BY = ("ALIGN", *BEGINS)
 GONE = "kill twin_controller"
-ENDED = ("OFFLINE", "STOPPED", "PAUSED", "ESTOP", "FAULT")
+ENDED = ("OFFLINE", "STOPPED", "STANDSTILL", "PAUSED", "ESTOP", "FAULT")
 """Modes in which the controller says that both stand."""
 
 

@@ -118,6 +118,7 @@ SITUATIONS: dict[str, tuple[Callable[[Pair], None], Mode]] = {
     "an alarm, then no twin": (partial(both, FAULTS, NO_TWIN), Mode.FAULT),
     "no twin, then an alarm": (partial(both, NO_TWIN, FAULTS), Mode.OFFLINE),
     "no heartbeat": (partial(alarmed, "ABORT UALM-213 heartbeat lost"), Mode.FAULT),
+    "apart, then a standstill": (partial(apart, "STANDSTILL"), Mode.STANDSTILL),
     "emergency stop": (latches, Mode.ESTOP),
     "emergency stop at the robot": (presses, Mode.ESTOP),
     "no robot": (partial(cut, "real"), Mode.OFFLINE),

@@ -27,6 +27,7 @@ LEADS = (
 )
 ENDS = {
     TwinControllerState.STOPPED: STOPPED,
+    TwinControllerState.STANDSTILL: STOPPED,
     TwinControllerState.ESTOP: ESTOP,
     TwinControllerState.FAULT: FAULT,
     TwinControllerState.OFFLINE: LINK_LOST,

@@ -25,6 +25,7 @@ from scara_msgs.msg import TwinControllerState
 
 STOPS = (
     TwinControllerState.STOPPED,
+    TwinControllerState.STANDSTILL,
     TwinControllerState.PAUSED,
     TwinControllerState.ESTOP,
     TwinControllerState.FAULT,

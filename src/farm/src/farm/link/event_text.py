@@ -9,6 +9,7 @@ from scara_msgs.msg import TwinControllerState
 STOPS = frozenset(
     {
         TwinControllerState.STOPPED,
+        TwinControllerState.STANDSTILL,
         TwinControllerState.PAUSED,
         TwinControllerState.ESTOP,
         TwinControllerState.FAULT,

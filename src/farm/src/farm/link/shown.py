@@ -16,6 +16,7 @@ LEVELS = {
     TwinControllerState.ALIGNING: Level.NOTE,
     TwinControllerState.PAUSED: Level.WARN,
     TwinControllerState.STOPPED: Level.WARN,
+    TwinControllerState.STANDSTILL: Level.WARN,
     TwinControllerState.ESTOP: Level.BAD,
     TwinControllerState.FAULT: Level.BAD,
 }

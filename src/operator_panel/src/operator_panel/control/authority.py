@@ -9,9 +9,9 @@ from scara_config.text_enum import StrEnum
 from operator_panel.view.snapshot import CellState
 from scara_msgs.msg import TwinControllerState as Mode
 
-ENDING = ("STOP", "PAUSE", "ESTOP")
+ENDING = ("STOP", "PAUSE", "ESTOP", "STANDSTILL")
 """Whoever sees the page may end a motion."""
-AT_REST = (Mode.IDLE, Mode.STOPPED, Mode.ESTOP, Mode.FAULT, Mode.OFFLINE)
+AT_REST = (Mode.IDLE, Mode.STOPPED, Mode.STANDSTILL, Mode.ESTOP, Mode.FAULT, Mode.OFFLINE)
 """In the other modes a motion or a program runs, or waits to go on."""
 
 

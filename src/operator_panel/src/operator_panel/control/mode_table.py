@@ -70,6 +70,12 @@ ROWS = (
         "ALIGN",
     ),
     ModeRow(
+        Mode.STANDSTILL,
+        "Both stand with the drives on; whatever moves is a fault.",
+        "Reset ends it once nobody is beside the robot, then Align.",
+        "RESET",
+    ),
+    ModeRow(
         Mode.ESTOP,
         "Both were told to stop at once; no motion is accepted until Reset.",
         "Remove the cause, then Reset, then Align.",

@@ -154,7 +154,15 @@ def build_commands(view: PageView) -> None:
     with ui.element("section").classes("card commands-card").props('data-tone="next"'):
         live("next", "next-step", "p")
         with ui.element("div").classes("commands"):
-            for command in ("PAUSE", "RESUME", "RESET", "HOME", "ALIGN", "ACKNOWLEDGE"):
+            for command in (
+                "PAUSE",
+                "STANDSTILL",
+                "RESUME",
+                "RESET",
+                "HOME",
+                "ALIGN",
+                "ACKNOWLEDGE",
+            ):
                 view.button(command.capitalize(), command, f"next-{command}")
         with ui.element("div").classes("speed-fact"):
             plain("Speed", "fact-title")

@@ -39,7 +39,7 @@ REMEDIES: tuple[tuple[str, str, str], ...] = (
     ("real robot", r"", "Clear the cause on the robot's own pendant, then RESET, then ALIGN."),
     ("leading", r"", "Until then the twin shows what the robot does, and moves nothing."),
     ("pair", r"^(STOPPED|IDLE)\b", "Look at both robots, then ALIGN."),
-    ("pair", r"^(ESTOP|FAULT)\b", "Look at both robots, RESET, then ALIGN."),
+    ("pair", r"^(ESTOP|FAULT|STANDSTILL)\b", "Look at both robots, RESET, then ALIGN."),
     ("pair", r"_LEADS\b", "Look at both robots, STOP, then ALIGN."),
     ("pair", r"^OFFLINE", "Look at both robots; the pair aligns by itself with both links up."),
     (

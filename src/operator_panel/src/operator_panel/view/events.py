@@ -22,7 +22,7 @@ SHOWN = 200
 INFO, WARNING, FAULT = "info", "warning", "fault"
 COLUMNS = ("number", "time", "severity", "source", "text", "acknowledged_by", "acknowledged_at")
 _FAULTS = (Mode.ESTOP, Mode.FAULT, Mode.OFFLINE)
-_WARNINGS = (Mode.STOPPED, Mode.PAUSED)
+_WARNINGS = (Mode.STOPPED, Mode.STANDSTILL, Mode.PAUSED)
 _SEVERITIES = {Fate.DONE: INFO, Fate.LOST: FAULT}
 FORMULA = ("=", "+", "-", "@")  # a spreadsheet would calculate a text that begins so
 

@@ -46,7 +46,7 @@ TONES = {
     Fate.LOST: "bad",
 }
 # A stop that has succeeded is no good news of a motion: it is never green.
-NEVER_GREEN = frozenset({"STOP", "ESTOP", "PAUSE"})
+NEVER_GREEN = frozenset({"STOP", "ESTOP", "PAUSE", "STANDSTILL"})
 # command: (mode while it runs, text while it runs, text at its end)
 MOTIONS: dict[str, tuple[str, str, str]] = {
     "MOVE": (Mode.OPERATOR_LEADS, "both robots move", "target reached, both stand still"),
@@ -125,7 +125,7 @@ class CommandLog:
             self._change(command, Fate.REFUSED, text, now)
         elif command.kind in MOTIONS:
             self._change(command, Fate.RUNNING, MOTIONS[command.kind][1], now)
-        elif command.kind in ("STOP", "ESTOP", "PAUSE", "RESUME", "RESET"):
+        elif command.kind in ("STOP", "ESTOP", "STANDSTILL", "PAUSE", "RESUME", "RESET"):
             self._change(command, Fate.RUNNING, text, now)
         else:
             self._change(command, Fate.DONE, text or "done", now)
@@ -199,11 +199,11 @@ def _judged(command: Command, snapshot: Snapshot, state: CellState, now: float) 
             if waited > GRACE_S:
                 return Fate.REFUSED, page_words.people(state.why)
         case "RESET":
-            if state.mode not in (Mode.ESTOP, Mode.FAULT):
+            if state.mode not in (Mode.ESTOP, Mode.FAULT, Mode.STANDSTILL):
                 return Fate.DONE, "nothing moves; Align goes on"
             if waited > RESET_S:
                 return Fate.REFUSED, page_words.people(state.why)
-        case "STOP" | "ESTOP":
+        case "STOP" | "ESTOP" | "STANDSTILL":
             if still:
                 return Fate.DONE, "both stand still"
     return Fate.RUNNING, command.text

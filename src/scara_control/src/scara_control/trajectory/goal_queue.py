@@ -27,6 +27,7 @@ BLOCKING = (
     Mode.OPERATOR_LEADS,
     Mode.PAUSED,
     Mode.STOPPED,
+    Mode.STANDSTILL,
     Mode.ESTOP,
     Mode.FAULT,
 )

@@ -18,6 +18,7 @@ MODES: dict[str, tuple[str, str]] = {
     "OPERATOR_LEADS": ("Operator leads", "operator"),
     "PAUSED": ("Paused", "warn"),
     "STOPPED": ("Stopped", "warn"),
+    "STANDSTILL": ("Monitored standstill", "warn"),
     "ESTOP": ("Emergency stop", "bad"),
     "FAULT": ("Fault", "bad"),
 }

@@ -13,7 +13,7 @@ import msgspec
 
 replace = msgspec.structs.replace
 
-ENDING = ("STOP", "PAUSE", "ESTOP")
+ENDING = ("STOP", "PAUSE", "ESTOP", "STANDSTILL")
 """Commands that end a motion: they need no control and no person."""
 THIS_MACHINE = "this machine"
 """Who commands without a person: a program of this machine."""

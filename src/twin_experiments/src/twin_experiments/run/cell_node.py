@@ -46,11 +46,11 @@ PARTS_SERVICES = {
     "twin/put_parts_back": Trigger,
 }
 """For palletising; nobody waits for them in a cell without parts."""
-ENDED_MODES = (Mode.STOPPED, Mode.ESTOP, Mode.FAULT, Mode.OFFLINE)
+ENDED_MODES = (Mode.STOPPED, Mode.STANDSTILL, Mode.ESTOP, Mode.FAULT, Mode.OFFLINE)
 WAYS_OUT = {
     Mode.STOPPED: "ALIGN",
     Mode.PAUSED: "RESUME, or STOP and ALIGN",
-    Mode.ESTOP: "RESET and ALIGN",
+    **dict.fromkeys((Mode.STANDSTILL, Mode.ESTOP), "RESET and ALIGN"),
 }  # the operator's, not ours
 
 

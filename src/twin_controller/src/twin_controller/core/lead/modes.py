@@ -16,6 +16,7 @@ class Mode(StrEnum):
     OPERATOR_LEADS = "OPERATOR_LEADS"
     PAUSED = "PAUSED"
     STOPPED = "STOPPED"
+    STANDSTILL = "STANDSTILL"
     ESTOP = "ESTOP"
     FAULT = "FAULT"
 
@@ -53,6 +54,7 @@ class Trigger(StrEnum):
     STOP_IGNORED = "the real robot does not obey a stop"
     ESTOP_IGNORED = "the real robot moves although its drives were switched off"
     TWIN_STOP_IGNORED = "the twin does not obey a stop"
+    STANDSTILL_LOST = "a side moved in the monitored standstill"
     RELEASED_BLOCKED = "a side goes on although the pair is paused"
     STREAM_FAILED = "the real robot does not start its stream program"
     REJECTED = "a set point for the real robot was rejected"
@@ -61,6 +63,7 @@ class Trigger(StrEnum):
     TOO_CLOSE = "a person is too close"
     TOO_FAST = "the real robot is faster than the Cartesian limit"
     STOP = "STOP by the operator"
+    STANDSTILL = "STANDSTILL by the operator"
     PAUSE = "PAUSE by the operator"
     RESUME = "RESUME by the operator"
     RESUME_BLOCKED = "RESUME while its cause persists"

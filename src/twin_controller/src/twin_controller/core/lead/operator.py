@@ -17,7 +17,7 @@ from twin_controller.core.orders.stream import by_hand, unstartable
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState
 
-AT_THE_ROBOT = ("PAUSE", "SPEED")
+AT_THE_ROBOT = ("PAUSE", "STANDSTILL", "SPEED")
 """Commands that do nothing where the real robot does not hear them."""
 
 replace = msgspec.structs.replace

@@ -159,7 +159,7 @@ def agree_when_stopped(setup: Setup, lead: Lead, sides: Sides, now: float) -> Si
     Not of a robot whose program goes on, for no stop from here reaches it: where that stands for a
     moment it has not ended, and whoever moves it has not come since.
     """
-    stops = lead.mode in (Mode.STOPPED, Mode.PAUSED)
+    stops = lead.mode in (Mode.STOPPED, Mode.PAUSED, Mode.STANDSTILL)
     if not stops or now - lead.since < setup.config.settle.minimum_ms * 1e-3:
         return sides
     flags, real = sides.real.flags, sides.real

@@ -69,6 +69,11 @@ DEFAULTS: dict[Trigger, Row] = {
         Mode.FAULT, BOTH_STOP, "end the simulator or what commands it, then RESET"
     ),
     Trigger.STOP: Row(Mode.STOPPED, BOTH_STOP, "the target is cleared"),
+    Trigger.STANDSTILL: Row(
+        Mode.STANDSTILL,
+        BOTH_STOP,
+        "the target is cleared; with the drives on, a side that moves is a fault; RESET ends it",
+    ),
     Trigger.PAUSE: _refuse("the pair is stopped"),
     **dict.fromkeys(_RESUMES, _refuse("nothing is paused")),
     **dict.fromkeys(_RESETS, _refuse("there is nothing to reset")),
@@ -139,8 +144,9 @@ _DIVERGED = Row(
 # What a person wants who would go on, or hold what goes on.
 _GOING_ON = (
     *(Trigger.PAUSE, Trigger.RESUME, Trigger.RESUME_BLOCKED, Trigger.RESUME_HELD),
-    *(Trigger.ALIGN, Trigger.MOVE, Trigger.MOVE_UNALIGNED),
+    *(Trigger.ALIGN, Trigger.MOVE, Trigger.MOVE_UNALIGNED, Trigger.STANDSTILL),
 )
+_WATCHED = _refuse("the standstill is monitored: RESET ends it")
 _GUARDED = Row(None, (Command.STOP_REAL,), "the real robot moves all the same and is stopped")
 _STOPPED = Row(Mode.STOPPED, BOTH_STOP, "both are stopped")
 _FAILED = Row(Mode.FAULT, BOTH_STOP, "both are stopped; RESET, then ALIGN")
@@ -284,6 +290,19 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.ALIGN: _ALIGN,
         Trigger.MOVE: _OPERATOR_LEADS,
         Trigger.MOVE_UNALIGNED: _refuse("the twin is not aligned: ALIGN first"),
+    },
+    # As STOPPED, but nothing may move, at the robot either: only RESET leaves it.
+    Mode.STANDSTILL: {
+        **dict.fromkeys((Trigger.STANDSTILL_LOST, Trigger.REAL_TOOK_OVER), _FAILED),
+        **dict.fromkeys((Trigger.KEEP_OUT, Trigger.TOO_FAST), _FAILED),
+        Trigger.STOP: Row(None, BOTH_STOP, "the standstill stays monitored"),
+        **dict.fromkeys(_GOING_ON, _WATCHED),
+        Trigger.STANDSTILL: Row(None, (), "already monitored"),
+        **dict.fromkeys(
+            (Trigger.RESET, Trigger.RESET_PRESSED),
+            Row(Mode.STOPPED, BOTH_STOP, "the standstill is no longer monitored; ALIGN goes on"),
+        ),
+        Trigger.RESET_BLOCKED: _OFFLINE,
     },
     # Latched: only RESET leaves it, and only once the cause is gone.
     Mode.ESTOP: {

@@ -41,7 +41,9 @@ AT_ROBOT = (
     Trigger.REAL_STOPPED,
 )
 """What somebody does at the robot itself. That needs no control: who stands there comes first."""
-HOLDING = (Mode.OFFLINE, Mode.PAUSED, Mode.STOPPED, Mode.ESTOP, Mode.FAULT)
+HELD = (Mode.OFFLINE, Mode.STOPPED, Mode.STANDSTILL, Mode.ESTOP, Mode.FAULT)
+"""Modes in which nothing of what ran before goes on."""
+HOLDING = (*HELD, Mode.PAUSED)
 """Modes whose beginning ends all that was asked for before."""
 
 replace = msgspec.structs.replace
@@ -213,10 +215,10 @@ def _enter(setup: Setup, state: CoreState, row: Row, trigger: Trigger, now: floa
     if mode in HOLDING:
         new = end_epoch(new, f"{mode} ({trigger.value})", now)
     state = _end_following(state, mode, active)
-    if mode in (Mode.STOPPED, Mode.FAULT, Mode.ESTOP, Mode.OFFLINE, Mode.PAUSED):
+    if mode in HOLDING:
         # Where the sides stop is not agreed: nothing counts as a motion until they stand.
         state = replace(state, sides=_drop_baselines(state.sides))
-    if mode in (Mode.STOPPED, Mode.FAULT, Mode.ESTOP, Mode.OFFLINE):
+    if mode in HELD:
         new = replace(new, program_was_off=False)
     if mode is Mode.PAUSED:
         # While it slows down, a robot that moves has not gone on.

@@ -35,6 +35,10 @@ UNLED = (Mode.OFFLINE, Mode.FAULT)
 """Nobody leads and the mode stays; the real robot's own side can start it all the same."""
 
 
+AT_REST = (Mode.STOPPED, Mode.PAUSED, Mode.STANDSTILL)
+"""Both were told to stand: only a real robot that moves all the same counts for safety."""
+
+
 class Onsets(msgspec.Struct, frozen=True):
     """When each side moved on our clock [s], and how uncertain their difference is."""
 
@@ -54,6 +58,10 @@ def find_trigger(setup: Setup, state: CoreState, event: AnyEvent) -> Trigger | N
     if isinstance(event, RealMeasured) and disobeyed(state.orders.stop, setup.config.stop, now):
         found = [Trigger.STOP_IGNORED, *found]
     if isinstance(event, RealMeasured | TwinMeasured | TwinPlan | TwinMotion):
+        # Counts in a monitored standstill alone: a side has left the place where it came to rest.
+        sides, config = (state.sides.real, state.sides.twin), setup.config.change
+        if any(change.moved(side.change, config) for side in sides):
+            found = [*found, Trigger.STANDSTILL_LOST]
         found = [
             *found,
             *safety_triggers(state, now),
@@ -97,7 +105,7 @@ def safety_triggers(state: CoreState, now: float) -> list[Trigger]:
     guard = safety.guard if state.sides.real.history else Guard()
     led = mode not in UNLED
     again = guard.moves and not fresh(state.orders.safety_stop, now)
-    counts = again or (led and mode not in (Mode.STOPPED, Mode.PAUSED))
+    counts = again or (led and mode not in AT_REST)
     found = {
         Trigger.KEEP_OUT: (led and safety.way.violation) or (counts and guard.violation),
         Trigger.TOO_CLOSE: counts and safety.separation.too_close,
