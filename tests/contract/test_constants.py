@@ -23,7 +23,7 @@ OWN_WORDS = {
 }
 """The core knows no message; its modes are compared with the constants below. The words of pages
 are used by a desk without messages; farm/test_same_look.py compares them."""
-ALSO_COMMANDS = {"ESTOP"}
+ALSO_COMMANDS = {"ESTOP", "STANDSTILL"}
 """Words that are names of commands as well."""
 
 

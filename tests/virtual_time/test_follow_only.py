@@ -19,7 +19,7 @@ from harness.scenes.truth import travel
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.experiments import figures, run_experiments
 from harness.virtual_cell.files import CellFiles, load_files
-from twin_controller.core.lead.table import AT_ITS_PENDANT
+from twin_controller.core.lead.unheard import AT_ITS_PENDANT
 from twin_controller.view import state_view
 
 AS_DELIVERED = "delivered, num_modbus: 1, slots: kit, mode: AUTO"

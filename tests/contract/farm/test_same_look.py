@@ -33,7 +33,7 @@ def variables(style: str, rule: str) -> dict[str, str]:
 
 def test_the_words_are_those_of_the_controllers_modes() -> None:
     """All of them, and no other."""
-    assert set(MODES) == set(CONTROLLERS) and len(CONTROLLERS) == 10
+    assert set(MODES) == set(CONTROLLERS) and len(CONTROLLERS) == 11
     assert not set(STATUSES) & set(CONTROLLERS)
 
 

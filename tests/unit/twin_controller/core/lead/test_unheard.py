@@ -14,7 +14,8 @@ from twin_controller.core.actions import (
     StreamReal,
 )
 from twin_controller.core.lead.modes import Mode, Trigger
-from twin_controller.core.lead.table import AT_ITS_PENDANT, TO_REAL, look_up, unheard
+from twin_controller.core.lead.table import look_up
+from twin_controller.core.lead.unheard import AT_ITS_PENDANT, TO_REAL, unheard
 from twin_controller.core.setup import Setup
 
 FOLLOWED_ROBOT = msgspec.structs.replace(ROBOT, lead=False)

@@ -18,8 +18,8 @@ from twin_controller.core.lead.table import (
     RESUMING,
     Row,
     look_up,
-    unheard,
 )
+from twin_controller.core.lead.unheard import unheard
 from twin_controller.core.orders.order import tell
 from twin_controller.core.orders.stop import defied_text, defy, safety_patience
 from twin_controller.core.orders.stream import by_hand, unstartable
