@@ -6,8 +6,12 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+from scara_config.frames import find_frames
+from scara_description.vehicle import with_vehicle
 from what_if.geometry.scene import Press, Scene
 from what_if.world import Cell
+
+from harness.yaml_files import CONFIG
 
 FAR = 4.0
 """No two bodies of a cell are further apart [m]."""
@@ -18,6 +22,8 @@ class Oracle:
 
     def __init__(self, cell: Cell) -> None:
         text = cell.robot.description.read_text(encoding="utf-8")
+        if cell.work is not None:
+            text = with_vehicle(text, cell.work, find_frames(CONFIG))
         keep = '<mujoco><compiler fusestatic="false" discardvisual="true"/></mujoco>'
         self.model = mujoco.MjModel.from_xml_string(text.replace("</robot>", f"{keep}</robot>"))
         self.data = mujoco.MjData(self.model)

@@ -142,11 +142,10 @@ def answers(rate: float = 1.0, **changed: Any) -> list[Answer]:
     for k in range(200):
         now = 50.0 + 0.01 * k
         clock = 1_000_000 + round(10.0 * k * rate)
-        words = float_words(changed.get("position", [0.0, 0.0, -160.0, 0.0, 0.0, 0, 0, 0, 0])) + [
-            1,
-            clock & 0xFFFF,
-            clock >> 16,
-        ]
+        # The motor torques stand in front.
+        words = float_words([0.0] * 9)
+        words += float_words(changed.get("position", [0.0, 0.0, -160.0, 0.0, 0.0, 0, 0, 0, 0]))
+        words += [1, clock & 0xFFFF, clock >> 16]
         words += float_words([0.0] * 9) + [0, 0, 0, 0, 100, 0, 0, 1, 1]
         found.append(Answer(now, now + changed.get("trip", 0.0005), tuple(words), SIGNALS))
     return found
