@@ -20,6 +20,7 @@ from random import Random
 from scara_config import Robot, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 
+from harness.wires.state_answer import BLOCK, HEAD
 from harness.workspace import ROOT
 
 ROBOT: Robot = load_robot(ROOT / "config")
@@ -94,7 +95,7 @@ class LyingRobot:
     def _answer(self, request: bytes) -> bytes:
         function, address, count = struct.unpack(">BHH", request[:5])
         if function == 3:
-            words = self._words() if address == 11000 else [0] * 400
+            words = self._words() if address == BLOCK.offset else [0] * 400
             return struct.pack(f">BB{count}H", 3, 2 * count, *words[:count])
         if function == 2:
             packed = (0b11).to_bytes((count + 7) // 8, "little")
@@ -108,6 +109,8 @@ class LyingRobot:
         for joint, position, speed in zip(ROBOT.joints, q, qdot):
             axes[joint.axis_number - 1], speeds[joint.axis_number - 1] = position, speed
         return [
+            # Motor torques.
+            *([0] * (11000 - BLOCK.offset)),
             *_floats(axes),
             1,
             *struct.unpack("<2H", struct.pack("<i", clock_ms)),
@@ -143,9 +146,14 @@ def _floats(values: list[float]) -> tuple[int, ...]:
     return struct.unpack(f"<{2 * len(values)}H", struct.pack(f"<{len(values)}f", *values))
 
 
+def _place(address: int) -> int:
+    """Return where a register of the map is in a state answer."""
+    return HEAD + 2 * (address - 1 - BLOCK.offset)
+
+
 def _put_words(adu: bytearray, first: int, *words: int) -> bytes:
-    """Write registers into a state answer; ``first`` counts from 11001."""
-    at = 9 + 2 * (first - 11001)
+    """Write registers into a state answer, from the address ``first`` on."""
+    at = _place(first)
     adu[at : at + 2 * len(words)] = struct.pack(f">{len(words)}H", *words)
     return bytes(adu)
 
@@ -155,7 +163,7 @@ def _put_float(adu: bytearray, first: int, value: float) -> bytes:
 
 
 def _float_at(adu: bytearray, first: int) -> float:
-    at = 9 + 2 * (first - 11001)
+    at = _place(first)
     value: float = struct.unpack("<f", struct.pack("<2H", *struct.unpack(">2H", adu[at : at + 4])))[
         0
     ]
@@ -190,20 +198,20 @@ def _beyond(rng: Random, adu: bytearray) -> bytes:
 
 def _flipped_bit(rng: Random, adu: bytearray) -> bytes:
     """Flip one bit of one joint's position or speed: sometimes it is too small to be noticed."""
-    at = 9 + 2 * (_axis(rng, rng.choice((11001, 11022))) - 11001) + rng.randrange(4)
+    at = _place(_axis(rng, rng.choice((11001, 11022)))) + rng.randrange(4)
     adu[at] ^= 1 << rng.randrange(8)
     return bytes(adu)
 
 
 def _swapped(rng: Random, adu: bytearray) -> bytes:
     """Exchange the words of one joint's position: the other word order."""
-    at = 9 + 2 * (_axis(rng, 11001) - 11001)
+    at = _place(_axis(rng, 11001))
     adu[at : at + 4] = adu[at + 2 : at + 4] + adu[at : at + 2]
     return bytes(adu)
 
 
 def _shifted_clock(rng: Random, adu: bytearray) -> bytes:
-    at = 9 + 2 * 19
+    at = _place(11020)
     clock = struct.unpack("<i", struct.pack("<2H", *struct.unpack(">2H", adu[at : at + 4])))[0]
     shifted = (clock + rng.choice((-3_600_000, 3_600_000, -86_400_000, 400, -400))) % (1 << 31)
     return _put_words(adu, 11020, *struct.unpack("<2H", struct.pack("<i", shifted)))
