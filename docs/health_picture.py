@@ -1,4 +1,7 @@
-"""Draw the picture of docs/operating/health.md: source env.sh, then run this with .venv/bin/python."""
+"""Draw the picture of docs/operating/health.md.
+
+source env.sh; .venv/bin/python docs/health_picture.py
+"""
 
 from __future__ import annotations
 
