@@ -19,7 +19,7 @@ from scara_control.dynamics.effort import LEAST, Load
 from scara_control.joint_motion import JointMotion, Vector
 from scara_control.kinematics.scara import Triple
 from scara_control.kinematics.tool import ToolKinematics
-from scara_control.kinematics.tool_path import MoveWay, SolvedPath, solve_path
+from scara_control.kinematics.tool_path import MoveWay, SolvedPath, solve_legs
 from scara_control.motion.plan import Path, Segment, plan_move, plan_stop
 from scara_control.motion.rounded import Passes, Rounded, round_corners
 from scara_control.motion.tool_move import plan_tool_move
@@ -90,24 +90,16 @@ class Planner:
         if way.path != "joint" and (any(start.qdot) or any(start.qddot)):
             stop = self.stop(start)
             start, before = JointMotion.at_rest(stop.end), stop.segments
-        passed = way.via if way.path != "circular" else ()
-        alongs: list[SolvedPath | None] = [None] * (len(passed) + 1)
-        places = [start.q, *passed, tuple(target)]
-        if way.path != "joint":
-            via = way.via[0] if way.path == "circular" else ()
-            alongs = [
-                solve_path(self._tool, self._joints, begin, end, via, way.speed_mm_s)
-                for begin, end in pairwise(places)
-            ]
-        if not passed:
-            leg = self._leg(start, target, speed_percent, alongs[0])
+        solved = solve_legs(self._tool, self._joints, start.q, target, way)
+        if not way.passed:
+            leg = self._leg(start, target, speed_percent, solved[0][1])
             return Path([*before, *leg.segments], target, leg.share, leg.corners)
         variants = []
         for gentle in (False, True) if way.corner_mm else (False,):
-            begins = [start, *map(JointMotion.at_rest, passed)]
+            begins = [start, *map(JointMotion.at_rest, way.passed)]
             legs = [
                 self._leg(begin, end, speed_percent, along, gentle)
-                for begin, end, along in zip(begins, places[1:], alongs)
+                for begin, (end, along) in zip(begins, solved)
             ]
             variants.append((self._rounded(legs, speed_percent, way), legs))
         rounded, legs = min(variants, key=lambda variant: variant[0].duration)

@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -131,6 +132,11 @@ class MoveWay:
     via: tuple[Vector, ...] = ()
     speed_mm_s: float = 0.0
     corner_mm: float = 0.0
+
+    @property
+    def passed(self) -> tuple[Vector, ...]:
+        """Places at which one leg ends and the next begins; that of an arc is on its one leg."""
+        return self.via if self.path != "circular" else ()
 
 
 def check_way(
@@ -259,6 +265,28 @@ def solve_path(
         if off <= OFF_M or 2 * count > MOST:
             return SolvedPath(track, _derivatives(joints, track, count), speed_mm_s)
         count *= 2
+
+
+def solve_legs(
+    tool: ToolKinematics,
+    joints: Sequence[Joint],
+    begin: Sequence[float],
+    target: Sequence[float],
+    way: MoveWay,
+) -> list[tuple[Vector, SolvedPath | None]]:
+    """Solve each leg of a way from place to place; see :func:`solve_path`.
+
+    Returns:
+        Where each ends, and its path; None: straight to the joints' targets.
+    """
+    ends = (*way.passed, tuple(target))
+    if way.path == "joint":
+        return [(end, None) for end in ends]
+    arc = way.via[0] if way.path == "circular" else ()
+    return [
+        (end, solve_path(tool, joints, start, end, arc, way.speed_mm_s))
+        for start, end in pairwise((tuple(begin), *ends))
+    ]
 
 
 def _solved(

@@ -6,12 +6,11 @@ One function for both: what the page shows as reachable is accepted, and what it
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 from typing import NamedTuple
 
 from scara_control.errors import ScaraControlError
 from scara_control.keep_out.zones import judge_way
-from scara_control.kinematics.tool_path import check_way, solve_path, wanted_elbow
+from scara_control.kinematics.tool_path import check_way, solve_legs, wanted_elbow
 
 from twin_controller.core.events import Joints, Operator
 from twin_controller.core.follow.limit import check_setpoint
@@ -73,13 +72,10 @@ def _between(setup: Setup, start: Joints, target: Joints, event: Operator) -> tu
         ScaraControlError: The event asks for a way that is none, or that the tool cannot go.
     """
     way = check_way(setup.joints, event.path, event.via, event.speed_mm_s, event.corner_mm)
-    if way is None or way.path == "joint":
-        return way.via if way is not None else ()
-    arc = way.via[0] if way.path == "circular" else ()
-    places = [start, target] if arc else [start, *way.via, target]
+    if way is None:
+        return ()
     found: list[Joints] = []
-    for begin, end in pairwise(places):
-        along = solve_path(setup.tool, setup.joints, begin, end, arc)
+    for end, along in solve_legs(setup.tool, setup.joints, start, target, way):
         found += along.corners[1:] if along is not None else (end,)
     return tuple(found[:-1])
 
