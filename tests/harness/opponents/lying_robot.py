@@ -20,7 +20,7 @@ from random import Random
 from scara_config import Robot, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 
-from harness.wires.state_answer import BLOCK, HEAD
+from harness.wires.state_answer import BLOCK, place_of
 from harness.workspace import ROOT
 
 ROBOT: Robot = load_robot(ROOT / "config")
@@ -146,14 +146,9 @@ def _floats(values: list[float]) -> tuple[int, ...]:
     return struct.unpack(f"<{2 * len(values)}H", struct.pack(f"<{len(values)}f", *values))
 
 
-def _place(address: int) -> int:
-    """Return where a register of the map is in a state answer."""
-    return HEAD + 2 * (address - 1 - BLOCK.offset)
-
-
 def _put_words(adu: bytearray, first: int, *words: int) -> bytes:
     """Write registers into a state answer, from the address ``first`` on."""
-    at = _place(first)
+    at = place_of(first)
     adu[at : at + 2 * len(words)] = struct.pack(f">{len(words)}H", *words)
     return bytes(adu)
 
@@ -163,7 +158,7 @@ def _put_float(adu: bytearray, first: int, value: float) -> bytes:
 
 
 def _float_at(adu: bytearray, first: int) -> float:
-    at = _place(first)
+    at = place_of(first)
     value: float = struct.unpack("<f", struct.pack("<2H", *struct.unpack(">2H", adu[at : at + 4])))[
         0
     ]
@@ -198,20 +193,20 @@ def _beyond(rng: Random, adu: bytearray) -> bytes:
 
 def _flipped_bit(rng: Random, adu: bytearray) -> bytes:
     """Flip one bit of one joint's position or speed: sometimes it is too small to be noticed."""
-    at = _place(_axis(rng, rng.choice((11001, 11022)))) + rng.randrange(4)
+    at = place_of(_axis(rng, rng.choice((11001, 11022)))) + rng.randrange(4)
     adu[at] ^= 1 << rng.randrange(8)
     return bytes(adu)
 
 
 def _swapped(rng: Random, adu: bytearray) -> bytes:
     """Exchange the words of one joint's position: the other word order."""
-    at = _place(_axis(rng, 11001))
+    at = place_of(_axis(rng, 11001))
     adu[at : at + 4] = adu[at + 2 : at + 4] + adu[at : at + 2]
     return bytes(adu)
 
 
 def _shifted_clock(rng: Random, adu: bytearray) -> bytes:
-    at = _place(11020)
+    at = place_of(11020)
     clock = struct.unpack("<i", struct.pack("<2H", *struct.unpack(">2H", adu[at : at + 4])))[0]
     shifted = (clock + rng.choice((-3_600_000, 3_600_000, -86_400_000, 400, -400))) % (1 << 31)
     return _put_words(adu, 11020, *struct.unpack("<2H", struct.pack("<i", shifted)))

@@ -19,9 +19,14 @@ def is_state(unit: bytes, answers: bool) -> bool:
     return answers and len(unit) == HEAD + size and unit[7:9] == bytes((3, size))
 
 
+def place_of(address: int) -> int:
+    """Return where the first byte of a register of the map is, in each answer."""
+    return HEAD + 2 * (address - 1 - BLOCK.offset)
+
+
 def bytes_of(name: str) -> slice:
     """Return where the bytes of a value are, in each answer."""
     register = MAP.find(name)
     assert register is not None, name
-    begin = HEAD + 2 * (register.offset - BLOCK.offset)
+    begin = place_of(register.address)
     return slice(begin, begin + 2 * register.words)
