@@ -6,9 +6,8 @@ from pathlib import Path
 
 import pytest
 from cell_recorder.journal.course_results_io import RESULTS, CourseResults
-from cell_recorder.journal.entries import ExerciseMarked, decode, encode
+from cell_recorder.journal.entries import CourseResult, ExerciseMarked, decode, encode
 from cell_recorder.journal.story import tell
-from scara_course.results import CourseResult
 from scara_course.results_io import add_result
 
 

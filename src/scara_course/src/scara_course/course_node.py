@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from cell_recorder.journal.entries import CourseResult
 from rich.box import SIMPLE
 from rich.console import Console
 from rich.markdown import Markdown
@@ -26,7 +27,7 @@ from scara_ros.shell.program_io import FAILED, WRONG, runs_folder
 from scara_course.evidence_io import Marked, mark
 from scara_course.exercise import Exercise
 from scara_course.exercises_io import CARD, load_exercises, start
-from scara_course.results import CourseResult, is_genuine
+from scara_course.results import is_genuine
 from scara_course.results_io import ResultsError, add_result, course_key, export, read_results
 
 ROBOT = "fanuc_sr6ia"

@@ -11,10 +11,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
+from cell_recorder.journal.entries import CourseResult
 from scara_config.files.whole_file import write_whole
 from scara_ros.page.page_token_io import page_token, ros_home
 
-from scara_course.results import HOME, CourseResult, decode, encode, signed, statement
+from scara_course.results import HOME, decode, encode, signed, statement
 
 FILE = "results.jsonl"
 KEY_VARIABLE = "SCARA_COURSE_KEY"

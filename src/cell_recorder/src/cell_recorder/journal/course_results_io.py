@@ -14,24 +14,16 @@ from pathlib import Path
 import msgspec
 from scara_config.files.whole_file import write_whole
 
-from cell_recorder.journal.entries import ExerciseMarked
+from cell_recorder.journal.entries import CourseResult, ExerciseMarked
 
 RESULTS = "course/results.jsonl"
 """In the runs folder, as the course writes it."""
 _LOG = logging.getLogger("rosout.course_results")
 
 
-class ResultLine(msgspec.Struct, frozen=True):
-    """What an entry needs of a line of that file; its keys are those of the course."""
+class SignedResult(CourseResult, frozen=True, kw_only=True):
+    """A line of that file: what nobody has signed is none."""
 
-    number: int
-    time: float
-    learner: str
-    exercise: str
-    title: str
-    passed: bool
-    reason: str
-    digest: str
     signature: str
 
 
@@ -62,7 +54,7 @@ class CourseResults:
                 return []
             self._seen_ns = changed_ns
             text = self._file.read_bytes()
-            lines = [msgspec.json.decode(row, type=ResultLine) for row in text.splitlines()]
+            lines = [msgspec.json.decode(row, type=SignedResult) for row in text.splitlines()]
         except FileNotFoundError:
             return []
         except (OSError, msgspec.DecodeError, UnicodeDecodeError) as error:

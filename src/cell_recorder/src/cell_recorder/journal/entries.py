@@ -184,6 +184,34 @@ class ExerciseMarked(Entry, frozen=True, kw_only=True, tag="exercise"):
     signature: str
 
 
+class CourseResult(msgspec.Struct, frozen=True, kw_only=True):
+    """One verdict.
+
+    Attributes:
+        number: 1 for the first of a file, one more for each.
+        time: When it was marked [s], Unix time.
+        learner: Whose it is.
+        exercise: Name of the exercise's folder.
+        title: Number and title of the exercise.
+        passed: Whether it counts.
+        reason: Why.
+        evidence: Name of the file that was marked.
+        digest: SHA-256 of that file, of a recording in parts over all of them.
+        signature: HMAC-SHA256 over the rest, in hexadecimal.
+    """
+
+    number: int
+    time: float
+    learner: str
+    exercise: str
+    title: str
+    passed: bool
+    reason: str
+    evidence: str
+    digest: str
+    signature: str = ""
+
+
 AnyEntry: TypeAlias = Decision | Audit | Alarm | Cycle | Start | Gap | Torn | ExerciseMarked
 KINDS = tuple(kind.__struct_config__.tag for kind in AnyEntry.__args__)
 """All kinds of entries."""
