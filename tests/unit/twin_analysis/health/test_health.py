@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from fanuc_emulator.plant.config import load_plant
 from harness.imitated_run import BagMaker
+from rosbags.typesys import get_types_from_msg
 from scara_config import load_robot
 from scipy.stats import t as student
 from twin_analysis.health.cycle_reader_io import read_cycle
 from twin_analysis.health.dataset_io import RUNS, SHEET, SIGNALS, write_dataset
 from twin_analysis.health.health_node import app
-from twin_analysis.health.signs import CycleSignals, TorqueError, signs_of
-from twin_analysis.health.trend import LEAST, STUDENT, WINDOW, Baseline, words
+from twin_analysis.health.readings import vacuum_s
+from twin_analysis.health.signs import CycleSignals, Signs, TorqueError, signs_of
+from twin_analysis.health.trend import LEAST, STUDENT, WINDOW, Baseline, Monitor, words
 from twin_analysis.health.trials import run_trial
 from twin_analysis.health.virtual_cycles import KINDS
 from typer.testing import CliRunner
@@ -53,8 +56,59 @@ def test_a_robot_that_tells_no_torque_is_said_to() -> None:
     silent = CycleSignals(cycle.times, cycle.wanted, cycle.measured, 0.0 * cycle.torques)
     with pytest.raises(TorqueError, match="no motor torque: its map has no motor_torque"):
         signs_of(silent, np.array([2.0, 2.0]))
-    with pytest.raises(TorqueError, match="does not move fast enough in both directions"):
-        signs_of(cycle, np.array([200.0, 2.0]))
+    with pytest.raises(TorqueError, match="no joint moves fast enough in both directions"):
+        signs_of(cycle, np.array([200.0, 200.0]))
+
+
+def test_a_joint_that_stands_is_left_out_by_name_and_the_others_are_judged() -> None:
+    """Of two joints the second stands; where all do, the error names them."""
+    stands = np.array([2.0, 200.0])
+    week = [signs_of(swing(up=up), stands) for up in np.linspace(4.9, 5.1, LEAST)]
+    base = Baseline(["joint_1", "joint_4"], np.ones(2), [True, True], week)
+    left_out = "joint_4 moved both ways in 0 of 12 cycles of its first week: left out"
+    assert base.left_out == left_out
+    monitor = Monitor(base)
+    found = [monitor.take(signs_of(swing(inertia=3.0), stands)) for _ in range(WINDOW + 1)][-1]
+    assert found is not None and found.kind == "payload"
+    stood = [replace(each, forward=np.full(2, np.nan)) for each in week]
+    with pytest.raises(TorqueError, match=r"no 12 cycles of a joint: joint_1 .*; joint_4 "):
+        Baseline(["joint_1", "joint_4"], np.ones(2), [True, True], stood)
+
+
+def test_friction_of_one_direction_is_said_with_its_direction() -> None:
+    """The mean of both stays within its limit; the others turn as they did."""
+    fastest = np.full(3, 2.0)
+
+    def three(up: float) -> Signs:
+        one, worn = swing(), swing(up=up)
+        columns = [one.torques[:, 0], one.torques[:, 0], worn.torques[:, 0]]
+        wanted, measured = (each[:, [0, 0, 0]] for each in (one.wanted, one.measured))
+        return signs_of(CycleSignals(one.times, wanted, measured, np.stack(columns, 1)), fastest)
+
+    monitor = Monitor(Baseline(["a", "b", "c"], np.ones(3), [True] * 3, [three(5.0)] * LEAST))
+    found = [monitor.take(three(6.2)) for _ in range(WINDOW + 1)][-1]
+    assert found is not None and (found.kind, found.joint) == ("friction", "c")
+    assert "more torque against friction in its positive direction than in" in found.text
+
+
+@pytest.mark.parametrize(
+    ("words", "seconds"),
+    [
+        (["off", "on", "on", "holding part_1", "holding part_1", "off"], 2.0),
+        (["off", "on", "holding", "off", "on", "on", "on", "holding", "off"], 2.0),
+        (["off", "on", "on", "off"], math.nan),
+        (["on", "holding", "on", "holding"], math.nan),
+        (["off", "unknown", "on", "holding"], math.nan),
+        ([], math.nan),
+    ],
+)
+def test_the_vacuum_is_timed_from_the_switch_to_the_first_hold(
+    words: list[str], seconds: float
+) -> None:
+    """The mean of all; what never held, or sucked before it was looked at, does not count."""
+    assert vacuum_s([(float(at), each) for at, each in enumerate(words)]) == pytest.approx(
+        seconds, nan_ok=True
+    )
 
 
 def test_a_first_week_needs_enough_cycles() -> None:
@@ -104,8 +158,11 @@ def test_the_same_runs_are_written_with_any_number_of_workers(tmp_path: Path) ->
     assert write_dataset(tmp_path / "c", 1, 2, 1, FOLDER) != first
 
 
-def recorded(path: Path, friction: float, tells: bool = True) -> Path:
-    """Write a recording of two joints that swing, the first with so much friction."""
+def recorded(path: Path, friction: float, tells: bool = True, vacuum: float = 0.2) -> Path:
+    """Write a recording of two joints that swing, the first with so much friction.
+
+    The robot grips once, and has its vacuum after so many seconds.
+    """
     maker, worn, healthy = BagMaker(), swing(2.0, friction, friction), swing(2.0, 5.0, 5.0)
     torques = np.stack([worn.torques[:, 0], healthy.torques[:, 1]], axis=1)
     for k in range(0, len(worn.times), 5):
@@ -116,6 +173,10 @@ def recorded(path: Path, friction: float, tells: bool = True) -> Path:
         ):
             kind = "sensor_msgs/msg/JointState"
             maker.add(worn.times[k], topic, kind, header, names, q, 0.0 * q, effort)
+    state = "scara_msgs/msg/TwinControllerState"
+    maker.store.register(get_types_from_msg("std_msgs/Header header\nstring real_gripper", state))
+    for at, word in ((1.0, "off"), (2.0, "on"), (2.0 + vacuum, "holding part_1"), (4.0, "off")):
+        maker.add(at, "twin_controller/state", state, maker.header(at), word)
     return maker.write(path)
 
 
@@ -125,6 +186,10 @@ def test_recordings_of_a_cycle_say_what_has_changed(tmp_path: Path) -> None:
     week = [str(healthy)] * LEAST
     found = CliRunner().invoke(app, [*week, *[str(worn)] * 7])
     assert found.exit_code == 1 and "worn.bag: joint_1 needs 4" in found.output, found.output
+    assert read_cycle(worn)[1].vacuum_s == pytest.approx(0.2)
+    leaks = recorded(tmp_path / "leaks.bag", 5.0, vacuum=0.3)
+    found = CliRunner().invoke(app, [*week, *[str(leaks)] * 7])
+    assert found.exit_code == 1 and "leaks.bag: the vacuum takes 50 %" in found.output
     same = CliRunner().invoke(app, [*week, str(healthy)])
     assert same.exit_code == 0 and "1 recordings are as the first week's 12" in same.output
     mute = recorded(tmp_path / "mute.bag", 5.0, tells=False)

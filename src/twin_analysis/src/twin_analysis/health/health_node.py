@@ -49,10 +49,16 @@ def health(
         if found != names:
             raise BagError(f"{path}: has joints {', '.join(found)}, others {', '.join(names)}")
         fastest = np.array([joints[name].velocity for name in names])
-        signs.append(signs_of(cycle, fastest))
+        try:
+            signs.append(signs_of(cycle, fastest))
+        except TorqueError as error:
+            raise TorqueError(f"{path}: {error} ({', '.join(names)})") from error
     ranges = np.array([joints[name].upper - joints[name].lower for name in names])
     carries = [joints[name].screw_axis is not None for name in names]
-    monitor = Monitor(Baseline(names, ranges, carries, signs[:week]))
+    base = Baseline(names, ranges, carries, signs[:week])
+    if base.left_out:
+        print(f"health: {base.left_out}")
+    monitor = Monitor(base)
     said: list[str] = []
     for path, sign in zip(bags[week:], signs[week:]):
         finding = monitor.take(sign)

@@ -55,6 +55,8 @@ class CycleSignals:
 class Signs:
     """What a cycle says; each of shape ``(k,)``, in the torque's unit, rad or m, s.
 
+    A joint that stood says nothing: its values are NaN.
+
     Attributes:
         forward, backward: Friction at a typical speed, by direction.
         coulomb: The part of it that is the same at any speed.
@@ -77,6 +79,11 @@ class Signs:
         """Of both directions."""
         return 0.5 * (self.forward + self.backward)
 
+    @property
+    def moved(self) -> NDArray[np.bool_]:
+        """Which joints moved enough to say something."""
+        return np.isfinite(self.forward)
+
 
 class TorqueError(ValueError):
     """A cycle has nothing to say; the text says why."""
@@ -90,22 +97,28 @@ def signs_of(cycle: CycleSignals, fastest: Array) -> Signs:
         fastest: Greatest speed of each joint [rad/s or m/s], shape ``(k,)``.
 
     Raises:
-        TorqueError: A joint never moves fast enough both ways, or the robot tells no torque.
+        TorqueError: No joint ever moves fast enough both ways, or the robot tells no torque.
     """
     if not np.any(cycle.torques):
         raise TorqueError("the robot tells no motor torque: its map has no motor_torque")
     dt = float(np.median(np.diff(cycle.times)))
     half = max(2, round(SMOOTHED_S / dt))
     moved = [_parabola(column, dt, half) for column in cycle.measured.T]
+    goes = [
+        min(np.sum(v > SLOW * most), np.sum(v < -SLOW * most)) >= 2 * half
+        for (_, v, _), most in zip(moved, fastest)
+    ]
+    if not any(goes):
+        raise TorqueError("no joint moves fast enough in both directions")
     late = 0.0
     # A long lag bends what is in proportion to speed: the lag that all have is taken off first.
     for _ in range(ROUNDS):
-        errors = _errors(cycle, late)
-        late += float(np.median([_lag(*each) for each in zip(moved, errors.T, fastest)]))
+        each = zip(moved, _errors(cycle, late).T, fastest, goes)
+        late += float(np.median([_lag(*joint) for *joint, does in each if does]))
     values = [
-        _joint(q, torque, error, late, dt, half, most)
-        for q, torque, error, most in zip(
-            moved, cycle.torques.T, _errors(cycle, late).T, fastest.tolist()
+        _joint(q, torque, error, late, dt, half, most) if does else [float("nan")] * 6
+        for q, torque, error, most, does in zip(
+            moved, cycle.torques.T, _errors(cycle, late).T, fastest.tolist(), goes
         )
     ]
     forward, backward, coulomb, inertia, lag, play = np.array(values).T
@@ -141,8 +154,6 @@ def _joint(
     direction = np.sign(v) * (np.abs(v) > MOVES * fastest)
     fast = np.abs(v) > SLOW * fastest
     up, down = fast & (v > 0.0), fast & (v < 0.0)
-    if min(up.sum(), down.sum()) < 2 * half:
-        raise TorqueError("a joint does not move fast enough in both directions")
     columns = np.stack([a, up * 1.0, -1.0 * down, v], axis=1)
     inertia, above, below, viscous = np.linalg.lstsq(columns[fast], torque[fast], rcond=None)[0]
     typical = 0.25 * fastest

@@ -2,19 +2,20 @@
 
 A sign counts as changed where the mean of the last cycles is further from the first week's than
 its limit, and than the first week itself scattered; and it has to stay so for some cycles. What
-all joints do together (warm grease, a late network) is taken off first.
+all joints do together (warm grease, a late network) is taken off first. A joint that stood in the
+first week is left out; one that stands in a cycle is not judged by it.
 """
 
 from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from twin_analysis.health.signs import Array, Signs
+from twin_analysis.health.signs import Array, Signs, TorqueError
 
 WINDOW, CONFIRMED = 6, 2
 """Cycles whose mean is looked at, and how often in a row it must be far off. Our choice."""
@@ -33,6 +34,8 @@ CAUSES = {
     "stiffness": "a softer drive: look at its belt's tension, its coupling and its servo gains",
     "vacuum": "a leak: look at the suction cup, its hose and the pump's filter",
 }
+DIRECTIONS = {"forward": "positive", "backward": "negative"}
+"""Friction in one direction is looked at where nothing else has changed."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,7 @@ class Baseline:
 
     Raises:
         ValueError: There are fewer.
+        TorqueError: No joint moved in as many of them.
     """
 
     def __init__(
@@ -76,27 +80,48 @@ class Baseline:
             raise ValueError(f"a first week of {len(week)} cycles: needs {LEAST}")
         self.names, self.ranges = tuple(names), ranges
         self.carries = np.array(carries, dtype=bool)
-        self.friction = np.mean([each.friction for each in week], axis=0)
-        self.inertia = np.mean([each.inertia for each in week], axis=0)
-        self.lag = np.mean([each.lag for each in week], axis=0)
-        self.play = np.mean([each.play for each in week], axis=0)
-        self.vacuum_s = float(np.mean([each.vacuum_s for each in week]))
+        moved = np.sum([each.moved for each in week], axis=0)
+        self._known = moved >= LEAST
+        self.left_out = "; ".join(
+            f"{name} moved both ways in {count} of {len(week)} cycles of its first week: left out"
+            for name, count in zip(names, moved)
+            if count < LEAST
+        )
+        if not self._known.any():
+            raise TorqueError(f"the first week has no {LEAST} cycles of a joint: {self.left_out}")
+        self.friction = self._mean([each.friction for each in week])
+        self.forward = self._mean([each.forward for each in week])
+        self.backward = self._mean([each.backward for each in week])
+        self.inertia = self._mean([each.inertia for each in week])
+        self.lag = self._mean([each.lag for each in week])
+        self.play = self._mean([each.play for each in week])
+        gripped = np.array([each.vacuum_s for each in week if math.isfinite(each.vacuum_s)])
+        self.vacuum_s = float(np.mean(gripped)) if len(gripped) >= LEAST else math.nan
+        changes = [self.changes(each) for each in week]
         self.scatter = {
-            kind: np.std([self.changes(each)[kind] for each in week], axis=0) for kind in CAUSES
+            kind: np.ma.masked_invalid([each[kind] for each in changes]).std(axis=0).filled(np.nan)
+            for kind in changes[0]
         }
+
+    def _mean(self, rows: list[Array]) -> Array:
+        """Return the mean of each joint that counts, over the cycles in which it moved."""
+        means = np.ma.masked_invalid(rows).mean(axis=0).filled(np.nan)
+        return np.where(self._known, means, np.nan)
 
     def changes(self, signs: Signs) -> dict[str, Array]:
         """Return by how much each sign of a cycle differs from the first week's, by kind."""
-        rubs = signs.friction / self.friction - 1.0
-        later = signs.lag - self.lag
-        moved = (signs.inertia / self.inertia - 1.0)[self.carries]
-        return {
-            "friction": rubs - np.median(rubs),
-            "payload": np.array([np.median(moved)]),
-            "backlash": signs.play - self.play,
-            "stiffness": later - np.median(later),
-            "vacuum": np.array([signs.vacuum_s / self.vacuum_s - 1.0]),
-        }
+        # An ideal robot has no friction: there is nothing to compare then.
+        with np.errstate(divide="ignore", invalid="ignore"):
+            heavier = (signs.inertia / self.inertia - 1.0)[self.carries]
+            return {
+                "friction": _beyond_all(signs.friction / self.friction),
+                "payload": np.array([_middle(heavier)]),
+                "backlash": signs.play - self.play,
+                "stiffness": _beyond_all(signs.lag - self.lag),
+                "vacuum": np.array([signs.vacuum_s / self.vacuum_s - 1.0]),
+                "forward": _beyond_all(signs.forward / self.forward),
+                "backward": _beyond_all(signs.backward / self.backward),
+            }
 
     def limits(self) -> dict[str, Array]:
         """Return how far each may be off."""
@@ -107,6 +132,8 @@ class Baseline:
             "backlash": PLAY * self.ranges,
             "stiffness": LAG_S * ones,
             "vacuum": np.array([VACUUM]),
+            "forward": FRICTION * ones,
+            "backward": FRICTION * ones,
         }
         return {kind: np.maximum(each, SPREAD * self.scatter[kind]) for kind, each in least.items()}
 
@@ -126,29 +153,44 @@ class Monitor:
     def take(self, signs: Signs) -> Finding | None:
         """Take in a cycle and return what has changed, once it has stayed so."""
         self._kept.append(self._base.changes(signs))
-        found = self._worst() if len(self._kept) == WINDOW else None
+        found = None
+        if len(self._kept) == WINDOW:
+            found = self._worst(CAUSES) or self._worst(DIRECTIONS)
         about = (found.kind, found.joint) if found is not None else ("", "")
         self._times = self._times + 1 if about == self._suspect else 1
         self._suspect = about
         return found if found is not None and self._times >= CONFIRMED else None
 
-    def _worst(self) -> Finding | None:
+    def _worst(self, kinds: Iterable[str]) -> Finding | None:
         """Return what is furthest beyond its limit."""
         best: Finding | None = None
-        for kind in CAUSES:
+        for kind in kinds:
             rows = np.array([each[kind] for each in self._kept])
             means = rows.mean(axis=0)
             margins = STUDENT * rows.std(axis=0, ddof=1) / math.sqrt(len(rows))
             # A lighter tool is as wrong as a heavier one; less friction is no wear.
             beyond = np.abs(means) if kind == "payload" else means
-            scores = beyond / self._limits[kind]
-            at = int(np.argmax(scores)) if np.all(np.isfinite(scores)) else 0
+            # What is not known of all these cycles is not judged.
+            scores = np.nan_to_num(beyond / self._limits[kind], nan=0.0, posinf=0.0)
+            at = int(np.argmax(scores))
             if scores[at] > 1.0 and (best is None or scores[at] > best.score):
                 joint = self._base.names[at] if len(means) > 1 else ""
                 change, margin = float(means[at]), float(margins[at])
                 text = words(kind, joint, change, margin)
-                best = Finding(kind, joint, change, margin, float(scores[at]), text)
+                cause = "friction" if kind in DIRECTIONS else kind
+                best = Finding(cause, joint, change, margin, float(scores[at]), text)
         return best
+
+
+def _middle(values: Array) -> float:
+    """Return the median of what is known; NaN: nothing is."""
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if len(known) else math.nan
+
+
+def _beyond_all(values: Array) -> Array:
+    """Return by how much each is beyond what all do together."""
+    return values - _middle(values)
 
 
 def words(kind: str, joint: str, change: float, margin: float) -> str:
@@ -161,9 +203,11 @@ friction: look at its grease, its bearings and what rubs on its cables
     """
     off, low, high = 100.0 * change, 100.0 * (change - margin), 100.0 * (change + margin)
     match kind:
-        case "friction":
+        case "friction" | "forward" | "backward":
+            way = f" in its {DIRECTIONS[kind]} direction" if kind in DIRECTIONS else ""
             said = (
                 f"{joint} needs {off:.0f} % ({low:.0f} to {high:.0f}) more torque against friction"
+                f"{way}"
             )
         case "payload":
             more = "more" if change > 0.0 else "less"
@@ -183,4 +227,4 @@ friction: look at its grease, its bearings and what rubs on its cables
             )
         case _:
             said = f"the vacuum takes {off:.0f} % ({low:.0f} to {high:.0f}) longer"
-    return f"{said} than in its first week; likely {CAUSES[kind]}"
+    return f"{said} than in its first week; likely {CAUSES.get(kind, CAUSES['friction'])}"
