@@ -10,6 +10,7 @@ compute quickly and ``LIVE_CORE``.
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from collections.abc import Iterable
@@ -38,6 +39,8 @@ BESIDE = {
 """Tests of tests/ros that are in no folder with the name of their room."""
 NO_TESTS = ("docs/", "examples/", "README.md", "CHANGELOG.md", "CONTRIBUTING.md")
 """What contract tests hold, and nothing else."""
+OF_ALL_TESTS = ("tests/conftest.py", "tests/harness/running/", "tests/harness/workspace.py")
+"""What runs the tests: a change of it can reach each."""
 
 
 class GitError(RuntimeError):
@@ -66,7 +69,8 @@ def reached_by(files: Iterable[str]) -> list[str]:
     """Return the tests that a change of these files can reach, beside those that always run.
 
     Slow unit tests of each room that is reached; of a room that has changed itself those too that
-    wait for time or for others, its nodes; all of these where the harness or the build has changed.
+    wait for time or for others, its nodes; of the harness what uses it; all where the build has
+    changed, or what runs the tests.
 
     Args:
         files: Their paths from the root of the project.
@@ -77,8 +81,9 @@ def reached_by(files: Iterable[str]) -> list[str]:
     changed = {room_of(file) for file in product} - {""}
     if any(not room_of(file) and not file.startswith(("bench/", "setup/")) for file in product):
         changed = set(ROOMS)
-    if any(file.startswith("tests/") and file not in own for file in files):
-        changed = set(ROOMS)
+    beneath = {file for file in files if file.startswith("tests/")} - own
+    if any(file.startswith(OF_ALL_TESTS) for file in beneath):
+        changed, beneath = set(ROOMS), set()
     rooms = reached(changed)
     found = {f"tests/unit/{part}" for part in SLOW if part.split("/")[0] in rooms}
     if rooms & IN_VIRTUAL_TIME:
@@ -88,8 +93,44 @@ def reached_by(files: Iterable[str]) -> list[str]:
     beside |= {"setup"} if "cell" in product else set()
     found |= {path for path in STARTS + TIMED if path.split("/")[2] in changed | beside}
     found |= {f"tests/ros/{name}" for name, room in BESIDE.items() if room in changed}
-    found = {test for path in found for test in _files(path) if part_of(test) != "pages"}
+    found = {test for path in found for test in _files(path)}
+    found |= {test for test in users_of(beneath) if _is_chosen(test)}
+    found = {test for test in found if part_of(test) != "pages"}
     return sorted(found | {file for file in own if (ROOT / file).is_file()})
+
+
+def _is_chosen(test: str) -> bool:
+    """Return whether a test runs only where a change can reach it, and is no whole cell."""
+    slow = test.startswith(tuple(f"tests/unit/{part}" for part in SLOW))
+    return slow or test.startswith("tests/virtual_time/") or part_of(test) in ("nodes", "starts")
+
+
+def users_of(files: Iterable[str]) -> set[str]:
+    """Return the tests that use files of ``tests``, by as many steps as it takes.
+
+    A file uses a module that it imports, and any file whose name it says; a conftest is used by the
+    tests of its folder.
+    """
+    texts = {
+        path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
+        for path in (ROOT / "tests").rglob("*.py")
+    }
+    found = waiting = set(files)
+    while waiting:
+        waiting = {user for user in texts for file in waiting if _uses(user, texts[user], file)}
+        waiting -= found
+        found = found | waiting
+    return {file for file in found if Path(file).name.startswith("test_") and file in texts}
+
+
+def _uses(user: str, text: str, file: str) -> bool:
+    path = Path(file)
+    if path.name == "conftest.py":
+        return user.startswith(f"{path.parent.as_posix()}/")
+    package = ".".join(path.parent.parts[1:])
+    taken = rf"from {re.escape(package)} import (?:\([^)]*|.*)\b{path.stem}\b"
+    module = rf"\b{re.escape(f'{package}.{path.stem}')}\b"
+    return f'"{path.name}"' in text or bool(re.search(f"{module}|{taken}", text))
 
 
 def _files(path: str) -> list[str]:

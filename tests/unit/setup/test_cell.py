@@ -213,7 +213,7 @@ def test_an_interrupted_run_ends_what_runs_beside_it(parts: str, tmp_path: Path)
 def test_a_change_runs_what_it_reaches_beside_what_always_runs(
     tmp_path: Path, fails: str, code: int
 ) -> None:
-    """Quick tests first, then what the change reaches, then the live core; all are run."""
+    """A live core, then what the change reaches, quick tests beside both; all are run."""
     says(
         tmp_path,
         'case "$*" in\n'
@@ -223,14 +223,16 @@ def test_a_change_runs_what_it_reaches_beside_what_always_runs(
         "esac\n",
     )
     (tmp_path / "tests").mkdir()
-    (function,) = re.findall(r"^run_changed\(\) \{.*?^\}", (ROOT / "cell").read_text(), re.M | re.S)
-    script = f"root={tmp_path}; cd $root; set -u\n{function}\nrun_changed HEAD~3"
+    (tmp_path / "build").mkdir()
+    names = r"^(?:run_changed|beside|behind|end_beside)\(\) \{.*?^\}"
+    functions = "\n".join(re.findall(names, (ROOT / "cell").read_text(), re.M | re.S))
+    script = f"root={tmp_path}; cd $root; set -u\n{functions}\nrun_changed HEAD~3"
     done = run("bash", "-c", script, env=asked())
-    ran = [line.split() for line in done.stdout.splitlines()]
+    ran = [line.split() for line in done.stdout.splitlines() if line.startswith("ran")]
     assert [words[-2:] for words in ran] == [
-        ["tests/golden", "tests/unit"],
-        ["tests/a.py", "tests/b.py"],
         ["thorough", "tests/core.py"],
+        ["tests/a.py", "tests/b.py"],
+        ["tests/golden", "tests/unit"],
     ]
     assert done.returncode == code
 

@@ -61,16 +61,30 @@ def test_change_of_a_room_runs_its_nodes_and_what_stands_on_it() -> None:
 
 
 def test_change_that_has_no_room_runs_everything_it_may_be_in() -> None:
-    """The harness, the build, the settings of the tests; words run the contract tests alone."""
-    whole = set(reached_by(["tests/harness/pair.py"]))
+    """What runs the tests, the build, their settings; words run the contract tests alone."""
+    whole = set(reached_by(["tests/harness/running/repeats.py"]))
     assert whole == set(reached_by(["pyproject.toml"])) == set(reached_by(["tests/conftest.py"]))
     assert whole >= {f"tests/ros/{name}" for name in BESIDE if name.endswith(".py")}
     assert reached_by(["docs/interfaces.md", "README.md", "examples/a.py"]) == []
+    for read in ("contract/budget.yaml", "golden/emulator_snapshots.yaml"):
+        assert reached_by([f"tests/{read}"]) == [], "by tests that always run"
     assert reached_by(["bench/page.py"]) == ["tests/unit/bench/test_journal.py"]
     assert "tests/unit/setup/test_cell.py" in reached_by(["setup/checks.sh"])
     own = "tests/ros/operator_panel/test_stop.py"
     assert reached_by([own]) == [own], "who changes a browser's test runs it"
     assert reached_by(["tests/unit/farm/test_gone.py"]) == []
+
+
+def test_change_of_the_harness_runs_what_uses_it() -> None:
+    """By any number of steps, by a module's name or a file's; and no slow test beside it."""
+    wires = reached_by(["tests/harness/wires/state_answer.py"])
+    assert "tests/ros/test_wrong_values.py" in wires
+    assert not [test for test in wires if test.startswith("tests/virtual_time/")]
+    schedule = reached_by(["tests/harness/virtual_cell/schedule.py"])
+    assert "tests/virtual_time/stops/test_stop_table.py" in schedule
+    assert "tests/virtual_time/test_figures.py" in reached_by(["tests/virtual_time/baseline.json"])
+    used = reached_by(["tests/ros/twin_controller/conftest.py"])
+    assert used and {test.rpartition("/")[0] for test in used} == {"tests/ros/twin_controller"}
 
 
 def test_every_path_leads_to_tests() -> None:
