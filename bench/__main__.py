@@ -105,7 +105,7 @@ def _farm(options: Options) -> list[Row]:
 def _health(options: Options) -> list[Row]:
     from bench.health import run
 
-    return run(_seeds(options), options.first, options.console)
+    return run(_seeds(options, 12), options.first, options.rows, options.console)
 
 
 def _first_start(options: Options) -> list[Row]:
@@ -164,7 +164,12 @@ def main(
         typer.Option("--day", help="A day of recording in compressed time: the memory it takes."),
     ] = False,
     health: Annotated[
-        bool, typer.Option("--health", help="What wears, and whether it is found: --seeds robots.")
+        bool,
+        typer.Option(
+            "--health",
+            help="What wears, and whether it is found, all or PART ... (wear robots varied several "
+            "baselines runs), on --seeds robots (12); docs/operating/health.md.",
+        ),
     ] = False,
     plants: Annotated[
         bool,
@@ -291,6 +296,10 @@ def main(
         from bench.what_if import PARTS
 
         _check_rows(rows, tuple(PARTS))
+    if chosen == ["health"]:
+        from bench.health import PARTS as HEALTH_PARTS
+
+        _check_rows(rows, tuple(HEALTH_PARTS))
     if chosen == ["farm"]:
         from bench.farm import PARTS as FARM_PARTS
 

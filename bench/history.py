@@ -25,6 +25,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "recording": ("src/cell_recorder", "src/twin_experiments"),
     "what_if": ("src/what_if", SIMULATION, CONTROL),
     "farm": ("src/farm",),
+    "health": ("src/twin_analysis", "src/fanuc_emulator"),
     "first_start": ("setup",),
 }
 """What a group of figures depends on; the others depend on the whole product."""
@@ -40,7 +41,8 @@ def figures(content: Mapping[str, Any]) -> Iterator[tuple[str, str, tuple[str, .
     for row in content.get("rows", ()):
         group = group_of.get(row["id"], "")
         yield row["id"], row.get("commit", ""), ROOMS.get(group, WHOLE)
-    for kind, key in (("demos", "series"), ("what_if", "part"), ("farm", "part")):
+    in_parts = [(kind, "part") for kind in ("what_if", "farm", "health")]
+    for kind, key in (("demos", "series"), *in_parts):
         for entry in content.get(kind, ()):
             yield f"{kind} {entry[key]}", entry["commit"], ROOMS.get(kind, WHOLE)
     for kind in ("plants", "draws", "scaras", "first_start"):

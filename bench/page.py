@@ -1,4 +1,4 @@
-"""Write what the bench found: results.json, tables.txt, docs/benchmarks.md and README.md."""
+"""Write what the bench found: results.json, tables.txt, and the blocks of figures in pages."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ from bench.history import changed_files, in_doubt, is_whole
 from bench.many_cells.table import farm_table
 from bench.plant_tables import tables
 from bench.readme import with_blocks, with_figures
-from bench.second_world.table import missed_lines, what_if_table
+from bench.second_world.table import lines_of, missed_lines, what_if_table
+from bench.wear.table import health_blocks
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS, PAGE, TABLES = (
@@ -28,7 +29,7 @@ RESULTS, PAGE, TABLES = (
     ROOT / "docs" / "benchmarks.md",
     ROOT / "bench" / "tables.txt",
 )
-README = ROOT / "README.md"
+README, HEALTH = ROOT / "README.md", ROOT / "docs" / "operating" / "health.md"
 VIRTUAL = ROOT / "tests" / "virtual_time" / "baseline.json"
 OURS = (
     "numpy",
@@ -73,7 +74,7 @@ def commit() -> str:
 
 def changed() -> list[str]:
     """Return the files that differ from the commit, without the pages of figures."""
-    found = changed_files(ROOT) - {RESULTS, PAGE, TABLES, README}
+    found = changed_files(ROOT) - {RESULTS, PAGE, TABLES, README, HEALTH}
     return sorted(path.relative_to(ROOT).as_posix() for path in found)
 
 
@@ -125,7 +126,7 @@ def document(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
     here = machine()
     kept = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.is_file() else {}
     own = {"versions": here["versions"], "peers": here["peers"], "rows": list(rows)}
-    others = ("demos", "plants", "draws", "scaras", "what_if", "farm", "first_start")
+    others = ("demos", "plants", "draws", "scaras", "what_if", "farm", "health", "first_start")
     return {**{key: kept[key] for key in others if key in kept}, **own}
 
 
@@ -148,7 +149,7 @@ def so_far() -> dict[str, Any]:
 
 
 def write(content: dict[str, Any]) -> None:
-    """Write results.json, tables.txt and the figures of docs/benchmarks.md and README.md.
+    """Write results.json, tables.txt, and the figures of benchmarks.md, health.md and README.md.
 
     What the history says of the figures is kept with them: the page is of that moment.
     """
@@ -157,6 +158,9 @@ def write(content: dict[str, Any]) -> None:
     RESULTS.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     TABLES.write_text(all_tables(content), encoding="utf-8")
     PAGE.write_text(page(content, PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    blocks = health_blocks(content.get("health", ()))
+    text = with_blocks(HEALTH.read_text(encoding="utf-8"), blocks, HEALTH.name)
+    HEALTH.write_text(text, encoding="utf-8")
     README.write_text(with_figures(README.read_text(encoding="utf-8"), content), encoding="utf-8")
 
 
@@ -173,7 +177,7 @@ def page(content: Mapping[str, Any], text: str) -> str:
     rows, doubt = content["rows"], content.get("in_doubt", {})
     kept = [row for row in rows if row["holds"]]
     missed = [row for row in rows if not row["holds"]]
-    parts = [*content.get("what_if", ()), *content.get("farm", ())]
+    parts = [part for key in ("what_if", "farm", "health") for part in content.get(key, ())]
     drawn = []
     if "draws" in content:
         drawn = [*draw_table(content["draws"], content.get("scaras")), ""]
@@ -229,6 +233,7 @@ def all_tables(content: Mapping[str, Any]) -> str:
     parts += tables(content["plants"]) if "plants" in content else []
     parts += what_if_table(content["what_if"]) if content.get("what_if") else []
     parts += farm_table(content["farm"]) if content.get("farm") else []
+    parts += lines_of("Robots that wear", "--health", content.get("health", ()))
     parts += ["## What each row compares\n", *(_entry(row) for row in rows)]
     return "\n".join(parts).rstrip() + "\n"
 

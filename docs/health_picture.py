@@ -35,8 +35,8 @@ def main() -> None:
     names = [joint.name for joint in joints]
     cycles = []
     for number in range(WEEK + LOOKED):
-        wear = grown(WEAR, number - WEEK) if number >= WEEK else None
-        now = Condition(celsius_at(number, random), wear)
+        worn = (grown(WEAR, number - WEEK),) if number >= WEEK else ()
+        now = Condition(celsius_at(number, random), worn)
         cycles.append(signs_of(run_cycle(robot, plant, now, random), fastest))
     base = Baseline(names, ranges, carries, cycles[:WEEK])
     monitor, first = Monitor(base), 0

@@ -22,11 +22,13 @@ from bench.__main__ import main
 from bench.demo_tables import demo_table, p95
 from bench.record import Beside, Goal, Record, interleaved, median, p99, spread_percent
 from bench.rows import GROUPS, names
+from bench.wear.table import BLOCKS
 
-README_BLOCKS, PAGE_BLOCKS = (
+README_BLOCKS, PAGE_BLOCKS, HEALTH_BLOCKS = (
     "".join(f"<!-- {name}: x -->\n<!-- end of {name} -->\n" for name in names_)
-    for names_ in (("figures", "first start"), ("goals", "rows", "missed"))
+    for names_ in (("figures", "first start"), ("goals", "rows", "missed"), BLOCKS)
 )
+PAGES = {"PAGE": "page.md", "README": "README.md", "HEALTH": "health.md"}
 
 
 @pytest.mark.parametrize(
@@ -88,10 +90,11 @@ def test_row_that_fails_says_why_and_the_others_go_on(
     monkeypatch.setattr(run, "names", lambda: list(rows))
     monkeypatch.setattr(run, "row", rows.get)
     files = {"RESULTS": "results.json", "TABLES": "tables.txt"}
-    for name, file in (files | {"PAGE": "page.md", "README": "README.md"}).items():
+    for name, file in (files | PAGES).items():
         monkeypatch.setattr(page, name, tmp_path / file)
     page.README.write_text(README_BLOCKS)
     page.PAGE.write_text(PAGE_BLOCKS)
+    page.HEALTH.write_text(HEALTH_BLOCKS)
     monkeypatch.setattr(page, "changed_files", lambda root: set())
     assert not run.measure([], tmp_path, Console(file=io.StringIO()), as_json=False)
     written = json.loads((tmp_path / "results.json").read_text())["rows"]

@@ -13,10 +13,24 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from scara_config import load_robot
 
-from twin_analysis.health.labelled_runs import LABELS, LabelledRun, labelled_run, signal_columns
+from twin_analysis.health.labelled_runs import (
+    DIGITS,
+    LABELS,
+    TORQUE_DIGITS,
+    LabelledRun,
+    labelled_run,
+    signal_columns,
+)
 from twin_analysis.health.virtual_cycles import AMOUNTS, TORQUE_NOISE_PERCENT, VACUUM_NOISE
 
 RUNS, SIGNALS, SHEET = "runs.parquet", "signals.parquet", "datasheet.md"
+AMOUNT_WORDS = {
+    "friction": "growth of its Coulomb part; 1 is twice",
+    "backlash": "play in turns of the motor",
+    "stiffness": "part of the servo's stiffness that is lost",
+    "payload": "mass added [kg]",
+    "vacuum": "part of the best vacuum that a leak takes",
+}
 WHOLE = {"run": pa.int32(), "now": pa.int8(), "time_s": pa.float64()}
 
 
@@ -43,7 +57,15 @@ def write_dataset(folder: Path, runs: int, seed: int, workers: int, profile: Pat
         }
         table = pa.table(arrays)
         if writer is None:
-            writer = pq.ParquetWriter(folder / SIGNALS, table.schema, compression="zstd")
+            # What is drawn by noise has no word twice: its bytes are sorted by their place instead.
+            drawn = [name for name in columns if name not in ("run", "now")]
+            writer = pq.ParquetWriter(
+                folder / SIGNALS,
+                table.schema,
+                compression="zstd",
+                use_dictionary=["run", "now"],
+                use_byte_stream_split=drawn,
+            )
         writer.write_table(table)
     if writer is not None:
         writer.close()
@@ -89,16 +111,31 @@ def _digest(path: Path) -> str:
 def datasheet(runs: int, seed: int, names: Sequence[str], digests: dict[str, str]) -> str:
     """Return what a reader of the data set has to know."""
     amounts = "\n".join(
-        f"| {kind} | {low:g} to {high:g} |" for kind, (low, high) in AMOUNTS.items()
+        f"| {kind} | {low:g} to {high:g} | {AMOUNT_WORDS[kind]} |"
+        for kind, (low, high) in AMOUNTS.items()
     )
     return f"""# Labelled runs of a SCARA that wears
+**Made, not measured.** All of it comes from a simulated robot: this project's stand-in of a FANUC
+SR-6iA, in virtual time. No real robot, no person and no workplace is in it.
+
+**What for.** To compare methods that tell from set points, positions and motor torques which part
+of a robot has worn; to teach; to test software that reads such recordings.
+
+**Not for.** No threshold, service interval or stop of a real robot may come from it, and no figure
+on it is a figure on steel: the laws of wear are assumed (plant/wear.py), and whoever is good at
+these runs is good at this stand-in. It has no failures, no crashes, no ageing of all joints at
+once, no part that wears beside another one, no other robot and no other cycle.
+
 **What.** {runs} runs, seed {seed}: each is a robot of its own, once in its first week and once now,
 healthy or with one worn part. Labels take turns: {", ".join(LABELS)}.
 
-**How made.** By this project's stand-in of a FANUC SR-6iA in virtual time, plant `field`, each
-number drawn within 30 % by the run's number. No real robot was measured. A cycle is three fast
-moves of all joints and three slow ones. Gears are cold in the morning; torques have a noise of
-{TORQUE_NOISE_PERCENT:g} % rms, the vacuum's time {100.0 * VACUUM_NOISE:g} %.
+**How made.** Plant `field`; drawn within 30 % by the run's number: accelerations and gains of the
+servo loops, friction, delays, noise of the positions. Lengths, gears and encoders are those of the
+type. A cycle is three fast moves of all joints and three slow ones, read each 4 to 16 ms: one time
+for each robot. Gears are at about 21 C in the morning and 30 C in the evening; torques have a noise
+of {TORQUE_NOISE_PERCENT:g} % rms, the vacuum's time {100.0 * VACUUM_NOISE:g} %. Joint, amount,
+temperatures and noise come from numpy's generator, seeded by seed and run. Positions are rounded to
+{DIGITS} places, torques to {TORQUE_DIGITS}; both are float32. Nothing was left out or mended.
 
 **Files.**
 
@@ -108,24 +145,27 @@ moves of all joints and three slow ones. Gears are cold in the morning; torques 
 | {SIGNALS} | {digests[SIGNALS]} |
 
 **{RUNS}**, a row for each run: `run`, `label`, `joint` (empty: of no joint), `amount`, `plant`,
-`first_celsius`, `now_celsius` of the gears, `first_vacuum_s`, `now_vacuum_s` (infinite: never).
+`first_celsius`, `now_celsius` of the gears, `first_vacuum_s`, `now_vacuum_s`.
 
-**{SIGNALS}**, a row for each reading: `run`; `now` 0 in the first week, 1 now; `time_s` from the
-cycle's begin; for each of {", ".join(names)}: `_wanted` and `_measured` [rad; m for joint_3],
-`_torque_percent` of the largest motor torque.
+**{SIGNALS}**, a row for each reading, a row group for each run: `run`; `now` 0 in the first week,
+1 now; `time_s` from the cycle's begin; for each of {", ".join(names)}:
+`_wanted` and `_measured` [rad; m for joint_3], `_torque_percent` of the largest motor torque.
 
-| label | amount |
-|---|---|
+| label | amount, evenly drawn | of |
+|---|---|---|
 {amounts}
 
-Friction: growth of its Coulomb part, 1 is twice. Backlash: play in turns of the motor. Stiffness:
-lost part. Payload: mass added [kg]. Vacuum: part of it that a leak takes.
+**Traps.**
+- `run` and `plant` tell the label (they take turns): they are names, no features. Nor are the
+  temperatures: a real robot does not tell them.
+- Split by run. The robot of a run is the same in each data set, whatever its seed: whoever learns
+  from run 7 of seed 1 has seen the robot of run 7 of seed 2.
+- The robot is behind its set points by the stream's delay: another one in each cycle, the same for
+  all joints. It is no wear.
 
-**Limits.** One part wears at a time. The laws of wear are assumed (plant/wear.py): whoever is good
-at these runs is good at this stand-in. Times between readings differ from robot to robot.
+**The same bytes** come from the same commit with the libraries of `setup/pins*.txt`:
+`./cell dataset health --runs {runs} --seed {seed}`, with any number of workers.
 
-**The same bytes** come from the same commit with the libraries of `setup/pins*.txt`, with any
-number of workers.
-
-**Licence.** BSD-3-Clause, as the project.
+**Licence.** BSD-3-Clause, as the project. Mistakes: to the project's issues. It is not kept up: a
+commit that changes the stand-in writes other bytes, and its CHANGELOG says so.
 """

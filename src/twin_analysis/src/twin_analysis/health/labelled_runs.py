@@ -64,7 +64,8 @@ def labelled_run(number: int, folder: Path, random: np.random.Generator) -> Labe
     wear = drawn_wear(kinds[0], names, random) if kinds else None
     celsius = [celsius_at(int(random.integers(A_DAY)), random) for _ in PARTS]
     first = run_cycle(robot, plant, Condition(celsius[0]), random)
-    now = run_cycle(robot, plant, Condition(celsius[1], wear), random)
+    worn = (wear,) if wear is not None else ()
+    now = run_cycle(robot, plant, Condition(celsius[1], worn), random)
     return LabelledRun(number, label, wear, (celsius[0], celsius[1]), (first, now))
 
 

@@ -34,9 +34,10 @@ GROWS = 8
 TORQUE_NOISE_PERCENT, VACUUM_S, VACUUM_NOISE = 0.3, 0.04, 0.06
 """Rms of a torque reading; a healthy vacuum, and rms of its time as a part of it [asm]."""
 FAST, SLOW, REST_S = 60.0, 1.0, 0.4
-STEPS = ((0.35, FAST), (-0.35, FAST), (0.0, FAST), (0.6, SLOW), (0.0, SLOW), (0.6, SLOW))
+Steps = tuple[tuple[float, float], ...]
 """Where each joint is from the middle of its range: so many seconds at the speed that brings it
 there [percent]. Nowhere further than ``WIDEST`` of the range."""
+STEPS: Steps = ((0.35, FAST), (-0.35, FAST), (0.0, FAST), (0.6, SLOW), (0.0, SLOW), (0.6, SLOW))
 WIDEST = 0.35
 
 
@@ -46,11 +47,11 @@ class Condition:
 
     Attributes:
         celsius: Of the gears.
-        wear: What has worn; None: nothing.
+        wears: What has worn.
     """
 
     celsius: float = WARM_C
-    wear: Wear | None = None
+    wears: tuple[Wear, ...] = ()
 
 
 def drawn_wear(kind: Kind, joints: list[str], random: np.random.Generator) -> Wear:
@@ -61,9 +62,9 @@ def drawn_wear(kind: Kind, joints: list[str], random: np.random.Generator) -> We
     return Wear(kind, amount, joint if kind in ("friction", "backlash", "stiffness") else "")
 
 
-def grown(wear: Wear, cycles: int) -> Wear:
-    """Return how far it has gone so many cycles after its first trace."""
-    return Wear(wear.kind, wear.amount * min(1.0, (cycles + 1) / GROWS), wear.joint)
+def grown(wear: Wear, cycles: int, grows: int = GROWS) -> Wear:
+    """Return how far it has gone so many cycles after its first trace; ``grows`` to all of it."""
+    return Wear(wear.kind, wear.amount * min(1.0, (cycles + 1) / grows), wear.joint)
 
 
 def celsius_at(cycle: int, random: np.random.Generator) -> float:
@@ -73,7 +74,11 @@ def celsius_at(cycle: int, random: np.random.Generator) -> float:
 
 
 def run_cycle(
-    robot: Robot, plant: Plant, condition: Condition, random: np.random.Generator
+    robot: Robot,
+    plant: Plant,
+    condition: Condition,
+    random: np.random.Generator,
+    steps: Steps = STEPS,
 ) -> CycleSignals:
     """Return what a client reads while the stand-in runs one cycle.
 
@@ -82,9 +87,10 @@ def run_cycle(
         plant: Of the healthy robot.
         condition: Temperature and wear.
         random: For noise, the stream's delay and the clock.
+        steps: Of the cycle.
     """
-    if condition.wear is not None:
-        plant = worn(plant, condition.wear)
+    for wear in condition.wears:
+        plant = worn(plant, wear)
     plant = at_temperature(plant, condition.celsius)
     joints = robot.joints
     home = [0.5 * (joint.lower + joint.upper) for joint in joints]
@@ -93,7 +99,7 @@ def run_cycle(
     delay = float(random.uniform(0.0, plant.stream.lag_largest_ms * 1e-3))
     rows: list[tuple[float, ...]] = []
     last, tick = None, 0
-    for part, speed in STEPS:
+    for part, speed in steps:
         motion.start(MoveStep(1, _place(robot, part, speed), speed, fine=True))
         rested = 0
         while rested * plant.dt < REST_S:
@@ -117,7 +123,7 @@ def run_cycle(
 
 
 def _place(robot: Robot, seconds: float, percent: float) -> tuple[float, ...]:
-    """Return where each joint is [rad or m], so far from the middle as STEPS says."""
+    """Return where each joint is [rad or m], so far from the middle as Steps say."""
     places = []
     for joint in robot.joints:
         most = WIDEST * (joint.upper - joint.lower)
