@@ -221,11 +221,23 @@ def test_on_a_slow_line_the_signals_are_read_behind_each_third_state(
     assert len(beats) > 4 and beats == list(range(1, len(beats) + 1)), "each one is another"
 
 
-def interrupt(other: ModbusPort, owner: Owner) -> None:
-    """Write the heartbeat, too, until the link is lost: one value may be overwritten unseen."""
-    values = itertools.count(20000)
-    wait_until(lambda: other.write_words(HEARTBEAT, [next(values)]) or len(owner.changes) > 1)
-    owner.wait_for(UP, DOWN)
+def interrupt(other: ModbusPort, owner: Owner) -> float:
+    """Write the heartbeat, too, until the link is lost; return when the last write began [s].
+
+    One value may be overwritten unseen.
+    """
+    values, begun = itertools.count(20000), 0.0
+
+    def lost() -> bool:
+        nonlocal begun
+        if len(owner.changes) > 1:
+            return True
+        begun = time.monotonic()
+        other.write_words(HEARTBEAT, [next(values)])
+        return False
+
+    wait_until(lost)
+    return begun
 
 
 def test_a_heartbeat_of_somebody_else_ends_the_link_and_a_stop_still_gets_through(
@@ -233,26 +245,46 @@ def test_a_heartbeat_of_somebody_else_ends_the_link_and_a_stop_still_gets_throug
 ) -> None:
     """The other master would keep the robot's watchdog quiet, so the stop must be written.
 
-    No heartbeat is, until the other one has ended.
+    No heartbeat is, as long as the other one writes it.
     """
     robot.echoes = True
     other = ModbusPort("127.0.0.1", robot.port, LAYOUT.device_id, 1.0)
     other.open()
-    with owner.link(robot.port, alone=0.3, timeout=1.0) as link:
+    with owner.link(robot.port, alone=3600.0, timeout=1.0) as link:
         wait_until(lambda: len(robot.writes(HEARTBEAT)) >= 20)
         assert [up for up, _ in owner.changes] == [True]
         interrupt(other, owner)
-        assert re.match(r"somebody else writes R\[1\]: 200\d\d is no", owner.changes[-1][1])
+        assert re.match(r"somebody else writes R\[1\]: 20\d{3} is no", owner.changes[-1][1])
         link.send(Pulse("cstopi"))
         wait_until(lambda: robot.writes(LAYOUT.coils["cstopi"].offset) == [(0xFF00,), (0,)])
         beats = len(robot.writes(HEARTBEAT))
         for value in range(21001, 21011):
             other.write_words(HEARTBEAT, [value])
-            last = time.monotonic()
-            time.sleep(0.05)
+            time.sleep(0.02)
         assert len(robot.writes(HEARTBEAT)) == beats + 10, "only the other one writes it"
+    assert [up for up, _ in owner.changes] == [UP, DOWN]
+    other.close()
+
+
+def test_the_link_is_used_again_once_the_other_master_has_been_quiet(
+    robot: Robot, owner: Owner
+) -> None:
+    """No sooner, however long it has written, and with a heartbeat."""
+    robot.echoes = True
+    other = ModbusPort("127.0.0.1", robot.port, LAYOUT.device_id, 1.0)
+    other.open()
+    with owner.link(robot.port, alone=1.0, timeout=1.0):
+        wait_until(lambda: len(robot.writes(HEARTBEAT)) >= 5)
+        last = begun = interrupt(other, owner)
+        for value in itertools.count(21001):
+            if last > begun + 1.2:
+                break
+            last = time.monotonic()
+            other.write_words(HEARTBEAT, [value])
+            time.sleep(0.05)
+        beats = len(robot.writes(HEARTBEAT))
         owner.wait_for(UP, DOWN, UP)
-        assert time.monotonic() > last + 0.25
+        assert time.monotonic() > last + 1.0
         wait_until(lambda: len(robot.writes(HEARTBEAT)) > beats + 20)
     assert [up for up, _ in owner.changes] == [UP, DOWN, UP]
     other.close()
