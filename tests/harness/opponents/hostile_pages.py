@@ -30,14 +30,14 @@ ORIGIN = "http://localhost:8080"
 """A page that may connect, and only look."""
 PERIOD_S = 0.01
 """How often the other client asks."""
-QUIET_S = 1.5
 
 
 @dataclass(frozen=True)
 class Answers:
     """How long [s] another client waited for its answers, and how many bytes the pages sent.
 
-    ``quiet`` is the p99 of right before, without the pages: what the machine itself makes it wait.
+    ``plain`` are p99 and worst of two programs that did the same without any gateway meanwhile:
+    what the machine makes everybody wait.
     """
 
     count: int
@@ -45,7 +45,7 @@ class Answers:
     p99: float
     worst: float
     sent: int
-    quiet: float
+    plain: tuple[float, float]
 
 
 def _publish(data: bytes) -> bytes:
@@ -201,15 +201,36 @@ def _ask(port: int, seconds: float) -> list[float]:
     return waits
 
 
+def _echo(seconds: float) -> list[float]:
+    """Be two programs, one of which asks as often; return how long [s] it waited each time."""
+    line, other = socket.socketpair()
+    if os.fork() == 0:
+        line.close()
+        while data := other.recv(1 << 10):
+            other.send(data)
+        os._exit(0)
+    other.close()
+    waits, end = [], time.monotonic() + seconds
+    while (begun := time.monotonic()) < end:
+        line.send(b"q" * 100)
+        line.recv(1 << 10)
+        waits.append(time.monotonic() - begun)
+        time.sleep(max(0.0, PERIOD_S - waits[-1]))
+    line.close()
+    os.wait()
+    return waits
+
+
 def beside_pages(port: int, seconds: float) -> Answers:
     """Measure another client's answers beside eight hostile pages, each side in a process."""
-    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
-        quiet = np.percentile(pool.submit(_ask, port, QUIET_S).result(), 99)
+    with ProcessPoolExecutor(3, mp_context=multiprocessing.get_context("spawn")) as pool:
         pages = pool.submit(visit, port, seconds)
+        plain = pool.submit(_echo, seconds)
         waits = np.array(pool.submit(_ask, port, seconds).result())
-        sent = pages.result()
+        sent, echoed = pages.result(), np.array(plain.result())
     p50, p99 = np.percentile(waits, (50, 99))
-    return Answers(len(waits), float(p50), float(p99), float(waits.max()), sent, float(quiet))
+    beside = float(np.percentile(echoed, 99)), float(echoed.max())
+    return Answers(len(waits), float(p50), float(p99), float(waits.max()), sent, beside)
 
 
 if __name__ == "__main__":
@@ -217,5 +238,6 @@ if __name__ == "__main__":
     print(
         f"{answers.count} answers beside eight hostile pages that sent {answers.sent / 1e6:.1f} MB:"
         f" {1e3 * answers.median:.2f} ms median, {1e3 * answers.p99:.1f} ms p99, "
-        f"{1e3 * answers.worst:.1f} ms worst"
+        f"{1e3 * answers.worst:.1f} ms worst; without a gateway "
+        f"{1e3 * answers.plain[0]:.1f} and {1e3 * answers.plain[1]:.1f} ms"
     )

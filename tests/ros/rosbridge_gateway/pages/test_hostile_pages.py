@@ -9,7 +9,7 @@ from harness.opponents.running_gateway import RunningGateway
 
 P99_S, WORST_S = 0.02, 0.1
 TIMES = 2.0
-"""On a machine that is busy itself an answer takes no more than so many times as long."""
+"""An answer takes no more than so many times as long as one without a gateway at that moment."""
 
 
 @pytest.mark.parametrize("seconds", [4.0, pytest.param(60.0, marks=pytest.mark.thorough)])
@@ -20,12 +20,12 @@ def test_eight_hostile_pages_keep_no_other_client_waiting(
 
     def measure() -> list[Row]:
         answers = beside_pages(gateway.port, seconds)
-        limit = max(P99_S, TIMES * answers.quiet)
+        limits = [max(*pair) for pair in zip((P99_S, WORST_S), (TIMES * t for t in answers.plain))]
         fault = f"gateway: eight hostile pages for {seconds:g} s"
         return [
             Row(fault, "MB that they sent", 1.0, answers.sent / 1e6, at_least=True),
-            Row(fault, "another client's answer, p99 [s]", limit, answers.p99),
-            Row(fault, "another client's answer, worst [s]", WORST_S, answers.worst),
+            Row(fault, "another client's answer, p99 [s]", limits[0], answers.p99),
+            Row(fault, "another client's answer, worst [s]", limits[1], answers.worst),
         ]
 
     check(measure)
