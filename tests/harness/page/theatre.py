@@ -18,7 +18,7 @@ from playwright.sync_api import Page, TimeoutError, expect
 from harness.processes import Stage, free_port, wait_until
 from harness.running.shared import BROWSERS
 from harness.running.thorough import thorough
-from harness.wires.browser import kept_chromium
+from harness.wires.browser import LOAD_MS, kept_chromium
 from harness.workspace import ROOT, workspace_environment
 
 STAGE = ROOT / "tests" / "harness" / "page" / "stage.py"
@@ -71,8 +71,8 @@ class Theatre:
         """Open it as an operator; ``runs`` is the folder of its recordings."""
         self.page, self.address, self.runs = page, address, runs
         page.add_init_script(STILL)
-        page.goto(f"{address}/?token={TOKEN}")
-        expect(page.locator("[data-panel].shown")).to_be_visible(timeout=30_000)
+        page.goto(f"{address}/?token={TOKEN}", timeout=LOAD_MS)
+        expect(page.locator("[data-panel].shown")).to_be_visible(timeout=LOAD_MS)
         expect(page.locator(".control-text")).to_have_text("Nobody is in control")
 
     def play(self, scene: str) -> None:

@@ -24,6 +24,8 @@ BEHIND_THE_CELL = f"""#!/bin/sh
 exec nice -n 10 {CHROMIUM} "$@"
 """
 DRIVER = "driver"
+LOAD_MS = 120_000
+"""How long a page may load: what it shows is judged, not how busy the machine is."""
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 from harness.processes import ROSRUN, Process, Stage, free_port, wait_until
-from harness.wires.browser import chromium
+from harness.wires.browser import LOAD_MS, chromium
 from harness.workspace import workspace_environment
 from harness.yaml_files import copy_configuration
 from playwright.sync_api import Page
@@ -130,8 +130,8 @@ def test_two_cells_with_their_experiments_are_seen_counted_and_stopped(
     """Both within the article's limits at the same time; the desk has each cycle of each."""
     with chromium(tmp_path) as browser:
         page = browser.new_page(viewport={"width": SIZES[0][0], "height": SIZES[0][1]})
-        page.goto(f"http://127.0.0.1:{farm.page_port}/?token={TOKEN}")
-        page.wait_for_selector(f"text=/{NAMES[1]}/")
+        page.goto(f"http://127.0.0.1:{farm.page_port}/?token={TOKEN}", timeout=LOAD_MS)
+        page.wait_for_selector(f"text=/{NAMES[1]}/", timeout=LOAD_MS)
         farm.make_ready()
         running = {name: farm.experiments(name) for name in NAMES}
 

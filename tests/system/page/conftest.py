@@ -14,7 +14,7 @@ from harness.page.acts import (
     patient_configuration,
     take_control,
 )
-from harness.wires.browser import chromium
+from harness.wires.browser import LOAD_MS, chromium
 from playwright.sync_api import Browser, Page, expect
 
 
@@ -61,8 +61,8 @@ class Pages:
         context = self._browser.new_context(viewport={"width": 1280, "height": 720})
         page = context.new_page()
         page.on("request", lambda request: self.asked.add(request.url.split("/")[2]))
-        page.goto(self.address + (f"?token={token}" if token else ""))
-        expect(page.locator("[data-panel].shown")).to_be_visible()
+        page.goto(self.address + (f"?token={token}" if token else ""), timeout=LOAD_MS)
+        expect(page.locator("[data-panel].shown")).to_be_visible(timeout=LOAD_MS)
         page.wait_for_function("() => window.did_handshake")  # else NiceGUI may load it again
         return page
 
