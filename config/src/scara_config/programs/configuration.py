@@ -103,7 +103,8 @@ def configuration_fault(text: str, robot: Robot) -> str:
     groups = letter_groups(robot)
     fits = len(told.letters) == len(groups)
     if not fits or not all(letter in group for letter, group in zip(told.letters, groups)):
-        return f"this arm has {_named(groups)}"
+        named = ", ".join(" or ".join(group) for group in groups) or "no configuration"
+        return f"this arm has {named}"
     joints = turn_joints(robot)
     for field, turn in enumerate(told.turns):
         if field >= len(joints):
@@ -115,7 +116,3 @@ def configuration_fault(text: str, robot: Robot) -> str:
         if not low <= turn <= high:
             return f"turn {turn}: {joint.name} goes from turn {low} to {high}"
     return ""
-
-
-def _named(groups: tuple[str, ...]) -> str:
-    return ", ".join(" or ".join(group) for group in groups) or "no configuration"

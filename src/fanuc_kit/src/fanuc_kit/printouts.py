@@ -107,7 +107,11 @@ def _take(line: str, section: str, last: Open, into: Printout) -> tuple[bool, Op
     """Take one line; return whether it was understood, and what goes on in the next one."""
     match section:
         case "IO STATUS":
-            return _take_signals(line, into), _NOTHING
+            # One signal stands on a line, or two beside each other.
+            found = [_SIGNAL.fullmatch(part) for part in _NEXT_SIGNAL.split(line.strip())]
+            for one in filter(None, found):
+                into.signals.setdefault(one[1], {})[int(one[2])] = value_of(one[3])
+            return None not in found, _NOTHING
         case "VARIABLES":
             return _take_variable(line, last, into)
         case "CONFIG" | "CONFIG2":
@@ -127,14 +131,6 @@ def _take(line: str, section: str, last: Open, into: Printout) -> tuple[bool, Op
         case "CURRENT ROBOT POSITION":
             return _take_position(line, into), _NOTHING
     return False, _NOTHING
-
-
-def _take_signals(line: str, into: Printout) -> bool:
-    """Take a line of signals: one, or two beside each other."""
-    found = [_SIGNAL.fullmatch(part) for part in _NEXT_SIGNAL.split(line.strip())]
-    for one in filter(None, found):
-        into.signals.setdefault(one[1], {})[int(one[2])] = value_of(one[3])
-    return None not in found
 
 
 def _take_variable(line: str, last: Open, into: Printout) -> tuple[bool, Open]:

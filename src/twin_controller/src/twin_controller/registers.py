@@ -126,6 +126,7 @@ class RegisterCodec:
         on |= told
         on |= {each for each, name in GRIPPER_NUMBERS.items() if self.given(name, words)}
         control = self._control_by_program(words, on)
+        switch = self.given("mode_b0", words), self.given("mode_b1", words)
         watchdog = None
         try:
             if (number := self.given("control_type", words)) is not None:
@@ -147,7 +148,7 @@ class RegisterCodec:
             command_echo=self._number(self._command.echo, words) if self._command else 0,
             plain_clock=self._plain_clock,
             ring_places=self._places,
-            operation_mode=self._operation_mode(words),
+            operation_mode=next((mode for mode, bits in MODE_BITS.items() if bits == switch), ""),
             efforts=tuple(efforts),
             **{name: self._number(name, words) for name in NUMBERS if name in self._registers},
         )
@@ -159,11 +160,6 @@ class RegisterCodec:
         if self._named and self._text("program_name", words, self.state) == STREAM:
             return ControlType.STREAM
         return ControlType.PROGRAM
-
-    def _operation_mode(self, words: Sequence[int]) -> str:
-        """Return at what the mode switch stands; empty where no register or no mode says so."""
-        bits = self.given("mode_b0", words), self.given("mode_b1", words)
-        return next((mode for mode, shown in MODE_BITS.items() if shown == bits), "")
 
     def clock_of(self, words: Sequence[int]) -> int:
         """Return the robot's clock in an answer to ``state`` [ms], whatever else is in it.

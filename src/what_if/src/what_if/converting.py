@@ -92,7 +92,9 @@ def converted(
         if why:
             kept.append(f"P[{position.number}] stays in joints: {why}")
     lines = (*_selections(program, positions), *program.lines)
-    used = {key for each in positions for key in _frames_of(each)} - set(told_frames(program))
+    cartesian = filter(is_cartesian, positions)
+    used = {key for each in cartesian for key in zip(WORDS, _numbers_of(each))}
+    used -= set(told_frames(program))
     lines += tuple(frame_remarks(table, sorted(used, reverse=True)))
     made = tuple(positions)
     return Converted(msgspec.structs.replace(program, lines=lines, positions=made), tuple(kept))
@@ -144,13 +146,10 @@ def _check_lines(program: Program, frame: int | None) -> None:
         elif _SETS_FRAME.match(text):
             why = "sets a frame while it runs"
         elif moves and (_COUNTS_IN_FRAME.search(text) or _selects(line, WORDS["user"])):
-            why = f"counts in the frame that is selected: leave the positions in {_listed(frames)}"
+            listed = ", ".join(f"UF {each}" for each in sorted(frames))
+            why = f"counts in the frame that is selected: leave the positions in {listed}"
         if why:
             raise WhatIfError(f"line {number} of {program.name}: {text.strip()}: {why}")
-
-
-def _listed(frames: set[str]) -> str:
-    return ", ".join(f"UF {each}" for each in sorted(frames))
 
 
 def _selects(line: Line, word: str) -> bool:
@@ -177,11 +176,6 @@ def _numbers_of(position: Position) -> tuple[int, int]:
         told = f"UF : {group.frame}, UT : {group.tool}"
         raise WhatIfError(f"P[{position.number}]: {told}: no number tells its frame")
     return int(group.frame), int(group.tool)
-
-
-def _frames_of(position: Position) -> Iterator[tuple[Kind, int]]:
-    if is_cartesian(position):
-        yield from zip(WORDS, _numbers_of(position))
 
 
 class _Converter:

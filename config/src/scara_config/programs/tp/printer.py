@@ -26,7 +26,6 @@ from scara_config.programs.tp.listing import (
     Name,
     Notice,
     Numbered,
-    Position,
     Program,
     PulseTime,
     Remark,
@@ -78,7 +77,11 @@ def print_program(program: Program) -> str:
         rows.append(f"{number:4d}:{print_line(line)} ;")
     rows.append("/POS")
     for position in program.positions:
-        rows += _position(position)
+        comment = f':"{position.comment}"' if position.comment else ""
+        rows.append(f"P[{position.number}{comment}]{{")
+        for group in position.groups:
+            rows += _group(group)
+        rows.append("};")
     return "\n".join([*rows, "/END"]) + "\n"
 
 
@@ -146,7 +149,11 @@ def _statement(line: Line) -> str:
         case Jump():
             return f"JMP {print_expression(line.label)}"
         case Call():
-            return _call(line)
+            called = line.program
+            name = called if isinstance(called, str) else print_expression(called)
+            arguments = ",".join(print_expression(argument) for argument in line.arguments)
+            way = "RUN" if line.beside else "CALL"
+            return f"{way} {name}" + (f"({arguments})" if arguments else "")
         case If():
             return f"IF {print_expression(line.condition)},{_statement(line.action)}"
         case IfThen():
@@ -156,7 +163,9 @@ def _statement(line: Line) -> str:
             ends = f"{print_expression(line.first)} {way} {print_expression(line.last)}"
             return f"FOR {print_expression(line.counter)}={ends}"
         case Wait():
-            return _wait(line.seconds)
+            if isinstance(line.seconds, float):
+                return f"WAIT {_number(line.seconds, 2):>6}(sec)"
+            return f"WAIT {print_expression(line.seconds)}"
         case WaitUntil():
             timeout = f" TIMEOUT,{print_expression(line.timeout)}" if line.timeout else ""
             return f"WAIT {print_expression(line.condition)}{timeout}"
@@ -171,18 +180,6 @@ def _statement(line: Line) -> str:
         case Unknown():
             return line.text
     raise AssertionError(f"{line!r} is printed elsewhere")
-
-
-def _wait(seconds: Expression) -> str:
-    if isinstance(seconds, float):
-        return f"WAIT {_number(seconds, 2):>6}(sec)"
-    return f"WAIT {print_expression(seconds)}"
-
-
-def _call(line: Call) -> str:
-    name = line.program if isinstance(line.program, str) else print_expression(line.program)
-    arguments = ",".join(print_expression(argument) for argument in line.arguments)
-    return f"{'RUN' if line.beside else 'CALL'} {name}" + (f"({arguments})" if arguments else "")
 
 
 def print_expression(expression: Expression) -> str:
@@ -230,14 +227,6 @@ def _number(value: float, digits: int = 0) -> str:
         digits += 1
         text = f"{value:.{digits}f}"
     return text.replace("0.", ".", 1) if text.lstrip("-").startswith("0.") else text
-
-
-def _position(position: Position) -> Iterator[str]:
-    comment = f':"{position.comment}"' if position.comment else ""
-    yield f"P[{position.number}{comment}]{{"
-    for group in position.groups:
-        yield from _group(group)
-    yield "};"
 
 
 def _group(group: GroupPosition) -> Iterator[str]:

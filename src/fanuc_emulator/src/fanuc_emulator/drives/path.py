@@ -50,7 +50,8 @@ class ToolPath:
         self._turn = rotation_vector(begin[:3, :3].T @ end[:3, :3])
         self.angle = float(np.linalg.norm(self._turn))
         if via is None:
-            self._place, self.length = _line(begin[:3, 3], end[:3, 3])
+            here, way = begin[:3, 3], end[:3, 3] - begin[:3, 3]
+            self._place, self.length = lambda part: here + part * way, float(np.linalg.norm(way))
         else:
             self._place, self.length = _arc(begin[:3, 3], via[:3, 3], end[:3, 3])
 
@@ -70,10 +71,6 @@ class ToolPath:
 
 
 Places = Callable[[float], Matrix]
-
-
-def _line(begin: Matrix, end: Matrix) -> tuple[Places, float]:
-    return lambda part: begin + part * (end - begin), float(np.linalg.norm(end - begin))
 
 
 def _arc(begin: Matrix, via: Matrix, end: Matrix) -> tuple[Places, float]:

@@ -13,7 +13,6 @@ import time
 
 from scara_config.programs.files import is_cartesian
 
-from operator_panel.control.desk_io import Session
 from operator_panel.page.preview.asking_io import ask
 from operator_panel.page.view_io import PageView
 from operator_panel.teach.draft import Draft, TeachError, draft_of
@@ -202,7 +201,9 @@ class Leading:
 
     def _holds(self, walk: Walk) -> bool:
         """Tell whether what the last line waits for is so now."""
-        walk.closed = _closed(self._view.door.snapshot().state)
+        state = self._view.door.snapshot().state
+        shown = state.real_gripper if state is not None else ""
+        walk.closed = shown not in OPEN if shown else None
         return walk.holds()
 
     async def _moved(self, walk: Walk, move: LedMove) -> None:
@@ -249,7 +250,8 @@ class Leading:
             TeachError: It is not.
         """
         session, state = self._view.session, self._view.door.snapshot().state
-        if not _there(self._view.desk.sessions.get(session.page)):
+        known = self._view.desk.sessions.get(session.page)
+        if known is None or not known.there:
             raise TeachError(f"{walk.text}: the page has gone")
         if state is None or state.holder != session.name:
             raise TeachError(f"{walk.text}: this page is not in control any more")
@@ -259,15 +261,6 @@ class Leading:
         self._looked.clear()
         with contextlib.suppress(asyncio.TimeoutError):
             await asyncio.wait_for(self._looked.wait(), LOOK_S)
-
-
-def _there(session: Session | None) -> bool:
-    return session is not None and session.there
-
-
-def _closed(state: CellState | None) -> bool | None:
-    """Return whether the real robot's gripper is closed; None: it is not known."""
-    return None if state is None or not state.real_gripper else state.real_gripper not in OPEN
 
 
 def _by_line(found: Judged, count: int) -> dict[int, Said]:
