@@ -14,7 +14,7 @@ STEPS = 60
 LENGTH_S = 1.2
 FAR = 0.5
 """Where each joint ends [rad] or [m], unless its range ends before."""
-MADE = Made(MotionOutcome.REPLACED, 12.34, 1.2)
+MADE = Made(end=MotionOutcome.REPLACED, time_predicted=12.34, time_measured=1.2)
 HIT = (
     "REFUSED at 0.62 s, line 12 of a_program_with_a_long_name: part_3 in hand would hit "
     "stand_1 of the table with a long name"

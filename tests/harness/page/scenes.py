@@ -235,7 +235,7 @@ def _snapshot(
         package=package,
         loops=loops,
         jog="ready",
-        status=RobotStatus(2, 1, 0, 1, int(not state.real_standing_still), 0),
+        status=RobotStatus(2, 0, 1, 1, int(not state.real_standing_still), 0),
         decisions=decisions,
         parts=NO_PARTS,  # the same object each time: what has not changed is not sent
     )

@@ -17,6 +17,11 @@ PLAIN: dict[str, tuple[Any, Any]] = {
     "uint32": (int, 0),
     "string[]": (tuple[str, ...], ()),
     "float64[]": (tuple[float, ...], ()),
+    "int32": (int, 0),
+    "uint64": (int, 0),
+    # Both hold one number, and -1 is unknown.
+    "industrial_msgs/RobotMode": (int, -1),
+    "industrial_msgs/TriState": (int, -1),
 }
 """ROS type: type of Python, value where nothing is known."""
 
@@ -24,8 +29,8 @@ PLAIN: dict[str, tuple[Any, Any]] = {
 def struct_of(message: Any, *without: str) -> Any:
     """Make a frozen struct of a message's fields, in their order, each with a default.
 
-    Lists become tuples. Fields that are messages themselves, and times, are left out: who needs one
-    adds it, in a form of its own.
+    Lists become tuples. Fields that are messages of several fields, and times, are left out: who
+    needs one adds it, in a form of its own.
 
     Args:
         message: Class of the message, as genpy makes it.

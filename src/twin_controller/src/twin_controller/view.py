@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 
-import msgspec
 from scara_control.kinematics.screws import Point
-from scara_ros.diagnosis import Level
+from scara_ros.diagnosis import Diagnosis, Level
 from scara_ros.message_struct import struct_of
 
 from scara_msgs.msg import LinkState, TwinControllerState
@@ -39,15 +38,6 @@ class StateView(struct_of(TwinControllerState)):  # type: ignore[misc]
     # On the controller's clock [s].
     held_since: float = 0.0
     links: tuple[LinkView, ...] = ()
-
-
-class Status(msgspec.Struct, frozen=True):
-    """One diagnostic_msgs/DiagnosticStatus."""
-
-    level: int
-    name: str
-    message: str
-    values: dict[str, str] = {}
 
 
 def state_view(
@@ -177,7 +167,7 @@ def decision_text(decision: Decided) -> str:
 
 def statuses(
     setup: Setup, state: CoreState, counters: dict[str, dict[str, int]], now: float
-) -> list[Status]:
+) -> list[Diagnosis]:
     """Return the diagnostics of the controller, its links, the robot, who may lead, the pair."""
     view = state_view(setup, state, now)
     grips, real, safety = state.orders.grips, state.sides.real, state.safety
@@ -195,28 +185,28 @@ def statuses(
     if setup.only_followed:
         leading = f"the robot is followed, and never led: {setup.only_followed}"
     return [
-        Status(
+        Diagnosis(
             mode_level,
             "twin_controller: mode",
             f"{view.mode}: {view.alarm or view.why}",
             {"leader": view.leader, "why": view.why, "speed_reason": view.speed_reason},
         ),
         *(_link_status(link, counters.get(link.name, {})) for link in view.links),
-        Status(
+        Diagnosis(
             Level.WARN if grips.trouble else Level.OK,
             "twin_controller: grippers",
             grips.trouble or "agree",
             {"real": view.real_gripper, "twin": view.twin_gripper},
         ),
-        Status(
+        Diagnosis(
             robot_level,
             "twin_controller: real robot",
             real.alarm or real.warning or "no alarm",
         ),
-        Status(
+        Diagnosis(
             Level.WARN if setup.only_followed else Level.OK, "twin_controller: leading", leading
         ),
-        Status(
+        Diagnosis(
             Level.ERROR if view.diverged else Level.OK,
             "twin_controller: pair",
             "the pair came apart" if view.diverged else "together",
@@ -226,7 +216,7 @@ def statuses(
                 "joint_deviation": f"{deviation(setup, state.sides):.3f}",
             },
         ),
-        Status(
+        Diagnosis(
             Level.WARN if late else Level.OK,
             "twin_controller: delay",
             late or "both at the same place at the same time",
@@ -241,9 +231,9 @@ def statuses(
     ]
 
 
-def _link_status(link: LinkView, counters: dict[str, int]) -> Status:
+def _link_status(link: LinkView, counters: dict[str, int]) -> Diagnosis:
     """Return the diagnostic of a link, with what its connection has counted."""
-    return Status(
+    return Diagnosis(
         Level.OK if link.connected and not link.reason else Level.ERROR,
         f"twin_controller: link {link.name}",
         link.reason or "connected",

@@ -138,7 +138,7 @@ def test_a_new_day_begins_at_nothing() -> None:
 def test_status_is_in_words_and_unknown_stays_unknown() -> None:
     """A robot that says nothing is neither stopped nor ready."""
     assert set(status_texts(None).values()) == {"not known"}
-    good = RobotStatus(2, 1, 0, 1, 0, 0)
+    good = RobotStatus(2, 0, 1, 1, 0, 0)
     assert status_texts(good) == {
         "status.mode": "automatic",
         "status.drives": "on",

@@ -9,7 +9,7 @@ from harness.parts import changed
 from twin_controller.core.lead.modes import Mode
 from twin_controller.reporting.robot_status import (
     RobotMode,
-    RobotStatus,
+    StatusAnswers,
     Tri,
     robot_status,
     scaling_factor,
@@ -18,7 +18,7 @@ from twin_controller.reporting.robot_status import (
 AWAY = shifted(HOME, 20.0, -30.0, 40.0, 10.0)
 
 
-def status(pair: Pair, pendant: bool | None = False, alarm_number: int = 0) -> RobotStatus:
+def status(pair: Pair, pendant: bool | None = False, alarm_number: int = 0) -> StatusAnswers:
     """Return the status now."""
     return robot_status(SETUP, pair.state, pendant, alarm_number, pair.now)
 
@@ -39,13 +39,13 @@ def test_constants_are_those_of_the_messages() -> None:
 def test_everything_is_unknown_while_the_link_is_down(pair: Pair) -> None:
     """No answer is better than an old one."""
     pair.link("real", False)
-    assert status(pair) == RobotStatus()
+    assert status(pair) == StatusAnswers()
     assert {*msgspec.structs.asdict(status(pair)).values()} == {-1, 0}
 
 
 def test_a_ready_robot_at_rest(pair: Pair) -> None:
     """Drives on, no error, motion possible, none going on."""
-    assert status(pair) == RobotStatus(
+    assert status(pair) == StatusAnswers(
         RobotMode.AUTO, Tri.FALSE, Tri.TRUE, Tri.TRUE, Tri.FALSE, Tri.FALSE, 0
     )
 

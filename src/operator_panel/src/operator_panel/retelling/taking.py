@@ -28,7 +28,6 @@ from operator_panel.view.snapshot import (
 )
 
 DECISIONS_KEPT = 30
-TRI_STATES = ("drives_powered", "e_stopped", "motion_possible", "in_motion", "in_error")
 CLOCK = "%H:%M:%S"
 TOOLS = ("real_tool", "twin_tool")
 PERSON_DIGITS = 2  # our choice: a centimetre
@@ -112,9 +111,7 @@ def with_person(snapshot: Snapshot, sensor: str, message: Any, now: float) -> Sn
 
 def with_status(snapshot: Snapshot, message: Any) -> Snapshot:
     """Take a RobotStatus of ROS-Industrial."""
-    states = {name: getattr(message, name).val for name in TRI_STATES}
-    status = RobotStatus(mode=message.mode.val, error_code=message.error_code, **states)
-    return msgspec.structs.replace(snapshot, status=status)
+    return msgspec.structs.replace(snapshot, status=RobotStatus(**_fields(message, RobotStatus)))
 
 
 def with_part_event(snapshot: Snapshot, side: str, message: Any) -> Snapshot:
@@ -154,6 +151,8 @@ def _fields(message: Any, kind: type[msgspec.Struct], *without: str) -> dict[str
     for name in kind.__struct_fields__:
         if name not in without and hasattr(message, name):
             value = getattr(message, name)
+            # A mode or a yes and no of ROS-Industrial holds one number.
+            value = getattr(value, "val", value)
             value = value.tolist() if hasattr(value, "tolist") else value
             found[name] = tuple(value) if isinstance(value, list) else value
     return found

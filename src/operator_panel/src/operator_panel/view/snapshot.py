@@ -8,7 +8,7 @@ import msgspec
 from scara_ros.message_struct import struct_of
 
 from operator_panel.view.robot.status import RobotStatus
-from scara_msgs.msg import LinkState, RobotData, TwinControllerState
+from scara_msgs.msg import LinkState, MotionOutcome, RobotData, TwinControllerState
 
 
 class Link(struct_of(LinkState)):  # type: ignore[misc]
@@ -55,6 +55,10 @@ class Loop(msgspec.Struct, frozen=True):
     command: float
 
 
+class Made(struct_of(MotionOutcome)):  # type: ignore[misc]
+    """A motion that was judged and has ended: the fields of scara_msgs/MotionOutcome."""
+
+
 class Diagnosis(msgspec.Struct, frozen=True):
     """One diagnostic_msgs/DiagnosticStatus and when it came (monotonic [s])."""
 
@@ -87,20 +91,6 @@ class DecisionLine(msgspec.Struct, frozen=True):
     mode_before: str
     mode_after: str
     why: str
-
-
-class Made(msgspec.Struct, frozen=True):
-    """A motion that was judged and has ended.
-
-    Attributes:
-        end: How, as in scara_msgs/MotionOutcome.
-        time_predicted: Moving time [s].
-        time_measured: Of the real robot [s].
-    """
-
-    end: str
-    time_predicted: float
-    time_measured: float
 
 
 class Sighting(msgspec.Struct, frozen=True):

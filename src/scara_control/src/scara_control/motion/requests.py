@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from scara_config import Joint, Robot
+from scara_ros.message_struct import struct_of
 
 from scara_control.config import MotionConfig, MoveConfig, in_si
 from scara_control.joint_motion import JointMotion, Vector
@@ -15,6 +16,7 @@ from scara_control.kinematics.tool_path import MoveWay
 from scara_control.limits import check_joint_vector, check_limits
 from scara_control.motion.commands import MotionRefusedError
 from scara_control.motion.trim import Trimming
+from scara_msgs.msg import MotionState
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,21 +35,10 @@ class MoveRequest:
         return tuple(self.positions.get(joint.name, q) for joint, q in zip(joints, hold))
 
 
-@dataclass(frozen=True, slots=True)
-class PoseReport:
-    """What the controller does; the fields of scara_msgs/MotionState."""
+class PoseReport(struct_of(MotionState)):  # type: ignore[misc]
+    """What the controller does: the fields of scara_msgs/MotionState."""
 
-    state: str
-    move_id: int
-    setpoint: Vector
-    target: Vector
-    way: tuple[Vector, ...]
-    speed_requested_percent: float
-    peak_percent: float
-    speed_applied_percent: float
-    speed_limit_percent: float
-    standing_still: bool
-    message: str
+    way: tuple[Vector, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ import struct
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
-import msgspec
+from scara_ros.message_struct import struct_of
 from twin_controller.core.actions import Decided
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState
@@ -24,6 +24,8 @@ from twin_controller.reporting.snapshots import (
     encode_state,
     first_difference,
 )
+
+from scara_msgs.msg import Decision
 
 EDGE_S = 0.3
 """So near to an end of the recording or of a life a decision may be missing.
@@ -55,23 +57,13 @@ class RecordedInput:
     life: str = ""
 
 
-class RecordedDecision(msgspec.Struct, frozen=True):
+class RecordedDecision(struct_of(Decision)):  # type: ignore[misc]
     """What ``twin_controller/decisions`` says of a decision.
 
     Times [s] of the controller's clock, NaN for none; ``who`` is None in a recording from before
     persons had names.
     """
 
-    seq: int
-    mode_before: str
-    event: str
-    mode_after: str
-    leader: str
-    actions: tuple[str, ...]
-    why: str
-    onset_real: float
-    onset_twin: float
-    onset_uncertainty: float
     who: str | None = None
 
     def difference(self, other: RecordedDecision) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from dataclasses import replace
 from typing import Any
 
 import msgspec
@@ -32,7 +33,7 @@ from twin_controller.reporting.shadow_service_node import ShadowService
 from twin_controller.reporting.status_publisher_node import StatusPublisher
 from twin_controller.robot.link import REPEATED
 from twin_controller.robot_sample import RobotSample
-from twin_controller.view import LinkView, Status, state_view
+from twin_controller.view import LinkView, state_view
 
 DATA_PERIOD_S = 0.1
 REFUSED_PERIOD_S = 0.5
@@ -230,19 +231,15 @@ class Publishing:
         with until_shutdown():
             self._data.publish(message)
 
-    def diagnose(self, found: list[Status]) -> None:
+    def diagnose(self, found: list[Diagnosis]) -> None:
         """Publish diagnostics."""
         node = rospy.resolve_name("twin_controller")
-        shown = (
-            Diagnosis(
-                status.level,
-                node + status.name.removeprefix("twin_controller"),
-                status.message,
-                status.values,
+        self._diagnostics.publish(
+            *(
+                replace(each, name=node + each.name.removeprefix("twin_controller"))
+                for each in found
             )
-            for status in found
         )
-        self._diagnostics.publish(*shown)
 
 
 def _header(stamp: rospy.Time) -> rospy.Header:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-import msgspec
+from scara_ros.message_struct import struct_of
 
+from industrial_msgs.msg import RobotStatus
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.orders.stream import AUTO
 from twin_controller.core.setup import Setup
@@ -29,21 +30,13 @@ class RobotMode(IntEnum):
     AUTO = 2
 
 
-class RobotStatus(msgspec.Struct, frozen=True):
+class StatusAnswers(struct_of(RobotStatus)):  # type: ignore[misc]
     """The fields of industrial_msgs/RobotStatus."""
-
-    mode: RobotMode = RobotMode.UNKNOWN
-    e_stopped: Tri = Tri.UNKNOWN
-    drives_powered: Tri = Tri.UNKNOWN
-    motion_possible: Tri = Tri.UNKNOWN
-    in_motion: Tri = Tri.UNKNOWN
-    in_error: Tri = Tri.UNKNOWN
-    error_code: int = 0
 
 
 def robot_status(
     setup: Setup, state: CoreState, pendant_enabled: bool | None, alarm_number: int, now: float
-) -> RobotStatus:
+) -> StatusAnswers:
     """Say how the real robot is; everything is unknown while its link is down.
 
     Args:
@@ -57,7 +50,7 @@ def robot_status(
     real, lead = state.sides.real, state.lead
     flags = real.flags
     if flags is None or not real.history:
-        return RobotStatus()
+        return StatusAnswers()
     error = flags.fault or lead.mode is Mode.FAULT
     # An emergency stop that does not reach the robot is none of it.
     stopped = (lead.mode is Mode.ESTOP and setup.writes) or not flags.drives_on
@@ -67,7 +60,7 @@ def robot_status(
     if flags.operation_mode:
         manual = flags.operation_mode != AUTO
     modes = {None: RobotMode.UNKNOWN, True: RobotMode.MANUAL, False: RobotMode.AUTO}
-    return RobotStatus(
+    return StatusAnswers(
         mode=modes[manual],
         e_stopped=Tri(stopped),
         drives_powered=Tri(flags.drives_on),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-import msgspec
+from scara_ros.message_struct import struct_of
+
+import industrial_msgs.msg
 
 YES, NO = 1, 0
 MODES = {1: "by hand, at its pendant", 2: "automatic"}
@@ -15,16 +17,8 @@ SWITCH = {
 UNKNOWN = "not known"
 
 
-class RobotStatus(msgspec.Struct, frozen=True):
-    """Values of industrial_msgs/RobotStatus: mode 1 manual, 2 automatic; else 1 yes, 0 no, -1."""
-
-    mode: int = -1
-    drives_powered: int = -1
-    e_stopped: int = -1
-    motion_possible: int = -1
-    in_motion: int = -1
-    in_error: int = -1
-    error_code: int = 0
+class RobotStatus(struct_of(industrial_msgs.msg.RobotStatus)):  # type: ignore[misc]
+    """The fields of industrial_msgs/RobotStatus: mode 1 manual, 2 automatic; else 1 yes, 0 no, -1."""
 
 
 def status_texts(status: RobotStatus | None, switch: str = "") -> dict[str, str]:
