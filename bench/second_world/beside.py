@@ -126,12 +126,11 @@ def _answer(line: Connection) -> list[tuple[str, float]]:
 def _simulate(line: Connection) -> None:
     """Make the programs in turns while it is told to; say how fast each run was by the clock."""
     from what_if.cell_files_io import find_program, resting_cell
-    from what_if.motions import ProgramRun
     from what_if.second_world_io import SETTLING_S, SecondWorld
 
     os.nice(NICENESS)
     with resting_cell(CONFIG) as (world, _), SecondWorld(world, CONFIG) as second:
-        motions = {name: ProgramRun(find_program(world.cell, name, CONFIG)) for name in PROGRAMS}
+        motions = {name: find_program(world.cell, name, CONFIG) for name in PROGRAMS}
         line.send([])
         while _is_told(line):
             found = []

@@ -8,10 +8,10 @@ from pathlib import Path
 import msgspec
 from harness.second_world.cycles import measured, run
 from rich.console import Console
+from scara_config.programs.files import ProgramSteps
 from what_if.cell_files_io import find_program, resting_cell
 from what_if.config import ProgramConfig
 from what_if.judging import judge
-from what_if.motions import ProgramRun
 from what_if.timing.learning import learned, rests_of
 from what_if.world import World
 
@@ -43,8 +43,8 @@ def _ruled(world: World, law: ProgramConfig, override: int) -> World:
     return replace(world, cell=cell, override_percent=float(override))
 
 
-def _program(world: World, name: str) -> ProgramRun:
-    return ProgramRun(find_program(world.cell, name, CONFIG))
+def _program(world: World, name: str) -> ProgramSteps:
+    return find_program(world.cell, name, CONFIG)
 
 
 def _compared(world: World, name: str, plant: str, override: int) -> Figure:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from harness.second_world.planting import Bench, moves, program
 from harness.second_world.truth import Truth, Vector
-from what_if.motions import ProgramRun
+from scara_config.programs.files import ProgramSteps
 from what_if.uncertainty.spreads import Spread, drawn, spreads_of
 from what_if.uncertainty.varied import varied
 from what_if.world import World
@@ -34,7 +34,7 @@ class Near:
     """
 
     world: World
-    motion: ProgramRun
+    motion: ProgramSteps
     ways: tuple[Vector, ...]
 
 

@@ -17,7 +17,7 @@ from scara_config.programs.tp.listing import Coordinate, GroupPosition, Position
 from scara_config.programs.tp.printer import print_program
 from what_if.cell_files_io import find_program, resting_cell
 from what_if.judging import judge, judge_planned
-from what_if.motions import JointTarget, Motion, ProgramRun
+from what_if.motions import JointTarget, Motion
 from what_if.second_world_io import SecondWorld
 from what_if.timing.planning import plan
 from what_if.world import World
@@ -40,7 +40,7 @@ def _verdicts(world: World) -> list[Figure]:
     rng = np.random.default_rng(7)
     low, high = np.array([(j.lower, j.upper) for j in world.cell.robot.twin_joints]).T
     moves = [JointTarget(tuple(rng.uniform(low, high).tolist())) for _ in range(MOVES)]
-    article = ProgramRun(find_program(world.cell, "ARTICLE", CONFIG))
+    article = find_program(world.cell, "ARTICLE", CONFIG)
     asked: list[tuple[str, float, list[Motion]]] = [
         ("verdict by geometry, a random move", 50.0, list(moves)),
         ("verdict by geometry, ARTICLE", 500.0, [article] * PROGRAMS),
@@ -71,7 +71,7 @@ def _lines(world: World, folder: Path) -> list[Figure]:
     program = Program("LINES", tuple(map(read_line, texts)), tuple(positions))
     file = folder / "LINES.LS"
     file.write_text(print_program(program), encoding="utf-8")
-    run = ProgramRun(find_program(world.cell, str(file), CONFIG))
+    run = find_program(world.cell, str(file), CONFIG)
     taken: list[tuple[float, float]] = []
     for _ in range(PROGRAMS):
         begin = time.perf_counter()
@@ -88,7 +88,7 @@ def _physics(world: World) -> list[Figure]:
     found = []
     with SecondWorld(world, CONFIG) as second:
         for name in ("ARTICLE", "PALLETISE"):
-            motion = ProgramRun(find_program(world.cell, name, CONFIG))
+            motion = find_program(world.cell, name, CONFIG)
             times = [second.run(world, motion).times_real for _ in range(RUNS)]
             note = f"times real time, processor time, median of {RUNS}"
             value = float(np.median(times))

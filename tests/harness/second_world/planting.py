@@ -17,7 +17,6 @@ from scara_config import KeepOut
 from scara_config.programs.files import ProgramSteps
 from scara_config.programs.steps import GripperStep, MoveStep, WaitStep
 from what_if.cell_files_io import find_program
-from what_if.motions import ProgramRun
 from what_if.world import Obstacle, World
 
 from harness.second_world.truth import Thing, Truth, Vector
@@ -28,7 +27,7 @@ OFF_ZONES = 0.008
 """Likewise from keep-out zones; the judge asks for keep_out_clearance_mm, 5 mm."""
 DEEP = 0.0002
 """A planted harm overlaps by at least so much [m]."""
-Case = tuple[World, ProgramRun]
+Case = tuple[World, ProgramSteps]
 
 
 @dataclass
@@ -97,9 +96,9 @@ def moves(targets: Sequence[Vector], world: World, first: int = 1) -> list[MoveS
     ]
 
 
-def program(*lines: MoveStep | WaitStep | GripperStep) -> ProgramRun:
+def program(*lines: MoveStep | WaitStep | GripperStep) -> ProgramSteps:
     """Return lines as a program."""
-    return ProgramRun(ProgramSteps("RANDOM", lines))
+    return ProgramSteps("RANDOM", lines)
 
 
 def free_case(bench: Bench) -> Case:

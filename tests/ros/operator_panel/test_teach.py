@@ -16,7 +16,6 @@ from scara_config import load_robot
 from scara_config.programs.files import joint_values
 from what_if.cell_files_io import find_program, resting_cell
 from what_if.judging import judge
-from what_if.motions import ProgramRun
 from what_if.verdict import Outcome
 
 
@@ -114,6 +113,6 @@ def test_palletising_is_taught_in_25_actions_and_places_nine_of_nine(theatre: Th
     file = theatre.runs.parent / "TAUGHT.LS"
     file.write_text(text, encoding="utf-8")
     with resting_cell(CONFIG) as (world, _):
-        verdict = judge(world, ProgramRun(find_program(world.cell, str(file), CONFIG)))
+        verdict = judge(world, find_program(world.cell, str(file), CONFIG))
     assert verdict.outcome is Outcome.OK, verdict.sentence
     assert (len(verdict.placed), verdict.dropped) == (9, ())

@@ -119,12 +119,12 @@ def test_positions_come_back_from_where_the_tool_is(
         dice = random.Random(seed)
         program = at_random(robot, dice)
         frame = dice.choice([None, 0, 1, 2])
-        out = converted(program, robot, TABLE, "cartesian", frame)
-        text = print_program(out.program)
+        out, _ = converted(program, robot, TABLE, "cartesian", frame)
+        text = print_program(out)
         again = read(text, "RANDOM")
-        assert again.positions == out.program.positions and again.lines == out.program.lines
+        assert again.positions == out.positions and again.lines == out.lines
         taught_of(again, robot, "RANDOM")
-        back = converted(again, robot, TABLE, "joints").program
+        back, _ = converted(again, robot, TABLE, "joints")
         assert not any(map(is_cartesian, back.positions))
         for old, there, new in zip(program.positions, again.positions, back.positions):
             q = joint_values(old, robot)
@@ -161,7 +161,7 @@ def test_exported_program_selects_its_frames_and_tells_them() -> None:
     """A robot stops at positions of another frame than the one selected; remarks are short."""
     robot = load_robot(ROOT / "config")
     moves = ("J P[1] 50% FINE", "L P[2] 100mm/sec FINE")
-    found = converted(program(*moves, frames=("0", "2")), robot, TABLE, "cartesian", 2).program
+    found, _ = converted(program(*moves, frames=("0", "2")), robot, TABLE, "cartesian", 2)
     lines = lines_of(found)
     assert lines[:4] == ["UFRAME_NUM=2", "UTOOL_NUM=2", *moves]
     assert [each.groups[0].config for each in found.positions] == ["R, 0, 0, 0", "L, 1, 0, 0"]
@@ -172,7 +172,7 @@ def test_exported_program_selects_its_frames_and_tells_them() -> None:
         ("tool", 2): (12.5, -3.0, 60.0, 0.0, 0.0, 45.0),
     }
     assert list(frame_differences(told, TABLE, "file")) == []
-    again = converted(found, robot, TABLE, "cartesian", None).program
+    again, _ = converted(found, robot, TABLE, "cartesian", None)
     assert again == found
 
 
@@ -222,7 +222,7 @@ def test_program_whose_lines_would_mean_something_else_is_refused(
 def test_place_that_the_joints_cannot_be_told_of_is_refused(old: str, new: str, why: str) -> None:
     """Nothing is guessed."""
     robot = load_robot(ROOT / "config")
-    text = print_program(converted(program(MOVE), robot, TABLE, "cartesian").program)
+    text = print_program(converted(program(MOVE), robot, TABLE, "cartesian")[0])
     assert old in text
     with pytest.raises((WhatIfError, ConfigError), match=why):
         converted(read(text.replace(old, new, 1), "MINE"), robot, TABLE, "joints")
@@ -232,11 +232,10 @@ def test_place_where_the_arm_is_stretched_stays_in_joints() -> None:
     """A rounded number would turn the joints far there; the article's P1 is such a place."""
     robot = load_robot(ROOT / "config")
     article = read_listing(ROOT / "config/robots/fanuc_sr6ia/programs/ARTICLE.LS")
-    found = converted(article, robot, TABLE, "cartesian", 1)
-    (kept,) = found.kept
+    found, (kept,) = converted(article, robot, TABLE, "cartesian", 1)
     assert kept.startswith("P[1] stays in joints: the arm is stretched there")
-    assert [is_cartesian(each) for each in found.program.positions] == [False, True, True]
-    assert [each.groups[0].frame for each in found.program.positions] == ["1"] * 3
+    assert [is_cartesian(each) for each in found.positions] == [False, True, True]
+    assert [each.groups[0].frame for each in found.positions] == ["1"] * 3
 
 
 def test_command_writes_a_program_of_the_files_name_and_never_over_one(tmp_path: Path) -> None:

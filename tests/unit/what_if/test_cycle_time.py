@@ -15,7 +15,6 @@ from what_if.cell_files_io import find_program
 from what_if.errors import WhatIfError
 from what_if.judging import judge
 from what_if.live_world_node import commanded
-from what_if.motions import ProgramRun
 from what_if.timing.learning import learned, rests_of
 from what_if.world import World
 
@@ -25,7 +24,7 @@ from scara_msgs.msg import TwinControllerState
 @pytest.mark.parametrize("name", ["ARTICLE", "TWO_POINT", "PALLETISE"])
 def test_a_program_takes_as_long_as_predicted(world: World, name: str) -> None:
     """Within 1 %: the issue's goal, here for the ideal plant."""
-    motion = ProgramRun(find_program(world.cell, name, CONFIG))
+    motion = find_program(world.cell, name, CONFIG)
     predicted = judge(world, motion).duration_s
     assert predicted == pytest.approx(measured(world, name), rel=0.01)
 
@@ -36,7 +35,7 @@ def test_a_running_program_takes_as_long_as_predicted(world: World, override: in
     shown = TwinControllerState(
         real_override_percent=override, speed_applied_percent=0.5 * override, follower_lag=0.02
     )
-    motion = ProgramRun(find_program(world.cell, "ARTICLE", CONFIG))
+    motion = find_program(world.cell, "ARTICLE", CONFIG)
     predicted = judge(commanded(world, shown), motion).duration_s
     assert predicted == pytest.approx(measured(world, "ARTICLE", override=override), rel=0.01)
     unknown = commanded(world, TwinControllerState())
@@ -50,7 +49,7 @@ def test_a_program_of_the_robot_is_not_held_at_a_followers_cap(world: World) -> 
         MoveStep(step.line, step.target, 100.0, step.fine) if isinstance(step, MoveStep) else step
         for step in found.steps
     )
-    fast = ProgramRun(ProgramSteps(found.name, steps))
+    fast = ProgramSteps(found.name, steps)
     open_world = replace(world, cap_percent=100.0)
     assert judge(world, fast) == judge(open_world, fast)
 
@@ -65,13 +64,13 @@ def test_a_program_of_the_robot_is_not_held_at_a_followers_cap(world: World) -> 
 )
 def test_one_measured_cycle_teaches_the_others(world: World, plant: str, name: str) -> None:
     """Within 1 %, the issue's goal: of the plant nothing is known but what four moves took."""
-    seen = ProgramRun(find_program(world.cell, "TWO_POINT", CONFIG))
+    seen = find_program(world.cell, "TWO_POINT", CONFIG)
     rests = rests_of(world, seen, run(world, "TWO_POINT", plant)[1])
     assert len(rests) == 4
     law = learned(world.cell.config.program, rests)
     known = msgspec.structs.replace(world.cell.config, program=law)
     taught = replace(world, cell=replace(world.cell, config=known))
-    predicted = judge(taught, ProgramRun(find_program(world.cell, name, CONFIG))).duration_s
+    predicted = judge(taught, find_program(world.cell, name, CONFIG)).duration_s
     assert predicted == pytest.approx(measured(world, name, plant), rel=0.01)
 
 
@@ -93,7 +92,7 @@ def test_what_cannot_be_learned_from_is_said(world: World) -> None:
 
 def test_lines_that_were_not_seen_are_left_out(world: World) -> None:
     """A robot is asked a hundred times a second: a short line may be over before."""
-    motion = ProgramRun(find_program(world.cell, "TWO_POINT", CONFIG))
+    motion = find_program(world.cell, "TWO_POINT", CONFIG)
     _, seen = run(world, "TWO_POINT", "ideal")
     all_of_them = rests_of(world, motion, seen)
     some = rests_of(world, motion, [*seen[:3], *seen[4:]])

@@ -18,7 +18,7 @@ from scara_control.keep_out.zones import judge_way
 from what_if.cell_files_io import find_program, resting_cell
 from what_if.errors import WhatIfError
 from what_if.judging import judge
-from what_if.motions import JointTarget, Motion, ProgramRun, Recorded, ToolTarget
+from what_if.motions import JointTarget, Motion, Recorded, ToolTarget
 from what_if.verdict import Cause, Outcome
 from what_if.world import Obstacle, World
 
@@ -26,9 +26,9 @@ HOME = (0.0, 0.0, -0.16, 0.0)
 WALL = KeepOut("wall", (400.0, 200.0, -300.0), (420.0, 500.0, 500.0))
 
 
-def steps(*lines: MoveStep | WaitStep | GripperStep) -> ProgramRun:
+def steps(*lines: MoveStep | WaitStep | GripperStep) -> ProgramSteps:
     """Return lines as a program."""
-    return ProgramRun(ProgramSteps("TEST", lines))
+    return ProgramSteps("TEST", lines)
 
 
 def move(number: int, *q: float) -> MoveStep:
@@ -41,7 +41,7 @@ def move(number: int, *q: float) -> MoveStep:
 )
 def test_the_shipped_programs_are_free(world: World, name: str, placed: int) -> None:
     """What the cell does each day is not refused, and its parts arrive."""
-    verdict = judge(world, ProgramRun(find_program(world.cell, name, CONFIG)))
+    verdict = judge(world, find_program(world.cell, name, CONFIG))
     assert verdict.outcome is Outcome.OK, verdict.sentence
     assert (len(verdict.placed), verdict.dropped) == (placed, ())
     assert verdict.clearance is not None and verdict.clearance.at_least_mm > 0.0

@@ -16,7 +16,7 @@ from what_if.cell_files_io import find_program
 from what_if.geometry.bodies import Kind
 from what_if.geometry.distances import Distances
 from what_if.judging import judge
-from what_if.motions import JointTarget, Motion, ProgramRun, ToolTarget
+from what_if.motions import JointTarget, Motion, ToolTarget
 from what_if.showing.moment import Moment, worst_moment
 from what_if.showing.moment_picture_io import HEIGHT, MARKED, WIDTH, picture_of
 from what_if.world import Obstacle, World
@@ -60,7 +60,7 @@ def test_moment_behind_a_switch_has_the_part_in_hand(world: World, tmp_path: Pat
     """The program of docs/what_if.md comes nearest at the instant at which it has gripped."""
     file = tmp_path / "CARRY_HIGH.LS"
     file.write_text(programs()[file.name], encoding="utf-8")
-    motion = ProgramRun(find_program(world.cell, str(file), CONFIG))
+    motion = find_program(world.cell, str(file), CONFIG)
     near, moment = judge(world, motion).clearance, moment_of(world, motion)
     assert near is not None
     assert moment.bodies[moment.marked[0]].kind is Kind.HELD
@@ -70,7 +70,7 @@ def test_moment_behind_a_switch_has_the_part_in_hand(world: World, tmp_path: Pat
 @pytest.mark.parametrize("name", ["", "ARTICLE", "PALLETISE"])
 def test_free_motion_shows_where_bodies_come_nearest(world: World, name: str) -> None:
     """The clearance of the verdict; in PALLETISE parts are carried by then."""
-    motion = ProgramRun(find_program(world.cell, name, CONFIG)) if name else FREE
+    motion = find_program(world.cell, name, CONFIG) if name else FREE
     near, moment = judge(world, motion).clearance, moment_of(world, motion)
     assert near is not None and moment.time == near.time_s
     assert apart_mm(moment) == pytest.approx(near.distance_mm, abs=0.2)
@@ -84,7 +84,7 @@ def test_part_in_hand_is_where_the_arm_has_carried_it(world: World) -> None:
     home = tree.poses(np.array([world.q]))[0, tree.index["pallet"], :3, 3]
     post = Obstacle("post", "cylinder", (0.01, 0.3), (float(home[0]), float(home[1]), 0.1))
     blocked = replace(world, obstacles=(post,))
-    motion = ProgramRun(find_program(world.cell, "PALLETISE", CONFIG))
+    motion = find_program(world.cell, "PALLETISE", CONFIG)
     verdict, moment = judge(blocked, motion), moment_of(blocked, motion)
     assert verdict.outcome.value == "REFUSED"
     assert "post" in names(moment)

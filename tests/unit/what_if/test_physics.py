@@ -16,7 +16,7 @@ from scara_description.taught_frames import pose_of
 from what_if.cell_files_io import find_program, resting_cell
 from what_if.errors import WhatIfError
 from what_if.judging import judge
-from what_if.motions import JointTarget, ProgramRun, ToolTarget
+from what_if.motions import JointTarget, ToolTarget
 from what_if.physics import physics_lines
 from what_if.second_world_io import SecondWorld
 from what_if.verdict import Outcome
@@ -43,7 +43,7 @@ def lines_until_lift(world: World) -> tuple[MoveStep | WaitStep | GripperStep, .
 
 def test_a_shipped_program_is_made_as_planned(world: World, second: SecondWorld) -> None:
     """ARTICLE: nothing happens to any part, no effort is at its limit."""
-    found = second.run(world, ProgramRun(find_program(world.cell, "ARTICLE", CONFIG)))
+    found = second.run(world, find_program(world.cell, "ARTICLE", CONFIG))
     assert found.outcome is Outcome.OK, found.sentence
     assert (found.seen, found.saturated_steps) == ((), 0)
     assert 0.0 < found.strayed_mm < FOLLOWED_MM
@@ -53,7 +53,7 @@ def test_a_part_is_gripped_lifted_and_placed(world: World, second: SecondWorld) 
     """The first part of PALLETISE; the world begins anew for each motion, twice the same."""
     steps = find_program(world.cell, "PALLETISE", CONFIG).steps
     switches = [k for k, step in enumerate(steps) if isinstance(step, GripperStep)]
-    motion = ProgramRun(ProgramSteps("ONE", tuple(steps[: switches[1] + 2])))
+    motion = ProgramSteps("ONE", tuple(steps[: switches[1] + 2]))
     first, again = second.run(world, motion), second.run(world, motion)
     texts = [seen.text for seen in first.seen]
     assert texts == ["part_1 was gripped", "part_1 was let go", "part_1 was placed on pallet"]
@@ -69,7 +69,7 @@ def test_a_vehicle_is_loaded_where_its_frame_says_it_stands(tmp_path: Path) -> N
     with resting_cell(folder) as (world, _), SecondWorld(world, folder) as second:
         program = find_program(world.cell, "VEHICLE", folder).steps
         switches = [k for k, step in enumerate(program) if isinstance(step, GripperStep)]
-        motion = ProgramRun(ProgramSteps("ONE", program[: switches[1] + 2]))
+        motion = ProgramSteps("ONE", program[: switches[1] + 2])
         verdict, found = judge(world, motion), second.run(world, motion)
     place = pose_of(turned) @ (0.04, 0.04, 0.0, 1.0)
     x, y = (1e3 * place[:2]).tolist()
@@ -81,7 +81,7 @@ def test_a_vehicle_is_loaded_where_its_frame_says_it_stands(tmp_path: Path) -> N
 def test_a_part_let_go_in_the_air_falls(world: World, second: SecondWorld) -> None:
     """With its line and time, as the verdict by geometry says beforehand."""
     lines = (*lines_until_lift(world), GripperStep(99, False))
-    motion = ProgramRun(ProgramSteps("DROP", lines))
+    motion = ProgramSteps("DROP", lines)
     found = second.run(world, motion)
     assert found.outcome is judge(world, motion).outcome is Outcome.REFUSED
     assert "part_1 was dropped" in found.sentence

@@ -18,7 +18,6 @@ from scara_config import KeepOut, Robot
 from scara_config.programs.files import ProgramSteps, read_taught
 from what_if.cell_files_io import find_program
 from what_if.judging import judge
-from what_if.motions import ProgramRun
 from what_if.timing.learning import rests_of
 from what_if.timing.planning import plan
 from what_if.verdict import Cause, Outcome
@@ -80,7 +79,7 @@ def executed(robot: Robot, paths: list[Path]) -> tuple[float, np.ndarray]:
     raise AssertionError("it does not end")
 
 
-def judged_way(world: World, motion: ProgramRun) -> np.ndarray:
+def judged_way(world: World, motion: ProgramSteps) -> np.ndarray:
     """Return where the tool goes by the judge's legs [m], shape (k, 3)."""
     tree, frame = world.cell.tree, world.cell.tree.index[world.cell.robot.tool_frame]
     ways = [leg.way for leg in plan(world, motion).legs if leg.way is not None]
@@ -102,7 +101,7 @@ def test_a_program_is_judged_on_the_way_that_the_stand_in_takes(
     robot = world.cell.robot
     library = {"LIFT": read_taught(lift, robot)}
     steps = tuple(rehearse(read_taught(own, robot), robot, library))
-    motion = ProgramRun(ProgramSteps("MIXED", steps))
+    motion = ProgramSteps("MIXED", steps)
     verdict = judge(world, motion)
     assert verdict.outcome is Outcome.OK, verdict.sentence
     duration, places = executed(robot, [own, lift])
@@ -120,9 +119,9 @@ def test_nothing_is_learned_of_what_is_refused_or_not_shown(world: World, tmp_pa
     path = written(tmp_path, "SEEN", (*lines, *far))
     found = find_program(world.cell, str(path), CONFIG)
     seen = [(line, float(line)) for line in (5, 6, 7, 8)]
-    assert len(rests_of(world, ProgramRun(found), seen)) == 1
+    assert len(rests_of(world, found, seen)) == 1
     called = tuple(msgspec.structs.replace(step, program="LIFT") for step in found.steps)
-    assert rests_of(world, ProgramRun(ProgramSteps("SEEN", called)), seen) == []
+    assert rests_of(world, ProgramSteps("SEEN", called), seen) == []
 
 
 @pytest.mark.parametrize(("aside_mm", "refused"), [(0.0, True), (80.0, False)])
@@ -131,7 +130,7 @@ def test_what_is_beside_the_straight_joint_way_is_seen_on_an_arc(
 ) -> None:
     """Harm is found where the arc leads, and the line is named."""
     lines = ("J P[1] 40% FINE", "C P[2] P[3] 200mm/sec FINE")
-    motion = ProgramRun(find_program(world.cell, str(written(tmp_path, "ARC", lines)), CONFIG))
+    motion = find_program(world.cell, str(written(tmp_path, "ARC", lines)), CONFIG)
     corner = (535.0 + aside_mm, -20.0, -100.0)
     post = KeepOut("post", corner, (corner[0] + 30.0, 20.0, 300.0))
     near = replace(world, q=(-0.2, 1.3, -0.1, 0.0), zones=(*world.zones, post))
@@ -155,7 +154,7 @@ def test_a_motion_that_the_robot_would_refuse_is_refused_with_its_line(
     """By the robot's own planner; what comes behind it is not judged."""
     lines = ("UFRAME_NUM=0", "UTOOL_NUM=0", "J P[1] 40% FINE", "PR[2]=P[2]", change, line)
     path = written(tmp_path, "FAR", lines)
-    verdict = judge(world, ProgramRun(find_program(world.cell, str(path), CONFIG)))
+    verdict = judge(world, find_program(world.cell, str(path), CONFIG))
     assert verdict.outcome is Outcome.REFUSED
     (reason,) = verdict.reasons
     assert (reason.cause, reason.step) == (cause, "line 6 of FAR") and said in reason.text

@@ -10,7 +10,7 @@ from harness.yaml_files import CONFIG
 from what_if.cell_files_io import find_program
 from what_if.errors import WhatIfError
 from what_if.judging import judge
-from what_if.motions import JointTarget, Motion, ProgramRun, ToolTarget
+from what_if.motions import JointTarget, Motion, ToolTarget
 from what_if.showing.samples import MOST, samples_of
 from what_if.world import Obstacle, World
 
@@ -19,7 +19,7 @@ FREE = JointTarget((0.4, -0.3, -0.1, 0.2), 50.0)
 
 def motion_of(world: World, name: str) -> Motion:
     """Return a move, or a program by its name."""
-    return ProgramRun(find_program(world.cell, name, CONFIG)) if name else FREE
+    return find_program(world.cell, name, CONFIG) if name else FREE
 
 
 @pytest.mark.parametrize("name", ["", "ARTICLE", "PALLETISE"])

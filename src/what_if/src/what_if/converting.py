@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, get_args
 
 import msgspec
 from fanuc_emulator.alarms import RefusedError
@@ -55,16 +55,9 @@ _DELIVERED_TOOL = 1
 """All 0 where nobody set it: settings/ of the stand-in."""
 
 
-class Converted(NamedTuple):
-    """A program with its positions said otherwise, and why some of them are not."""
-
-    program: Program
-    kept: tuple[str, ...]
-
-
 def converted(
     program: Program, robot: Robot, table: FrameTable, form: Form, frame: int | None = None
-) -> Converted:
+) -> tuple[Program, tuple[str, ...]]:
     """Say the positions of a program otherwise; its motions stay the same.
 
     Args:
@@ -73,6 +66,9 @@ def converted(
         table: Frames that were taught.
         form: What the positions shall tell.
         frame: User frame of Cartesian positions, 0: the base; None: each stays in its own.
+
+    Returns:
+        The program, and why some positions are not said otherwise.
 
     Raises:
         WhatIfError: A line reads a position's numbers or counts in a frame that changes, or a
@@ -83,7 +79,7 @@ def converted(
     _check_lines(program, frame)
     if form == "joints":
         made = tuple(map(converter.in_joints, program.positions))
-        return Converted(msgspec.structs.replace(program, positions=made), ())
+        return msgspec.structs.replace(program, positions=made), ()
     kept: list[str] = []
     positions = []
     for position in program.positions:
@@ -97,7 +93,7 @@ def converted(
     used -= set(told_frames(program))
     lines += tuple(frame_remarks(table, sorted(used, reverse=True)))
     made = tuple(positions)
-    return Converted(msgspec.structs.replace(program, lines=lines, positions=made), tuple(kept))
+    return msgspec.structs.replace(program, lines=lines, positions=made), tuple(kept)
 
 
 def converted_text(
@@ -125,9 +121,8 @@ def converted_text(
     if form not in FORMS:
         raise WhatIfError(f"to = {form!r}: allowed are {', '.join(FORMS)}")
     program = checked_listing(text, robot, "the program")
-    found = converted(program, robot, table, form, frame)
-    made = msgspec.structs.replace(found.program, name=name or program.name)
-    return print_program(made), found.kept
+    made, kept = converted(program, robot, table, form, frame)
+    return print_program(msgspec.structs.replace(made, name=name or program.name)), kept
 
 
 def _check_lines(program: Program, frame: int | None) -> None:

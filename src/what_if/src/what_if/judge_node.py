@@ -23,7 +23,7 @@ from what_if.cell_files_io import find_program, resting_cell
 from what_if.errors import WhatIfError
 from what_if.judging import judge as judged
 from what_if.learning.recorded_way_io import read_way
-from what_if.motions import Motion, ProgramRun, point_of
+from what_if.motions import Motion, point_of
 from what_if.physics import Simulated, physics_lines
 from what_if.showing.moment import worst_moment
 from what_if.text import caption_of, lines_of
@@ -169,7 +169,7 @@ def _asked(
     if text.endswith(".bag"):
         recorded = read_way(world.cell, Path(text))
         return replace(world, q=recorded.way.points[0].q), recorded
-    return world, ProgramRun(find_program(world.cell, text, config_dir))
+    return world, find_program(world.cell, text, config_dir)
 
 
 @contextmanager

@@ -62,13 +62,6 @@ class JointTarget:
 
 
 @dataclass(frozen=True)
-class ProgramRun:
-    """Run one of the robot's own programs."""
-
-    program: ProgramSteps
-
-
-@dataclass(frozen=True)
 class Recorded:
     """The way that a bag holds.
 
@@ -81,7 +74,7 @@ class Recorded:
     grips: tuple[tuple[float, bool], ...] = ()
 
 
-Motion = ToolTarget | JointTarget | Setpoints | ProgramRun | Recorded
+Motion = ToolTarget | JointTarget | Setpoints | ProgramSteps | Recorded
 
 
 def point_of(text: str, speed_percent: float = 0.0, elbow: str = "") -> ToolTarget | None:

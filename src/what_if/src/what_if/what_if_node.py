@@ -45,7 +45,7 @@ from what_if.errors import WhatIfError
 from what_if.judging import judge
 from what_if.learning.learning_node import Learning
 from what_if.live_world_node import LiveWorld
-from what_if.motions import JointTarget, Motion, ProgramRun, ToolTarget
+from what_if.motions import JointTarget, Motion, ToolTarget
 from what_if.showing.moment import worst_moment
 from what_if.showing.samples import Samples, samples_of
 from what_if.text import caption_of
@@ -147,7 +147,7 @@ class WhatIfServer:
             speeds = request.speed_percent, request.path, request.speed_mm_s
             return JointTarget(q, *speeds, via, request.corner_mm)
         if kind == "PROGRAM":
-            return ProgramRun(find_program(self._cell, request.program, self._folder))
+            return find_program(self._cell, request.program, self._folder)
         if kind == "TRAJECTORY":
             # Convert a request's points
             count, width = len(request.times), len(request.name)

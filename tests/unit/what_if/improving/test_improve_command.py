@@ -11,7 +11,7 @@ from scara_config.programs.files import program_files, read_listing
 from scara_config.programs.tp.listing import MotionLine
 from typer.testing import CliRunner
 from what_if.improving.improve_node import app
-from what_if.improving.telling import OnPlant, Proof
+from what_if.improving.telling import Proof
 from what_if.verdict import Outcome, Verdict
 
 PLANT = re.compile(r"^(ideal|field) .* ([\d.]+) % quicker$", re.MULTILINE)
@@ -67,7 +67,7 @@ def test_a_wrong_word_is_said(words: tuple[str, ...], said: str) -> None:
 def test_a_program_that_a_plant_does_not_end_is_not_proven() -> None:
     """It is not enough that geometry allows it."""
     fine = Verdict(Outcome.OK)
-    proof = Proof((OnPlant("field", None, None),), fine, fine, (1.0, 1.0), None, None, 0.5)
+    proof = Proof({"field": (None, None)}, fine, fine, (1.0, 1.0), None, None, 0.5)
     assert proof.fault == "field: the program does not come to its end"
 
 

@@ -15,7 +15,7 @@ from what_if.learning.course import PERIOD_S, course_of, predict, tool_points
 from what_if.learning.drift import Drift
 from what_if.learning.measures import way_length
 from what_if.learning.pairing import BEGIN_S, REST_S, End, MotionWatch, Outcome, Prediction
-from what_if.motions import JointTarget, Motion, ProgramRun
+from what_if.motions import JointTarget, Motion
 from what_if.world import World
 
 FREE = JointTarget((0.4, -0.3, -0.1, 0.2), 50.0)
@@ -27,7 +27,7 @@ NOISE_RAD = 1.7e-4
 
 def motion_of(world: World, name: str) -> Motion:
     """Return a move, or a program by its name."""
-    return ProgramRun(find_program(world.cell, name, CONFIG)) if name else FREE
+    return find_program(world.cell, name, CONFIG) if name else FREE
 
 
 def prediction(world: World, motion: Motion) -> Prediction:

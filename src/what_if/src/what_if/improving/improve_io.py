@@ -18,7 +18,7 @@ from what_if.improving.choices import Choice, Order, Way, chosen
 from what_if.improving.descent import Found, Values, descend
 from what_if.improving.finding import choices_of, motions_of
 from what_if.improving.plants import PlantRun, run_on
-from what_if.improving.telling import Change, OnPlant, Proof
+from what_if.improving.telling import Change, Proof
 from what_if.improving.trying import Bench
 from what_if.improving.ways import ways_of
 from what_if.judging import judge
@@ -138,10 +138,9 @@ class Improver:
         """
         motion = self.bench.motion(program)
         verdict = judge(self._world, motion)
-        on = [
-            OnPlant(plant, self._run(self.program, plant), self._run(program, plant))
-            for plant in PLANTS
-        ]
+        on = {
+            plant: (self._run(self.program, plant), self._run(program, plant)) for plant in PLANTS
+        }
         made = None
         if self._world.cell.work is not None and verdict.outcome is not Outcome.REFUSED:
             from what_if.second_world_io import SecondWorld
@@ -154,7 +153,7 @@ class Improver:
             tried = chances(*question, told)
         jerks = self.bench.jerk_percent(self.program), self.bench.jerk_percent(program)
         tolerance = self._world.cell.work.task.tolerance_mm if self._world.cell.work else 0.0
-        return Proof(tuple(on), self.bench.verdict, verdict, jerks, made, tried, tolerance)
+        return Proof(on, self.bench.verdict, verdict, jerks, made, tried, tolerance)
 
     def _run(self, program: Program, plant: str) -> PlantRun | None:
         robot = self._world.cell.robot

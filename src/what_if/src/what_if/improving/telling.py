@@ -28,19 +28,12 @@ class Change(msgspec.Struct, frozen=True):
     saves: float
 
 
-class OnPlant(msgspec.Struct, frozen=True):
-    """What a plant of the stand-in does with both programs; None: it does not end."""
-
-    plant: str
-    before: PlantRun | None
-    after: PlantRun | None
-
-
 class Proof(msgspec.Struct, frozen=True):
     """What speaks for a program.
 
     Attributes:
-        plants: Both programs on each.
+        plants: What each plant of the stand-in does with the old program and with the new one;
+            None: it does not end.
         before: Verdict on the old program.
         after: On the new one.
         jerks_percent: Largest jerk of a joint in percent of robot.yaml, old and new.
@@ -49,7 +42,7 @@ class Proof(msgspec.Struct, frozen=True):
         tolerance_mm: So near to its place each part has to lie.
     """
 
-    plants: tuple[OnPlant, ...]
+    plants: dict[str, tuple[PlantRun | None, PlantRun | None]]
     before: Verdict
     after: Verdict
     jerks_percent: tuple[float, float]
@@ -62,18 +55,17 @@ class Proof(msgspec.Struct, frozen=True):
         """Why it is none; empty: it is."""
         if self.after.outcome is Outcome.REFUSED:
             return self.after.sentence
-        for each in self.plants:
-            one, two = each.before, each.after
+        for plant, (one, two) in self.plants.items():
             if one is None or two is None:
-                return f"{each.plant}: the program does not come to its end"
+                return f"{plant}: the program does not come to its end"
             if two.seconds >= one.seconds:
-                return f"{each.plant}: it takes {two.seconds:.2f} s, before {one.seconds:.2f} s"
+                return f"{plant}: it takes {two.seconds:.2f} s, before {one.seconds:.2f} s"
             if two.collisions or two.drops:
-                return f"{each.plant}: {two.collisions} collisions, {two.drops} parts dropped"
+                return f"{plant}: {two.collisions} collisions, {two.drops} parts dropped"
             if sorted(two.placed) != sorted(one.placed):
-                return f"{each.plant}: {len(two.placed)} of {len(one.placed)} parts placed"
+                return f"{plant}: {len(two.placed)} of {len(one.placed)} parts placed"
             if two.off_mm > max(self.tolerance_mm, one.off_mm):
-                return f"{each.plant}: a part lies {two.off_mm:.2f} mm from its place"
+                return f"{plant}: a part lies {two.off_mm:.2f} mm from its place"
         if self.physics is not None and self.physics.outcome is Outcome.REFUSED:
             return f"in the simulated world: {self.physics.sentence}"
         if self.worlds is not None and self.worlds.collision > 0.0:
@@ -95,13 +87,12 @@ def change_lines(changes: Sequence[Change]) -> list[str]:
 def proof_lines(proof: Proof) -> list[str]:
     """Return the proof in words."""
     lines = []
-    for each in proof.plants:
-        one, two = each.before, each.after
+    for plant, (one, two) in proof.plants.items():
         if one is None or two is None:
             continue
         share = 100.0 * (1.0 - two.seconds / one.seconds)
         lines.append(
-            f"{each.plant:<10} {one.seconds:.2f} s -> {two.seconds:.2f} s, {share:.1f} % quicker"
+            f"{plant:<10} {one.seconds:.2f} s -> {two.seconds:.2f} s, {share:.1f} % quicker"
         )
         if one.placed:
             lines.append(

@@ -15,7 +15,6 @@ from scara_config.programs.tp.printer import print_program
 from what_if.errors import WhatIfError
 from what_if.geometry.bodies import FloatArray
 from what_if.judging import judge_planned
-from what_if.motions import ProgramRun
 from what_if.timing.leg import Planned
 from what_if.timing.planning import plan
 from what_if.verdict import Outcome, Verdict
@@ -56,7 +55,7 @@ class Bench:
         self.program = program
         self.taught = taught_of(program, world.cell.robot, program.name)
         self.steps = tuple(rehearse(self.taught, world.cell.robot, library))
-        planned = plan(world, ProgramRun(ProgramSteps(program.name, self.steps)))
+        planned = plan(world, ProgramSteps(program.name, self.steps))
         self.verdict, self._near = judge_planned(world, planned)
         if self.verdict.outcome is Outcome.REFUSED:
             raise WhatIfError(f"{program.name} is refused itself: {self.verdict.sentence}")
@@ -65,7 +64,7 @@ class Bench:
         self._seconds: dict[str, float] = {}
         self._against: dict[str, str] = {}
 
-    def motion(self, program: Program) -> ProgramRun:
+    def motion(self, program: Program) -> ProgramSteps:
         """Return what a program does.
 
         Raises:
@@ -73,7 +72,7 @@ class Bench:
         """
         robot = self._world.cell.robot
         steps = rehearse(taught_of(program, robot, program.name), robot, self._library)
-        return ProgramRun(ProgramSteps(program.name, tuple(steps)))
+        return ProgramSteps(program.name, tuple(steps))
 
     def seconds(self, program: Program) -> float:
         """Return how long a program takes [s]; infinite: it cannot be made."""

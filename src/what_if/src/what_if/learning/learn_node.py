@@ -22,7 +22,6 @@ from scara_ros.shell.command_line_io import CommandLine, ConfigDir, RobotName, c
 from what_if.cell_files_io import find_program, resting_cell
 from what_if.errors import WhatIfError
 from what_if.learning.recorded_programs_io import read_runs
-from what_if.motions import ProgramRun
 from what_if.timing.learning import learned, rests_of
 from what_if.world import World
 
@@ -71,7 +70,7 @@ def _rests(
     programs: Counter[str] = Counter()
     for bag in bags:
         for run in read_runs(world.cell, bag):
-            motion = ProgramRun(find_program(world.cell, run.program, config_dir))
+            motion = find_program(world.cell, run.program, config_dir)
             begun = replace(world, q=run.q, override_percent=run.override_percent)
             found = rests_of(begun, motion, run.seen)
             rests += found

@@ -7,6 +7,7 @@ from collections import deque
 from dataclasses import dataclass
 
 import rospy
+from scara_config.programs.files import ProgramSteps
 from scara_control.motion.idle_node import HOLD_S, Attention
 from scara_ros.diagnosis import Diagnosis, Level
 from sensor_msgs.msg import JointState
@@ -16,7 +17,7 @@ from what_if.config import LearningConfig
 from what_if.learning.course import predict, tool_points
 from what_if.learning.drift import Drift
 from what_if.learning.pairing import End, MotionWatch
-from what_if.motions import Motion, ProgramRun
+from what_if.motions import Motion
 from what_if.verdict import Verdict
 from what_if.world import Cell, World
 
@@ -39,7 +40,7 @@ class JudgedQuestion:
     @property
     def program(self) -> str:
         """Name of the program; empty: a move."""
-        return self.motion.program.name if isinstance(self.motion, ProgramRun) else ""
+        return self.motion.name if isinstance(self.motion, ProgramSteps) else ""
 
 
 class Learning:

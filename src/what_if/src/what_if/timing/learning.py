@@ -7,11 +7,11 @@ from itertools import pairwise
 
 import msgspec
 import numpy as np
+from scara_config.programs.files import ProgramSteps
 from scara_config.programs.steps import MoveStep, PathStep
 
 from what_if.config import ProgramConfig
 from what_if.errors import WhatIfError
-from what_if.motions import ProgramRun
 from what_if.timing.planning import plan
 from what_if.world import World
 
@@ -19,7 +19,7 @@ LEAST = 3
 """So few rests say nothing; our choice."""
 
 
-def rests_of(world: World, motion: ProgramRun, seen: Sequence[tuple[int, float]]) -> list[float]:
+def rests_of(world: World, motion: ProgramSteps, seen: Sequence[tuple[int, float]]) -> list[float]:
     """Return how long the robot rested at the end of each move with FINE [s].
 
     The first line that was seen is left out: a start delay or a pause is in it. So is
@@ -31,7 +31,7 @@ def rests_of(world: World, motion: ProgramRun, seen: Sequence[tuple[int, float]]
         motion: The program.
         seen: Numbers of the lines that the robot showed, and since when [s].
     """
-    steps = motion.program.steps
+    steps = motion.steps
     lines = [0 if step.program else step.line for step in steps]
     legs = {leg.number: leg for leg in reversed(plan(world, motion).legs)}
     fine = world.cell.config.program.fine_ms * 1e-3

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scara_config.programs.files import ProgramSteps
 from scara_control.dynamics.effort import load_of
 from scara_control.dynamics.planner import Planner
 from scara_control.errors import JointLimitError, ScaraControlError
@@ -14,7 +15,7 @@ from scara_control.limits import check_limits
 from scara_control.trajectory.goal import named_joints, plan_path
 
 from what_if.errors import WhatIfError
-from what_if.motions import JointTarget, Motion, ProgramRun, Recorded, ToolTarget
+from what_if.motions import JointTarget, Motion, Recorded, ToolTarget
 from what_if.timing.law import move_leg
 from what_if.timing.leg import Course, Leg, Planned, curved
 from what_if.timing.programs import plan_program
@@ -38,7 +39,7 @@ def plan(world: World, motion: Motion) -> Planned:
         WhatIfError: It cannot be a motion of this robot at all: a wrong count, an unknown joint.
     """
     try:
-        if isinstance(motion, ProgramRun):
+        if isinstance(motion, ProgramSteps):
             return plan_program(world, motion)
         if isinstance(motion, Setpoints):
             # Plan as trajectory_server does

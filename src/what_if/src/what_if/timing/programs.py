@@ -9,24 +9,24 @@ import numpy as np
 from fanuc_emulator.alarms import POSITION_LIMIT, RefusedError
 from fanuc_emulator.drives.interpolator import JointMove, Trapezoid
 from fanuc_emulator.drives.planner import Limits, Planner
+from scara_config.programs.files import ProgramSteps
 from scara_config.programs.steps import GripperStep, MoveStep, PathStep, WaitStep
 from scara_control.errors import JointLimitError
 from scara_control.limits import check_limits
 
-from what_if.motions import ProgramRun
 from what_if.timing.law import NO_TIME, Law, move_leg, straight_course
 from what_if.timing.leg import Course, Leg, Planned, curved
 from what_if.verdict import Cause, Reason
 from what_if.world import World
 
 
-def plan_program(world: World, motion: ProgramRun) -> Planned:
+def plan_program(world: World, motion: ProgramSteps) -> Planned:
     """Return the legs of a program from where the joints are; what the twin lacks is at 0 there."""
     row = _ProgramRow(world)
     reasons: list[Reason] = []
-    for number, step in enumerate(motion.program.steps):
+    for number, step in enumerate(motion.steps):
         row.number = number
-        row.words = f"line {step.line} of {step.program or motion.program.name}"
+        row.words = f"line {step.line} of {step.program or motion.name}"
         match step:
             case MoveStep() | PathStep():
                 try:
