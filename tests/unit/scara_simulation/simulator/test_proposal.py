@@ -10,10 +10,10 @@ from scara_simulation.tuning.stability import KINDS, Plant, spectral_radius
 
 def test_the_articles_robot_has_the_gains_of_its_file() -> None:
     """J = 2.301 kg m^2 and w = 60 rad/s give p 8284, d 276.1: pid_gains.yaml, to rounding."""
-    (proposal,) = propose(np.array([[[2.301]], [[0.6]]]), [1.0], 1e-3)
-    assert proposal.bandwidth == 60.0
-    assert (proposal.gains.position.p, proposal.gains.position.d) == (8284.0, 276.1)
-    assert proposal.gains.position.i_clamp == 1.5 and proposal.gains.velocity.p == 138.1
+    ((bandwidth, gains),) = propose(np.array([[[2.301]], [[0.6]]]), [1.0], 1e-3)
+    assert bandwidth == 60.0
+    assert (gains.position.p, gains.position.d) == (8284.0, 276.1)
+    assert gains.position.i_clamp == 1.5 and gains.velocity.p == 138.1
 
 
 @pytest.mark.parametrize("smallest", [0.9, 0.2, 0.05, 0.01])
@@ -22,9 +22,9 @@ def test_a_joint_whose_inertia_varies_much_gets_a_lower_bandwidth_and_is_stable(
 ) -> None:
     """All gains times 1.9 are stable at the smallest and the largest inertia."""
     matrices = np.array([[[1.0]], [[smallest]]])
-    (proposal,) = propose(matrices, [0.5], 1e-3)
+    ((_, loops),) = propose(matrices, [0.5], 1e-3)
     plant = Plant(matrices, np.array([0.0]), 1e-3)
     for kind in KINDS:
-        gains = getattr(proposal.gains, kind)
+        gains = getattr(loops, kind)
         raised = type(gains)(p=MARGIN * gains.p, i=MARGIN * gains.i, d=MARGIN * gains.d)
         assert spectral_radius(plant, [(kind, raised)]) <= 1.0 + 1e-7

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from enum import Enum, auto
 
 import msgspec
+from geometry_msgs.msg import Point
 
 from scara_msgs.msg import PartEvent
 
@@ -36,16 +37,6 @@ class PartView(msgspec.Struct, frozen=True):
     support: str
 
 
-class Happening(msgspec.Struct, frozen=True):
-    """Fields of scara_msgs/PartEvent."""
-
-    kind: str
-    part: str
-    other: str
-    position: tuple[float, float, float]
-    message: str
-
-
 class PartPhase(Enum):
     """What a part is doing."""
 
@@ -66,12 +57,12 @@ class Ledger:
         self._drop = drop
         self._known: dict[str, tuple[PartPhase, float]] = {}
 
-    def observe(self, views: Sequence[PartView]) -> list[Happening]:
+    def observe(self, views: Sequence[PartView]) -> list[PartEvent]:
         """Take in where parts are now and return what has happened.
 
         Parts that are not told are as before.
         """
-        found: list[Happening] = []
+        found: list[PartEvent] = []
         for view in views:
             phase, height = self._known.get(view.name, (PartPhase.RESTING, view.position[2]))
             self._known[view.name], happened = self._judge(view, phase, height)
@@ -81,20 +72,22 @@ class Ledger:
 
     def _judge(
         self, view: PartView, phase: PartPhase, height: float
-    ) -> tuple[tuple[PartPhase, float], Happening | None]:
+    ) -> tuple[tuple[PartPhase, float], PartEvent | None]:
         """Return the part's phase and the height it may fall from, and what has happened to it."""
         z = view.position[2]
         if view.held:
             return (PartPhase.HELD, z), None
         if phase is not PartPhase.FALLEN and z < height - self._drop:
             text = f"{view.name} was dropped: it fell by more than {self._drop * 1e3:g} mm"
-            return (PartPhase.FALLEN, z), Happening(
-                PartEvent.DROPPED, view.name, view.support, view.position, text
-            )
+            return (PartPhase.FALLEN, z), _event(PartEvent.DROPPED, view, text)
         if view.resting and view.support:
             placed = phase in (PartPhase.HELD, PartPhase.LET_GO) and view.upright >= UPRIGHT
             text = f"{view.name} was placed on {view.support}"
-            return (PartPhase.RESTING, z), Happening(
-                PartEvent.PLACED, view.name, view.support, view.position, text
-            ) if placed else None
+            return (PartPhase.RESTING, z), _event(PartEvent.PLACED, view, text) if placed else None
         return (PartPhase.LET_GO if phase is PartPhase.HELD else phase, height), None
+
+
+def _event(kind: str, view: PartView, text: str) -> PartEvent:
+    return PartEvent(
+        kind=kind, part=view.name, other=view.support, position=Point(*view.position), message=text
+    )

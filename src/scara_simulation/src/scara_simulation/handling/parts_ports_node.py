@@ -9,7 +9,6 @@ import time
 from collections.abc import Sequence
 
 import rospy
-from geometry_msgs.msg import Point
 from scara_config.palletise import Palletise
 from scara_ros.diagnosis import Diagnosis, Level
 from scara_ros.diagnostics_node import Diagnostics
@@ -74,21 +73,11 @@ class PartsPorts:
         stamp_ns, now = snapshots[-1].stamp_ns, self._world.now
         stamp = rospy.Time(stamp_ns // 1_000_000_000, stamp_ns % 1_000_000_000)
         while self._world.happened:
-            _, happened = self._world.happened.popleft()
-            event = PartEvent(
-                kind=happened.kind,
-                part=happened.part,
-                other=happened.other,
-                message=happened.message,
-            )
-            event.header.stamp, event.header.frame_id, event.position = (
-                stamp,
-                self._frame,
-                Point(*happened.position),
-            )
+            _, event = self._world.happened.popleft()
+            event.header.stamp, event.header.frame_id = stamp, self._frame
             self._events.publish(event)
-            if happened.kind in (PartEvent.DROPPED, PartEvent.COLLISION):
-                rospy.logwarn("%s: %s", happened.kind, happened.message)
+            if event.kind in (PartEvent.DROPPED, PartEvent.COLLISION):
+                rospy.logwarn("%s: %s", event.kind, event.message)
         told = (
             now.suction.commanded,
             now.suction.held,

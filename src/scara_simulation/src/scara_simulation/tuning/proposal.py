@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 from scara_control.pid import PidGains
@@ -28,19 +27,10 @@ CLAMP = 1.5
 choice."""
 
 
-class Proposal(msgspec.Struct, frozen=True):
-    """For one joint: the largest inertia that it sees, the bandwidth and the gains.
-
-    The inertia is in [kg m^2] or [kg], the bandwidth in [rad/s]; the gains are those of both loops.
-    """
-
-    inertia: float
-    bandwidth: float
-    gains: LoopGains
-
-
-def propose(mass_matrices: NDArray[np.float64], friction: list[float], dt: float) -> list[Proposal]:
-    """Return gains for each joint.
+def propose(
+    mass_matrices: NDArray[np.float64], friction: list[float], dt: float
+) -> list[tuple[float, LoopGains]]:
+    """Return the bandwidth [rad/s] and the gains of both loops for each joint.
 
     Args:
         mass_matrices: Inertia over the workspace, shape (m, n, n).
@@ -60,7 +50,9 @@ def rounded(value: float, digits: int = 4) -> float:
     return float(f"{value:.{digits}g}")
 
 
-def _for_joint(inertia: float, smallest: float, friction: float, dt: float) -> Proposal:
+def _for_joint(
+    inertia: float, smallest: float, friction: float, dt: float
+) -> tuple[float, LoopGains]:
     w = min(BANDWIDTH, float(math.floor(1.5 / (2.0 * dt * MARGIN * inertia / smallest))))
     clamp = rounded(CLAMP * friction, 3)
     p, d, i = inertia * w * w, 2.0 * inertia * w, inertia * w**3 / 6.0
@@ -72,4 +64,4 @@ def _for_joint(inertia: float, smallest: float, friction: float, dt: float) -> P
         i_clamp=clamp,
         antiwindup=True,
     )
-    return Proposal(inertia, w, LoopGains(position, velocity))
+    return w, LoopGains(position, velocity)

@@ -18,8 +18,8 @@ from scara_config.writer import replace_file
 from scara_ros.shell.command_line_io import CommandLine, RobotName, choose_robot
 from scara_ros.shell.program_io import WRONG
 
-from scara_simulation.config import load_simulation
-from scara_simulation.tuning.proposal import Proposal, propose
+from scara_simulation.config import LoopGains, load_simulation
+from scara_simulation.tuning.proposal import propose
 from scara_simulation.tuning.stability import sample_plant
 from scara_simulation.world_io import World
 
@@ -82,20 +82,20 @@ def gains_text(robot: Robot, directory: Path | None = None) -> str:
             world.mass_matrix, limits, world.damping, config.dt, config.tracking_bandwidth_rad_s
         )
         proposals = propose(plant.mass_matrices, list(world.friction), config.dt)
-    entries = (_lines(joint.name, proposal) for joint, proposal in zip(joints, proposals))
+    entries = (_lines(joint.name, *proposal) for joint, proposal in zip(joints, proposals))
     return HEAD.format(name=robot.name) + "".join(entries)
 
 
-def _lines(name: str, proposal: Proposal) -> str:
+def _lines(name: str, bandwidth: float, loops: LoopGains) -> str:
     """Return the entry of one joint."""
     rows = []
     for kind in ("position", "velocity"):
-        gains = getattr(proposal.gains, kind)
+        gains = getattr(loops, kind)
         values = (
             f"p: {gains.p}, i: {gains.i}, d: {gains.d}, i_clamp: {gains.i_clamp}, antiwindup: true"
         )
         rows.append(f"  {kind}: {{{values}}}\n")
-    return f"{name}:  # [{proposal.bandwidth:g} rad/s]\n" + "".join(rows)
+    return f"{name}:  # [{bandwidth:g} rad/s]\n" + "".join(rows)
 
 
 main = app.run
