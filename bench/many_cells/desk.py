@@ -62,11 +62,11 @@ class Measured:
         """Return what was counted; states are counted since the desk's start."""
         seconds = time.monotonic() - self._at
         used = time.process_time() - self._cpu
-        counted = self._desk.counted().values()
+        _, lost = zip(*self._desk.counted().values())
         pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
         return {
             "received": self._received(),
-            "lost": sum(each.lost for each in counted),
+            "lost": sum(lost),
             "age_p50_ms": 1000.0 * statistics.median(self._ages),
             "age_p99_ms": 1000.0 * statistics.quantiles(self._ages, n=100)[98],
             "cpu_percent": 100.0 * used / seconds,
@@ -76,7 +76,7 @@ class Measured:
         }
 
     def _received(self) -> int:
-        return sum(each.received for each in self._desk.counted().values())
+        return sum(received for received, _ in self._desk.counted().values())
 
     def losses(self) -> dict[str, Any]:
         """Return which cells were lost since the desk's start, and which are silent now."""

@@ -14,7 +14,7 @@ from fanuc_emulator.snpx.assignments import AssignmentTable
 from fanuc_kit.frames_node import app as frames
 from fanuc_kit.make_node import app as make
 from fanuc_kit.read_node import app as read
-from fanuc_kit.sheet import Boxes, Listing, Sheet, SheetTable, SheetText, html, markdown
+from fanuc_kit.sheet import Boxes, Sheet, SheetTable, SheetText, html, markdown
 from fanuc_kit.write_node import app as write
 from harness.emulated.served import CONFIG, LAYOUT, served
 from harness.processes import free_port
@@ -140,7 +140,7 @@ def test_a_sheet_is_the_same_in_both_forms() -> None:
     blocks = (
         SheetTable(("a|b", "<c>"), (("1", "2"),)),
         SheetText("`t`"),
-        Listing("l\n"),
+        SheetText("l\n", typed=True),
         Boxes(("x",)),
     )
     sheet = Sheet("s", "A & B", blocks)

@@ -64,7 +64,7 @@ def test_a_message_is_what_its_key_says(farm: Farm, capsys: pytest.CaptureFixtur
             Sample(CELL.key(keys.STATE), encode(state(4))),
         ]
     )
-    assert desk.counted()[CELL].received == 2 and desk.progress()[CELL].last == 1
+    assert desk.counted()[CELL][0] == 2 and desk.progress()[CELL].last == 1
     assert desk.unreadable == 3
     assert "site/m/a/event: Event:" in capsys.readouterr().err
 

@@ -11,7 +11,7 @@ from msgspec import Meta
 from scara_config import ConfigError, Robot, load, locate
 from scara_config.frames import NO_FRAMES, FrameTable, find_frames
 from scara_config.programs.files import joint_positions, program_files, read_taught
-from scara_config.quantities import Port
+from scara_config.quantities import Port, ServerAddress
 
 from fanuc_emulator.plant.config import Plant, load_plant
 from fanuc_emulator.settings import ControllerSettings, load_settings
@@ -37,13 +37,6 @@ class EmulatorFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
     start_wait_ms: Annotated[int, Meta(ge=0, le=10000)]
     rsr_programs: Annotated[list[ProgramName], Meta(min_length=1, max_length=8)]
     desk_heartbeat_timeout_ms: Annotated[int, Meta(ge=10, le=10000)] | None = None
-
-
-class PendantPageFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The file pendant_page.yaml: where the pendant's page is served."""
-
-    host: str
-    port: Port
 
 
 class EmulatorConfig(EmulatorFile, frozen=True, kw_only=True):
@@ -116,10 +109,10 @@ def load_programs(robot: Robot, directory: Path | str | None = None) -> dict[int
     return {number: read[name] for number, name in enumerate(numbered, start=1) if number > 1}
 
 
-def load_pendant_page(directory: Path | str | None = None) -> PendantPageFile:
+def load_pendant_page(directory: Path | str | None = None) -> ServerAddress:
     """Read pendant_page.yaml of ``directory`` (default: the package scara_config).
 
     Raises:
         ConfigError: The file is missing or a value does not fit.
     """
-    return load(locate("pendant_page.yaml", directory), PendantPageFile)
+    return load(locate("pendant_page.yaml", directory), ServerAddress)

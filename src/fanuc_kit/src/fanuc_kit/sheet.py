@@ -42,16 +42,10 @@ class SheetTable:
 
 @dataclass(frozen=True, slots=True)
 class SheetText:
-    """A sentence or two."""
+    """A sentence or two, or what is ``typed`` as it stands."""
 
     text: str
-
-
-@dataclass(frozen=True, slots=True)
-class Listing:
-    """What is typed as it stands."""
-
-    text: str
+    typed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +55,7 @@ class Boxes:
     things: tuple[str, ...]
 
 
-Block = SheetTable | SheetText | Listing | Boxes
+Block = SheetTable | SheetText | Boxes
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +103,7 @@ def _markdown(block: Block) -> str:
             lines = [head, ["---"] * len(head), *rows]
             cells = [[cell.replace("|", "\\|") for cell in row] for row in lines]
             return "\n".join("| " + " | ".join(row) + " |" for row in cells)
-        case Listing(text):
+        case SheetText(text, typed=True):
             return f"```\n{text.rstrip()}\n```"
         case Boxes(things):
             return "\n".join(f"- [ ] {thing}" for thing in things)
@@ -125,7 +119,7 @@ def _html(block: Block) -> str:
             )
             heads = "".join(f"<th>{escape(cell)}</th>" for cell in head)
             return f"<table><thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table>"
-        case Listing(text):
+        case SheetText(text, typed=True):
             return f"<pre>{escape(text.rstrip())}</pre>"
         case Boxes(things):
             return "<ul>" + "".join(f"<li>{_spoken(thing)}</li>" for thing in things) + "</ul>"

@@ -12,7 +12,7 @@ from scara_config.set_up.kit_programs import texts
 from scara_config.set_up.settings import SETTINGS
 from scara_config.set_up.slots import LAST_OWN, WAY_IN, slot_table
 
-from fanuc_kit.sheet import Boxes, Listing, Sheet, SheetTable, SheetText
+from fanuc_kit.sheet import Boxes, Sheet, SheetTable, SheetText
 
 _NO_SAFETY = (
     "None of this is a safety function. Guards, enabling device, emergency stop and the robot's "
@@ -115,7 +115,7 @@ def _programs() -> Sheet:
     blocks = []
     for name, text in texts().items():
         typed = text.partition("/MN\n")[2].partition("/POS")[0]
-        blocks.append(Listing(f"{name}\n{typed}"))
+        blocks.append(SheetText(f"{name}\n{typed}", typed=True))
     return Sheet(
         "4_programs",
         "Programs to type",

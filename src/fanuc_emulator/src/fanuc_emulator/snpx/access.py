@@ -40,18 +40,14 @@ _SIGNALS_A_WORD = 16
 
 @dataclass(slots=True)
 class Stretch:
-    """Registers in a row that stand in the image as they are."""
+    """Registers in a row that stand in the image as they are.
+
+    Where nothing is assigned to them they read 0, and a write is lost.
+    """
 
     offset: int
     count: int
-
-
-@dataclass(slots=True)
-class Gap:
-    """Registers in a row to which nothing is assigned: they read 0, and a write is lost."""
-
-    offset: int
-    count: int
+    assigned: bool = True
 
 
 @dataclass(slots=True)
@@ -73,7 +69,7 @@ class Piece:
     short: bool
 
 
-Part = Stretch | Gap | Piece
+Part = Stretch | Piece
 
 
 @dataclass(slots=True)
@@ -137,7 +133,7 @@ class AssignedRegisters:
         """
         words: list[int] = []
         for part in self._request(offset, count):
-            if isinstance(part, Gap):
+            if isinstance(part, Stretch) and not part.assigned:
                 words += [0] * part.count
             elif isinstance(part, Stretch):
                 begin = part.offset - self._image.first[_TABLE]
@@ -159,7 +155,7 @@ class AssignedRegisters:
         for part in self._request(offset, len(words)):
             given = list(words[at : at + part.count])
             at += part.count
-            if isinstance(part, Stretch):
+            if isinstance(part, Stretch) and part.assigned:
                 changes.image.append((part.offset, given))
             elif isinstance(part, Piece):
                 self._change(part, given, snapshot, changes)
@@ -171,8 +167,11 @@ class AssignedRegisters:
 
     def unassigned(self, offset: int, count: int) -> str:
         """Return those of ``count`` registers to which nothing is assigned, counted from 1."""
-        gaps = [part for part in self._request(offset, count) if isinstance(part, Gap)]
-        return ", ".join(f"{gap.offset + 1} to {gap.offset + gap.count}" for gap in gaps)
+        return ", ".join(
+            f"{part.offset + 1} to {part.offset + part.count}"
+            for part in self._request(offset, count)
+            if isinstance(part, Stretch) and not part.assigned
+        )
 
     def _request(self, offset: int, count: int) -> list[Part]:
         """Return the parts of a request."""
@@ -199,7 +198,7 @@ class AssignedRegisters:
         """Return what stands at one register, counted from 1."""
         found = self.table.at(address)
         if found is None:
-            return Gap(address - 1, 1)
+            return Stretch(address - 1, 1, assigned=False)
         entry, variable = found
         word = address - entry.address
         packed = (
@@ -207,7 +206,7 @@ class AssignedRegisters:
         )
         place = variable.place(word * _SIGNALS_A_WORD if packed else word)
         if place is None:
-            return Gap(address - 1, 1)
+            return Stretch(address - 1, 1, assigned=False)
         cell, within = place
         end = variable.first + variable.words
         short = cell.field.kind is ValueKind.NUMBER and end < cell.field.first + cell.field.words
@@ -312,9 +311,10 @@ class AssignedRegisters:
 
 def _joins(last: Part, part: Part) -> bool:
     """Return whether the one word ``part`` goes on where ``last`` ends."""
-    if not isinstance(last, Piece) or not isinstance(part, Piece):
-        same = type(last) is type(part)
-        return same and last.offset + last.count == part.offset  # type: ignore[union-attr]
+    if isinstance(last, Stretch) and isinstance(part, Stretch):
+        return last.assigned == part.assigned and last.offset + last.count == part.offset
+    if isinstance(last, Stretch) or isinstance(part, Stretch):
+        return False
     same = (last.cell, last.multiply, last.short) == (part.cell, part.multiply, part.short)
     return same and last.first + last.count == part.first
 

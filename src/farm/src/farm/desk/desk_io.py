@@ -24,7 +24,7 @@ from farm.desk.history_io import History, HistoryError, Kept
 from farm.desk.intake import Progress, Taken, take_answer, take_health, take_live
 from farm.desk.mailbox_io import Mailbox
 from farm.desk.reading_io import newest_of, of_kinds
-from farm.desk.roster import Counted, Roster, Row
+from farm.desk.roster import Roster, Row
 from farm.keys import CellName
 from farm.wire import Answer, CellState, Event, Events, Health, WireError, decode, encode
 
@@ -148,7 +148,7 @@ class Desk:
         with self._lock:
             return self._roster.rows(time.time())
 
-    def counted(self) -> dict[CellName, Counted]:
+    def counted(self) -> dict[CellName, tuple[int, int]]:
         """Return how many states came of each cell, and how many did not."""
         with self._lock:
             return self._roster.counted()

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import msgspec
 from scara_ros.page.page_words import mode_title, mode_tone
@@ -58,13 +57,6 @@ class Row(msgspec.Struct, frozen=True):
     def is_away(self) -> bool:
         """Whether nothing is known of it now."""
         return self.status in (LOST, SILENT)
-
-
-class Counted(NamedTuple):
-    """What was counted of a cell's states; lost are those that it sent after it had joined."""
-
-    received: int
-    lost: int
 
 
 @dataclass
@@ -155,9 +147,9 @@ class Roster:
         """Return the cells that are lost, and since when [s since 1970]."""
         return {str(name): e.since for name, e in self.entries.items() if not e.alive}
 
-    def counted(self) -> dict[CellName, Counted]:
+    def counted(self) -> dict[CellName, tuple[int, int]]:
         """Return how many states came, and how many did not."""
-        return {name: Counted(e.received, e.lost) for name, e in self.entries.items()}
+        return {name: (e.received, e.lost) for name, e in self.entries.items()}
 
     def rows(self, now: float) -> list[Row]:
         """Return all cells, the worst first; among equals those that became so last."""
