@@ -46,7 +46,7 @@ def test_a_missed_limit_ends_both_commands_with_exit_code_one(
     """And the terminal says which."""
     recorded = make_bag(experiments=("twin_leads",), **options)
     said = "positioning error 0.308 % of reach, limit 0.2 %"
-    for name in ("_enter_ros", "RunningCell"):
+    for name in ("enter_ros", "RunningCell"):
         monkeypatch.setattr(run_experiment, name, lambda *_: None)
     monkeypatch.setattr(run_experiment, "_record", lambda *given: shutil.copy(recorded, given[6]))
     words = ("--output", tmp_path / "out", f"_config_dir:={CONFIG}")

@@ -10,9 +10,7 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-import rosgraph
 import rospy
-from scara_ros.starting.xmlrpc_guard_io import harden_process
 from sensor_msgs.msg import JointState
 from twin_experiments.metrics.series import Motion
 from twin_experiments.report.record import build_side
@@ -20,28 +18,7 @@ from twin_experiments.run.cell_node import ENDED_MODES, POLL_S, RunError
 
 from scara_msgs.msg import TwinControllerState
 
-MASTER_POLL_S = 0.5
 STOPPED = TwinControllerState.STOPPED
-
-
-def enter_ros(name: str, deadline: float, tell: Callable[[str], None]) -> None:
-    """Become a node of a name of its own as soon as there is a master.
-
-    Raises:
-        RunError: There is none after ``deadline`` [s].
-    """
-    end = time.monotonic() + deadline
-    if not rosgraph.is_master_online():
-        tell(f"waiting for a ROS master at {rosgraph.get_master_uri()}: is the cell started?")
-    while not rosgraph.is_master_online():
-        if time.monotonic() > end:
-            raise RunError(
-                f"no ROS master at {rosgraph.get_master_uri()} after {deadline:g} s: "
-                "start the cell first"
-            )
-        time.sleep(MASTER_POLL_S)
-    harden_process()
-    rospy.init_node(name, anonymous=True, disable_signals=True)
 
 
 class LiveTwin:

@@ -37,7 +37,7 @@ from twin_experiments.metrics.series import Motion
 from twin_experiments.metrics.tracks import Track
 from twin_experiments.report.record import RecordError, cut
 from twin_experiments.report.run_reader_io import TWIN
-from twin_experiments.run.cell_node import RunError
+from twin_experiments.run.cell_node import RunError, enter_ros
 
 from twin_analysis.compare.compare_node import print_comparison
 from twin_analysis.compare.config import load_comparison
@@ -54,7 +54,7 @@ from twin_analysis.compare.writer_io import (
     remarks_of,
     write_files,
 )
-from twin_analysis.replay.live_twin_node import LiveTwin, enter_ros
+from twin_analysis.replay.live_twin_node import LiveTwin
 from twin_analysis.replay.playback import Playback, plan_playback
 from twin_analysis.replay.reader_io import read_real
 from twin_analysis.replay.stage_io import Stage

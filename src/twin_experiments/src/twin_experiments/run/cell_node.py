@@ -11,10 +11,12 @@ from itertools import compress
 from pathlib import Path
 from typing import Any
 
+import rosgraph
 import rospy
 from scara_config import Robot
 from scara_ros.services.service_client_node import ServiceClient, is_offered
 from scara_ros.services.service_connection_io import ServiceError, ServiceTimeoutError
+from scara_ros.starting.xmlrpc_guard_io import harden_process
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
@@ -26,6 +28,7 @@ from twin_experiments.config import Deadlines
 from twin_experiments.run.standstill import Activity, observe, still_for
 
 POLL_S = 0.02
+MASTER_POLL_S = 0.5
 FRESH_S = 0.5  # our choice: a side that is silent for longer is not "still" but missing
 SERVICES = {
     "move_to": MoveTo,
@@ -56,6 +59,26 @@ WAYS_OUT = {
 
 class RunError(RuntimeError):
     """An experiment cannot start or go on; the text says why."""
+
+
+def enter_ros(name: str, deadline: float, tell: Callable[[str], None]) -> None:
+    """Become a node of a name of its own as soon as there is a master.
+
+    Raises:
+        RunError: There is none after ``deadline`` [s].
+    """
+    end = time.monotonic() + deadline
+    if not rosgraph.is_master_online():
+        tell(f"waiting for a ROS master at {rosgraph.get_master_uri()}: is the cell started?")
+    while not rosgraph.is_master_online():
+        if time.monotonic() > end:
+            raise RunError(
+                f"no ROS master at {rosgraph.get_master_uri()} after {deadline:g} s: "
+                "start the cell first"
+            )
+        time.sleep(MASTER_POLL_S)
+    harden_process()
+    rospy.init_node(name, anonymous=True, disable_signals=True)
 
 
 class RunningCell:

@@ -22,8 +22,6 @@ from pathlib import Path
 from typing import Annotated
 
 import msgspec
-import rosgraph
-import rospy
 import typer
 from cell_recorder.reading.bag_reader_io import BagError
 from rich.console import Console
@@ -39,7 +37,6 @@ from scara_ros.shell.program_io import (
     private_parameters,
     runs_folder,
 )
-from scara_ros.starting.xmlrpc_guard_io import harden_process
 
 from twin_experiments.config import (
     Experiment,
@@ -51,13 +48,12 @@ from twin_experiments.config import (
     load_experiments,
 )
 from twin_experiments.report.record import RecordError
-from twin_experiments.run.cell_node import RunError, RunningCell
+from twin_experiments.run.cell_node import RunError, RunningCell, enter_ros
 from twin_experiments.run.palletiser_node import Palletiser
 from twin_experiments.run.pendant_io import PendantCallError, PendantCalls
 from twin_experiments.run.terminal_node import print_report
 
 BAG_NAME = "run.bag"
-MASTER_POLL_S = 0.5
 TAIL_S = (
     0.3  # our choice: recorded after the last marker, so that both sides have samples beyond it
 )
@@ -202,7 +198,8 @@ def run_experiment(
     work = find_palletise(folder)
     if work is None and any(name in config.palletising for name in chosen):
         raise ConfigError(f"{robot.name} has no palletise.yaml: it has no parts")
-    _enter_ros(config.deadlines_s.cell)
+    wait = config.deadlines_s.cell
+    enter_ros("run_experiment", wait, lambda text: console.print(text, soft_wrap=True))
     cell = RunningCell(robot, config.metrics.moving_speed_percent, config.deadlines_s)
     options = {"--host": robot_host, "--port": robot_port, "--config-dir": folder}
     words = [
@@ -271,29 +268,6 @@ def _record(
         console.print(f"what was recorded is in {bag}", soft_wrap=True)
         raise
     console.print(f"{cell.stop_recording()} messages in {bag}", soft_wrap=True)
-
-
-def _enter_ros(deadline: float) -> None:
-    """Become a node as soon as there is a master.
-
-    Raises:
-        RunError: There is none after ``deadline`` [s].
-    """
-    end = time.monotonic() + deadline
-    if not rosgraph.is_master_online():
-        console.print(
-            f"waiting for a ROS master at {rosgraph.get_master_uri()}: is the cell started?",
-            soft_wrap=True,
-        )
-    while not rosgraph.is_master_online():
-        if time.monotonic() > end:
-            raise RunError(
-                f"no ROS master at {rosgraph.get_master_uri()} after {deadline:g} s: "
-                "start the cell first"
-            )
-        time.sleep(MASTER_POLL_S)
-    harden_process()
-    rospy.init_node("run_experiment", anonymous=True, disable_signals=True)
 
 
 def _at_speed(experiment: Experiment, speed: float | None) -> Experiment:
