@@ -19,9 +19,10 @@ from harness.workspace import ROOT
 from operator_panel.teach import draft as teach
 from operator_panel.teach.draft import Draft, draft_of, empty
 from operator_panel.teach.places import position_of
-from operator_panel.teach.walk import LedEnd, LedMove, Walk
+from operator_panel.teach.walk import LedMove, Walk
 from scara_config.frames import find_frames
 from scara_config.programs.files import is_cartesian, taught_of
+from scara_config.programs.tp.listing import Word
 from what_if.converting import converted_text
 
 REST_MM = 0.1
@@ -138,7 +139,7 @@ def run_by_operator(plant: str) -> np.ndarray:
         cell.connect()
         cell.real.robot.write_override(100)
         walk = Walk(drafted(files), files.robot)
-        while not isinstance(act := walk.run_on(), LedEnd):
+        while not isinstance(act := walk.run_on(), Word):
             if not isinstance(act, LedMove):
                 continue
             begun = cell.schedule.now

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 
 import msgspec
-from operator_panel.view.robot.status import RobotStatus
 from operator_panel.view.snapshot import (
     CellState,
     DecisionLine,
@@ -15,6 +14,7 @@ from operator_panel.view.snapshot import (
     Loop,
     Part,
     RobotPackage,
+    RobotStatus,
     Sighting,
     Snapshot,
 )

@@ -34,7 +34,7 @@ from operator_panel.control.desk_io import PageDesk, Session  # noqa: E402
 from operator_panel.control.frame_lessons import jog_axes  # noqa: E402
 from operator_panel.control.jog import DeadMan  # noqa: E402
 from operator_panel.control.tool_jog import ToolArm  # noqa: E402
-from operator_panel.door import Answer, Gains, Picture, Seat  # noqa: E402
+from operator_panel.door import Answer, Gains  # noqa: E402
 from operator_panel.page.api_io import offer_camera, offer_events, offer_past  # noqa: E402
 from operator_panel.page.shell_io import Shell  # noqa: E402
 from operator_panel.retelling.recordings_io import Recordings  # noqa: E402
@@ -55,6 +55,7 @@ from scara_control.errors import ScaraControlError  # noqa: E402
 from scara_control.kinematics.scara import Elbow  # noqa: E402
 from scara_control.kinematics.tool import tool_kinematics  # noqa: E402
 from scara_ros.diagnosis import Level  # noqa: E402
+from scara_ros.names import Seat  # noqa: E402
 from scara_ros.page.page_door import PageDoor  # noqa: E402
 from scara_ros.page.page_guard_io import PageGuard  # noqa: E402
 from scara_ros.page.page_library_io import serve_pages  # noqa: E402
@@ -171,7 +172,7 @@ class StageDoor:
         """Hand out what is there."""
         return Answer(True, "P[1] stays in joints: the arm is stretched there", {"text": text})
 
-    async def picture(self, after: str) -> Picture | None:
+    async def picture(self, after: str) -> tuple[str, bytes] | None:
         """Have no camera."""
         await asyncio.sleep(0.2)
         return None

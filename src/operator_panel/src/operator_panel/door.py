@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import msgspec
+from scara_ros.names import Seat
 
 from operator_panel.view.robot.registers import Entry
 from operator_panel.view.snapshot import Snapshot
@@ -28,18 +29,6 @@ class Answer(msgspec.Struct, frozen=True):
     lost: bool = False
 
 
-class Seat(msgspec.Struct, frozen=True):
-    """A person at one page: who commands. Viewers are nobody."""
-
-    person: str = ""
-    session: str = ""
-
-    @property
-    def name(self) -> str:
-        """As the twin controller names it."""
-        return f"{self.person} {self.session}".strip()
-
-
 class Gains(msgspec.Struct, frozen=True):
     """The parameters of one joint's tuning server.
 
@@ -55,13 +44,6 @@ class Gains(msgspec.Struct, frozen=True):
     ranges: dict[str, tuple[float, float]] = {}
     switches: dict[str, bool] = {}
     told: int = 0
-
-
-class Picture(msgspec.Struct, frozen=True):
-    """A JPEG picture of the camera. ``stamp`` is its time, as text that grows with it."""
-
-    stamp: str
-    jpeg: bytes
 
 
 class CellDoor(Protocol):
@@ -119,8 +101,11 @@ class CellDoor(Protocol):
     async def shadow(self, time: float) -> Answer:
         """Ask for the pair at a time [s]; values: document (JSON), without it nobody answered."""
 
-    async def picture(self, after: str) -> Picture | None:
-        """Wait a short while for a picture newer than that of ``after``; None if none came."""
+    async def picture(self, after: str) -> tuple[str, bytes] | None:
+        """Wait a short while for a picture newer than that of ``after``; None if none came.
+
+        Its stamp is text that grows with its time; the picture is a JPEG.
+        """
 
     async def record(self, path: str) -> Answer:
         """Start a recording; values: path."""

@@ -45,15 +45,6 @@ class Inertial:
     inertia: FloatArray
 
 
-@dataclass(frozen=True, eq=False)
-class _Solid:
-    """A shape of density 1: its volume, place and inertia in the link's frame."""
-
-    volume: float
-    centre: FloatArray
-    inertia: FloatArray
-
-
 def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> FloatArray:
     """Return URDF's rotation: about the fixed x, then y, then z, shape ``(3, 3)``."""
     (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
@@ -80,12 +71,12 @@ def inertial_of(link: ET.Element) -> Inertial:
     if mass is None or not solids:
         raise ShapeError(f"link {name} has no {'mass' if mass is None else 'collision shape'}")
     kilograms = float(mass.attrib["value"])
-    volume = sum(solid.volume for solid in solids)
-    centre = sum((solid.volume * solid.centre for solid in solids), np.zeros(3)) / volume
+    volume = sum(solid.mass for solid in solids)
+    centre = sum((solid.mass * solid.centre for solid in solids), np.zeros(3)) / volume
     inertia = np.zeros((3, 3))
     for solid in solids:
         arm = solid.centre - centre
-        inertia += solid.inertia + solid.volume * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+        inertia += solid.inertia + solid.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
     return Inertial(kilograms, centre, inertia * (kilograms / volume))
 
 
@@ -101,7 +92,7 @@ def with_inertia(urdf: str) -> str:
     return _INERTIAL.sub(lambda match: _block(inertial_of(next(links)), match["indent"]), urdf)
 
 
-def _solid(name: str | None, collision: ET.Element) -> _Solid:
+def _solid(name: str | None, collision: ET.Element) -> Inertial:
     """Return a collision shape as a solid of density 1, in the link's frame."""
     box, cylinder = collision.find("geometry/box"), collision.find("geometry/cylinder")
     if box is not None:
@@ -119,7 +110,7 @@ def _solid(name: str | None, collision: ET.Element) -> _Solid:
     place = {} if origin is None else origin.attrib
     rotation = rotation_from_rpy(*_numbers(place.get("rpy", "0 0 0")))
     inertia = rotation @ np.diag(moments) @ rotation.T * volume
-    return _Solid(volume, np.array(_numbers(place.get("xyz", "0 0 0"))), inertia)
+    return Inertial(volume, np.array(_numbers(place.get("xyz", "0 0 0"))), inertia)
 
 
 def _numbers(text: str) -> list[float]:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,13 +29,6 @@ _TURNS_AT_LEAST = 0.02
 
 class FrameError(ValueError):
     """A frame cannot be taught by these points; the text says which is wrong, and by how much."""
-
-
-class TaughtTip(NamedTuple):
-    """The tip of a tool by the flange, shape (3,) [mm], and how far its points are apart [mm]."""
-
-    xyz_mm: tuple[float, float, float]
-    spread_mm: float
 
 
 def pose_of(frame: TaughtFrame) -> FloatArray:
@@ -83,7 +75,7 @@ def user_frame(name: str, points: Sequence[Sequence[float]]) -> TaughtFrame:
     return frame_of(name, pose)
 
 
-def tool_tip(poses: Sequence[FloatArray]) -> TaughtTip:
+def tool_tip(poses: Sequence[FloatArray]) -> tuple[FloatArray, float]:
     r"""Return the tip of a tool that touches one thing in several turns of the flange.
 
     .. math:: R_i t + p_i = R_j t + p_j
@@ -92,6 +84,9 @@ def tool_tip(poses: Sequence[FloatArray]) -> TaughtTip:
 
     Args:
         poses: At least three of the frame ``tool_frame``, shape (4, 4) [m].
+
+    Returns:
+        The tip by the flange, shape (3,) [m], and how far its points are apart [m].
 
     Raises:
         FrameError: Too few, hardly turned, all turned about one axis (as a SCARA's are: the tip
@@ -119,8 +114,7 @@ def tool_tip(poses: Sequence[FloatArray]) -> TaughtTip:
             f"the tips are {1e3 * spread:.1f} mm apart, allowed are {MOST_SPREAD_MM:g}: touch the "
             "same thing with the same tip"
         )
-    x, y, z = (1e3 * tip).tolist()
-    return TaughtTip((x, y, z), 1e3 * spread)
+    return tip, spread
 
 
 def tool_frame(name: str, poses: Sequence[FloatArray]) -> TaughtFrame:
@@ -140,7 +134,7 @@ def tool_frame(name: str, poses: Sequence[FloatArray]) -> TaughtFrame:
     if len(poses) not in (3, 6):
         raise FrameError(f"{len(poses)} points: a tool frame is taught by three or six")
     pose = np.eye(4)
-    pose[:3, 3] = 1e-3 * np.array(tool_tip(poses[:3]).xyz_mm)
+    pose[:3, 3], _ = tool_tip(poses[:3])
     if len(poses) == 6:
         begin, along, down = (each[:3, 3] for each in poses[3:])
         back = poses[3][:3, :3].T

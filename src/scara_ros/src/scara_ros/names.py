@@ -10,6 +10,8 @@ import re
 from collections.abc import Iterable
 from typing import Any
 
+import msgspec
+
 ROOT = "/"
 SHARED_TOPICS = ("/diagnostics", "/tf", "/tf_static")
 """All cells at a master publish there; who wants one cell asks who has sent a message."""
@@ -17,6 +19,18 @@ STREAM = "stream"
 """In ``control_type`` of scara_msgs/RobotData: the twin controller's set points move the robot."""
 _PROGRAM = re.compile(r"(?P<name>\S+) line (?P<line>\d+) (?P<state>\w+)")
 _NAMESPACE = re.compile(r"[A-Za-z]\w*(?:/[A-Za-z]\w*)*", re.ASCII)
+
+
+class Seat(msgspec.Struct, frozen=True):
+    """A person, and the page or client at which they are; empty for nobody."""
+
+    person: str = ""
+    session: str = ""
+
+    @property
+    def name(self) -> str:
+        """What people are told."""
+        return f"{self.person} {self.session}".strip()
 
 
 class NamespaceError(ValueError):

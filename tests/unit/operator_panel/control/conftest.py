@@ -15,9 +15,10 @@ from operator_panel.control.authority import Role
 from operator_panel.control.desk_io import PageDesk
 from operator_panel.control.jog import DeadMan
 from operator_panel.control.tool_jog import ToolArm
-from operator_panel.door import Answer, Seat
+from operator_panel.door import Answer
 from operator_panel.view.snapshot import CellState, Snapshot
 from scara_config import load_robot
+from scara_ros.names import Seat
 
 from scara_description.urdf import parse_urdf
 

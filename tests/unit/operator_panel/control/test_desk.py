@@ -7,7 +7,8 @@ import asyncio
 import pytest
 from operator_panel.control.authority import Role
 from operator_panel.control.desk_io import MOST_WATCHERS, PageDesk
-from operator_panel.door import Answer, Seat
+from operator_panel.door import Answer
+from scara_ros.names import Seat
 from unit.operator_panel.control.conftest import KEEP_S, LET_GO_S, Clock, Door, command, signs, stop
 
 

@@ -16,7 +16,7 @@ from harness.workspace import ROOT
 from operator_panel.control.authority import Role
 from operator_panel.control.desk_io import PageDesk
 from operator_panel.control.jog import DeadMan
-from operator_panel.door import Answer, Seat
+from operator_panel.door import Answer
 from operator_panel.page.view_io import PageView
 from operator_panel.page.work.leading_io import SEEN_S, Leading
 from operator_panel.teach import draft as teach
@@ -26,6 +26,7 @@ from operator_panel.teach.places import position_of
 from operator_panel.view.snapshot import Snapshot
 from scara_config import load_robot
 from scara_config.frames import NO_FRAMES
+from scara_ros.names import Seat
 from unit.operator_panel.control.conftest import KEEP_S, LET_GO_S, SCARA, Door
 from what_if.converting import converted_text
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import msgspec
 import pytest
 from harness.workspace import ROOT
 from operator_panel.teach import draft as teach
@@ -12,17 +13,15 @@ from operator_panel.teach.draft import Draft, TeachError, draft_of, empty
 from operator_panel.teach.places import position_of
 from operator_panel.teach.walk import (
     Act,
-    LedEnd,
-    LedGrip,
     LedMove,
-    LedPause,
-    LedUntil,
     Walk,
     motion_above,
     motion_to,
 )
 from scara_config import load_robot
 from scara_config.programs.files import program_files
+from scara_config.programs.steps import GripperStep, WaitStep
+from scara_config.programs.tp.listing import WaitUntil, Word
 from scara_control.kinematics.tool_path import MOST_PLACES
 
 ROBOT = load_robot(ROOT / "config")
@@ -40,10 +39,11 @@ def pick() -> Draft:
 
 
 def acts(walked: Walk) -> list[Act]:
-    """Return all that is asked for, up to the end."""
+    """Return all that is asked for, up to the end; steps as if they stood in line 1."""
     found: list[Act] = []
-    while not isinstance(act := walked.run_on(), LedEnd):
-        found.append(act)
+    while not isinstance(act := walked.run_on(), Word):
+        numbered = isinstance(act, GripperStep | WaitStep)
+        found.append(msgspec.structs.replace(act, line=1) if numbered else act)
     return found
 
 
@@ -62,11 +62,11 @@ def test_loop_asks_for_each_round_what_its_lines_ask_for() -> None:
             },
             25.0,
         ),
-        LedGrip(True),
-        LedUntil(),
-        LedPause(0.25),
+        GripperStep(1, True),
+        pick().program.lines[4],
+        WaitStep(1, 0.25),
     ]
-    assert found == once * 2
+    assert found == once * 2 and isinstance(once[3], WaitUntil)
 
 
 def along(*lines: str) -> list[Act]:
@@ -145,7 +145,7 @@ def test_palletise_is_gone_through_to_its_end() -> None:
     """The positions that registers choose are found: nine parts, six motions up and two back."""
     text = program_files(ROOT / "config")["PALLETISE"].read_text(encoding="utf-8")
     found = acts(Walk(draft_of(text, ROBOT), ROBOT))
-    assert [sum(isinstance(each, kind) for each in found) for kind in (LedMove, LedGrip)] == [
+    assert [sum(isinstance(each, kind) for each in found) for kind in (LedMove, GripperStep)] == [
         72,
         18,
     ]
@@ -154,7 +154,7 @@ def test_palletise_is_gone_through_to_its_end() -> None:
 def test_wait_for_the_vacuum_holds_once_the_gripper_shows_it() -> None:
     """What the robot does not show is not guessed."""
     walked = Walk(pick(), ROBOT, 4)
-    assert walked.step() == LedUntil()
+    assert isinstance(walked.step(), WaitUntil)
     with pytest.raises(TeachError, match=r"line 5: WAIT RI\[1:vacuum\]=ON: only the robot knows"):
         walked.holds()
     walked.closed = False

@@ -6,8 +6,8 @@ import math
 
 import msgspec
 import pytest
-from operator_panel.view.robot.status import RobotStatus, status_texts
-from operator_panel.view.snapshot import CellState, RobotPackage, Snapshot
+from operator_panel.view.robot.status import status_texts
+from operator_panel.view.snapshot import CellState, RobotPackage, RobotStatus, Snapshot
 from operator_panel.view.today import Today
 from operator_panel.view.words import UNKNOWN
 

@@ -68,8 +68,8 @@ def test_what_has_no_meaning_for_the_arm_is_refused() -> None:
     point = (0.1, 0.1, 0.1)
     with pytest.raises(BaseTargetError, match="tool frame 2 is beside the flange"):
         targets.in_base(TABLE, point, None, (0, 2), seed)
-    found = targets.in_base(TABLE, point, None, (0, 1), seed)
-    assert found.point == pytest.approx((0.1, 0.1, 0.16))
+    place, _ = targets.in_base(TABLE, point, None, (0, 1), seed)
+    assert place == pytest.approx((0.1, 0.1, 0.16))
     with pytest.raises(BaseTargetError, match="user frame 2 is tilted"):
         targets.in_base(TABLE, point, 0.1, (2, 0), seed)
     with pytest.raises(

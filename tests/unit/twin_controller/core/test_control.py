@@ -7,11 +7,11 @@ from collections.abc import Callable
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scara_ros.names import Seat
 from twin_controller.core.control import (
     NOBODY,
     Control,
     Outcome,
-    Seat,
     ask,
     deny,
     end_loan,

@@ -8,8 +8,9 @@ from functools import cache
 import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair, idle_pair, ramp, shifted
+from scara_ros.names import Seat
 from twin_controller.core.actions import Decided, Reply, StreamReal
-from twin_controller.core.control import Control, Seat
+from twin_controller.core.control import Control
 from twin_controller.core.events import AnyEvent, Operator, Tick
 from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.lead.modes import Mode

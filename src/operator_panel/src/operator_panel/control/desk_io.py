@@ -13,13 +13,15 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any
 
+from scara_ros.names import Seat
+
 from operator_panel.control import authority
 from operator_panel.control.authority import ENDING, Role
 from operator_panel.control.guide import GuidedTool
 from operator_panel.control.jog import DeadMan, JogError
 from operator_panel.control.steps import StepError, positions_now
 from operator_panel.control.tool_jog import ToolArm
-from operator_panel.door import Answer, CellDoor, Seat
+from operator_panel.door import Answer, CellDoor
 from operator_panel.view import words
 from operator_panel.view.progress import CommandLog
 from operator_panel.view.snapshot import CellState

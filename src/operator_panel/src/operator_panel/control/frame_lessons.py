@@ -83,5 +83,5 @@ def spread_text(lesson: Lesson, poses: Sequence[np.ndarray]) -> str:
     """
     if lesson.kind == "user":
         return ""
-    tip = tool_tip(poses[: len(TOUCHES)])
-    return f"; the tips are within {tip.spread_mm:.2f} mm"
+    _, spread = tool_tip(poses[: len(TOUCHES)])
+    return f"; the tips are within {1e3 * spread:.2f} mm"

@@ -16,8 +16,6 @@ import rospy
 from nicegui import run
 from sensor_msgs.msg import Image
 
-from operator_panel.door import Picture
-
 QUALITY = 85  # our choice: about 20 kB for a picture of the shipped size
 WAIT_S = 2.0  # our choice: a page that waits longer is told that no picture comes
 LINGER_S = 5.0  # our choice: so long after the last question the camera is left alone again
@@ -33,10 +31,10 @@ class CameraLink:
         self._subscriber: Any = None
         self._newest: Image | None = None
         self._encoding = asyncio.Lock()
-        self._encoded = Picture("", b"")
+        self._encoded = "", b""
         self._asked = 0.0
 
-    async def picture(self, after: str) -> Picture | None:
+    async def picture(self, after: str) -> tuple[str, bytes] | None:
         """Return the next picture that is not that of ``after``; None if none comes in time."""
         end = time.monotonic() + WAIT_S
         while (now := time.monotonic()) < end:
@@ -50,9 +48,9 @@ class CameraLink:
             at = newest.header.stamp if newest is not None else None
             if at is not None and (stamp := f"{at.secs}.{at.nsecs:09d}") != after:
                 async with self._encoding:  # each picture is packed once for all pages
-                    if self._encoded.stamp != stamp:
+                    if self._encoded[0] != stamp:
                         packed = await run.io_bound(_pack, newest) or b""
-                        self._encoded = Picture(stamp, packed)
+                        self._encoded = stamp, packed
                     return self._encoded
             await asyncio.sleep(LOOK_S)
         return None

@@ -16,6 +16,7 @@ from nicegui import run
 from scara_config import ConfigError, Robot
 from scara_config.modbus_map import load_modbus_map
 from scara_ros.gate.settings import Unjudged
+from scara_ros.names import Seat
 from scara_ros.services.service_client_node import look_up
 from scara_ros.services.service_connection_io import ServiceError
 from scara_ros.starting.registration_node import keep_registered
@@ -26,7 +27,7 @@ from operator_panel.config import PanelConfig, Surroundings
 from operator_panel.control.calling_node import Lane, as_answer
 from operator_panel.control.program_gate_node import ProgramGate, tried, with_note
 from operator_panel.control.stop_line_io import StopLine
-from operator_panel.door import Answer, Gains, Picture, Seat
+from operator_panel.door import Answer, Gains
 from operator_panel.link.camera_link_node import CameraLink
 from operator_panel.link.listening_node import Listening
 from operator_panel.link.pendant_io import Pendant
@@ -185,7 +186,7 @@ class CellLink:
         """Ask the twin controller's memory."""
         return as_answer(await self._shadow.call(time=time), "document")
 
-    async def picture(self, after: str) -> Picture | None:
+    async def picture(self, after: str) -> tuple[str, bytes] | None:
         """Wait for a picture of the camera."""
         return await self._camera.picture(after)
 

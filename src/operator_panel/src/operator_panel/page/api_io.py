@@ -9,7 +9,6 @@ import msgspec
 from scara_ros.page.page_library_io import offer
 from starlette.responses import Response
 
-from operator_panel.door import Picture
 from operator_panel.retelling.recordings_io import Recordings
 from operator_panel.retelling.run_folders_io import RunFolderError
 from operator_panel.view.past import Past
@@ -18,7 +17,7 @@ CAMERA, EVENTS, PAST = "/camera.jpg", "/events.csv", "/past.json"
 FRESH = {"Cache-Control": "no-store"}
 
 
-def offer_camera(picture: Callable[[str], Awaitable[Picture | None]]) -> None:
+def offer_camera(picture: Callable[[str], Awaitable[tuple[str, bytes] | None]]) -> None:
     """Offer the camera's next picture.
 
     ``?after=STAMP`` waits for a picture with another stamp; the answer's head has the stamp.
@@ -28,9 +27,8 @@ def offer_camera(picture: Callable[[str], Awaitable[Picture | None]]) -> None:
         found = await picture(after)
         if found is None:
             return _refusal(503, "no picture comes: is the camera running, and the twin?")
-        return Response(
-            found.jpeg, media_type="image/jpeg", headers={**FRESH, "X-Stamp": found.stamp}
-        )
+        stamp, jpeg = found
+        return Response(jpeg, media_type="image/jpeg", headers={**FRESH, "X-Stamp": stamp})
 
     offer(CAMERA, answer)
 

@@ -12,7 +12,6 @@ from typing import Any
 import msgspec
 from scara_ros.names import part_name
 
-from operator_panel.view.robot.status import RobotStatus
 from operator_panel.view.snapshot import (
     RECENT_S,
     CellState,
@@ -23,6 +22,7 @@ from operator_panel.view.snapshot import (
     Made,
     Part,
     RobotPackage,
+    RobotStatus,
     Sighting,
     Snapshot,
 )

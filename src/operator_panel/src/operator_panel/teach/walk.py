@@ -7,6 +7,7 @@ from typing import Any
 
 import msgspec
 from scara_config import ConfigError, Robot
+from scara_config.programs.steps import GripperStep, WaitStep
 from scara_config.programs.tp.execution import execute, flow_of
 from scara_config.programs.tp.listing import (
     Indexed,
@@ -64,27 +65,9 @@ class LedMove(msgspec.Struct, frozen=True):
         return LedMove(fields, then.corner_mm)
 
 
-class LedGrip(msgspec.Struct, frozen=True):
-    """The gripper is switched."""
-
-    close: bool
-
-
-class LedPause(msgspec.Struct, frozen=True):
-    """Nothing happens for a time [s]."""
-
-    seconds: float
-
-
-class LedUntil(msgspec.Struct, frozen=True):
-    """Nothing happens until :meth:`Walk.holds`."""
-
-
-class LedEnd(msgspec.Struct, frozen=True):
-    """The program ends here."""
-
-
-Act = LedMove | LedGrip | LedPause | LedUntil | LedEnd
+Act = LedMove | GripperStep | WaitStep | WaitUntil | Word
+"""What takes time. Nothing goes on until what a line waits for is so, see :meth:`Walk.holds`; a
+word is the end."""
 
 
 class Walk:
@@ -118,13 +101,13 @@ class Walk:
             TeachError: It cannot be executed from here; in the words of the robot's executor.
         """
         if self.next > len(self.draft.program.lines):
-            return LedEnd()
+            return Word("END")
         self.at, self._switched = self.next, None
         try:
             after, line = execute(self._flow, self.at - 1, self)
             self.next = after + 1
             if self._switched is not None:
-                return LedGrip(self._switched)
+                return GripperStep(self.at, self._switched)
             return None if line is None else self._act(line)
         except ConfigError as error:
             raise TeachError(str(error)) from error
@@ -177,12 +160,12 @@ class Walk:
             case MotionLine():
                 return self._move(line)
             case Wait():
-                return LedPause(number(line.seconds, self))
+                return WaitStep(self.at, number(line.seconds, self))
             case WaitUntil():
                 self._until = line
-                return LedUntil()
+                return line
             case Word(words="END" | "ABORT"):
-                return LedEnd()
+                return line
         raise TeachError(f"{self.text}: only the robot itself executes it")
 
     def _move(self, line: MotionLine) -> LedMove:

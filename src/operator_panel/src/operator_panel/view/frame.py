@@ -15,8 +15,7 @@ from scara_ros.page import page_words
 from operator_panel.control.mode_table import next_step
 from operator_panel.view import words
 from operator_panel.view.judged import gate_text, made_text
-from operator_panel.view.robot.program_lines import program_text
-from operator_panel.view.robot.status import status_texts
+from operator_panel.view.robot.status import program_text, status_texts
 from operator_panel.view.snapshot import CellState, Loop, Snapshot
 from scara_description.urdf import Model, Vector, link_pose
 

@@ -7,7 +7,7 @@ import math
 import msgspec
 from scara_ros.message_struct import struct_of
 
-from operator_panel.view.robot.status import RobotStatus
+import industrial_msgs.msg
 from scara_msgs.msg import LinkState, MotionOutcome, RobotData, TwinControllerState
 
 
@@ -44,6 +44,10 @@ class RobotPackage(struct_of(RobotData, "name", "position", "unit")):  # type: i
     control_type: str = "none"
     name: tuple[str, ...] = ()
     position: tuple[float, ...] = ()
+
+
+class RobotStatus(struct_of(industrial_msgs.msg.RobotStatus)):  # type: ignore[misc]
+    """The fields of industrial_msgs/RobotStatus: mode 1 by hand, 2 automatic; 1 yes, 0 no, -1."""
 
 
 class Loop(msgspec.Struct, frozen=True):

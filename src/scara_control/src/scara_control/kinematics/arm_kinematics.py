@@ -38,13 +38,6 @@ class ToolPose(NamedTuple):
     yaw: float
 
 
-class ToolTwist(NamedTuple):
-    """Velocity of the tool's origin [m/s] and angular velocity [rad/s], in the base frame."""
-
-    linear: Triple
-    angular: Triple
-
-
 def parse_elbow(text: str) -> Elbow | None:
     """Return the branch called ``text``; None for the empty text.
 
@@ -133,8 +126,11 @@ class ArmKinematics:
         """
         return self.tool.inverse(x, y, z, elbow, seed, yaw)
 
-    def velocity(self, q: Sequence[float], qdot: Sequence[float]) -> ToolTwist:
-        """Compute the velocity of the tool from joint positions and velocities.
+    def velocity(self, q: Sequence[float], qdot: Sequence[float]) -> tuple[Triple, Triple]:
+        """Compute the tool's velocity from joint positions and velocities.
+
+        Returns:
+            Velocity of the tool's origin [m/s] and angular velocity [rad/s], in the base frame.
 
         Raises:
             JointVectorError: A wrong count or a value that is not finite.
@@ -142,7 +138,7 @@ class ArmKinematics:
         """
         positions, velocities = check_limits(self._joints, q), check_velocities(self._joints, qdot)
         wx, wy, wz, vx, vy, vz = (tip_jacobian(self.arm, positions) @ velocities).tolist()
-        return ToolTwist((vx, vy, vz), (wx, wy, wz))
+        return (vx, vy, vz), (wx, wy, wz)
 
     def inverse_velocity(
         self, q: Sequence[float], velocity: Sequence[float], yaw_rate: float = 0.0

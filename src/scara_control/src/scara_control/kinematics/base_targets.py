@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from scara_config import Robot
@@ -22,13 +21,6 @@ _SAME_DEG = 1e-6
 
 class BaseTargetError(ScaraControlError):
     """A target in a frame has no meaning for this arm; the text says why."""
-
-
-class InBase(NamedTuple):
-    """Where the tool's origin shall be in the base [m], and its yaw [rad]; None: as it is kept."""
-
-    point: Triple
-    yaw: float | None
 
 
 class BaseTargets:
@@ -52,7 +44,7 @@ class BaseTargets:
         yaw: float | None,
         frames: tuple[int, int],
         seed: Sequence[float],
-    ) -> InBase:
+    ) -> tuple[Triple, float | None]:
         """Return a target in the base and of the tool's own origin.
 
         Args:
@@ -61,6 +53,9 @@ class BaseTargets:
             yaw: Of the flange, about the user frame's z [rad]; None: it stays as it is turned.
             frames: Numbers of the user frame and the tool; 0: the base, tool0.
             seed: The tool's joints where the motion begins.
+
+        Returns:
+            Where the tool's origin shall be in the base [m], and its yaw [rad]; None: it is kept.
 
         Raises:
             ConfigError: A frame was never taught.
@@ -82,7 +77,7 @@ class BaseTargets:
         if tip_number:
             place = place - self._offset(table.find("tool", tip_number), tip_number, yaw, seed)
         x, y, z = place.tolist()
-        return InBase((x, y, z), yaw)
+        return (x, y, z), yaw
 
     def _offset(
         self, frame: TaughtFrame, number: int, yaw: float | None, seed: Sequence[float]

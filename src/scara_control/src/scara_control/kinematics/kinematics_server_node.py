@@ -87,9 +87,8 @@ class KinematicsServer:
 
     def _velocity(self, request: Any) -> VelocityKinematicsResponse:
         twist = self._kinematics.velocity(request.joint_positions, request.joint_velocities)
-        return VelocityKinematicsResponse(
-            True, "", Twist(Vector3(*twist.linear), Vector3(*twist.angular))
-        )
+        linear, angular = (Vector3(*part) for part in twist)
+        return VelocityKinematicsResponse(True, "", Twist(linear, angular))
 
     def _inverse_velocity(self, request: Any) -> InverseVelocityKinematicsResponse:
         wanted = request.linear

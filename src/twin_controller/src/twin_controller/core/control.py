@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import msgspec
+from scara_ros.names import Seat
 
 replace = msgspec.structs.replace
 
@@ -17,18 +18,6 @@ ENDING = ("STOP", "PAUSE", "ESTOP", "STANDSTILL")
 """Commands that end a motion: they need no control and no person."""
 THIS_MACHINE = "this machine"
 """Who commands without a person: a program of this machine."""
-
-
-class Seat(msgspec.Struct, frozen=True):
-    """A person, and the page or client at which they are; empty for nobody."""
-
-    person: str = ""
-    session: str = ""
-
-    @property
-    def name(self) -> str:
-        """What people are told."""
-        return f"{self.person} {self.session}".strip()
 
 
 NOBODY = Seat()

@@ -20,7 +20,7 @@ from scara_config import ConfigError
 from scara_config.frames import find_frames
 from scara_control.errors import ScaraControlError
 from scara_control.kinematics.base_targets import BaseTargets
-from scara_ros.names import is_remote
+from scara_ros.names import Seat, is_remote
 from scara_ros.page.persons_io import LONGEST, Persons
 from scara_ros.shell.ros_node import config_folder
 from std_srvs.srv import Trigger, TriggerResponse
@@ -34,7 +34,7 @@ from scara_msgs.srv import (
     TwinCommandResponse,
 )
 from twin_controller.core.actions import Reply
-from twin_controller.core.control import ENDING, Seat
+from twin_controller.core.control import ENDING
 from twin_controller.core.events import ControlAsked, Operator
 from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.lead.commands.judging import judge_move
@@ -192,8 +192,7 @@ class CommandServices:
             raise ScaraControlError("where the twin stands is not known: wait for its link")
         seed = [twin.last.q[setup.names.index(joint.name)] for joint in setup.tool.joints]
         frames = request.frame, request.tool
-        found = self._places.in_base(find_frames(config_folder()), point, yaw, frames, seed)
-        return found.point, found.yaw
+        return self._places.in_base(find_frames(config_folder()), point, yaw, frames, seed)
 
     def _who(self, request: Any, read: bool) -> dict[str, Any]:
         """Return the fields of an event that say who asks."""

@@ -7,7 +7,7 @@ PacketError, is counted by the shell and never reaches the core.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from scara_config.robot import Joint
 from scara_control.joint_motion import JointMotion, Setpoints
@@ -264,14 +264,11 @@ def command_packet(action: SendTwin, stamp: float, asked: float = 0.0) -> dict[s
     }
 
 
-class TwinServiceCall(NamedTuple):
-    """A call of one of the twin's services."""
-
-    service: str
-    arguments: dict[str, Any]
+ServiceCall = tuple[str, dict[str, Any]]
+"""One of the twin's services, and the fields of its request."""
 
 
-def move_call(action: MoveTwin, names: Sequence[str], same_clock: bool = True) -> TwinServiceCall:
+def move_call(action: MoveTwin, names: Sequence[str], same_clock: bool = True) -> ServiceCall:
     """Return the call that moves the twin: to a point by ``move_to``, or to joint positions.
 
     Args:
@@ -289,19 +286,19 @@ def move_call(action: MoveTwin, names: Sequence[str], same_clock: bool = True) -
         point = {"x": x, "y": y, "z": z}
         speed = {"speed_percent": action.speed_percent, "elbow": action.elbow}
         yaw = {} if action.yaw is None else {"has_yaw": True, "yaw": action.yaw}
-        return TwinServiceCall("move_to", point | speed | asked | yaw)
+        return "move_to", point | speed | asked | yaw
     arguments = {
         "joint_names": list(names),
         "joint_positions": list(action.target),
         "speed_percent": action.speed_percent,
     }
     passed = {"via": list(action.via), "corner_mm": action.corner_mm}
-    return TwinServiceCall("joint_pose_controller/move", arguments | asked | passed)
+    return "joint_pose_controller/move", arguments | asked | passed
 
 
-def gripper_call(on: bool) -> TwinServiceCall:
+def gripper_call(on: bool) -> ServiceCall:
     """Return the call that switches the twin's suction."""
-    return TwinServiceCall("gripper", {"data": on})
+    return "gripper", {"data": on}
 
 
 def answer(result: bool, values: object) -> tuple[bool, str]:

@@ -29,7 +29,7 @@ from twin_controller.twin.packets import (
     MOTION_COMMAND,
     MOTION_STATE,
     SPEED_LIMIT,
-    TwinServiceCall,
+    ServiceCall,
     answer,
     clock_probe,
     command_packet,
@@ -200,11 +200,11 @@ class TwinLink:
         """Switch the suction; ``done`` is told what came of it."""
         self._call(gripper_call(on), done, GRIP_TIMEOUT_S)
 
-    def _call(self, call: TwinServiceCall, done: Done, timeout: float) -> None:
+    def _call(self, call: ServiceCall, done: Done, timeout: float) -> None:
         def answered(result: bool, values: Any, received: float, sent: float) -> None:
             done(*answer(result, values))
 
-        if not self._link.call_service(call.service, call.arguments, answered, timeout):
+        if not self._link.call_service(*call, answered, timeout):
             done(False, "the twin's link is down")
 
     def _change(

@@ -12,17 +12,15 @@ import re
 import time
 
 from scara_config.programs.files import is_cartesian
+from scara_config.programs.steps import GripperStep, WaitStep
+from scara_config.programs.tp.listing import WaitUntil, Word
 
 from operator_panel.page.preview.asking_io import ask
 from operator_panel.page.view_io import PageView
 from operator_panel.teach.draft import Draft, TeachError, draft_of
 from operator_panel.teach.kept_io import Lesson
 from operator_panel.teach.walk import (
-    LedEnd,
-    LedGrip,
     LedMove,
-    LedPause,
-    LedUntil,
     Walk,
     motion_above,
     motion_to,
@@ -93,15 +91,15 @@ class Leading:
         if walk is None or walk.draft != draft:
             walk = Walk(draft, self._view.robot, self.chosen)
         act = walk.step()
-        if isinstance(act, LedEnd):
+        if isinstance(act, Word):
             return "good", "The program ends here."
         number, text = walk.at, walk.text
         match act:
             case LedMove():
                 await self._go(number, act)
-            case LedGrip():
-                await self._grip(act.close, text)
-            case LedUntil() if not self._holds(walk):
+            case GripperStep():
+                await self._grip(act.on, text)
+            case WaitUntil() if not self._holds(walk):
                 raise TeachError(f"{text}: that is not so yet")
         self.chosen, self._walk = number, walk
         return None if isinstance(act, LedMove) else ("good", text.capitalize())
@@ -173,25 +171,25 @@ class Leading:
         self._lesson.runner = self._view.session.name
         try:
             walk = Walk(await self._in_joints(), self._view.robot)
-            while not isinstance(act := walk.run_on(), LedEnd):
+            while not isinstance(act := walk.run_on(), Word):
                 self.chosen = walk.at
                 await self._do(walk, act)
         finally:
             self._lesson.runner = ""
         return "good", f"{walk.draft.program.name} has ended."
 
-    async def _do(self, walk: Walk, act: LedMove | LedGrip | LedPause | LedUntil) -> None:
+    async def _do(self, walk: Walk, act: LedMove | GripperStep | WaitStep | WaitUntil) -> None:
         """Do one thing of a run to its end."""
         match act:
             case LedMove():
                 await self._ready(walk)
                 await self._moved(walk, act)
-            case LedGrip():
+            case GripperStep():
                 await self._ready(walk)
-                await self._grip(act.close, walk.text)
-            case LedPause():
+                await self._grip(act.on, walk.text)
+            case WaitStep():
                 await self._passed(walk, act.seconds)
-            case LedUntil():
+            case WaitUntil():
                 until = time.monotonic() + GRIP_S
                 while not self._holds(walk):
                     if time.monotonic() > until:

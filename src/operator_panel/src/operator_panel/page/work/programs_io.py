@@ -15,7 +15,7 @@ from operator_panel.page.preview.asking_io import ask, needs_judge, play
 from operator_panel.page.preview.motion_line_io import build_gate_line
 from operator_panel.page.view_io import PageView, live, push_button
 from operator_panel.teach.kept_io import Lesson
-from operator_panel.view.robot.program_lines import listing
+from operator_panel.view.robot.status import listing
 from operator_panel.view.snapshot import Snapshot
 
 KEYS = {"run": ("RUN", "Program"), "override": ("OVERRIDE", "Override of the robot")}
@@ -111,9 +111,9 @@ class _Rows:
 def _lines(place: ui.element, program: Program) -> None:
     """Build a program's listing; the browser marks the line that it is in."""
     with place:
-        for line in listing(program):
-            with ui.element("li").props(f"data-line={line.number} value={line.number}"):
-                ui.label(line.text).style(f"padding-left: {line.depth}rem")
+        for number, depth, text in listing(program):
+            with ui.element("li").props(f"data-line={number} value={number}"):
+                ui.label(text).style(f"padding-left: {depth}rem")
 
 
 def _press(view: PageView, text: str, command: str, mark: str, *keys: str) -> None:

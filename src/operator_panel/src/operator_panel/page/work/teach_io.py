@@ -24,7 +24,7 @@ from operator_panel.teach.draft import Draft, TeachError
 from operator_panel.teach.history import Edits
 from operator_panel.teach.kept_io import Lesson
 from operator_panel.teach.places import joints_of
-from operator_panel.view.robot.program_lines import listing
+from operator_panel.view.robot.status import listing
 from operator_panel.view.snapshot import Snapshot
 
 BEGINNING = "In front of line 1"
@@ -329,7 +329,7 @@ class _Teach:
         with self._list:
             self._row(0, 0, BEGINNING)
             for line in listing(history.draft.program):
-                self._row(line.number, line.depth, line.text)
+                self._row(*line)
 
     def _row(self, number: int, depth: int, text: str) -> None:
         chosen = number == self._chosen

@@ -1,10 +1,12 @@
-"""The real robot's own state in words: who may move it, drives, stop, motion."""
+"""The real robot in words: who may move it, drives, stop, motion, and the program it is in."""
 
 from __future__ import annotations
 
-from scara_ros.message_struct import struct_of
+from scara_config.programs.tp.listing import For, IfThen, Program, Word
+from scara_config.programs.tp.printer import print_line
+from scara_ros.names import STREAM, current_line
 
-import industrial_msgs.msg
+from operator_panel.view.snapshot import RobotPackage, RobotStatus
 
 YES, NO = 1, 0
 MODES = {1: "by hand, at its pendant", 2: "automatic"}
@@ -15,10 +17,6 @@ SWITCH = {
 }
 """Where its mode switch stands says more than that somebody may move it by hand."""
 UNKNOWN = "not known"
-
-
-class RobotStatus(struct_of(industrial_msgs.msg.RobotStatus)):  # type: ignore[misc]
-    """The fields of industrial_msgs/RobotStatus: mode 1 manual, 2 automatic; else 1 yes, 0 no, -1."""
 
 
 def status_texts(status: RobotStatus | None, switch: str = "") -> dict[str, str]:
@@ -50,3 +48,28 @@ def status_texts(status: RobotStatus | None, switch: str = "") -> dict[str, str]
 
 def _answer(value: int, yes: str, no: str) -> str:
     return {YES: yes, NO: no}.get(value, UNKNOWN)
+
+
+def listing(program: Program) -> list[tuple[int, int, str]]:
+    """Return the lines of a program as the robot's pendant shows them.
+
+    Of each its number, how deep it stands in blocks, and its text.
+    """
+    found, depth = [], 0
+    for number, line in enumerate(program.lines, start=1):
+        ends = isinstance(line, Word) and line.words in ("ELSE", "ENDIF", "ENDFOR")
+        depth -= ends
+        found.append((number, depth, print_line(line).strip()))
+        depth += isinstance(line, For | IfThen) or line == Word("ELSE")
+    return found
+
+
+def program_text(package: RobotPackage) -> str:
+    """Return what the robot executes now, in words.
+
+    A program that has ended is none: the controller calls each end "aborted", a good one too.
+    """
+    if package.control_type == STREAM and package.running:
+        return "follows the twin"
+    name, _ = current_line(package.program)
+    return package.program if name else "no program runs"

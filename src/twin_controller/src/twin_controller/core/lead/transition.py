@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import msgspec
 from scara_control.keep_out.zones import WatchedMove
+from scara_ros.names import Seat
 
 from twin_controller.core.actions import AnyAction, Decided
-from twin_controller.core.control import NOBODY, THIS_MACHINE, Control, Seat
+from twin_controller.core.control import NOBODY, THIS_MACHINE, Control
 from twin_controller.core.events import Operator
 from twin_controller.core.lead import triggers
 from twin_controller.core.lead.effects import carry_out

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import msgspec
+from scara_ros.names import Seat
 
 from twin_controller.core import control as rules
 from twin_controller.core.actions import AnyAction, Reply
-from twin_controller.core.control import Control, Outcome, Seat
+from twin_controller.core.control import Control, Outcome
 from twin_controller.core.events import AnyEvent, ControlAsked, Operator, Tick
 from twin_controller.core.lead.operator import operate
 from twin_controller.core.lead.state import cancelled, end_epoch, record_notice

@@ -6,7 +6,7 @@ import pytest
 from fanuc_emulator.tp.rehearsal import read_program
 from harness.workspace import ROOT
 from operator_panel.config import load_surroundings
-from operator_panel.view.robot.program_lines import listing, program_text
+from operator_panel.view.robot.status import listing, program_text
 from operator_panel.view.snapshot import RobotPackage
 from scara_config import load_robot
 from scara_config.programs.files import program_files
@@ -20,7 +20,7 @@ def test_lines_have_the_numbers_that_the_robot_says() -> None:
     """A step of the robot's own executor is a line of the same number here, a move a move."""
     robot = load_robot(CONFIG)
     shown = {
-        program.name: {line.number: line.text for line in listing(program)}
+        program.name: {number: text for number, _, text in listing(program)}
         for program in load_surroundings(robot, CONFIG).programs
     }
     begins = {"WaitStep": "WAIT", "GripperStep": "WAIT RI[1"}
@@ -34,7 +34,7 @@ def test_what_stands_in_a_block_stands_deeper() -> None:
     """Lines as on the robot's pendant."""
     texts = ("FOR R[51]=1 TO 2", "J P[1:over] 30% CNT0", "IF (DI[1]) THEN", "ELSE", "PAUSE")
     program = Program("TEST", tuple(map(read_line, (*texts, "ENDIF", "ENDFOR", "END"))))
-    assert [(line.number, line.depth, line.text) for line in listing(program)] == [
+    assert listing(program) == [
         (1, 0, "FOR R[51]=1 TO 2"),
         (2, 1, "J P[1:over] 30% CNT0"),
         (3, 1, "IF (DI[1]) THEN"),
