@@ -10,7 +10,7 @@ import time
 
 import paho.mqtt.client as mqtt
 from farm.keys import STATE, checked
-from farm.link.shown import Shown, show
+from farm.link.shown import ShownState, show
 from farm.wire import encode
 
 from bench.synthetic.invented import Invented
@@ -22,7 +22,7 @@ QOS = 0
 def main(port: int, count: int, rate_hz: float, seconds: float, first: int) -> None:
     """Connect, say so, send, and say how many states were sent."""
     cells = [Invented(first + k, 0.0) for k in range(count)]
-    shown = [Shown(0) for _ in cells]
+    shown = [ShownState(0) for _ in cells]
     topics = [checked("site", "practice", cell.name).key(STATE) for cell in cells]
     clients = [_connected(port) for _ in cells]
     print("connected", flush=True)

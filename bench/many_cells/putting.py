@@ -17,7 +17,7 @@ from farm.bus_io import wait_for_desk
 from farm.config import load_farm
 from farm.keys import CellName
 from farm.link.cell_link_io import CellLink
-from farm.link.shown import Shown, show
+from farm.link.shown import ShownState, show
 from farm.wire import Answer
 from msgspec.structs import replace
 
@@ -50,7 +50,7 @@ def main(port: int) -> None:
     session = wait_for_desk(config.router, config.lease_ms, threading.Event())
     assert session is not None
     journal, name = InventedJournal(cell, time.time), CellName(config.site, "bench", "put")
-    slowest, settled, shown = 0.0, 0.0, Shown(0)
+    slowest, settled, shown = 0.0, 0.0, ShownState(0)
     with session, TimedLink(session, name, settings, journal, lambda _: Answer(True, "")) as link:
         print("{}", flush=True)
         begun = due = time.monotonic()

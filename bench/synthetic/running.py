@@ -17,7 +17,7 @@ import typer
 from farm.bus_io import BusError, wait_for_desk
 from farm.config import FarmConfig, load_farm
 from farm.link.cell_link_io import CellLink
-from farm.link.shown import Shown, show
+from farm.link.shown import ShownState, show
 from farm.security.invitation_io import SecurityError, keys_folder
 from farm.security.membership_io import as_member
 from farm.wire import Answer, Command
@@ -38,7 +38,7 @@ class Running:
     """One invented cell that runs."""
 
     cell: Invented
-    shown: Shown
+    shown: ShownState
     clock: Callable[[], float]
     link: CellLink | None = None
     stopped: str = ""
@@ -80,7 +80,7 @@ class Practice:
         """Make the cells, with a clock that is ahead; :meth:`join` brings them to the desk."""
         self._config, self._machine, self._until = config, machine, events_until
         self._clock: Callable[[], float] = lambda: time.time() + ahead_s
-        self._cells = [Running(cell, Shown(int(self._clock())), self._clock) for cell in cells]
+        self._cells = [Running(cell, ShownState(int(self._clock())), self._clock) for cell in cells]
         self.ended = threading.Event()
         self._ends = ExitStack()
 

@@ -198,11 +198,6 @@ class Palletise(Section, frozen=True):
     task: Task
     vehicle: Vehicle | None = None
 
-    def places_on(self, dock: Dock) -> list[tuple[float, float]]:
-        """Return the middle of each place on a vehicle that stands there: x, y [m]."""
-        x, y = (m * MM for m in self.pallet.middle_mm)
-        return [dock.at(px - x, py - y) for px, py in self.pallet.places()]
-
     def starts(self) -> list[Start]:
         """Return all parts, ``part_1`` first: stand by stand."""
         table = self.table

@@ -64,7 +64,9 @@ def test_program_goes_to_the_places_of_the_file(name: str) -> None:
     assert WORK.vehicle is not None
     work, places = WORK, WORK.pallet.places()
     if name == "VEHICLE":
-        station_deg, places = -WORK.table.station_deg, WORK.places_on(WORK.vehicle.dock())
+        station_deg, dock = -WORK.table.station_deg, WORK.vehicle.dock()
+        x, y = (1e-3 * value for value in WORK.pallet.middle_mm)
+        places = [dock.at(px - x, py - y) for px, py in places]
         table = msgspec.structs.replace(WORK.table, station_deg=station_deg)
         work = msgspec.structs.replace(WORK, table=table)
     planner = Planner(ROBOT, [Limits(joint.velocity, joint.acceleration) for joint in ROBOT.joints])

@@ -6,7 +6,7 @@ from farm.desk.alarms import AlarmBook
 from farm.desk.roster import Roster
 from farm.desk.wall import Wall, wall_of
 from farm.keys import CellName
-from farm.link.shown import Shown, show
+from farm.link.shown import ShownState, show
 from farm.wire import CellState, Event
 from msgspec.structs import replace
 
@@ -26,7 +26,7 @@ class MadeFarm:
     def __init__(self, numbers: range, begin: float) -> None:
         """Let cells of these numbers join at a time [s since 1970]."""
         self._cells = [Invented(k, begin) for k in numbers]
-        self._shown = [Shown(1) for _ in numbers]
+        self._shown = [ShownState(1) for _ in numbers]
         self._roster, self._alarms = Roster(SILENT_S), AlarmBook()
         self._events: list[tuple[str, Event]] = []
         self._begin, self.unreadable = begin, 0

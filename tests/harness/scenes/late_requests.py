@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from scara_control.motion.commands import Command, MotionRefusedError
-from scara_control.motion.epoch import Asked, Epoch
+from scara_control.motion.epoch import AskedAt, Epoch
 from scara_ros.standstill import Standstill, said
 from twin_controller.core.lead.state import Lead, cancelled, end_epoch
 
@@ -184,14 +184,14 @@ class Schedule:
 
         self._works("twin_controller", now, decide)
 
-    def _taken(self, name: str, asked: float, now: float, stream: bool = False) -> Asked | None:
+    def _taken(self, name: str, asked: float, now: float, stream: bool = False) -> AskedAt | None:
         try:
             return self.nodes[name].epoch.begin(asked, now, stream=stream)
         except MotionRefusedError as refused:
             self.refused.append(str(refused))
             return None
 
-    def _checked(self, name: str, request: Asked) -> bool:
+    def _checked(self, name: str, request: AskedAt) -> bool:
         try:
             self.nodes[name].epoch.check(request)
         except MotionRefusedError as refused:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from farm.link.event_text import describe
-from farm.link.shown import Shown, show, silent, told_by
+from farm.link.shown import ShownState, show, silent, told_by
 from farm.wire import CellState, Level, decode
 
 from scara_msgs.msg import TwinControllerState as Mode
@@ -38,7 +38,7 @@ def test_what_the_controller_says_is_told_in_the_same_words() -> None:
 
 def test_revision_follows_what_a_command_is_based_on() -> None:
     """Figures that always change are no change; the sequence counts all."""
-    shown, first = show(Shown(100), told_by(Mode(mode=Mode.IDLE)), False)
+    shown, first = show(ShownState(100), told_by(Mode(mode=Mode.IDLE)), False)
     shown, same = show(shown, told_by(Mode(mode=Mode.IDLE, deviation_mm=0.3)), True)
     shown, other = show(shown, told_by(Mode(mode=Mode.PAUSED)), True)
     assert (first.revision, same.revision, other.revision) == (101, 101, 102)
@@ -47,11 +47,11 @@ def test_revision_follows_what_a_command_is_based_on() -> None:
 
 def test_a_silent_controller_is_bad_and_one_state() -> None:
     """The seconds in its text are no new revision."""
-    shown, first = silent(Shown(1), 10.0, 12.0, False)
+    shown, first = silent(ShownState(1), 10.0, 12.0, False)
     _, second = silent(shown, 10.0, 15.0, False)
     assert first.level == Level.BAD and first.mode == "" and "for 2 s" in first.why
     assert first.revision == second.revision
-    assert "not heard yet" in silent(Shown(1), 0.0, 12.0, False)[1].why
+    assert "not heard yet" in silent(ShownState(1), 0.0, 12.0, False)[1].why
 
 
 @pytest.mark.parametrize(

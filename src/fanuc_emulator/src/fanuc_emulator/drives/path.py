@@ -49,6 +49,7 @@ class ToolPath:
         self._begin, self._end = begin, end
         self._turn = rotation_vector(begin[:3, :3].T @ end[:3, :3])
         self.angle = float(np.linalg.norm(self._turn))
+        self._place: Places
         if via is None:
             here, way = begin[:3, 3], end[:3, 3] - begin[:3, 3]
             self._place, self.length = lambda part: here + part * way, float(np.linalg.norm(way))

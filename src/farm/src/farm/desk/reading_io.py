@@ -31,14 +31,14 @@ class AskingError(HistoryError):
     """The question cannot be answered; the text says why."""
 
 
-class Found(NamedTuple):
+class FoundRows(NamedTuple):
     """The names of the columns, and the rows."""
 
     names: list[str]
     rows: list[tuple[Any, ...]]
 
 
-def ask(folder: Path, sql: str, values: Values = ()) -> Found:
+def ask(folder: Path, sql: str, values: Values = ()) -> FoundRows:
     """Answer a question; ``events`` is the table, empty where there is no history yet.
 
     Beside it stand the views ``caused``, ``cycles`` and ``cycle_figures``.
@@ -83,7 +83,7 @@ def of_kinds(folder: Path, kinds: Sequence[str]) -> Iterator[Kept]:
         yield Kept(CellName(*name), era, event)
 
 
-def _asked(folder: Path, files: list[str], sql: str, values: Values) -> Found:
+def _asked(folder: Path, files: list[str], sql: str, values: Values) -> FoundRows:
     with duckdb.connect(":memory:", config={"threads": 1}) as database:
         # Only the history's folder can be read, and nothing of this can be undone.
         database.execute("SET allowed_directories = [?]", [str(folder)])
@@ -98,7 +98,7 @@ def _asked(folder: Path, files: list[str], sql: str, values: Values) -> Found:
             raise AskingError("allowed is one SELECT: the history is only read here")
         database.execute(statements[0], values)
         names = [column[0] for column in database.description or ()]
-        return Found(names, database.fetchall())
+        return FoundRows(names, database.fetchall())
 
 
 def _source(files: list[str]) -> str:

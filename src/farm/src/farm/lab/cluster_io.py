@@ -20,11 +20,12 @@ import dask
 from distributed import Client, LocalCluster, Nanny, Scheduler, Security
 from distributed.comm.addressing import get_address_host
 from distributed.utils import get_ip
+from scara_ros.shell.program_io import workspace
 
 from farm.config import Credentials, load_farm
 from farm.lab.address import TLS, is_secure
 from farm.lab.far_io import MOST_BYTES, differs, version_of
-from farm.lab.running_io import LabError, root
+from farm.lab.running_io import LabError
 from farm.security.invitation_io import SecurityError, keys_folder
 from farm.security.lab_authority_io import LabAuthority, has_lab, lab_authority_folder
 from farm.security.membership_io import joined, shown_by
@@ -65,7 +66,7 @@ def connected(address: str, workers: int) -> Iterator[tuple[Client, str | None]]
             yield client, None
         return
     security = _security(address)
-    version = version_of(root()) if security else None
+    version = version_of(workspace()) if security else None
     # A recording is a large argument, and meant to be.
     quiet = {"distributed.admin.large-graph-warning-threshold": MOST_BYTES}
     try:
@@ -216,7 +217,7 @@ async def _work(address: str, workers: int, security: Security | None) -> None:
             host=get_ip(get_address_host(address)) if security else HOST,
             security=security,
             # Jobs of this version are done here, and no others.
-            resources={version_of(root()): 1} if security else None,
+            resources={version_of(workspace()): 1} if security else None,
             dashboard_address=ANYWHERE,
             memory_limit=0,
             death_timeout=PATIENCE_S,

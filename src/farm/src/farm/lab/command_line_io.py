@@ -14,12 +14,12 @@ from typing import Annotated, NoReturn
 
 import typer
 from scara_ros.shell.command_line_io import CommandLine
-from scara_ros.shell.program_io import FAILED, INTERRUPTED, WRONG
+from scara_ros.shell.program_io import FAILED, INTERRUPTED, WRONG, workspace
 
 from farm.lab.address import PORT, AddressError, listened, scheduler_address
 from farm.lab.places_io import RESULTS, Place, Where, run_plan, where
 from farm.lab.plan import OF_BAGS, PROGRAMS, LabPlanError, Plan, jobs_of, summary
-from farm.lab.running_io import LabError, Result, processors, read_plan, result_of, root
+from farm.lab.running_io import LabError, Result, processors, read_plan, result_of
 
 Workers = Annotated[
     int | None, typer.Option(help="Jobs at a time. Default: one for each processor.", min=1)
@@ -98,7 +98,7 @@ def _start(
     variations, spread_mm, speed, seed = varied
     plan = Plan(kind, tuple(targets), words, variations, spread_mm, _speeds(speed), seed)
     jobs_of(plan, Random)
-    place = folder or root() / "runs" / "lab" / datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
+    place = folder or workspace() / "runs" / "lab" / datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
     results = _run(place, plan, at)
     raise typer.Exit(FAILED if any(result.code for result in results) else 0)
 

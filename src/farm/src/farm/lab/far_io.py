@@ -21,6 +21,7 @@ from distributed import Client, Future, KilledWorker, as_completed, get_worker
 from msgspec.structs import replace
 from scara_config.loader import OVERRIDE
 from scara_config.profile import CHOICE, PLANT_CHOICE
+from scara_ros.shell.program_io import workspace
 
 from farm.lab.plan import OF_BAGS, Job
 from farm.lab.running_io import (
@@ -31,7 +32,6 @@ from farm.lab.running_io import (
     perform,
     program_of,
     result_of,
-    root,
 )
 
 KILLED = -9
@@ -85,7 +85,7 @@ def do(job: Job) -> Answer:
     Raises:
         FileNotFoundError: There is no such program.
     """
-    return perform(job, program_of(job, root() / "devel")), {}
+    return perform(job, program_of(job, workspace() / "devel")), {}
 
 
 def do_there(job: Job, content: bytes | None, version: str, settings: dict[str, str]) -> Answer:
@@ -101,7 +101,7 @@ def do_there(job: Job, content: bytes | None, version: str, settings: dict[str, 
         LabError: This machine has another version.
         FileNotFoundError: It has no such program.
     """
-    here = version_of(root())
+    here = version_of(workspace())
     if here != version:
         raise LabError(differs(version, f"worker {get_worker().address}", here))
     with TemporaryDirectory(prefix="lab_") as name:
@@ -120,7 +120,7 @@ def do_there(job: Job, content: bytes | None, version: str, settings: dict[str, 
             return text.replace(str(file), str(word)).replace(str(folder), str(word.parent))
 
         environment = {k: v for k, v in os.environ.items() if k not in SETTINGS} | settings
-        command = program_of(done, root() / "devel")
+        command = program_of(done, workspace() / "devel")
         result = perform(done, command, JobProcesses(environment, folder), named_as_asked)
         endings = WRITTEN.get(job.kind, ())
         written = {f.name: f.read_bytes() for f in folder.iterdir() if f.suffix in endings}

@@ -10,10 +10,11 @@ from random import Random
 import msgspec
 from rich.console import Console
 from rich.progress import Progress
+from scara_ros.shell.program_io import workspace
 
 from farm.lab.address import scheduler_address
 from farm.lab.plan import Plan, jobs_of
-from farm.lab.running_io import Result, begin, processors, program_of, root, run
+from farm.lab.running_io import Result, begin, processors, program_of, run
 
 RESULTS = "results.jsonl"
 """File with all results of a plan, in the order of its jobs."""
@@ -66,7 +67,7 @@ def run_plan(folder: Path, plan: Plan, at: Where) -> list[Result]:
             progress.advance(bar)
 
         if at.place is Place.HERE:
-            devel = root() / "devel"
+            devel = workspace() / "devel"
             results = run(folder, jobs, lambda job: program_of(job, devel), at.workers, told)
         else:
             # Imported late: dask takes half a second, and only this needs it.

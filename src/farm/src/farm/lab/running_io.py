@@ -69,11 +69,6 @@ def processors() -> int:
     return len(os.sched_getaffinity(0))
 
 
-def root() -> Path:
-    """Return the folder of the project."""
-    return Path(os.environ.get("CELL_ROOT") or Path.cwd())
-
-
 def program_of(job: Job, devel: Path) -> list[str]:
     """Return the command line of a job: what rosrun would find, without its search."""
     package, program = PROGRAMS[job.kind]

@@ -44,7 +44,7 @@ from farm.link.changes_io import CellChanges
 from farm.link.commands import caller_id
 from farm.link.journal_io import JournalFiles
 from farm.link.recordings_io import RecordingFiles
-from farm.link.shown import Shown, show, silent, told_by
+from farm.link.shown import ShownState, show, silent, told_by
 from farm.security.invitation_io import SecurityError, keys_folder
 from farm.security.membership_io import as_member
 from farm.wire import Answer, CellState, Command, Joints
@@ -68,7 +68,7 @@ class CellTopics:
     def __init__(self, config: FarmConfig) -> None:
         """Subscribe and offer the switch; the bus comes later."""
         self._config = config.link
-        self._shown = Shown(revision=int(time.time()))
+        self._shown = ShownState(revision=int(time.time()))
         self._raw: bytes | None = None
         self._heard = 0.0
         self._remote = config.link.remote_at_start

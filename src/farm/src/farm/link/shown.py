@@ -26,7 +26,7 @@ BASED_ON = ("mode", "leader", "why", "alarm", "holder")
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownState:
     """What was sent last.
 
     Attributes:
@@ -60,7 +60,7 @@ def told_by(message: Any) -> CellState:
     )
 
 
-def show(shown: Shown, state: CellState, remote: bool) -> tuple[Shown, CellState]:
+def show(shown: ShownState, state: CellState, remote: bool) -> tuple[ShownState, CellState]:
     """Return the state to send, with its numbers.
 
     The revision grows when something has changed that a person looks at before a command.
@@ -72,11 +72,13 @@ def show(shown: Shown, state: CellState, remote: bool) -> tuple[Shown, CellState
     """
     based_on = tuple(getattr(state, name) for name in BASED_ON)
     revision = shown.revision + (based_on != shown.based_on)
-    shown = Shown(revision, shown.sequence + 1, based_on)
+    shown = ShownState(revision, shown.sequence + 1, based_on)
     return shown, replace(state, sequence=shown.sequence, revision=revision, remote=remote)
 
 
-def silent(shown: Shown, since: float, now: float, remote: bool) -> tuple[Shown, CellState]:
+def silent(
+    shown: ShownState, since: float, now: float, remote: bool
+) -> tuple[ShownState, CellState]:
     """Return the state to send while the twin controller says nothing.
 
     Args:

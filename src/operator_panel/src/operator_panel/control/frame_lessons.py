@@ -12,7 +12,7 @@ from scara_description.taught_frames import FrameError, pose_of, tool_frame, too
 TOUCHES = ("tip on a fixed point", "the same, turned otherwise", "the same, turned once more")
 
 
-class Lesson(NamedTuple):
+class FrameLesson(NamedTuple):
     """A way to teach a frame.
 
     Attributes:
@@ -27,16 +27,18 @@ class Lesson(NamedTuple):
 
 
 LESSONS = {
-    "user_3": Lesson("user", "User 3", ("origin", "on +x", "in the plane, at +y")),
-    "user_4": Lesson("user", "User 4", ("for the axes", "on +x", "in the plane, at +y", "origin")),
-    "tool_3": Lesson("tool", "Tool 3", TOUCHES),
-    "tool_6": Lesson(
+    "user_3": FrameLesson("user", "User 3", ("origin", "on +x", "in the plane, at +y")),
+    "user_4": FrameLesson(
+        "user", "User 4", ("for the axes", "on +x", "in the plane, at +y", "origin")
+    ),
+    "tool_3": FrameLesson("tool", "Tool 3", TOUCHES),
+    "tool_6": FrameLesson(
         "tool", "Tool 6", (*TOUCHES, "any place", "from there on +x", "from there on +z")
     ),
 }
 
 
-def taught(lesson: Lesson, name: str, poses: Sequence[np.ndarray]) -> TaughtFrame:
+def taught(lesson: FrameLesson, name: str, poses: Sequence[np.ndarray]) -> TaughtFrame:
     """Return the frame that the points give.
 
     Args:
@@ -75,7 +77,7 @@ def shown(frame: TaughtFrame) -> str:
     return f"X {x:.1f} Y {y:.1f} Z {z:.1f} mm, W {w:.2f} P {p:.2f} R {r:.2f} deg"
 
 
-def spread_text(lesson: Lesson, poses: Sequence[np.ndarray]) -> str:
+def spread_text(lesson: FrameLesson, poses: Sequence[np.ndarray]) -> str:
     """Return how well the tips of a tool's points meet; empty where nothing has to.
 
     Raises:

@@ -19,7 +19,7 @@ from scara_control.motion.commands import Command, MotionRefusedError
 ENDING = (Command.STOP, Command.ESTOP, Command.PAUSE, Command.YIELD)
 
 
-class Asked(NamedTuple):
+class AskedAt(NamedTuple):
     """A request that was taken in.
 
     Attributes:
@@ -71,7 +71,7 @@ class Epoch:
             return True
         return given >= self._ended
 
-    def begin(self, asked: float, now: float, *, stream: bool = False) -> Asked:
+    def begin(self, asked: float, now: float, *, stream: bool = False) -> AskedAt:
         """Take a request in.
 
         Args:
@@ -86,9 +86,9 @@ class Epoch:
         at = asked if said(asked, now) else self._standstill.earliest(now)
         if at < (self._stopped if stream else self._ended):
             raise MotionRefusedError(f"cancelled by {self._why}, before it began")
-        return Asked(at, self._number)
+        return AskedAt(at, self._number)
 
-    def check(self, request: Asked) -> None:
+    def check(self, request: AskedAt) -> None:
         """Judge a request that has waited for something, before it begins to move.
 
         Raises:

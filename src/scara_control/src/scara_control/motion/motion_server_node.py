@@ -37,7 +37,7 @@ from scara_control.kinematics.tool import tool_kinematics
 from scara_control.kinematics.tool_path import wanted_elbow
 from scara_control.motion.command_listener_node import CommandListener, Lending, told_movers
 from scara_control.motion.commands import Command, MotionRefusedError
-from scara_control.motion.epoch import Asked, Epoch
+from scara_control.motion.epoch import AskedAt, Epoch
 from scara_control.motion.feedback import Feedback
 from scara_control.motion.idle_node import QUIET_S
 from scara_control.motion.requests import check_speed
@@ -192,7 +192,7 @@ class MotionServer:
         return tool_error(self._tool, q, point), yaw_error(self._tool, q, target)
 
     @contextmanager
-    def _begun(self, asked: Asked) -> Iterator[int]:
+    def _begun(self, asked: AskedAt) -> Iterator[int]:
         """Replace the running request, wait until it has let go, and let go in the end."""
         self._stops_heard.hear_first()
         with self._lock:

@@ -36,7 +36,7 @@ from scara_control.dynamics.payload_listener_node import PayloadListener
 from scara_control.joint_motion import JointMotion
 from scara_control.motion.command_listener_node import CommandListener, Lending
 from scara_control.motion.commands import Command, CommandInbox, MotionRefusedError
-from scara_control.motion.epoch import Asked, Epoch
+from scara_control.motion.epoch import AskedAt, Epoch
 from scara_control.motion.idle_node import QUIET_S, Attention, IdleWait
 from scara_control.motion.setpoint_messages_node import to_message, to_motion, to_point
 from scara_control.motion.wiring_node import (
@@ -152,7 +152,7 @@ class TrajectoryServer:
         # actionlib holds its lock while it calls us: a cancellation must not wait for the judge.
         self._judging.put(lambda: self._accept(key, handle, goal, asked))
 
-    def _accept(self, key: str, handle: Any, goal: Goal, asked: Asked) -> None:
+    def _accept(self, key: str, handle: Any, goal: Goal, asked: AskedAt) -> None:
         """Let a goal in once it is judged; unless it was cancelled or a stop came meanwhile."""
         found = self._gate.ask(
             f"trajectory of {len(goal.points)} points", **trajectory_request(goal)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import secrets
 import time
-from collections.abc import Awaitable, Callable, Mapping, MutableMapping
+from collections.abc import Awaitable, Callable, Mapping, MutableMapping, Sequence
 from typing import Any
 from urllib.parse import parse_qs
 
@@ -97,13 +97,7 @@ class PageGuard:
             return
         # Who reads from another site is nobody here, whatever cookies its browser sends.
         scope[KNOWN], scope[PERSON] = False, ""
-
-        async def marked(message: Any) -> None:
-            if message["type"] == "http.response.start":
-                message = {**message, "headers": [*message.get("headers", ()), *marks]}
-            await send(message)
-
-        await self._server(scope, receive, self._marked(scope["path"], marked))
+        await self._server(scope, receive, self._marked(scope["path"], _with(marks, send)))
 
     def _answer(self, scope: Scope, visit: Visit) -> Answer | None:
         """Return what is answered here; None: the visitor is let in."""
@@ -128,14 +122,18 @@ class PageGuard:
     def _marked(self, path: str, send: Send) -> Send:
         """Return ``send`` that forbids frames of others."""
         own = bool(self._framed) and path.startswith(self._framed)
-        marks = _marks(own)
+        return _with(_marks(own), send)
 
-        async def marked(message: Any) -> None:
-            if message["type"] == "http.response.start":
-                message = {**message, "headers": [*message.get("headers", ()), *marks]}
-            await send(message)
 
-        return marked
+def _with(marks: Sequence[tuple[bytes, bytes]], send: Send) -> Send:
+    """Return ``send`` that puts lines into the head of each answer."""
+
+    async def marked(message: Any) -> None:
+        if message["type"] == "http.response.start":
+            message = {**message, "headers": [*message.get("headers", ()), *marks]}
+        await send(message)
+
+    return marked
 
 
 def _marks(own: bool) -> list[tuple[bytes, bytes]]:

@@ -38,7 +38,6 @@ class Outbox:
 
     def __init__(self) -> None:
         self.closed = False
-        self.overwritten = 0
         self._changed = threading.Condition()
         self._setpoints: deque[StreamReal] = deque()
         self._ahead: StreamAhead | None = None
@@ -53,7 +52,6 @@ class Outbox:
         with self._changed:
             while self._setpoints and self._setpoints[-1].send_at >= action.send_at:
                 self._setpoints.pop()
-                self.overwritten += 1
             self._setpoints.append(action)
             self._changed.notify()
 
@@ -114,7 +112,6 @@ class Outbox:
                 self._changed.wait(left)
             now, setpoint = time.monotonic(), None
             while self._setpoints and self._setpoints[0].send_at <= now:
-                self.overwritten += setpoint is not None
                 setpoint = self._setpoints.popleft()
             if (
                 setpoint is None
