@@ -58,7 +58,7 @@ def holders_of_constants(module: Module) -> set[str]:
     for node in module.nodes:
         if not isinstance(node, ast.ImportFrom) or not node.module:
             continue
-        if not re.fullmatch(r"scara_msgs\.(msg|srv)", node.module):
+        if not re.fullmatch(r"(scara|industrial)_msgs\.(msg|srv)", node.module):
             continue
         for alias in node.names:
             if only_constants_of(alias.asname or alias.name, module):

@@ -39,6 +39,10 @@ class EmulatorFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
     desk_heartbeat_timeout_ms: Annotated[int, Meta(ge=10, le=10000)] | None = None
 
 
+class PendantPageFile(ServerAddress, frozen=True, forbid_unknown_fields=True):
+    """The file pendant_page.yaml: where the pendant's page is served."""
+
+
 class EmulatorConfig(EmulatorFile, frozen=True, kw_only=True):
     """The file emulator.yaml, the plant: how the robot moves, and how its controller was set up."""
 
@@ -109,10 +113,10 @@ def load_programs(robot: Robot, directory: Path | str | None = None) -> dict[int
     return {number: read[name] for number, name in enumerate(numbered, start=1) if number > 1}
 
 
-def load_pendant_page(directory: Path | str | None = None) -> ServerAddress:
+def load_pendant_page(directory: Path | str | None = None) -> PendantPageFile:
     """Read pendant_page.yaml of ``directory`` (default: the package scara_config).
 
     Raises:
         ConfigError: The file is missing or a value does not fit.
     """
-    return load(locate("pendant_page.yaml", directory), ServerAddress)
+    return load(locate("pendant_page.yaml", directory), PendantPageFile)

@@ -7,7 +7,7 @@ import math
 import msgspec
 from scara_ros.message_struct import struct_of
 
-import industrial_msgs.msg
+from industrial_msgs.msg import RobotStatus as RobotStatusMessage
 from scara_msgs.msg import LinkState, MotionOutcome, RobotData, TwinControllerState
 
 
@@ -46,7 +46,7 @@ class RobotPackage(struct_of(RobotData, "name", "position", "unit")):  # type: i
     position: tuple[float, ...] = ()
 
 
-class RobotStatus(struct_of(industrial_msgs.msg.RobotStatus)):  # type: ignore[misc]
+class RobotStatus(struct_of(RobotStatusMessage)):  # type: ignore[misc]
     """The fields of industrial_msgs/RobotStatus: mode 1 by hand, 2 automatic; 1 yes, 0 no, -1."""
 
 

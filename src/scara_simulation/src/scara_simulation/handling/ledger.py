@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from enum import Enum, auto
 
 import msgspec
-from geometry_msgs.msg import Point
+from scara_ros.message_struct import struct_of
 
 from scara_msgs.msg import PartEvent
 
@@ -37,6 +37,12 @@ class PartView(msgspec.Struct, frozen=True):
     support: str
 
 
+class Happening(struct_of(PartEvent)):  # type: ignore[misc]
+    """The fields of scara_msgs/PartEvent."""
+
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
 class PartPhase(Enum):
     """What a part is doing."""
 
@@ -57,12 +63,12 @@ class Ledger:
         self._drop = drop
         self._known: dict[str, tuple[PartPhase, float]] = {}
 
-    def observe(self, views: Sequence[PartView]) -> list[PartEvent]:
+    def observe(self, views: Sequence[PartView]) -> list[Happening]:
         """Take in where parts are now and return what has happened.
 
         Parts that are not told are as before.
         """
-        found: list[PartEvent] = []
+        found: list[Happening] = []
         for view in views:
             phase, height = self._known.get(view.name, (PartPhase.RESTING, view.position[2]))
             self._known[view.name], happened = self._judge(view, phase, height)
@@ -72,22 +78,22 @@ class Ledger:
 
     def _judge(
         self, view: PartView, phase: PartPhase, height: float
-    ) -> tuple[tuple[PartPhase, float], PartEvent | None]:
+    ) -> tuple[tuple[PartPhase, float], Happening | None]:
         """Return the part's phase and the height it may fall from, and what has happened to it."""
         z = view.position[2]
         if view.held:
             return (PartPhase.HELD, z), None
         if phase is not PartPhase.FALLEN and z < height - self._drop:
             text = f"{view.name} was dropped: it fell by more than {self._drop * 1e3:g} mm"
-            return (PartPhase.FALLEN, z), _event(PartEvent.DROPPED, view, text)
+            return (PartPhase.FALLEN, z), _happening(PartEvent.DROPPED, view, text)
         if view.resting and view.support:
             placed = phase in (PartPhase.HELD, PartPhase.LET_GO) and view.upright >= UPRIGHT
             text = f"{view.name} was placed on {view.support}"
-            return (PartPhase.RESTING, z), _event(PartEvent.PLACED, view, text) if placed else None
+            return (PartPhase.RESTING, z), _happening(
+                PartEvent.PLACED, view, text
+            ) if placed else None
         return (PartPhase.LET_GO if phase is PartPhase.HELD else phase, height), None
 
 
-def _event(kind: str, view: PartView, text: str) -> PartEvent:
-    return PartEvent(
-        kind=kind, part=view.name, other=view.support, position=Point(*view.position), message=text
-    )
+def _happening(kind: str, view: PartView, text: str) -> Happening:
+    return Happening(kind, view.name, view.support, text, view.position)

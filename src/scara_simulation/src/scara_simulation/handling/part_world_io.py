@@ -12,7 +12,6 @@ from pathlib import Path
 
 import msgspec
 import pybullet
-from geometry_msgs.msg import Point
 from scara_config import ConfigError
 from scara_config.frames import NO_FRAMES, FrameTable
 from scara_config.palletise import MM, Palletise
@@ -21,7 +20,7 @@ from scara_description.vehicle import VEHICLE, with_vehicle
 
 from scara_msgs.msg import PartEvent
 from scara_simulation.handling.grip_io import PartGrip
-from scara_simulation.handling.ledger import Ledger, PartView
+from scara_simulation.handling.ledger import Happening, Ledger, PartView
 from scara_simulation.handling.part_bodies_io import LoosePart, PartBodies, PartShown, shown
 from scara_simulation.handling.suction import NozzleChange, Suction, advance, command, lose
 from scara_simulation.handling.touch_watch_io import TouchWatch
@@ -83,7 +82,7 @@ class PartWorld(World):
         frames: FrameTable = NO_FRAMES,
     ) -> None:
         self._work, self._tool, self._frames = work, tool_frame, frames
-        self.happened: deque[tuple[int, PartEvent]] = deque()
+        self.happened: deque[tuple[int, Happening]] = deque()
         """Step and event, until somebody takes them."""
         super().__init__(
             urdf, joints, tool_frame, dt=dt, gravity=gravity, dynamics=dynamics, mounted=mounted
@@ -225,7 +224,7 @@ class PartWorld(World):
         if self._steps % 50 == 0:
             self.now = self._shown()
 
-    def _tell(self, happening: PartEvent) -> None:
+    def _tell(self, happening: Happening) -> None:
         self._collisions += happening.kind == PartEvent.COLLISION
         self._drops += happening.kind == PartEvent.DROPPED
         self._message = happening.message
@@ -329,6 +328,4 @@ class PartWorld(World):
     def _tell_of(self, part: LoosePart, kind: str, text: str) -> None:
         where = self._bodies.view(part, held=False, resting=False).position
         other = part.support if kind == PartEvent.GRIPPED else ""
-        self._tell(
-            PartEvent(kind=kind, part=part.name, other=other, position=Point(*where), message=text)
-        )
+        self._tell(Happening(kind, part.name, other, text, where))

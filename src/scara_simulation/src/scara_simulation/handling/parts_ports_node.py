@@ -8,7 +8,9 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 
+import msgspec
 import rospy
+from geometry_msgs.msg import Point
 from scara_config.palletise import Palletise
 from scara_ros.diagnosis import Diagnosis, Level
 from scara_ros.diagnostics_node import Diagnostics
@@ -73,7 +75,9 @@ class PartsPorts:
         stamp_ns, now = snapshots[-1].stamp_ns, self._world.now
         stamp = rospy.Time(stamp_ns // 1_000_000_000, stamp_ns % 1_000_000_000)
         while self._world.happened:
-            _, event = self._world.happened.popleft()
+            _, happened = self._world.happened.popleft()
+            event = PartEvent(**msgspec.structs.asdict(happened))
+            event.position = Point(*happened.position)
             event.header.stamp, event.header.frame_id = stamp, self._frame
             self._events.publish(event)
             if event.kind in (PartEvent.DROPPED, PartEvent.COLLISION):

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection
 
 import pybullet
-from geometry_msgs.msg import Point
 from scara_config.palletise import Watch
 
 from scara_msgs.msg import PartEvent
+from scara_simulation.handling.ledger import Happening
 from scara_simulation.handling.part_bodies_io import PartBodies
 from scara_simulation.handling.touch import ContactKind, Touch, is_collision, is_told
 
@@ -76,7 +76,7 @@ class TouchWatch:
         pairs = sorted(pair for pair, last in self._told.items() if step - last < near)
         return ", ".join(f"{first} touches {second}" for first, second in pairs)
 
-    def collisions(self, held: str, step: int) -> list[PartEvent]:
+    def collisions(self, held: str, step: int) -> list[Happening]:
         """Return what has collided in this step and was apart before.
 
         ``held`` is the part at the nozzle, if any.
@@ -118,7 +118,7 @@ class TouchWatch:
         return self._links[link]
 
 
-def _collision(touch: Touch, where: tuple[float, float, float]) -> PartEvent:
+def _collision(touch: Touch, where: tuple[float, float, float]) -> Happening:
     part = next(
         (
             name
@@ -128,10 +128,5 @@ def _collision(touch: Touch, where: tuple[float, float, float]) -> PartEvent:
         "",
     )
     other = next((name for name in touch.names if name != part), "")
-    return PartEvent(
-        kind=PartEvent.COLLISION,
-        part=part,
-        other=other,
-        position=Point(*where),
-        message=f"{touch.names[0]} hit {touch.names[1]} with {touch.force:.1f} N",
-    )
+    text = f"{touch.names[0]} hit {touch.names[1]} with {touch.force:.1f} N"
+    return Happening(PartEvent.COLLISION, part, other, text, where)
