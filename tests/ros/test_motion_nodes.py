@@ -149,15 +149,18 @@ def cell(running):
 def test_move_to_brings_the_tool_to_the_articles_points(cell, name):
     """The service drives until the position is reached and reports the error that is left.
 
-    The table holds.
+    The table holds, and no state says between the motion and its end that the twin is trimming.
     """
     point = POINTS[name]
+    del cell.states[:-1]
     answer = cell.move_to(*point, 100.0, "")
     assert answer.success, answer.message
+    cell.still()
+    assert {state.state for state in cell.states} <= {"announcing", "moving", "idle"}
     assert answer.error <= 0.02e-3 and math.dist(
         tool_position(SCARA, *answer.joint_positions), point
     ) == pytest.approx(answer.error)
-    assert math.dist(tool_position(SCARA, *cell.q()[:3]), point) < 0.1e-3
+    assert math.dist(tool_position(SCARA, *cell.q()[:3]), point) <= 0.04e-3
     assert abs(cell.q()[3]) < 1e-3
     assert 0.1 < answer.duration < 10.0
 
@@ -303,15 +306,6 @@ def test_emergency_stop_is_latched_until_reset(cell):
     assert cell.move(joint_positions=HOME).success
 
 
-def test_a_repeated_command_is_obeyed_once(cell):
-    """A STOP that arrives twice does not stop the move begun in between."""
-    cell.command("STOP", number=7777)
-    answers = cell.background(cell.move, joint_positions=FAR, speed_percent=100.0)
-    cell.ros.wait_until(lambda: cell.states[-1].state in ("announcing", "moving"), 5.0, "the move")
-    cell.command("STOP", number=7777)
-    assert cell.answer(answers).success
-
-
 def trajectory(q, qdot, stamp):
     """Make a streamed packet of one point."""
     from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -359,17 +353,6 @@ def test_a_stream_is_forwarded_with_its_stamps_and_ends_by_itself(cell):
     assert 0.05 < cell.q()[0] < 0.25
 
 
-def test_a_stream_that_does_not_begin_at_the_twin_is_refused(cell):
-    """Align first."""
-    import rospy
-
-    cell.follow.publish(trajectory([1.0, 0.0, -0.16, 0.0], [0.0] * 4, rospy.Time.now()))
-    cell.ros.wait_until(
-        lambda: "align first: joint_1 is 57." in cell.states[-1].message, 5.0, "the refusal"
-    )
-    assert not cell.setpoints and cell.states[-1].state == "idle"
-
-
 def test_a_jog_moves_one_joint_until_its_time_out(cell):
     """0.25 s after the last command the joint stands; then all is silent and a move works again."""
     cell.jog(["table_joint"], [0.3])
@@ -406,14 +389,3 @@ def test_a_move_that_trims_drives_the_rest_out_through_the_velocity_controller(c
     cell.still()
     assert cell.q()[:3] == pytest.approx(FAR[:3], abs=1e-4)
     assert node.stop() == 0
-
-
-def test_move_to_drives_the_rest_out_before_it_says_that_it_is_idle(cell):
-    """The tool stays at its point by then; unit tests hold what is jogged."""
-    for name in ("P2", "P3", "P1", "P3", "P2"):
-        del cell.states[:-1]
-        answer = cell.move_to(*POINTS[name], 100.0, "")
-        assert answer.success and answer.error <= 0.02e-3, answer.message
-        cell.still()
-        assert math.dist(tool_position(SCARA, *cell.q()[:3]), POINTS[name]) <= 0.04e-3
-        assert {state.state for state in cell.states} <= {"announcing", "moving", "idle"}

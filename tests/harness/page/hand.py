@@ -64,6 +64,19 @@ class Hand:
         slider.click(position={"x": 30, "y": 5})
         expect(shown).not_to_have_text(before)
 
+    def judged(self, plays: bool = False) -> None:
+        """Close the place where a judged motion is shown, or play the motion there before."""
+        place = self.page.locator("[data-motion]")
+        play = place.locator("[data-motion-play]")
+        expect(play).to_be_visible()
+        self.look()
+        if plays:
+            play.click()
+            place.locator("[data-motion-range]").click(position={"x": 20, "y": 10})
+            expect(play).to_have_text("Play")
+        place.locator("[data-motion-close]").click()
+        expect(place).to_be_hidden()
+
     def left(self) -> list[str]:
         """Return all controls that were shown and not used."""
         self.look()

@@ -34,14 +34,6 @@ from harness.virtual_cell.move_to import Ended, MoveTo
 from harness.virtual_cell.schedule import SECOND, Schedule, SideClock, Wire
 from harness.virtual_cell.simulator import build_simulation
 
-COMMANDS = {
-    CoreCommand.STOP_TWIN: Command.STOP,
-    CoreCommand.PAUSE_TWIN: Command.PAUSE,
-    CoreCommand.RESUME_TWIN: Command.RESUME,
-    CoreCommand.ESTOP_TWIN: Command.ESTOP,
-    CoreCommand.RESET_TWIN: Command.RESET,
-    CoreCommand.YIELD_TWIN: Command.YIELD,
-}
 FIRST_PROBES_S = 0.02
 Row = tuple[float, ...]
 
@@ -144,24 +136,24 @@ class TwinSide:
     def perform(self, action: SendTwin) -> None:
         """Obey the end of following or one motion command."""
         if action.command is CoreCommand.RELEASE_TWIN:
-            self._pose.end_follow()
+            self.lose_stream()
         else:
-            command, self._last_id = COMMANDS[action.command], action.id
-            self._pose.command(command, action.reason, self._now())
-            self._jogs.obey(command, action.reason, self._now())
-            self._topic.send(partial(self._obey, command))
-        self._settle()
+            command = Command[action.command.name.removesuffix("_TWIN")]
+            self.told(command, action.id, action.reason)
 
-    def told(self, command: Command, number: int | None = None) -> None:
-        """Obey a motion command that another program of the twin's side publishes.
+    def told(
+        self, command: Command, number: int | None = None, reason: str = "another program"
+    ) -> None:
+        """Obey a motion command, the controller's or that of another program of the twin's side.
 
         Args:
             command: Which.
             number: Its id, as the pose controller reports it; None: that of the one before.
+            reason: Why it is given.
         """
         self._last_id = self._last_id if number is None else number
-        self._pose.command(command, "another program", self._now())
-        self._jogs.obey(command, "another program", self._now())
+        self._pose.command(command, reason, self._now())
+        self._jogs.obey(command, reason, self._now())
         self._topic.send(partial(self._obey, command))
         self._settle()
 
@@ -256,19 +248,11 @@ class TwinSide:
 
     def command_velocity(self, name: str, velocity: float) -> None:
         """Command one joint's velocity loop directly, past all motion nodes [rad/s or m/s]."""
-        try:
-            self._desk.velocity(name, velocity, self.simulation.now)
-        except CommandError as error:
-            self.refused.append(str(error))
-        self._tell_modes()
+        self._command(partial(self._desk.velocity, name, velocity, self.simulation.now))
 
     def command_position(self, name: str, position: float) -> None:
         """Command one joint's position loop directly, past all motion nodes [rad or m]."""
-        try:
-            self._desk.position(name, position)
-        except CommandError as error:
-            self.refused.append(str(error))
-        self._tell_modes()
+        self._command(partial(self._desk.position, name, position))
 
     def _obey(self, command: Command) -> None:
         self._desk.obey(command, self.simulation.now)
@@ -315,8 +299,12 @@ class TwinSide:
         self._put(plan)
 
     def _track(self, setpoints: Setpoints) -> None:
+        self._command(partial(self._desk.track, setpoints, self.simulation.now))
+
+    def _command(self, command: Callable[[], None]) -> None:
+        """Command the simulator; it may refuse, and its modes may have changed."""
         try:
-            self._desk.track(setpoints, self.simulation.now)
+            command()
         except CommandError as error:
             self.refused.append(str(error))
         self._tell_modes()

@@ -12,12 +12,11 @@ import pytest
 from harness.page.acts import take_control
 from harness.page.hand import Hand
 from harness.page.recorded import write_recording
+from harness.page.teaching import teach
 from harness.page.theatre import Theatre
 from harness.running.thorough import thorough
-from playwright.sync_api import Locator, expect
+from playwright.sync_api import expect
 from scara_config import load_robot
-
-MINUS = "\N{MINUS SIGN}"
 
 
 @pytest.fixture(scope="module")
@@ -105,7 +104,7 @@ def picture(hand: Hand) -> None:
     hand.look()
     line.locator("[data-past-range]").click(position={"x": 10, "y": 10})
     moment = "() => window.panel.timeLine.at"
-    for step in (f"{MINUS}10 s", f"{MINUS}1 s", "+1 s", "+10 s"):
+    for step in ("\N{MINUS SIGN}10 s", "\N{MINUS SIGN}1 s", "+1 s", "+10 s"):
         if not hand.button(step, line).is_visible():  # a low screen has room for some only
             continue
         hand.button(step, line).click()
@@ -170,7 +169,7 @@ def jog(hand: Hand) -> None:
         only.click()
         expect(only).to_have_attribute("aria-checked", "true")
         shown.locator(".jog-button").first.click()
-        motion(hand)
+        hand.judged()
         only.click()
     for way in ("Hold tool", "Step tool"):
         hand.choose(panel.get_by_role("tab", name=way, exact=True))
@@ -178,20 +177,6 @@ def jog(hand: Hand) -> None:
         turn = shown.get_by_role("button", name=re.compile(r"\bTurn Z"))
         if turn.first.is_disabled():
             expect(shown.locator(".jog-why")).to_contain_text("its twin has no joint_4")
-
-
-def motion(hand: Hand, plays: bool = False) -> None:
-    """Close the place where a judged motion is shown, or play the motion there before."""
-    place = hand.page.locator("[data-motion]")
-    play = place.locator("[data-motion-play]")
-    expect(play).to_be_visible()
-    hand.look()
-    if plays:
-        play.click()
-        place.locator("[data-motion-range]").click(position={"x": 20, "y": 10})
-        expect(play).to_have_text("Play")
-    place.locator("[data-motion-close]").click()
-    expect(place).to_be_hidden()
 
 
 def target(hand: Hand) -> None:
@@ -219,7 +204,7 @@ def target(hand: Hand) -> None:
     expect(panel.locator(".preview")).to_contain_text("Reachable")
     for name in ("Preview Move", "Preview Home"):
         hand.button(name, panel).click()
-        motion(hand, plays=True)
+        hand.judged(plays=True)
     title = "Move in a line to x 200 y 200 z 200 mm in user frame 1 for tool frame 1"
     hand.command(hand.button("Move", panel), title, "done")
     for name in ("Grip", "Let go"):
@@ -234,7 +219,7 @@ def programs(hand: Hand) -> None:
         hand.page.get_by_text(f"Lines of {name}", exact=True).click()
         expect(panel.locator(f'[data-program="{name}"]')).to_be_visible()
         hand.button(f"Preview {name}", row).click()
-        motion(hand)
+        hand.judged()
         question = hand.page.locator(".confirm")
         for answer in ("Cancel", f"Run {name}"):
             hand.button("Run", row).click()
@@ -247,120 +232,6 @@ def programs(hand: Hand) -> None:
             expect(question).to_have_count(0)
     panel.locator(".q-field input").fill("60")
     hand.command(hand.button("Set", panel), "override 60")
-
-
-def teach(hand: Hand) -> None:
-    """Lines are added, changed, tried, taken away as a file and brought in again."""
-    page, panel = hand.page, hand.panel("Teach")
-    lines, said = panel.locator("[data-teach-line]"), panel.locator(".teach-said")
-    page.request.get(f"{hand.theatre.address}/begin")
-    expect(lines).to_have_count(count := 1)
-    typed = {"Speed J": "40", "Speed L": "150", "CNT": "50", "Seconds": "0.1", "Rounds": "2"}
-    for label, text in {**typed, "From line": str(count), "Program": "MINE"}.items():
-        panel.get_by_label(label, exact=True).fill(text)
-    for name in ("Rename", "Record J", "Record L", "Add grip", "Add let go", "Wait", "Loop"):
-        before = panel.locator(".teach-lines").inner_html()
-        hand.button(name, panel).click()
-        if name == "Rename":
-            expect(panel.get_by_label("Program", exact=True)).to_have_value("MINE")
-        else:
-            expect(lines).not_to_have_count(count)
-            until_changed(hand, before)
-    palletise(hand, panel)
-    panel.get_by_label("Name or remark", exact=True).fill("begin")
-    lines.first.click()
-    for name in ("Note", "Down", "Up", "Delete", "Undo", "Redo"):
-        before = panel.locator(".teach-lines").inner_html()
-        hand.button(name, panel).click()
-        until_changed(hand, before)
-        hand.look()
-        if name == "Note":
-            lines.nth(1).click()
-            expect(lines.nth(1)).to_have_attribute("aria-pressed", "true")
-    motion_line = lines.filter(has_text=" P[").first
-    motion_line.click()
-    for name in ("Touch up", "Set speed"):
-        hand.button(name, panel).click()
-        expect(said).not_to_contain_text("no line")
-    hand.command(hand.button("Go to line", panel), "of MINE", "done", "running")
-    for name in ("Step", "Step back"):
-        hand.command(hand.button(name, panel), "of MINE", "done", "running")
-    hand.button("Judge all of the draft", panel).click()
-    expect(lines.locator(".verdict").first).to_be_visible()
-    hand.button("Preview of the draft", panel).click()
-    motion(hand)
-    with page.expect_download() as download:
-        panel.get_by_text("Export", exact=True).click()
-    assert download.value.suggested_filename == "MINE.LS"
-    file = hand.theatre.runs.parent / "MINE.LS"
-    download.value.save_as(file)
-    panel.get_by_label("Positions").click()
-    page.get_by_role("option", name="Joints", exact=True).click()
-    with page.expect_download() as other:
-        hand.button("Export as", panel).click()
-    assert other.value.suggested_filename == "MINE.LS"
-    expect(said).to_contain_text("MINE.LS was handed out. P[1] stays in joints")
-    with page.expect_file_chooser() as chooser:
-        hand.button("Import", panel).click()
-    chooser.value.set_files(file)
-    expect(said).to_contain_text("is the draft now")
-    question = page.locator(".confirm")
-    for answer in ("", "Cancel", "Replace"):
-        hand.button("Save", panel).click()
-        if answer:
-            hand.look()
-            hand.button(answer, question).click()
-            expect(question).to_have_count(0)
-        else:
-            expect(said).to_contain_text(re.compile(r"^MINE\.LS: saved, RSR\d"))
-    row = page.locator('[data-panel="Programs"] .row-name').filter(has_text="MINE")
-    expect(row).to_have_count(1)
-    for answer in ("Cancel", "Run the draft"):
-        hand.button("Run", panel).click()
-        expect(question.locator(".verdict")).to_contain_text("OK")
-        hand.look()
-        hand.button(answer, question).click()
-        expect(question).to_have_count(0)
-    expect(said).to_contain_text(re.compile("not so within|only the robot"), timeout=20_000)
-
-
-def palletise(hand: Hand, panel: Locator) -> None:
-    """Places are taken and typed, a grid spans two of them, lines go through them."""
-    places, said = panel.get_by_label("Places", exact=True), panel.locator(".teach-said")
-    for name in ("Take twin", "Take real"):
-        hand.button(name, panel).click()
-    expect(places).to_have_value(re.compile(r".+\n.+"))
-    hand.button("In picture", panel).click()
-    expect(said).to_contain_text("this browser does not draw the picture")
-    hand.button("Clear", panel).click()
-    expect(places).to_have_value("")
-    columns = {"Rows": "1", "Columns": "2", "Pitch x": "30", "Pitch y": "0", "Above": "20"}
-    for label, text in columns.items():
-        panel.get_by_label(label, exact=True).fill(text)
-    for name in ("Pick", "Place"):
-        places.fill("-100 400 50")
-        hand.button("Grid", panel).click()
-        expect(said).to_have_text("2 places, all within reach.")
-        hand.look()
-        hand.button(name, panel).click()
-        expect(said).to_have_text("Places used: 2")
-    hand.button("Record J", panel).click()
-    expect(said).to_contain_text("Recorded where")
-    line = panel.locator('[data-teach-line][aria-pressed="true"]').get_attribute("data-teach-line")
-    panel.get_by_label("From line", exact=True).fill(str(line))
-    places.fill("0 0 0\n900 0 0")
-    hand.button("Repeat", panel).click()
-    expect(said).to_contain_text("Repeat: P[")
-    places.fill("0 0 0\n30 0 0")
-    hand.button("Repeat", panel).click()
-    expect(said).to_have_text("Places used: 2")
-
-
-def until_changed(hand: Hand, before: str) -> None:
-    """Wait until the lines of the draft are others than before."""
-    hand.page.wait_for_function(
-        "before => document.querySelector('.teach-lines').innerHTML !== before", arg=before
-    )
 
 
 def robot(hand: Hand) -> None:

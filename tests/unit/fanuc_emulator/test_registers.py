@@ -5,6 +5,8 @@ import math
 import msgspec
 import pytest
 from fanuc_emulator.registers import RegisterError, decode, encode
+from fanuc_emulator.snpx.variables import ValueKind
+from fanuc_emulator.snpx.words import encode as assigned_words
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_config.modbus_map import Register
@@ -12,13 +14,7 @@ from scara_config.modbus_map import Register
 
 def register(kind: str, count: int = 1) -> Register:
     """Return a register of one kind."""
-    return Register(
-        address=11001,
-        type=kind,  # type: ignore[arg-type]
-        unit="",
-        meaning="",
-        count=count,
-    )
+    return Register(11001, kind, "", "", count)  # type: ignore[arg-type]
 
 
 TABLE = [
@@ -55,6 +51,21 @@ def test_a_scaled_value_is_a_number_of_its_steps(kind: str, value: float, words:
     assert encode(here, (value,)) == words
     assert decode(here, words) == (pytest.approx(value, abs=0.25 * (kind != "float32")),)
     assert decode(here, encode(here, (1.5,))) == (1.5,)
+
+
+@pytest.mark.parametrize(
+    ("value", "multiply", "count"),
+    [
+        *[(2.6, 1.0, 3), (-2.6, 1.0, -3), (2.4, -1.0, 2), (0.126, 100.0, 13), (-0.126, 100.0, -13)],
+        *[(3e9, 1.0, 2**31 - 1), (-3e9, 1.0, -(2**31))],
+    ],
+)
+def test_an_assigned_number_is_the_nearest_count_or_the_largest(
+    value: float, multiply: float, count: int
+) -> None:
+    """By $SNPX_ASG; never cut towards 0, and never wrapped."""
+    words = assigned_words(ValueKind.NUMBER, 2, multiply, value)
+    assert words == encode(register("int32"), (count,))
 
 
 def test_high_word_first_swaps_the_words_of_wide_values_only() -> None:
