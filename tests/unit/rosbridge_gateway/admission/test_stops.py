@@ -1,10 +1,10 @@
-"""Which packets stop a robot, as gateway.yaml ships it."""
+"""Which packets stop a robot, and who drives one, as gateway.yaml ships it."""
 
 from __future__ import annotations
 
 import pytest
 from harness.opponents.graph_and_clients import SHIPPED
-from rosbridge_gateway.admission.stops import StopRules
+from rosbridge_gateway.admission.stops import Drivers, StopRules
 from rosbridge_gateway.protocol.packets import CallService, Packet, Publish, Subscribe
 
 RULES = StopRules(SHIPPED.stops, "/cell")
@@ -36,3 +36,21 @@ COMMAND = "twin_controller/command"
 def test_packet_stops_a_robot(packet: Packet, stops: bool) -> None:
     """By the name of the topic or service in the gateway's namespace, and the command."""
     assert RULES.stops(packet) is stops
+
+
+@pytest.mark.parametrize(
+    ("role", "advertised", "drives"),
+    [
+        ("operator", ["/cell/joint_vel_controller/command"], True),
+        ("operator", ["/t", "/cell/twin/joint_1_velocity_controller/command"], True),
+        ("operator", ["/cell/twin/joint_2_position_controller/command"], True),
+        ("operator", ["/cell/motion_command"], False),
+        ("operator", [], False),
+        ("twin_controller", [], True),
+    ],
+)
+def test_who_publishes_what_moves_a_robot_drives(
+    role: str, advertised: list[str], drives: bool
+) -> None:
+    """A STOP makes nobody a driver; the twin controller is one from the beginning."""
+    assert Drivers(SHIPPED.driving, "/cell").drives(role, advertised) is drives
