@@ -30,15 +30,12 @@ OTHERS_S = (0.02, 0.15)
 GAPS = [*EACH_TIME_S, *thorough(*OTHERS_S)]
 # A stamp is compared, whatever the gap. Without one the gap itself is judged.
 ROWS = [(True, 0.24), *((False, gap) for gap in EACH_TIME_S)]
-STAMPS_AND_GAPS = [
-    *ROWS,
-    *thorough(*(row for row in product((True, False), EACH_TIME_S + OTHERS_S) if row not in ROWS)),
-]
+OTHER_ROWS = [row for row in product((True, False), EACH_TIME_S + OTHERS_S) if row not in ROWS]
+STAMPS_AND_GAPS = [*ROWS, *thorough(*OTHER_ROWS)]
 WAITED_FOR = ("motion_server", "joint_pose_controller")
 WATCHED_S = 0.4
 REST_RAD = 1e-4
 FAR = [1.0, 0.5, -0.1, 0.5]
-CANCELLED = "cancelled by STOP: test, before it began"
 
 
 class Cell:
@@ -151,22 +148,35 @@ def place(cell: Cell) -> list[float]:
     return list(cell.joints[-1].position)
 
 
+POINT = ("move_to", {"x": 0.51, "y": 0.16, "z": 0.10})
+JOINTS = ("move", {"joint_names": NAMES, "joint_positions": FAR})
+
+
 @pytest.mark.parametrize(
-    ("standing", "stamped", "stalled"),
+    ("asked_for", "standing", "stamped", "stalled"),
     [
-        *by_pairs(WAITED_FOR, (True, False), EACH_TIME_S),
-        *thorough(*product(WAITED_FOR, (True, False), OTHERS_S)),
+        *((POINT, *row) for row in by_pairs(WAITED_FOR, (True, False), EACH_TIME_S)),
+        *((JOINTS, "joint_pose_controller", *row) for row in ROWS),
+        *thorough(
+            *((POINT, *row) for row in product(WAITED_FOR, (True, False), OTHERS_S)),
+            *((JOINTS, "joint_pose_controller", *row) for row in OTHER_ROWS),
+        ),
     ],
 )
-def test_a_point_that_waited_behind_a_node_does_not_begin_after_stop(
-    cell: Cell, place: list[float], standing: str, stalled: float, stamped: bool
+def test_a_move_that_waited_behind_a_node_does_not_begin_after_stop(
+    cell: Cell,
+    place: list[float],
+    asked_for: tuple[str, dict[str, Any]],
+    standing: str,
+    stalled: float,
+    stamped: bool,
 ) -> None:
-    """move_to waits for another node, or in the queue of the node itself."""
+    """It waits for another node, or in the queue of the node itself, beside the STOP."""
+    name, fields = asked_for
     with cell.standing(standing, stalled):
         asked = time.monotonic() if stamped else 0.0
-        answers = cell.background(
-            cell.move_to, x=0.51, y=0.16, z=0.10, speed_percent=30.0, asked=asked
-        )
+        call = getattr(cell, name)
+        answers = cell.background(call, speed_percent=30.0, asked=asked, **fields)
         time.sleep(0.5 * stalled)
         cell.stop(stamped=stamped)
     answer = cell.ros.wait_until(lambda: answers, 10.0, "the answer")[0]
@@ -182,35 +192,23 @@ def test_a_point_that_is_asked_for_after_the_stop_is_reached(cell: Cell) -> None
     assert answer.success, answer.message
 
 
+@pytest.mark.parametrize("node", ["joint_pose_controller", "joint_vel_controller"])
 @pytest.mark.parametrize(("stamped", "stalled"), STAMPS_AND_GAPS)
-def test_a_joint_move_that_waited_does_not_begin_after_stop(
-    cell: Cell, place: list[float], stalled: float, stamped: bool
+def test_a_message_that_waited_does_not_begin_after_stop(
+    cell: Cell, place: list[float], node: str, stalled: float, stamped: bool
 ) -> None:
-    """joint_pose_controller finds the move and the STOP side by side."""
-    with cell.standing("joint_pose_controller", stalled):
-        asked = time.monotonic() if stamped else 0.0
-        answers = cell.background(
-            cell.move, joint_names=NAMES, joint_positions=FAR, speed_percent=30.0, asked=asked
-        )
-        time.sleep(0.5 * stalled)
-        cell.stop(stamped=stamped)
-    answer = cell.ros.wait_until(lambda: answers, 10.0, "the answer")[0]
-    assert not answer.success and "by STOP: test" in answer.message
-    cell.stays(place)
-
-
-@pytest.mark.parametrize(("stamped", "stalled"), STAMPS_AND_GAPS)
-def test_a_target_that_waited_does_not_begin_after_stop(
-    cell: Cell, place: list[float], stalled: float, stamped: bool
-) -> None:
-    """A topic has no answer: the twin tells."""
+    """A target or a jog has no answer: the twin tells."""
     import rospy
     from sensor_msgs.msg import JointState
 
-    with cell.standing("joint_pose_controller", stalled):
-        target = JointState(name=NAMES, position=FAR, velocity=[30.0])
-        target.header.stamp = rospy.Time.now() if stamped else rospy.Time()
-        cell.targets.publish(target)
+    from control_msgs.msg import JointJog
+
+    with cell.standing(node, stalled):
+        message, topic = JointState(name=NAMES, position=FAR, velocity=[30.0]), cell.targets
+        if node == "joint_vel_controller":
+            message, topic = JointJog(joint_names=[NAMES[0]], velocities=[0.3]), cell.jogs
+        message.header.stamp = rospy.Time.now() if stamped else rospy.Time()
+        topic.publish(message)
         time.sleep(0.5 * stalled)
         cell.stop(stamped=stamped)
     cell.stays(place)
@@ -244,24 +242,6 @@ def test_a_goal_that_runs_does_not_go_on_after_a_stop_that_its_server_missed(
     cell.rests()
     cell.stays(list(cell.joints[-1].position))
     assert cell.states[-1].state == "idle"
-
-
-@pytest.mark.parametrize(("stamped", "stalled"), STAMPS_AND_GAPS)
-def test_a_jog_that_waited_does_not_begin_after_stop(
-    cell: Cell, place: list[float], stalled: float, stamped: bool
-) -> None:
-    """joint_vel_controller finds the jog and the STOP side by side."""
-    import rospy
-
-    from control_msgs.msg import JointJog
-
-    with cell.standing("joint_vel_controller", stalled):
-        jog = JointJog(joint_names=[NAMES[0]], velocities=[0.3])
-        jog.header.stamp = rospy.Time.now() if stamped else rospy.Time()
-        cell.jogs.publish(jog)
-        time.sleep(0.5 * stalled)
-        cell.stop(stamped=stamped)
-    cell.stays(place)
 
 
 @pytest.mark.parametrize(

@@ -62,17 +62,6 @@ def test_inverse_kinematics_answers_the_chosen_and_both_branches(call):
     assert near.elbow == "lefty" and near.joint_positions == answer.lefty
 
 
-def test_first_position_of_the_article_has_a_solution(call):
-    """P1 lies on the edge of the reach."""
-    assert call("inverse_kinematics", x=0.65, y=0.0, z=0.0).joint_positions == (0.0, 0.0, -0.16)
-
-
-def test_branch_that_breaks_a_limit_is_empty(call):
-    """Behind the base only one elbow is allowed."""
-    answer = call("inverse_kinematics", x=0.3 * math.cos(2.5), y=0.3 * math.sin(2.5), z=0.0)
-    assert answer.success and answer.lefty == () and len(answer.righty) == 3
-
-
 def test_velocities_go_there_and_back(call):
     """Both velocity services at one pose."""
     q = [0.2, 1.1, -0.1]
@@ -84,44 +73,21 @@ def test_velocities_go_there_and_back(call):
     assert back.manipulability == pytest.approx(0.35 * 0.3 * math.sin(1.1))
 
 
-NAN = math.nan
-
-
 @pytest.mark.parametrize(
     ("service", "fields", "text"),
     [
-        (
-            "forward_kinematics",
-            {"joint_positions": [0.0, 2.71, 0.0]},
-            "joint_2 = 2.71 rad is outside [-2.618, 2.618]",
-        ),
-        ("forward_kinematics", {"joint_positions": [0.0, NAN, 0.0]}, "not finite: joint_2 = nan"),
-        (
-            "forward_kinematics",
-            {"joint_positions": []},
-            "got 0 joint values, expected 3: joint_1, joint_2, joint_3",
-        ),
-        (
-            "inverse_kinematics",
-            {"x": 0.9},
-            "target (0.9, 0) m is at radius 0.9 m, outside the reach [0.175, 0.65] m",
-        ),
+        ("forward_kinematics", {"joint_positions": []}, "got 0 joint values, expected 3: joint_1"),
         ("inverse_kinematics", {"x": 0.5, "z": 0.3}, "joint_3 = 0.14 m is outside [-0.21, 0]"),
-        ("inverse_kinematics", {"x": 0.5, "y": NAN}, "target y = nan is not finite"),
-        (
-            "inverse_kinematics",
-            {"x": 0.5, "elbow": "left"},
-            "elbow = 'left' is neither righty nor lefty nor empty",
-        ),
+        ("inverse_kinematics", {"x": 0.5, "elbow": "left"}, "elbow = 'left' is neither righty nor"),
         (
             "inverse_kinematics",
             {"x": 0.5, "seed": [0.0]},
-            "got 1 joint values, expected 3: joint_1, joint_2, joint_3",
+            "got 1 joint values, expected 3: joint_1",
         ),
         (
             "inverse_kinematics",
             {"x": 0.5, "has_yaw": True},
-            "yaw: this arm has no joint that turns its tool",
+            "yaw: this arm has no joint that turns",
         ),
         (
             "inverse_velocity_kinematics",
@@ -133,35 +99,13 @@ NAN = math.nan
             {"joint_positions": [0.0] * 3, "joint_velocities": [8.0, 0.0, 0.0]},
             "joint_1 = 8 rad/s is outside [-7.679, 7.679]",
         ),
-        (
-            "velocity_kinematics",
-            {"joint_positions": [0.0] * 3},
-            "got 0 joint values, expected 3: joint_1, joint_2, joint_3",
-        ),
-        (
-            "inverse_velocity_kinematics",
-            {"joint_positions": [3.0, 0.0, 0.0]},
-            "joint_1 = 3 rad is outside [-2.583, 2.583]",
-        ),
     ],
 )
 def test_refusal_is_an_answer_with_joint_value_and_range(call, service, fields, text):
-    """No exception reaches the caller."""
+    """No exception reaches the caller; what else is refused is in unit/scara_control/kinematics."""
     answer = call(service, **fields)
     assert not answer.success
     assert text in answer.message
-
-
-def test_velocity_that_is_not_finite_is_refused_by_axis(call):
-    """NaN in the vector, not only in the lists."""
-    from geometry_msgs.msg import Vector3
-
-    answer = call(
-        "inverse_velocity_kinematics",
-        joint_positions=[0.0, 1.0, 0.0],
-        linear=Vector3(0.0, NAN, 0.0),
-    )
-    assert not answer.success and answer.message == "tool velocity is not finite: y = nan"
 
 
 def test_sigterm_ends_the_node_cleanly(ros):

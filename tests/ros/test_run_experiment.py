@@ -5,9 +5,7 @@ What else it ends with: tests/unit/twin_experiments/test_exit_codes.py.
 
 from __future__ import annotations
 
-import json
 import signal
-import tempfile
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -23,7 +21,6 @@ from scara_config import load_robot
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from twin_experiments.config import load_experiments
-from twin_experiments.report.report_io import write_report
 from twin_experiments.run.cell_node import RunError, RunningCell
 
 from scara_msgs.msg import RobotData, TwinControllerState
@@ -150,42 +147,6 @@ def start_twin_leads(ros: Ros, output: Path) -> Process:
     )
 
 
-@pytest.mark.thorough
-def test_a_run_is_recorded_marked_and_reported(
-    ros: Ros, cell: PlayedCell, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """One command: bag, report.json with a lag and errors, page and figures, exit code 0.
-
-    Who reads the bag once more finds the same. Each time the demo does: tests/system/test_demo.py.
-    """
-    # A folder of its own for each try, if it has to be played again.
-    output = Path(tempfile.mkdtemp(dir=ros.folder)) / "out"
-    run = start_twin_leads(ros, output)
-    assert run.wait(60.0) == 0, run.tail()
-    document = json.loads((output / "report.json").read_text())
-    (found,) = document["experiments"]
-    assert (found["name"], found["leader"], found["verdict"], found["held"]) == (
-        "twin_leads",
-        "twin",
-        "pass",
-        ["P1", "P2", "P3", "P1"],
-    )
-    assert found["lag_s"] == pytest.approx(0.003, abs=5e-4)
-    assert 0.0 < found["path_error_max_percent"] < 2.0
-    with rosbag.Bag(str(output / "run.bag")) as bag:
-        said = [m.data for _, m, _ in bag.read_messages(topics=[ros.name("experiment/marker")])]
-    assert said == ["start twin_leads", "end twin_leads"]
-    assert {p.name for p in output.glob("*.png")} == {
-        f"twin_leads_{kind}.png" for kind in ("paths", "joints", "errors", "deviations", "worst")
-    }
-    monkeypatch.setattr("twin_experiments.report.report_io.write_figures", lambda *_: {})
-    write_report(output / "run.bag", ros.folder / "again", ros.folder / "config")
-    repeated = json.loads((ros.folder / "again" / "report.json").read_text())
-    # Only when it was written is another.
-    assert repeated["made_with"].pop("reported") >= document["made_with"].pop("reported")
-    assert repeated == document
-
-
 def test_ctrl_c_stops_the_motion_and_keeps_the_bag(ros: Ros, cell: PlayedCell) -> None:
     """The operator's way out: STOP is sent, the bag is complete, its place is said."""
     said = ros.collect("experiment/marker", String)
@@ -199,16 +160,6 @@ def test_ctrl_c_stops_the_motion_and_keeps_the_bag(ros: Ros, cell: PlayedCell) -
     with rosbag.Bag(str(bag)) as opened:
         assert opened.get_message_count(ros.name("real/ground_truth")) > 50
         assert opened.get_message_count(ros.name("experiment/marker")) == 1
-
-
-def test_a_stop_of_the_operator_is_not_overruled(ros: Ros, cell: PlayedCell) -> None:
-    """The command ends at once and says what the operator has to do."""
-    cell.mode = "ESTOP"
-    run = start_twin_leads(ros, ros.folder / "out")
-    assert run.wait(60.0) == 3
-    assert "it is in ESTOP: told so" in run.output
-    assert "first give RESET and ALIGN" in run.output
-    assert not (ros.folder / "out" / "run.bag").exists()
 
 
 @pytest.mark.parametrize(

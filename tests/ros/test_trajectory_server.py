@@ -44,7 +44,7 @@ class Client:
         message = self.joints[-1]
         return [dict(zip(message.name, message.position))[name] for name in NAMES]
 
-    def goal(self, *points, names=NAMES):
+    def goal(self, *points):
         """Return a goal; points are (time, positions)."""
         import rospy
         from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -55,16 +55,14 @@ class Client:
             JointTrajectoryPoint(positions=q, time_from_start=rospy.Duration.from_sec(t))
             for t, q in points
         ]
-        return FollowJointTrajectoryGoal(
-            trajectory=JointTrajectory(joint_names=list(names), points=rows)
-        )
+        return FollowJointTrajectoryGoal(trajectory=JointTrajectory(joint_names=NAMES, points=rows))
 
-    def send(self, *points, names=NAMES, feedback=None, deadline=30.0):
+    def send(self, *points, feedback=None):
         """Send a goal, wait for its end; return status and result."""
         import rospy
 
-        self.client.send_goal(self.goal(*points, names=names), feedback_cb=feedback)
-        assert self.client.wait_for_result(rospy.Duration.from_sec(deadline))
+        self.client.send_goal(self.goal(*points), feedback_cb=feedback)
+        assert self.client.wait_for_result(rospy.Duration(30))
         return self.client.get_state(), self.client.get_result()
 
     def begin(self, *points):
@@ -110,18 +108,14 @@ def test_a_trajectory_is_followed_with_feedback_and_succeeds(client) -> None:
     assert status == GoalStatus.SUCCEEDED, result
 
 
-def test_goals_out_of_limits_or_of_wrong_joints_are_rejected_with_a_reason(client) -> None:
+def test_a_goal_out_of_limits_is_rejected_with_a_reason(client) -> None:
     """Nothing moves; the status text and the result say joint, value and range."""
     from actionlib_msgs.msg import GoalStatus
 
     status, result = client.send((2.0, [0.0, 2.71, -0.16, 0.0]))
     assert status == GoalStatus.REJECTED and result.error_code == result.INVALID_GOAL
-    assert "joint_2 = " in result.error_string
-    assert "is outside [-2.618, 2.618]" in result.error_string
+    assert "joint_2 = 2.71 rad is outside [-2.618, 2.618]" in result.error_string
     assert client.client.get_goal_status_text() == result.error_string
-    status, result = client.send((2.0, [0.0]), names=["wrist"])
-    assert status == GoalStatus.REJECTED and result.error_code == result.INVALID_JOINTS
-    assert "unknown joint wrist" in result.error_string
 
 
 def test_cancel_ends_a_goal_on_its_way(client) -> None:

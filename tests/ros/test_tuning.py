@@ -5,8 +5,6 @@ By dynamic_reconfigure's own client, in the loop, in the file, and back.
 
 from __future__ import annotations
 
-import math
-
 import pytest
 from harness.yaml_files import copy_configuration, shipped
 
@@ -106,23 +104,10 @@ def test_client_is_told_names_types_and_ranges(cell, client):
     assert client.update_configuration({"position_p": highest})["position_p"] == highest
 
 
-@pytest.mark.parametrize(
-    ("values", "text"),
-    [
-        ({"position_p": 1e9}, "joint_1 position_p = 1000000000 is outside [0, "),
-        ({"position_d": math.nan}, "joint_1 position_d = nan is outside [0, "),
-        ({"velocity_i_clamp": -1.0}, "joint_1 velocity_i_clamp = -1 is outside [0, 300]"),
-    ],
-)
-def test_refused_gain_changes_nothing_and_says_why(cell, client, values, text):
-    """The answer holds the old values; loop and file stay, the reason is published."""
-    answer = client.update_configuration(dict(values))
-    assert {key: answer[key] for key in ("position_p", "position_d", "velocity_i_clamp")} == {
-        "position_p": 8285.0,
-        "position_d": 276.2,
-        "velocity_i_clamp": 1.5,
-    }
-    status_with(cell, text)
+def test_refused_gain_changes_nothing_and_says_why(cell, client):
+    """The answer holds the old value; loop and file stay, the reason is published."""
+    assert client.update_configuration({"position_p": 1e9})["position_p"] == 8285.0
+    status_with(cell, "joint_1 position_p = 1000000000 is outside [0, ")
     assert cell.gains_file.read_text() == SHIPPED
 
 

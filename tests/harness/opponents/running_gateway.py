@@ -15,11 +15,13 @@ TOKENS = {"SCARA_VIEWER_TOKEN": "look", "SCARA_OPERATOR_TOKEN": "drive"}
 class RunningGateway:
     """The node ``gateway`` on a port of its own, and its clients."""
 
-    def __init__(self, ros: Ros, *args: str, port: int = 0) -> None:
+    def __init__(
+        self, ros: Ros, *args: str, port: int = 0, env: dict[str, str] | None = None
+    ) -> None:
         self.ros = ros
         self.port = port or ros.free_port()
         self.node: Process = ros.run(
-            "rosbridge_gateway", "gateway", f"_port:={self.port}", *args, env=TOKENS
+            "rosbridge_gateway", "gateway", f"_port:={self.port}", *args, env=TOKENS | (env or {})
         )
         ros.wait_until(
             lambda: f"on 127.0.0.1:{self.port}" in self.node.output, 20.0, "the gateway's port"

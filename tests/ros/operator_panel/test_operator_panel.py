@@ -56,13 +56,6 @@ def test_page_takes_control_with_its_persons_token_and_gives_signs_of_life(
     wait_until(moves, 20.0, "a sign that it moves", period=0.3)
 
 
-def test_viewer_jogs_nothing(panel: Panel) -> None:
-    """Whatever a browser sends."""
-    with panel.live() as live:
-        live.send('{"hold": 1, "joint": "joint_1", "direction": 1, "percent": 3}')
-        assert "only watches" in heard(live, "refused")["why"]
-
-
 def test_event_is_acknowledged_by_an_operator_and_not_by_who_only_watches(
     panel: Panel, operator: ClientConnection
 ) -> None:
@@ -74,6 +67,7 @@ def test_event_is_acknowledged_by_an_operator_and_not_by_who_only_watches(
 
     with panel.live() as viewer:
         viewer.send('{"hold": 11, "joint": "joint_1", "direction": 1, "percent": 3}')
+        assert "only watches" in heard(viewer, "refused")["why"]
         wait_until(jogs, 10.0, "the event")
         viewer.send('{"acknowledge": 0}')
         viewer.send('{"hold": 12, "joint": "joint_1", "direction": 1, "percent": 3}')
@@ -84,7 +78,7 @@ def test_event_is_acknowledged_by_an_operator_and_not_by_who_only_watches(
     assert re.fullmatch(r"operator \d+", jogs()[0]["acknowledged_by"])
 
 
-@pytest.mark.parametrize("packet", ['{"command": "HOME"}', '{"hold": "x"}', "[]", "nonsense"])
+@pytest.mark.parametrize("packet", ['{"command": "HOME"}', "nonsense"])
 def test_unknown_packet_ends_the_connection_and_nothing_else(
     panel: Panel, operator: ClientConnection, packet: str
 ) -> None:

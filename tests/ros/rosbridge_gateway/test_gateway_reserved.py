@@ -1,35 +1,30 @@
-"""What lives in the ROS graph stays what it is, whatever a client of the gateway offers."""
+"""What lives in the ROS graph stays what it is, and whoever commands is named in the audit."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 import rospy
-import websocket
+from harness.opponents.running_gateway import RunningGateway
 from harness.ros import Ros
+from harness.wires.gateway_client import connect
 from std_msgs.msg import String
 from std_srvs.srv import Trigger, TriggerResponse
 
-from scara_msgs.msg import Audit, TwinControllerState
+from scara_msgs.msg import Audit
 from scara_msgs.srv import TwinCommand
 
 DEADLINE = 20.0
 
 
-class Cell:
+class Cell(RunningGateway):
     """A gateway, and a twin controller that has no robot."""
 
     def __init__(self, ros: Ros) -> None:
-        self.ros = ros
-        self.port = ros.free_port()
         home = {"HOME": str(ros.folder)}
-        self.gateway = ros.run("rosbridge_gateway", "gateway", f"_port:={self.port}", env=home)
-        ros.wait_until(
-            lambda: f"on 127.0.0.1:{self.port}" in self.gateway.output, DEADLINE, "the port"
-        )
+        super().__init__(ros, env=home)
         self.told = ros.collect("twin_controller/audit", Audit)
         ends = (f"_gateway_url:=ws://127.0.0.1:{self.port}", f"_modbus_port:={ros.free_port()}")
         self.controller = ros.run("twin_controller", "twin_controller", *ends, env=home)
@@ -43,19 +38,23 @@ class Cell:
 
         What is granted has no answer: then the time comes, which is asked for next.
         """
-        url = f"ws://127.0.0.1:{self.port}"
-        line = websocket.create_connection(url, timeout=DEADLINE, suppress_origin=True)
-        line.send(json.dumps(packet))
-        line.send(json.dumps({"op": "call_service", "id": "time", "service": "/rosapi/get_time"}))
-        found: dict[str, Any] = json.loads(line.recv())
-        line.close()
-        return found
+        with connect(self.port) as client:
+            client.say(**packet)
+            return client.time()
+
+    def audited(self, such_that: Callable[[Audit], bool]) -> Audit:
+        """Return the first entry of the audit for which ``such_that`` is true."""
+
+        def find() -> list[Audit]:
+            return [entry for entry in list(self.told) if such_that(entry)][:1]
+
+        return self.ros.wait_until(find, DEADLINE, f"an entry among {len(self.told)}")[0]
 
 
 @pytest.fixture(scope="module")
-def cell(ros_module: Ros) -> Iterator[Cell]:
+def cell(ros_module: Ros) -> Cell:
     """Start both nodes once."""
-    yield Cell(ros_module)
+    return Cell(ros_module)
 
 
 def test_service_of_the_twin_controller_stays_its_own(cell: Cell) -> None:
@@ -65,11 +64,7 @@ def test_service_of_the_twin_controller_stays_its_own(cell: Cell) -> None:
     assert answer["msg"] == f"{name} is offered by the cell's own nodes only"
     command = cell.ros.service("twin_controller/command", TwinCommand)
     assert "the client that answers" not in command(command="STOP").message
-
-    def told() -> list[Audit]:
-        return [e for e in cell.told if e.outcome == answer["msg"] and not e.success]
-
-    cell.ros.wait_until(told, DEADLINE, "an entry of the audit")
+    cell.audited(lambda entry: entry.outcome == answer["msg"] and not entry.success)
 
 
 def test_living_service_of_any_node_is_untouched(cell: Cell) -> None:
@@ -92,24 +87,47 @@ def test_topic_of_a_living_node_is_its_own(cell: Cell) -> None:
     assert cell.answer(**packet)["id"] == "time"
 
 
-def test_nobody_publishes_the_twin_controllers_state_over_the_gateway(cell: Cell) -> None:
-    """What a page or a recorder shows as its mode is its own."""
-    states = cell.ros.collect("twin_controller/state", TwinControllerState)
-    name = cell.ros.name("twin_controller/state")
-    answer = cell.answer(op="publish", topic=name, msg={"mode": "FORGED"})
-    assert answer["msg"] == f"{name} is published by the cell's own nodes only"
-    cell.ros.wait_until(lambda: len(states) > 3, DEADLINE, "states")
-    assert all(state.mode != "FORGED" for state in states)
-
-
 def test_twin_controller_is_known_by_its_own_token(cell: Cell) -> None:
     """It finds the token where the gateway has put it, and all it wants is granted."""
-    assert "came as twin_controller" in cell.gateway.output
+    assert "came as twin_controller" in cell.node.output
     file = cell.ros.folder / ".ros" / "twin_controller_token"
     token = file.read_text(encoding="ascii").strip()
     assert file.stat().st_mode & 0o777 == 0o600 and len(token) >= 32
-    assert token not in cell.gateway.output + cell.controller.output
+    assert token not in cell.node.output + cell.controller.output
     assert "the twin's gateway says" not in cell.controller.output
+
+
+def test_command_of_a_console_is_told_with_its_node(cell: Cell) -> None:
+    """``rosservice`` is a node with a name of its own."""
+    name = cell.ros.name("twin_controller/command")
+    cell.ros.shell("rosservice", "call", name, "{command: PAUSE}")
+    entry = cell.audited(lambda entry: entry.what.startswith("PAUSE "))
+    assert "rosservice" in entry.who and entry.outcome
+
+
+def test_command_over_the_web_socket_is_told_with_role_and_address(cell: Cell) -> None:
+    """The gateway's own name would say nothing about who it was."""
+    with connect(cell.port) as client:
+        address = ":".join(map(str, client.line.sock.getsockname()))
+        client.call(cell.ros.name("twin_controller/command"), {"command": "RESUME"})
+        entry = cell.audited(lambda entry: entry.what.startswith("RESUME "))
+    assert entry.who == f"{cell.ros.name('gateway')}/operator@{address}" and entry.outcome
+
+
+def test_what_a_client_publishes_and_what_is_refused_is_told(cell: Cell) -> None:
+    """The twin controller knows nothing of what goes to the twin or is not let through."""
+    name = cell.ros.name("motion_command")
+    for token, role, outcome in (
+        ("drive", "operator", ""),
+        ("look", "viewer", f"role viewer may not publish {name}"),
+    ):
+        with connect(cell.port, header=[f"Authorization: Bearer {token}"]) as client:
+            address = ":".join(map(str, client.line.sock.getsockname()))
+            client.say(op="publish", topic=name, msg={"command": 1})
+            entry = cell.audited(lambda entry, at=address: entry.who.endswith(at))
+        assert entry.who == f"{cell.ros.name('gateway')}/{role}@{address}"
+        assert (entry.what.split()[:2], entry.success) == (["publish", name], not outcome)
+        assert outcome in entry.outcome
 
 
 def test_token_on_the_command_line_ends_the_gateway(ros: Ros) -> None:
