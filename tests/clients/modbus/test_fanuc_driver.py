@@ -15,19 +15,14 @@ from contextlib import contextmanager
 from typing import Any
 
 import pytest
-from fanuc_emulator.config import load_emulator, load_programs
-from fanuc_emulator.controller import Controller
 from fanuc_emulator.drives.servo_loop_io import ServoLoop
-from fanuc_emulator.modbus.modbus_server_io import RobotServer
-from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.tp.executor import ProgramState
 from harness.clients.environments import INSTALLED, NOT_BUILT, workspace
+from harness.emulated.served import running
 from harness.processes import Process, wait_until
 from harness.ros import Ros
 from harness.workspace import ROOT
 from pymodbus.client import ModbusTcpClient
-from scara_config import load_robot
-from scara_config.modbus_map import load_modbus_map
 from sensor_msgs.msg import JointState
 
 SETUP = workspace("fanuc_driver")
@@ -87,13 +82,8 @@ class Cabinet:
 @pytest.fixture
 def cabinet() -> Iterator[Cabinet]:
     """Run a robot at the vendor's port, its stream program running."""
-    config = ROOT / "config"
-    robot, layout = load_robot(config), load_modbus_map(config)
-    emulator = load_emulator(robot, config)
-    controller = Controller(emulator, robot, load_programs(robot, config), 1.7e9)
-    loop = ServoLoop(controller, emulator.dt, 0.0)
-    with loop, RobotServer(HOST, PORT, layout, RegisterImage(layout, robot), loop):
-        cabinet = Cabinet(loop)
+    with running(address=(HOST, PORT)) as stand_in:
+        cabinet = Cabinet(stand_in.loop)
         yield cabinet
         cabinet.close()
 

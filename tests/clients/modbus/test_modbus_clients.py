@@ -13,18 +13,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from fanuc_emulator.config import load_emulator, load_programs
-from fanuc_emulator.controller import Controller
-from fanuc_emulator.drives.servo_loop_io import ServoLoop
-from fanuc_emulator.modbus.modbus_server_io import RobotServer
-from fanuc_emulator.register_image import RegisterImage
 from harness.clients.environments import ALL, OWN, Environment, installed, results
-from harness.processes import free_port
+from harness.emulated.served import running
 from harness.workspace import ROOT
-from scara_config import load_robot
-from scara_config.modbus_map import load_modbus_map
 
-HERE, CONFIG = Path(__file__).parent, ROOT / "config"
+HERE = Path(__file__).parent
 NAMES = ("jsmodbus", "modbus_serial", "pymodbustcp", "umodbus")
 OTHERS = [environment for name in NAMES for environment in installed(name + "*")]
 PYMODBUS = OWN._replace(name="pymodbus")
@@ -35,12 +28,8 @@ FIRST_STEPS = [one for one in CLIENTS[1:] if one.id != "umodbus"]
 @pytest.fixture
 def port() -> Iterator[int]:
     """Run a robot."""
-    robot, layout = load_robot(CONFIG), load_modbus_map(CONFIG)
-    config = load_emulator(robot, CONFIG)
-    controller = Controller(config, robot, load_programs(robot, CONFIG), 1.7e9)
-    loop, chosen = ServoLoop(controller, config.dt, 0.0), free_port()
-    with loop, RobotServer("127.0.0.1", chosen, layout, RegisterImage(layout, robot), loop):
-        yield chosen
+    with running() as stand_in:
+        yield stand_in.port
 
 
 def run(client: Environment, folder: Path, port: int) -> list[str]:

@@ -7,15 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import pytest
-from fanuc_emulator.config import EmulatorConfig, load_programs
-from fanuc_emulator.controller import Controller
-from fanuc_emulator.drives.servo_loop_io import ServoLoop
-from fanuc_emulator.modbus.modbus_server_io import RobotServer
-from fanuc_emulator.register_image import RegisterImage
-from harness.processes import free_port
-from harness.workspace import ROOT
+from fanuc_emulator.config import EmulatorConfig
+from harness.emulated.served import running
 from scara_config import Robot
-from scara_config.modbus_map import load_modbus_map
 
 
 @dataclass
@@ -58,11 +52,6 @@ def answers(line: socket.socket, count: int) -> list[tuple[int, int, str]]:
 @pytest.fixture(scope="module")
 def asked(config: EmulatorConfig, robot: Robot) -> Iterator[Asked]:
     """Run a robot."""
-    layout = load_modbus_map(ROOT / "config")
-    controller = Controller(config, robot, load_programs(robot, ROOT / "config"), 1.7e9)
-    loop = ServoLoop(controller, config.dt, 0.0)
-    found = Asked(free_port())
-    image = RegisterImage(layout, robot)
-    with loop, RobotServer("127.0.0.1", found.port, layout, image, loop, tell=found.told.append):
-        yield found
-    assert loop.failure is None
+    told: list[str] = []
+    with running(config, robot, tell=told.append) as stand_in:
+        yield Asked(stand_in.port, told)

@@ -7,15 +7,9 @@ from contextlib import contextmanager
 
 import msgspec
 import pytest
-from fanuc_emulator.config import EmulatorConfig, load_programs
-from fanuc_emulator.controller import Controller
-from fanuc_emulator.drives.servo_loop_io import ServoLoop
-from fanuc_emulator.modbus.modbus_server_io import RobotServer
-from fanuc_emulator.register_image import RegisterImage
-from harness.processes import free_port
-from harness.workspace import ROOT
+from fanuc_emulator.config import EmulatorConfig
+from harness.emulated.served import running
 from scara_config import Robot
-from scara_config.modbus_map import load_modbus_map
 
 from .conftest import Asked, answers, request
 
@@ -27,16 +21,8 @@ def serving(config: EmulatorConfig, robot: Robot, num_modbus: int) -> Iterator[A
     """Run a robot that serves so many clients."""
     settings = msgspec.structs.replace(config.settings, num_modbus=num_modbus)
     config = msgspec.structs.replace(config, settings=settings)
-    layout = load_modbus_map(ROOT / "config")
-    controller = Controller(config, robot, load_programs(robot, ROOT / "config"), 1.7e9)
-    loop, image = ServoLoop(controller, config.dt, 0.0), RegisterImage(layout, robot)
-    found = Asked(free_port())
-    server = RobotServer(
-        "127.0.0.1", found.port, layout, image, loop, tell=found.told.append, settings=settings
-    )
-    with loop, server:
-        yield found
-    assert loop.failure is None
+    with running(config, robot, settings=settings) as stand_in:
+        yield Asked(stand_in.port)
 
 
 def test_as_delivered_nobody_is_served(config: EmulatorConfig, robot: Robot) -> None:

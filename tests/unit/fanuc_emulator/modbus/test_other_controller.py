@@ -9,14 +9,9 @@ import time
 from collections.abc import Iterator
 
 import pytest
-from fanuc_emulator.config import load_emulator, load_programs
-from fanuc_emulator.controller import Controller
-from fanuc_emulator.drives.servo_loop_io import ServoLoop
-from fanuc_emulator.modbus.modbus_server_io import RobotServer
 from fanuc_emulator.pendant.pendant_link_io import PendantError, PendantLink
-from fanuc_emulator.register_image import RegisterImage
-from harness.processes import free_port, wait_until
-from harness.workspace import ROOT
+from harness.emulated.served import CONFIG, running
+from harness.processes import wait_until
 from pymodbus.client import ModbusTcpClient
 from robot_doctor.finding import Level
 from robot_doctor.link_checks import check_answers
@@ -28,8 +23,6 @@ from twin_controller.config import load_twin_controller
 from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
 from twin_controller.robot.signals import Number, Pulse
 from twin_controller.robot_sample import ControlType, RobotSample
-
-CONFIG = ROOT / "config"
 
 
 @pytest.fixture(scope="module")
@@ -44,16 +37,8 @@ def profile() -> tuple[Robot, ModbusMap]:
 def port(profile: tuple[Robot, ModbusMap], monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
     """Run its stand-in."""
     monkeypatch.setenv(CHOICE, "articulated_six")
-    robot, layout = profile
-    config = load_emulator(robot, CONFIG)
-    loop = ServoLoop(
-        Controller(config, robot, load_programs(robot, CONFIG), 1.7e9),
-        config.dt,
-        config.plant.clock.drift_ppm,
-    )
-    chosen = free_port()
-    with loop, RobotServer("127.0.0.1", chosen, layout, RegisterImage(layout, robot), loop):
-        yield chosen
+    with running(None, *profile) as stand_in:
+        yield stand_in.port
 
 
 @pytest.fixture

@@ -3,36 +3,20 @@
 from __future__ import annotations
 
 import pytest
-from fanuc_emulator.config import load_emulator, load_programs
-from fanuc_emulator.controller import Controller
-from fanuc_emulator.drives.servo_loop_io import ServoLoop
-from fanuc_emulator.modbus.modbus_server_io import RobotServer
-from fanuc_emulator.register_image import RegisterImage
+from harness.emulated.served import CONFIG, LAYOUT, running
 from harness.opponents.modbus_robot import Robot
 from harness.processes import free_port
-from harness.workspace import ROOT
 from operator_panel.link.register_reader_io import RegisterReadError, read_frames, read_registers
-from scara_config import load_robot
 from scara_config.frames import find_frames, frame_differences
-from scara_config.modbus_map import load_modbus_map
 from scara_config.quantities import ServerAddress
-
-CONFIG = ROOT / "config"
-LAYOUT = load_modbus_map(CONFIG)
 
 
 def test_every_register_of_the_stand_in_is_read_with_its_value() -> None:
     """None is refused, long ones come in several requests; the robot stands at home."""
-    robot = load_robot(CONFIG)
-    config = load_emulator(robot, CONFIG)
-    controller = Controller(config, robot, load_programs(robot, CONFIG), boot_seconds=1.7e9)
-    port, loop = free_port(), ServoLoop(controller, config.dt, 0.0)
-    with loop, RobotServer("127.0.0.1", port, LAYOUT, RegisterImage(LAYOUT, robot), loop):
-        found = {
-            (one.table, one.name): one
-            for one in read_registers(ServerAddress("127.0.0.1", port), LAYOUT)
-        }
-        frames = read_frames(ServerAddress("127.0.0.1", port), LAYOUT)
+    with running() as stand_in:
+        address = ServerAddress("127.0.0.1", stand_in.port)
+        found = {(one.table, one.name): one for one in read_registers(address, LAYOUT)}
+        frames = read_frames(address, LAYOUT)
     assert list(frame_differences(frames, find_frames(CONFIG), "robot")) == []
     assert frames["user", 1] == (50.0, -450.0, -40.0, 0.0, 0.0, 0.0) and len(frames) == 19
     position = found["holding_registers", "position"].value.split(", ")

@@ -6,17 +6,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import msgspec
-import numpy as np
 import pytest
-from fanuc_emulator.config import load_emulator, load_programs
-from fanuc_emulator.controller import Controller
+from fanuc_emulator.config import load_emulator
 from fanuc_emulator.drives.servo_loop_io import ServoLoop
 from fanuc_emulator.modbus.modbus_server_io import RobotServer
 from fanuc_emulator.pendant.pendant_link_io import PendantLink
-from fanuc_emulator.register_image import RegisterImage
 from fanuc_emulator.uop import with_panel
+from harness.emulated.served import running
 from harness.followed import FOLLOW_MAP
-from harness.processes import free_port, wait_until
+from harness.processes import wait_until
 from harness.workspace import ROOT
 from scara_config import ConfigError, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
@@ -68,17 +66,8 @@ class Seen:
 def stand_in(layout: ModbusMap) -> Iterator[tuple[ServoLoop, RobotServer, int]]:
     """Run the field plant as it is delivered, with Modbus switched on for one client."""
     config = load_emulator(ROBOT, CONFIG, "field", AS_DELIVERED)
-    random = np.random.default_rng(1)
-    controller = Controller(config, ROBOT, load_programs(ROBOT, CONFIG), 1.7e9, random=random)
-    loop, port = ServoLoop(controller, config.dt, 0.0), free_port()
-    image = RegisterImage(layout, ROBOT)
-    settings = config.settings
-    with (
-        loop,
-        RobotServer("127.0.0.1", port, layout, image, loop, settings=settings) as server,
-    ):
+    with running(config, ROBOT, layout, settings=config.settings) as (port, loop, server):
         yield loop, server, port
-    assert loop.failure is None
 
 
 @pytest.fixture
