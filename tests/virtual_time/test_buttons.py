@@ -19,7 +19,6 @@ from harness.virtual_cell.cell import VirtualCell
 HELD = "robot is held at its pendant"
 DELIVERED = Variant("delivered", plant="ideal", kit=True).files(ROBOT)
 """Its pendant does not say that somebody holds it there."""
-EITHER = pytest.mark.parametrize("cell", [ROBOT, DELIVERED], indirect=True, ids=["own", "kit"])
 PRESSED = "the emergency stop at the robot is pressed"
 
 
@@ -57,21 +56,7 @@ def test_reset_does_not_undo_the_emergency_stop_of_the_person_at_the_robot(
     nothing_moves(cell, rested)
 
 
-def test_both_emergency_stops_have_to_be_released(cell: VirtualCell) -> None:
-    """The operator's RESET releases his own, the person's stays."""
-    assert cell.operate("ESTOP").success
-    cell.real.signal("panel_imstp", False)
-    cell.schedule.run(0.5)
-    assert not cell.operate("RESET").success
-    cell.real.signal("panel_imstp", True)
-    cell.real.signal("fault_reset", None)
-    cell.schedule.run(0.5)
-    assert not cell.real.shown.outputs.sysrdy, "the operator's emergency stop holds"
-    assert cell.operate("RESET").success
-    cell.wait_whatever(lambda: cell.mode == "STOPPED", 5.0, "STOPPED")
-
-
-@EITHER
+@pytest.mark.parametrize("cell", [DELIVERED, *thorough(ROBOT)], indirect=True)
 def test_stop_does_not_release_the_hold_of_the_person_at_the_robot(cell: VirtualCell) -> None:
     """A robot that is held at its pendant is moved by nobody until it is let go there."""
     run_program(cell)
@@ -94,8 +79,11 @@ def test_stop_does_not_release_the_hold_of_the_person_at_the_robot(cell: Virtual
     cell.wait_whatever(lambda: cell.mode == "IDLE", 20.0, "the end of the move")
 
 
-@EITHER
-@pytest.mark.parametrize("after_ms", [0, 60])
+@pytest.mark.parametrize(
+    ("cell", "after_ms"),
+    [(ROBOT, 0), (DELIVERED, 60), *thorough((ROBOT, 60), (DELIVERED, 0))],
+    indirect=["cell"],
+)
 def test_a_hold_before_the_robot_has_begun_pauses_the_pair_at_once(
     cell: VirtualCell, after_ms: int
 ) -> None:

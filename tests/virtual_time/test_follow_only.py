@@ -20,11 +20,9 @@ from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.experiments import figures, run_experiments
 from harness.virtual_cell.files import CellFiles, load_files
 from twin_controller.core.lead.unheard import AT_ITS_PENDANT
-from twin_controller.view import state_view
 
 AS_DELIVERED = "delivered, num_modbus: 1, slots: kit, mode: AUTO"
 """Modbus is switched on for one client, the five slots are typed; in T1 the robot would crawl."""
-LEAD_IS_FALSE = "robot.yaml: lead is false: nothing is ever written to the robot"
 PATH_PERCENT = 1.0
 """The aim; the limit is 2 % of reach. Measured: 0.33 % on the field plant, 0.40 % on the ideal."""
 
@@ -127,18 +125,6 @@ def test_a_person_goes_on_after_a_stop_here_or_at_the_robot(cell: VirtualCell) -
     cell.wait_whatever(lambda: cell.mode == "IDLE", 60.0, "IDLE")
 
 
-def test_an_emergency_stop_of_the_twin_is_reset_without_a_word_to_the_robot(
-    cell: VirtualCell,
-) -> None:
-    """It says that the robot has to be reset there."""
-    run(cell)
-    assert cell.operate("ESTOP").success
-    twin_stands(cell)
-    reset = cell.operate("RESET")
-    assert reset.success and "nothing reaches the real robot" in reset.message
-    cell.wait_whatever(lambda: cell.mode == "STOPPED", 5.0, "STOPPED")
-
-
 def test_an_emergency_stop_at_the_robot_freezes_the_twin(cell: VirtualCell) -> None:
     """PRG and ALM tell it: the drives are off."""
     run(cell)
@@ -148,28 +134,6 @@ def test_an_emergency_stop_at_the_robot_freezes_the_twin(cell: VirtualCell) -> N
     rested = twin_stands(cell)
     cell.schedule.run(2.0)
     assert travel(cell.twin.truth, rested) < AT_REST_DEG_MM
-
-
-def test_what_would_move_slow_or_hold_the_robot_is_refused(cell: VirtualCell) -> None:
-    """With the reason, and where it can be done."""
-    refused = cell.refusals()
-    for command in ("PAUSE", "SPEED", "MOVE", "MOVE_JOINTS", "HOME", "JOG"):
-        assert refused[command].startswith(LEAD_IS_FALSE), (command, refused[command])
-    assert refused["SPEED"].endswith("do it at its own pendant")
-    assert not refused["STOP"] and not refused["ESTOP"] and not refused["RUN"]
-    assert not cell.operate("PAUSE").success
-    assert not cell.operate("HOME").success and cell.mode == "IDLE"
-    assert cell.refusals()["ALIGN"] == ""
-
-
-def test_a_twin_that_moves_by_itself_is_stopped_and_moves_no_robot(cell: VirtualCell) -> None:
-    """Somebody jogs it, or calls move_to."""
-    begun = cell.schedule.now
-    cell.twin.move_to.begin(cell.files.robot.positions_m["P2"], 50.0, "", lambda *_: None)
-    cell.wait_whatever(lambda: cell.mode == "STOPPED", 2.0, "STOPPED")
-    assert cell.decisions[-1].trigger == "TWIN_MOVED_UNLED" and LEAD_IS_FALSE in cell.why
-    cell.schedule.run(1.0)
-    assert travel(cell.real.truth, begun) < AT_REST_DEG_MM
 
 
 def test_a_pause_at_the_robot_pauses_nothing_that_does_not_go_on(cell: VirtualCell) -> None:
@@ -185,14 +149,3 @@ def test_a_pause_at_the_robot_pauses_nothing_that_does_not_go_on(cell: VirtualCe
     going = cell.schedule.now
     cell.schedule.run(0.5)
     assert cell.mode == "REAL_LEADS" and travel(cell.twin.truth, going) > 1.0
-
-
-def test_the_state_says_that_the_robot_is_only_followed_and_what_it_does_not_tell(
-    cell: VirtualCell,
-) -> None:
-    """Why, and a speed that is unknown, not 0."""
-    run(cell)
-    view = state_view(cell.setup, cell._state, cell.clock())
-    assert view.only_followed == LEAD_IS_FALSE
-    assert view.leader == "real" and view.speed_requested_percent != view.speed_requested_percent
-    assert view.real_override_percent == 100.0

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import pytest
 from harness.plants.variants import Variant
+from harness.running.thorough import thorough
 from harness.scenes.steps import ROBOT, both_stood, go, run_program
 from harness.scenes.truth import tool_and_elbow
 from harness.virtual_cell.cell import VirtualCell
@@ -36,9 +37,13 @@ def turn(cell: VirtualCell, mode: str) -> None:
     cell.wait_whatever(lambda: cell.mode == "IDLE", 10.0, "IDLE")
 
 
-@pytest.mark.parametrize("cell", [ROBOT, BY_KIT], indirect=True, ids=["own", "kit"])
+@pytest.mark.parametrize("cell", [ROBOT, *thorough(BY_KIT)], indirect=True)
 def test_a_turned_switch_ends_the_following_and_t1_is_never_led(cell: VirtualCell) -> None:
-    """The robot halts, both stand; in T1 its person leads, at 250 mm/s; in AUTO it is led."""
+    """The robot halts, both stand; in T1 its person leads, at 250 mm/s; in AUTO it is led.
+
+    That the map of the kit tells the switch, too, is held each time in fanuc_emulator/test_modes.py
+    and twin_controller/test_registers.py; what is told of it in core/lead/test_operation_mode.py.
+    """
     go(cell, 50.0)
     cell.schedule.run(0.5)
     assert cell.real.shown.outputs.progrun
@@ -59,29 +64,3 @@ def test_a_turned_switch_ends_the_following_and_t1_is_never_led(cell: VirtualCel
     assert cell.operate("HOME").success
     cell.wait_whatever(lambda: cell.mode == "IDLE", 30.0, "home")
     assert cell.real.shown.alarm is None
-
-
-def test_an_override_that_is_set_at_the_robot_is_told_and_slows_the_twin(
-    cell: VirtualCell,
-) -> None:
-    """The operator leads on; nothing of ours is told as a person's."""
-    cell.schedule.run(0.5)
-    go(cell, 50.0)
-    cell.real.robot.write_override(20)
-    cell.schedule.run(0.3)
-    assert cell.mode == "OPERATOR_LEADS"
-    motion = cell._state.sides.twin.motion
-    assert motion is not None and motion.speed_limit_percent <= 20.0
-    cell.wait_whatever(lambda: cell.mode == "IDLE", 60.0, "the end of the move")
-    told = [made.why for made in cell.decisions if made.trigger == "OVERRIDE"]
-    assert [why.split("set to ")[1].split(", at")[0] for why in told] == [
-        "100 %, it was 10 %",
-        "20 %, it was 100 %",
-    ]
-
-
-def test_a_switch_that_is_turned_at_rest_is_told_at_once(cell: VirtualCell) -> None:
-    """The pair stands in ESTOP, with the reason in words."""
-    cell.real.signal("panel_t2", None)
-    cell.wait_whatever(lambda: cell.mode == "ESTOP", 1.0, "ESTOP")
-    assert "drives are off" in cell.why and "mode switch is at T2" in cell.why

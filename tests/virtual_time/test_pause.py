@@ -67,18 +67,6 @@ def cell() -> Iterator[PausedCell]:
         yield made
 
 
-def test_pause_ends_a_direct_command_of_the_twin_for_the_robot(cell: PausedCell) -> None:
-    """The robot followed a joint that no motion node drives, for as long as that went on."""
-    cell.twin.simulation.control.command_velocity("joint_1", 0.25)
-    cell.wait_whatever(lambda: cell.mode == "TWIN_LEADS", 5.0, "TWIN_LEADS")
-    cell.schedule.run(0.5)
-    assert cell.operate("PAUSE").success
-    cell.schedule.run(0.35)
-    rested = cell.schedule.now
-    cell.schedule.run(2.5)
-    assert cell.real_went(rested) < AT_REST_DEG_MM
-
-
 def test_a_jog_of_a_paused_twin_is_refused_and_the_same_path_goes_on(cell: PausedCell) -> None:
     """The twin is paused too, whoever commands it; the refusal says how to go on."""
     go(cell, 30.0)

@@ -13,15 +13,18 @@ from twin_controller.core.actions import (
     StreamAhead,
     StreamReal,
 )
+from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.lead.modes import Mode, Trigger
 from twin_controller.core.lead.table import look_up
 from twin_controller.core.lead.unheard import AT_ITS_PENDANT, TO_REAL, unheard
 from twin_controller.core.setup import Setup
+from twin_controller.view import state_view
 
 FOLLOWED_ROBOT = msgspec.structs.replace(ROBOT, lead=False)
 FOLLOWED = Setup(FOLLOWED_ROBOT, SETUP.config)
 AWAY = (1.0, 0.5, -0.10, 0.5)
 STOPS = (Command.STOP_REAL, Command.HOLD_REAL, Command.ESTOP_REAL)
+LEAD_IS_FALSE = "robot.yaml: lead is false: nothing is ever written to the robot"
 CLAIMS = ("both are stopped", "both are paused", "drives are switched off", "is stopped before")
 
 
@@ -72,6 +75,27 @@ def test_a_stop_moves_no_override_and_waits_for_no_robot(pair: Pair, command: st
     assert pair.mode is (Mode.STOPPED if command == "STOP" else Mode.ESTOP)
     assert silent(pair) and pair.state.orders.stop is None and not pair.state.orders.hold_away
     assert not {"STOP_IGNORED", "ESTOP_IGNORED", "ESTOP_MISSED"} & set(pair.triggers())
+    if command == "ESTOP":
+        assert "nothing reaches the real robot" in pair.operate("RESET").message
+        pair.until(Mode.STOPPED)
+        assert silent(pair)
+
+
+def test_what_would_move_slow_or_hold_the_robot_is_refused(pair: Pair) -> None:
+    """With the reason, and where it can be done."""
+    refused = refusals(FOLLOWED, pair.state, pair.now)
+    for command in ("PAUSE", "SPEED", "MOVE", "MOVE_JOINTS", "HOME", "JOG"):
+        assert refused[command].startswith(LEAD_IS_FALSE), (command, refused[command])
+    assert refused["SPEED"].endswith("do it at its own pendant")
+    assert not any(refused[command] for command in ("STOP", "ESTOP", "RUN", "ALIGN"))
+    assert state_view(FOLLOWED, pair.state, pair.now).only_followed == LEAD_IS_FALSE
+
+
+def test_a_twin_that_moves_by_itself_is_stopped_and_moves_no_robot(pair: Pair) -> None:
+    """Somebody jogs it, or calls move_to."""
+    pair.move_twin(ramp(HOME, AWAY, 2.0), run=0.5)
+    assert pair.mode is Mode.STOPPED and LEAD_IS_FALSE in pair.why and silent(pair)
+    assert pair.triggers()[-1] == "TWIN_MOVED_UNLED"
 
 
 def test_a_protective_stop_of_the_twin_cannot_go_on_to_where_the_robot_is_by_now() -> None:
