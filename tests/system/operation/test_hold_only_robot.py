@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from harness.live_cell import LiveCell, forward
-from harness.opponents.hold_only_robot import ABORTED, PAUSED, STREAM, HoldOnlyRobot
+from harness.opponents.hold_only_robot import PAUSED, STREAM, HoldOnlyRobot
 from harness.processes import wait_until
 from harness.running.thorough import examples
 from harness.wires.gateway_client import command_over
@@ -81,18 +81,6 @@ def stands(robot: HoldOnlyRobot) -> list[float]:
     return list(robot.q)
 
 
-@pytest.mark.thorough
-def test_it_leads(cell: LiveCell, robot: HoldOnlyRobot) -> None:
-    """Its own program runs to its end, and the pair is idle again.
-
-    Each time in virtual time, in stopping/test_hold_only.py.
-    """
-    robot.run_program()
-    wait_mode(cell, "REAL_LEADS")
-    wait_until(lambda: robot.state == ABORTED, 60.0, "its program's end")
-    wait_mode(cell, "IDLE")
-
-
 def test_it_follows_stops_and_goes_on_like_ours(cell: LiveCell, robot: HoldOnlyRobot) -> None:
     """A move, a STOP in its middle, ALIGN, and the next move to its end; twice by night.
 
@@ -110,39 +98,6 @@ def test_it_follows_stops_and_goes_on_like_ours(cell: LiveCell, robot: HoldOnlyR
         assert robot.q == pytest.approx(stood, abs=NEAR_DEG_MM), "only the twin aligns"
         move(cell, NEAR)
         arrives(cell, robot, NEAR)
-
-
-@pytest.mark.thorough
-def test_pause_holds_it_and_resume_goes_on(cell: LiveCell, robot: HoldOnlyRobot) -> None:
-    """To the same target; each time in virtual time, in stopping/test_hold_only.py."""
-    cell.make_ready()
-    move(cell, P2)
-    wait_until(lambda: not robot.standing, 10.0, "the robot to follow")
-    command_over(cell.gateway_port, "PAUSE")
-    stands(robot)
-    wait_mode(cell, "PAUSED")
-    command_over(cell.gateway_port, "RESUME")
-    arrives(cell, robot, P2)
-
-
-@pytest.mark.thorough
-def test_it_recovers_from_an_emergency_stop(cell: LiveCell, robot: HoldOnlyRobot) -> None:
-    """*IMSTP has no input: HOLD is what stops it, and RESET gives it back.
-
-    Each time in virtual time, in stopping/test_hold_only.py.
-    """
-    cell.make_ready()
-    move(cell, NEAR)
-    wait_until(lambda: not robot.standing, 10.0, "the robot to follow")
-    command_over(cell.gateway_port, "ESTOP")
-    stands(robot)
-    wait_mode(cell, "ESTOP")
-    command_over(cell.gateway_port, "RESET")
-    wait_mode(cell, "STOPPED")
-    command_over(cell.gateway_port, "ALIGN")
-    wait_mode(cell, "IDLE")
-    move(cell, P2)
-    arrives(cell, robot, P2)
 
 
 def test_configuration_names_no_ring(cell: LiveCell) -> None:

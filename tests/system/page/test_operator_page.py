@@ -22,7 +22,6 @@ from harness.page.acts import (
     press,
     run_program,
     shown,
-    take_control,
 )
 from harness.page.samples import judge_samples, listen, today
 from harness.processes import wait_until
@@ -126,37 +125,6 @@ def at_rest(panel: Panel) -> bool:
     told = pair(panel)
     stand = all(told[side]["standing_still"] for side in ("real", "twin"))
     return stand and told["authority"]["mode"] == "IDLE"
-
-
-@pytest.mark.thorough
-def test_held_tool_goes_straight_with_both_and_stops_by_release(
-    operator: Page, panel: Panel
-) -> None:
-    """Along x of the world, by all joints together; the real robot follows.
-
-    Each time the stage's page tells a held tool's joints: ros/operator_panel/test_jog_buttons.py.
-    """
-    operator.get_by_role("tab", name="Target").click()
-    operator.get_by_role("button", name="P2", exact=True).click()
-    expect(operator.locator(".preview.good")).to_be_visible()
-    press(operator, "Move")
-    told = operator.locator("[data-command]", has_text="Move to x").first
-    expect(told).to_have_attribute("data-outcome", "done", timeout=LONG_MS)
-    operator.get_by_role("tab", name="Jog").click()
-    operator.get_by_role("tab", name="Hold tool").click()
-    operator.get_by_role("tab", name="Fast").click()
-    before = tool_of(operator, "twin")
-    button = operator.get_by_role("button", name="Jog X \N{MINUS SIGN}")
-    expect(button).to_be_enabled()
-    hold_until(operator, button, lambda: tool_of(operator, "twin")[0] < before[0] - 15.0)
-    operator.mouse.up()
-    wait_until(lambda: at_rest(panel), 30.0, "a ready pair that stands", period=0.1)
-    expect(operator.locator('[data-live="motion"]')).to_have_text("both stand still")
-    is_mode(operator, "Ready")
-    twin, real = tool_of(operator, "twin"), tool_of(operator, "real")
-    assert twin[0] < before[0] - 15.0 and twin[2] == pytest.approx(before[2], abs=0.5)
-    assert twin[1] == pytest.approx(before[1], abs=2.0), "it keeps to its line"
-    assert real == pytest.approx(twin, abs=0.5)
 
 
 def tool_of(page: Page, side: str) -> list[float]:
@@ -297,25 +265,3 @@ def test_pair_as_data_is_what_the_page_shows(viewer: Page, panel: Panel) -> None
         assert pair["units"]["joint_1"] == "deg"
         position = pair["real"]["position"]["joint_1"]
         assert position == pytest.approx(shown(viewer, "joint_1.real"), abs=0.05)
-
-
-@pytest.mark.thorough
-def test_page_greys_out_when_its_server_is_killed_and_comes_back_by_itself(
-    operator: Page, panel: Panel
-) -> None:
-    """Since when is said; the new server finds the operator still to be one.
-
-    Each time without a cell, in ros/operator_panel/test_stop.py and test_operator_panel.py.
-    """
-    panel.stop(signal.SIGKILL)
-    expect(operator.locator("body.is-lost .lost-text")).to_contain_text(
-        re.compile(r"since \d\d:\d\d:\d\d")
-    )
-    assert (
-        operator.locator(".grid").evaluate("element => getComputedStyle(element).filter")
-        == "grayscale(1)"
-    )
-    panel.start()
-    expect(operator.locator("body:not(.is-lost)")).to_be_visible(timeout=LONG_MS)
-    is_mode(operator, "Ready", LONG_MS)
-    take_control(operator)

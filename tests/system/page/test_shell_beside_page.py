@@ -145,19 +145,6 @@ def test_preview_of_article_plays_in_the_first_minute(begun: float, page: Page) 
     assert time.monotonic() - begun < MINUTE_S
 
 
-@pytest.mark.thorough
-def test_each_printed_line_works_while_a_page_only_watches(
-    bringup: tuple[LiveCell, Process, int], page: Page
-) -> None:
-    """The page was opened by the bring-up; nobody has pressed anything on it.
-
-    Each time the lines are typed beside a page in control; a shell alone in operation/test_cell.py.
-    """
-    cell, process, _ = bringup
-    nobody_in_control(page)
-    typed(cell, page, printed(process))
-
-
 def test_each_printed_line_works_while_a_page_that_moved_the_pair_holds_control(
     bringup: tuple[LiveCell, Process, int], page: Page
 ) -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import pytest
 from harness.plants.trials import run_trial
-from harness.plants.variants import FIELD, IDEAL, ROUGH_FOLLOWER, ROUGH_LEADER, VARIANTS, Variant
+from harness.plants.variants import FIELD, ROUGH_FOLLOWER, ROUGH_LEADER, VARIANTS, Variant
 from harness.running.thorough import thorough
 
 PATH_PERCENT, REST_PERCENT = 5.0, 2.0
@@ -47,19 +47,6 @@ def test_the_articles_limits_hold_on_a_robot_made_different(leader: str, variant
     assert trial.rest_percent is not None and trial.rest_percent <= REST_PERCENT, trial
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize("robot", ["fanuc_sr6ia", "fanuc_sr3ia", "scara_4axis", "articulated_six"])
-def test_a_field_robot_that_leads_is_followed_within_the_articles_limits(robot: str) -> None:
-    """The twin follows by position, speed and time of each reading, however late they are.
-
-    Each time test_remembered and test_full_speed hold it to less.
-    """
-    trial = run_trial(robot, FIELD, "real_leads", 50.0)
-    assert not trial.ended, trial
-    assert trial.path_percent is not None and trial.path_percent <= PATH_PERCENT, trial
-    assert trial.rest_percent is not None and trial.rest_percent <= REST_PERCENT, trial
-
-
 @pytest.mark.parametrize(
     "robot", ["fanuc_sr6ia", *thorough("fanuc_sr3ia", "scara_4axis", "articulated_six")]
 )
@@ -69,22 +56,6 @@ def test_a_field_robot_that_follows_is_measured_and_stays_within_the_goals(robot
     assert not trial.ended, trial
     assert trial.path_percent is not None and trial.path_percent <= 2.5, trial
     assert trial.rest_percent is not None and trial.rest_percent <= 0.2, trial
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize(("leader", "reached"), [("real_leads", 100.0), ("twin_leads", 76.0)])
-@pytest.mark.parametrize("robot", ["fanuc_sr6ia", "articulated_six"])
-def test_long_moves_reach_the_speed_that_they_are_named_after(
-    robot: str, leader: str, reached: float
-) -> None:
-    """A label is part of a figure: the article's moves are too short for 100 %.
-
-    An arm that touches what stands around it is thrown beyond that speed. Each time test_peak
-    holds a robot that leads to it, test_ahead a twin.
-    """
-    trial = run_trial(robot, IDEAL, leader, 100.0)
-    assert trial.fastest_percent == pytest.approx(reached, abs=0.5)
-    assert trial.path_percent is not None and trial.path_percent <= 0.5, trial
 
 
 @pytest.mark.thorough

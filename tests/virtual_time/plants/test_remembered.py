@@ -15,7 +15,6 @@ from twin_controller.config import with_links
 from twin_controller.core.actions import FollowTwin
 
 ROBOT = "fanuc_sr6ia"
-PAUSE_S = 0.045
 FAST = 3.0
 """Some joint's speed in the middle of a move [rad/s]."""
 
@@ -88,15 +87,3 @@ def test_the_second_round_is_followed_closer(plant: Variant, limit: float) -> No
     first, second = found["first"], found["second"]
     assert second.foretold > first.foretold + 20, (first, second)
     assert second.path_percent <= min(limit, 0.85 * first.path_percent), (first, second)
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize("plant", [IDEAL, FIELD], ids=["ideal", "field"])
-@pytest.mark.parametrize("pause_s", [0.02, PAUSE_S])
-def test_a_pause_in_the_middle_of_a_move_is_not_seen(plant: Variant, pause_s: float) -> None:
-    """On a first round the twin goes astray by what the robot changes meanwhile."""
-    found = told(plant, pause_s)
-    calm, disturbed, blind = found["first"], found["disturbed"], found["blind"]
-    assert disturbed.foretold > 20
-    assert disturbed.path_percent <= 1.5 * calm.path_percent, (calm, disturbed)
-    assert blind.path_percent > 2.0 * disturbed.path_percent, (blind, disturbed)

@@ -20,7 +20,6 @@ from playwright.sync_api import expect
 SAMPLES = 300
 """As many as the page asks for."""
 NEAR_RAD = 5e-3
-THERE = (0.4, -0.3, -0.1, 0.2)
 
 Open = Callable[..., Watched]
 
@@ -94,46 +93,3 @@ def test_gate_that_warns_lets_run_what_is_refused_and_says_so(watched: Open, ros
     dialog.get_by_role("button", name="Run LOW").click()
     said = ros.wait_until(lambda: told, 20.0, "what the gate tells")[0]
     assert said.success and said.outcome.startswith("moved all the same (gate: warn): REFUSED at")
-
-
-@pytest.mark.thorough
-def test_gate_that_is_off_is_told_and_asks_nobody(watched: Open, ros: Ros) -> None:
-    """A preview still shows what would come of it; each time a gate that warns is told above."""
-    from scara_msgs.msg import Audit
-
-    made = watched(gate="off")
-    page, told = made.page, ros.collect("what_if/gate", Audit)
-    made.open("Programs")
-    gate = page.locator("[data-panel=Programs] .gate-line")
-    expect(gate).to_have_text("Gate off: no motion is judged before it begins.")
-    page.get_by_role("button", name="Preview LOW").click()
-    preview_of(page, re.compile(r"Program LOW: REFUSED at .*the nozzle would hit"))
-    assert told == []
-
-
-@pytest.mark.thorough
-def test_drift_of_what_is_predicted_is_an_alarm_on_the_page(watched: Open, ros: Ros) -> None:
-    """A robot that takes half as long again: both times at the gate's line, and an alarm.
-
-    Each time the judge says so in tests/ros/what_if/test_learning.py.
-    """
-    from scara_msgs.msg import Audit
-    from scara_msgs.srv import JudgeMotion
-
-    made = watched(learning__motions=1)
-    page = made.page
-    judge = ros.service("what_if/judge", JudgeMotion)
-    gate = ros.publisher("what_if/gate", Audit, subscribers=1)
-    made.open("Programs")
-    answer = judge(motion="MOVE_JOINTS", joint_positions=THERE, speed_percent=40.0)
-    assert answer.success and answer.verdict == "OK", answer.message
-    gate.publish(Audit(who="test", what="MOVE_JOINTS", success=True, outcome=answer.message))
-    made.robot.move(THERE, 1.5 * answer.duration)
-    line = page.locator("[data-panel=Programs] .made-line")
-    expect(line).to_have_text(
-        re.compile(r"^Last motion: \d+\.\d\d s, predicted \d+\.\d\d s \(\+\d+\.\d %\)\.$")
-    )
-    alarm = page.locator(".alarm.warn", has_text="moving time of the last 1 motions is +")
-    expect(alarm).to_contain_text("what_if: predictions")
-    expect(alarm).to_contain_text("allowed 5 %")
-    expect(alarm).to_contain_text("previews are off by as much")

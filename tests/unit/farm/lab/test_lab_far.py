@@ -22,26 +22,6 @@ def lab(tmp_path: Path) -> Iterator[Lab]:
     made.stage.close()
 
 
-@pytest.mark.thorough
-def test_results_are_the_same_bit_for_bit_though_a_worker_is_killed(lab: Lab) -> None:
-    """The first job by dask kills its worker with SIGKILL; another worker does it again.
-
-    Each time line/test_lab_machines.py kills one of a scheduler that others have started.
-    """
-    lab.judge(STEADY)
-    here = lab.run("here")
-    mark = lab.folder / "mark"
-    lab.judge(
-        "try:\n"
-        f"    pathlib.Path({str(mark)!r}).touch(exist_ok=False)\n"
-        "    os.kill(os.getppid(), signal.SIGKILL)\n"
-        "    time.sleep(100.0)\n"
-        f"except FileExistsError:\n    {STEADY}\n"
-    )
-    assert lab.run("farm", "--on", "farm", "--workers", "2") == here
-    assert here.count(b"\n") == JOBS and mark.exists()
-
-
 @pytest.mark.parametrize("place", ["here", *thorough("farm")])
 def test_an_interruption_ends_all_processes_and_the_lab_goes_on(lab: Lab, place: str) -> None:
     """Jobs too, though the signal reaches the first process alone; what was done is kept.
