@@ -10,7 +10,6 @@ from harness.scenes.steps import ROBOT
 from harness.virtual_cell.cell import VirtualCell
 
 NEAR = (0.4, 0.3, -0.10, 0.0)
-FURTHER = (-0.4, 0.5, -0.12, 0.0)
 
 
 @pytest.fixture
@@ -37,34 +36,6 @@ def test_a_late_zero_of_the_move_before_ends_no_move(cell: VirtualCell, late: fl
     cell.wait_still(0.5)
     assert failures(cell) == []
     assert cell.twin.truth[-1][1] == pytest.approx(NEAR, abs=5e-4)
-
-
-def test_a_joint_that_is_taken_while_it_moves_fails_the_move_with_that_reason(
-    cell: VirtualCell,
-) -> None:
-    """The answer came before; the decision, the state and the reason say what became of it."""
-    assert cell.operate("MOVE_JOINTS", target=FURTHER, speed_percent=20.0).success
-    cell.schedule.run(0.3)
-    for _ in range(5):
-        cell.twin.command_velocity("joint_1", 0.0)
-        cell.schedule.run(0.02)
-    cell.wait_whatever(lambda: bool(failures(cell)), 3.0, "MOVE_FAILED")
-    (why,) = failures(cell)
-    assert why.startswith("the operator's move did not reach its target: ")
-    assert "joint_1 was taken by its velocity controller" in why
-
-
-def test_a_move_that_a_program_of_the_robot_takes_over_says_so(cell: VirtualCell) -> None:
-    """The lead changes; the move that was accepted has failed, and both are decisions."""
-    cell.real.robot.write_override(100)
-    cell.schedule.run(0.3)
-    assert cell.operate("MOVE_JOINTS", target=FURTHER, speed_percent=20.0).success
-    cell.real.pendant(100.0, cell.files.program_number("TWO_POINT"))
-    cell.wait_whatever(lambda: cell.mode == "REAL_LEADS", 3.0, "REAL_LEADS")
-    cell.wait_whatever(lambda: bool(failures(cell)), 3.0, "MOVE_FAILED")
-    triggers = [made.trigger for made in cell.decisions]
-    assert "REAL_TOOK_OVER" in triggers or "REAL_MOVED" in triggers
-    assert "did not reach its target" in failures(cell)[0]
 
 
 @pytest.mark.parametrize("mover", ["move_to", "operator"])

@@ -127,22 +127,3 @@ def test_a_late_controller_loses_no_side(late: float) -> None:
         pair.run(1.0)
     pair.together_again()
     assert pair.lost() == []
-
-
-def test_a_controller_that_stood_still_for_long_finds_its_data_old() -> None:
-    """A robot has been stopped by its watchdog by then: nothing of before may go on."""
-    pair = under_way(STRICT)
-    pair.late_controller(0.3)
-    assert pair.mode is Mode.OFFLINE
-
-
-def test_a_late_controller_finds_a_silent_robot_all_the_same() -> None:
-    """At most its budget later."""
-    pair = under_way(STRICT)
-    begun, pair.real_up = pair.now, False
-    while pair.mode is not Mode.OFFLINE and pair.now - begun < 1.0:
-        pair.gaps.look(pair.now)
-        pair.now = round(pair.now + 0.045, 6)
-        pair.feed(Tick(pair.now, pair.gaps.look(pair.now)))
-        pair.run(0.005)
-    assert pair.now - begun <= 0.1 + 0.1 + 0.06

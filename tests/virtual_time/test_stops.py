@@ -12,7 +12,6 @@ from harness.scenes.steps import AT_REST_DEG_MM, ROBOT, both_stood, go, nothing_
 from harness.scenes.truth import travel
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import load_files
-from scara_control.motion.commands import Command
 
 AS_FILED = pytest.param("", id="as filed")
 HOLD_ONLY = "cstopi_for_abort: false, imstp_assigned: false"
@@ -117,64 +116,3 @@ def test_release_of_a_hold_moves_nothing_after_stop(cell: VirtualCell, after: fl
     nothing_moves(cell, rested)
     cell.real.signal("hold", True)
     nothing_moves(cell, rested)
-
-
-class DeafSimulator:
-    """Makes the simulator deaf to motion commands, and drives one joint on past all nodes."""
-
-    def __init__(self, cell: VirtualCell, monkeypatch: pytest.MonkeyPatch, seconds: float) -> None:
-        """Let nothing reach the simulator's desk for so long [s]; somebody repeats a velocity."""
-        self._cell = cell
-        desk = cell.twin._desk
-        obey, until = desk.obey, cell.schedule.now + seconds
-        self.heard: list[Command] = []
-
-        def obey_late(command: Command, now: float) -> None:
-            if cell.schedule.now > until:
-                self.heard.append(command)
-                obey(command, now)
-
-        monkeypatch.setattr(desk, "obey", obey_late)
-        cell.schedule.every(0.1, lambda: self._drive(until))
-
-    def _drive(self, until: float) -> None:
-        if self._cell.schedule.now <= until:
-            self._cell.twin.command_velocity("joint_1", 0.1)
-
-
-@pytest.mark.parametrize(
-    ("command", "mode"), [("STOP", "FAULT"), *thorough(("PAUSE", "FAULT"), ("ESTOP", "ESTOP"))]
-)
-def test_a_simulator_that_does_not_obey_is_a_fault_and_is_not_followed(
-    cell: VirtualCell, monkeypatch: pytest.MonkeyPatch, command: str, mode: str
-) -> None:
-    """Its nodes report that they stopped; its joint moves on, and the robot stands.
-
-    Each command each time in core/orders/test_twin_stop.py.
-    """
-    DeafSimulator(cell, monkeypatch, 10.0)
-    cell.wait_whatever(lambda: cell.mode == "TWIN_LEADS", 5.0, "TWIN_LEADS")
-    assert cell.operate(command).success
-    cell.schedule.run(1.0)
-    rested = cell.schedule.now
-    cell.schedule.run(4.0)
-    assert cell.mode == mode
-    made = [each.why for each in cell.decisions if each.trigger == "TWIN_STOP_IGNORED"]
-    assert len(made) == 1 and f"s after {command} was told" in made[0]
-    assert "end the simulator or what commands it, then RESET" in made[0]
-    assert travel(cell.twin.truth, rested) > 10.0
-    assert travel(cell.real.truth, rested) < AT_REST_DEG_MM
-
-
-def test_a_simulator_that_obeys_late_is_no_fault(
-    cell: VirtualCell, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The stop is told again, and obeyed within its attempts."""
-    simulator = DeafSimulator(cell, monkeypatch, 2.0)
-    cell.wait_whatever(lambda: cell.mode == "TWIN_LEADS", 5.0, "TWIN_LEADS")
-    assert cell.operate("STOP").success
-    stopped = cell.schedule.now
-    assert both_stood(cell, stopped) - stopped > 1.0
-    cell.schedule.run(4.0)
-    assert cell.mode == "STOPPED" and simulator.heard == [Command.STOP]
-    assert not any(each.trigger == "TWIN_STOP_IGNORED" for each in cell.decisions)
