@@ -126,11 +126,12 @@ def test_a_recording_whose_first_part_is_gone_is_no_bag(tmp_path: Path) -> None:
 
 
 def test_a_part_ends_by_size_too(tmp_path: Path) -> None:
-    """No part is much larger than the limit."""
+    """No part is much larger than the limit, nor smaller before the next begins."""
     settings = msgspec.structs.replace(SETTINGS, part_mb=0.01, part_minutes=1000.0)
     files = parts_of(recorded(tmp_path, settings))
     assert len(files) > 2
     assert all(file.stat().st_size < 20_000 for file in files)
+    assert all(file.stat().st_size > 10_000 for file in files[:-1]), "and each but the last is full"
 
 
 def test_a_part_of_an_older_recording_is_not_taken_over(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from harness.course import LEARNER, exercise, filled, handed_in, marked, robot
 from scara_config.profile import CHOICE
 from scara_course.course_node import app
 from scara_course.exercises_io import draw, load_exercises
+from scara_course.marking import mark_table
 from scara_course.results import is_genuine
 from scara_course.results_io import add_result, course_key, read_results
 from typer.testing import CliRunner, Result
@@ -203,3 +204,23 @@ def test_each_folder_is_a_whole_exercise() -> None:
         assert "\n## Task\n" in each.card and "\n## What counts\n" in each.card, each.name
         assert "\n## Hints\n" in each.card, each.name
         assert each.name.startswith(f"e{each.task.number:02d}_")
+
+
+def test_mistake_that_is_named_explains_the_first_wrong_row() -> None:
+    """Of those that do, the one that fits the whole file best; a number may be off by its unit."""
+    wanted = {"a": {"x_mm": 1.0, "n": 2.0}, "b": {"x_mm": 3.0, "n": 4.0}}
+    near = {"a": {"x_mm": 1.1, "n": 2.0}, "b": {"x_mm": 2.9, "n": 4.0}}
+    assert mark_table(near, wanted, {}).passed
+    off = {"a": {"x_mm": 1.0, "n": 2.0}, "b": {"x_mm": 3.2, "n": 4.0}}
+    assert mark_table(off, wanted, {}).reason == (
+        "b: x_mm = 3.2 is not within 0.1 of the right value (1 wrong in all)"
+    )
+    given = {"a": {"x_mm": -1.0, "n": 2.0}, "b": {"x_mm": -3.0, "n": 4.0}}
+    mistakes = {
+        "another row": {**given, "a": {"x_mm": 9.0, "n": 2.0}},
+        "one row": {**given, "b": {"x_mm": 3.0, "n": 9.0}},
+        "the sign": given,
+    }
+    assert ": the sign (2 wrong in all)" in mark_table(given, wanted, mistakes).reason
+    mistakes.pop("the sign")
+    assert ": one row (2 wrong in all)" in mark_table(given, wanted, mistakes).reason

@@ -40,6 +40,13 @@ def test_cycle_ends_when_the_pair_rested_long_enough() -> None:
     assert not cycles.is_open and cycles.look(99.0) == []
 
 
+def test_clock_that_is_set_back_while_the_pair_rests_ends_the_cycle() -> None:
+    """Else it would wait for the time to come again."""
+    cycles = begun()
+    cycles.decided(20.0, IDLE, "")
+    assert [cycle.end for cycle in cycles.look(19.5)] == [20.0]
+
+
 def test_short_rests_belong_to_the_cycle() -> None:
     """A gripper that closes ends no cycle."""
     cycles = begun()

@@ -6,7 +6,9 @@ import random
 from collections.abc import Callable
 from functools import partial
 
+import msgspec
 import pytest
+from harness.page.scenes import ready
 from harness.programs import steps_of
 from harness.workspace import ROOT
 from hypothesis import given
@@ -14,7 +16,7 @@ from hypothesis import strategies as st
 from operator_panel.teach import draft as teach
 from operator_panel.teach.draft import Draft, TeachError, draft_of, empty
 from operator_panel.teach.history import MOST, Edits
-from operator_panel.teach.places import position_of, twin_target
+from operator_panel.teach.places import position_of, stands_at, twin_target
 from scara_config import Joint, Robot, load_robot
 from scara_config.programs.files import joint_values, program_files, taught_of
 from scara_config.programs.steps import GripperStep, MoveStep, WaitStep
@@ -285,3 +287,20 @@ def test_every_robot_can_be_taught(robot: str, monkeypatch: pytest.MonkeyPatch) 
     draft = add(empty("A", other), position=position_of(other, middle))
     target = twin_target(other, draft.program.positions[0])
     assert target == pytest.approx([middle[j.name] for j in other.twin_joints], abs=1e-8)
+
+
+@pytest.mark.parametrize("side", ["twin_standing_still", "real_standing_still"])
+def test_position_is_taken_of_a_pair_that_stands_together(side: str) -> None:
+    """What the twin lacks is the real robot's; neither side may move, nor be apart."""
+    snapshot = ready(ROBOT, 0.0)
+    state = snapshot.state
+    assert state is not None
+    now = stands_at(ROBOT, snapshot)
+    shown = dict(zip(state.name, state.twin_position, strict=True))
+    assert now == pytest.approx(
+        {joint.name: shown.get(joint.name, 12.5) * joint.scale for joint in ROBOT.joints}
+    )
+    for wrong, why in ((side, "while both robots stand still"), ("diverged", "are apart")):
+        changed = msgspec.structs.replace(state, **{wrong: wrong == "diverged"})
+        with pytest.raises(TeachError, match=why):
+            stands_at(ROBOT, msgspec.structs.replace(snapshot, state=changed))

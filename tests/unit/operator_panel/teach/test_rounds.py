@@ -159,3 +159,14 @@ def test_grid_goes_row_by_row_from_its_corner() -> None:
         (10.0 - 2 * r, 20.0 + 4 * c, 5.0 + 2 * r) for r in range(4) for c in range(3)
     ]
     assert {place.axes for place in turned} == {(90.0,)}
+
+
+def test_line_to_choose_is_the_last_that_was_added_within_its_loop() -> None:
+    """Behind the line that was chosen, however long the draft was before."""
+    before = teach.recorded(empty("MINE", ROBOT), ROBOT, 0, at(5.0), "J", FINE_50, None)
+    one = teach.recorded(before, ROBOT, 0, at(6.0), "J", FINE_50, None)
+    assert rounds.last_added(before, 0, one) == 1
+    assert rounds.last_added(before, 1, teach.waiting(before, ROBOT, 1, 0.5)) == 2
+    looped = rounds.recorded(before, ROBOT, 1, [at(7.0), at(8.0)], "J", FINE_50, None)
+    number = rounds.last_added(before, 1, looped)
+    assert number == len(looped.program.lines) - 1
