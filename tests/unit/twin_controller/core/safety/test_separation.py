@@ -94,7 +94,8 @@ def test_nobody_near_and_nobody_watched_for_slow_nothing_down() -> None:
 def test_a_sensor_that_is_silent_or_was_never_heard_stops_everything(sensor: str) -> None:
     """As somebody at the robot would; the text names the sensor if it has a name."""
     for found in (judge(), judge(person(9.0, 1.01 * STALE_S, sensor))):
-        assert (found.distance, found.cap, found.too_close) == (0.0, 0.0, True)
+        assert (found.distance, found.protective, found.cap) == (0.0, 0.0, 0.0)
+        assert found.too_close and found.silent
         assert "silent" in found.reason
     assert not judge(person(9.0, 0.99 * STALE_S, sensor)).too_close
     assert sensor in judge(person(9.0, 1.01 * STALE_S, sensor)).reason
