@@ -5,7 +5,6 @@ It tells how the real side moved, when a program ran, and what was marked.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -24,19 +23,9 @@ from twin_analysis.replay.decision_reader_io import INPUTS
 FEWEST = 10
 
 
-@dataclass(frozen=True)
-class RecordedReal:
-    """The real side: motion by time since the bag's start [s], and its source.
-
-    It also says whether a program ran.
-    """
-
-    motion: Motion
-    running: Mask | None
-    source: str
-
-
-def read_real(path: Path, mechanism: Mechanism, topic: str | None) -> RecordedReal:
+def read_real(
+    path: Path, mechanism: Mechanism, topic: str | None
+) -> tuple[Motion, Mask | None, str]:
     """Read the real side as the twin controller saw it.
 
     From a topic of joint states if it is named, or nothing else is there.
@@ -46,6 +35,10 @@ def read_real(path: Path, mechanism: Mechanism, topic: str | None) -> RecordedRe
         mechanism: Joints, all of the twin's.
         topic: Joint states to be played instead.
 
+    Returns:
+        The motion by time since the bag's start [s], when a program ran (None: nobody says), and
+        the topic that it was read from.
+
     Raises:
         BagError: The bag cannot be read, or a topic is missing.
         RecordError: The samples cannot be used.
@@ -54,15 +47,14 @@ def read_real(path: Path, mechanism: Mechanism, topic: str | None) -> RecordedRe
         if topic is None and bag.count(INPUTS):
             found = _read_samples(bag)
             if found is not None:
-                return found
+                return *found, INPUTS
         chosen = topic or MEASURED
-        return RecordedReal(
-            read_joint_topic(bag, chosen, "real").motion("real", mechanism.names), None, chosen
-        )
+        motion = read_joint_topic(bag, chosen, "real").motion("real", mechanism.names)
+        return motion, None, chosen
 
 
-def _read_samples(bag: Bag) -> RecordedReal | None:
-    """Return the readings of the robot among the inputs, by the robot's own clock.
+def _read_samples(bag: Bag) -> tuple[Motion, Mask] | None:
+    """Return the readings of the robot among the inputs, by its own clock, and when a program ran.
 
     None if there are hardly any.
     """
@@ -90,4 +82,4 @@ def _read_samples(bag: Bag) -> RecordedReal | None:
     )
     running = np.array([event.own_program or event.streaming for _, _, event in rows])
     real = build_side("real", stamps, positions, velocities)
-    return RecordedReal(real, running[rising], INPUTS)
+    return real, running[rising]

@@ -141,10 +141,8 @@ def _run(
             f"{bag}: has {', '.join(mechanism.names)}; the twin needs "
             f"{[j.name for j in robot.twin_joints]}"
         )
-    recorded = read_real(bag, mechanism, topic)
-    playback = plan_playback(
-        robot, recorded.motion, recorded.running, rate, load_emulator(robot, directory).dt
-    )
+    recorded, ran, source = read_real(bag, mechanism, topic)
+    playback = plan_playback(robot, recorded, ran, rate, load_emulator(robot, directory).dt)
     enter_ros("replay_to_twin", READY_S, lambda text: console.print(text, soft_wrap=True))
     with Stage(
         robot, playback, address[0] or place.host, address[1] or place.port, folder
@@ -155,7 +153,7 @@ def _run(
     live = _live(robot, playback, motion.shifted(-begun))
     remarks = (
         *remarks_of([opened]),
-        f"{LIVE}: real is what was played of {recorded.source}, in "
+        f"{LIVE}: real is what was played of {source}, in "
         f"{playback.duration:.1f} s; twin is {TWIN}",
         *(f"{LIVE}: {stop}" for stop in twin.stops),
     )
