@@ -161,27 +161,15 @@ def _world(
     frames: FrameTable,
 ) -> World:
     """Load the cell, with parts if there is work for it."""
-    urdf, names = robot.description, [joint.name for joint in robot.twin_joints]
-    if work is None:
-        return World(
-            urdf,
-            names,
-            robot.tool_frame,
-            dt=config.dt,
-            gravity=config.gravity_m_s2,
-            dynamics=config.dynamics,
-            mounted=mounted,
-        )
-    return PartWorld(
-        urdf,
-        names,
+    kind = World if work is None else partial(PartWorld, work=work, frames=frames)
+    return kind(
+        robot.description,
+        [joint.name for joint in robot.twin_joints],
         robot.tool_frame,
         dt=config.dt,
         gravity=config.gravity_m_s2,
         dynamics=config.dynamics,
         mounted=mounted,
-        work=work,
-        frames=frames,
     )
 
 
