@@ -9,16 +9,15 @@ from pathlib import Path
 
 import msgspec
 from cell_recorder.recording.bag_writer_io import BagWriter
-from cell_recorder.recording.recording import RecorderFile
 from cell_recorder.recording.runs_folder_io import parts_of
 from harness.faults.rows import Row
 from harness.processes import wait_until
 from rich.console import Console
 from rosbags.rosbag1 import Reader
-from scara_config import config_directory, load
 
 from bench.cells.long_bag import recording
 from bench.room import Room
+from bench.rows.recording import settings_of_the_recorder
 
 CASE = "a recording of a day"
 LIMIT_MB = 20.0
@@ -44,9 +43,7 @@ def run(hours: float, folder: Path, console: Console) -> list[Row]:
     """
     with Room(folder, console) as room:
         messages, period_ns = _messages(recording(room))
-    settings = msgspec.structs.replace(
-        load(config_directory() / "experiments.yaml", RecorderFile).recorder, write_period_ms=5.0
-    )
+    settings = msgspec.structs.replace(settings_of_the_recorder(), write_period_ms=5.0)
     writer = BagWriter(folder / "day" / "run.bag", settings)
     sent, told, before = 0, 0, 0.0
     begun = time.monotonic()

@@ -32,7 +32,6 @@ from harness.yaml_files import add_program, copy_configuration  # noqa: E402
 from playwright.sync_api import Page, expect  # noqa: E402
 from what_if.cell_files_io import find_program, resting_cell  # noqa: E402
 from what_if.judging import judge  # noqa: E402
-from what_if.motions import ProgramRun  # noqa: E402
 from what_if.showing.moment import worst_moment  # noqa: E402
 from what_if.showing.moment_picture_io import picture_of  # noqa: E402
 from what_if.text import caption_of  # noqa: E402
@@ -49,7 +48,7 @@ def draw_moments(config: Path, out: Path) -> dict[str, float]:
     with resting_cell(config) as (world, _):
         for file in programs():
             name = file.removesuffix(".LS").lower()
-            motion = ProgramRun(find_program(world.cell, name, config))
+            motion = find_program(world.cell, name, config)
             verdict = judge(world, motion)
             moment = worst_moment(world, motion, verdict)
             assert moment is not None, verdict.sentence

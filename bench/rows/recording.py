@@ -12,8 +12,9 @@ from pathlib import Path
 
 from cell_recorder.reading.bag_reader_io import open_bag
 from cell_recorder.recording.bag_writer_io import BagWriter
-from cell_recorder.recording.recording import RecorderFile, RecorderSettings
-from scara_config import config_directory, load, load_robot
+from cell_recorder.recording.recording import RecorderSettings
+from scara_config import config_directory, load_robot
+from scara_config.loader import load_keys
 from twin_experiments.report.report_io import analyse_bag
 
 from bench.cells.long_bag import DURATION_S, long_bag
@@ -32,8 +33,11 @@ TOPICS = {
 RECORDED_S = 30.0
 
 
-def _settings() -> RecorderSettings:
-    return load(config_directory() / "experiments.yaml", RecorderFile).recorder
+def settings_of_the_recorder() -> RecorderSettings:
+    """Return the recorder's own settings."""
+    file = config_directory() / "experiments.yaml"
+    (settings,) = load_keys(file, {"recorder": RecorderSettings})
+    return settings
 
 
 def _message() -> tuple[dict[str, str], bytes]:
@@ -58,7 +62,7 @@ def _ours(folder: Path) -> Callable[[], list[float]]:
     Its thread, its chunks every 50 ms, its flushes.
     """
     header, data = _message()
-    settings = _settings()
+    settings = settings_of_the_recorder()
 
     def round_() -> list[float]:
         file = folder / "ours.bag"
