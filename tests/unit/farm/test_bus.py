@@ -157,17 +157,6 @@ def test_a_stop_is_taken_by_cells_with_any_clock(farm: Farm) -> None:
         assert bool(clock_warning(row.clock_s)) == (abs(ahead) > 0.5)
 
 
-def test_a_desk_with_another_clock_stops_each_cell(farm: Farm) -> None:
-    """Sixty milliseconds were too many once."""
-    session = farm.router()
-    farm.link(farm.client(), Journal())
-    wait_until(lambda: bool(cells_there(session, "site", 1.0)), DEADLINE_S, "the cell")
-    for ahead in DIFFERENCES:
-        clock = lambda ahead=ahead: time.time() + ahead  # noqa: E731
-        (answered,) = order(session, [CELL], "STOP", "ann", "d", 2.0, clock)
-        assert answered.answer == Answer(True, "STOP received"), ahead
-
-
 def test_a_stop_waits_for_no_other_command(farm: Farm) -> None:
     """A cell that hangs in one question answers the next."""
     session, hang = farm.router(), threading.Event()
