@@ -106,7 +106,7 @@ def test_the_lines_by_hand_are_all_of_a_cell() -> None:
     page = ROOT / "docs" / "operating" / "by_hand.md"
     section = page.read_text(encoding="utf-8").partition("Then, for example")[0]
     typed = {line.partition("#")[0].strip() for line in section.splitlines()}
-    nodes = [ROSOUT, *cell_plan(load_doors(ROOT / "config"), with_panel=True)]
+    nodes = [ROSOUT, *cell_plan(load_doors(ROOT / "config"), with_panel=True, with_health=True)]
     wanted = [" ".join(("rosrun", n.package, n.executable, *n.arguments)) for n in nodes]
     assert [line for line in wanted if line not in typed] == []
     assert {line for line in typed if line.startswith("rosrun")} == set(wanted)

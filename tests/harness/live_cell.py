@@ -30,7 +30,10 @@ NODES = (
     *("joint_vel_controller", "motion_server", "trajectory_server", "emulator"),
     *("twin_controller", "recorder", "journal"),
 )
-FOR_PEOPLE = ("robot_state_publisher", "camera", "operator_panel", "pendant_page", "what_if")
+FOR_PEOPLE = (
+    *("robot_state_publisher", "camera", "operator_panel", "pendant_page", "what_if"),
+    "health_watch",
+)
 """Their tests start them themselves."""
 
 

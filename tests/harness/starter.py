@@ -35,6 +35,7 @@ PACKAGES = {
     # What people use.
     "what_if": "what_if",
     "operator_panel": "operator_panel",
+    "health_watch": "twin_analysis",
     "robot_state_publisher": "scara_description",
 }
 WAYS_OUT = {"FAULT": "RESET", "ESTOP": "RESET", "STOPPED": "ALIGN", "PAUSED": "STOP"}

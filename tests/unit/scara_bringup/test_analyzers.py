@@ -40,11 +40,12 @@ def told() -> set[str]:
         ("gateway", "web socket"),
         ("what_if", "judge"),
         ("what_if", "predictions"),
+        ("health_watch", "wear"),
     ):
         assert f"get_name()}}: {name}" in text
         names.add(f"/{node}: {name}")
     count = len(re.findall(r"get_name\(\)\}: [a-z]", text))
-    assert count == 7, "a status was added: name it here and in analyzers.yaml"
+    assert count == 8, "a status was added: name it here and in analyzers.yaml"
     return names | {"/recorder", "/motion_server/log"}
 
 

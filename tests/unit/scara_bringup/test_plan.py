@@ -46,10 +46,10 @@ def test_plan_holds_every_node_of_the_design() -> None:
 
 def test_a_twin_by_itself_has_no_robot_and_nobody_who_couples_it() -> None:
     """Its motion nodes, its gateway and its recordings stay."""
-    twin = cell_plan(DOORS, NOT_OF_THE_TWIN, with_panel=True, with_farm=True)
+    twin = cell_plan(DOORS, NOT_OF_THE_TWIN, with_panel=True, with_farm=True, with_health=True)
     left = {node.name for node in twin}
     gone = {"emulator", "twin_controller", "operator_panel", "pendant_page", "what_if", "farm_link"}
-    assert not left & gone
+    assert not left & {*gone, "health_watch"}
     assert {node.name for node in PLAN} - gone < left
 
 
@@ -71,6 +71,19 @@ def test_pages_camera_and_judge_belong_to_a_cell_for_people_only() -> None:
     assert ending_order(cell_plan(DOORS, with_panel=True))[0] == pages
 
 
+def test_wear_is_watched_in_a_cell_for_people_whose_robot_tells_torques() -> None:
+    """It keeps its first week where the recordings are, and the cell does without it if it ends."""
+    (watch,) = {*cell_plan(DOORS, (), True, "/r", with_health=True)} - {
+        *cell_plan(DOORS, (), True, "/r")
+    }
+    assert (watch.name, watch.arguments, watch.optional) == (
+        "health_watch",
+        ("_directory:=/r",),
+        True,
+    )
+    assert [node.name for node in cell_plan(DOORS, with_health=True)] == [n.name for n in PLAN]
+
+
 def test_pendant_page_goes_with_the_stand_in() -> None:
     """A real robot brings a pendant of its own; to leave out both by name is no mistake."""
     for without in (("emulator",), ("emulator", "pendant_page")):
@@ -80,7 +93,7 @@ def test_pendant_page_goes_with_the_stand_in() -> None:
 
 def test_every_node_shows_a_sign_of_readiness() -> None:
     """A node without a sign could be missing unseen."""
-    nodes = cell_plan(DOORS, with_panel=True)
+    nodes = cell_plan(DOORS, with_panel=True, with_health=True)
     assert [node.name for node in nodes if not (node.services or node.topics or node.port)] == []
 
 

@@ -17,6 +17,7 @@ from typing import Annotated
 
 import typer
 from scara_config import ConfigError, config_directory, load_robot
+from scara_config.modbus_map import load_modbus_map
 from scara_config.profile import CHOICE, PLANT_CHOICE, chosen_plant, plant_path
 from scara_config.readers import check_files
 from scara_config.rollout.kept import apply_change, kept_file
@@ -248,7 +249,10 @@ def run(wishes: Wishes) -> tuple[int, Path | None]:
         if wishes.master_port is not None:
             os.environ["ROS_MASTER_URI"] = f"http://127.0.0.1:{wishes.master_port}"
         doors = wishes.ports.over(load_doors())
-        nodes = cell_plan(doors, wishes.without, wishes.people, with_farm=wishes.farm)
+        health = load_modbus_map().find("motor_torque") is not None
+        nodes = cell_plan(
+            doors, wishes.without, wishes.people, with_farm=wishes.farm, with_health=health
+        )
         own_master = check_before_start(nodes, MasterProbe(os.environ["ROS_MASTER_URI"]))
         folder = prepare(wishes.output)
         change = own_configuration(wishes, folder)
@@ -303,7 +307,10 @@ def _run(wishes: Wishes, folder: Path, shown: Shown, own_master: bool) -> int:
     """Run a cell that was found right, in the environment that its nodes inherit."""
     deadlines, doors = load_bringup(), load_doors()
     runs = str(runs_of(folder, wishes.runs))
-    nodes = cell_plan(doors, wishes.without, wishes.people, runs, wishes.farm)
+    health = load_modbus_map().find("motor_torque") is not None
+    if wishes.people and not health:
+        screen.say("cell: wear is not watched: the robot's map has no motor_torque")
+    nodes = cell_plan(doors, wishes.without, wishes.people, runs, wishes.farm, health)
     foreground = None
     if wishes.experiments:
         foreground = experiment_plan(str(folder), wishes.experiments, wishes.arguments)

@@ -42,9 +42,10 @@ CONTROLLER = "twin_controller"
 PANEL = "operator_panel"
 PENDANT_PAGE = "pendant_page"
 JUDGE = "what_if"
+HEALTH = "health_watch"
 POSE = "joint_pose_controller"
 MODELS = "robot_state_publisher"
-NOT_OF_THE_TWIN = ("emulator", CONTROLLER, PANEL, PENDANT_PAGE, JUDGE, "farm_link")
+NOT_OF_THE_TWIN = ("emulator", CONTROLLER, PANEL, PENDANT_PAGE, JUDGE, HEALTH, "farm_link")
 """What a twin by itself does without: the real side, what couples the two, and who speaks to it."""
 DESK_LINKS = ("_links:=desk",)
 """Robot and twin share this machine: a late process is no lost link.
@@ -59,6 +60,7 @@ def cell_plan(
     with_panel: bool = False,
     runs: str = "",
     with_farm: bool = False,
+    with_health: bool = False,
 ) -> list[NodePlan]:
     """List the nodes of a cell, in the order in which they are started.
 
@@ -73,6 +75,8 @@ def cell_plan(
             judge, which previews motions: in a cell for people, not in one that runs experiments.
         runs: The folder of all recordings; empty: the nodes' own default.
         with_farm: Whether the cell has a link to the farm. It waits for a desk by itself.
+        with_health: Whether the robot tells its motors' torques, by which a cell for people says
+            what wears.
 
     Raises:
         ValueError: ``without`` names a node that is not in the plan; the text lists those that are.
@@ -130,6 +134,18 @@ def cell_plan(
     ]
     if with_panel:
         nodes += _for_people(doors, runs, with_pendant="emulator" not in without)
+    if with_panel and with_health:
+        nodes.append(
+            NodePlan(
+                HEALTH,
+                "twin_analysis",
+                HEALTH,
+                (f"_directory:={runs}",) if runs else (),
+                # It offers nothing: this is rospy's own, of each node.
+                services=(f"{HEALTH}/get_loggers",),
+                optional=True,
+            )
+        )
     if with_farm:
         folder = (f"_directory:={runs}",) if runs else ()
         nodes.append(

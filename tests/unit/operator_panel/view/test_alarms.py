@@ -52,6 +52,14 @@ def test_alarm_of_the_controller_without_advice_gets_one(mode: str, text: str) -
     assert alarm.text == text and alarm.remedy not in ("", ELSE)
 
 
+def test_a_robot_that_wears_is_shown_with_what_it_means_now() -> None:
+    """It works on; the text itself says where to look."""
+    text = "joint_2 needs 18 % more torque; likely friction: look at its grease"
+    (alarm,) = active_alarms(heard(None, Diagnosis(1, "/health_watch: wear", text, NOW)), NOW, 0.6)
+    assert (alarm.level, alarm.text) == ("warn", text)
+    assert alarm.remedy == "The text says where to look; the robot works on meanwhile."
+
+
 def test_alarm_that_says_itself_what_to_do_gets_no_second_advice() -> None:
     """Once is enough."""
     text = "emergency stop is latched: remove the cause, RESET, then ALIGN"

@@ -56,6 +56,8 @@ REMEDIES: tuple[tuple[str, str, str], ...] = (
     ("recorder", r"disk|space|free", "Make room on the disk, then start a new recording."),
     ("recorder", r"", "Stop the recording and start a new one; the bag so far stays readable."),
     ("what_if: predictions", r"", "The text says what to look at; previews are off by as much."),
+    ("health_watch", r"likely", "The text says where to look; the robot works on meanwhile."),
+    ("health_watch", r"", "Wear is not watched meanwhile; the robot works on."),
     ("gateway", r"", "Look into the gateway's log; its clients reconnect by themselves."),
     (
         "simulator",
