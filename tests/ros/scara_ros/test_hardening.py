@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import http.client
+import socket
 import sys
 import xmlrpc.client
 from pathlib import Path
@@ -12,6 +13,8 @@ import rosgraph
 from diagnostic_msgs.msg import DiagnosticArray
 from harness.ros import Ros
 from std_srvs.srv import Trigger
+
+from scara_msgs.srv import ForwardKinematics
 
 CHATTY = """
 import rospy
@@ -73,3 +76,13 @@ def test_no_web_page_ends_a_node(ros: Ros) -> None:
     ros.wait_until(lambda: "refused 1 requests" in node.output, 5.0, "the remark")
     assert node.poll() is None
     assert rosgraph.Master("/tests").lookupNode(ros.name("kinematics_server")) == uri.geturl()
+
+
+def test_a_client_that_says_nothing_keeps_nobody_out(ros: Ros) -> None:
+    """Who calls a service beside it is answered."""
+    ros.run("scara_control", "kinematics_server")
+    call = ros.service("forward_kinematics", ForwardKinematics)
+    found = urlsplit(rosgraph.Master("/tests").lookupService(ros.name("forward_kinematics")))
+    # Connections are accepted in turn: the silent one first.
+    with socket.create_connection((str(found.hostname), int(found.port or 0)), timeout=5.0):
+        assert call(joint_positions=[0.0, 0.0, -0.16, 0.0]).success

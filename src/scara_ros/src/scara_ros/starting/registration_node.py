@@ -24,6 +24,7 @@ from rospy.impl.registration import (
 )
 
 from scara_ros.starting.full_disk_io import limit_log_file
+from scara_ros.starting.handshake_io import limit_handshakes
 from scara_ros.starting.master_io import UNREACHABLE, MasterClient, MasterError
 from scara_ros.starting.xmlrpc_guard_io import harden_process
 
@@ -41,10 +42,11 @@ def keep_registered() -> None:
     From then on a log line asks nobody either. As long as the flag below is not set, rospy asks the
     master for it at each line, and waits for the answer without a time-out: a master that hangs
     stopped whoever had something to say. A node that did not become one by ``become_node`` is
-    hardened here. The node's log file has a limit from then on, and its end does not wait for
-    rospy's pauses.
+    hardened here. The node's log file has a limit from then on, a client that says nothing keeps
+    nobody out, and the node's end does not wait for rospy's pauses.
     """
     harden_process()
+    limit_handshakes()
     # Else the thread that connects topics sleeps until its next look, and the node's end waits for
     # it. It exists from rospy.init_node on.
     for listener in get_registration_listeners().listeners:
