@@ -130,6 +130,8 @@ def cell(running):
     running.still()
     answer = running.move(joint_positions=HOME, speed_percent=100.0)
     assert answer.success, answer.message
+    # Once it is reported back, no state of the way home is still to be heard.
+    running.command("RESET")
     running.ros.wait_until(
         lambda: running.jog_states[-1].data.startswith("idle"), 5.0, "the jog controller to be idle"
     )

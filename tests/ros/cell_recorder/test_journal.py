@@ -127,7 +127,7 @@ def test_what_the_cell_says_is_in_the_journal(ros: Ros) -> None:
     assert (cycle.parts_placed, cycle.worst_error_mm, cycle.who) == (1, 0.7, "Ada")
     assert not [alarm for alarm in cell.of(Alarm) if alarm.source == "other"]
     line = {"number": 1, "time": 1.5, "learner": "ada", "exercise": "e06", "title": "6. Stop"}
-    line |= {"passed": True, "reason": "", "digest": "", "signature": "s"}
+    line |= {"passed": True, "reason": "", "evidence": "", "digest": "", "signature": "s"}
     (cell.folder.parents[1] / "course").mkdir()
     (cell.folder.parents[1] / RESULTS).write_text(json.dumps(line) + "\n")
     cell.wait_for(lambda: cell.of(ExerciseMarked), "what a learner has passed")
