@@ -74,6 +74,14 @@ def test_a_robot_that_tells_positions_alone_goes_on_with_its_jerk(period: float)
     assert point.qddot[0] == pytest.approx(way.deriv(2)(SPACING_S))
 
 
+def test_what_stands_goes_on_standing() -> None:
+    """Whatever the speeds before say, of a damaged reading."""
+    side, _ = turning(-300.0)
+    stands = replace(side.history[-1], qdot=(0.0,) * len(HOME))
+    side = replace(side, history=(*side.history[:-1], stands))
+    assert go_on(SETUP, side) == ((0.0,) * len(HOME), ())
+
+
 def test_speeds_that_are_told_or_of_uncertain_age_have_no_jerk() -> None:
     """It would be noise alone; nor does a jerk come from speeds that lie too close."""
     assert go_on(SETUP, turning(-300.0, told=True)[0])[1] == ()

@@ -50,6 +50,9 @@ def go_on(setup: Setup, real: RealSide) -> tuple[Joints, tuple[JointMotion, ...]
     are told, and of instants that are known to a tick, a jerk would be noise alone: there is none.
     """
     history = real.history
+    # What stands goes on standing: a damaged reading may still be in the speeds before.
+    if not any(real.last.qdot):
+        return (0.0,) * len(setup.acceleration), ()
     # Readings of any age make speeds whose second difference is noise.
     qddot = estimate_acceleration(history[-2:] if real.age_doubt else history, setup.acceleration)
     if real.flags is None or real.flags.motion.qdot or real.ticked:
