@@ -7,14 +7,17 @@ until each node has said again what it offers. A new master knows no parameter e
 
 from __future__ import annotations
 
+import socket
 import threading
 import time
 from collections.abc import Callable, Mapping
+from io import BytesIO
 from typing import Any
 
 import rosgraph
 import rospy
 import rospy.core
+from rospy.impl import tcpros_base
 from rospy.impl.paramserver import get_param_server_cache
 from rospy.impl.registration import (
     RegManager,
@@ -24,7 +27,6 @@ from rospy.impl.registration import (
 )
 
 from scara_ros.starting.full_disk_io import limit_log_file
-from scara_ros.starting.handshake_io import limit_handshakes
 from scara_ros.starting.master_io import UNREACHABLE, MasterClient, MasterError
 from scara_ros.starting.xmlrpc_guard_io import harden_process
 
@@ -32,6 +34,8 @@ PERIOD = 0.5  # our choice: with the time-out, all is registered again within 2 
 WATCHED_S = 5.0
 """A master that answers is asked so often; our choice. It shows its end itself, by closing the line
 of the last question; asking finds one that hangs, or a machine that is gone."""
+HANDSHAKE_S = 1.0
+"""A ROS client says who it is as soon as it is connected; our choice."""
 _LOST = -1
 _kept: dict[str, Any] = {}  # parameters by absolute name
 
@@ -46,7 +50,7 @@ def keep_registered() -> None:
     nobody out, and the node's end does not wait for rospy's pauses.
     """
     harden_process()
-    limit_handshakes()
+    _limit_handshakes()
     # Else the thread that connects topics sleeps until its next look, and the node's end waits for
     # it. It exists from rospy.init_node on.
     for listener in get_registration_listeners().listeners:
@@ -162,3 +166,28 @@ def _wake_at_end(condition: threading.Condition) -> None:
             condition.notify_all()
 
     rospy.core.add_shutdown_hook(wake)
+
+
+def _limit_handshakes() -> None:
+    """Close each connection to this node that does not say in time who it is.
+
+    rospy accepts them in one thread, which reads the first message of each without a limit. A
+    client that says nothing, as one does that takes this port for its forerunner's, kept every new
+    subscriber waiting for good.
+    """
+    read = tcpros_base.read_ros_handshake_header
+    if getattr(read, "is_limited", False):
+        return
+
+    def read_in_time(sock: socket.socket, text: BytesIO, size: int) -> dict[str, Any]:
+        # One that this node has opened brings a limit of its own.
+        if sock.gettimeout() is not None:
+            return read(sock, text, size)
+        sock.settimeout(HANDSHAKE_S)
+        try:
+            return read(sock, text, size)
+        finally:
+            sock.settimeout(None)
+
+    read_in_time.is_limited = True
+    tcpros_base.read_ros_handshake_header = read_in_time
