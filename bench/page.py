@@ -233,7 +233,8 @@ def all_tables(content: Mapping[str, Any]) -> str:
     parts += tables(content["plants"]) if "plants" in content else []
     parts += what_if_table(content["what_if"]) if content.get("what_if") else []
     parts += farm_table(content["farm"]) if content.get("farm") else []
-    parts += lines_of("Robots that wear", "--health", content.get("health", ()))
+    if health := content.get("health"):
+        parts += lines_of("Robots that wear", "--health", health)
     parts += ["## What each row compares\n", *(_entry(row) for row in rows)]
     return "\n".join(parts).rstrip() + "\n"
 

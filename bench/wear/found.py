@@ -64,7 +64,7 @@ def measure_wear(robots: int, first: int, console: Console) -> list[Figure]:
     """
     trials = [judged(record) for record in records(OURS, robots, first, WearScene())]
     return [
-        *figures(f"{OURS}, {robots} robots", trials, console),
+        *figures(f"{OURS}, {counted(robots)}", trials, console),
         Figure("the monitor", "% of a core", CORE_PERCENT, _core_percent(), note="cost"),
     ]
 
@@ -75,7 +75,7 @@ def measure_robots(robots: int, first: int, console: Console) -> list[Figure]:
         figure
         for name in OTHERS
         for figure in figures(
-            f"{name}, {few(robots)} robots",
+            f"{name}, {counted(few(robots))}",
             [judged(record) for record in records(name, few(robots), first, WearScene())],
             console,
         )
@@ -88,7 +88,7 @@ def measure_varied(robots: int, first: int, console: Console) -> list[Figure]:
         figure
         for words, scene in VARIED.items()
         for figure in figures(
-            f"{words}, {few(robots)} robots",
+            f"{words}, {counted(few(robots))}",
             [judged(record) for record in records(OURS, few(robots), first, scene)],
             console,
         )
@@ -114,6 +114,11 @@ def measure_several(robots: int, first: int, console: Console) -> list[Figure]:
 def few(robots: int) -> int:
     """Return a sixth of so many robots, at least one."""
     return max(1, robots // 6)
+
+
+def counted(robots: int) -> str:
+    """Return how many robots, in words."""
+    return f"{robots} robot{'s' * (robots != 1)}"
 
 
 @lru_cache(maxsize=1)

@@ -28,7 +28,9 @@ def health_blocks(parts: Sequence[Mapping[str, Any]]) -> dict[str, str]:
         shown = [known[name] for name in names if name in known]
         figures = [figure for part in shown for figure in part["figures"]]
         lines = _sentences(figures) if block == "runs" else _table(figures)
-        blocks[block] = "\n".join([*lines, "", *map(_measured_on, shown)])
+        measured = "\n".join([*lines, "", *map(_measured_on, shown)])
+        missing = f"Not measured yet: `./cell bench --health {' '.join(names)}`."
+        blocks[block] = measured if shown else missing
     return blocks
 
 

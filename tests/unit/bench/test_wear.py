@@ -102,6 +102,7 @@ def test_the_page_has_a_row_of_each_robot_and_the_goals_above() -> None:
     ]
     blocks = health_blocks(parts)
     assert "| goal | ≥ 95 % | ≥ 95 % |\n| a robot | **80 %** | 100 % |" in blocks["wear"]
+    assert blocks["varied"] == "Not measured yet: `./cell bench --health robots varied`."
     assert "commit C, M" in blocks["wear"] and "SHA-256 `12`" in blocks["runs"]
 
 
