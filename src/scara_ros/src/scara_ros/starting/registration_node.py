@@ -176,10 +176,8 @@ def _limit_handshakes() -> None:
     subscriber waiting for good.
     """
     read = tcpros_base.read_ros_handshake_header
-    if getattr(read, "is_limited", False):
-        return
 
-    def read_in_time(sock: socket.socket, text: BytesIO, size: int) -> dict[str, Any]:
+    def read_in_time(sock: socket.socket, text: BytesIO, size: int) -> Any:
         # One that this node has opened brings a limit of its own.
         if sock.gettimeout() is not None:
             return read(sock, text, size)
@@ -189,5 +187,4 @@ def _limit_handshakes() -> None:
         finally:
             sock.settimeout(None)
 
-    read_in_time.is_limited = True
     tcpros_base.read_ros_handshake_header = read_in_time
