@@ -212,15 +212,10 @@ def test_mistake_that_is_named_explains_the_first_wrong_row() -> None:
     near = {"a": {"x_mm": 1.1, "n": 2.0}, "b": {"x_mm": 2.9, "n": 4.0}}
     assert mark_table(near, wanted, {}).passed
     off = {"a": {"x_mm": 1.0, "n": 2.0}, "b": {"x_mm": 3.2, "n": 4.0}}
-    assert mark_table(off, wanted, {}).reason == (
-        "b: x_mm = 3.2 is not within 0.1 of the right value (1 wrong in all)"
-    )
+    assert mark_table(off, wanted, {}).reason.startswith("b: x_mm = 3.2 is not within 0.1 of")
     given = {"a": {"x_mm": -1.0, "n": 2.0}, "b": {"x_mm": -3.0, "n": 4.0}}
-    mistakes = {
-        "another row": {**given, "a": {"x_mm": 9.0, "n": 2.0}},
-        "one row": {**given, "b": {"x_mm": 3.0, "n": 9.0}},
-        "the sign": given,
-    }
+    mistakes = {"another row": {**given, "a": near["a"]}, "one row": {**given, "b": off["b"]}}
+    mistakes["the sign"] = given
     assert ": the sign (2 wrong in all)" in mark_table(given, wanted, mistakes).reason
     mistakes.pop("the sign")
     assert ": one row (2 wrong in all)" in mark_table(given, wanted, mistakes).reason

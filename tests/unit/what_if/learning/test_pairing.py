@@ -13,7 +13,7 @@ from what_if.geometry.bodies import FloatArray
 from what_if.judging import judge
 from what_if.learning.course import PERIOD_S, course_of, predict, tool_points
 from what_if.learning.drift import Drift
-from what_if.learning.measures import way_length
+from what_if.learning.measures import moving_time, way_length
 from what_if.learning.pairing import BEGIN_S, REST_S, End, MotionWatch, Outcome, Prediction
 from what_if.motions import JointTarget, Motion
 from what_if.world import World
@@ -49,6 +49,12 @@ def played(
         if end is not None:
             return watch.outcome(end, tool_points(world.cell, watch.rows))
     return None
+
+
+def test_motion_lasts_from_where_it_leaves_a_place_to_where_it_is_near_the_other() -> None:
+    """By the share of the way between two rows, at both ends alike."""
+    q = np.array([[0.0], [0.0], [0.01], [0.09], [0.1], [0.1]])
+    assert moving_time(np.arange(6.0), q, q[-1]) == pytest.approx(3.8 - 1.2)
 
 
 @pytest.mark.parametrize("name", ["", "ARTICLE", "TWO_POINT"])
