@@ -148,8 +148,11 @@ class Process:
 
     @property
     def output(self) -> str:
-        """Everything it has printed so far, both streams."""
-        return self.log.read_text(errors="replace")
+        """Everything it has printed so far, both streams; empty once the log is taken away.
+
+        That is so behind an attempt that is played again: what it wrote is taken away.
+        """
+        return self.log.read_text(errors="replace") if self.log.exists() else ""
 
     def poll(self) -> int | None:
         """Return the exit code, None while it runs."""

@@ -28,6 +28,14 @@ def test_a_node_that_dies_fails_the_wait_with_its_output(ros: Ros) -> None:
         ros.wait_for_service("never", timeout=30.0)
 
 
+def test_a_process_whose_log_was_taken_away_is_reported_all_the_same(ros: Ros) -> None:
+    """A test that is played again loses what its first attempt wrote; its report must come."""
+    process = ros.stage.start("sh", "-c", "exit 3")
+    process.wait()
+    process.log.unlink()
+    assert "(exit code 3)" in ros.stage.report()
+
+
 def test_a_grandchild_in_another_session_is_found_and_ended(ros: Ros) -> None:
     """Left-overs are found by their environment, whatever process group they fled to."""
     stage = Stage(ros.folder / "inner", ros.env)
