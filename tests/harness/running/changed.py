@@ -34,6 +34,7 @@ BESIDE = {
     "test_tuning.py": "scara_simulation",
     "test_run_experiment.py": "twin_experiments",
     "test_epochs.py": "twin_controller",
+    "test_health_watch.py": "twin_analysis",
     "test_wrong_values.py": "twin_controller",
 }
 """Tests of tests/ros that are in no folder with the name of their room."""
