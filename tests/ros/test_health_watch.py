@@ -127,7 +127,7 @@ def test_a_stand_in_that_rubs_is_told_after_the_monitor_was_killed(ros: Ros) -> 
     cell.kill()
     for _ in range(CONFIRMED):
         assert not cell.alarms()
-        cell.run_program(run_cycle(ROBOT, plant, Condition(wear=WORN), random))
+        cell.run_program(run_cycle(ROBOT, plant, Condition(wears=(WORN,)), random))
     ros.wait_until(cell.alarms, 20.0, f"an alarm in the journal:\n{cell.node.output}")
     (alarm,) = cell.alarms()
     assert alarm.level == WARNING and alarm.text.startswith("joint_2 needs")
