@@ -55,6 +55,7 @@ def test_a_learner_goes_from_card_to_passed(tmp_path: Path) -> None:
     hand_in(tmp_path, 1, RIGHT[1])
     passed = course(tmp_path, "check")
     assert passed.exit_code == 0 and "all 9 answers are right" in passed.output
+    assert passed.output.endswith("1 of 12 passed. Next: ./cell course start 2\n")
     listed = course(tmp_path, "list").output
     assert f"1 of {len(load_exercises())} passed" in listed
     assert "0 of" in course(tmp_path, "list", learner="bob").output

@@ -68,4 +68,4 @@ def test_figures_are_those_that_plain_arrays_give() -> None:
     said = tuned().reason
     assert f"settled after {later * 1e3:.0f} ms" in said
     assert f"overshoot {100.0 * (share.max() - 1.0):.2f} %" in said
-    assert f"{np.abs(up.efforts[up.times >= 0.0]).max():.0f} N m" in said
+    assert f"{np.abs(up.efforts[up.times >= 0.0]).max():.1f} N m" in said

@@ -39,7 +39,7 @@ def mark(answers: Table, figures: Sequence[StepFigures], robot: Robot) -> Exerci
         within = "never settled" if settled is None else f"settled after {settled * 1e3:.0f} ms"
         told.append(
             f"{way}: {within}, overshoot {step.overshoot_percent:.2f} %, {rest:.4f} deg off at "
-            f"rest, {step.peak_effort:.0f} N m"
+            f"rest, {step.peak_effort:.1f} N m"
         )
         # What is most wrong comes first: a loop that swings for ever has no other figure.
         faults = (

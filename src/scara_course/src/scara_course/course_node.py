@@ -93,6 +93,13 @@ class LearnerDesk:
             raise CourseError(f"exercise {number}: there are 1 to {len(self.exercises)}")
         return self.exercises[number - 1]
 
+    def progress(self) -> str:
+        """Return how many exercises were passed, and how to go on."""
+        passed = {each.exercise for each in self.results if each.passed}
+        words = f"{len(passed)} of {len(self.exercises)} passed"
+        left = [each.task.number for each in self.exercises if each.name not in passed]
+        return f"{words}. Next: ./cell course start {left[0]}" if left else words
+
     def place(self, exercise: Exercise) -> Path:
         """Return the learner's folder of an exercise."""
         return self.folder / self.learner / exercise.name
@@ -116,6 +123,7 @@ class LearnerDesk:
             digest=marked.digest,
         )
         kept = add_result(self.folder, result, key)
+        self.results.append(kept)
         word = "[green]PASSED[/]" if verdict.passed else "[yellow]not yet[/]"
         console.print(f"{exercise.title}: {word}: ", end="")
         console.print(verdict.reason, markup=False)
@@ -129,16 +137,14 @@ def list_exercises(learner: Learner = None, runs: Runs = None) -> None:
     table = Rows(title=f"Course of {desk.learner}", box=SIMPLE, padding=(0, 1, 0, 0))
     for heading in ("", "exercise", "minutes", "marked", "state"):
         table.add_column(heading)
-    passed = 0
     for each in desk.exercises:
         held = desk.of(each)
         done = any(result.passed for result in held)
-        passed += done
         state = "passed" if done else (held[-1].reason if held else "")
         row = (str(each.task.number), each.task.title, str(each.task.minutes), str(len(held)))
         table.add_row(*row, state)
     Console(highlight=False, markup=False).print(table)
-    console.print(f"{passed} of {len(desk.exercises)} passed")
+    console.print(desk.progress())
 
 
 @app.command("start")
@@ -153,7 +159,7 @@ def start_exercise(
     exercise = desk.exercise(number)
     written = start(exercise, desk.learner, desk.robot, desk.place(exercise), anew)
     Console(highlight=False).print(Markdown(exercise.card))
-    console.print("\nYour files:")
+    console.print("\nYour files, for any text editor:")
     for path in written:
         console.print(f"  {path}", markup=False)
     console.print(f"To have it marked: {exercise.command}", markup=False)
@@ -171,6 +177,8 @@ def check(
     exercise = desk.exercise(number)
     marked = mark(exercise, desk.learner, desk.robot, desk.place(exercise), desk.runs, bag)
     result = desk.keep(exercise, marked, course_key())
+    if result.passed:
+        console.print(desk.progress())
     raise typer.Exit(0 if result.passed else FAILED)
 
 

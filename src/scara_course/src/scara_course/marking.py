@@ -58,7 +58,9 @@ def answers_text(title: str, learner: str, given: Table, blank: Table, command: 
         blank: Rows and names of the answers; their values are left out.
         command: What marks the file.
     """
-    lines = [f"# {title}", f"# Write each answer after its colon, then: {command}"]
+    lines = [f"# {title}"]
+    lines.append("# Write each answer after its colon and a space, as in NAME: -12.34")
+    lines.append(f"# Save this file; then, in the folder of your clone: {command}")
     lines.append(f"learner: {_word(learner)}")
     for section, table in (("given", given), ("answers", blank)):
         if table:
@@ -91,7 +93,9 @@ def read_answers(text: str, learner: str, given: Table, wanted: Table) -> Table:
     try:
         tree = parse(text)
     except YamlTextError as error:
-        raise AnswerError(f"the file cannot be read: {error}") from error
+        raise AnswerError(
+            f"the file cannot be read: {error}; a space stands behind each colon"
+        ) from error
     if not isinstance(tree, dict) or not isinstance(tree.get("answers"), dict):
         raise AnswerError("the file has no section `answers`: start the exercise again")
     if tree.get("learner") != learner:
