@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import sys
 import time
@@ -28,6 +29,20 @@ TOKEN = "token-of-the-stage"
 RUNS = "runs"
 SIZES = {"phone": (390, 844), "tablet": (768, 1024), "low": (1280, 720), "wide": (1920, 1080)}
 ALARMS = 4
+CARD = f"""# 9. Teach a pallet
+To **teach** is <img src="x" onerror="window.loaded = 1"> to show ![it](x.png), [here](/events.csv).
+
+## Task
+1. `rosservice call /twin/payload/{"set_" * 30}mount`
+
+| part | x y z, table | place x y z |
+|---|---|---|
+| 1 | 488.57 -177.93 -9.5, -90 | -10 -510 -19.2 |
+
+## Hints
+- First the pick.
+- Then the place.
+"""
 PATIENCE_MS = 15_000
 LOOK_MS = 20
 expect.set_options(timeout=PATIENCE_MS)
@@ -189,6 +204,24 @@ def fill(runs: Path) -> None:
     for name in ("a_recording_with_quite_a_long_name_2026-03-01", "to_be_renamed", "to_go"):
         (runs / name).mkdir(parents=True)
         (runs / name / "run.bag").write_bytes(b"x" * 2048)
+
+
+def begin_exercise(runs: Path) -> None:
+    """Let a learner have started an exercise, and have had it marked; its card is as bad as can be.
+
+    A word that finds no place to break, a table, a hint after the other, and what is no text.
+    """
+    place = runs / "course" / "ada" / "e09_x"
+    place.mkdir(parents=True, exist_ok=True)
+    (place / "card.md").write_text(CARD, encoding="utf-8")
+    (place / "answers.yaml").write_text("answers: {a: {x_mm: 1, y_mm: }}\n", encoding="utf-8")
+    reason = {"passed": False, "reason": "a: x_mm = 1 is not within 0.1 of <b>the right value</b>"}
+    result = {"number": 1, "time": 1.0, "learner": "ada", "exercise": "e09_x", "title": "t"}
+    result |= {**reason, "evidence": "answers.yaml", "digest": "d", "signature": "s"}
+    (runs / "course" / "results.jsonl").write_text(json.dumps(result) + "\n", encoding="utf-8")
+    started = {"exercise": "e09_x", "title": "9. Teach a pallet, with <i>care</i>", "exercises": 12}
+    # What is there now is read by the page: this one comes last.
+    (place.parent / "started.json").write_text(json.dumps(started), encoding="utf-8")
 
 
 def at_sizes(*each_time: str) -> pytest.MarkDecorator:

@@ -13,7 +13,7 @@ from harness.page.acts import take_control
 from harness.page.hand import Hand
 from harness.page.recorded import write_recording
 from harness.page.teaching import teach
-from harness.page.theatre import Theatre
+from harness.page.theatre import Theatre, begin_exercise
 from harness.running.thorough import thorough
 from playwright.sync_api import expect
 from scara_config import load_robot
@@ -21,9 +21,10 @@ from scara_config import load_robot
 
 @pytest.fixture(scope="module")
 def theatre(theatre: Theatre, tmp_path_factory: pytest.TempPathFactory) -> Theatre:
-    """Give a page with a recording among its runs; its browser need not draw the model."""
+    """Give a page with a recording and an exercise; its browser need not draw the model."""
     bag = write_recording(tmp_path_factory.mktemp("recording") / "run.bag", load_robot())
     shutil.copy(bag, theatre.runs / "to_be_renamed" / "run.bag")
+    begin_exercise(theatre.runs)
     return theatre
 
 
@@ -63,6 +64,7 @@ def test_every_control_does_something_that_can_be_seen(
         theatre.play("ready")
         use(hand)
     commands(hand)
+    exercise(hand)
     left = hand.left()
     assert not left, "\n".join(left)
 
@@ -396,3 +398,24 @@ def commands(hand: Hand) -> None:
     for name in ("Pause", "Standstill", "Resume", "Reset", "Home", "Align", "Acknowledge"):
         hand.command(hand.button(name, card), name)
     hand.theatre.play("ready")
+
+
+def exercise(hand: Hand) -> None:
+    """The learner's card: a hint is offered once the one before it was opened."""
+    card = hand.page.locator(".course-card")
+    line = card.locator(".fold-line")
+    expect(line).to_have_text(
+        "Exercise 9. Teach a pallet, with <i>care</i>: not yet, 0 of 12 passed"
+    )
+    line.click()
+    expect(card).to_contain_text("Not yet: a: x_mm = 1 is not within 0.1 of <b>the right value</b>")
+    expect(card).to_contain_text('To teach is <img src="x" onerror="window.loaded = 1"> to show')
+    assert card.locator("img, a, b, i").count() == 0, "what is no text of ours is shown as text"
+    expect(card.locator("td")).to_have_count(3)
+    for number in (1, 2):
+        hint = card.locator(".hint-fold").nth(number - 1)
+        expect(card.locator(".hint-fold").locator("visible=true")).to_have_count(number)
+        hint.locator("summary").click()
+        expect(hint.locator("li, p")).to_be_visible()
+    line.click()
+    expect(card.locator(".fold-all")).to_be_hidden()

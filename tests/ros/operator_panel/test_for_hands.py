@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from itertools import cycle
 
 import pytest
-from harness.page.theatre import SIZES, Theatre, at_sizes
+from harness.page.theatre import SIZES, Theatre, at_sizes, begin_exercise
 from harness.processes import wait_until
 from harness.running.thorough import SEARCH
 from playwright.sync_api import expect
@@ -47,6 +47,9 @@ def test_everything_can_be_touched_and_read_at_each_size_light_and_dark(
     """44 px to touch, 60 for STOP and jog, 14 px to read, nothing cut or covered, WCAG AA."""
     theatre.resize(size)
     theatre.play("following")
+    begin_exercise(theatre.runs)
+    exercise = theatre.page.locator(".course-card .fold-line")
+    expect(exercise).to_be_visible()
     found = []
     themes = Themes(theatre, size)
     for tab in TABS:
@@ -70,6 +73,9 @@ def test_everything_can_be_touched_and_read_at_each_size_light_and_dark(
     fold.click()
     found += theatre.problems(f"{size}, all alarms", ".alarms-all")
     fold.click()
+    exercise.click()
+    found += theatre.problems(f"{size}, exercise", ".course-all")
+    exercise.click()
     assert found == []
 
 

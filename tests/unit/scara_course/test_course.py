@@ -6,11 +6,13 @@ import csv
 import hashlib
 import json
 import re
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from harness.course import LEARNER, exercise, filled, handed_in, marked, robot
+from operator_panel.page.work.course_io import read_course
 from scara_config.profile import CHOICE
 from scara_course.course_node import app
 from scara_course.exercises_io import draw, load_exercises
@@ -59,6 +61,24 @@ def test_a_learner_goes_from_card_to_passed(tmp_path: Path) -> None:
     listed = course(tmp_path, "list").output
     assert f"1 of {len(load_exercises())} passed" in listed
     assert "0 of" in course(tmp_path, "list", learner="bob").output
+
+
+def test_page_shows_what_was_started_last(tmp_path: Path) -> None:
+    """By the course's own files; none while nobody touches it, and none of files that are torn."""
+    now = time.time()
+    assert read_course(tmp_path, now) is None
+    hand_in(tmp_path, 1, RIGHT[1])
+    shown = read_course(tmp_path, now)
+    assert shown is not None and shown.line.endswith("not marked yet, 0 of 12 passed")
+    assert shown.facts == ("ada: 0 of 12 passed", "9 of 9 answers are written")
+    course(tmp_path, "check")
+    course(tmp_path, "start", "2")
+    shown = read_course(tmp_path, now)
+    assert shown is not None and "2. Inverse" in shown.line and "1 of 12 passed" in shown.line
+    assert len(shown.hints) == 1 and "## What counts" in shown.task
+    assert read_course(tmp_path, now + 13 * 3600.0) is None
+    (tmp_path / "course" / "results.jsonl").write_text("half a li")
+    assert read_course(tmp_path, now) is None
 
 
 def test_answers_outlive_another_start(tmp_path: Path) -> None:

@@ -13,9 +13,11 @@ RUN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,127}")
 SHOWN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,127}\.(html|json|png|svg|bag)")
 LATEST = "latest"
 """Link to the newest run with a report; no run may have its name."""
-JOURNAL, DRAFTS = "journal", "drafts"
-"""Folders beside the runs: the cells' journals, and programs that are being taught. Nobody shows,
-renames or deletes them here."""
+JOURNAL, DRAFTS, COURSE = "journal", "drafts", "course"
+"""Folders beside the runs: the cells' journals, programs that are being taught, and what learners
+hand in. Nobody shows, renames or deletes them here."""
+
+BESIDE = (LATEST, JOURNAL, DRAFTS, COURSE)
 
 
 class Run(msgspec.Struct, frozen=True):
@@ -46,7 +48,7 @@ class Run(msgspec.Struct, frozen=True):
 
 def is_run_name(name: str) -> bool:
     """Return whether a folder may be a run: one name, no way out of the folder of runs."""
-    return bool(RUN.fullmatch(name)) and ".." not in name and name not in (LATEST, JOURNAL, DRAFTS)
+    return bool(RUN.fullmatch(name)) and ".." not in name and name not in BESIDE
 
 
 def may_be_shown(run: str, file: str) -> bool:

@@ -13,13 +13,16 @@ import time
 from pathlib import Path
 from typing import Annotated
 
+import msgspec
 import typer
-from cell_recorder.journal.entries import CourseResult
+from cell_recorder.journal.course_results_io import STARTED
+from cell_recorder.journal.entries import CourseResult, CourseStarted
 from rich.box import SIMPLE
 from rich.console import Console
 from rich.markdown import Markdown
 from rich.table import Table as Rows
 from scara_config import ConfigError, Robot, load_robot
+from scara_config.files.whole_file import write_whole
 from scara_ros.page.token_file_io import TokenError
 from scara_ros.shell.command_line_io import CommandLine, choose_robot
 from scara_ros.shell.program_io import FAILED, WRONG, runs_folder
@@ -85,10 +88,12 @@ class LearnerDesk:
             CourseError: There is none.
         """
         if number is None:
-            started = [each for each in self.exercises if (self.place(each) / CARD).exists()]
-            if not started:
-                raise CourseError("no exercise was started: ./cell course start 1")
-            return max(started, key=lambda each: (self.place(each) / CARD).stat().st_mtime_ns)
+            try:
+                text = (self.folder / self.learner / STARTED).read_bytes()
+                last = msgspec.json.decode(text, type=CourseStarted).exercise
+                return next(each for each in self.exercises if each.name == last)
+            except (FileNotFoundError, msgspec.DecodeError, StopIteration):
+                raise CourseError("no exercise was started: ./cell course start 1") from None
         if not 1 <= number <= len(self.exercises):
             raise CourseError(f"exercise {number}: there are 1 to {len(self.exercises)}")
         return self.exercises[number - 1]
@@ -99,6 +104,11 @@ class LearnerDesk:
         words = f"{len(passed)} of {len(self.exercises)} passed"
         left = [each.task.number for each in self.exercises if each.name not in passed]
         return f"{words}. Next: ./cell course start {left[0]}" if left else words
+
+    def begin(self, exercise: Exercise) -> None:
+        """Keep that it was started last, for :meth:`exercise` and for the operator's page."""
+        started = CourseStarted(exercise.name, exercise.title, len(self.exercises))
+        write_whole(self.folder / self.learner / STARTED, msgspec.json.encode(started))
 
     def place(self, exercise: Exercise) -> Path:
         """Return the learner's folder of an exercise."""
@@ -158,6 +168,7 @@ def start_exercise(
     desk = LearnerDesk(learner, runs)
     exercise = desk.exercise(number)
     written = start(exercise, desk.learner, desk.robot, desk.place(exercise), anew)
+    desk.begin(exercise)
     Console(highlight=False).print(Markdown(exercise.card))
     console.print("\nYour files, for any text editor:")
     for path in written:

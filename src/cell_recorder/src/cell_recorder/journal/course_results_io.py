@@ -18,6 +18,8 @@ from cell_recorder.journal.entries import CourseResult, ExerciseMarked
 
 RESULTS = "course/results.jsonl"
 """In the runs folder, as the course writes it."""
+STARTED = "started.json"
+"""Beside it, in each learner's folder."""
 _LOG = logging.getLogger("rosout.course_results")
 
 
@@ -25,6 +27,16 @@ class SignedResult(CourseResult, frozen=True, kw_only=True):
     """A line of that file: what nobody has signed is none."""
 
     signature: str
+
+
+def signed_results(text: bytes) -> list[SignedResult]:
+    """Return the lines of the file of results.
+
+    Raises:
+        msgspec.DecodeError: One is none.
+        UnicodeDecodeError: One is no text.
+    """
+    return [msgspec.json.decode(row, type=SignedResult) for row in text.splitlines()]
 
 
 class CourseResults:
@@ -53,8 +65,7 @@ class CourseResults:
             if changed_ns == self._seen_ns:
                 return []
             self._seen_ns = changed_ns
-            text = self._file.read_bytes()
-            lines = [msgspec.json.decode(row, type=SignedResult) for row in text.splitlines()]
+            lines = signed_results(self._file.read_bytes())
         except FileNotFoundError:
             return []
         except (OSError, msgspec.DecodeError, UnicodeDecodeError) as error:

@@ -212,6 +212,20 @@ class CourseResult(msgspec.Struct, frozen=True, kw_only=True):
     signature: str = ""
 
 
+class CourseStarted(msgspec.Struct, frozen=True):
+    """The exercise that a learner has started last.
+
+    Attributes:
+        exercise: Name of its folder.
+        title: Its number and title.
+        exercises: How many there are.
+    """
+
+    exercise: str
+    title: str
+    exercises: int
+
+
 AnyEntry: TypeAlias = Decision | Audit | Alarm | Cycle | Start | Gap | Torn | ExerciseMarked
 KINDS = tuple(kind.__struct_config__.tag for kind in AnyEntry.__args__)
 """All kinds of entries."""

@@ -30,6 +30,7 @@ from operator_panel.page.status_io import build_alarms, build_events, build_join
 from operator_panel.page.target_io import build_target
 from operator_panel.page.tuning_io import build_tuning
 from operator_panel.page.view_io import PageView, live
+from operator_panel.page.work.course_io import build_course
 from operator_panel.page.work.draft_files_io import FILE
 from operator_panel.page.work.programs_io import build_programs
 from operator_panel.page.work.robot_io import build_robot, build_today
@@ -92,6 +93,7 @@ class Shell:
             with ui.element("div").classes("pillar pillar-right"):
                 build_commands(view)
                 build_alarms()
+                build_course(self._runs)
                 with ui.element("section").classes("card tabs-card"):
                     charts = self._tabs(view)
         jog_period_ms = 1e3 / self._config.jog.rate_hz

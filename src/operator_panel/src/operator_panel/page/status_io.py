@@ -44,10 +44,10 @@ def build_alarms() -> None:
 
     The browser fills the list; what opens lies over the tabs, so that nothing moves.
     """
-    with ui.element("details").classes("card alarms-card"):
-        with ui.element("summary").classes("alarms-line").props('aria-live="polite"'):
+    with ui.element("details").classes("card fold-card alarms-card"):
+        with ui.element("summary").classes("fold-line alarms-line").props('aria-live="polite"'):
             ui.element("span").props("data-alarm-line")
-        with ui.element("div").classes("alarms-all"):
+        with ui.element("div").classes("fold-all alarms-all"):
             ui.element("ul").classes("alarms").props('data-alarms tabindex=0 aria-label="Alarms"')
             with ui.element("div").classes("links-card"):
                 for name, title in (("real", "Real robot"), ("twin", "Twin")):
