@@ -4,7 +4,8 @@
 
 FOLDER is docs/images/farm unless it is named. A real desk shows 20 invented cells and one that is
 killed; one of the cells is stopped on the page. The pictures are taken while one of them shows a
-fault, at four sizes, light and dark. Takes two minutes.
+fault, at four sizes, light and dark. Its history holds an invented class, which has a picture of
+its own. Takes two minutes.
 """
 
 from __future__ import annotations
@@ -13,11 +14,16 @@ import re
 import signal
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
+from farm.desk.history_io import History, Kept  # noqa: E402
+from farm.keys import CellName  # noqa: E402
+from farm.wire import Event  # noqa: E402
+from harness.course import exercise  # noqa: E402
 from harness.processes import Stage, free_port, wait_until  # noqa: E402
 from harness.wires.browser import chromium  # noqa: E402
 from harness.workspace import workspace_environment  # noqa: E402
@@ -29,6 +35,31 @@ READY_S, FAULT_MS = 60.0, 130_000
 """An invented cell shows a fault once in two minutes."""
 SIZES = {"phone": (390, 844), "tablet": (820, 1180), "low": (1280, 800), "wide": (1920, 1080)}
 STOPPED = "practice/made_up_005"
+LEARNERS, EXERCISES = ("ada", "bob", "cem", "dana", "eva", "finn", "gita", "hugo"), 12
+
+
+def write_class(folder: Path) -> None:
+    """Write the history of a class in its second week: each learner is at another exercise."""
+    told = []
+    for k, learner in enumerate(LEARNERS):
+        for n in range(1, min(EXERCISES, 5 + k) + 1):
+            tries = 1 + (n * (k + 2)) % 3
+            for again in range(tries):
+                at = time.time() - 3600.0 * (24 * 7 - 5 * n - k) + 300.0 * again
+                passed = again == tries - 1 and n < 5 + k
+                body = {"learner": learner, "exercise": exercise(n).name}
+                body |= {"title": exercise(n).title, "passed": passed, "marked": at}
+                body["signature"] = f"{learner} {n} {again}"
+                event = Event(len(told) + 1, at, "exercise", False, "", body)
+                told.append(Kept(CellName("class", f"laptop_{k + 1}", "cell"), 0, event))
+    with History(folder / "events", 4, 16.0) as history:
+        history.write(told)
+
+
+def take_class(page: Page, out: Path) -> None:
+    """Take the class alone."""
+    expect(page.locator("#class tbody tr")).to_have_count(len(LEARNERS), timeout=1e3 * READY_S)
+    page.locator("#class-card").screenshot(path=out / "class.png")
 
 
 def take(page: Page, out: Path) -> None:
@@ -68,6 +99,7 @@ def main() -> None:
         port, router = free_port(), ("--router-port", str(free_port()))
         where = ("--folder", str(folder / "farm"), "--port", str(port), "--person", "ann")
         try:
+            write_class(folder / "farm")
             desk = stage.start(sys.executable, "-m", "farm", *where, *router)
             wait_until(lambda: "?token=" in desk.output, READY_S, "the page's address")
             practice = (sys.executable, "-m", "bench.synthetic", *router)
@@ -79,6 +111,7 @@ def main() -> None:
                 page.goto(f"http://127.0.0.1:{port}/?token={TOKEN}")
                 expect(page.locator(".cell")).to_have_count(CELLS + 1, timeout=1e3 * READY_S)
                 other.signal(signal.SIGKILL)
+                take_class(page, out)
                 take(page, out)
         finally:
             stage.close(grace=8.0)

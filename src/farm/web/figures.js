@@ -1,4 +1,5 @@
 // Key figures of the last day, what stopped the cells, and their drifts.
+import { showClass } from "./learners.js";
 import { showDrifts } from "./drifts.js";
 import { ago, byId, make, put } from "./parts.js";
 
@@ -52,12 +53,13 @@ export async function showFigures() {
   try {
     const answer = await fetch("/farm/figures");
     if (!answer.ok) throw new Error(await answer.text());
-    const { kpi, causes, drifts } = await answer.json();
+    const { kpi, causes, drifts, learners } = await answer.json();
     byId("kpi").replaceChildren(kpi.length ? tableOf(kpi) : make("p", "muted", "no cycle yet"));
     const now = Date.now() / 1000;
     const stopped = causes.length ? causes.map((cause) => causeLine(cause, now)) : [make("li", "muted", "nothing")];
     byId("causes").replaceChildren(...stopped);
     showDrifts(drifts);
+    showClass(learners, now);
     put(byId("figures-trouble"), "");
   } catch (error) {
     put(byId("figures-trouble"), `not renewed: ${error.message}`);

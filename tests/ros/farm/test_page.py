@@ -28,7 +28,8 @@ def background(place: Locator) -> str:
 def worn(data: Path) -> None:
     """Write cycles of eight days of six cells of another site; one robot lags more at the end.
 
-    They are so old that key figures of a day no longer know of them.
+    They are so old that key figures of a day no longer know of them. At one cell a learner has had
+    an exercise marked three times, of which one result was told twice, and another one once.
     """
     told = []
     for number, (ago, k) in enumerate((ago, k) for ago in range(20, 12, -1) for k in range(6)):
@@ -39,6 +40,13 @@ def worn(data: Path) -> None:
         body |= {"leader": "real", "follower_lag_s": lag}
         cycle = Event(number, end, "cycle", False, "", body)
         told.append(Kept(CellName("other", "m", f"cell_{k}"), 0, cycle))
+    for number, (exercise, passed) in enumerate(((1, 0), (1, 1), (1, 1), (1, 0), (12, 0)), 100):
+        body = {"learner": "<b>ada", "exercise": f"e{exercise:02d}_x", "title": f"{exercise}. X"}
+        body |= {"passed": bool(passed), "marked": 1e9, "signature": f"{exercise} {passed}"}
+        # The fourth is another result than the first, at another time.
+        body |= {"marked": 1e9 + 60.0, "signature": "later"} if number == 103 else {}
+        result = Event(number, time.time() - 86400.0 * 10, "exercise", False, "", body)
+        told.append(Kept(CellName("other", "m", "cell_0"), 0, result))
     with History(data / "events", 4, 16.0) as history:
         history.write(told)
 
@@ -118,6 +126,10 @@ def test_desk_stops_one_and_all_and_marks_alarms(farm: Farm) -> None:
         for kind, packed in (("gzip", "gzip"), ("identity", None)):
             wall = page.request.get(f"{farm.address}/farm/wall", headers={"accept-encoding": kind})
             assert wall.headers.get("content-encoding") == packed and wall.json()["cards"]
+        learner = page.locator("#class tbody td")
+        wait_until(lambda: learner.count() == 5, DEADLINE_S, "a learner")
+        assert learner.all_inner_texts()[:4] == ["<b>ada", "1", "✓ 3", "– 1"]
+        assert "marked 3 times, last 2001-09-09" in str(learner.nth(2).get_attribute("title"))
         away = page.locator("#drift-picture .away")
         wait_until(lambda: away.count() == 1, DEADLINE_S, "the picture of all cells")
         assert page.locator("#drift-picture .steady").count() == 5
@@ -132,6 +144,7 @@ def test_desk_stops_one_and_all_and_marks_alarms(farm: Farm) -> None:
             wide = "document.documentElement.scrollWidth <= innerWidth"
             held = "((e) => e.scrollWidth <= e.clientWidth)(document.getElementById('kpi'))"
             assert page.evaluate(wide) and page.evaluate(held), width
+            assert page.evaluate(held.replace("kpi", "class")), width
         page.set_viewport_size({"width": 1600, "height": 900})
         page.evaluate("window.scrollTo(0, 0)")
         before = page.locator(".cell").first.bounding_box()

@@ -33,6 +33,7 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response, StreamingResponse
 
 from farm.desk.alarm_desk_io import MarksAsked
+from farm.desk.class_io import SINCE_S, class_of
 from farm.desk.commands_io import cells_there, order
 from farm.desk.desk_io import Desk
 from farm.desk.figures_io import (
@@ -121,6 +122,7 @@ class Page:
                     kpi = figures_of(folder, now - day, now, planned)
                     stops = stops_by_cause(folder, now - day)
                     drifts = figures_over(folder, now - 30.0 * day, now, day)
+                    learners = class_of(folder, now - SINCE_S)
                 except AskingError as error:
                     return PlainTextResponse(str(error), 503)
                 # As many digits as a picture shows.
@@ -128,7 +130,8 @@ class Page:
                     msgspec.structs.replace(d, values=tuple(float(f"{v:.4g}") for v in d.values))
                     for d in drifts
                 ]
-                self._figures = msgspec.json.encode({"kpi": kpi, "causes": stops, "drifts": drifts})
+                found = {"kpi": kpi, "causes": stops, "drifts": drifts, "learners": learners}
+                self._figures = msgspec.json.encode(found)
                 # Nothing costs nothing to count: cells that come are shown by the next page.
                 self._counted = now if kpi else 0.0
             return Response(self._figures, media_type="application/json")
@@ -217,6 +220,10 @@ class Page:
                     ui.element("div").classes("drift-picture").props("id=drift-picture")
                 with _card("Configuration", "changes that were rolled out: ./cell farm rollout"):
                     ui.element("ol").classes("renewed").props("id=configurations")
+                about = "exercises that were passed, and how often each was marked; 30 days"
+                # Most farms hold no class.
+                with _card("Class", about).classes("hidden").props("id=class-card"):
+                    ui.element("div").classes("figures-scroll").props("id=class")
                 with _card("Compare", "two cells, or two weeks of one"):
                     ui.element("div").classes("compare-form").props("id=compare-form")
                     ui.element("div").classes("figures-scroll").props("id=compared role=status")

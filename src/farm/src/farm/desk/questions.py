@@ -132,15 +132,6 @@ OF_KINDS = (
 """The events of some kinds, those of each cell in the order of their numbers."""
 
 
-CLASS = (
-    "SELECT DISTINCT machine || '/' || cell AS place, body->>'learner' AS learner, "
-    "body->>'exercise' AS exercise, CAST(body->>'passed' AS BOOLEAN) AS passed, "
-    "body->>'signature' AS signature FROM events WHERE kind = 'exercise' "
-    "AND time >= make_timestamp(CAST(? AS BIGINT))"
-)
-"""What learners have done, each result once, however often a cell told it."""
-
-
 def query(wanted: Wanted) -> tuple[str, list[object]]:
     """Return the SQL of a question, and its values; the answer is in the order of time."""
     where, values = _conditions(wanted)

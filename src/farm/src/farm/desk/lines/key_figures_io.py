@@ -10,11 +10,11 @@ import typer
 from scara_ros.shell.program_io import WRONG
 
 from farm.config import load_farm
+from farm.desk.class_io import class_of
 from farm.desk.command_line_io import Folder, app, events_folder, fail, print_table
 from farm.desk.figures import FigureDrift, KeyFigures
 from farm.desk.figures_io import figures_of, figures_over
-from farm.desk.questions import CLASS, SPAN, UNITS, since
-from farm.desk.reading_io import ask
+from farm.desk.questions import SPAN, UNITS, since
 
 Since = Annotated[
     str, typer.Option("--since", help="today, yesterday, 30m, 12h, 2d, or a date and time.")
@@ -77,23 +77,25 @@ def drift(
 def class_(since_text: Since = "30d", folder: Folder = None) -> None:
     """Show a class: which exercises each learner has passed, and how often each was marked."""
     begin = since(since_text, datetime.now().astimezone())
-    rows = ask(events_folder(folder), CLASS, [int(begin * 1e6)]).rows
-    tries: dict[tuple[str, str], dict[str, list[bool]]] = {}
-    for place, learner, exercise, passed, _ in rows:
-        tries.setdefault((learner, place), {}).setdefault(exercise, []).append(passed)
-    exercises = sorted({exercise for row in tries.values() for exercise in row})
-    lines = []
-    for (learner, place), row in sorted(tries.items()):
-        done = {exercise for exercise, passed in row.items() if any(passed)}
-        marks = (
-            f"{'+' * (exercise in done)}{len(row[exercise])}" if exercise in row else ""
-            for exercise in exercises
+    rows = class_of(events_folder(folder), begin)
+    marks: dict[tuple[str, str], dict[str, str]] = {}
+    for row in rows:
+        told = marks.setdefault((row.learner, row.cell), {})
+        told[row.exercise] = f"{'+' * row.passed}{row.tries}"
+    exercises = sorted({row.exercise for row in rows})
+    lines = [
+        (
+            *names,
+            sum(mark.startswith("+") for mark in told.values()),
+            *(told.get(exercise, "") for exercise in exercises),
         )
-        lines.append((learner, place, len(done), *marks))
+        for names, told in marks.items()
+    ]
     # e07_planted_error: its number is enough for a heading.
     headings = (exercise.split("_")[0].lstrip("e0") for exercise in exercises)
     print_table(("learner", "cell", "passed", *headings), lines)
-    typer.echo(f"{len(lines)} learners, {len(rows)} results; +: passed, and how often marked")
+    results = sum(row.tries for row in rows)
+    typer.echo(f"{len(lines)} learners, {results} results; +: passed, and how often marked")
 
 
 def map_lines(drifts: list[FigureDrift]) -> list[tuple[object, ...]]:
