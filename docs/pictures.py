@@ -201,6 +201,21 @@ def take_pages(cell: Cell, browser: Browser, out: Path) -> None:
         page.screenshot(path=out / "pendant_page.png")
 
 
+def take_course(cell: Cell, browser: Browser, out: Path) -> None:
+    """Take an exercise on the operator's page, a wrong answer marked."""
+    words = ("rosrun", "scara_course", "course")
+    own = ("--learner", "ada", "--runs", str(cell.folder))
+    cell.tool(*words, "start", "1", *own)
+    answers = next(cell.folder.glob("course/ada/e01*/answers.yaml"))
+    answers.write_text(re.sub(r"(?m)(_mm:)\s*$", r"\1 400", answers.read_text("utf-8")), "utf-8")
+    assert cell.stage.start(*words, "check", *own, env=cell.env).wait(60.0) == 1, "a wrong answer"
+    with opened(browser, cell.address, LOW, "light") as page:
+        choose(page, "Model", "Programs")
+        page.locator(".course-card .fold-line").click()
+        expect(page.locator(".course-card")).to_contain_text("Not yet")
+        picture_health.take(page, out / "course.png")
+
+
 def film_until(film: moving_picture.Film, page: Page, is_so: Callable[[], bool]) -> None:
     """Film until something is so.
 
@@ -371,6 +386,7 @@ def main() -> None:
                 browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
                 if not only_film and not only_teach:
                     take_pages(cell, browser, out)
+                    take_course(cell, browser, out)
                 if not only_teach:
                     take_film(cell, browser, out)
                 if not only_film:
