@@ -117,7 +117,7 @@ def test_the_places_on_the_card_are_those_of_the_cell() -> None:
         u, v = WORK.pallet.places()[number - 1]
         pick = f"{x * 1e3:.2f} {y * 1e3:.2f} {WORK.table.stand_top_mm + top:g}"
         put = f"{u * 1e3:g} {v * 1e3:g} {WORK.pallet.top_mm + top + task.clearance_mm:g}"
-        assert f"| {number} | {pick}, {math.degrees(angle):g} | {put} |" in card
+        assert f"| {number} | {pick} {math.degrees(angle):g} | {put} |" in card
 
 
 def test_all_shipped_programs_are_known() -> None:

@@ -62,7 +62,9 @@ class Loading:
     def errors_mm(self, docked: Docked) -> list[float]:
         """Return how far each part lies from its place on the vehicle, as that truly stands."""
         lying = [self.parts.place(part)[:2] for part in self.parts.parts if part.on == "vehicle"]
-        return [math.dist(at, to) / MM for at, to in zip(lying, WORK.places_on(docked.dock))]
+        x, y = (value * MM for value in WORK.pallet.middle_mm)
+        places = [docked.dock.at(px - x, py - y) for px, py in WORK.pallet.places()]
+        return [math.dist(at, to) / MM for at, to in zip(lying, places)]
 
 
 @pytest.mark.parametrize("plant", ["ideal", "field"])
