@@ -1,4 +1,6 @@
-"""What the monitor of wear costs beside a live cell: ``python -m bench.cells.wear_cost``.
+"""What the monitor of wear costs beside a live cell.
+
+Usage: PYTHONPATH=tests:$PYTHONPATH python -m bench.cells.wear_cost
 
 At rest, then while each cycle of ARTICLE is taken; and what that makes of an hour in which the
 robot never rests, with the shipped ``~every_s``.
