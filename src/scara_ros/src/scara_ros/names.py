@@ -163,3 +163,11 @@ def current_line(said: str) -> tuple[str, int]:
     if found is None or found["state"] not in ("running", "paused", "held"):
         return "", 0
     return found["name"], int(found["line"])
+
+
+def own_program(control_type: str, program: str, running: bool) -> tuple[str, bool]:
+    """Return the real robot's program and whether it runs, of scara_msgs/RobotData.
+
+    That which streams set points to the robot is none of its own: an empty name, and not running.
+    """
+    return ("", False) if control_type == STREAM else (program, running)

@@ -22,7 +22,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from scara_config import load_robot
 from scara_config.profile import chosen_plant
 from scara_ros.diagnostics_node import PERIOD_S, Diagnostics
-from scara_ros.names import STREAM, cell_of
+from scara_ros.names import cell_of, own_program
 from scara_ros.pacing import Pace
 from scara_ros.process.memory_io import keep_for_good
 from scara_ros.shell.program_io import runs_folder
@@ -163,11 +163,9 @@ class JournalKeeper:
             self._cycles.measured(said.deviation_mm, said.follower_lag)
 
     def _robot_data(self, said: RobotData) -> None:
-        """Take the real robot's program; that which streams set points to it is none of its own."""
+        program, runs = own_program(said.control_type, said.program, said.running)
         with self._lock:
-            own = said.running and said.control_type != STREAM
-            text = "" if said.control_type == STREAM else said.program
-            self._put(self._cycles.program(time.time(), text, own))
+            self._put(self._cycles.program(time.time(), program, runs))
 
     def _watch(self) -> None:
         """Look at what time brings, tell the newest number, listen to motion while there is any."""

@@ -27,7 +27,7 @@ from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
 from scara_config.profile import DEFAULT_PLANT, chosen_plant
 from scara_ros.diagnostics_node import PERIOD_S, Diagnostics
-from scara_ros.names import STREAM, cell_of
+from scara_ros.names import cell_of, own_program
 from scara_ros.pacing import Pace
 from scara_ros.process.memory_io import give_back, keep_for_good
 from scara_ros.shell.program_io import runs_folder
@@ -83,10 +83,8 @@ class HealthWatch:
         self._woken.set()
 
     def _robot_data(self, said: RobotData) -> None:
-        """Take the real robot's program; that which streams set points to it is none of its own."""
-        own = said.control_type != STREAM
+        program, runs = own_program(said.control_type, said.program, said.running)
         with self._lock:
-            program, runs = said.program if own else "", said.running and own
             self._end(self._taking.program(time.time(), program, runs))
 
     def _end(self, taken: HeardCycle | None) -> None:

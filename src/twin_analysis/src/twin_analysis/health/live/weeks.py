@@ -112,7 +112,7 @@ class KindVerdict:
     Attributes:
         kind: It, with what is kept of it.
         finding: What has changed.
-        left_out: JointFacts that stood in its first week, in words.
+        left_out: Joints that stood in its first week, in words.
     """
 
     kind: CycleKind
