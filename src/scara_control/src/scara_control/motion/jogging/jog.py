@@ -111,7 +111,7 @@ class JogController:
             self._gate.check(now)
             named = self._check(names, velocities, displacements, duration, now)
         except ValueError as error:
-            self._message = f"refused: {error}"
+            self.refuse(error)
             raise
         if begins:
             self._waits = 0.0 if prompt else self._follower
@@ -213,6 +213,10 @@ class JogController:
         if not self._queue or measured is None:
             return None
         return self._queue.setpoints(self._joints, measured.extrapolated(now), now)
+
+    def refuse(self, error: ValueError) -> None:
+        """Tell why a command was refused, here or before it came here."""
+        self._message = f"refused: {error}"
 
     def report(self) -> str:
         """Return what the controller does and why, for people."""

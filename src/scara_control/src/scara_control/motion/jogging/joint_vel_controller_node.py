@@ -163,6 +163,7 @@ class JointVelController:
                 self._rest.wake()
                 self._reader.rouse()
             except ScaraControlError as error:
+                self._core.refuse(error)
                 rospy.logwarn_throttle(_LOG_PERIOD, f"jog: refused: {error}")
             self._show()
 
