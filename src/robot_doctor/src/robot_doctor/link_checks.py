@@ -216,11 +216,24 @@ def _period(
 
 
 def _clock_rate(robot: Robot, layout: ModbusMap, answers: Sequence[Answer]) -> float | None:
-    """Return how many ms the robot's clock goes in one of ours, None if it cannot be read."""
+    """Return how many ms the robot's clock goes in one of ours, None if it cannot be read.
+
+    One late answer, or one late reading in it, would make the rate wrong by its delay: so the
+    rate is that between the youngest readings of the first and of the last third.
+    """
     codec = RegisterCodec(layout, robot)
+    begun = answers[0].received
     try:
-        first, last = (codec.clock_of(answers[k].words) for k in (0, -1))
+        clocks = [codec.clock_of(answer.words) for answer in answers]
     except SampleError:
         return None
-    passed = (last - first) % WRAP
-    return float(passed / ((answers[-1].received - answers[0].received) * 1e3))
+    readings = [
+        ((answer.received - begun) * 1e3, (clock - clocks[0]) % WRAP)
+        for answer, clock in zip(answers, clocks)
+    ]
+    third = len(readings) // 3
+    first, last = (
+        max(part, key=lambda reading: reading[1] - reading[0])
+        for part in (readings[:third], readings[-third:])
+    )
+    return (last[1] - first[1]) / (last[0] - first[0])
