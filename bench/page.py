@@ -177,14 +177,19 @@ def page(content: Mapping[str, Any], text: str) -> str:
     rows, doubt = content["rows"], content.get("in_doubt", {})
     kept = [row for row in rows if row["holds"]]
     missed = [row for row in rows if not row["holds"]]
-    parts = [part for key in ("what_if", "farm", "health") for part in content.get(key, ())]
+    parts = [part for key in ("what_if", "farm") for part in content.get(key, ())]
+    worn = [figure for part in content.get("health", ()) for figure in part["figures"]]
+    short = sum(not figure["holds"] for figure in worn)  # the page of wear shows them in bold
+    wear = f"\nWear: {short} figures, bold in [health](operating/health.md)."
     drawn = []
     if "draws" in content:
         drawn = [*draw_table(content["draws"], content.get("scaras")), ""]
     blocks = {
         "goals": "\n".join([*goal_table(content), *drawn, *_labels(content)]).strip(),
         "rows": f"{len(kept)} of {len(rows)} rows hold. {_measured(rows)}",
-        "missed": "\n".join([_table(missed, doubt, beside=False), *missed_lines(parts)]),
+        "missed": "\n".join(
+            [_table(missed, doubt, beside=False), *missed_lines(parts), *([wear] if short else [])]
+        ),
     }
     return with_blocks(text, blocks, PAGE.name)
 
