@@ -10,15 +10,15 @@ from __future__ import annotations
 from itertools import pairwise, product
 
 import pytest
-from harness.running.thorough import SEARCH
+from harness.running.thorough import SEARCH, thorough
 from harness.scenes.steps import AWAY, ROBOT
 from harness.scenes.truth import farthest_apart_mm
 from harness.virtual_cell.cell import VirtualCell
 
 APART_MM = 0.05 * 650.0
 """5 % of the reach."""
-EACH_TIME = (("operator", -10), ("move_to", 0))
-"""Each millisecond of two ideal sides is a matter of core/test_arbitration."""
+EACH_TIME = (*thorough(("operator", -10)), ("move_to", 0))
+"""Each millisecond of two ideal sides, whoever leads, is a matter of core/test_arbitration."""
 OTHERS = ("move_to", "operator")
 BEGIN_S = 0.2
 LEADS = ("REAL_LEADS", "TWIN_LEADS", "OPERATOR_LEADS")

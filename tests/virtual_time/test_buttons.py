@@ -75,7 +75,7 @@ def test_stop_does_not_release_the_hold_of_the_person_at_the_robot(cell: Virtual
     cell.real.signal("panel_hold", True)
     nothing_moves(cell, rested)
     cell.wait_whatever(lambda: cell.mode == "IDLE", 10.0, "IDLE")
-    go(cell, 60.0)
+    go(cell, 100.0)
     cell.wait_whatever(lambda: cell.mode == "IDLE", 20.0, "the end of the move")
 
 
@@ -105,7 +105,7 @@ def test_a_hold_before_the_robot_has_begun_pauses_the_pair_at_once(
 
 def test_resume_says_that_the_robot_is_held_at_its_pendant(cell: VirtualCell) -> None:
     """The operator's RESUME releases the operator's pause alone."""
-    go(cell, 40.0)
+    go(cell, 80.0)
     cell.schedule.run(0.3)
     assert cell.operate("PAUSE").success
     both_stood(cell, cell.schedule.now)
@@ -188,18 +188,22 @@ def test_a_start_at_the_pendant_right_behind_a_twins_move_is_taken(
 
 
 def test_a_start_at_the_pendant_that_waits_for_a_stream_begins_after_no_stop(
-    cell: VirtualCell,
+    arrived: VirtualCell,
 ) -> None:
     """HOLD, which a stop takes away, clears it: what was asked for before never begins after."""
-    go(cell, 80.0)
-    cell.wait_whatever(lambda: cell.mode == "IDLE", 20.0, "IDLE")
-    assert cell.operate("MOVE_JOINTS", target=(0.0, 0.0, -0.1, 0.0), speed_percent=80.0).success
-    cell.wait_until(lambda: cell.real.shown.control_type == 2, 5.0, "the stream")
-    number = cell.files.program_number("TWO_POINT")
-    cell.real.signal(f"panel_run{number}", None)
-    cell.real.signal("panel_hold", False)
-    cell.schedule.run(0.5)
-    cell.real.signal("panel_hold", True)
-    assert cell.operate("STOP").success
-    rested = both_stood(cell, cell.schedule.now)
-    nothing_moves(cell, rested)
+
+    def stopped(cell: VirtualCell) -> None:
+        cell.wait_whatever(lambda: cell.mode == "IDLE", 20.0, "IDLE")
+        home = (0.0, 0.0, -0.1, 0.0)
+        assert cell.operate("MOVE_JOINTS", target=home, speed_percent=80.0).success
+        cell.wait_until(lambda: cell.real.shown.control_type == 2, 5.0, "the stream")
+        number = cell.files.program_number("TWO_POINT")
+        cell.real.signal(f"panel_run{number}", None)
+        cell.real.signal("panel_hold", False)
+        cell.schedule.run(0.5)
+        cell.real.signal("panel_hold", True)
+        assert cell.operate("STOP").success
+        rested = both_stood(cell, cell.schedule.now)
+        nothing_moves(cell, rested)
+
+    copied(lambda: stopped(arrived))

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from harness.running.thorough import thorough
+from harness.running.thorough import SEARCH, thorough
 from harness.scenes.steps import ROBOT
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import CellFiles, load_files
@@ -29,15 +29,16 @@ REST_MM = 0.1
 """Both tools, and one way of running it beside another, at each rest."""
 MOTION_PERCENT = {"ideal": 0.3, "field": 1.0}
 """Of reach, both tools at one instant while the robot leads: docs/benchmarks.md."""
-REST_S = 1.5
-STOPS = [
+REST_S = 1.0
+ALL_STOPS = [
     ("J", 50.0, (0.0, 60.0, -40.0)),
     ("L", 200.0, (30.0, 60.0, -60.0)),
     ("L", 150.0, (50.0, 90.0, -60.0)),
     ("J", 30.0, (-20.0, 110.0, -30.0)),
     ("L", 200.0, (-45.0, 80.0, -30.0)),
 ]
-"""Kind, speed [percent or mm/s], where [deg, deg, mm]."""
+"""Kind, speed [percent or mm/s], where [deg, deg, mm]; by day the first three."""
+STOPS = ALL_STOPS if SEARCH else ALL_STOPS[:3]
 
 
 def drafted(files: CellFiles) -> Draft:

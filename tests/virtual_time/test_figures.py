@@ -70,6 +70,7 @@ def one_move(robot: str, **options: Any) -> VirtualCell:
     return VirtualCell(replace(files, experiments=chosen), **options)
 
 
+@pytest.mark.thorough
 def test_two_runs_are_equal_to_the_last_digit() -> None:
     """Nothing reads a clock, a random source or the order of a hash."""
     again = measure("fanuc_sr6ia", ("real_leads",))
@@ -149,6 +150,7 @@ def test_following_without_velocity_is_red() -> None:
         )
 
 
+@pytest.mark.thorough
 def test_late_packets_of_the_web_socket_are_made_up_for() -> None:
     """With 5 to 8 ms on both ways the pair is still far within the demo's limits."""
     late = Delays(to_twin=5e-3, from_twin=5e-3, jitter=3e-3)

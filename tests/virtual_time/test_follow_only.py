@@ -15,7 +15,7 @@ import pytest
 from harness.followed import FOLLOW_MAP, four_axes
 from harness.running.thorough import thorough
 from harness.scenes.steps import AT_REST_DEG_MM, ROBOT
-from harness.scenes.truth import travel
+from harness.scenes.truth import farthest_apart_mm, travel
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.experiments import figures, run_experiments
 from harness.virtual_cell.files import CellFiles, load_files
@@ -85,7 +85,13 @@ def follows(files: CellFiles) -> None:
 def test_a_robot_without_a_table_is_followed_as_well(tmp_path: Path) -> None:
     """Four axes, as the maker delivers it."""
     files = load_files(ROBOT, folder=four_axes(tmp_path), plant="field", settings=AS_DELIVERED)
-    follows(files)
+    with VirtualCell(files) as cell:
+        cell.connect()
+        run(cell, 3.0)
+        assert travel(cell.real.truth, 0.0) > 10.0
+        apart_mm = farthest_apart_mm(cell.real.truth, cell.twin.truth)
+        assert apart_mm <= PATH_PERCENT * 1e-2 * cell.files.robot.reach_mm
+        assert cell.real.writes == 0
 
 
 @pytest.mark.parametrize("command", ["STOP", *thorough("ESTOP")])
@@ -98,7 +104,10 @@ def test_a_stop_stops_the_twin_and_claims_no_more(cell: VirtualCell, command: st
     rested = twin_stands(cell)
     assert cell.unseen(told) == "the real robot is not seen to stand"
     assert travel(cell.real.truth, begun) > 10.0
-    cell.wait_whatever(lambda: not cell.real.running, 30.0, "the program's end")
+    # Past a WAIT, where the robot stands, and its next move.
+    cell.schedule.run(3.0)
+    cell.real.signal("panel_abort", None)
+    cell.wait_whatever(lambda: not cell.real.running, 5.0, "the program's end")
     cell.schedule.run(1.0)
     assert travel(cell.twin.truth, rested) < AT_REST_DEG_MM
     assert cell.mode == ("STOPPED" if command == "STOP" else "ESTOP")
@@ -122,7 +131,8 @@ def test_a_person_goes_on_after_a_stop_here_or_at_the_robot(cell: VirtualCell) -
     assert cell.mode == "STOPPED"
     cell.real.signal("panel_start", None)
     cell.wait_whatever(lambda: cell.mode == "REAL_LEADS", 5.0, "REAL_LEADS")
-    cell.wait_whatever(lambda: cell.mode == "IDLE", 60.0, "IDLE")
+    cell.real.signal("panel_abort", None)
+    cell.wait_whatever(lambda: cell.mode == "IDLE", 10.0, "IDLE")
 
 
 def test_an_emergency_stop_at_the_robot_freezes_the_twin(cell: VirtualCell) -> None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import dataclasses
 
 import pytest
-from harness.running.thorough import thorough
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.experiments import figures, run_experiments
 from harness.virtual_cell.files import load_files
@@ -19,9 +18,13 @@ PERCENT = {"real_leads": 1.2, "twin_leads": 2.0}
 0.89 and 1.50 %, ideal 0.47 and 0.09 %."""
 
 
-@pytest.mark.parametrize("plant", ["field", *thorough("ideal")])
+@pytest.mark.thorough
+@pytest.mark.parametrize("plant", ["field", "ideal"])
 def test_a_robot_of_typed_programs_and_its_twin_keep_together(plant: str) -> None:
-    """Both experiments of the demo, one after the other."""
+    """Both experiments of the demo, one after the other.
+
+    By day such a robot leads and is led in test_alarms.py and test_palletise.py.
+    """
     files = load_files("fanuc_sr6ia", plant=plant)
     with VirtualCell(dataclasses.replace(files, layout=kit_map(files.layout))) as cell:
         cell.connect()

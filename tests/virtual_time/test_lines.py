@@ -57,7 +57,7 @@ def operate(cell: VirtualCell, **how: object):
     return cell.operate("MOVE", target=target, speed_percent=60.0, path="linear", **how)
 
 
-@pytest.mark.parametrize("mm_s", [0.0, 150.0])
+@pytest.mark.parametrize("mm_s", [0.0, 250.0])
 def test_both_tools_go_straight(cell: VirtualCell, mm_s: float) -> None:
     """By the ground truth of both plants, from the first motion to the end."""
     since = {side: len(getattr(cell, side).truth) for side in OFF_MM}
@@ -88,7 +88,7 @@ def test_both_tools_round_a_corner_and_pass_it_as_near_as_asked(cell: VirtualCel
         via=place,
         corner_mm=most_mm,
         path="linear",
-        speed_mm_s=150.0,
+        speed_mm_s=250.0,
         speed_percent=60.0,
     )
     assert answer.success, answer.message
@@ -161,8 +161,8 @@ def test_a_line_of_the_twins_own_stops_before_a_zone_on_it(cell: VirtualCell) ->
 def test_a_line_that_was_paused_goes_on_straight(cell: VirtualCell) -> None:
     """PAUSE stretches its time and leaves its way."""
     since = len(cell.twin.truth)
-    assert operate(cell, speed_mm_s=150.0).success
-    cell.schedule.run(1.2)
+    assert operate(cell, speed_mm_s=250.0).success
+    cell.schedule.run(0.9)
     assert cell.operate("PAUSE").success
     cell.schedule.run(1.0)
     stood = places(cell, "twin")[-1, 1]

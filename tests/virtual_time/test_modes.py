@@ -14,6 +14,8 @@ from harness.scenes.truth import tool_and_elbow
 from harness.virtual_cell.cell import VirtualCell
 
 T1_M_S = 0.25
+T1_S = 2.0
+"""So long a program runs in T1: it is at that speed by then."""
 BY_KIT = Variant("modes", plant="ideal", kit=True).files(ROBOT)
 
 
@@ -55,7 +57,9 @@ def test_a_turned_switch_ends_the_following_and_t1_is_never_led(cell: VirtualCel
         assert not answer.success and "mode switch is at T1" in answer.message
     begun = cell.schedule.now
     run_program(cell)
-    cell.wait_whatever(lambda: cell.mode == "IDLE", 60.0, "the end of the program")
+    cell.schedule.run(T1_S)
+    cell.real.signal("panel_abort", None)
+    cell.wait_whatever(lambda: cell.mode == "IDLE", 10.0, "the end of the program")
     # Tool and flange of this robot are one place; its elbow may be faster.
     places = [(at, tool_and_elbow(q)[0]) for at, q, _ in cell.real.truth if at >= begun]
     speeds = [math.dist(a, b) / (t - s) for (s, a), (t, b) in pairwise(places)]

@@ -8,7 +8,7 @@ from harness.scenes.steps import AWAY, run_program
 from harness.scenes.troubled import TroubledCell, desk_files, fastest_twin_percent
 from harness.virtual_cell.files import CellFiles, load_files
 
-STALLS_S = (*thorough(0.1), 0.15, *thorough(0.3), 0.5)
+STALLS_S = (*thorough(0.1), 0.15, *thorough(0.3, 0.5))
 
 
 def files(links: str) -> CellFiles:

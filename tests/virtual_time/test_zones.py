@@ -25,7 +25,7 @@ from harness.zones.moves import Outcome, ZoneCell
 from scara_config import KeepOut
 from scara_config.programs.steps import MoveStep
 
-FEW, MANY, EACH = 8, 2000, 8
+FEW, MANY, EACH = 4, 2000, 8
 MOVES = int(os.environ.get("ZONE_MOVES", MANY if "HYPOTHESIS_SEARCH" in os.environ else FEW))
 MADE_MOVES = 1000 if "HYPOTHESIS_SEARCH" in os.environ else 20
 SEED = int(os.environ.get("ZONE_SEED", 1))

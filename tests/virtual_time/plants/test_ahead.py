@@ -26,7 +26,7 @@ PAUSES_S = tuple(1e-3 * ((37 * k) % 96 + 5) for k in range(30))
 """Thirty pauses of 5 to 100 ms, none like another."""
 LONGEST_S = tuple(0.11 if k % 3 == 2 else pause for k, pause in enumerate(PAUSES_S))
 """Each third is the longest and 10 ms until a process that wakes has read and sent."""
-PLACES = None if SEARCH else 4
+PLACES = None if SEARCH else 3
 """So many places the twin goes to; by day the pauses of the way to the others are left out."""
 WORSE = 1.5
 """So much worse than undisturbed a path may be."""

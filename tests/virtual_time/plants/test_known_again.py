@@ -45,6 +45,7 @@ def moved(files: CellFiles, known: RealKnown | None) -> tuple[float, float, Real
     return pace, taken, event_of(kept, cell.setup.names, 0.0)
 
 
+@pytest.mark.thorough
 def test_the_first_move_of_a_known_robot_is_not_slow() -> None:
     """What was learned is there again."""
     slow, unknown, known = moved(kit_files(3), None)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
+import pytest
 from harness.plants.trials import long_moves
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.experiments import run_experiments
@@ -21,6 +22,7 @@ AGREE_MM = 0.2
 STATE_S, LOOK_S = 0.05, 0.001
 
 
+@pytest.mark.thorough
 def test_largest_distance_is_that_of_the_readings_and_not_of_twenty_states_a_second() -> None:
     """The robot leads at full speed on the field plant.
 

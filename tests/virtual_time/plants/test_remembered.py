@@ -7,7 +7,6 @@ from functools import cache, partial
 
 import pytest
 from harness.plants.variants import FIELD, IDEAL, Variant
-from harness.running.thorough import thorough
 from harness.scenes.copies import copied
 from harness.scenes.troubled import TroubledCell
 from harness.virtual_cell.experiments import run_experiments
@@ -78,9 +77,8 @@ def told(plant: Variant, pause_s: float) -> dict[str, Round]:
     return found
 
 
-@pytest.mark.parametrize(
-    ("plant", "limit"), [*thorough((IDEAL, 0.2)), (FIELD, 0.5)], ids=["ideal", "field"]
-)
+@pytest.mark.thorough
+@pytest.mark.parametrize(("plant", "limit"), [(IDEAL, 0.2), (FIELD, 0.5)], ids=["ideal", "field"])
 def test_the_second_round_is_followed_closer(plant: Variant, limit: float) -> None:
     """In the first one only the program's second visits of its stands are foretold."""
     found = told(plant, 0.0)

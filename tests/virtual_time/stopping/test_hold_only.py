@@ -42,7 +42,7 @@ def test_a_program_stands_after_stop_and_goes_on_at_the_pendant_only(cell: Virtu
     assert cell.operate("STOP").success
     stopped = cell.schedule.now
     assert both_stood(cell, stopped) - stopped < STANDS_S
-    nothing_moves(cell, cell.schedule.now, 4.0)
+    nothing_moves(cell, cell.schedule.now, 2.0)
     assert cell.mode == "STOPPED" and cell.real.shown.program_state is ProgramState.PAUSED
     assert "hold" in cell.real.shown.inputs and cell.real.shown.outputs.sysrdy
     cell.real.signal("panel_start", None)
@@ -101,7 +101,7 @@ def test_moves_follow_each_other_and_a_pause_goes_on(cell: VirtualCell) -> None:
     positions = cell.files.robot.positions_m
     cell.move_to(positions["P2"], 60.0)
     cell.wait_still(0.5)
-    go(cell, 30.0)
+    go(cell, 60.0)
     cell.schedule.run(0.4)
     assert cell.operate("PAUSE").success
     both_stood(cell, cell.schedule.now)

@@ -26,7 +26,7 @@ READY, ENDS_NOTHING = {}, {"cstopi_for_abort": False}
 """As shipped, and where CSTOPI ends no program."""
 STANDS_S = 0.45
 """The alarm seen, the twin told, its ramp from 30 % speed."""
-LINES = "J P[1] 20% FINE;PR[3]=LPOS;J P[2] 20% FINE;PR[3,1]=900;L PR[3] 200mm/sec FINE"
+LINES = "J P[1] 50% FINE;PR[3]=LPOS;J P[2] 50% FINE;PR[3,1]=900;L PR[3] 200mm/sec FINE"
 FAR = tuple(map(read_line, LINES.split(";")))
 """Its last line leads 900 mm away."""
 
@@ -52,7 +52,7 @@ def stands_in_a_fault(cell: VirtualCell, since: float) -> None:
     """
     cell.wait_whatever(lambda: cell.mode == "FAULT", 2.0, "FAULT")
     assert both_stood(cell, since) - since < STANDS_S
-    nothing_moves(cell, cell.schedule.now, 3.0)
+    nothing_moves(cell, cell.schedule.now)
     ends = cell.files.emulator.settings.cstopi_for_abort
     state = ProgramState.ABORTED if ends else ProgramState.PAUSED
     assert cell.mode == "FAULT" and cell.real.shown.program_state is state
@@ -81,10 +81,10 @@ def test_a_set_point_that_the_robot_refuses_stops_the_pair_and_the_stream_serves
     assert cell.operate("RESET").success
     cell.schedule.run(1.0)
     assert cell.real.shown.alarm is None
-    nothing_moves(cell, cell.schedule.now, 2.0)
+    nothing_moves(cell, cell.schedule.now)
     assert cell.operate("ALIGN").success
     cell.wait_whatever(lambda: cell.mode == "IDLE", 20.0, "IDLE")
-    cell.move_to(cell.files.robot.positions_m["P2"], speed_percent=30.0)
+    cell.move_to(cell.files.robot.positions_m["P2"], speed_percent=60.0)
     cell.wait_whatever(lambda: cell.mode == "IDLE", 20.0, "IDLE")
 
 
@@ -98,7 +98,7 @@ def test_a_line_that_leads_too_far_stops_the_twin_with_the_robot_until_somebody_
     cell.wait_whatever(lambda: cell.real.shown.alarm is not None, 20.0, "the alarm")
     stands_in_a_fault(cell, cell.schedule.now)
     cell.real.signal("panel_start", None)
-    nothing_moves(cell, cell.schedule.now, 2.0)
+    nothing_moves(cell, cell.schedule.now)
     assert cell.operate("RESET").success
     cell.schedule.run(0.5)
     assert cell.operate("ALIGN").success
