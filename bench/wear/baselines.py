@@ -16,10 +16,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from rich.console import Console
 from scara_config import load_robot
-from sklearn.ensemble import IsolationForest, RandomForestClassifier
-from sklearn.linear_model import LogisticRegression
-from sklearn.pipeline import make_pipeline
-from sklearn.preprocessing import StandardScaler
 from twin_analysis.health.labelled_runs import HEALTHY, labelled_run
 from twin_analysis.health.signs import Array, Signs, signs_of
 from twin_analysis.health.trend import CONFIRMED, LEAST, WINDOW, Baseline, Monitor
@@ -73,6 +69,12 @@ ALONE = "isolation forest, alarms alone"
 
 def trained(learnt: Sequence[RunSigns]) -> dict[str, Any]:
     """Return the classifiers by name."""
+    # Loaded where it is needed: it takes seconds, and who only judges has no classifier.
+    from sklearn.ensemble import IsolationForest, RandomForestClassifier
+    from sklearn.linear_model import LogisticRegression
+    from sklearn.pipeline import make_pipeline
+    from sklearn.preprocessing import StandardScaler
+
     rows = np.array([features(pair.now, [pair.first]) for pair in learnt])
     labels = [" ".join(pair.label) for pair in learnt]
     usual = rows[[pair.label[0] == HEALTHY for pair in learnt]]

@@ -49,12 +49,21 @@ class Running:
             raise pytest.UsageError(f"{PART}={self._part}: Expected {', '.join(lanes.PARTS)}")
 
     def pytest_ignore_collect(self, collection_path: Path) -> bool | None:
-        """Leave out the files of other parts."""
+        """Leave out the files of other parts, and folders that hold no others.
+
+        What conftest.py of such a folder imports takes a second.
+        """
         elsewhere = not collection_path.is_relative_to(ROOT)
-        if not self._part or elsewhere or collection_path.suffix != ".py":
+        if not self._part or elsewhere:
             return None
-        file = collection_path.relative_to(ROOT).as_posix()
-        return lanes.part_of(file) != self._part or None
+        if collection_path.suffix == ".py":
+            files = [collection_path]
+        elif collection_path.is_relative_to(ROOT / "tests") and collection_path.is_dir():
+            files = list(collection_path.rglob("test_*.py"))
+        else:
+            return None
+        parts = {lanes.part_of(file.relative_to(ROOT).as_posix()) for file in files}
+        return self._part not in parts or None
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_xdist_make_scheduler(self, config: pytest.Config, log: Any) -> Groups:

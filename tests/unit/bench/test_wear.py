@@ -56,6 +56,7 @@ def run(rubs: int | None = None) -> RunSigns:
     return RunSigns(signs(), signs(rubs), label)
 
 
+@pytest.mark.thorough
 def test_a_classifier_learns_from_runs_and_is_asked_like_the_monitor() -> None:
     """Short form of ``./cell bench --health baselines``: runs by themselves, and as they come."""
     models = trained([run(k) for k in (None, 0, 1, 2, 3, 4) for _ in range(8)])
