@@ -15,6 +15,7 @@ from fanuc_emulator.settings import MODES, Mode
 from fanuc_emulator.snapshot import ControlType, Snapshot
 from fanuc_emulator.tp.executor import ProgramState
 from fanuc_emulator.uop import with_panel
+from harness.running.thorough import thorough
 from harness.workspace import ROOT
 from scara_config.modbus_map import load_modbus_map
 
@@ -62,10 +63,16 @@ def run_program(bench: Bench, number: int) -> None:
     bench.run_until(lambda now: now.program_state is ProgramState.ABORTED, 90.0)
 
 
-@pytest.mark.parametrize("plant", ["ideal", "field"])
-@pytest.mark.parametrize(("mode", "slow"), [("T1", True), ("T2", False)])
+@pytest.mark.parametrize(
+    ("mode", "slow", "plant"),
+    [
+        ("T1", True, "field"),
+        ("T2", False, "ideal"),
+        *thorough(("T1", True, "ideal"), ("T2", False, "field")),
+    ],
+)
 def test_t1_keeps_every_program_to_250_mm_s(
-    bench: Bench, plant: str, mode: Mode, slow: bool
+    bench: Bench, mode: Mode, slow: bool, plant: str
 ) -> None:
     """At an override of 100 %, by the ground truth; T2 is as fast as it is programmed."""
     robot = turned(bench, mode, plant)
@@ -82,7 +89,7 @@ def test_a_lower_override_is_slower_in_t1_too(bench: Bench) -> None:
     assert 0.4 * LIMIT < fastest(robot) <= 0.5 * LIMIT
 
 
-@pytest.mark.parametrize("plant", ["ideal", "field"])
+@pytest.mark.parametrize("plant", ["field", *thorough("ideal")])
 def test_a_stream_keeps_to_250_mm_s_and_arrives(bench: Bench, plant: str) -> None:
     """Started at the pendant, with a set point that is far away."""
     robot = turned(bench, "T1", plant)

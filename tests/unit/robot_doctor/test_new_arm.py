@@ -11,6 +11,7 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
+from harness.running.thorough import thorough
 from harness.workspace import ROOT
 from robot_doctor.chain import read_description
 from robot_doctor.examine import examine
@@ -70,7 +71,7 @@ def described_pose(urdf: Path, tool: str, q: dict[str, float]) -> np.ndarray:
     return link_pose(model, tool, q)
 
 
-@pytest.mark.parametrize("source", [SIX, "epson_gx4", "scara_cell", "fanuc_sr3ia"])
+@pytest.mark.parametrize("source", [SIX, "epson_gx4", *thorough("scara_cell", "fanuc_sr3ia")])
 def test_an_arm_from_its_urdf_is_healthy(config: Path, tmp_path: Path, source: str) -> None:
     """Limits, axes and tool are the URDF's; a SCARA is known as one."""
     urdf = described(tmp_path, source)

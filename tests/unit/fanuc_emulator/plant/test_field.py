@@ -28,8 +28,9 @@ SWING = 0.3
 """How far joint_1 goes to and fro [rad]."""
 
 
-ROBOTS = [k if k != "fanuc_sr3ia" else thorough(k)[0] for k in known_robots(CONFIG)]
-"""By day one of both SCARAs."""
+DAY = ("fanuc_sr6ia", "articulated_six")
+ROBOTS = [k if k in DAY else thorough(k)[0] for k in known_robots(CONFIG)]
+"""By day one SCARA, and the arm."""
 
 
 @pytest.fixture(params=ROBOTS)

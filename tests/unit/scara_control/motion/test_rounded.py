@@ -10,7 +10,7 @@ from random import Random
 import numpy as np
 import pytest
 from harness.kdl_chain import KdlChain
-from harness.running.thorough import examples
+from harness.running.thorough import examples, thorough
 from scara_config import load_robot, package_folder
 from scara_config.payload import load_payloads
 from scara_control.config import load_motion
@@ -67,8 +67,17 @@ def assert_within_limits(robot, motions: list[JointMotion], percent: float) -> N
         assert joint.lower - 1e-6 <= q[:, k].min() and q[:, k].max() <= joint.upper + 1e-6
 
 
-@pytest.mark.parametrize("path", ["joint", "linear"])
-@pytest.mark.parametrize("name", ["fanuc_sr6ia", "scara_4axis", "articulated_six"])
+@pytest.mark.parametrize(
+    ("name", "path"),
+    [
+        ("fanuc_sr6ia", "linear"),
+        ("scara_4axis", "joint"),
+        ("articulated_six", "joint"),
+        *thorough(
+            ("fanuc_sr6ia", "joint"), ("scara_4axis", "linear"), ("articulated_six", "linear")
+        ),
+    ],
+)
 def test_the_tool_passes_each_place_within_the_stated_distance_and_sooner(name, path) -> None:
     """Random places; off the straight legs only near a corner, and never beyond a limit."""
     robot, tool, place = arm(name)

@@ -199,7 +199,7 @@ def replayed(events: list[AnyEvent]) -> list[AnyAction]:
 
 TestCell = pytest.mark.slow(Cell.TestCase)
 TestCell.settings = settings(
-    max_examples=examples(5, 40),
+    max_examples=examples(3, 40),
     stateful_step_count=10,
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow],

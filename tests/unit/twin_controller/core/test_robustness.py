@@ -247,7 +247,7 @@ def check(action: AnyAction, override: float) -> None:
 
 
 @settings(
-    max_examples=examples(100, 400), deadline=None, suppress_health_check=[HealthCheck.too_slow]
+    max_examples=examples(60, 400), deadline=None, suppress_health_check=[HealthCheck.too_slow]
 )
 @given(history=histories())
 def test_any_sequence_of_inputs_is_survived(history: tuple[str, list[AnyEvent]]) -> None:

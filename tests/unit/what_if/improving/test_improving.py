@@ -129,6 +129,7 @@ def test_a_weak_joint_is_not_overdriven(world: World, write: Callable[..., Path]
     assert held.bench.against(result(held)) == ""
 
 
+@pytest.mark.thorough
 def test_the_same_seed_gives_the_same_program(world: World, write: Callable[..., Path]) -> None:
     """Also from a drawn beginning."""
     path = write("SEED", *to_and_fro(30))

@@ -56,6 +56,7 @@ def test_the_chance_of_a_hit_is_that_of_the_gap(
     assert "person 1" in found.likeliest
 
 
+@pytest.mark.thorough
 def test_the_same_seed_gives_the_same_chances_whatever_the_workers(world: World) -> None:
     """One process or two; another seed gives others."""
     one, two = (chances(world, TURN, TWO_LOTS, 3, workers, CONFIG) for workers in (1, 2))
