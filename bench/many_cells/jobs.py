@@ -1,4 +1,4 @@
-"""64 jobs of the lab: one after the other, side by side, by dask, and with a worker killed."""
+"""64 jobs of the lab: one after the other, side by side, and with a worker killed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import sys
 import time
 from pathlib import Path
 
-from farm.lab.running_io import processors
+from dask.system import CPU_COUNT
 from harness.processes import Process, Stage, wait_until
 from harness.workspace import ROOT, workspace_environment
 from rich.console import Console
@@ -43,9 +43,8 @@ def measure(share: float, folder: Path, console: Console) -> list[Figure]:
 
     try:
         serial = timed("serial", "--workers", "1")
-        here = timed("here")
-        dask = timed("dask", "--on", "farm")
-        hurt = start("hurt", "--on", "farm")
+        parallel = timed("parallel")
+        hurt = start("hurt")
         done = folder / "jobs" / "hurt"
         wait_until(lambda: len(list(done.glob("0*.json"))) >= count // 4, DEADLINE_S, "a quarter")
         os.kill(wait_until(lambda: _worker(hurt.pid), DEADLINE_S, "a worker"), signal.SIGKILL)
@@ -53,11 +52,10 @@ def measure(share: float, folder: Path, console: Console) -> list[Figure]:
     finally:
         stage.close()
     there = results("hurt").count(b"\n")
-    other = sum(results(name) != results("serial") for name in ("here", "dask", "hurt"))
-    case = f"{count} jobs on {processors()} processors"
+    other = sum(results(name) != results("serial") for name in ("parallel", "hurt"))
+    case = f"{count} jobs on {CPU_COUNT} processors"
     return [
-        Figure(f"{case}, here", "x", 0.65, here / serial, note=f"times serial, {serial:.0f} s"),
-        Figure(f"{case}, dask", "x", 1.3, dask / here, note=f"times here, {here:.0f} s"),
+        Figure(f"{case}", "x", 0.65, parallel / serial, note=f"times serial, {serial:.0f} s"),
         Figure(f"{case}, a worker killed: missing", "", 0.0, count - there, always=True),
         Figure(f"{case}: results that differ from serial", "", 0.0, other, always=True),
     ]

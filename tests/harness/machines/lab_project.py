@@ -12,10 +12,11 @@ from farm.desk.command_line_io import app as farm_words
 from farm.lab.command_line_io import app as lab_words
 from typer.testing import CliRunner
 
-from harness.processes import Process, Stage
+from harness.processes import Process, Stage, free_port, wait_until
 from harness.workspace import ROOT, workspace_environment
 
 BUILT = ("devel", "src", "config", "setup")
+HOST = "127.0.0.1"
 DEADLINE_S = 60.0
 JOBS = 6
 WORDS = ("judge", "0.5,0.1,0.1", "--variations", str(JOBS), "--seed", "3")
@@ -40,6 +41,7 @@ class Lab:
             "FARM_KEYS": str(folder / "keys"),
         }
         self.stage = Stage(folder / "processes", self.environment)
+        self.here: tuple[str, ...] = ()
 
     def judge(self, text: str) -> None:
         """Let the judge be these lines."""
@@ -65,9 +67,18 @@ class Lab:
             raise done.exception
         return done.exit_code, done.output
 
+    def work_here(self) -> None:
+        """Let the runs to come share a scheduler and its worker; else each starts its own."""
+        address = f"{HOST}:{free_port()}"
+        self.here = ("--scheduler", address)
+        kept = self.start("scheduler", "--port", address.rpartition(":")[2])
+        wait_until(lambda: "use it:" in kept.output, DEADLINE_S, "the scheduler here")
+        working = self.start("worker", address, "--workers", "1")
+        wait_until(lambda: "1 workers at" in working.output, DEADLINE_S, "the worker here")
+
     def run(self, name: str, *more: str, words: Sequence[str] = WORDS, code: int = 0) -> bytes:
-        """Run the jobs in this process, and return the results."""
-        ended, text = self.say(*words, "--folder", str(self.folder / name), *more)
+        """Ask for the jobs in this process, and return the results."""
+        ended, text = self.say(*words, "--folder", str(self.folder / name), *(more or self.here))
         assert ended == code, text
         return self.results(name)
 

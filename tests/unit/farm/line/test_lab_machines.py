@@ -93,6 +93,7 @@ def two(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Two]:
         lab.judge(STEADY)
         (lab.folder / "src").mkdir()
         (lab.folder / "src" / "one.py").write_text("a = 1\n")
+    made.desk.work_here()
     made.invite()
     made.scheduler()
     working = made.other.start("worker", made.address, "--workers", "1")
@@ -268,7 +269,7 @@ def test_a_certificate_that_is_no_good_is_named(tmp_path: Path, case: str) -> No
 @pytest.mark.usefixtures("hurried")
 def test_a_member_that_is_revoked_is_out(two: Two) -> None:
     """The scheduler ends with all its lines; by the old invitation nobody comes in again."""
-    (kept,) = (process for process in two.desk.stage.processes if "scheduler" in process.command)
+    (kept,) = (process for process in two.desk.stage.processes if "--listen" in process.command)
     folder = two.desk.folder / "renewed"
     two.authority.invite("pc_6", Role.LAB, (HOST, two.port))
     text = two.desk.farm("revoke", "pc_2", "--lab", "--folder", str(folder))

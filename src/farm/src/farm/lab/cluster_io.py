@@ -1,7 +1,8 @@
 """A scheduler of dask and its workers: for one lab, or until they are ended.
 
-On loopback without certificates, else by dask's TLS: both sides show a certificate of the lab's
-authority. Each worker is a process with one thread, which its nanny starts again when it dies.
+One that is kept on loopback asks for no certificates, else both sides show one of the lab's
+authority, by dask's TLS. Each worker is a process with one thread, which its nanny starts again
+when it dies.
 """
 
 from __future__ import annotations
@@ -10,13 +11,13 @@ import asyncio
 import logging
 import os
 import signal
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from datetime import datetime, timezone
 from pathlib import Path
 
 import dask
+from dask.system import CPU_COUNT
 from distributed import Client, LocalCluster, Nanny, Scheduler, Security
 from distributed.comm.addressing import get_address_host
 from distributed.utils import get_ip
@@ -24,8 +25,8 @@ from scara_ros.shell.program_io import workspace
 
 from farm.config import Credentials, load_farm
 from farm.lab.address import TLS, is_secure
-from farm.lab.far_io import MOST_BYTES, differs, version_of
-from farm.lab.running_io import LabError
+from farm.lab.results_io import LabError
+from farm.lab.running_io import MOST_BYTES, differs, version_of
 from farm.security.invitation_io import SecurityError, keys_folder
 from farm.security.lab_authority_io import LabAuthority, has_lab, lab_authority_folder
 from farm.security.membership_io import joined, shown_by
@@ -40,29 +41,29 @@ PATIENCE_S = 10.0
 
 
 @contextmanager
-def connected(address: str, workers: int) -> Iterator[tuple[Client, str | None]]:
+def connected(address: str, workers: int | None) -> Iterator[tuple[Client, str | None]]:
     """Connect to a scheduler, and give the version that its workers must have; None: any.
 
     Args:
         address: Of one that runs; empty: one is started here, and all of it ends with the block.
-        workers: How many it has then.
+        workers: How many it has then; None: one for each processor.
 
     Raises:
         LabError: Nobody answers there, it lets this machine not in, or no worker has the version.
     """
     if not address:
         cluster = LocalCluster(
-            n_workers=workers,
+            n_workers=workers or CPU_COUNT,
             threads_per_worker=1,
             host=HOST,
             dashboard_address=ANYWHERE,
             worker_dashboard_address=ANYWHERE,
             memory_limit=0,
             silence_logs=logging.WARNING,
+            # Of its own, in memory: no other account of this machine gives its workers anything.
+            security=Security.temporary(),
         )
         with cluster, Client(cluster) as client:
-            more = f"./cell lab worker {cluster.scheduler_address}"
-            print(f"lab: more workers: {more}", file=sys.stderr, flush=True)
             yield client, None
         return
     security = _security(address)
@@ -105,7 +106,7 @@ def serve(port: int, host: str = "") -> None:
         ) from error
 
 
-def work(address: str, workers: int) -> None:
+def work(address: str, workers: int | None) -> None:
     """Work for a scheduler until SIGINT or SIGTERM, or until the scheduler has gone.
 
     Raises:
@@ -113,7 +114,7 @@ def work(address: str, workers: int) -> None:
     """
     security = _security(address)
     try:
-        asyncio.run(_work(address, workers, security))
+        asyncio.run(_work(address, workers or CPU_COUNT, security))
     except (OSError, asyncio.TimeoutError) as error:
         raise _unreached(address) from error
 

@@ -12,30 +12,25 @@ from pathlib import Path
 from random import Random
 from typing import Annotated, NoReturn
 
+import msgspec
 import typer
+from rich.console import Console
+from rich.progress import Progress
 from scara_ros.shell.command_line_io import CommandLine
 from scara_ros.shell.program_io import FAILED, INTERRUPTED, WRONG, workspace
 
 from farm.lab.address import PORT, AddressError, listened, scheduler_address
-from farm.lab.places_io import RESULTS, Place, Where, run_plan, where
 from farm.lab.plan import OF_BAGS, PROGRAMS, LabPlanError, Plan, jobs_of, summary
-from farm.lab.running_io import LabError, Result, processors, read_plan, result_of
+from farm.lab.results_io import RESULTS, LabError, Result, begin, read_plan, result_of
 
 Workers = Annotated[
     int | None, typer.Option(help="Jobs at a time. Default: one for each processor.", min=1)
 ]
-On = Annotated[
-    Place,
-    typer.Option(
-        "--on", help="farm: by dask, so that workers of other shells and machines join in."
-    ),
-]
-Far = Annotated[
+Scheduler = Annotated[
     str,
     typer.Option(
-        "--scheduler",
-        help="HOST:PORT of a scheduler that runs here, or tls://HOST:PORT of one of your lab; "
-        "implies --on farm.",
+        help="HOST:PORT of a scheduler that runs here, or tls://HOST:PORT of one of your lab. "
+        "Default: one of its own.",
     ),
 ]
 
@@ -70,11 +65,17 @@ def _add(kind: str) -> None:
             Path | None, typer.Option(help="Of the results. Default: runs/lab/<time>.")
         ] = None,
         workers: Workers = None,
-        on: On = Place.HERE,
-        scheduler: Far = "",
+        scheduler: Scheduler = "",
     ) -> None:
-        at = where(on, workers, scheduler)
-        _start(kind, targets, (variations, spread_mm, speed, seed), folder, at)
+        """Run an experiment; one that was interrupted goes on with the same words and folder."""
+        at = scheduler and scheduler_address(scheduler)
+        asked = [bag for each in targets for bag in _bags(each)] if kind in OF_BAGS else targets
+        words = WORDS.get(kind, ())
+        plan = Plan(kind, tuple(asked), words, variations, spread_mm, _speeds(speed), seed)
+        runs = workspace() / "runs" / "lab"
+        place = folder or runs / datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
+        results = _run(place, plan, workers, at)
+        raise typer.Exit(FAILED if any(result.code for result in results) else 0)
 
     package, program = PROGRAMS[kind]
     app.command(kind, help=f"Run {program} of {package} over {what}.")(start)
@@ -84,41 +85,21 @@ for _kind in PROGRAMS:
     _add(_kind)
 
 
-def _start(
-    kind: str,
-    targets: list[str],
-    varied: tuple[int, float, str, int],
-    folder: Path | None,
-    at: Where,
-) -> NoReturn:
-    """Run an experiment; one that was interrupted goes on with the same words and folder."""
-    if kind in OF_BAGS:
-        targets = [bag for target in targets for bag in _bags(target)]
-    words = WORDS.get(kind, ())
-    variations, spread_mm, speed, seed = varied
-    plan = Plan(kind, tuple(targets), words, variations, spread_mm, _speeds(speed), seed)
-    jobs_of(plan, Random)
-    place = folder or workspace() / "runs" / "lab" / datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
-    results = _run(place, plan, at)
-    raise typer.Exit(FAILED if any(result.code for result in results) else 0)
-
-
 @app.command()
 def again(
     folder: Annotated[Path, typer.Argument(help="Of an experiment that was run.")],
     workers: Workers = None,
-    on: On = Place.HERE,
-    scheduler: Far = "",
+    scheduler: Scheduler = "",
 ) -> None:
     """Run an experiment once more, and say which results are not the same, sign for sign."""
-    at = where(on, workers, scheduler)
+    at = scheduler and scheduler_address(scheduler)
     try:
         plan = read_plan(folder)
         old = {job.name: result_of(folder, job) for job in jobs_of(plan, Random)}
     except LabError as error:  # no folder of an experiment: a wrong word
         _fail(str(error), WRONG)
     place = next(p for k in count(1) if not (p := folder / f"again_{k}").exists())
-    results = ((old[new.job], new) for new in _run(place, plan, at))
+    results = ((old[new.job], new) for new in _run(place, plan, workers, at))
     other = [new for was, new in results if not was or (was.code, was.said) != (new.code, new.said)]
     for result in other:
         typer.echo(f"{result.job} {' '.join(result.words)}: not the same")
@@ -139,7 +120,6 @@ def keep_scheduler(
 ) -> None:
     """Keep a scheduler of dask for several labs and workers, until Ctrl-C."""
     host = listened(listen) if listen else ""
-    # Imported late, here and below: dask takes half a second.
     from farm.lab.cluster_io import serve
 
     serve(port, host)
@@ -156,14 +136,33 @@ def worker(
     asked = scheduler_address(address)
     from farm.lab.cluster_io import work
 
-    work(asked, workers or processors())
+    work(asked, workers)
 
 
-def _run(folder: Path, plan: Plan, at: Where) -> list[Result]:
+def _run(folder: Path, plan: Plan, workers: int | None, scheduler: str) -> list[Result]:
+    """Run a plan's jobs that have no result yet, with a progress bar; keep and return all results.
+
+    Raises:
+        LabPlanError: The plan has no jobs.
+        LabError: The lab cannot go on; what was done is kept.
+    """
+    jobs = jobs_of(plan, Random)
+    begin(folder, plan)
+    # Imported late, here and below: dask takes half a second, and a wrong word needs none of it.
+    from farm.lab.cluster_io import connected
+    from farm.lab.running_io import run
+
     try:
-        results = run_plan(folder, plan, at)
+        with (
+            Progress(console=Console(stderr=True), transient=True) as progress,
+            connected(scheduler, workers) as (client, version),
+        ):
+            bar = progress.add_task(plan.kind, total=len(jobs))
+            results = run(folder, jobs, client, version, lambda _: progress.advance(bar))
     except KeyboardInterrupt:
         _fail(f"interrupted: go on with the same words and --folder {folder}", INTERRUPTED)
+    lines = b"".join(msgspec.json.encode(result) + b"\n" for result in results)
+    (folder / RESULTS).write_bytes(lines)
     for result in results:
         if result.code:
             why = (result.complained.strip() or result.said.strip()).splitlines()[-1:]
