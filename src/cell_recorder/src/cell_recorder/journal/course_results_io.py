@@ -23,20 +23,17 @@ STARTED = "started.json"
 _LOG = logging.getLogger("rosout.course_results")
 
 
-class SignedResult(CourseResult, frozen=True, kw_only=True):
-    """A line of that file: what nobody has signed is none."""
-
-    signature: str
-
-
-def signed_results(text: bytes) -> list[SignedResult]:
+def signed_results(text: bytes) -> list[CourseResult]:
     """Return the lines of the file of results.
 
     Raises:
-        msgspec.DecodeError: One is none.
+        msgspec.DecodeError: One is none, or nobody has signed it.
         UnicodeDecodeError: One is no text.
     """
-    return [msgspec.json.decode(row, type=SignedResult) for row in text.splitlines()]
+    lines = [msgspec.json.decode(row, type=CourseResult) for row in text.splitlines()]
+    if not all(line.signature for line in lines):
+        raise msgspec.ValidationError("a line has no signature")
+    return lines
 
 
 class CourseResults:

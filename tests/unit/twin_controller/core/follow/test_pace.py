@@ -8,8 +8,9 @@ from harness.pair import HOME, SETUP, Pair, idle_pair
 from scara_control.joint_motion import JointMotion, Setpoints
 from twin_controller.core.events import TwinPlan
 from twin_controller.core.follow.memory import Follow, RealFollows
-from twin_controller.core.follow.pace import Pace, follower_pace
+from twin_controller.core.follow.pace import follower_pace
 from twin_controller.core.follow.response import SLOWEST_PERCENT, Response
+from twin_controller.core.safety.fastest import Cap
 from twin_controller.core.sides.measure import speed_shares
 from twin_controller.core.sides.side import Sides
 
@@ -23,7 +24,7 @@ def response(doubt: tuple[float, ...], pace: float = 100.0) -> Response:
     return Response((0.1,) * JOINTS, (0.0,) * JOINTS, doubt, pace)
 
 
-def of(follow: Follow, sides: Sides, cap: float = 100.0, now: float = 0.0) -> Pace:
+def of(follow: Follow, sides: Sides, cap: float = 100.0, now: float = 0.0) -> Cap:
     """Return the pace under an operator's cap."""
     return follower_pace(SETUP, follow, sides, cap, now)
 

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from scara_control.joint_motion import JointMotion
 from twin_controller.core.actions import OverrideReal
 from twin_controller.core.events import RealMeasured
-from twin_controller.core.orders.speed import Leader, Speeds, cap_speeds, hear_override
+from twin_controller.core.orders.speed import NOT_HELD, Leader, Speeds, cap_speeds, hear_override
 from twin_controller.core.safety.watch import Safety
 from twin_controller.core.sides.side import RealSide, Sides, TwinSide
 
@@ -60,7 +60,7 @@ class Register:
         sides = Sides(RealSide(flags=flags, connected=True), TwinSide())
         leader = Leader("real" if self.program else "", "")
         self.speeds, actions = cap_speeds(
-            SETUP, self.speeds, sides, Safety(), leader, (100.0, ""), self.now
+            SETUP, self.speeds, sides, Safety(), leader, NOT_HELD, self.now
         )
         for action in actions:
             assert isinstance(action, OverrideReal)

@@ -12,25 +12,18 @@ not moved yet and for a delay that has changed.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from twin_controller.core.follow.memory import Follow
 from twin_controller.core.follow.real import planned
 from twin_controller.core.follow.response import SLOWEST_PERCENT
+from twin_controller.core.safety.fastest import Cap
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.side import Sides
 
 ALONE = "the real robot takes one set point after the other, and needs the rest to keep up"
 
 
-class Pace(NamedTuple):
-    """A program speed [percent], and why it is no more."""
-
-    percent: float
-    reason: str
-
-
-def follower_pace(setup: Setup, follow: Follow, sides: Sides, cap: float, now: float) -> Pace:
+def follower_pace(setup: Setup, follow: Follow, sides: Sides, cap: float, now: float) -> Cap:
     """Return with what speed the real robot can be led, and why with no more.
 
     Args:
@@ -46,16 +39,16 @@ def follower_pace(setup: Setup, follow: Follow, sides: Sides, cap: float, now: f
         most = min(setup.config.limit.told_percent, cap, max(flags.override_percent, 1.0))
         alone = sides.twin.program_speed(setup.config.stream.alone_percent * 1e-2 * most)
     if alone < min(response.pace, sure):
-        return Pace(alone, ALONE)
+        return Cap(alone, ALONE)
     if sure < response.pace:
         late = 1e3 * max(response.delay)
         anew = "it answers otherwise than before: " if response.changed else ""
-        return Pace(
+        return Cap(
             sure, f"{anew}how late the real robot follows is being measured: about {late:.0f} ms"
         )
     if response.behind_at < 100.0:
-        return Pace(response.pace, f"the real robot falls behind at {response.behind_at:.0f} %")
-    return Pace(response.pace, "the real robot has not shown yet that it keeps up with more")
+        return Cap(response.pace, f"the real robot falls behind at {response.behind_at:.0f} %")
+    return Cap(response.pace, "the real robot has not shown yet that it keeps up with more")
 
 
 def _sure(setup: Setup, follow: Follow, sides: Sides, now: float) -> float:

@@ -9,7 +9,7 @@ from twin_controller.core.actions import AnyAction, Command, SendReal
 from twin_controller.core.events import AnyEvent, TwinMeasured, TwinMotion
 from twin_controller.core.follow.ahead import stream_ahead
 from twin_controller.core.follow.blend import finished
-from twin_controller.core.follow.pace import Pace, follower_pace
+from twin_controller.core.follow.pace import follower_pace
 from twin_controller.core.follow.real import stream_real
 from twin_controller.core.follow.remembered import Remembered, note_sample
 from twin_controller.core.follow.response import SLOWEST_PERCENT
@@ -33,6 +33,7 @@ from twin_controller.core.orders.stop import (
     twin_stop_again,
 )
 from twin_controller.core.orders.stream import begins_late, start_stream
+from twin_controller.core.safety.fastest import Cap
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.change import stands_still
 from twin_controller.core.sides.measure import remember
@@ -202,7 +203,7 @@ def cap_both(setup: Setup, state: CoreState, now: float) -> Result:
     late = begins_late(orders.stream, orders.stop)
     if late:
         # Its set points would run away from it, and it would leap behind them.
-        pace = Pace(SLOWEST_PERCENT, late)
+        pace = Cap(SLOWEST_PERCENT, late)
     speeds, sent = cap_speeds(
         setup,
         orders.speeds,

@@ -11,7 +11,7 @@ from twin_controller.config import SpeedOrders
 from twin_controller.core.actions import AnyAction, CapTwin, OverrideReal
 from twin_controller.core.events import RealMeasured, TwinMotion
 from twin_controller.core.orders.order import Order, Patience, fresh, tell
-from twin_controller.core.safety.fastest import speed_cap
+from twin_controller.core.safety.fastest import Cap, speed_cap
 from twin_controller.core.safety.watch import Safety
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides.side import Sides
@@ -80,13 +80,6 @@ ZONE_AHEAD = "a keep-out zone is ahead, and a slower robot can stop before it"
 ZONE_BESIDE = "it stands beside a keep-out zone, and a slower start can be stopped before it"
 
 
-class Cap(NamedTuple):
-    """The largest program speed [percent], and where that comes from."""
-
-    percent: float
-    reason: str
-
-
 NOT_HELD = Cap(100.0, "")
 
 
@@ -103,7 +96,7 @@ def cap_speeds(
     sides: Sides,
     safety: Safety,
     leader: Leader,
-    pace: tuple[float, str],
+    pace: Cap,
     now: float,
 ) -> tuple[Speeds, list[AnyAction]]:
     """Send what is due, and say what was requested, what is applied, and why.
@@ -126,7 +119,7 @@ def cap_speeds(
         speeds, actions = _override_real(setup, speeds, flags, held.percent, now)
     if motion is None or not sides.twin.connected:
         return speeds, actions
-    cap = _twin_cap(setup, speeds, sides, motion, safety, Cap(*pace))
+    cap = _twin_cap(setup, speeds, sides, safety, pace)
     speeds = _judged(setup, speeds, sides, leader, cap, held)
     speeds, sent = _cap_twin(setup, speeds, motion, cap.percent, now)
     return speeds, [*actions, *sent]
@@ -182,9 +175,7 @@ def _cap_twin(
     return replace(speeds, twin=order), [CapTwin(cap)]
 
 
-def _twin_cap(
-    setup: Setup, speeds: Speeds, sides: Sides, motion: TwinMotion, safety: Safety, pace: Cap
-) -> Cap:
+def _twin_cap(setup: Setup, speeds: Speeds, sides: Sides, safety: Safety, pace: Cap) -> Cap:
     """Return the lowest cap of the twin's program speed."""
     limit, cartesian = setup.config.limit, setup.config.cell.cartesian_speed_mm_s
     caps = [Cap(speeds.cap, OPERATORS_SPEED)]

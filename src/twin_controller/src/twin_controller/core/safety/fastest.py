@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from scara_control.keep_out.points import FloatArray, WatchedPoint, positions
@@ -17,6 +18,13 @@ GRID = np.pi / 4.0
 LARGEST_STRETCH = np.pi
 FINEST = 1e-3
 STEP = 1e-4
+
+
+class Cap(NamedTuple):
+    """The largest program speed [percent], and where that comes from."""
+
+    percent: float
+    reason: str
 
 
 def fastest_speed(
