@@ -40,9 +40,9 @@ class Budget(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     house: dict[str, int]
 
 
-def load_budget(path: Path = BUDGET) -> Budget:
+def load_budget() -> Budget:
     """Read budget.yaml."""
-    return msgspec.convert(YAML(typ="safe").load(path), Budget)
+    return msgspec.convert(YAML(typ="safe").load(BUDGET), Budget)
 
 
 @cache

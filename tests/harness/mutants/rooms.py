@@ -40,9 +40,9 @@ class Room(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         }
         return sorted(path for path in found if path.name != "__init__.py")
 
-    def tests_of(self, module: Path, root: Path = ROOT) -> list[str]:
+    def tests_of(self, module: Path) -> list[str]:
         """Return the room's tests, the module's own first, then those of its folder."""
-        places = sorted({path for pattern in self.tests for path in root.glob(pattern)})
+        places = sorted({path for pattern in self.tests for path in ROOT.glob(pattern)})
         files = [
             path
             for place in places
@@ -56,7 +56,7 @@ class Room(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
                 path.parent.name != module.parent.name,
             )
         )
-        return [str(path.relative_to(root)) for path in files]
+        return [str(path.relative_to(ROOT)) for path in files]
 
 
 class Equivalent(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -73,14 +73,15 @@ class Equivalent(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return same and mutant.path.endswith(self.path)
 
 
-def load_rooms(path: Path = FOLDER / "rooms.yaml") -> dict[str, Room]:
+def load_rooms() -> dict[str, Room]:
     """Read rooms.yaml."""
-    return msgspec.convert(YAML(typ="safe").load(path), dict[str, Room])
+    return msgspec.convert(YAML(typ="safe").load(FOLDER / "rooms.yaml"), dict[str, Room])
 
 
-def load_equivalent(path: Path = FOLDER / "equivalent.yaml") -> list[Equivalent]:
+def load_equivalent() -> list[Equivalent]:
     """Read equivalent.yaml; each entry says why."""
-    return msgspec.convert(YAML(typ="safe").load(path) or [], list[Equivalent])
+    found = YAML(typ="safe").load(FOLDER / "equivalent.yaml")
+    return msgspec.convert(found or [], list[Equivalent])
 
 
 def is_equivalent(mutant: Mutant, known: Sequence[Equivalent]) -> bool:

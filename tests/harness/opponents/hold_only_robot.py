@@ -43,7 +43,7 @@ class HoldOnlyRobot:
         truth: (monotonic time, q) of each servo step.
     """
 
-    def __init__(self, port: int = 0) -> None:
+    def __init__(self) -> None:
         """Listen; nothing runs."""
         self.q, self.speed = list(HOME), [0.0] * len(HOME)
         self.state, self.kind = ABORTED, NONE
@@ -61,7 +61,7 @@ class HoldOnlyRobot:
         self._silent = False
         self._lock = threading.Lock()
         self._ended = threading.Event()
-        self._listener = socket.create_server(("127.0.0.1", port))
+        self._listener = socket.create_server(("127.0.0.1", 0))
         self.port: int = self._listener.getsockname()[1]
         self._threads = [
             threading.Thread(target=work, daemon=True) for work in (self._accept, self._servo)

@@ -54,12 +54,12 @@ class LyingRobot:
     ``lies`` counts what was told.
     """
 
-    def __init__(self, seed: int, rate: float = LIES_EACH) -> None:
-        """Lie with probability ``rate``."""
+    def __init__(self, seed: int) -> None:
+        """Lie with probability ``LIES_EACH``."""
         self.lies: Counter[str] = Counter()
         self.answers = 0
         self.honest = False
-        self._rng, self._rate, self._before = Random(seed), rate, b""
+        self._rng, self._rate, self._before = Random(seed), LIES_EACH, b""
         self._lied = {True: False, False: False}
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.port: int = self._listener.getsockname()[1]

@@ -71,12 +71,12 @@ class LyingTwin:
     ``lies`` counts what was told, ``sent`` all packets.
     """
 
-    def __init__(self, seed: int, rate: float = 0.5) -> None:
-        """Lie with probability ``rate``, never twice in a row."""
+    def __init__(self, seed: int) -> None:
+        """Lie by chance, never twice in a row."""
         self.lies: Counter[str] = Counter()
         self.sent = 0
         self.honest = False
-        self._rng, self._rate = Random(seed), rate
+        self._rng, self._rate = Random(seed), 0.5
         self._server = serve(self._attend, "127.0.0.1", 0, compression=None, ping_interval=None)
         self.url = f"ws://127.0.0.1:{self._server.socket.getsockname()[1]}"
         self._stop = threading.Event()

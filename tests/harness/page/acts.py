@@ -53,7 +53,7 @@ def patient_configuration(folder: Path) -> Path:
 
 @contextlib.contextmanager
 def cell_with_pages(
-    folder: Path, *words: str, env: dict[str, str] | None = None, timeout: float = 90.0
+    folder: Path, *words: str, env: dict[str, str] | None = None
 ) -> Iterator[tuple[LiveCell, Process, int]]:
     """Give a ready cell as ``./cell up`` starts it, what it prints, and its page's port.
 
@@ -61,12 +61,11 @@ def cell_with_pages(
         folder: Of the cell.
         words: Further arguments of the bring-up.
         env: Beside the environment of the cell.
-        timeout: Until it is ready [s].
     """
     port = free_port()
     pages = ("--no-browser", "--panel-port", f"{port}", "--pendant-port", f"{free_port()}")
     env = {VARIABLE: TOKEN, **(env or {})}
-    with LiveCell(folder).ready(*pages, *words, env=env, people=True, timeout=timeout) as cell:
+    with LiveCell(folder).ready(*pages, *words, env=env, people=True, timeout=90.0) as cell:
         yield cell, cell.bringup, port
 
 

@@ -143,15 +143,14 @@ class Theatre:
 
 
 @contextmanager
-def open_theatre(folder: Path, draws: bool = False, robot: str = "") -> Iterator[Theatre]:
+def open_theatre(folder: Path, robot: str = "") -> Iterator[Theatre]:
     """Start a stage and open its page.
 
     Args:
         folder: For logs and recordings.
-        draws: Whether the browser draws the model; it does so without a graphics card.
         robot: Folder of config/robots; empty: the article's.
     """
-    with started_stage(folder, robot) as address, kept_chromium(draws) as browser:
+    with started_stage(folder, robot) as address, kept_chromium() as browser:
         yield Theatre(browser.new_page(), address, folder / RUNS)
 
 

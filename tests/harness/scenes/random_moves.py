@@ -79,17 +79,16 @@ class Asked:
         self.answer = (success, text)
 
 
-def random_moves(robot: str, seed: int, count: int, plant: str | None = None) -> Found:
+def random_moves(robot: str, seed: int, count: int) -> Found:
     """Make ``count`` moves on a new cell and return what was found.
 
     Args:
         robot: Its profile.
-        seed: Of all that is drawn.
+        seed: Of all that is drawn; its stand-in moves by turns as the file says and by the seed.
         count: So many moves.
-        plant: How its stand-in moves; None: by turns as the file says and drawn by the seed.
     """
     source = random.Random(seed)
-    files = load_files(robot, plant=plant or PLANTS[seed % 2].format(seed=seed))
+    files = load_files(robot, plant=PLANTS[seed % 2].format(seed=seed))
     with VirtualCell(_with_programs(files, source), seed=seed) as cell:
         return _Wanderer(cell, source).wander(count)
 

@@ -80,8 +80,8 @@ class Proxy:
         fault: What happens to each unit; ``passed`` lets it through.
     """
 
-    def __init__(self, target: int, units: Units = chunks, port: int = 0) -> None:
-        """Listen on ``port`` (0: any) for clients of the server on ``target``."""
+    def __init__(self, target: int, units: Units = chunks) -> None:
+        """Listen on a port of its own for clients of the server on ``target``."""
         self.target, self.fault = target, passed
         self._units = units
         # A connection that is being made while another thread cuts is cut too.
@@ -90,7 +90,7 @@ class Proxy:
         self._moving = threading.Event()
         self._moving.set()
         self._listener: socket.socket | None = None
-        self.port = port
+        self.port = 0
         self._listen()
 
     fault: Fault

@@ -108,7 +108,7 @@ class ZoneCell(VirtualCell):
         begun, decided = self.schedule.now, len(self.decisions)
         refused = self._begin(leader, number, target, speed)
         if not refused:
-            self._end(leader)
+            self._end()
         self.setup.keep_out = ()
         made = self.decisions[decided:]
         stops = [decision.why for decision in made if decision.trigger == "KEEP_OUT"]
@@ -120,7 +120,7 @@ class ZoneCell(VirtualCell):
             for side in (self.real, self.twin)
         )
         stopped = bool(stops) or "keep-out zone" in refused
-        other = "" if stopped else refused or self._unexpected(made)
+        other = "" if stopped else refused or self._unexpected()
         words = (stops or [refused])[0]
         # Between two rows of a coarse way the tool goes up to 2 mm: too much for the verdict.
         near = self.body.clearance(
@@ -150,7 +150,7 @@ class ZoneCell(VirtualCell):
         )
         return ""
 
-    def _end(self, leader: str) -> None:
+    def _end(self) -> None:
         """Wait until the move has ended, however it did."""
         self.schedule.run(0.3)
         end = self.schedule.now + LIMIT_S
@@ -162,7 +162,7 @@ class ZoneCell(VirtualCell):
             if not busy and self.still_for() >= 0.3:
                 return
 
-    def _unexpected(self, made: Sequence[object]) -> str:
+    def _unexpected(self) -> str:
         """Return what else ended the move; empty if it came to its end."""
         if self.mode == "IDLE":
             return ""

@@ -140,10 +140,10 @@ def _count(node: Node, known: dict[int, int], above: set[int]) -> int:
     return known[id(node)]
 
 
-def shortened(value: Any, most: int = 40) -> str:
+def shortened(value: Any) -> str:
     """Return a value as it is shown in a message, with a few of its characters."""
     text = ascii(value)
-    return text if len(text) <= most else f"{text[: most - 3]}..."
+    return text if len(text) <= 40 else f"{text[:37]}..."
 
 
 def _placed(text: str, what: str, mark: Any) -> str:

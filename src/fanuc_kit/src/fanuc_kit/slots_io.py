@@ -10,6 +10,8 @@ from twin_controller.modbus.blocks import Block
 from twin_controller.modbus.port_io import LinkLostError, ModbusPort
 from twin_controller.modbus.words import numbers, text_of, to_words
 
+_TIMEOUT_S = 2.0
+"""For one answer. Our choice."""
 _SHOWN = 16000
 """Here slot 80 shows one value at a time; below slots 76 to 79, above all else; our choice."""
 _WHOLE = Register(_SHOWN, "int32", "", "$ADDRESS or $SIZE")
@@ -28,11 +30,10 @@ class SlotWriter:
         host: The robot's address.
         port: Of its Modbus server.
         unit: Modbus device.
-        timeout: For one answer [s].
     """
 
-    def __init__(self, host: str, port: int, unit: int, timeout: float = 2.0) -> None:
-        self._port = ModbusPort(host, port, unit, timeout)
+    def __init__(self, host: str, port: int, unit: int) -> None:
+        self._port = ModbusPort(host, port, unit, _TIMEOUT_S)
 
     def __enter__(self) -> SlotWriter:
         """Connect.

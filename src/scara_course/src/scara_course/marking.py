@@ -7,7 +7,7 @@ a number must be (``ALLOWED``). Words are compared without case.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, TypeAlias
 
 import msgspec
@@ -15,7 +15,6 @@ from scara_config.files.yaml_text import YamlTextError, parse
 
 Value: TypeAlias = float | str
 Table: TypeAlias = dict[str, dict[str, Value]]
-Mistake: TypeAlias = Callable[[Table], Table]
 
 ALLOWED = {
     "_deg": 0.05,

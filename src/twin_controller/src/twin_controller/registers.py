@@ -41,6 +41,9 @@ from twin_controller.robot_sample import (
     WatchdogState,
 )
 
+TOLERANCE = 0.001
+"""How far outside its range a position may be read, as a fraction of the range. Our choice."""
+
 
 class RegisterCodec:
     """Plan of the requests, decoder of the answers, encoder of the writes.
@@ -48,7 +51,6 @@ class RegisterCodec:
     Args:
         layout: modbus_map.yaml.
         robot: robot.yaml; a joint stands at the place of its ``axis_number``.
-        tolerance: How far outside its range a position may be read, as a fraction of the range.
 
     Attributes:
         state: Read in each cycle.
@@ -64,11 +66,10 @@ class RegisterCodec:
             a map without a register that is written.
     """
 
-    def __init__(self, layout: ModbusMap, robot: Robot, tolerance: float = 0.001) -> None:
+    def __init__(self, layout: ModbusMap, robot: Robot) -> None:
         self._registers = {**layout.input_registers, **layout.holding_registers}
         self._low_first = layout.word_order == "low_first"
         self._joints = robot.joints
-        self._tolerance = tolerance
         self._status = layout.status_word
         self._command = layout.command_word
         self.state = state_block(layout)
@@ -111,7 +112,7 @@ class RegisterCodec:
             raise SampleError(f"{len(bits)} signals instead of {self.outputs.count}")
         if self._number("position_valid", words) != 1:
             raise SampleError("the robot says that its position is not valid")
-        q = positions_of(self._floats("position", words), self._joints, self._tolerance)
+        q = positions_of(self._floats("position", words), self._joints, TOLERANCE)
         qdot: Sequence[float] = ()
         if "velocity" in self._registers:
             qdot = velocities_of(self._floats("velocity", words), self._joints)

@@ -28,7 +28,6 @@ class JournalWriter:
         files: DayFiles,
         settings: JournalSettings,
         on_number: Callable[[int], None] = lambda number: None,
-        clock: Callable[[], float] = time.time,
     ) -> None:
         """Begin.
 
@@ -36,10 +35,9 @@ class JournalWriter:
             files: Of the journal, not open yet.
             settings: Of journal.yaml.
             on_number: Is told the newest number, in the thread that writes.
-            clock: Unix time [s].
         """
         self._files, self._settings = files, settings
-        self._on_number, self._clock = on_number, clock
+        self._on_number = on_number
         self._changed = threading.Condition()
         self._waiting: deque[Entry] = deque()
         self._taken = 0  # entries that are being written and go back if that fails
@@ -60,7 +58,7 @@ class JournalWriter:
         tells how many there were.
         """
         with self._changed:
-            entry = entry if entry.time else replace(entry, time=self._clock())
+            entry = entry if entry.time else replace(entry, time=time.time())
             newest = self._waiting[-1] if self._waiting else None
             held = len(self._waiting) + self._taken
             if held < self._settings.queue_entries:
@@ -162,7 +160,7 @@ class JournalWriter:
 
     def _open(self) -> None:
         """Open the journal; what it has found is told before all that waits."""
-        self._files.open(self._clock())
+        self._files.open(time.time())
 
     def _work(self, final: bool) -> None:
         """Write what waits; make it safe when that is due."""
@@ -171,7 +169,7 @@ class JournalWriter:
         while batch := self._take():
             written = 0
             try:
-                written = self._files.append(batch, self._clock())
+                written = self._files.append(batch, time.time())
             finally:
                 # Let what was not written wait again, in front; two gaps that meet become one
                 entries = batch[written:]
@@ -195,9 +193,7 @@ class JournalWriter:
         with self._changed:
             while self._files.told:
                 entry = self._files.told.pop()
-                self._waiting.appendleft(
-                    entry if entry.time else replace(entry, time=self._clock())
-                )
+                self._waiting.appendleft(entry if entry.time else replace(entry, time=time.time()))
             self._taken = min(BATCH, len(self._waiting))
             return [self._waiting.popleft() for _ in range(self._taken)]
 

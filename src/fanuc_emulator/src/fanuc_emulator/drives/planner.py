@@ -78,8 +78,8 @@ class Planner:
             share = 0.01 * (motion.percent or 100.0)
             return JointMove(begin, end, share, velocities, accelerations, motion.seconds)
         tool = matrix(target.tool)
-        via, last = (self._tip(step.targets[0], begin) if motion.kind == "C" else None), target
-        path = ToolPath(self._arm.pose(self._of_arm(begin)) @ tool, self._tip(last, begin), via)
+        via, last = (self._tip(step.targets[0]) if motion.kind == "C" else None), target
+        path = ToolPath(self._arm.pose(self._of_arm(begin)) @ tool, self._tip(last), via)
         move = PathMove(
             self._arm,
             self.robot.joints,
@@ -157,7 +157,7 @@ class Planner:
         """
         found = self._taught(target)
         if found is None or target.shifted:
-            goal = self._tip(target, begin) @ inverse(matrix(target.tool))
+            goal = self._tip(target) @ inverse(matrix(target.tool))
             here = self._of_arm(begin if found is None else found)
             place = list(self._others_at(target, begin))
             for column, position in zip(self._arm.columns, self._solve(goal, _told(target), here)):
@@ -189,7 +189,7 @@ class Planner:
         shown = f" with the arm bent {told.text}" if told else ""
         raise RefusedError(alarms.NOT_REACHABLE, f"no joint positions bring the tool there{shown}")
 
-    def _tip(self, target: Target, begin: Sequence[float]) -> Matrix:
+    def _tip(self, target: Target) -> Matrix:
         """Return the pose of the tool's tip at a target, in the base, shape (4, 4) [m]."""
         frame, place = matrix(target.frame), target.place
         taught = self._taught(target)

@@ -30,7 +30,6 @@ class Mailbox:
         session: zenoh.Session,
         expression: str,
         take: Callable[[Sequence[zenoh.Sample]], None],
-        capacity: int = CAPACITY,
     ) -> None:
         """Subscribe and begin.
 
@@ -38,11 +37,10 @@ class Mailbox:
             session: An open session; the mailbox leaves it open.
             expression: Of the keys.
             take: Gets each batch, in the mailbox's own thread.
-            capacity: Of the ring; beyond it the oldest messages go.
         """
         self._take = take
         self._subscriber: Any = session.declare_subscriber(
-            expression, zenoh.handlers.RingChannel(capacity)
+            expression, zenoh.handlers.RingChannel(CAPACITY)
         )
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._hand_on, name=expression, daemon=True)

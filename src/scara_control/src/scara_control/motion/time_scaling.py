@@ -56,9 +56,9 @@ class SpeedCap:
     the path before that would find the robot ahead of it.
     """
 
-    def __init__(self, percent: float = 100.0) -> None:
-        """Begin with a cap that holds."""
-        self._rows = [(-math.inf, percent)]
+    def __init__(self) -> None:
+        """Begin with all of it."""
+        self._rows = [(-math.inf, 100.0)]
 
     @property
     def newest(self) -> float:

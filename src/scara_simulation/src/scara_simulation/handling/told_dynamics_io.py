@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 from scara_config import Robot
 from scara_config.payload import Payload
@@ -27,7 +26,6 @@ class ToldDynamics:
         payload: Payload,
         part: Payload | None = None,
         holding: Callable[[], bool] = lambda: False,
-        urdf: Path | None = None,
     ) -> None:
         """Begin with a payload.
 
@@ -37,7 +35,6 @@ class ToldDynamics:
             payload: What the controller is told.
             part: What counts beside it while a part is held.
             holding: Whether a part is held now; asked in each step.
-            urdf: Of the cell; default: the robot's own.
 
         Raises:
             ConfigError: The URDF cannot be loaded.
@@ -49,7 +46,7 @@ class ToldDynamics:
         self._models: list[ArmModel] = []
         for carried in self._loads(payload):
             model = ArmModel(
-                urdf or robot.description,
+                robot.description,
                 [joint.name for joint in robot.twin_joints],
                 robot.tool_frame,
                 gravity=config.gravity_m_s2,

@@ -180,20 +180,19 @@ def widen(estimate: ClockEstimate, by: float) -> ClockEstimate:
     return msgspec.structs.replace(estimate, lower=estimate.lower - by, upper=estimate.upper + by)
 
 
-def unwrap_ms(previous: int | None, clock_ms: int, bits: int = 31) -> int:
+def unwrap_ms(previous: int | None, clock_ms: int) -> int:
     """Continue a millisecond counter across its wrap.
 
     Args:
         previous: The last unwrapped value, or None.
-        clock_ms: The counter as read, 0 .. 2^bits - 1.
-        bits: Width of the counter.
+        clock_ms: The counter as read, 0 .. 2^31 - 1.
 
     Returns:
         The unwrapped value nearest to ``previous``, so that a step back stays a step back.
     """
     if previous is None:
         return clock_ms
-    span = 1 << bits
+    span = 1 << 31
     step = (clock_ms - previous) % span
     if step >= span // 2:
         step -= span
