@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from fanuc_emulator.config import load_emulator, load_programs
 from harness.any_scara import any_size
+from harness.running.thorough import thorough
 from harness.workspace import ROOT
 from robot_doctor.examine import examine
 from robot_doctor.finding import Level
@@ -32,7 +33,7 @@ def config(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "config"
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", [*range(8), *thorough(*range(8, 20))])
 def test_a_scara_of_any_lengths_is_healthy(config: Path, tmp_path: Path, seed: int) -> None:
     """Three or four axes, with or without table, joint 3 up or down: nothing to correct."""
     size = any_size(seed)

@@ -63,6 +63,7 @@ def test_the_real_robot_goes_where_the_named_joints_go() -> None:
     )
 
 
+@pytest.mark.thorough
 def test_it_is_followed_ahead_of_its_time_as_one_of_all_joints() -> None:
     """Naming two joints costs nothing: the sides are apart as little as if all were named.
 

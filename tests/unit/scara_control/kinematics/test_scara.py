@@ -7,6 +7,7 @@ import math
 import msgspec
 import numpy as np
 import pytest
+from harness.running.thorough import examples
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scara_config import load_robot
@@ -76,7 +77,7 @@ def test_inner_radius_is_given_by_the_larger_limit_of_joint_2(limits_deg):
     assert scara.inner_radius == pytest.approx(expected, abs=1e-12)
 
 
-@settings(deadline=None, max_examples=500)
+@settings(deadline=None, max_examples=examples(150, 500))
 @given(Q1, Q2, Q3)
 def test_point_to_joints_and_back_is_the_point(q1, q2, q3):
     """Within 1e-12 m everywhere, the edge of the reach included."""
@@ -86,7 +87,7 @@ def test_point_to_joints_and_back_is_the_point(q1, q2, q3):
             assert tool_position(SCARA, *q) == pytest.approx(point, abs=1e-12)
 
 
-@settings(deadline=None, max_examples=500)
+@settings(deadline=None, max_examples=examples(150, 500))
 @given(Q1, Q2, Q3)
 def test_joints_to_point_and_back_are_the_joints(q1, q2, q3):
     """The solution on the same side is the one it came from, as far as the point still tells it."""

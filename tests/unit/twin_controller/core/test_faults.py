@@ -251,7 +251,7 @@ POSE = st.tuples(
 FLAP = st.tuples(st.sampled_from(["real", "twin"]), st.integers(1, 900))
 
 
-@settings(max_examples=examples(8, 15), deadline=None)
+@settings(max_examples=examples(5, 15), deadline=None)
 @given(real=POSE, twin=POSE, flaps=st.lists(FLAP, max_size=6))
 def test_a_reconnect_moves_the_twin_slowly_and_the_real_robot_not_at_all(
     real: tuple[float, ...], twin: tuple[float, ...], flaps: list[tuple[str, int]]

@@ -87,7 +87,7 @@ def test_it_takes_the_place_of_no_stronger_stop(before: str, why: str) -> None:
     assert not answer.success and why in answer.message
 
 
-@settings(max_examples=examples(15, 200))
+@settings(max_examples=examples(8, 200))
 @given(
     st.lists(
         st.sampled_from(["STOP", "PAUSE", "RESUME", "ALIGN", "HOME", "STANDSTILL"]), max_size=6
