@@ -38,7 +38,7 @@ DEFINITIONS = {"msg": "message", "srv": "service", "action": "action"}
 FENCE = re.compile(r"^ *```.*?^ *```$", re.DOTALL | re.MULTILINE)
 HEADING = re.compile(r"^(#{1,3}) (.+)$", re.MULTILINE)
 NUMBER = re.compile(r"^(\d+|[A-Z])\. ")
-WORD = re.compile(r"^\| \*\*(.+?)\*\* \|", re.MULTILINE)
+WORD = re.compile(r"^- \*\*(.+?)\*\*:", re.MULTILINE)
 NAMES = re.compile(r"^\| (`[^|]+`) \|", re.MULTILINE)
 UNLISTED = ("decisions/", "state_table.md", "benchmarks.md")
 """Pages whose headings are no words that somebody looks up."""
@@ -192,7 +192,7 @@ def index_page(pages: dict[str, str]) -> str:
             entries += [(word, page, title[0]) for word in WORD.findall(text)]
         if page == INTERFACES:
             entries += interface_entries(text, headings)
-    lines = ["# Index from A to Z\n\nWhat the pages tell of, and where.\n"]
+    lines = ["# Index from A to Z\n\nWhat the pages say, and where.\n"]
     letter = ""
     entries = sorted(set(entries), key=lambda entry: (sort_key(entry[0]), entry))
     for words, target, title in entries:

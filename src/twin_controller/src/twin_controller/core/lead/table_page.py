@@ -30,8 +30,6 @@ MOST = len(Mode) // 2
 
 TRIGGERS = """
 ## Triggers
-| trigger | what has happened |
-|---|---|
 """
 
 
@@ -43,11 +41,11 @@ def table_page() -> str:
         INTRODUCTION,
         TRIGGERS,
         *(
-            f"| `{trigger.name}` | {trigger.value} |\n"
+            f"- `{trigger.name}`: {trigger.value}\n"
             for trigger in Trigger
             if trigger not in asked
         ),
-        f"| {', '.join(f'`{trigger.name}`' for trigger in asked)} | by the operator |\n",
+        f"- {', '.join(f'`{trigger.name}`' for trigger in asked)}: by the operator\n",
         "\n## Most modes\n",
         *_table((f"`{trigger.name}`", "", does) for trigger, does in usual.items()),
     ]
