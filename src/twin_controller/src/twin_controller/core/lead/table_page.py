@@ -40,11 +40,7 @@ def table_page() -> str:
     parts = [
         INTRODUCTION,
         TRIGGERS,
-        *(
-            f"- `{trigger.name}`: {trigger.value}\n"
-            for trigger in Trigger
-            if trigger not in asked
-        ),
+        *(f"- `{trigger.name}`: {trigger.value}\n" for trigger in Trigger if trigger not in asked),
         f"- {', '.join(f'`{trigger.name}`' for trigger in asked)}: by the operator\n",
         "\n## Most modes\n",
         *_table((f"`{trigger.name}`", "", does) for trigger, does in usual.items()),
