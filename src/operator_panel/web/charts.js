@@ -35,7 +35,11 @@ export class Charts {
       this.dressed = false;
       this.changed = this.fresh = true;
     });
-    new MutationObserver(() => this.dress()).observe(document.body, { attributeFilter: ["class"] });
+    // A theme, and each dialog too: dressed once somebody sees them.
+    new MutationObserver(() => {
+      this.dressed = false;
+      this.changed = true;
+    }).observe(document.body, { attributeFilter: ["class"] });
     window.addEventListener("resize", () => (this.dressed = false)); // letters grow with the screen
     setInterval(() => this.draw(), DRAW_MS);
   }
