@@ -37,6 +37,7 @@ from operator_panel.control.tool_jog import ToolArm  # noqa: E402
 from operator_panel.door import Answer, Gains  # noqa: E402
 from operator_panel.page.api_io import offer_camera, offer_events, offer_past  # noqa: E402
 from operator_panel.page.shell_io import Shell  # noqa: E402
+from operator_panel.page.work import leading_io  # noqa: E402
 from operator_panel.retelling.recordings_io import Recordings  # noqa: E402
 from operator_panel.runs import DRAFTS  # noqa: E402
 from operator_panel.teach.draft import empty  # noqa: E402
@@ -256,6 +257,8 @@ def main() -> None:
         os.environ[CHOICE] = sys.argv[3]
     folder = runs.parent / "config"
     shutil.copytree(ROOT / "config", folder, dirs_exist_ok=True)
+    # No gripper closes here: who waits for one gives up at once.
+    leading_io.GRIP_S = 0.2
     door = StageDoor(folder)
     robot, config = door.robot, load_panel(folder)
     around = load_surroundings(robot, folder)
