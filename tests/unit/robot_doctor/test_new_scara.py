@@ -51,6 +51,9 @@ def test_a_scara_of_any_lengths_is_healthy(config: Path, tmp_path: Path, seed: i
     q[2] = low * 1e-3
     assert high - np.array(tool.position(q)) == pytest.approx([0.0, 0.0, size.stroke_mm * 1e-3])
     assert watched_points(robot)[1].name == "elbow"
+    fall = 0.5 * robot.twin_joints[2].velocity * robot.stopping.braking_delay_ms * 1e-3
+    p1, (zone,) = robot.positions_m["P1"], robot.keep_out
+    assert p1[2] - 1e-3 * zone.upper_mm[2] >= fall - 1e-9, "a stop at half speed ends above it"
 
 
 def test_one_with_two_tables_turns_both(config: Path, tmp_path: Path) -> None:

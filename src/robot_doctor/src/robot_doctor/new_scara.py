@@ -25,6 +25,9 @@ TABLES = ("table", "table_2")
 PLACES = {"P1": (1.0, 0.0, 0.75), "P2": (0.775, 0.25, 0.45), "P3": (0.775, -0.25, 0.25)}
 """Set positions: x and y in parts of the reach, how far below the upper end in parts of the
 stroke."""
+CLEAR_MM = 90.0
+"""From P1 down to the zone below it: what joint 3 goes at half its speed, as in the experiments,
+within ``braking_delay_ms``. A robot that comes down faster than it could be stopped is stopped."""
 STOPPING = """\
 # Without a means of stopping that was tried at its address a robot is followed, never led.
 stopping:
@@ -111,7 +114,7 @@ def robot_text(name: str, size: ScaraSize, inertias: Mapping[str, float]) -> str
     )
     zone = [
         [0.4 * size.reach_mm, -sideways, -1000.0 + p1[2]],
-        [1.175 * size.reach_mm, sideways, p1[2] - 32.0],
+        [1.175 * size.reach_mm, sideways, p1[2] - CLEAR_MM],
     ]
     lower, upper = (", ".join(f"{value:.6g}" for value in corner) for corner in zone)
     joints = "".join(_joint(joint, size, inertias.get(joint), (low, high)) for joint in size.joints)
