@@ -7,6 +7,7 @@ constant delay.
 from __future__ import annotations
 
 import heapq
+import math
 from collections import deque
 from collections.abc import Callable
 from copy import copy
@@ -247,7 +248,7 @@ class Pair(RealSide, TwinSide):
             self.feed(events.Tick(self.now))
 
     def _report_real(self) -> None:
-        clock = int((self.now + self.real_clock) * 1000) // 2 * 2
+        clock = math.floor((self.now + self.real_clock) * 1000) // 2 * 2
         q, qdot = self.real_at(clock * 1e-3 - self.real_clock)
         event = events.RealMeasured(
             now=self.now,

@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from harness.pair import HOME, REAL_PERIOD_S, SETUP, Pair, ramp, shifted
+from harness.pair import HOME, SETUP, Pair, ramp, shifted
 from harness.running.thorough import examples, thorough
 from harness.watch import Watch
 from hypothesis import example, given, settings
@@ -194,6 +194,9 @@ def test_a_robot_that_follows_is_never_a_new_leader(
 REPORT_S = 0.011
 """A time that lies on an edge may fall on the next report by the rounding of a float."""
 SHIFTS = st.integers(-(10**7), 10**7)
+REAL_CLOCK_S = 5000.0003
+"""No instant of the scenario lies on an edge of the robot's ticks, where the last digit of a float
+would decide in which of two ticks it falls."""
 ROUNDING_S = 1e-6
 """Some last digits of a clock that shows 1.7e9 s."""
 
@@ -218,34 +221,28 @@ def scenario(pair: Pair) -> list[tuple[str, str, float]]:
 @cache
 def unshifted() -> tuple[Pair, list[tuple[str, str, float]]]:
     """Return the pair that others are held against, behind its scenario, and what was decided."""
-    pair = Pair()
+    pair = Pair(real_clock=REAL_CLOCK_S)
     return pair, scenario(pair)
 
 
 def same_way(here: list[StreamReal], there: list[StreamReal]) -> None:
-    """Fail unless the set points are on one way.
-
-    The rhythm of writing is learnt from stamps in whole ticks of the robot. A reading at the edge
-    of a tick falls to one side of it or the other by a float's last digit. Both rhythms are then
-    up to half a tick apart, and so are the places: each is planned for its own instant.
-    """
-    apart = max(abs(b.send_at - a.send_at) for a, b in zip(here, there, strict=True))
-    assert apart <= 0.5 * REAL_PERIOD_S
-    free = 0.5 * REAL_PERIOD_S if apart > ROUNDING_S else 0.0
-    way = np.array([a.setpoint.q for a in here])
-    steps = np.diff([a.send_at for a in here])[:, np.newaxis]
-    fastest = np.abs(np.diff(way, axis=0) / steps).max(axis=0)
-    deviation = np.abs(np.array([b.setpoint.q for b in there]) - way)
-    assert (deviation <= 1e-5 + free * fastest).all()
+    """Fail unless the set points are the same, at the same times."""
+    apart = [b.send_at - a.send_at for a, b in zip(here, there, strict=True)]
+    assert max(map(abs, apart)) <= ROUNDING_S
+    deviation = [np.subtract(b.setpoint.q, a.setpoint.q) for a, b in zip(here, there, strict=True)]
+    assert np.abs(deviation).max() <= 1e-5
 
 
 @pytest.mark.slow
-@settings(max_examples=examples(1, 6), deadline=None)
+@settings(max_examples=examples(1, 30), deadline=None)
 @given(shift=SHIFTS)
 @example(shift=-1776)
+@example(shift=-2616)
+@example(shift=-2585)
+@example(shift=1545)
 def test_a_common_shift_of_both_clocks_changes_nothing(shift: int) -> None:
     """Same decisions at the same times, same set points; only the stamps are shifted."""
-    moved = Pair(real_clock=5000.0 + 2.0 * shift, twin_clock=1.7e9 + 2.0 * shift)
+    moved = Pair(real_clock=REAL_CLOCK_S + 2.0 * shift, twin_clock=1.7e9 + 2.0 * shift)
     pair, here = unshifted()
     assert scenario(moved) == here
     for a, b in zip(pair.actions, moved.actions, strict=True):
@@ -254,9 +251,8 @@ def test_a_common_shift_of_both_clocks_changes_nothing(shift: int) -> None:
             assert b.points[0].q == pytest.approx(a.points[0].q, abs=1e-5)
             assert b.stamp - a.stamp == pytest.approx(2.0 * shift, abs=1e-4)
         elif isinstance(a, CapTwin):
-            # A measured delay: by a part of a tick, as in same_way.
             assert isinstance(b, CapTwin)
-            assert b.speed_percent == pytest.approx(a.speed_percent, rel=0.01)
+            assert b.speed_percent == pytest.approx(a.speed_percent, rel=1e-4)
         elif isinstance(a, StreamReal):
             assert isinstance(b, StreamReal)
         elif not isinstance(a, Decided):
@@ -269,7 +265,7 @@ def test_a_common_shift_of_both_clocks_changes_nothing(shift: int) -> None:
 @given(start=st.integers(0, 10**6))
 def test_the_controllers_own_clock_may_begin_anywhere(start: int) -> None:
     """Monotonic time has no meaning of its own."""
-    moved = Pair(real_clock=5100.0 - start, twin_clock=1.7e9 + 100.0 - start)
+    moved = Pair(real_clock=REAL_CLOCK_S + 100.0 - start, twin_clock=1.7e9 + 100.0 - start)
     moved.now = float(start)
     here, there = unshifted()[1], scenario(moved)
     assert [entry[:2] for entry in there] == [entry[:2] for entry in here]
