@@ -43,23 +43,27 @@ def client(bench: Bench) -> Iterator[Any]:
 
 
 def test_clock_and_position_go_on_while_a_program_runs(client: Any) -> None:
-    """Each read returns the newest snapshot; the clock counts the robot's own milliseconds."""
+    """Each read returns the newest snapshot; the clock counts the robot's own milliseconds.
+
+    Each clock was true between its question and its answer, so one offset to our clock, known to a
+    servo period, fits all of them, however late this machine is.
+    """
     client.write_coil(6009, True)
-    readings = []
-    begin = time.monotonic()
-    while time.monotonic() < begin + 1.5:
+    readings: list[tuple[float, float, int]] = []
+    positions = set()
+    while len(positions) <= 50 or readings[-1][0] < readings[0][0] + 1000.0:
+        sent = time.monotonic() * 1e3
         words = client.read_holding_registers(11000, count=44).registers
-        readings.append(
-            (
-                client.convert_from_registers(words[19:21], client.DATATYPE.INT32, "little"),
-                tuple(words[2:4]),
-            )
-        )
-    clocks = [clock for clock, _ in readings]
+        received = time.monotonic() * 1e3
+        clock = client.convert_from_registers(words[19:21], client.DATATYPE.INT32, "little")
+        readings.append((sent, received, clock))
+        positions.add(tuple(words[2:4]))
+        assert sent < readings[0][0] + 20000.0, f"joint_2 took {len(positions)} positions"
+    clocks = [clock for _, _, clock in readings]
     assert all(after - before >= 0 for before, after in itertools.pairwise(clocks))
     assert all(clock % 2 == clocks[0] % 2 for clock in clocks)
-    assert clocks[-1] - clocks[0] == pytest.approx((time.monotonic() - begin) * 1000, abs=100)
-    assert len({pair for _, pair in readings}) > 50, "joint_2 moves"
+    latest = max(sent - clock for sent, _, clock in readings)
+    assert latest <= min(received - clock for _, received, clock in readings) + 2.0
 
 
 def test_every_register_can_be_read_and_gaps_are_0(client: Any) -> None:
