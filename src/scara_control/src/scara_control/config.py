@@ -122,6 +122,7 @@ def load_motion(directory: Path | str | None = None) -> MotionConfig:
     """
     path = locate("motion.yaml", directory)
     config = load(path, MotionConfig)
+    # A packet has to last until the next one, also if that is a period late.
     if config.move.horizon < 2.0 * config.period:
         raise ConfigError(
             f"{path}: move.horizon = {config.move.horizon}: is below two periods, "

@@ -104,6 +104,7 @@ class JointTrack:
             extrapolation_limit: See the class.
             stop_accelerations: Likewise.
         """
+        # Each packet of a stream makes a track: to check it a second time would cost as much again.
         track = cls.__new__(cls)
         points = setpoints.points
         track._keep(
@@ -132,6 +133,7 @@ class JointTrack:
         self._extrapolation_limit = extrapolation_limit
         # A segment's polynomials are computed when it is first asked for.
         self._quintics: list[tuple[_Quintic, ...] | None] = [None] * (len(times) - 1)
+        # The segment that was asked for last: time mostly goes on within it.
         self._segment = 0
 
     @property
@@ -265,6 +267,7 @@ def _quintic(duration: float, start: AxisMotion, end: AxisMotion) -> _Quintic:
     q0, v0, a0 = start
     q1, v1, a1 = end
     h = duration
+    # What the acceleration of the start leaves undone: of the way, the speed and the acceleration.
     step = (q1 - q0 - h * (v0 + 0.5 * h * a0)) / h**3
     speed = (v1 - v0 - h * a0) / h**2
     bend = (a1 - a0) / h

@@ -31,6 +31,7 @@ def check_joint_vector(joints: Sequence[Joint], values: Sequence[float]) -> tupl
         names = ", ".join(joint.name for joint in joints)
         raise JointVectorError(f"got {len(values)} joint values, expected {len(joints)}: {names}")
     numbers = tuple(map(float, values))
+    # One look at the sum does for all: what is not finite makes the sum so.
     if math.isfinite(sum(numbers)):
         return numbers
     broken = [
@@ -38,6 +39,7 @@ def check_joint_vector(joints: Sequence[Joint], values: Sequence[float]) -> tupl
         for joint, value in zip(joints, numbers)
         if not math.isfinite(value)
     ]
+    # Huge numbers overflow in the sum although each of them is finite.
     if broken:
         raise JointVectorError(f"not finite: {', '.join(broken)}")
     return numbers

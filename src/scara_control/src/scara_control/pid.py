@@ -89,6 +89,7 @@ def compute_command(
     else:
         return gains.p * error + i_term + gains.d * error_dot, integral
     if gains.antiwindup:
+        # i is not 0 here: the term would be 0, and no bound cuts that.
         integral = i_term / i
     return gains.p * error + i_term + gains.d * error_dot, integral
 

@@ -57,10 +57,12 @@ class ArmModel:
         """
         self._urdf, self._gravity, self.tool_frame = urdf, gravity, tool_frame
         self._names, self._dynamics = tuple(joints), dict(dynamics or {})
+        # First without an engine: close() is also called for a model whose engine did not start.
         self._client, self._beside = -1, beside
         self._client = new_engine() if beside is None else beside._client
         try:
             self._build(payloads)
+        # Also at Ctrl-C: the engine is freed now, and not when the traceback that holds us is gone.
         except BaseException:
             self.close()
             raise
@@ -71,6 +73,7 @@ class ArmModel:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    # Models of payloads are dropped and never closed: a plan may use one that its listener forgets.
     def __del__(self) -> None:
         self.close()
 
@@ -146,6 +149,7 @@ class ArmModel:
         if not self._has_shapes:
             text = without_shapes(text)
         try:
+            # PyBullet reads a URDF from a file only, and this text stands in none.
             with tempfile.NamedTemporaryFile("w", suffix=".urdf", encoding="utf-8") as file:
                 file.write(text)
                 file.flush()

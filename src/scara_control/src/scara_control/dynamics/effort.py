@@ -68,6 +68,7 @@ class Load:
         efforts = model.inverse_dynamics(motion.q, motion.qdot, motion.qddot)
         return tuple(
             [
+                # Dry friction has no direction at rest: a joint that stands has none.
                 abs(tau + d * v + (math.copysign(f, v) if v else 0.0)) / most
                 for tau, v, d, f, most in zip(
                     efforts, motion.qdot, model.damping, model.friction, self.permitted
@@ -108,6 +109,7 @@ def unplanned_shares(load: Load, joints: Sequence[Joint]) -> tuple[float, ...]:
     own, felt = [1.0] * n, [[j == k for j in range(n)] for k in range(n)]
     still = [0.0] * n
     resistance = [
+        # At the largest speed, where damping takes most.
         f + d * joint.velocity
         for f, d, joint in zip(load.model.friction, load.model.damping, joints)
     ]
@@ -123,6 +125,7 @@ def unplanned_shares(load: Load, joints: Sequence[Joint]) -> tuple[float, ...]:
         for i, row in enumerate(matrix):
             asked = sum(abs(m) * joint.acceleration for m, joint in zip(row, joints))
             left = load.permitted[i] - abs(gravity[i]) - resistance[i]
+            # What gravity and friction leave may be negative, and a share must not be.
             own[i] = min(own[i], max(left / asked, LEAST))
             for j, m in enumerate(row):
                 felt[i][j] = felt[i][j] or abs(m) > _NOT_FELT * row[i]

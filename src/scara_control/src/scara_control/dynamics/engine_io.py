@@ -14,6 +14,7 @@ def new_engine() -> int:
     """Return an engine that nobody has used: one of the process's parent if there is one left."""
     if _spare:
         return _spare.pop()
+    # Not at the top of the module: the first import writes a line, see _load_quietly.
     import pybullet
 
     return int(pybullet.connect(pybullet.DIRECT))
@@ -42,6 +43,7 @@ def _load_quietly() -> None:
     """Import PyBullet without the line that it writes to the terminal: when it was built."""
     shown, nothing = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     try:
+        # The line comes from C, which knows nothing of sys.stderr.
         os.dup2(nothing, 2)
         import pybullet  # noqa: F401
     finally:

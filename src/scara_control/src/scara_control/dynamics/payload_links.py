@@ -36,6 +36,7 @@ def without_shapes(urdf: str) -> str:
 
 def _link(number: int, frame: str, payload: Payload) -> str:
     name = f"payload_{number}"
+    # repr keeps all digits, so the engine has the very numbers that the message had.
     centre = " ".join(map(repr, payload.centre_m))
     xx, yy, zz = payload.inertia_kg_m2
     return (

@@ -44,6 +44,7 @@ class PayloadListener:
         self._carried = found
         if found and found not in self._loads:
             if len(self._loads) >= _MOST_LOADS:
+                # Each has an engine of its own; one that is planned with lives on with its plan.
                 self._loads.clear()
             self._loads[found] = self._load(found)
         self._deliver(self._loads.get(found))

@@ -95,6 +95,7 @@ class Planner:
             leg = self._leg(start, target, speed_percent, solved[0][1])
             return Path([*before, *leg.segments], target, leg.share, leg.corners)
         variants = []
+        # With all of its acceleration a leg is quicker but overlaps less: the way decides.
         for gentle in (False, True) if way.corner_mm else (False,):
             begins = [start, *map(JointMotion.at_rest, way.passed)]
             legs = [
@@ -104,6 +105,7 @@ class Planner:
             variants.append((self._rounded(legs, speed_percent, way), legs))
         rounded, legs = min(variants, key=lambda variant: variant[0].duration)
         count = LOOKS * len(legs)
+        # The legs' own corners will not do: what is rounded passes beside them.
         seen = [tuple(rounded.at_time(rounded.duration * k / count)[0]) for k in range(count)]
         share = min(leg.share for leg in legs)
         return Path([*before, rounded], target, share, (*seen, tuple(target)))
@@ -159,6 +161,7 @@ class Planner:
         fits, path = self._lighter(lambda share: plan(speed_percent, share))
         if path.share == 1.0:
             return path
+        # Velocity coupling goes by the square of the speed: so it falls as acceleration does.
         slower_fits, slower = self._lighter(lambda share: plan(speed_percent * share**0.5, share))
         if fits and (not slower_fits or path.duration <= slower.duration):
             return path

@@ -98,10 +98,12 @@ def _check_axis(robot: Robot, joint: Joint, direction: FloatArray, place: FloatA
     """Refuse a screw axis that is not the URDF's, sign and place."""
     screw = np.array(joint.screw_axis)
     turns = joint.si_unit == "rad"
+    # A turning screw's v is p x omega, so an axis that is parallel but elsewhere is seen as well.
     theirs = np.array([*direction, *np.cross(place, direction)])
     if not turns:
         theirs = np.array([*np.zeros(3), *direction])
     if np.abs(screw - theirs).max() > AGREE:
+        # Adding 0.0 makes 0.0 of -0.0: the text is there to be copied into robot.yaml.
         shown = ", ".join(f"{value:.6g}" for value in theirs.round(9) + 0.0)
         raise ConfigError(
             f"robot.yaml: joints.{joint.name}.screw_axis = {[*map(float, screw)]}: "
@@ -114,6 +116,7 @@ def _common_axis(carriers: Sequence[Joint]) -> int | None:
     turns = [np.abs(joint.screw_axis[:3]) for joint in carriers if joint.screw_axis]
     turns = [turn for turn in turns if turn.any()]
     for axis in range(3):
+        # The cosine of a small lean differs from 1 by half of the lean's square.
         if all(turn[axis] > 1.0 - AGREE**2 for turn in turns):
             return axis
     return None
@@ -140,9 +143,12 @@ def _pieces(pose: FloatArray, shape: Shape, axis: int | None) -> Iterator[tuple[
         return
     turned = np.array([k != axis for k in range(3)])
     count = np.ones(3, dtype=int)
+    # Only the longest edge is cut: each piece is one more point that is watched all the time.
     longest = int(np.argmax(np.where(turned, half, 0.0)))
+    # Rounding must not add a piece to a box that is just so many cells long.
     count[longest] = math.ceil(2.0 * half[longest] / CELL - 1e-9)
     cell = 2.0 * half / count
+    # However the link turns, a piece stays within half of its diagonal around its middle.
     held = np.where(turned, 0.5 * np.linalg.norm(cell[turned]), 0.5 * cell)
     for number in np.ndindex(*count.tolist()):
         yield _place(pose[:3, 3] - half + (np.array(number) + 0.5) * cell), _place(held)

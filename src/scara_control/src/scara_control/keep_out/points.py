@@ -66,9 +66,11 @@ def watched_points(robot: Robot) -> tuple[WatchedPoint, ...]:
     found = [point("tool", len(arm), [row[3] for row in robot.home_pose[:3]], nothing)]
     frames = {joint.name: joint.child for joint in model.joints}
     for k, joint in enumerate(arm):
+        # No joint moves a point on the first axis.
         if k > 0 and joint.si_unit == "rad":
             name = "elbow" if robot.geometry and k == 1 else joint.name
             place = link_pose(model, frames[joint.name], {})[:3, 3]
+            # The joints before it carry it: its own does not move a point on its axis.
             found.append(point(name, k, place.tolist(), nothing))
     number = {joint.name: k + 1 for k, joint in enumerate(arm)}
     found += [point(p.link, number[p.carried_by], p.middle, p.half) for p in parts]

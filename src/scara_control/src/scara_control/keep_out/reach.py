@@ -33,6 +33,7 @@ def largest_rates(model: ScrewModel) -> tuple[Point, ...] | None:
     parallel = bool(np.all(np.linalg.norm(np.cross(axes, axes[0]), axis=1) <= PARALLEL))
     if not parallel and not all(turning):
         return None
+    # A circle about an axis is as wide along x, y or z as the sine of the angle between both.
     across = np.sqrt(np.clip(1.0 - axes[0] ** 2, 0.0, 1.0)) if parallel else np.ones(3)
     place, radius = np.array(model.home_origin), 0.0
     rates = []
@@ -42,6 +43,7 @@ def largest_rates(model: ScrewModel) -> tuple[Point, ...] | None:
             continue
         on_axis = np.cross(omega, v)
         nearest = on_axis + np.array(omega) * (omega @ (place - on_axis))
+        # The point is farthest from an axis when all that is between them is stretched out.
         radius += float(np.linalg.norm(place - nearest))
         place = nearest
         rates.append(radius * across)
@@ -75,6 +77,7 @@ def may_reach(
         far_y += way * rate_y
         far_z += way * rate_z
     x, y, z = tool_position(model, start)
+    # NaN compares as false with everything below, and that would mean: certainly outside.
     if not math.isfinite(x + y + z + far_x + far_y + far_z):
         return True
     for zone in zones:

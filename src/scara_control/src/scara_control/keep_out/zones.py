@@ -78,9 +78,11 @@ def judge_way(
     paths, steps = _paths(points, rows)
     counted = [not any(point.half) for point in points]
     chords = np.linalg.norm(np.diff(paths[counted], axis=1), axis=2)
+    # A step takes that part of the time of its piece, so a chord counts so many times.
     longest = float(np.max(chords * np.repeat(steps, steps), initial=0.0))
     peak = longest / duration if duration > 0.0 else 0.0
     violation = _first_entered(points, paths, zones)
+    # The zone itself came first: who enters it is told so, and not that it is near.
     if not violation and margin_mm > 0.0:
         nearer = f"come nearer than {margin_mm:g} mm to"
         violation = _first_entered(points, paths, widened(tuple(zones), margin_mm), nearer)
@@ -138,6 +140,7 @@ def free_part(
     return part
 
 
+# Zones and margins are the same for each move.
 @lru_cache(maxsize=8)
 def widened(zones: tuple[KeepOut, ...], margin_mm: float) -> tuple[KeepOut, ...]:
     """Return the zones with all faces moved outwards by ``margin_mm``."""
@@ -231,6 +234,7 @@ def _paths(points: Sequence[WatchedPoint], rows: FloatArray) -> tuple[FloatArray
         if not too_long.any() or steps.sum() >= MOST_STEPS:
             return paths, steps
         wanted = np.where(too_long, FINER * steps * longest / SPACING, steps)
+        # All pieces share what there is, or a long one would leave nothing for those behind it.
         steps = np.ceil(wanted * min(1.0, MOST_STEPS / wanted.sum())).astype(int)
 
 
@@ -253,6 +257,7 @@ def entered(
         # From the first point outside on, the path may not come in again.
         left = int(outside[0]) if outside.size else len(path)
         deeper = np.flatnonzero(
+            # Against the least depth so far: who has come nearly out may not go in again.
             depth[:left] > np.minimum.accumulate(depth)[:left] + DEPTH_TOLERANCE
         )
         if deeper.size:
@@ -309,6 +314,7 @@ def _chord_hits(
         upper: Largest corners, likewise.
     """
     begin, way = paths[..., :-1, :], paths[..., 1:, :] - paths[..., :-1, :]
+    # A chord along a face never crosses it: it lies between both faces all the time, or never.
     still = np.abs(way) < STILL
     between = (begin >= lower) & (begin <= upper)
     rate = np.where(still, 1.0, way)

@@ -66,6 +66,7 @@ class ArmKinematics:
         self.arm = ScrewModel.from_robot(robot)
         self._joints = robot.arm_joints
         self.home = tuple(robot.home[joint.name] * joint.scale for joint in self._joints)
+        # With the joints that the twin leaves out, since the real robot's readings have them.
         self._all_joints = [joint for joint in robot.joints if joint.screw_axis is not None]
         self._chain = PoseChain(self.arm)
         self._whole_chain = PoseChain(ScrewModel.from_joints(self._all_joints, robot.home_pose))

@@ -91,6 +91,7 @@ class BaseTargets:
             )
         turned = yaw
         if turned is None:
+            # As inverse() without a yaw: a SCARA keeps the seed's, another arm that of home.
             turned = self._tool.yaw(seed) if self._tool.elbow(seed) is not None else 0.0
         turn = exp6(np.array([0.0, 0.0, turned, 0.0, 0.0, 0.0]))[:3, :3]
         return np.asarray(turn @ self._flange @ tip)

@@ -54,6 +54,7 @@ def tip_jacobian(arm: ScrewModel, q: ArrayLike) -> FloatArray:
 def pose_and_jacobian(arm: ScrewModel, q: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Compute the tool's pose and :func:`tip_jacobian` with one way along the chain."""
     jacobian, pose = _along(arm, q)
+    # omega x p, written as - p x omega.
     jacobian[3:] -= skew(pose[:3, 3]) @ jacobian[:3]
     return pose, jacobian
 

@@ -77,6 +77,7 @@ class KinematicsServer:
             request.y,
             request.z,
             parse_elbow(request.elbow),
+            # A ROS message has no None: an empty array stands for it.
             request.seed or None,
             request.yaw if request.has_yaw else None,
         )

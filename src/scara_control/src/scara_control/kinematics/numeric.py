@@ -153,6 +153,7 @@ def inverse(
         turned = float(np.abs(pose[:3, :3] - arm.rotation).max()) if arm.keeps_turn else 0.0
         if distance <= POSITION_TOLERANCE and turned <= ROTATION_TOLERANCE:
             found.append(q)
+            # What the seed or home leads to is taken at once; of the others the nearest of three.
             if number < 2 or len(found) == 3:
                 break
         best = min(best, (distance + ARM_LENGTH * turned, distance))
@@ -250,6 +251,7 @@ def near(
             jacobian = jacobian[3:]
         if float(np.abs(apart).max()) < _NEWTON_CLOSE:
             return tuple(q.tolist())
+        # Not an inverse: an arm may have more or fewer joints than the task has numbers.
         q = q + np.linalg.lstsq(jacobian, apart, rcond=1e-9)[0]
     raise UnreachableError("no joint positions near those before it bring the tool there")
 
@@ -257,6 +259,7 @@ def near(
 def _rotation_vector(rotation: FloatArray) -> Triple:
     x, y, z, w = quaternion(rotation)
     sine = math.hypot(x, y, z)
+    # The quaternion's w is not negative, so the turn is the shorter one.
     by = 2.0 * math.atan2(sine, w) / sine if sine > 0.0 else 0.0
     return by * x, by * y, by * z
 
@@ -273,6 +276,7 @@ def _starts(arm: NumericArm, seed: FloatArray) -> Iterator[FloatArray]:
 
     yield seed
     yield arm.home
+    # Scrambled, the same question would have another answer each time.
     for share in qmc.Halton(len(arm.joints), scramble=False).random(arm.starts):
         yield arm.lower + share * (arm.upper - arm.lower)
 
@@ -284,6 +288,7 @@ def _descend(arm: NumericArm, target: FloatArray, start: FloatArray) -> FloatArr
     )  # half a second, which the nodes of a SCARA need not wait for
 
     margin = 1e-6 * (arm.upper - arm.lower)
+    # least_squares refuses a start outside its bounds, and a seed may be there.
     begin = np.clip(start, arm.lower + margin, arm.upper - margin)
 
     def residual(q: FloatArray) -> FloatArray:
@@ -307,7 +312,9 @@ def _descend(arm: NumericArm, target: FloatArray, start: FloatArray) -> FloatArr
         residual,
         begin,
         slope,
+        # A little wider, for a target that is just at a limit: what is found is clipped in the end.
         (arm.lower - LIMIT_TOLERANCE, arm.upper + LIMIT_TOLERANCE),
+        # As far as it goes: whether the tool is there is judged afterwards, in metres and radians.
         xtol=1e-15,
         ftol=1e-15,
         gtol=1e-15,

@@ -221,6 +221,7 @@ def solve_elbow(
     outer, inner, r = l1 + l2, abs(l1 - l2), sqrt(out * out + up * up)
     if not inner - REACH_TOLERANCE <= r <= outer + REACH_TOLERANCE:
         raise _unreachable(scara, (x, y, z), r)
+    # As products: differences of squares would lose their digits at the edge of the reach.
     a = sqrt((outer - r) * (outer + r)) if r < outer else 0.0
     b = sqrt((r - inner) * (r + inner)) if r > inner else 0.0
     if elbow is Elbow.LEFTY:
@@ -239,6 +240,7 @@ def solve_elbow(
         left = wanted - shoulder.sign * q[shoulder.column]
         left -= elbow_axis.sign * q[elbow_axis.column]
         q[wrist.column] = _turned(scara, wrist.column, left, wrist.sign, near)
+    # A z that is no number ends here, too: it compares as outside.
     for value, (low, high) in zip(q, scara.limits):
         if not low <= value <= high:
             return _at_limit(scara, (x, y, z), r, None if wrist is None else wanted, q)
@@ -279,10 +281,12 @@ def solve(
         return Solution(solve_elbow(scara, x, y, z, elbow, start, yaw), elbow)
     righty, lefty = branches(scara, x, y, z, start, yaw)
     if righty is None and lefty is None:
+        # Solved once more for its refusal, which names joint, value and range.
         return Solution(solve_elbow(scara, x, y, z, Elbow.RIGHTY, start, yaw), Elbow.RIGHTY)
     if righty is None or (
         lefty is not None
         and start is not None
+        # At the edge of the reach both are one, and rounding must not choose lefty there.
         and _distance(scara, lefty, start) < _distance(scara, righty, start) - _UNDECIDED
     ):
         assert lefty is not None
@@ -351,6 +355,7 @@ def _at_limit(
     scara: Scara, target: Triple, r: float, yaw: float | None, q: Sequence[float]
 ) -> Joints:
     """Return ``q`` put on the limits that only rounding has broken, or raise why it is refused."""
+    # Nearer than the elbow can fold: out of reach, whichever joint is at its limit.
     if not math.isfinite(target[2]) or r < scara.inner_radius - REACH_TOLERANCE:
         raise _unreachable(scara, target, r)
     try:

@@ -47,6 +47,7 @@ class ScrewModel:
         _check_screws(axes)
         _check_pose(pose)
         for field, value in (("screw_axes", axes), ("home_pose", pose)):
+            # Frozen holds for the names alone: what is cached would not follow a changed array.
             value.setflags(write=False)
             object.__setattr__(self, field, value)
 
@@ -221,6 +222,7 @@ def tool_position(arm: ScrewModel, q: Sequence[float]) -> Point:
         x1, y1, z1 = b * z - c * y + u, c * x - a * z + v, a * y - b * x + w
         x2, y2, z2 = b * z1 - c * y1, c * x1 - a * z1, a * y1 - b * x1
         x3, y3, z3 = b * z2 - c * y2, c * x2 - a * z2, a * y2 - b * x2
+        # The first is 1 - cos, written so that a small angle keeps its digits.
         square, cube = 2.0 * math.sin(angle / 2.0) ** 2, angle - math.sin(angle)
         x += angle * x1 + square * x2 + cube * x3
         y += angle * y1 + square * y2 + cube * y3

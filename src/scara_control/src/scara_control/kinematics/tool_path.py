@@ -247,6 +247,7 @@ def solve_path(
     places = [tool.position(q) for q in of_tool]
     curve = arc(*places) if via else line(*places)
     turn = tool.turn(first, last)
+    # A tool that turns in one place has no way to divide by: its turn stands for it.
     span = curve.length if curve.length > _NO_WAY else TURN_ARM * math.hypot(*turn)
     if span <= TURN_ARM * _NO_WAY:
         return None
@@ -321,15 +322,18 @@ def _solved(
             q = np.array(tool.near(first, guess.tolist(), place, _triple(s * turning)))
             rows[0, k, columns], rows[1, k, columns] = q, slope(q, s)
             by = h * rows[1, k, columns]
+            # Along the path: the curve's tangent and the Jacobian both change with the way.
             rows[2, k, columns] = (slope(q + by, s + h) - slope(q - by, s - h)) / (2.0 * h)
             check_limits(joints, rows[0, k].tolist())
         except ScaraControlError as error:
             x, y, z = (1e3 * each for each in place)
             where = f"after {k / count:.0%} of the way, at ({x:.1f}, {y:.1f}, {z:.1f}) mm"
             raise ToolPathError(f"the tool cannot go along the line: {where}: {error}") from error
+        # From here Newton goes on, and a joint of many turns stays on its turn.
         guess = q + rows[1, k, columns] * span / count
     for column in columns:
         ends = rows[0, -1, column]
+        # The same place by the other elbow, or a whole turn further, is no end of this line.
         if abs(ends - target[column]) > _SAME:
             joint, one = joints[column], tool.elbow(first)
             other = tool.elbow([target[each] for each in columns])
@@ -344,6 +348,7 @@ def _solved(
     return JointTrack(
         np.linspace(0.0, span, count + 1).tolist(),
         *(table.tolist() for table in rows),
+        # Nobody asks for what is beyond the end: the way stops there.
         extrapolation_limit=0.0,
         stop_accelerations=[1.0] * len(joints),
     )
@@ -360,6 +365,7 @@ def _derivatives(joints: Sequence[Joint], track: JointTrack, count: int) -> Floa
     Raises:
         ToolPathError: A joint leaves its limits between two solved points.
     """
+    # Just before the end: a hair beyond its last point a track ramps down.
     ways = np.linspace(0.0, track.last_time * (1.0 - 1e-12), LOOKS * count + 1)
     found = np.array([track.sample(float(s)) for s in ways]).transpose(1, 0, 2)
     for way, q in zip(ways, found[0]):

@@ -122,6 +122,7 @@ class Lending:
             self._control.start(action="LEND", by=caller)
             return lent
         try:
+            # Without the lock: another sender's jog must not wait until this call has ended.
             lent = bool(self._control(action="LEND", by=caller).success)
         except (ServiceError, rospy.ROSException, OSError):
             lent = False
@@ -178,6 +179,7 @@ class CommandListener:
         # rospy forgets the implementation when it unsubscribes.
         for connection in list(getattr(self._subscriber.impl, "connections", ())):
             socket = connection.socket
+            # A connection that is being closed has no socket, or one that poll refuses.
             if socket is not None and socket.fileno() >= 0:
                 poll.register(socket, select.POLLIN)
                 found = True

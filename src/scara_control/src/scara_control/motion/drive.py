@@ -91,6 +91,7 @@ class Drive:
         """Return this drive ``dt`` later; see :func:`advance`."""
         time = self.time + dt
         if self.announcing:
+            # Nothing moves yet, so the scale needs no ramp.
             return Drive(self.path, time, self.go_at, TimeBase(0.0, wanted))
         base = advance(self.path, self.base, wanted, bounds, joints, dt)
         return Drive(self.path, time, self.go_at, base)
@@ -123,6 +124,7 @@ class PathDriver:
     def announced(self, now: float) -> float:
         """Return the first time of the grid at which a move asked for at ``now`` may begin."""
         after = now + self.follower.delay + self._move.announce - self.time
+        # Rounding must not add a whole period.
         return self.time + math.ceil(after / self._period - SAME_TIME) * self._period
 
     def is_spent(self, now: float) -> bool:

@@ -64,6 +64,7 @@ class Epoch:
         given = asked if said(asked, now) else now
         if command in ENDING:
             self._number += 1
+            # Stops may be read out of order: time and reason stay those of the newest.
             if given >= self._ended:
                 self._ended, self._why = given, command.text(reason)
             if command is not Command.YIELD:

@@ -67,6 +67,7 @@ class Feedback:
         for k, joint in enumerate(self._joints):
             q, qdot, foreign = measured.q[k], measured.qdot[k], ownership.foreign(joint.name)
             near = in_si(joint, config.start_tolerance_deg, config.start_tolerance_mm)
+            # From the reading, the set point would jump by what the loops have left.
             if setpoint is not None and not foreign and abs(setpoint[k] - q) <= near:
                 rest.append(setpoint[k])
                 continue

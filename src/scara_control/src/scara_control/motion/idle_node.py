@@ -90,6 +90,7 @@ class Attention:
 
     def catch_up(self) -> None:
         """Look at each message from now on, and wait for the newest if we have not been looking."""
+        # Noted before rouse() ends it; cleared before, too, so what follows is not missed.
         held = self._holds
         self._read.clear()
         self.rouse()

@@ -85,6 +85,7 @@ class JointPoseController:
         )
         self._config = config
         self._waiting: dict[int, Callable[[Outcome], None]] = {}
+        # Half a period less: a tick that is a little early would leave it to the next one.
         self._state_pace = Pace(1.0 / config.state_rate_hz - 0.5 * config.period)
         self._setpoints = rospy.Publisher(
             "twin/joint_setpoints", JointTrajectory, queue_size=10, tcp_nodelay=True
@@ -188,6 +189,7 @@ class JointPoseController:
             self._settle(now)
 
     def _on_jog(self, message: JointJog) -> None:
+        # Our own jogs are heard back.
         if message.header.frame_id == TRIM:
             return
         with self._lock:
@@ -199,6 +201,7 @@ class JointPoseController:
         with self._lock:
             now, offset = self._clock.now(), self._clock.offset()
             if not message.points:
+                # A message without points says that its sender has ended the stream.
                 self._core.end_follow()
                 self._settle(now)
                 return
@@ -273,6 +276,7 @@ class JointPoseController:
             return MoveJointsResponse(False, refusal, (), 0.0)
         with self._lock:
             self._movers.asked("joint_pose_controller/move", request)
+        # At a shutdown the loop ends, and nobody sets the event any more.
         while not ended.wait(_SHUTDOWN_POLL):
             if rospy.is_shutdown():
                 return MoveJointsResponse(False, "joint_pose_controller is shutting down", (), 0.0)
@@ -308,6 +312,7 @@ class JointPoseController:
         refusal = self._judged(names, positions, speed_percent, way)
         if refusal:
             return refusal
+        # Judge and controller take their time: a stop that came meanwhile is heard right after.
         self._lending.say(message)
         self._commands.hear_first()
         with self._lock:

@@ -121,6 +121,7 @@ class MotionServer:
 
     def _on_command(self, message: MotionCommand) -> None:
         with self._lock:
+            # Our own STOP is for a move that was overtaken: it must not end a newer one.
             if message.command in list(Command) and message.header.frame_id != _NAME:
                 command, now = Command(message.command), time.monotonic()
                 self._epoch.hear(command, message.reason, message.asked, now)
@@ -147,6 +148,7 @@ class MotionServer:
             rospy.logwarn("move_to (%g, %g, %g): %s", request.x, request.y, request.z, message)
         measured = self._feedback.measured
         q = measured.q if measured is not None else ()
+        # A point that is still one of a taught frame has no distance from the tool.
         if measured is not None and not (request.frame or request.tool):
             error = tool_error(self._tool, q, (request.x, request.y, request.z))
         return MoveToResponse(success, message, error, q, self._clock.now() - started, turned)
@@ -234,12 +236,14 @@ class MotionServer:
             path=goal.request.path,
             speed_mm_s=goal.request.speed_mm_s,
         )
+        # The call lasts as long as the move, and a stop must not wait for it.
         while not call.ended.wait(_POLL):
             try:
                 self._check(goal)
             except MotionRefusedError as cancelled:
                 self._let_go(call, str(cancelled))
                 raise
+        # A stop that came at the last moment counts, whatever the answer says.
         answer = call.result()
         self._check(goal)
         if not answer.success:

@@ -149,6 +149,7 @@ def plan_move(
     if not any(start.qdot) and not any(start.qddot):
         return Path([_straight_move(joints, start.q, target, speed_percent, share)], target, share)
     trajectory = calculate(_input(joints, start, target, speed_percent, share))
+    # From a motion the shortest way may swing beyond a limit; from a stop it cannot.
     if _within(joints, trajectory, start, target):
         return Path([trajectory], target, share)
     stop = _stop(joints, start, share)
@@ -191,6 +192,7 @@ def _straight_move(
 ) -> StraightMove:
     """Plan a straight line from rest, as fast as the slowest joint allows at any time."""
     delta = [end - q for q, end in zip(start, target)]
+    # A move to where the joints are has no way to divide by.
     longest = max(map(abs, delta)) or 1.0
     slope = tuple(d / longest for d in delta)
     parts = [(joint, abs(d) / longest) for joint, d in zip(joints, delta) if abs(d) > _NO_WAY]
@@ -225,6 +227,7 @@ def _stop(
     for harder in _HARDER:
         wanted = _input(joints, start, start.q, 100.0, share * harder, max(jerks, harder))
         wanted.control_interface = ruckig.ControlInterface.Velocity
+        # No joint goes on for longer because another one needs more time.
         wanted.synchronization = ruckig.Synchronization.No
         trajectory = calculate(wanted)
         if _within(joints, trajectory, start, start.q):

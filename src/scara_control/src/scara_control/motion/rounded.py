@@ -98,6 +98,7 @@ def round_corners(
                 and (np.abs(qdot) <= _SLACK * velocities).all()
                 and (np.abs(qddot) <= _SLACK * accelerations).all()
                 and (np.abs(np.diff(qddot, axis=0)) <= _SLACK * jerks * step).all()
+                # At both ends one leg moves alone.
                 and all(map(bearable, found[1:-1]))
             ):
                 return False

@@ -116,6 +116,7 @@ def advance(
         return TimeBase(base.tau + wanted * dt, wanted)
     rate = _approach(base, wanted, bounds, dt)
     scale = base.scale + 0.5 * (base.rate + rate) * dt
+    # At the end of the step, where the new rate holds.
     here = path.at(base.tau + base.scale * dt)
     low, high = _room(here, max(scale, 0.0), joints, path.share)
     rate = min(max(rate, low), high)
@@ -124,6 +125,7 @@ def advance(
         scale, rate = wanted, 0.0
     elif not 0.0 < scale < 1.0:
         scale, rate = min(max(scale, 0.0), 1.0), 0.0
+    # The integral of the cubic that has both scales and both rates at the step's ends.
     tau = base.tau + 0.5 * (base.scale + scale) * dt + (base.rate - rate) * dt * dt / 12.0
     return TimeBase(max(tau, base.tau), scale, rate)
 

@@ -46,6 +46,7 @@ class ToolMove:
         """Return positions, velocities and accelerations."""
         (s,), (v,), (a,) = self._law.at_time(time)
         track = self._path.track
+        # ruckig may end a rounding error beyond its target, where the track would ramp down.
         q, first, second = track.sample(min(max(s, 0.0), track.last_time * (1.0 - 1e-12)))
         return (
             tuple(q),
@@ -77,12 +78,14 @@ def plan_tool_move(
     best: tuple[ruckig.Trajectory, float] | None = None
     for part in _SPEEDS:
         speed = part * fastest
+        # The way alone takes longer than the best law, and what follows is slower still.
         if best is not None and path.track.last_time / speed > best[0].duration:
             break
         most = _least(accelerations - bend * speed**2, slope)
         for acceleration in (ramp * most for ramp in _RAMPS):
             left = jerks - twist * speed**3 - 3.0 * bend * speed * acceleration
             jerk = _least(left, slope)
+            # The bends of the way take all that the joints have at this speed.
             if acceleration <= 0.0 or jerk <= 0.0:
                 continue
             wanted = ruckig.InputParameter(1)
@@ -100,5 +103,6 @@ def plan_tool_move(
 def _least(limits: np.ndarray, by: np.ndarray) -> float:
     """Return the least quotient of limits, shape (n,) or (m, n), by rates, shape (m, n)."""
     with np.errstate(divide="ignore", invalid="ignore"):
+        # A joint that does not move there limits nothing.
         quotients = np.where(by > 1e-12, limits / by, np.inf)
     return float(quotients.min())

@@ -164,6 +164,7 @@ class MotionClock:
             return
         try:
             rospy.sleep(left)
+        # The simulation was reset: run() sees that by itself and begins its deadlines anew.
         except rospy.ROSTimeMovedBackwardsException:
             return
 
@@ -185,6 +186,7 @@ class MotionClock:
                     deadline += max(0, round((self.now() - deadline) / period)) * period
                 self.sleep_until(deadline)
                 now = self.now()
+                # After a reset or a long standstill no missed deadline is made up for.
                 if now < deadline - 2.0 * period or now > deadline + _LATE_PERIODS * period:
                     deadline = now
                 tick(deadline)
@@ -234,6 +236,7 @@ class JointStateReader:
             return
         columns = [at[name] for name in self._names]
         stamp = message.header.stamp.to_sec()
+        # A publisher that gives no stamp leaves only the time of arrival.
         at_time = stamp - self._clock.offset() if stamp else self._clock.now()
         position = tuple(message.position[k] for k in columns)
         velocity = tuple(message.velocity[k] for k in columns)

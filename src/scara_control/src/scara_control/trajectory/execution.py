@@ -184,6 +184,7 @@ class Execution:
         if self._ending is not None or self.paused:
             wanted = 0.0
         else:
+            # A trajectory has no program speed: its peak stands for it, and one at rest has none.
             wanted = min(1.0, self._cap.at(drive.time) / max(self.peak_percent, 1e-9))
         return drive.step(self._config.period, wanted, self._bounds, self._joints)
 

@@ -40,6 +40,7 @@ class Turnstile:
             try:
                 with until_shutdown():
                     work()
+            # A failure must not end the thread, or no later goal would ever begin.
             except Exception:
                 rospy.logerr("what was judged failed:\n%s", traceback.format_exc())
 
@@ -98,6 +99,7 @@ def trajectory_request(goal: Goal) -> dict[str, Any]:
     def table(rows: Sequence[Vector]) -> list[float]:
         if not any(len(row) for row in rows):
             return []
+        # The message is one flat array: NaN keeps the place of a row that was left out.
         missing = (np.nan,) * width
         return [value for row in rows for value in (row or missing)]
 

@@ -173,6 +173,7 @@ class GoalQueue:
             GoalError: It is rejected; the text says why.
         """
         if self._running is not None:
+            # Judged and planned first: a goal that is refused must not end the one that runs.
             self._judge_mode(now, own)
             self._plan(goal, now)
             self._running.execution.end(
@@ -279,6 +280,7 @@ class GoalQueue:
         if self._waiting is None:
             return Turn()
         key, goal, since = self._waiting
+        # After so long it is tried all the same: the refusal then says what stands in the way.
         late = (
             now - since
             > self._config.trajectory.goal_time_tolerance + self._config.trajectory.stream_timeout
@@ -305,6 +307,7 @@ class GoalQueue:
 
     def _judge_mode(self, now: float, own: bool) -> None:
         """Refuse while the twin controller does something else, or would stop the motion."""
+        # Without a twin controller, or with a silent one, the twin is anybody's.
         if now - self._mode_at > self._config.trajectory.mode_timeout:
             return
         if self._mode in BLOCKING:

@@ -92,6 +92,7 @@ class TrajectoryServer:
         self._payload = PayloadListener(robot, config, self._carry)
         subscribe("twin/payload", PayloadState, self._payload, guard, queue_size=10)
         goal, cancel = guard(self._on_goal), guard(self._on_cancel)
+        # Not started by itself: a goal that came in the constructor would find no server.
         self._server = actionlib.ActionServer(
             _ACTION, FollowJointTrajectoryAction, goal, cancel, auto_start=False
         )

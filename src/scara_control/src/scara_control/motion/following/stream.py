@@ -43,6 +43,7 @@ class FollowSession:
         self._named = check_setpoints(joints, setpoints, config, now)
         self._columns = [[joint.name for joint in joints].index(name) for name in setpoints.names]
         self._rest = measured.q
+        # Kept before the check, which asks where they lead at this moment.
         self._accept(setpoints, now)
         self._check_start(measured, now)
 
@@ -85,6 +86,7 @@ class FollowSession:
 
         Joints that are not streamed rest.
         """
+        # A track stands still before its first point; a stream that is early moves already.
         early = now - self._latest.points[0].time
         if early < 0.0:
             streamed = self._latest.points[0].after(max(early, -self._config.extrapolation))
@@ -145,6 +147,7 @@ class StreamGate:
 
     def bar(self, now: float) -> None:
         """Listen no more to the stream that is running now."""
+        # What has paused already is no longer the stream that the stop was for.
         self._barred = now - self._heard <= self._timeout
 
     def forgive(self, gap: float) -> None:
@@ -157,6 +160,7 @@ class StreamGate:
         Raises:
             MotionRefusedError: The stream was stopped and has not paused since.
         """
+        # A packet that is refused counts as heard: only silence opens the gate.
         pause, self._heard = now - self._heard, now
         self._barred = self._barred and pause <= self._timeout
         if self._barred:

@@ -126,6 +126,7 @@ class JogController:
         if new:
             self._ownership.begin(self._velocity.keys() | {joint.name for joint in named})
         self._prompt = prompt
+        # A joint with a velocity of 0 ramps down, like those that are not named.
         self._wanted = {joint.name: float(v) for joint, v in zip(named, velocities) if v}
         self._zeros = {name: self._config.jog.final_zeros for name in self._velocity}
         self._deadline = now + min(
@@ -184,10 +185,12 @@ class JogController:
 
         They are those of moving joints, and a few zeros at the end.
         """
+        # After a loop was held up the ramp goes on from where it was, and makes no step.
         dt = min(max(now - self._time, 0.0), 2.0 * self._config.period)
         self._time = now
         if self._wanted and now > self._deadline:
             self._halt(f"no command for {self._config.jog.timeout * 1e3:.0f} ms")
+        # Without readings nobody knows how near a limit is: what waits is not driven any more.
         if self._wanted and self._feedback.trouble(now):
             self._halt(self._feedback.trouble(now))
             self._wait_no_longer()
@@ -303,6 +306,7 @@ class JogController:
         measured = self._feedback.measured
         if wanted and measured is not None:
             q = measured.extrapolated(now)[self._columns[joint.name]]
+            # What waits is driven before this velocity, and takes room before the limit.
             q += self._queue.travel(joint.name, now)
             counted_on = acceleration * self._config.jog.braking_percent / 100.0
             fastest = braking_speed(joint, q, wanted, counted_on, self._config.jog.reaction)

@@ -141,9 +141,11 @@ class JointVelController:
             self._show()
 
     def _on_jog(self, message: JointJog) -> None:
+        # Asked before the stops are heard: an answer takes a while, and one may come meanwhile.
         self._lending.say(message, goes_on=not self._core.is_idle)
         self._stops.hear_first()
         if self._core.is_idle:
+            # A reading of a node at rest may be HOLD_S old.
             self._reader.catch_up()
         with self._lock:
             try:
@@ -170,6 +172,7 @@ class JointVelController:
     def _on_mode(self, message: TwinControllerState) -> None:
         follows = message.mode in FOLLOWED
         with self._lock:
+            # As a move does: it is announced for so long before it begins.
             self._core.wait_for(message.follower_lag + self._announce if follows else 0.0)
 
     def _on_payload(self, message: PayloadState) -> None:
@@ -197,6 +200,7 @@ def main() -> None:
     """Run the node until it is told to end."""
     robot, config = start_node("joint_vel_controller")
     controller = JointVelController(robot, config)
+    # Only when all is built: what comes later is for the garbage collector.
     keep_for_good()
     rospy.loginfo("joint_vel_controller is ready")
     controller.run()

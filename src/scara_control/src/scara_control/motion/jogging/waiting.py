@@ -80,8 +80,10 @@ class JogQueue:
         here, points = list(q), []
         for k, qdot in enumerate(rows):
             before, after = max(k - 1, 0), min(k + 1, len(rows) - 1)
+            # A row that stands alone has no time around it.
             passed, around = times[k] - times[before], max(times[after] - times[before], 1e-9)
             here = [
+                # A joint that is beyond a limit now is not set back to it in one step.
                 min(max(x + 0.5 * (a + b) * passed, min(j.lower, was)), max(j.upper, was))
                 for j, x, a, b, was in zip(joints, here, rows[before], qdot, q)
             ]
