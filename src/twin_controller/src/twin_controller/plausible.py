@@ -160,6 +160,7 @@ class _Follows(msgspec.Struct, frozen=True):
     def spans(self, before: Reading, reading: Reading) -> tuple[float, float]:
         """Return by how much our clock and the remote one went on."""
         remote = reading.motion.time - before.motion.time
+        # Back by more than half of its range: the clock has begun again at 0.
         if self.wrap and remote < -0.5 * self.wrap:
             remote += self.wrap
         return reading.local - before.local, remote

@@ -74,6 +74,7 @@ class RegisterCodec:
         self._command = layout.command_word
         self.state = state_block(layout)
         self._named = needs_name(layout)
+        # A controller's own clock runs on between two renewals of the position.
         self._plain_clock = self._registers["clock_ms"].variable == FAST_CLOCK
         self.setpoint = setpoint_block(layout)
         self.ring = ring_block(layout)
@@ -228,6 +229,7 @@ class RegisterCodec:
             "setpoint": axes,
             "setpoint_valid": [1.0],
             "heartbeat": [float(heartbeat & 0x7FFF)],
+            # Rounded down, or the robot would be faster than its limit.
             "stream_speed": [float(max(1, math.floor(speed_percent)))],
         }
         return self.setpoint.offset, self._block(self.setpoint, values)

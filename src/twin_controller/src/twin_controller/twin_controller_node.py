@@ -179,6 +179,7 @@ class Node:
             self._put(known)
         keep_for_good()
         go_first()
+        # They end from right to left: the robot's last stop needs a living engine's heartbeats.
         with self._publishing, self._engine, self._real, self._twin, until_shutdown():
             rospy.loginfo("twin_controller is ready")
             self._watch()

@@ -134,6 +134,7 @@ class Engine:
             self._number += 1
             number = self._number
             self._replies[number] = future
+        # Only now: the answer may come at once, and somebody has to wait for it.
         self.put(msgspec.structs.replace(event, id=number))
         try:
             return future.result(timeout)
@@ -167,10 +168,12 @@ class Engine:
                 if gaps.stood:
                     # First of all: what waits in the batch is judged without the gap.
                     batch.insert(0, Tick(now, gap, gaps.stood))
+                # Also beside inputs: time-outs are judged by ticks, however many inputs come.
                 if now - last >= TICK or not batch:
                     batch.append(Tick(now))
                     last = now
                 self._process(batch)
+                # Behind the batch: an engine that hangs in one is not alive.
                 self._looped = time.monotonic()
         except BaseException as error:
             self.failure = error
@@ -215,6 +218,7 @@ class Engine:
             case OverrideReal():
                 self._real.override(action.speed_percent)
             case MoveTwin():
+                # The answer comes in the link's thread, so it queues up like all inputs.
                 self._twin.move(
                     action, lambda ok, text: self.put(MoveEnded(time.monotonic(), ok, text))
                 )

@@ -30,6 +30,7 @@ class InputQueue:
             wakes: Whoever takes is woken; else the input waits for the next one that wakes, or for
                 the end of the time-out.
         """
+        # First the input: who is woken must find it.
         self._inputs.append(event)
         if wakes:
             self._wakes.put(None)
@@ -51,6 +52,7 @@ class InputQueue:
         end = time.monotonic() + timeout
         while True:
             woken = self._woken(0.0 if self._closed else end - time.monotonic())
+            # As many as there are now, for others go on putting.
             batch = [self._inputs.popleft() for _ in range(len(self._inputs))]
             if batch:
                 return batch

@@ -46,6 +46,7 @@ def read_learned(path: Path, names: Sequence[str], now: float) -> RealKnown | No
         event = event_of(msgspec.json.decode(path.read_bytes(), type=Learned), names, now)
     except FileNotFoundError:
         return None
+    # A file of an older version is one that cannot be used, and must not stop a start.
     except (OSError, ValueError) as error:
         _LOG.warning("%s is not used, the robot is measured anew: %r", path, error)
         return None

@@ -173,6 +173,7 @@ def _compared(latch: Latch, before: tuple[float, ...], row: tuple[float, ...]) -
     if latch.pairs[0] < PAIRS or latch.pairs[1] < SAME:
         return latch
     possible = np.flatnonzero(total == 0.0)
+    # The first one is no grid: the stamps as they are.
     if len(possible) != 1 or not possible[0]:
         return latch
     period, phase = GRIDS[int(possible[0])]
@@ -209,9 +210,11 @@ def _left(begin: float, stamps: FloatArray, way: FloatArray) -> FloatArray:
         way: Joint positions in parts of their greatest speed [s], shape (n, joints).
     """
     age = np.zeros((len(GRIDS), len(stamps)))
+    # The first row stays 0: the stamps as they are.
     age[1:] = np.mod(begin + stamps - _PHASES, _PERIODS)
     scaled = (stamps - age) / stamps[-1]
     powers = scaled[:, :, None] ** np.arange(DEGREE + 1)
+    # What a cubic leaves is what an orthonormal basis does not take: one product for all.
     basis, _ = np.linalg.qr(powers)
     along = np.matmul(np.swapaxes(basis, 1, 2), way)
     rest = way - np.matmul(basis, along)

@@ -132,6 +132,7 @@ class Rhythm(msgspec.Struct, frozen=True, dict=True):
     @property
     def _roughness_ms(self) -> float:
         """How far stamps vary beyond their rounding, age included [ms]; 0: not enough to tell."""
+        # Rounding to whole milliseconds alone gives a variance of 1/12.
         excess = self.variance - 1.0 / 12.0
         return math.sqrt(excess) if excess > ROUGH_MS**2 else 0.0
 

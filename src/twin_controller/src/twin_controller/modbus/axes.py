@@ -31,6 +31,7 @@ def positions_of(
         read = axes[joint.axis_number - 1]
         value = read * joint.scale
         margin = tolerance * (joint.upper - joint.lower)
+        # NaN fails here as well: it compares as false.
         if not joint.lower - margin <= value <= joint.upper + margin:
             limits = f"[{joint.lower / joint.scale:.6g}, {joint.upper / joint.scale:.6g}]"
             raise SampleError(f"{joint.name} = {read} {joint.unit} is outside {limits}")
@@ -80,6 +81,7 @@ def axes_of(positions: Sequence[float], joints: Sequence[Joint], count: int) -> 
         raise SetpointError(f"set point: {len(positions)} positions for {len(joints)} joints")
     axes = [0.0] * count
     for joint, position in zip(joints, positions):
+        # Turning deg into rad and back may leave a limit a rounding error outside.
         inside = joint.lower - 1e-9 <= position <= joint.upper + 1e-9
         if not (math.isfinite(position) and inside):
             limits = f"[{joint.lower:.6g}, {joint.upper:.6g}]"

@@ -31,6 +31,7 @@ ALARM = (
     "alarm_cause",
     "alarm_severity_text",
 )
+# MODBUS Application Protocol V1.1b3, sec. 6.3 and 6.12: what one request may read, and write.
 MOST_WORDS = 125
 MOST_WRITTEN = 123
 

@@ -77,6 +77,7 @@ class Connection:
             self._socket = socket.create_connection(self._address, self._timeout)
         except OSError as error:
             raise LinkLostError(f"no robot at {self.name}") from error
+        # Else a short question may wait until the one before has been acknowledged.
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._received.clear()
         self._open.clear()
@@ -91,6 +92,7 @@ class Connection:
 
     def interrupt(self) -> None:
         """End a wait in another thread: it raises LinkLostError at once."""
+        # Looked at once, for its owner may close it now; a close from here would end no wait.
         if (line := self._socket) is not None:
             with contextlib.suppress(OSError):  # it may be lost already
                 line.shutdown(socket.SHUT_RDWR)
@@ -136,10 +138,12 @@ class Connection:
 
     def _wait(self) -> float:
         """Return how long an answer is waited for before the same is asked again [s]."""
+        # Within the time-out each question can be asked a second time.
         longest = 0.5 * self._timeout
         if self._usual is None:
             return longest
         mean, deviation = self._usual
+        # RFC 6298: four deviations above the mean; the gains in _count are its 1/4 and 1/8.
         usual = max(SHORTEST_WAIT, mean + 4.0 * deviation)
         return min(longest, usual * 2.0 ** min(self._unanswered, MOST_DOUBLINGS))
 

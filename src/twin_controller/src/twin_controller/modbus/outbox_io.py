@@ -15,6 +15,7 @@ import msgspec
 
 from twin_controller.core.actions import StreamAhead, StreamReal
 
+# A controller takes these two at the end of the pulse, the falling edge.
 _ACT_ON_RELEASE = ("fault_reset", "start")
 
 

@@ -86,6 +86,7 @@ class PollTimes:
         Returns:
             Whether the poll came so late that the one after it is left out.
         """
+        # The first answer counts whole.
         self._trip += (TRIP_SHARE if self._trip else 1.0) * (received - sent - self._trip)
         # Other questions may come before this one; by their time the poll has to begin sooner.
         spent = max(0.0, sent - self.due)

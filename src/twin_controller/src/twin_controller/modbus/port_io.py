@@ -186,6 +186,7 @@ class ModbusPort(Connection):
             raise LinkLostError(
                 f"the robot at {self.name} answered function {answer[0]} instead of {function}"
             )
+        # A count that is not the data's leaves nothing of them, and so they are asked for again.
         return answer[2:] if answer[1:2] == bytes([len(answer) - 2]) else b""
 
     def _check_count(self, fits: bool, got: str, block: Block) -> None:

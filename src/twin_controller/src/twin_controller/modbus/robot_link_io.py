@@ -291,6 +291,7 @@ class ModbusRobotLink:
         changed = self._outputs is None or (self._outputs ^ sample.outputs) & _STATUS_SIGNALS
         self._outputs = sample.outputs
         self._writer.echo = sample.command_echo
+        # Not with the connection: a port that gives nothing to believe is tried less often.
         self._retry = self._settings.retry_first
         if self._reads_status and self._shows_all and (changed or received >= self._status_due):
             self._status_due = received + self._settings.status_period

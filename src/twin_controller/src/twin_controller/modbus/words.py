@@ -21,6 +21,7 @@ def numbers(register: Register, words: Sequence[int], low_first: bool) -> list[f
         low_first: The low word of a pair comes first.
     """
     if register.type == "int16":
+        # A word has no sign on the wire: this gives it one.
         return [((word ^ 0x8000) - 0x8000) * register.scale for word in words]
     if low_first:
         words = [half for pair in zip(words[1::2], words[::2]) for half in pair]

@@ -141,6 +141,7 @@ class Writer:
         if self._thread is None:
             return
         if not farewell:
+            # Else the thread would wait for an answer that nobody needs any more.
             self._port.interrupt()
             self._ended.set()
         self._thread.join()
@@ -257,6 +258,7 @@ class Writer:
     def _write(self, command: Command) -> None:
         """Write one signal or integer register."""
         if command.name == "ring_write":
+            # It takes the set points ahead back: what stands in the ring counts no longer.
             self._ring.empty()
         if self._commands is not None and command.name in signal_names(self._layout):
             self._commands.put(command.name, bool(command.value), command.pulsed)
@@ -276,6 +278,7 @@ class Writer:
         again, self._numbered = self._numbered, None
         due = self._commands.next(time.monotonic()) if self._commands else None
         if (command := due or again) is not None:
+            # Left so if no answer comes: it is written again then, under its old number.
             self._numbered = command
             self._port.write_words(*self._codec.encode_command(command.code, command.sequence))
             self._numbered = None

@@ -58,6 +58,7 @@ class InputPublisher(rospy.SubscribeListener):  # type: ignore[misc]  # rospy ha
         self._seq += 1 + lost
         if not self._publisher.get_num_connections():
             return
+        # Behind lost batches the state that is kept is not the one before these inputs.
         state = _snapshot(before) if self._pace.is_due(time.monotonic()) and not lost else b""
         header = rospy.Header(stamp=stamp, frame_id=self._life)
         self._publisher.publish(CoreInput(header, self._seq, encode_events(events), state))

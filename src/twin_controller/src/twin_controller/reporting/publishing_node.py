@@ -130,6 +130,7 @@ class Publishing:
             return
         for event in batch.events:
             if isinstance(event, RealMeasured) and batch.state.sides.real.history:
+                # Its age is ours, and so taken off ROS time; the robot's stamp is of its own clock.
                 age = batch.now - batch.state.sides.real.last.time
                 true_at = rospy.Time.from_sec(batch.stamp.to_sec() - age)
                 message = JointState(header=_header(true_at), name=list(self._setup.names))
@@ -227,6 +228,7 @@ class Publishing:
             [joint.name for joint in joints],
             [joint.unit for joint in joints],
         )
+        # In deg and mm with two decimals, as the controller itself shows them.
         message.position = [round(q / joint.scale, 2) for q, joint in zip(sample.motion.q, joints)]
         with until_shutdown():
             self._data.publish(message)

@@ -146,6 +146,7 @@ class ShadowMemory:
             raise ShadowError("nothing is remembered yet")
         first, last = self._kept[0].stamp, self._kept[-1].stamp
         wanted = time if time > 0.0 else last + time
+        # The newest counts until the next one is overdue.
         if not first <= wanted <= last + 2.0 * self._period:
             raise ShadowError(
                 f"time = {wanted:.3f} s is not remembered: "

@@ -117,6 +117,7 @@ def recorded_choices(text: str, config: TwinControllerConfig) -> str:
 
     The robot's address decides whether it may be led, so a replay needs it.
     """
+    # In the text itself: the recording keeps the comments with their sources.
     text = re.sub(r"^  host:\s*\S+", f"  host: {config.real.host}", text, count=1, flags=re.M)
     line = f"links: {config.links}"
     said, count = re.subn(r"^links:\s*\w+", line, text, count=1, flags=re.MULTILINE)

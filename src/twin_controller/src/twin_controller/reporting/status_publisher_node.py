@@ -34,6 +34,7 @@ class StatusPublisher:
     def publish(self, state: CoreState, now: float, stamp: rospy.Time) -> None:
         """Publish at the rate, and at once when anything changes; nothing while nobody listens."""
         if not (self._status.get_num_connections() or self._factor.get_num_connections()):
+            # Who comes next gets the status at once.
             self._pace.hurry()
             return
         status = robot_status(self._setup, state, self.pendant_enabled, self.alarm_number, now)

@@ -119,6 +119,7 @@ class CheckedLink:
                     # Without a reading the robot's own set point stays.
                     reading = self._intake.plausible.last
                     if reading is not None:
+                        # A reading may be a little outside its range, a set point may not.
                         joints = zip(reading.motion.q, self._robot.joints)
                         q = tuple([min(max(value, j.lower), j.upper) for value, j in joints])
                         self._link.write_setpoint(StreamReal(RobotSetpoint(q), 1.0, 0.0))

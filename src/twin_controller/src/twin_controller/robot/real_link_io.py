@@ -100,8 +100,10 @@ class RealLink:
         A program of the robot's own goes on. HOLD is given back to a robot that has stopped, for
         nobody else would; one that was not seen to stop keeps it away.
         """
+        # First of all: the engine still runs, and would go on to stream.
         self._ends = True
         if self._streams:
+            # An older sample at rest says nothing of this stop.
             self._rests.clear()
             self.perform(Command.STOP_REAL)
             if self._rests.wait(REST):

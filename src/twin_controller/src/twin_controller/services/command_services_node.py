@@ -59,6 +59,7 @@ class CommandServices:
         self._setup, self._gate = setup, gate
         self._places = BaseTargets(setup.robot, setup.tool)
         self._engine, self._persons, self._audit = engine, persons, audit
+        # rosgraph binds to all addresses, unless ROS_IP or ROS_HOSTNAME names the loopback.
         self._hears_network = not rosgraph.network.get_bind_address().startswith("127.")
 
     def offer(self) -> list[rospy.Service]:

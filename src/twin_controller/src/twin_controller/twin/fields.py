@@ -88,6 +88,7 @@ def shown(value: object) -> str:
         return "a huge number"
     try:
         return f"{value!r}"[:200]
+    # Python does not print an integer of thousands of digits, and a list may hold one.
     except ValueError:
         return "something with a huge number"
 
@@ -113,5 +114,6 @@ def time_of(message: Mapping[str, Any], field: str) -> float:
 
 def ros_time(t: float) -> dict[str, int]:
     """Split a time [s] into secs and nsecs."""
+    # Rounded as one number: nsecs alone could come out as a whole second.
     nanoseconds = round(t * 1e9)
     return {"secs": nanoseconds // 1_000_000_000, "nsecs": nanoseconds % 1_000_000_000}

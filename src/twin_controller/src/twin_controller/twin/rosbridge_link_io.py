@@ -178,6 +178,7 @@ class RosbridgeLink:
     def _drop(self, line: RosbridgeSocket, reason: str) -> None:
         """Give up a connection; the link's thread notices at once."""
         with self._lock:
+            # The link's thread may have a new connection by now, which is not the one to drop.
             if self._line is line:
                 self._line = None
                 self._drop_reason = reason
@@ -225,6 +226,7 @@ class RosbridgeLink:
             reason = str(error)
         with self._lock:
             self._line = None
+            # Who drops a connection knows why; the reader sees only that it has ended.
             reason = self._drop_reason or reason
         line.close(politely=self._stop.is_set())
         return reason

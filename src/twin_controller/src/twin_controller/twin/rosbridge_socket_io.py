@@ -59,19 +59,25 @@ class RosbridgeSocket:
             self._line = WebSocket(
                 sockopt=[(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)],
                 sslopt={"context": tls_context(access.ca_file)} if is_secure(url) else None,
+                # decode() checks it; the library's own check goes byte by byte in Python.
                 skip_utf8_validation=True,
+                # With a lock: frames of several senders must not mix.
                 enable_multithread=True,
             )
             self._line.settimeout(settings.connect_timeout)
             self._line.connect(  # type: ignore[no-untyped-call]
                 url,
                 header=access.headers,
+                # An Origin says that a page asks, and a gateway judges that.
                 suppress_origin=True,
+                # The library would take a proxy from the environment.
                 http_no_proxy=["*"],
+                # Behind a redirect another server would get the token.
                 redirect_limit=0,
             )
         except (OSError, WebSocketException, ValueError) as error:
             raise TwinLinkLostError(_text(error)) from error
+        # One time-out for both: it bounds a send, and wakes the reader to look for a sign of life.
         self._line.settimeout(min(settings.send_timeout, _WAKE_PART * settings.silent_timeout))
         self._heard = self._asked = time.monotonic()
 
@@ -95,6 +101,7 @@ class RosbridgeSocket:
                 ``silent_timeout``.
         """
         try:
+            # A ping or a pong is a sign of life, too.
             opcode, frame = self._line.recv_data_frame(control_frame=True)
             self._heard = time.monotonic()
         except WebSocketTimeoutException:
@@ -125,6 +132,7 @@ class RosbridgeSocket:
     def abort(self) -> None:
         """Break the connection off; a waiting ``receive`` notices at once."""
         if self._line.sock is not None:
+            # A close would not wake the thread that waits for a packet.
             with contextlib.suppress(OSError):
                 self._line.sock.shutdown(socket.SHUT_RDWR)
 

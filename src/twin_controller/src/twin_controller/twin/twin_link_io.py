@@ -251,6 +251,7 @@ class TwinLink:
 
     def _reject(self, text: str) -> None:
         self._rejected += 1
+        # At each power of two: a sender that is wrong all the time must not fill the log.
         if self._rejected & (self._rejected - 1) == 0:
             _LOG.error("packet of the twin rejected (%d so far): %s", self._rejected, text)
 
