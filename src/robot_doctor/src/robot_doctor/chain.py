@@ -70,6 +70,7 @@ def read_description(text: str, tool_frame: str) -> DescribedArm:
         links = {link.get("name", ""): link for link in robot.findall("link")}
         if tool_frame not in links:
             raise DescribedArmError(f"it has no link {tool_frame}: it has {', '.join(links)}")
+        # Without their shapes: a mesh is no fault here.
         model = tree_of(robot, dict.fromkeys(links, ()))
         on_the_way = model.chain(tool_frame)
         joints = {
@@ -101,6 +102,7 @@ def _described(joint: JointFrame, pose: FloatArray, moves_tool: bool) -> Describ
         raise DescribedArmError(f"joint {joint.name} has no limit")
     direction = pose[:3, :3] @ np.array(joint.axis)
     direction /= np.linalg.norm(direction)
+    # A turning screw's v is p x omega: where the axis stands.
     screw = [*direction, *np.cross(pose[:3, 3], direction)]
     if joint.kind == "prismatic":
         screw = [*np.zeros(3), *direction]

@@ -43,6 +43,7 @@ class DelayStretch:
     def take(self, sample: RobotSample, sent: float, received: float) -> None:
         """Take in an answer."""
         clock = sample.clock_ms * 1e-3
+        # The same reading once more would count twice.
         if self._seen and self._seen[-1][0] == clock:
             return
         self._rhythm = heard(self._rhythm, sample.clock_ms, 0.5 * (sent + received))
@@ -57,6 +58,7 @@ class DelayStretch:
             return None
         # A reading is of any age up to its period.
         ahead = 0.5 * (max(self._least) + min(self._most) + self._rhythm.period)
+        # What it was told stands on the robot's own clock then, as what was seen.
         ahead = 0.0 if self._by_its_clock else ahead
         told, seen = np.array(self._told), np.array(self._seen)
         longest = self._config.response.longest_ms * 1e-3
@@ -83,6 +85,7 @@ def check_delays(
             continue
         text = f"{joint.name}: does its set points {1e3 * fit.delay:.1f} ms late"
         yield fine(Group.LINKS, f"{text}, known to {1e3 * fit.doubt:.1f} ms")
+        # The fit of a quick robot may come out below 0, which the file does not take.
         smoothing = max(0.0, 1e6 * fit.smoothing)
         delay = f"delay_ms: {1e3 * fit.delay:.1f}, smoothing_ms2: {smoothing:.0f}"
         measured.append(f"{joint.name}: {{{delay}}}")

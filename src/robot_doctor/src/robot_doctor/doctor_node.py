@@ -182,12 +182,14 @@ def other_files(folder: Path, profile: RobotProfile, found: list[Finding]) -> It
     for fault in check_files(folder, robot):
         file, _, rest = fault.partition(" (line ")[0].partition(": ")
         said = f"{Path(file.partition(', line ')[0]).name}: {rest}"
+        # Without robot.yaml this is no fault of the file.
         waits = robot is None and NEEDS_ROBOT in fault
         if said in told or fault.startswith(about) or waits:
             continue
         if profile.axes_occur_twice and f"/{PROGRAMS}/" in file:
             continue
         finding = wrong(Group.FILES, fault, mend(fault, chosen_robot()))
+        # A line that was told as wrong is not told again by another reader of it.
         if place_of(finding, folder, profile.robot) not in places:
             yield finding
 
@@ -248,8 +250,10 @@ def _stops(
     findings = []
     with StopTrials(robot, layout, config, address, answer) as trials:
         for finding in trials.run():
+            # Told at once: who stands at the robot has to know it before the next question.
             findings.append(finding)
             tell(console, finding)
+    # Behind the connection: how long the answer takes is no matter to the robot.
     _write_stops(console, robot, folder, address[0], trials)
     return is_healthy(findings)
 
@@ -303,6 +307,7 @@ def _links(
         if isinstance(profile.robot, ConfigError):
             return
         config = load_twin_controller(profile.robot, folder)
+        # As it is: what is wrong with it was told with the registers.
         layout = load(locate("modbus_map.yaml", folder), ModbusMap)
     except ConfigError as error:
         yield wrong(Group.LINKS, str(error), "correct the file; the links are checked then")

@@ -127,6 +127,7 @@ def _simulation(profile: RobotProfile, robot: Robot) -> Iterator[Finding]:
         else:
             yield fine(Group.SIMULATION, f"{robot.urdf} has {len(described.links)} links")
             yield from check_description(robot, described, profile.places)
+            # In a URDF that was written from body.yaml the inertia is computed.
             if not profile.written:
                 yield from check_inertia(profile.urdf, profile.places)
     if isinstance(profile.gains, ConfigError):

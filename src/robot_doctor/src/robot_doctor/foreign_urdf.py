@@ -67,6 +67,7 @@ def read_foreign(text: str, file: str, tool: str | None = None) -> Foreign:
     """
     try:
         root = parse_robot(text)
+        # Only to name lines in errors: the tree is not known yet.
         empty = Foreign(file, text, root, Model("", {}, ()), "")
         for kind in ("link", "joint"):
             names = [element.get("name", "") for element in root.findall(kind)]
@@ -138,6 +139,7 @@ def _check_joints(foreign: Foreign) -> None:
             try:
                 value = float(limit.get(key, ""))
             except ValueError:
+                # It compares as outside, and is told with the others.
                 value = np.nan
             if not low * size <= value <= high * size:
                 shown = limit.get(key)

@@ -47,8 +47,10 @@ class FreeSpace:
 
     def touches_nothing(self, rows: FloatArray) -> bool:
         """Return whether bodies are apart in all poses, shape (m, n)."""
+        # Poses are numbered anew with each call, and the numbers tell what stands there already.
         self._scene.distances.forget()
         poses = self._scene.body_poses(rows)
+        # Boxes around the bodies first: what they keep apart needs no exact distance.
         near = np.argwhere(self._scene.gaps(poses) < APART_M)
         return all(self._scene.distance(k, poses[k], n) >= APART_M for k, n in near.tolist())
 

@@ -110,6 +110,7 @@ def check_nudge(nudge: Nudge, joints: Sequence[Joint]) -> Finding:
             f"{text}, and {', '.join(strays)}",
             "axis_number in robot.yaml sends it to another axis",
         )
+    # Not 0: the noise of a joint that did not move has a sign, too.
     if share < -0.1:
         return wrong(
             Group.LINKS,
@@ -139,6 +140,7 @@ def _check_clock(
 
     The order of their halves, the clock, and the samples as the controller will read them.
     """
+    # With its words in the wrong order a clock that goes on by 1 seems to jump by 65,536.
     other = msgspec.structs.replace(
         layout, word_order="high_first" if layout.word_order == "low_first" else "low_first"
     )
@@ -199,6 +201,7 @@ def _period(
     middle = statistics.median(steps)
     rhythm, seen = Rhythm(), None
     for sample, answer in zip(samples, answers):
+        # The rhythm is told by each reading once, however often it was asked for.
         if sample.clock_ms != seen:
             rhythm = heard(rhythm, sample.clock_ms, 0.5 * (answer.sent + answer.received))
             seen = sample.clock_ms
@@ -228,6 +231,7 @@ def _clock_rate(robot: Robot, layout: ModbusMap, answers: Sequence[Answer]) -> f
     except SampleError:
         return None
     readings = [
+        # The clock may begin again at 0 meanwhile.
         ((answer.received - begun) * 1e3, (clock - clocks[0]) % WRAP)
         for answer, clock in zip(answers, clocks)
     ]

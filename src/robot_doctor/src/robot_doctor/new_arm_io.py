@@ -61,6 +61,7 @@ def make_arm(
     if target.exists():
         raise ConfigError(f"{target} is there already")
     with new_folder(config, name, LIKE) as folder, chosen(name):
+        # It is the copied robot's, and a new URDF would be written from it.
         (folder / "body.yaml").unlink()
         view = load(locate("camera.yaml", config), CameraView)
         text = with_gazebo(text, view, foreign.model.root)
@@ -69,6 +70,7 @@ def make_arm(
             robot, found = _robot(config, folder, foreign, text, name, source)
             _other_files(folder, robot, found)
             replace_file(folder / "pid_gains.yaml", gains_text(robot, config))
+        # The folder is taken away by new_folder, the URDF stands elsewhere.
         except BaseException:
             target.unlink()
             raise
@@ -94,6 +96,7 @@ def _robot(
         replace_file(folder / "robot.yaml", arm_text(name, made_by, urdf, frames, figures))
         return load_robot(config)
 
+    # With anything that can be loaded: what is found next needs a profile.
     robot = written(ArmFigures(1.0, home, {"P1": (0.0, 0.0, 0.0)}))
     model = read_body(robot)
     zone = floor_below(robot, model)
@@ -123,6 +126,7 @@ def _share(robot: Robot, urdf: DescribedArm) -> float:
             q = (low + part * (high - low)).tolist()
             weight = np.abs(model.inverse_dynamics(q, still, still))
             heaviest = np.maximum(heaviest, weight)
+            # All joints may accelerate at once, each in the worse direction.
             moved = np.abs(np.array(model.mass_matrix(q))) @ wanted
             share = min(share, float(((effort / SPARE - weight) / moved).min()))
     for joint, most in zip(joints, heaviest.tolist()):

@@ -138,6 +138,7 @@ def _poses(robot: Robot) -> tuple[FloatArray, FloatArray]:
     middle, half = 0.5 * (low + high), 0.5 * WITHIN * (high - low)
     low, high = middle - half, middle + half
     low, high = (np.where(turns, np.clip(x, -math.pi, math.pi), x) for x in (low, high))
+    # Not scrambled: the same URDF gives the same robot each time.
     poses = low + qmc.Halton(len(joints), scramble=False).random(POSES) * (high - low)
     # The foot looks ahead: where the arm stands about its first axis is nobody's choice.
     if turns[0] and low[0] < 0.0 < high[0]:
@@ -181,9 +182,11 @@ def _places(robot: Robot, shrink: float) -> dict[str, tuple[float, float, float]
     out = (tip[:2] - foot) / np.linalg.norm(tip[:2] - foot)
     found = {"P1": tip}
     for name, (outwards, left, up) in BESIDE.items():
+        # To the left is outwards turned by a quarter about z.
         x, y = outwards * out + left * np.array([-out[1], out[0]])
         found[name] = tip + shrink * 1e-3 * robot.reach_mm * np.array([x, y, up])
     return {
+        # Adding 0.0 keeps -0.0 out of the file.
         name: (round(float(x), 3) + 0.0, round(float(y), 3) + 0.0, round(float(z), 3) + 0.0)
         for name, (x, y, z) in found.items()
     }
@@ -254,5 +257,6 @@ def _two_points(
 def _rounded(joint: Joint, q: float) -> float:
     """Return a joint position in deg or mm with two decimals, within the joint's range."""
     value = round(q / joint.scale, 2) + 0.0
+    # Rounding may have put it a hundredth outside.
     inwards = (value * joint.scale < joint.lower) - (value * joint.scale > joint.upper)
     return round(value + 0.01 * inwards, 2)

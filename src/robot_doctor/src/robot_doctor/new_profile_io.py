@@ -75,6 +75,7 @@ def make_scara(config: Path, name: str, size: ScaraSize, urdf_folder: Path | Non
 
     with new_folder(config, name, LIKE) as folder, chosen(name):
         replace_file(folder / "body.yaml", body_text(name, size))
+        # First without inertias: they are those of the URDF, which is made from this file.
         replace_file(folder / "robot.yaml", robot_text(name, size, {}))
         robot = load_robot(config)
         urdf = urdf_of(robot, load_body(robot, config))
@@ -109,6 +110,7 @@ def new_folder(config: Path, name: str, source: str) -> Iterator[Path]:
         shutil.copytree(config / FOLDER / source, folder)
         _rename(folder, name, source)
         yield folder
+    # Also at Ctrl-C: a folder counts as a robot, even half of one.
     except BaseException as error:
         shutil.rmtree(folder, ignore_errors=True)
         if isinstance(error, OSError | ValueError):
@@ -120,6 +122,7 @@ def new_folder(config: Path, name: str, source: str) -> Iterator[Path]:
 def chosen(name: str) -> Iterator[None]:
     """Choose a robot for what is read within."""
     before = os.environ.get(CHOICE)
+    # All readers of a profile take the robot from there.
     os.environ[CHOICE] = name
     try:
         yield

@@ -152,6 +152,7 @@ def _joint(name: str, size: ScaraSize, inertia: float | None, stroke: tuple[floa
     unit, si = ("mm", 1e-3) if name == "joint_3" else ("deg", 0.0174533)
     effort = 1000.0
     if inertia is not None:
+        # The rated mass at the tool, as far from the joint's axis as it can be.
         load = RATED_KG * (1e-3 * carried) ** 2 + RATED_KG_M2
         weight = 0.0
         if name == "joint_3":

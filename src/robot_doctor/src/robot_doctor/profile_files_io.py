@@ -46,6 +46,7 @@ def read_profile(folder: Path) -> RobotProfile:
     decimals = DECIMALS
     if not isinstance(robot, ConfigError):
         controller = _attempt(lambda: load_twin_controller(robot, folder))
+        # Why it cannot be read is told with the other files.
         decimals = DECIMALS if isinstance(controller, ConfigError) else controller.change.decimals
     files = _attempt(lambda: program_files(folder))
     programs: dict[str, Program | ConfigError] = {}

@@ -66,6 +66,7 @@ def check_registers(robot: Robot, layout: ModbusMap, decimals: int) -> Iterator[
             "the robot writes its state; remove `write`",
             f"modbus_map.yaml {layout.table_of(name)}.{name}.write",
         )
+    # The codec would only fail at what was just told.
     if found:
         return
     try:

@@ -133,6 +133,7 @@ def check_programs(
                 f"correct {places.programs}/{file}: deg for a turning joint, mm for a sliding one",
                 f"{file} P[{number}",
             )
+        # Two conditions in one chain: several positions, and all of them the same.
         if len(program.positions) > 1 == len({each.groups for each in program.positions}):
             names = " and ".join(f"P[{p.number}:{p.comment}]" for p in program.positions)
             what = f"{file}: {names} are one place: it moves nothing"

@@ -123,6 +123,7 @@ class Mover:
         self, robot: Robot, layout: ModbusMap, config: TwinControllerConfig, host: str, port: int
     ) -> None:
         self._joints = robot.twin_joints
+        # A sample has all joints of robot.yaml, those without a twin too.
         self._columns = [k for k, joint in enumerate(robot.joints) if joint.twin]
         self._config = config
         # The newest answer, and when it came [s].
@@ -257,8 +258,10 @@ class Mover:
             self._link.write_now(positions, speed_percent)
             return None
         if not self._number:
+            # The robot goes on from the number that it took last, whoever gave it.
             self._number = sample.ring_read
         self._number = number_after(self._number)
+        # The robot's clock as it is now: the newest stamp is as old as its answer.
         clock_ms = sample.clock_ms + round(1e3 * (time.monotonic() - received + AHEAD_S))
         self._link.write_at(positions, speed_percent, self._number, clock_ms)
         return clock_ms
@@ -290,6 +293,7 @@ class Mover:
         while (passed := time.monotonic() - begun) < duration + LISTEN_S:
             share = min(passed / duration, 1.0)
             q = list(start)
+            # At both ends speed and acceleration are 0, so nothing rings on.
             q[index] += way * share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
             sent = time.monotonic()
             clock_ms = self._tell(q, percent)

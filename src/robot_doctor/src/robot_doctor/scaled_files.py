@@ -110,6 +110,7 @@ def plant_of(plant: str, joints: Sequence[Joint]) -> str:
     comment, _, rest = axes.partition("\n")
     kinds = {
         unit: body
+        # From the end, since of two joints of a kind the later one stays: the first in the file.
         for body in re.findall(rf"(?m)^  \w+:.*\n({BLOCK})", rest)[::-1]
         for unit in ("deg", "mm")
         if f"_per_turn_{unit}:" in body

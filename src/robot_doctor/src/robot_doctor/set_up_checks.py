@@ -111,6 +111,7 @@ def _gaps(layout: ModbusMap, found: SetUp) -> Iterator[tuple[Setting, str]]:
         )
         return
     watched = watched_of(list(found.watched))
+    # Registers without a slot read 0: no exception tells that they are not there.
     if not any(found.watched) and not any(any(first) for first, _ in found.words.values()):
         yield setting("slots"), "none of our slots is there: $SNPX_ASG is as delivered"
         return
@@ -134,6 +135,7 @@ def _slots(layout: ModbusMap, found: SetUp, watched: Watched) -> Iterator[tuple[
         if slot.name.startswith("POS[0]") and slot.size >= 19:
             problem = _position(first)
         elif slot.name == "$MCR.$GENOVERRIDE":
+            # A controller gives the low word first.
             percent = first[0] | first[1] << 16
             if not percent:
                 problem = "reads 0, an override is 1 to 100"

@@ -49,6 +49,7 @@ def probe_set_up(layout: ModbusMap, host: str, port: int, timeout: float, needed
     finally:
         one.close()
     words = {address: (first[address], later[address]) for address in first}
+    # Only once ours is closed, which would be one of them.
     served = _served(host, port, layout.device_id, timeout, needed)
     return SetUp(served, needed, words, tuple(watched), frames)
 
@@ -66,6 +67,7 @@ def _served(host: str, port: int, unit: int, timeout: float, needed: int) -> int
 
     Plain sockets: a Modbus client would connect again where it was put out.
     """
+    # Number 1, protocol 0, six bytes behind it: read one holding register.
     request = struct.pack(">HHHBBHH", 1, 0, 6, unit, 3, _WATCHED.offset, 1)
     with contextlib.ExitStack() as lines:
         clients = []
@@ -83,5 +85,6 @@ def _answers(line: socket.socket, request: bytes) -> bool:
     """Return whether a connection is served."""
     with contextlib.suppress(OSError):
         line.sendall(request)
+        # Who was put out reads the end of the connection: nothing.
         return len(line.recv(len(request))) > 0
     return False

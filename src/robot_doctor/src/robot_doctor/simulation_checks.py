@@ -93,6 +93,7 @@ def check_inertia(urdf: str, places: Places) -> Iterator[Finding]:
             _, mass, _, inertia = body_of(link)
             if mass == 0.0:
                 continue
+            # The trace is the same however the link's frame is turned.
             computed = float(np.trace(inertial_of(link).inertia))
         except ShapeError:
             continue  # A mesh has no volume here.

@@ -159,6 +159,7 @@ def judge_stop(trial: Trial, looks: Sequence[Look], sent: float) -> Result:
         what = f"{name} did not stop the robot: it stands, but its program runs on"
         return Result(trial, TrialEnd.FAILED, what)
     end = after[-1].places
+    # The last look at which it was not yet where it came to stand.
     last = max((look.at for look in after if _apart(look.places, end) > STILL), default=sent)
     way, within = _apart(after[0].places, end), 0.1 * math.ceil(10.0 * (last - sent) + 0.5)
     what = f"{name} stopped the robot within {within:.1f} s and {way:.2f} deg or mm; {state}"
@@ -214,6 +215,7 @@ def allocation(seen: frozenset[str], results: Sequence[Result], filed: str) -> s
         results: Of the trials.
         filed: What the profile says.
     """
+    # A simple panel has none of these four.
     if seen & {"progrun", "paused", "held", "sysrdy"}:
         return "full"
     if seen & {"cmdenbl", "fault", "batalm", "busy"}:
@@ -256,6 +258,7 @@ def changes(robot: Stopping, address: str, found: Stopping, date: str) -> dict[K
     if found.braking_delay_ms != robot.braking_delay_ms:
         late = Noted(found.braking_delay_ms, f"[chk] {date}, measured by doctor --stops")
         written["stopping", "braking_delay_ms"] = late
+    # Also those that the file names and that hold no longer: they are taken out of it.
     for means in {**robot.tried, **found.tried}:
         written[(*tried, means)] = said if means in found.tried else DROPPED
     return written

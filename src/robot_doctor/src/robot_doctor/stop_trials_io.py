@@ -127,6 +127,7 @@ class StopTrials:
     def _holds(self) -> bool:
         """Return whether the robot stands, or comes to stand."""
         try:
+            # What was seen before says nothing of this stop.
             self._looks.clear()
             return self._wait(PATIENCE_S, lambda: stands(self._looks))
         except UnexpectedError:
@@ -163,10 +164,13 @@ class StopTrials:
         else:
             self._link.send(*_ACTS[trial])
         self._wait(PATIENCE_S, lambda: stands([look for look in self._looks if look.at >= sent]))
+        # Looked at for longer: a stop that is followed by a motion was none.
         self._wait(self._stays_s, lambda: False)
         with self._changed:
+            # A copy, for the link's thread goes on to append.
             result = judge_stop(trial, list(self._looks), sent)
         if result.outcome is TrialEnd.FAILED:
+            # All other trials fall back on HOLD.
             if trial is Trial.HOLD:
                 self.results.append(result)
                 raise UnexpectedError(result.what)
@@ -194,6 +198,7 @@ class StopTrials:
         """Let RSR1 start the stream program, and send one joint away and back."""
         if not self._wait(FIRST_S, lambda: self._state is ProgramState.ABORTED):
             return Result(Trial.RSR, TrialEnd.LEFT_OUT, "a program is not ended")
+        # One link alone: the other one's heartbeats would be a stranger's.
         self._link.close()
         try:
             with Mover(self._robot, self._layout, self._config, *self._address) as mover:

@@ -129,6 +129,7 @@ def _link(
         meshed = any(e.find("geometry/mesh") is not None for e in _seen(elements[each]))
         for shape in shapes[each]:
             link.append(_shape(ElementTree.Element("visual"), shape, pose))
+            # By this name the doctor lets the link's inertia be far from that of its shapes.
             named = {"name": COVER} if meshed else {}
             link.append(_shape(ElementTree.Element("collision", named), shape, pose))
     if held:
@@ -175,11 +176,13 @@ def _inertials(
 def _inertial(bodies: list[Body]) -> ElementTree.Element:
     """Return one ``<inertial>`` of several bodies."""
     mass = sum(body[1] for body in bodies)
+    # Without any mass each place is as good as another.
     share = [body[1] / mass if mass else 1.0 / len(bodies) for body in bodies]
     centre = sum((part * body[2] for part, body in zip(share, bodies)), np.zeros(3))
     inertia = np.zeros((3, 3))
     for _, kilograms, place, own in bodies:
         arm = place - centre
+        # Moved to the common centre by Steiner's theorem.
         inertia += own + kilograms * (arm @ arm * np.eye(3) - np.outer(arm, arm))
     element = ElementTree.Element("inertial")
     ElementTree.SubElement(element, "origin", xyz=_numbers(centre), rpy="0 0 0")

@@ -41,6 +41,7 @@ def ask_twin(url: str, access: Access) -> Iterator[Finding]:
             stamp = answer["values"]["time"]
             trips.append(received - sent)
             offsets.append(stamp["secs"] + stamp["nsecs"] * 1e-9 - 0.5 * (sent + received))
+        # The quickest answer tells the clock best: it is known to half of its trip.
         best = min(range(QUESTIONS), key=trips.__getitem__)
         middle, offset = sorted(trips)[QUESTIONS // 2] * 1e3, offsets[best] * 1e3
         yield fine(
