@@ -91,6 +91,7 @@ def urdf_of(robot: Robot, body: BodyFile) -> str:
     """Return the URDF as text."""
     places = {link.name: np.array(link.at_mm) * 1e-3 for link in body.links}
     home = np.array(robot.home_pose, dtype=float)
+    # Where the kinematics has it, whatever body.yaml says.
     places[robot.tool_frame] = home[:3, 3]
     lines = [
         '<?xml version="1.0"?>',
@@ -181,6 +182,7 @@ def _joint(link: Link, robot: Robot, at: FloatArray, turn: FloatArray) -> list[s
         axis = screw[3:] if joint.si_unit == "m" else screw[:3]
         lines.append(f'    <axis xyz="{_numbers(axis)}"/>')
         limits = (
+            # repr keeps all digits: the limits are those of robot.yaml.
             f'lower="{joint.lower!r}" upper="{joint.upper!r}" '
             f'effort="{_number(joint.effort)}" velocity="{joint.velocity!r}"'
         )

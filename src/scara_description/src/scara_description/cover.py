@@ -35,6 +35,7 @@ def cover(triangles: FloatArray) -> list[Shape]:
     middle = points - points.mean(axis=0)
     # Along the link's frame, and along the directions in which the mesh is longest and thinnest.
     principal = np.linalg.svd(middle, full_matrices=False)[2].T
+    # A mirrored frame has no roll, pitch and yaw.
     if np.linalg.det(principal) < 0.0:
         principal[:, 2] *= -1.0
     covers = [list(_covers(triangles, turn)) for turn in (np.eye(3), principal)]
@@ -63,6 +64,7 @@ def _within(triangles: FloatArray, along: int, begin: float, end: float) -> Floa
     one, other = corners, np.roll(triangles, -1, axis=1).reshape(-1, 3)
     rise = other[:, along] - one[:, along]
     for plane in (begin, end):
+        # Where an edge goes through the plane, that point belongs to the slab, too.
         cuts = (one[:, along] - plane) * (other[:, along] - plane) < 0.0
         part = (plane - one[cuts, along]) / rise[cuts]
         found.append(one[cuts] + part[:, None] * (other[cuts] - one[cuts]))

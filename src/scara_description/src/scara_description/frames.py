@@ -131,6 +131,7 @@ def frames_of(description: str) -> Frames:
     robot = parse_robot(description)
     model: Model = tree_of(robot, {link.get("name", ""): () for link in robot.findall("link")})
     fixed = [_home(joint) for joint in model.joints if not joint.moves]
+    # It was taken away for reading, but users of tf may look from it.
     if without_world(description) != description:
         fixed.insert(0, FramePose(WORLD, model.root, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
     return Frames(

@@ -21,6 +21,7 @@ from scara_description.urdf import WORLD, in_world
 
 NAMESPACE = "twin"
 PUBLISH_HZ = 100  # as the simulator publishes twin/joint_states
+# All from our comment to the end: what a person adds has to stand in front of it.
 _BLOCK = re.compile(r"^  <!-- For Gazebo.*?(?=^</robot>)", re.DOTALL | re.MULTILINE)
 _KINDS = {
     "position": "effort_controllers/JointPositionController",
@@ -100,6 +101,7 @@ def _elements(view: CameraView, root: str) -> list[str]:
         "      </camera>",
         '      <plugin name="camera_controller" filename="libgazebo_ros_camera.so">',
         "        <alwaysOn>true</alwaysOn>",
+        # With 0 the plugin leaves the rate to the sensor's update_rate.
         "        <updateRate>0</updateRate>",
         "        <cameraName>camera</cameraName>",
         "        <imageTopicName>image_raw</imageTopicName>",

@@ -48,6 +48,7 @@ def ghost_of(description: str) -> str:
         raise DescriptionError(
             f"the robot description must have one root, it has {', '.join(roots) or 'none'}"
         )
+    # A copy: elements that are removed under way would let others be skipped.
     for element in list(robot):
         if element.tag not in ("link", "joint"):
             robot.remove(element)
@@ -99,6 +100,7 @@ def _dress(link: Element, moves: bool) -> None:
 def _shrink(shape: Element) -> None:
     for key, by in (("size", SHRINK), ("radius", SHRINK / 2.0), ("length", SHRINK)):
         if key in shape.attrib:
+            # A shape that is hardly larger than that must not vanish or turn over.
             lengths = (
                 max(float(word) - by, float(word) / 2.0) for word in shape.get(key, "").split()
             )

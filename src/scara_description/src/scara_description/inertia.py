@@ -86,6 +86,7 @@ def with_inertia(urdf: str) -> str:
     Raises:
         ShapeError: See :func:`inertial_of`.
     """
+    # In the order of the text, for the pattern below meets them in this order.
     links = iter(
         [link for link in ET.fromstring(urdf).iter("link") if link.find("inertial") is not None]
     )
@@ -172,6 +173,7 @@ def largest_inertia(urdf: str, ranges: Mapping[str, tuple[float, float]], name: 
     while largest > before:
         before = largest
         for each in beyond:
+            # Where it is now is among them, so that no step makes it less.
             levels = [q[each], *np.linspace(*ranges[each], LEVELS).tolist()]
             seen = [_seen(joint, parts, q | {each: level}) for level in levels]
             largest = max(seen)

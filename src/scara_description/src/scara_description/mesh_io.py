@@ -65,9 +65,11 @@ def find_mesh(name: str, urdf: Path) -> Path:
 def _stl(data: bytes) -> FloatArray:
     """Return the triangles of an STL; one whose size fits its count is binary."""
     count = int.from_bytes(data[80:HEAD], "little")
+    # Not by its first word: a binary file may begin with "solid" as well as a text.
     if len(data) >= HEAD and len(data) == HEAD + TRIANGLE * count:
         kind = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])
         return np.frombuffer(data, kind, offset=HEAD)["corners"].astype(float)
+    # A text's name may be of any letters; only lines of a vertex count.
     words = [line.split() for line in data.decode("ascii", errors="replace").splitlines()]
     rows = [[float(x) for x in word[1:4]] for word in words if word[:1] == ["vertex"]]
     return np.array(rows, dtype=float).reshape(-1, 3, 3)

@@ -80,6 +80,7 @@ def main() -> None:
     taught = TaughtFrames(folder, *names)
     twin_frames, real_frames = (each.frames.renamed(own_frame) for each in (twin, real))
     publisher = StatePublisher(twin_frames, real_frames, taught, rate)
+    # An Event that is waited for knows nothing of the node's end.
     rospy.on_shutdown(publisher.end)
     rospy.loginfo("%s is ready", NAME)
     keep_for_good()
@@ -113,6 +114,7 @@ class TaughtFrames:
         stamp = (there.st_mtime_ns, there.st_size) if there is not None else ()
         if stamp == self._stamp:
             return False
+        # Before it is read, so that a wrong file is told once and not each second.
         self._stamp = stamp
         try:
             self.poses = taught_poses(find_frames(self._folder), *self._names)

@@ -97,6 +97,7 @@ def tool_tip(poses: Sequence[FloatArray]) -> tuple[FloatArray, float]:
     turns = [pose[:3, :3] for pose in poses]
     for k, turn in enumerate(turns[1:], start=2):
         cosine = 0.5 * (float(np.trace(turns[0].T @ turn)) - 1.0)
+        # Rounding may put a cosine beyond 1, where it has no angle.
         if math.acos(min(max(cosine, -1.0), 1.0)) < LEAST_TURN:
             raise FrameError(
                 f"point {k} is turned by less than {math.degrees(LEAST_TURN):.0f} deg from point 1"
@@ -137,6 +138,7 @@ def tool_frame(name: str, poses: Sequence[FloatArray]) -> TaughtFrame:
     pose[:3, 3], _ = tool_tip(poses[:3])
     if len(poses) == 6:
         begin, along, down = (each[:3, 3] for each in poses[3:])
+        # The places are told in the base, the tool's axes by the flange.
         back = poses[3][:3, :3].T
         x, z = _axis("x", back @ (along - begin)), back @ (down - begin)
         z = _axis("z", z - x * float(x @ z))

@@ -19,6 +19,7 @@ KINDS = ("fixed", "revolute", "continuous", "prismatic")
 
 
 WORLD = "world"
+# The lines of in_world as they are: a world that somebody else wrote stays.
 _IN_WORLD = re.compile(r'^ *<link name="world"/>\n *<joint name="fixed_to_world".*</joint>\n', re.M)
 
 
@@ -253,6 +254,7 @@ def _joint(element: ElementTree.Element) -> JointFrame:
 
 def _axis(name: str, element: ElementTree.Element | None) -> Vector:
     """Return a joint's direction with length 1."""
+    # URDF's default is x.
     x, y, z = (1.0, 0.0, 0.0) if element is None else _vector(element.get("xyz", "1 0 0"))
     length = math.hypot(x, y, z)
     if not 0.0 < length < math.inf:

@@ -40,6 +40,7 @@ def write_gazebo(
     view = load(locate("camera.yaml"), CameraView)
     gains = load(locate("pid_gains.yaml"), dict[str, dict[str, dict[str, Any]]])
     text = description.read_text(encoding="utf-8")
+    # Both texts are made before a file is written: if one fails, both stay as they were.
     files = {
         description: with_gazebo(text, view, parse_urdf(text).root),
         controllers: controllers_of(profile, gains),
