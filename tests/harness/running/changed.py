@@ -128,6 +128,8 @@ def _uses(user: str, text: str, file: str) -> bool:
     path = Path(file)
     if path.name == "conftest.py":
         return user.startswith(f"{path.parent.as_posix()}/")
+    if path.stem not in text:
+        return False
     package = ".".join(path.parent.parts[1:])
     taken = rf"from {re.escape(package)} import (?:\([^)]*|.*)\b{path.stem}\b"
     module = rf"\b{re.escape(f'{package}.{path.stem}')}\b"
