@@ -46,7 +46,16 @@ def test_it_is_never_asked_to_move() -> None:
     nowhere = ("127.0.0.1", 1)
     config = load_twin_controller(ROBOT, CONFIG)
     (found,) = doctor_node._robot(profile, FOLLOW_MAP, config, nowhere, True)
-    assert found.level is Level.WRONG and "lead: false" in found.what
+    assert found.level is Level.WRONG and "lead is false" in found.what
+
+
+def test_a_robot_on_which_no_stop_was_tried_is_never_asked_to_move() -> None:
+    """At this address; the advice says what comes before."""
+    profile = read_profile(CONFIG)
+    config = load_twin_controller(SHIPPED, CONFIG)
+    (found,) = doctor_node._robot(profile, profile.layout, config, ("192.0.2.9", 1), True)
+    assert found.level is Level.WRONG and "nothing that stopped 192.0.2.9" in found.what
+    assert "--stops" in found.advice
 
 
 def test_a_robot_without_a_table_is_as_good(tmp_path: Path) -> None:

@@ -96,3 +96,19 @@ def test_one_that_cannot_be_is_not_made(
     with pytest.raises(ConfigError, match=text):
         make_scara(config, name, size, tmp_path)
     assert sorted(config.rglob("*")) == before
+
+
+def test_a_urdf_that_is_there_is_kept_and_a_new_one_goes_with_its_robot(
+    config: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whichever of them is in the way, or fails: nothing is made."""
+    size, urdf = ScaraSize(325.0, 225.0, 150.0), tmp_path / "mine.urdf"
+    urdf.write_text("somebody's")
+    with pytest.raises(ConfigError, match=r"mine\.urdf is there already"):
+        make_scara(config, "mine", size, tmp_path)
+    assert urdf.read_text() == "somebody's"
+    urdf.unlink()
+    monkeypatch.setattr("robot_doctor.new_profile_io.print_program", lambda _: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        make_scara(config, "mine", size, tmp_path)
+    assert not urdf.exists() and not (config / "robots" / "mine").exists()

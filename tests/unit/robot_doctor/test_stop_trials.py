@@ -12,7 +12,11 @@ from pathlib import Path
 import pytest
 from fanuc_emulator.drives.servo_loop_io import ServoLoop
 from harness.emulated.served import CONFIG, LAYOUT, ROBOT, served
+from harness.processes import wait_until
 from msgspec.structs import replace
+from robot_doctor.finding import Group, Level, note
+from robot_doctor.profile_files_io import read_profile
+from robot_doctor.robot_probe_io import Mover
 from robot_doctor.stop_trials import (
     Look,
     Result,
@@ -228,3 +232,48 @@ def test_a_robot_as_delivered_is_not_tried_but_told_what_is_missing() -> None:
         command = ["--stops", "--host", HERE, "--port", str(port), "--config-dir", str(CONFIG)]
         done = CliRunner().invoke(doctor_node.app, command)
     assert done.exit_code == 1 and "$SNPX_ASG is as delivered" in done.output and not written
+
+
+@pytest.mark.parametrize("aborts", ["true", "false"])
+def test_who_moves_a_joint_begins_with_a_set_point_and_sees_the_robot_stand(aborts: str) -> None:
+    """CSTOPI alone does not end a program on each controller; HOLD is given back to one at rest."""
+    controller = load_twin_controller(ROBOT, CONFIG)
+    with served(f"ready, cstopi_for_abort: {aborts}") as (port, loop, written):
+        with Mover(ROBOT, LAYOUT, controller, HERE, port) as mover:
+            mover.try_stream()
+        now = loop.snapshot
+        assert mover.rests and not now.outputs.progrun and "hold" in now.inputs
+    asked = [at for _, _, at, *_ in written]
+    first = asked.index(LAYOUT.holding_registers["ring_setpoint"].offset)
+    assert first < asked.index(LAYOUT.coils["rsr1"].offset)
+
+
+def test_a_robot_that_goes_on_after_a_stop_is_told_and_stays_held(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Whoever stands there hears it at once."""
+    monkeypatch.setattr("robot_doctor.robot_probe_io.REST_S", 0.3)
+    monkeypatch.setattr("robot_doctor.robot_probe_io.stands", lambda *_: False)
+    # All joints would take half a minute.
+    monkeypatch.setattr(Mover, "nudge_all", lambda mover: [note(Group.LINKS, *mover.try_stream())])
+    controller = load_twin_controller(ROBOT, CONFIG)
+    profile = replace(read_profile(CONFIG), robot=ROBOT, layout=LAYOUT)
+    with served("ready") as (port, loop, _):
+        found = list(doctor_node._robot(profile, LAYOUT, controller, (HERE, port), True))
+        assert "hold" not in loop.snapshot.inputs
+    assert "NOT SEEN TO STAND" in found[-1].what and found[-1].level is Level.WRONG, found
+
+
+def test_a_program_that_is_started_while_the_question_stands_is_slow() -> None:
+    """The override is low before anybody is asked to start one."""
+    controller, seen = load_twin_controller(ROBOT, CONFIG), []
+    with served("ready") as (port, loop, _):
+
+        def ask(text: str) -> bool:
+            wait_until(lambda: loop.snapshot.override == 1, 2.0, "a low override")
+            seen.append(text)
+            return False
+
+        with quick(ROBOT, LAYOUT, controller, (HERE, port), ask) as trials:
+            list(trials.run())
+    assert "Start a program" in seen[0]

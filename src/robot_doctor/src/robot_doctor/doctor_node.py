@@ -53,7 +53,8 @@ PATIENCE_S = 1.0
 """For one answer while the set-up is read: slow is not wrong there."""
 STOPS_BEGIN = """\
 What stops the robot at {}:{}? Nobody inside the guard, a hand on its emergency stop.
-The override goes to 1 %. Enter leaves a step out; what is neither y nor n ends all, held.
+The override goes to 1 % and stays there. Enter leaves a step out; what is neither y nor n ends
+all, and the robot is held.
 """
 COLOURS = {Level.FINE: "green", Level.NOTE: "yellow", Level.WRONG: "bold red"}
 app = CommandLine(
@@ -270,7 +271,13 @@ def _write_stops(
     console.print(f"  braking_delay_ms: {found.braking_delay_ms:g}", markup=False)
     if found == robot.stopping:
         console.print("it says so already", markup=False)
-    elif answer("Write this?"):
+        return
+    try:
+        agreed = answer("Write this?")
+    except UnexpectedError as why:
+        console.print(f"nothing was written: {why}", markup=False)
+        return
+    if agreed:
         today = datetime.date.today().isoformat()
         write_values(path, changes(robot.stopping, host, found, today))
         console.print(f"written: {path}", markup=False)
@@ -338,12 +345,9 @@ def _robot(
     """Yield what the robot answers, and where it goes."""
     if isinstance(profile.robot, ConfigError):
         return
-    if move and not profile.robot.lead:
-        yield wrong(
-            Group.LINKS,
-            "the robot is only followed: robot.yaml says lead: false",
-            "nothing is written to it: leave --move out",
-        )
+    # Who cannot be stopped by what is known to work is not moved either.
+    if move and (why := profile.robot.only_followed(address[0])):
+        yield wrong(Group.LINKS, f"nothing is moved: {why}", "doctor --stops comes before --move")
         return
     real = config.real
     try:
@@ -376,6 +380,12 @@ def _robot(
     if move and is_healthy(found):
         with Mover(profile.robot, layout, config, *address) as mover:
             yield from mover.nudge_all()
+        if not mover.rests:
+            yield wrong(
+                Group.LINKS,
+                "THE ROBOT IS NOT SEEN TO STAND: press its emergency stop",
+                "HOLD was taken away and stays away; RESET on the page gives it back",
+            )
     elif not move:
         yield note(
             Group.LINKS,

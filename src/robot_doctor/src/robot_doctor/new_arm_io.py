@@ -21,7 +21,7 @@ from robot_doctor.foreign_urdf import Foreign, read_foreign
 from robot_doctor.free_space import FreeSpace
 from robot_doctor.new_arm import ArmFigures, arm_text, start_acceleration
 from robot_doctor.new_places import FoundPlaces, find_places, floor_below
-from robot_doctor.new_profile_io import chosen, new_folder, urdf_place
+from robot_doctor.new_profile_io import chosen, new_folder, new_urdf, urdf_place
 from robot_doctor.new_scara import GRAVITY, LIKE
 from robot_doctor.scaled_files import plant_of, started, taught
 from robot_doctor.tidied_urdf import tidied
@@ -58,22 +58,15 @@ def make_arm(
     foreign = read_foreign(load_text(source), source.name, tool)
     text = tidied(foreign, name, lambda mesh: read_mesh(find_mesh(mesh, source)))
     target = urdf_place(urdf_folder) / f"{name}.urdf"
-    if target.exists():
-        raise ConfigError(f"{target} is there already")
     with new_folder(config, name, LIKE) as folder, chosen(name):
         # It is the copied robot's, and a new URDF would be written from it.
         (folder / "body.yaml").unlink()
         view = load(locate("camera.yaml", config), CameraView)
         text = with_gazebo(text, view, foreign.model.root)
-        replace_file(target, text)
-        try:
+        with new_urdf(target, text):
             robot, found = _robot(config, folder, foreign, text, name, source)
             _other_files(folder, robot, found)
             replace_file(folder / "pid_gains.yaml", gains_text(robot, config))
-        # The folder is taken away by new_folder, the URDF stands elsewhere.
-        except BaseException:
-            target.unlink()
-            raise
     return folder
 
 

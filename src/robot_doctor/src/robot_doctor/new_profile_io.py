@@ -50,7 +50,10 @@ def make_profile(config: Path, name: str, source: str, urdf_folder: Path | None 
             f"unknown robot {source!r}: {config / FOLDER} has {', '.join(known)}{hint}"
         )
     with new_folder(config, name, source) as folder:
-        _write_urdf(config, folder, name, urdf_folder)
+        # A robot without a body shares the URDF of the one that was copied.
+        if (folder / "body.yaml").is_file():
+            with _own_urdf(config, name, urdf_folder):
+                pass
     return folder
 
 
@@ -83,18 +86,18 @@ def make_scara(config: Path, name: str, size: ScaraSize, urdf_folder: Path | Non
         inertias = {joint: largest_inertia(urdf, ranges, joint) for joint in ranges}
         replace_file(folder / "robot.yaml", robot_text(name, size, inertias))
         robot = load_robot(config)
-        _write_urdf(config, folder, name, urdf_folder)
-        for file in folder.glob("programs/*.LS"):
-            program = msgspec.structs.replace(
-                read_listing(file),
-                positions=taught(robot, two_points(size) if file.stem == "TWO_POINT" else None),
-            )
-            replace_file(file, print_program(program))
-        emulator = folder / "emulator.yaml"
-        replace_file(emulator, started(emulator.read_text(encoding="utf-8"), robot))
-        for file in folder.glob("plants/*.yaml"):
-            replace_file(file, of_joints(file.read_text(encoding="utf-8"), size.joints))
-        replace_file(folder / "pid_gains.yaml", gains_text(robot, config))
+        with _own_urdf(config, name, urdf_folder):
+            for file in folder.glob("programs/*.LS"):
+                program = msgspec.structs.replace(
+                    read_listing(file),
+                    positions=taught(robot, two_points(size) if file.stem == "TWO_POINT" else None),
+                )
+                replace_file(file, print_program(program))
+            emulator = folder / "emulator.yaml"
+            replace_file(emulator, started(emulator.read_text(encoding="utf-8"), robot))
+            for file in folder.glob("plants/*.yaml"):
+                replace_file(file, of_joints(file.read_text(encoding="utf-8"), size.joints))
+            replace_file(folder / "pid_gains.yaml", gains_text(robot, config))
     return folder
 
 
@@ -144,15 +147,29 @@ def _rename(folder: Path, name: str, source: str) -> None:
         replace_file(file, changed)
 
 
-def _write_urdf(config: Path, folder: Path, name: str, urdf_folder: Path | None) -> None:
-    """Write the URDF from body.yaml, if the robot has one."""
-    if not (folder / "body.yaml").is_file():
-        return
+@contextmanager
+def _own_urdf(config: Path, name: str, urdf_folder: Path | None) -> Iterator[None]:
+    """Write the URDF of a robot from its body.yaml, as :func:`new_urdf` does."""
     with chosen(name):
         robot = load_robot(config)
         text = urdf_of(robot, load_body(robot, config))
         text = with_gazebo(text, load(locate("camera.yaml", config), CameraView), robot.base_frame)
-    replace_file(urdf_place(urdf_folder) / robot.urdf, text)
+    with new_urdf(urdf_place(urdf_folder) / robot.urdf, text):
+        yield
+
+
+@contextmanager
+def new_urdf(path: Path, text: str) -> Iterator[None]:
+    """Write a URDF where none is yet; it is gone again if the rest fails."""
+    if path.exists():
+        raise ConfigError(f"{path} is there already")
+    replace_file(path, text)
+    try:
+        yield
+    # Also at Ctrl-C, as in new_folder: the URDF stands elsewhere.
+    except BaseException:
+        path.unlink()
+        raise
 
 
 def urdf_place(folder: Path | None) -> Path:

@@ -149,8 +149,15 @@ def _wrong_numbers(robot: Robot, layout: ModbusMap, decimals: int) -> Iterator[F
                 "correct axis_number in robot.yaml or count in the map",
                 f"modbus_map.yaml {layout.table_of(name)}.{name}.count",
             )
-        if register.type != "float32":
-            at = f"modbus_map.yaml {layout.table_of(name)}.{name}"
+        at = f"modbus_map.yaml {layout.table_of(name)}.{name}"
+        if register.type == "string":
+            yield wrong(
+                Group.REGISTERS,
+                f"{name} is a text, a number is needed",
+                "take float32, int32 or int16",
+                f"{at}.type",
+            )
+        elif register.type != "float32":
             yield from _too_small(robot, name, register, at)
             if name != "velocity" and register.scale > 10.0**-decimals:
                 what = (

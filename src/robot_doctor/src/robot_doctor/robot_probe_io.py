@@ -10,11 +10,13 @@ from typing import Any
 from scara_config import Joint, Robot
 from scara_config.modbus_map import ModbusMap, number_after
 from twin_controller.config import TwinControllerConfig
+from twin_controller.core.actions import Command
 from twin_controller.estimation.delay import Fit
 from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
 from twin_controller.modbus.port_io import ModbusPort
 from twin_controller.registers import RegisterCodec
-from twin_controller.robot.signals import Pulse, TakeBack
+from twin_controller.robot.intake import is_paused, stands
+from twin_controller.robot.signals import UI_SIGNALS, Pulse, steps
 from twin_controller.robot_sample import (
     AlarmStatus,
     ControlType,
@@ -37,6 +39,8 @@ SETTLE_S = 3.0
 CLOSE = 0.1
 PERIOD_S = 0.01
 FIRST_S = 3.0
+REST_S = 2.0
+"""A robot that was stopped has so long to stand, its program not running; our choice."""
 AHEAD_S = 0.04
 """So far ahead of their time set points are sent to a robot that takes them so; our choice."""
 SPEED_PERCENT = 10.0
@@ -111,6 +115,10 @@ def link_to(
 class Mover:
     """Streams small set points to the robot; a context manager that ends the stream.
 
+    Attributes:
+        rests: At the end: it did not start the stream, or the robot was seen to stand, its program
+            not running. Else HOLD stays away.
+
     Args:
         robot: The profile.
         layout: Its map.
@@ -122,7 +130,7 @@ class Mover:
     def __init__(
         self, robot: Robot, layout: ModbusMap, config: TwinControllerConfig, host: str, port: int
     ) -> None:
-        self._joints = robot.twin_joints
+        self._robot, self._joints = robot, robot.twin_joints
         # A sample has all joints of robot.yaml, those without a twin too.
         self._columns = [k for k, joint in enumerate(robot.joints) if joint.twin]
         self._config = config
@@ -133,6 +141,7 @@ class Mover:
         self._stretch: DelayStretch | None = None
         self._came = threading.Event()
         self._alarm = ""
+        self._begun, self.rests = False, True
         self._link = link_to(robot, layout, config, (host, port), self._take, self._told)
 
     def __enter__(self) -> Mover:
@@ -141,10 +150,36 @@ class Mover:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Let the robot decelerate and end the stream, then disconnect."""
-        self._link.send(Pulse("cstopi"), TakeBack())
-        time.sleep(0.3)
+        """Stop what it started, as the twin controller does, and see the robot stand; disconnect.
+
+        Not every controller ends a program by CSTOPI, and one that nobody watches may go on.
+        """
+        if self._begun:
+            self._perform(Command.STOP_REAL)
+            self.rests = self._comes_to_rest()
+            if self.rests:
+                self._perform(Command.GIVE_HOLD_BACK)
         self._link.close()
+
+    def _perform(self, command: Command) -> None:
+        self._link.send(*steps(UI_SIGNALS, command, is_paused(self._sample)))
+
+    def _comes_to_rest(self) -> bool:
+        """Return whether the next answers show the robot at rest, its program not running."""
+        end, before = time.monotonic() + REST_S, None
+        while time.monotonic() < end:
+            self._came.clear()
+            if not self._came.wait(end - time.monotonic()):
+                break
+            sample = self._sample
+            if (
+                before is not None
+                and "progrun" not in sample.outputs
+                and stands(before, sample.motion, self._robot.joints)
+            ):
+                return True
+            before = sample.motion
+        return False
 
     def nudge_all(self) -> Iterator[Finding]:
         """Send each joint of the twin a hair away and back, then swing it to see how late it is.
@@ -236,7 +271,10 @@ class Mover:
         if "cmdenbl" not in sample.outputs:
             return "it does not allow a remote start (CMDENBL is off)"
         start = self._positions()
-        self._link.send(Pulse("rsr1"))
+        self._begun = True
+        # Behind a set point: with the old one the stream program would go where it went last.
+        self._tell(start, SPEED_PERCENT)
+        self._link.send(Pulse("rsr1", behind=True))
         end = time.monotonic() + FIRST_S
         while self._sample.control_type is not ControlType.STREAM and time.monotonic() < end:
             self._tell(start, SPEED_PERCENT)

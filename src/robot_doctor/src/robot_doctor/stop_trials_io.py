@@ -141,13 +141,15 @@ class StopTrials:
         )
         if trial is Trial.START and self._state is not ProgramState.PAUSED:
             return leave("no program is paused")
+        if trial not in (Trial.RSR, Trial.START):
+            # Before the question: who reads it may start a program at the pendant at once.
+            self._link.send(Number("override", SLOWEST_PERCENT))
         if not self._ask(question(trial, self._state, starts)):
             return leave("the answer was no")
         if trial is Trial.RSR:
             return self._try_rsr()
         if trial is Trial.START:
             return self._try_start()
-        self._link.send(Number("override", SLOWEST_PERCENT))
         if self._state is ProgramState.PAUSED and starts:
             self._link.send(Pulse("start"))
         if not self._wait(self._comes, self._runs):

@@ -20,7 +20,14 @@ def ask_twin(url: str, access: Access) -> Iterator[Finding]:
     try:
         tls = {"context": tls_context(access.ca_file)} if is_secure(url) else None
         link = websocket.create_connection(
-            url, timeout=TIMEOUT_S, header=access.headers, sslopt=tls
+            url,
+            timeout=TIMEOUT_S,
+            header=access.headers,
+            sslopt=tls,
+            suppress_origin=True,
+            http_no_proxy=["*"],
+            # Behind a redirect another server would get the token.
+            redirect_limit=0,
         )
     except (OSError, websocket.WebSocketException) as error:
         yield note(
