@@ -41,6 +41,7 @@ def wrongs(findings: Any) -> list[Finding]:
         (PROFILE, "geometry.h_mm", 0.0, SIMULATION, r"geometry.h_mm = 0: the arm of .* has 160"),
         (PROFILE, "joints.4.axis_number", 4, ROBOTS, "axis_number 4 occurs more than once"),
         (MAP, "holding_registers.velocity.address", 11015, REGISTERS, "overlaps"),
+        (MAP, "holding_registers.position.type", "string", REGISTERS, "position is a text"),
         ("pid_gains.yaml", "joint_3", REMOVED, SIMULATION, "pid_gains.yaml: joint_3 is missing"),
     ],
 )
