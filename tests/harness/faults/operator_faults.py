@@ -202,6 +202,8 @@ def started_at_once(cell: FaultCell, rng: Random) -> list[Row]:
         cell.wait_for("IDLE", 60.0)
         move.result(60.0)
     time.sleep(WATCHED_S)  # whoever were to move again does so now
+    # As a program does that had to wait for the end of our stream.
+    cell.wait_for("IDLE", 60.0)
     modes = _modes(cell, begun)
     changes = [(a, b) for a, b in pairwise(modes) if a != b and "IDLE" not in (a, b)]
     others = sum(mode not in (*LEADERS, "IDLE") for mode in modes)
