@@ -13,11 +13,11 @@ RUN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,127}")
 SHOWN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,127}\.(html|json|png|svg|bag)")
 LATEST = "latest"
 """Link to the newest run with a report; no run may have its name."""
-JOURNAL, DRAFTS, COURSE = "journal", "drafts", "course"
-"""Folders beside the runs: the cells' journals, programs that are being taught, and what learners
-hand in. Nobody shows, renames or deletes them here."""
+JOURNAL, DRAFTS, COURSE, HEALTH = "journal", "drafts", "course", "health"
+"""Folders beside the runs: the cells' journals, programs that are being taught, what learners hand
+in, and what the monitor of wear keeps. Nobody shows, renames or deletes them here."""
 
-BESIDE = (LATEST, JOURNAL, DRAFTS, COURSE)
+BESIDE = (LATEST, JOURNAL, DRAFTS, COURSE, HEALTH)
 
 
 class Run(msgspec.Struct, frozen=True):

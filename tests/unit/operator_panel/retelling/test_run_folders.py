@@ -36,7 +36,8 @@ def made(folder: Path, name: str, when: float, report: bool) -> Path:
 
 def test_newest_run_comes_first_and_the_link_to_it_is_not_listed_twice(tmp_path: Path) -> None:
     """`latest` is a link; the folder of the journals is no run either."""
-    (tmp_path / "journal").mkdir()
+    for name in ("journal", "health"):
+        (tmp_path / name).mkdir()
     made(tmp_path, "one", 1000.0, False)
     made(tmp_path, "two", 2000.0, True)
     (tmp_path / "latest").symlink_to("two")
