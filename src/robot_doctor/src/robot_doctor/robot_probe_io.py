@@ -10,13 +10,12 @@ from typing import Any
 from scara_config import Joint, Robot
 from scara_config.modbus_map import ModbusMap, number_after
 from twin_controller.config import TwinControllerConfig
-from twin_controller.core.actions import Command
 from twin_controller.estimation.delay import Fit
 from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
 from twin_controller.modbus.port_io import ModbusPort
 from twin_controller.registers import RegisterCodec
-from twin_controller.robot.intake import is_paused, stands
-from twin_controller.robot.signals import UI_SIGNALS, Pulse, steps
+from twin_controller.robot.intake import stands
+from twin_controller.robot.signals import DropSetpoints, Pulse, Signal, StandHere, Step, TakeBack
 from twin_controller.robot_sample import (
     AlarmStatus,
     ControlType,
@@ -46,6 +45,11 @@ AHEAD_S = 0.04
 SPEED_PERCENT = 10.0
 SLOW = 5.0
 """Where it is first tried to move the robot: so far, within a second [deg or mm]."""
+
+# As the twin controller: HOLD stops any program, CSTOPI ends it where that is set up.
+_STOP: tuple[Step, ...] = (DropSetpoints(), Signal("hold", False), Pulse("cstopi"), TakeBack())
+# START at the pendant, of a program that is paused only, must find no old set point.
+_GIVE_HOLD_BACK: tuple[Step, ...] = (StandHere(), TakeBack(), Signal("hold", True))
 
 
 def ask(
@@ -155,14 +159,11 @@ class Mover:
         Not every controller ends a program by CSTOPI, and one that nobody watches may go on.
         """
         if self._begun:
-            self._perform(Command.STOP_REAL)
+            self._link.send(*_STOP)
             self.rests = self._comes_to_rest()
             if self.rests:
-                self._perform(Command.GIVE_HOLD_BACK)
+                self._link.send(*_GIVE_HOLD_BACK)
         self._link.close()
-
-    def _perform(self, command: Command) -> None:
-        self._link.send(*steps(UI_SIGNALS, command, is_paused(self._sample)))
 
     def _comes_to_rest(self) -> bool:
         """Return whether the next answers show the robot at rest, its program not running."""
