@@ -72,6 +72,7 @@ class Models:
     def told(self, payload: Payload) -> dict[bool, ArmModel]:
         """Return both models with this payload at the tool."""
         if payload != self._told:
+            # The empty one first: it clears the engine that both share, the other's body with it.
             self._empty.carry([payload])
             self._full.carry(self._with_part(payload))
             self._told = payload
@@ -79,6 +80,7 @@ class Models:
 
     def close(self) -> None:
         """Free the engine that both share."""
+        # In this order: the second one ends the engine that the first still uses.
         self._full.close()
         self._empty.close()
 
@@ -91,7 +93,9 @@ def _part_payload(cell: Cell) -> Payload | None:
     if cell.work is None:
         return None
     kind = cell.work.parts
+    # Moments of a solid cylinder: m (3 r^2 + h^2) / 12 across its axis, m r^2 / 2 along it.
     aside = kind.mass_kg * (3.0 * kind.radius**2 + kind.height**2) / 12.0
+    # In the tool's frame, whose z points down: what hangs below it has a positive z.
     middle = (0.0, 0.0, cell.work.task.gap_mm * 1e-3 + 0.5 * kind.height)
     return Payload(
         number=1,

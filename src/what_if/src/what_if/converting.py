@@ -134,8 +134,10 @@ def _check_lines(program: Program, frame: int | None) -> None:
     frames = {each.groups[0].frame for each in program.positions}
     moves = frame is not None and frames - {str(frame)}
     for number, line in enumerate(program.lines, start=1):
+        # A remark may hold any words, even P[1]: nobody executes them.
         text = "" if isinstance(line, Remark) else print_line(line)
         why = ""
+        # A motion goes to the same place however it is said; other lines read the numbers.
         if not isinstance(line, MotionLine) and _READS.search(text):
             why = "reads the numbers of a position"
         elif _SETS_FRAME.match(text):
@@ -200,6 +202,7 @@ class _Converter:
             raise WhatIfError(f"P[{position.number}]: {refused}") from refused
         values = dict(zip((joint.name for joint in self._robot.joints), q))
         coordinates = [
+            # Adding 0.0 makes 0.0 of -0.0, whose sign would puzzle a reader of the program.
             Coordinate(name, round(values[joint.name] / joint.scale, DIGITS) + 0.0, joint.unit)
             for name, joint in axis_names(self._robot).items()
         ]
@@ -223,8 +226,10 @@ class _Converter:
             Coordinate(name, round(value, DIGITS) + 0.0, unit)
             for name, value, unit in zip(TIP, pose.values, units)
         ]
+        # An axis of its own, such as the table (E1), is no part of where the tool is.
         external = [each for each in position.groups[0].coordinates if each.name.startswith("E")]
         made = _with(position, str(number), pose.config or "", [*coordinates, *external])
+        # Tried backwards: near a stretched arm the last digit of a coordinate moves the joints far.
         try:
             back = self._solved(made, (number, tool))
         except RefusedError as refused:
@@ -253,6 +258,7 @@ class _Converter:
         Raises:
             ConfigError: It was never taught.
         """
+        # A delivered robot knows these without anybody having taught them, so no file has them.
         untouched = number == 0 or (kind == "tool" and number == _DELIVERED_TOOL)
         known = self._table.numbered(kind)
         if untouched and number not in known:

@@ -40,6 +40,7 @@ class Figures:
         """Take in the smallest clearance of a leg."""
         assert swept.nearest is not None
         now = self._clearance
+        # The bound of the whole is the weakest of all legs, whichever has the smallest clearance.
         sure = swept.at_least / MM if now is None else min(swept.at_least / MM, now.at_least_mm)
         distance = max(swept.nearest.distance, 0.0) / MM
         if now is None or distance < now.distance_mm:

@@ -101,12 +101,14 @@ def _rest_below(
     carriers = [PALLET, *([VEHICLE] if VEHICLE in tree.index else [])]
     for rest in (*work.table.stands_mm, *carriers):
         frame = poses[tree.index[rest]]
+        # In the rest's own frame: a stand may have turned with the table.
         x, y, gap = frame[:3, :3].T @ (under - frame[:3, 3])
         if rest in carriers:
             width, depth = work.pallet.size_mm
             above = abs(x) <= 0.5 * width * MM and abs(y) <= 0.5 * depth * MM
         else:
             above = math.hypot(x, y) <= work.table.stand_radius_mm * MM
+        # An underside a little below the top stands on it too: a part may be pressed.
         if above and -work.parts.height < gap < least:
             best, least = rest, float(gap)
     return best, max(least, 0.0) if best else 0.0
@@ -136,6 +138,7 @@ def parts_at_start(cell: Cell) -> tuple[Part, ...]:
     """Return all parts where palletise.yaml says that they begin."""
     if cell.work is None:
         return ()
+    # palletise.yaml tells where parts lie with the table at 0, wherever its home is.
     zero = cell.tree.poses(np.zeros((1, len(cell.tree.joints))))[0]
     found = []
     for start in cell.work.starts():

@@ -40,6 +40,7 @@ app = CommandLine(
     {ConfigError: FAILED, WhatIfError: FAILED},
     help="Try a motion before steel moves.",
     rich_markup_mode=None,
+    # A point with a negative x begins as an option does: -0.5,0.1,0.1.
     context_settings={"ignore_unknown_options": True},
 )
 

@@ -77,6 +77,7 @@ class _Trial:
             use = use_of(joints, self._cell.points, self._world.models[holds], leg.course)
             self._figures.add_use(use)
             largest = int(np.argmax(use.effort))
+            # Told once: each later leg that needs too much would only repeat it.
             said = any(reason.cause is Cause.EFFORT for reason in self._reasons)
             if use.effort[largest] > 1.0 and not said:
                 share = 100.0 * use.effort[largest]
@@ -95,8 +96,10 @@ class _Trial:
         refusing = [reason for reason in self._reasons if reason.cause not in LIMITING]
         limiting = [reason for reason in self._reasons if reason.cause in LIMITING]
         outcome = Outcome.REFUSED if refusing else Outcome.LIMITED if limiting else Outcome.OK
+        # What refuses comes before what limits: the first reason makes the verdict's sentence.
         refusing.sort(key=lambda reason: reason.time_s)
         last = legs[-1]
+        # Delays of single waits are independent: their variances add up, not their deviations.
         waits = sum(leg.waits for leg in legs)
         joints = [joint.name for joint in self._cell.robot.twin_joints]
         return self._figures.verdict(
@@ -110,6 +113,7 @@ class _Trial:
 
     def _look_at_bodies(self, leg: Leg, way: Way) -> None:
         """Note how near bodies come, and where they hit each other."""
+        # A loop goes the same way many times; a switch of the suction forgets them all.
         key = way.knots.tobytes()
         swept = self._swept.get(key)
         if swept is None:

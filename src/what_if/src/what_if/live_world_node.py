@@ -85,6 +85,7 @@ class LiveWorld:
         Args:
             deadline: At most so long [s].
         """
+        # Where nobody is near, nobody may ever be told of.
         wanted = set(TOPICS) - {"people/nearest"}
         if self._base.cell.work is None:
             wanted -= {"twin/gripper", "twin/parts"}
@@ -162,7 +163,9 @@ def live_world(base: World, models: Models) -> World | None:
     """Return the world of the cell that runs now; None if none answers. Becomes a node for it."""
     if not rosgraph.is_master_online():
         return None
+    # Before the node exists: from then on any web page could send it a shutdown.
     harden_process()
+    # The master ends the older of two nodes with one name; Ctrl-C stays the command line's own.
     rospy.init_node("what_if_judge", anonymous=True, disable_signals=True)
     live = LiveWorld(base, models)
     try:
@@ -179,6 +182,7 @@ def commanded(world: World, state: TwinControllerState) -> World:
         lag = Lag(state.follower_lag, lag.spread, measured=True)
     # Not the applied speed: while a program runs, that holds the program's own speed already.
     percent = state.real_override_percent
+    # 0 means that the controller does not know the override yet.
     return replace(world, lag=lag, override_percent=percent if percent > 0.0 else 100.0)
 
 

@@ -114,6 +114,7 @@ class SecondWorld:
                 turn = Rotation.from_matrix(part.pose[:3, :3]).as_quat()  # x y z w
                 places[part.name] = (part.link, part.pose[:3, 3].tolist(), turn.tolist())
         self._world.lay(places)
+        # Laying the parts makes events of its own, and none of them is the motion's.
         self._world.happened.clear()
         self._steps, self._saturated = self._world.steps, self._control.saturated_steps
         begin, used = self._simulation.now, time.process_time()
@@ -135,6 +136,7 @@ class SecondWorld:
             found = []
             while self._world.happened:
                 number, happening = self._world.happened.popleft()
+                # The simulator calls such a part released: only its words tell the two apart.
                 torn = happening.kind == PartEvent.RELEASED and "torn" in happening.message
                 harm = happening.kind in HARMS or torn
                 at = (number - self._steps) * self._dt

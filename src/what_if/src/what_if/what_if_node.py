@@ -68,6 +68,7 @@ class WhatIfServer:
         self._judged = 0
         self._seen = self._rested = 0  # questions when it was looked last, when memory went back
         self.learning = Learning(cell, cell.config.learning, self._lock)
+        # Both subscribe to twin/joint_states, which rospy reads in one thread: a hold holds both.
         live.is_idle = lambda: self.learning.is_idle
         rospy.Service("what_if/judge", JudgeMotion, self._answer)
         rospy.Service("what_if/convert", ConvertProgram, self._convert)
@@ -107,6 +108,7 @@ class WhatIfServer:
             return answer
         except (WhatIfError, ConfigError, BaseTargetError) as error:
             return JudgeMotionResponse(success=False, message=str(error))
+        # A gate waits for the answer: it gets one with the reason, whatever has failed.
         except Exception as error:
             rospy.logerr("what_if/judge failed:\n%s", traceback.format_exc())
             text = f"what_if/judge failed: {type(error).__name__}: {error}"

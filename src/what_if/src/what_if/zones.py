@@ -29,6 +29,7 @@ def first_zone(
     if len(rows) < 2:
         return None
     wide = widened((zone,), margin_mm)
+    # The zone itself first: of a way that enters it nobody shall hear that it comes too near.
     for zones, does in (((zone,), "enter"), (wide, f"come nearer than {margin_mm:g} mm to")):
         text = heads_into(points, zones, *rows)
         if text:

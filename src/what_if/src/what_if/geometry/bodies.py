@@ -78,10 +78,12 @@ def bodies_of(model: Model, tool_frame: str, rests: Sequence[str]) -> tuple[Body
         rests: Names of the links on which parts may lie.
     """
     chain = model.chain(tool_frame)
+    # What hangs before the first moving joint stands still: it belongs to the cell, not to the arm.
     first = next((k for k, joint in enumerate(chain) if joint.moves), len(chain))
     arm = {joint.child for joint in chain[first:]}
 
     def kind(link: str) -> Kind:
+        # Asked before the arm: the tool's link is at the end of the same chain.
         if link == tool_frame:
             return Kind.NOZZLE
         if link in arm:
@@ -127,5 +129,6 @@ def half_extents(body: Body, rotations: FloatArray) -> FloatArray:
     if body.shape == "cylinder":
         radius, length = body.size
         along = np.abs(rotations[:, :, 2])
+        # Rounding makes an entry of a rotation a little more than 1; its root would be no number.
         return 0.5 * length * along + radius * np.sqrt(np.maximum(0.0, 1.0 - along * along))
     return np.full((len(rotations), 3), body.size[0])

@@ -54,6 +54,7 @@ class Distances:
         """Return the nearest points of two bodies in the root [m]."""
         for number in (first, second):
             self._put(number, poses[number])
+            # Put without a number of an instant: the next question has to put it again.
             self._at[number] = -1
         self._ask(first, second)
         one, other = self._result.getNearestPoint1(), self._result.getNearestPoint2()
@@ -65,6 +66,7 @@ class Distances:
         place.setTranslation(pose[:3, 3])
 
     def _ask(self, first: int, second: int) -> float:
+        # Coal keeps the smallest distance of all questions in a result that is not cleared.
         self._result.clear()
         shapes, places = self._shapes, self._places
         found = coal.distance(

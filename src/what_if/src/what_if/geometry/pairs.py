@@ -46,6 +46,7 @@ def watched_pairs(tree: Tree, bodies: Sequence[Body]) -> list[Pair]:
     for i, first in enumerate(bodies):
         for j in range(i + 1, len(bodies)):
             second = bodies[j]
+            # What the same links carry has the same answer: parts on one stand are asked for once.
             key = first.link, first.kind, second.link, second.kind
             if key not in known:
                 known[key] = _touching(tree, first, second)
@@ -57,6 +58,7 @@ def watched_pairs(tree: Tree, bodies: Sequence[Body]) -> list[Pair]:
 
 def _touching(tree: Tree, first: Body, second: Body) -> Touching | None:
     """Return what is allowed of two bodies; None if nobody watches them."""
+    # What the same joints move keeps its distance, however they move.
     if tree.movers[first.link] == tree.movers[second.link]:
         return None
     kinds = {first.kind, second.kind}

@@ -105,6 +105,7 @@ class Scene:
 
     def _allowance(self, poses: FloatArray, pair: Pair) -> float:
         upper, lower = pair.first, pair.second
+        # Pairs come in the order of the bodies; nozzle or held part press from above.
         if self.bodies[lower].kind in (Kind.NOZZLE, Kind.HELD):
             upper, lower = lower, upper
         bottom, top = self._end(poses, upper, -1.0), self._end(poses, lower, 1.0)

@@ -207,6 +207,7 @@ class _Search:
                 (begin, middle, begin, float(one[row, pair])),
                 (middle, end, end, float(other[row, pair])),
             ):
+                # Both ends were measured when the piece was not yet decided.
                 rough = 0.5 * (self._known[known, pair] + gap - length)
                 found.append((a, b, pair, length, rough))
         return sorted(found, key=lambda piece: piece[4])

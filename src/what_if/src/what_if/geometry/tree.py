@@ -11,6 +11,7 @@ import numpy as np
 from scara_description.urdf import JointFrame, Model, link_pose, origin_transform
 from what_if.geometry.bodies import Body, FloatArray
 
+# Least cosine of the angle between two axes that count as parallel.
 PARALLEL = 1.0 - 1e-9
 
 

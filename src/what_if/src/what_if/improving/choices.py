@@ -132,6 +132,7 @@ class Height(msgspec.Struct, frozen=True):
 
     def values(self, _: Value | None) -> Sequence[Value]:
         """Return by how much they may be lowered."""
+        # The last step stays short of the other position: without any height there is no lift.
         steps = math.ceil(self.room / LOWER_MM) - 1
         return [LOWER_MM * step for step in range(steps, 0, -1)]
 
@@ -164,6 +165,7 @@ class Order(msgspec.Struct, frozen=True):
     def values(self, now: Value | None) -> Sequence[Value]:
         """Return the orders with two rounds exchanged, or a row of rounds turned round."""
         here = tuple(range(len(self.rounds))) if now is None else now
+        # A dictionary drops doubles and keeps the order: two neighbours swapped are a row reversed.
         found: dict[tuple[int, ...], None] = {}
         for a, b in itertools.combinations(range(len(here)), 2):
             swapped = [*here]
@@ -180,6 +182,7 @@ class Order(msgspec.Struct, frozen=True):
             for number, old in zip(round_, self.rounds[other])
         }
         by_number = {position.number: position for position in program.positions}
+        # A place takes the number of the one that it replaces: the lines keep naming the same P[n].
         positions = tuple(
             msgspec.structs.replace(
                 by_number[taken.get(position.number, position.number)], number=position.number

@@ -75,6 +75,7 @@ def descend(
         values[k] = others[number]
         return True
 
+    # A list and no generator: each round looks at all choices, not only up to the first success.
     while any([quicker(k) for k in sequence]):
         pass
     # What the others have made needless goes again.

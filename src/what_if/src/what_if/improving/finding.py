@@ -104,6 +104,7 @@ def choices_of(taught: Taught, steps: Sequence[Step], robot: Robot) -> list[Choi
 def heights_of(taught: Taught, motions: Sequence[Motion], robot: Robot) -> list[Height]:
     """Return the positions that lie above others and are touched by nobody, line by line."""
     positions = {position.number: position for position in taught.flow.program.positions}
+    # 0 stands for a place in a register: the program's text has no coordinates of it.
     kept = {each.position for each in motions if each.touches or each.approaches} | {0}
     # Positions that one line goes to belong together.
     groups: list[set[int]] = []
@@ -147,6 +148,7 @@ def rounds_of(flow: Flow, motions: Sequence[Motion]) -> tuple[tuple[int, ...], .
     """
     lines = flow.program.lines
     for begin in (k for k, line in enumerate(lines) if isinstance(line, For)):
+        # Lines count from 1 and indexes from 0: the line behind FOR is two more than FOR's index.
         body = range(begin + 2, flow.partners[begin] + 1)
         inside = [each for each in motions if each.line in body]
         quiet = all(map(_stays_inside, lines[begin + 1 : flow.partners[begin]]))

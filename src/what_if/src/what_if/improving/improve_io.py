@@ -65,6 +65,7 @@ class Improver:
         count = len(self.choices)
         begin, sequence = [None] * count, list(range(count))
         if number:
+            # The number is part of the seed: which process takes it, and when, changes nothing.
             rng = np.random.default_rng([seed, number])
             sequence = rng.permutation(count).tolist()
             begin = self._drawn(rng)
@@ -143,6 +144,7 @@ class Improver:
         }
         made = None
         if self._world.cell.work is not None and verdict.outcome is not Outcome.REFUSED:
+            # Loaded late: it brings the simulator, which only a cell with parts needs.
             from what_if.second_world_io import SecondWorld
 
             with SecondWorld(self._world, self._directory) as second:
@@ -159,6 +161,7 @@ class Improver:
         robot = self._world.cell.robot
         config = load_emulator(robot, self._directory, plant)
         taught = taught_of(program, robot, program.name)
+        # The old and the new program meet the same chance, so only the text makes them differ.
         chance = np.random.default_rng(PLANT_SEED)
         return run_on(config, self._world.cell, taught, chance, tuple(self._library.values()))
 

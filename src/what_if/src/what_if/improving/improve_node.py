@@ -80,6 +80,7 @@ def improve(
             each for each in found if each.seconds < improver.bench.verdict.duration_s - WORTH_S
         ]
         best: tuple[Found, Proof] | None = None
+        # The quickest one first: the plants or other worlds may speak against it, and not the next.
         for each in better:
             bar = bars.add_task("proof", total=worlds or None)
             proof = improver.proof(

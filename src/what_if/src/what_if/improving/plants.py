@@ -80,6 +80,7 @@ def run_on(
         if running and shown.program_state is ProgramState.ABORTED:
             found = PlantRun(running * config.dt, seen, (), 0.0, 0, 0)
             return _with_parts(found, parts, work) if parts and work else found
+        # An alarm has paused it, and nobody is there to resume it.
         if running and shown.program_state is ProgramState.PAUSED:
             return None
     return None

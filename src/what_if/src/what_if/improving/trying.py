@@ -161,6 +161,7 @@ class Bench:
             values += [course.qddot, np.zeros((1, len(joints)))]
         at, rows = np.concatenate(times), np.concatenate(values)
         grid = np.arange(0.0, at[-1] + 2.0 * SMOOTHED_S, GRID_S)
+        # The later of two values at one time: a jump is told by the value behind it.
         held = rows[np.searchsorted(at, grid, side="right") - 1]
         width = round(SMOOTHED_S / GRID_S) + 1
         windows = np.lib.stride_tricks.sliding_window_view(held, width, axis=0)

@@ -94,6 +94,7 @@ class _Arm:
             if not isinstance(step, GripperStep) or not target:
                 continue
             done = switch(cell, parts, q, step.on)
+            # What is gripped lay there before, what is let go lies there afterwards.
             link = next(
                 (p.link for p in (parts if step.on else done.parts) if p.name == done.part), ""
             )
@@ -121,6 +122,7 @@ class _Arm:
             beside = {n: at for place in others for n in place.numbers}
             for other in (False, True):
                 moved = self._moved(places, math.radians(turn), other)
+                # Without a turn and with the same elbow it is the program as it was written.
                 if moved and (turn or other):
                     value = self._said(angle, _bend(places[0].elbow, other))
                     found[value] = beside | {n: each | at for n, each in moved.items()}
@@ -148,6 +150,7 @@ class _Arm:
                 here = [self._taught.positions[number][k] for k in self._columns]
                 try:
                     x, y, z = self._arm.forward(here).position
+                    # The table counts in [mm] and answers in [m].
                     x, y = self._work.table.turned((x / MM, y / MM), turn)
                     q = self._arm.inverse(x, y, z, _bend(place.elbow, other), here).chosen.q
                 except ScaraControlError:

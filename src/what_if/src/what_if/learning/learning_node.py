@@ -110,6 +110,7 @@ class Learning:
             )
             if found is None or (self._watch is not None and self._watch.is_same(found.program)):
                 return
+            # Watched before it is predicted: the joints may move while that is worked out.
             watch = MotionWatch(found.program, rospy.get_time())
             replaced, self._watch = self._watch, watch
             for now, q in self._recent:
@@ -118,10 +119,12 @@ class Learning:
         self._attention.rouse()
         if replaced is not None and replaced.has_begun and replaced.predicted is not None:
             self._tell(replaced, End.REPLACED)
+        # Not under the lock: a judgement may hold the engine for seconds, and joint states go on.
         with self._engine:
             predicted = predict(found.world, found.motion, found.verdict, said.what)
         with self._lock:
             watch.predicted = predicted
+            # Meanwhile another motion may have taken its place.
             if predicted is None and self._watch is watch:
                 self._watch = None
 
@@ -129,6 +132,7 @@ class Learning:
         q = self._row(message.name, message.position)
         if q is not None:
             self._measured(message.header.stamp.to_sec(), q)
+        # Last of all: this holds rospy's thread, and with it the next message.
         self._attention.hold()
 
     def _measured(self, now: float, q: tuple[float, ...]) -> None:
@@ -142,6 +146,7 @@ class Learning:
             if end is None and not watch.is_hopeless(now):
                 return
             self._watch = None
+        # Behind the lock, which telling takes itself.
         if end is not None:
             self._tell(watch, end)
 

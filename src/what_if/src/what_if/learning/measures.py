@@ -35,6 +35,7 @@ def moving_time(times: FloatArray, q: FloatArray, target: FloatArray) -> float:
     left, short = np.flatnonzero(away(q, q[0])), np.flatnonzero(away(q, target))
     if not left.size or not short.size:
         return 0.0
+    # The first row that is away has one before it: the start itself is never away from itself.
     begin = _passed(times, q, q[0], int(left[0]) - 1)
     return max(_passed(times, q, target, int(short[-1])) - begin, 0.0)
 
@@ -43,6 +44,7 @@ def _passed(times: FloatArray, q: FloatArray, place: FloatArray, row: int) -> fl
     """Return when the joints pass :data:`NEAR` of a place between a row and the next [s]."""
     two = slice(row, row + 2)
     one, *other = np.max(np.abs(q[two] - place), axis=1).tolist()
+    # The last row has no next one, and between two equal distances nothing is passed.
     if not other or other[0] == one:
         return float(times[row])
     share = min(max((NEAR - one) / (other[0] - one), 0.0), 1.0)

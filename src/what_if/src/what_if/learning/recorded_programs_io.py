@@ -54,6 +54,7 @@ def read_runs(cell: Cell, path: Path) -> list[RecordedRun]:
     found = []
     for program, seen in runs:
         begin, end = seen[0][1], seen[-1][1]
+        # What was set before the program began counts from its beginning on.
         before = [percent for at, percent in overrides if at <= begin][-1:]
         given = before + [percent for at, percent in overrides if begin < at <= end]
         q = next((place for at, place in reversed(places) if at <= begin), None)
@@ -99,4 +100,5 @@ def _places(bag: Bag, names: list[str]) -> list[tuple[float, Row]]:
 
 
 def _stamp(message: Any) -> float:
+    # The reader's types have ROS 2's names of the fields of a stamp.
     return float(message.header.stamp.sec) + 1e-9 * float(message.header.stamp.nanosec)

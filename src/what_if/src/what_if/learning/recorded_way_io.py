@@ -43,6 +43,7 @@ def read_way(cell: Cell, path: Path) -> Recorded:
             grips = _grips(bag, topic)
     except BagError as error:
         raise WhatIfError(str(error)) from error
+    # A bag has the order in which messages came; what counts is when they were measured.
     order = np.argsort(times, kind="stable")
     stamps, q = np.array(times)[order], np.array(rows)[order]
     keep = np.append(True, np.diff(stamps) > 0.0)
@@ -50,6 +51,7 @@ def read_way(cell: Cell, path: Path) -> Recorded:
     moving = np.flatnonzero(np.any(np.abs(np.diff(q, axis=0)) > STILL, axis=1))
     if not moving.size:
         raise WhatIfError(f"{path}: {topic}: nothing moves in it")
+    # A step is numbered by its first row: the last one ends a row later, before the slice does.
     cut = slice(int(moving[0]), int(moving[-1]) + 2)
     begin = float(stamps[cut][0])
     inside = tuple((when - begin, on) for when, on in grips if begin < when < stamps[cut][-1])

@@ -108,6 +108,7 @@ def _marked(scene: Scene, poses: FloatArray, reason: Reason | None) -> tuple[int
     scene.distances.forget()
     best, found = math.inf, None
     for number in sorted(numbers, key=lambda number: float(gaps[number])):
+        # A gap is never more than the distance: behind this one no pair can be nearer.
         if gaps[number] >= best:
             break
         distance = scene.distance(0, poses, number)

@@ -123,6 +123,7 @@ class _Stage:
         all_of_it, mask = self._shoot(optics, view, background)
         covered = np.isin(mask, [self._made[number] for number in glass])[:, :, None]
         for number in glass:
+            # Away again: the next view begins with what is solid alone.
             pybullet.removeBody(self._made.pop(number), physicsClientId=self._client)
         mixed = np.where(covered, (1.0 - CLEAR) * solid + CLEAR * all_of_it, solid)
         return mixed.astype(np.uint8)
@@ -142,10 +143,12 @@ class _Stage:
         _, _, pixels, _, mask = pybullet.getCameraImage(
             optics.width,
             optics.height,
+            # PyBullet takes matrices column by column, as OpenGL does.
             view.view().ravel(order="F").tolist(),
             optics.projection().ravel(order="F").tolist(),
             lightDirection=LIGHT,
             shadow=0,
+            # Drawn by the processor: a cell may have no display and no OpenGL.
             renderer=pybullet.ER_TINY_RENDERER,
             physicsClientId=self._client,
         )
@@ -190,6 +193,7 @@ def _stage(moment: Moment) -> Iterator[_Stage]:
 def _ring(image: Image.Image, optics: Optics, view: CameraPose, moment: Moment) -> None:
     """Draw a ring around the place."""
     seen = optics.projection() @ view.view() @ np.array((*moment.place, 1.0))
+    # Behind the camera; the division below would mirror it to the front.
     if seen[3] <= 0.0:
         return
     x = 0.5 * (1.0 + seen[0] / seen[3]) * optics.width

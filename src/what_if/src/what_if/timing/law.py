@@ -56,6 +56,7 @@ class Law:
         speed = np.maximum(change * up - change * down, 0.0)
         # At a corner of the trapezoid the joints have the ramp's acceleration just before or after.
         bend = np.where(times <= self.ramp, change, np.where(times >= brakes, -change, 0.0))
+        # Rounding leaves the sum a little beside 1 at the end.
         s[times >= self.duration] = 1.0
         return np.clip(s, 0.0, 1.0), speed, bend
 

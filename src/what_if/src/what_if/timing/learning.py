@@ -33,6 +33,7 @@ def rests_of(world: World, motion: ProgramSteps, seen: Sequence[tuple[int, float
     """
     steps = motion.steps
     lines = [0 if step.program else step.line for step in steps]
+    # Backwards: of a step with several legs the dictionary shall keep the first.
     legs = {leg.number: leg for leg in reversed(plan(world, motion).legs)}
     fine = world.cell.config.program.fine_ms * 1e-3
     found, at = [], 0
@@ -44,6 +45,7 @@ def rests_of(world: World, motion: ProgramSteps, seen: Sequence[tuple[int, float
         step, leg = steps[at], legs.get(at)
         moves = isinstance(step, MoveStep | PathStep) and step.fine
         if number and moves and leg is not None and lines[at + 1] == after:
+            # The leg's duration holds the assumed rest: without it the measured one is left.
             found.append(end - begin - (leg.duration - fine))
         at += 1
     return found

@@ -135,6 +135,7 @@ def _destination(world: World, motion: ToolTarget | JointTarget) -> tuple[float,
     elbow = wanted_elbow(tool, motion.elbow, motion.path, seed)
     yaw = motion.yaw if tool.turns else None
     answer = tool.inverse(motion.x, motion.y, motion.z, elbow, seed, yaw)
+    # What does not belong to the arm, such as the table, stays where it is.
     q = list(world.q)
     for column, value in zip(columns, answer.chosen.q):
         q[column] = value
@@ -171,6 +172,7 @@ def _recorded(world: World, motion: Recorded) -> Planned:
     q = np.tile(np.array(world.q), (len(times), 1))
     for name, column in zip(way.names, zip(*(point.q for point in way.points))):
         q[:, names.index(name)] = np.interp(times, way.times, column)
+    # Odd, so that the window has a middle, and no longer than what was recorded.
     window = min(2 * int(0.5 * SMOOTHING_S / sample) + 1, len(times) - (len(times) + 1) % 2)
     order = min(3, window - 1)
     smooth, qdot, qddot = (
@@ -180,6 +182,7 @@ def _recorded(world: World, motion: Recorded) -> Planned:
     course = Course(times - times[0], smooth, qdot, qddot, u)
     legs, begin = [], 0
     for when, on in motion.grips:
+        # A piece has at least one step, however soon the next switch comes.
         end = int(np.clip(np.searchsorted(times, when), begin + 1, len(times) - 1))
         legs += [_part(course, begin, end), Leg(float(course.times[end]), 0.0, "", grip=on)]
         begin = end

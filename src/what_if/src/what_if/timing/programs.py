@@ -30,6 +30,7 @@ def plan_program(world: World, motion: ProgramSteps) -> Planned:
         match step:
             case MoveStep() | PathStep():
                 try:
+                    # Noted, and planned all the same: the lines behind it shall be judged too.
                     if isinstance(step, MoveStep):
                         check_limits(world.cell.robot.joints, step.target)
                 except JointLimitError as error:
@@ -40,6 +41,7 @@ def plan_program(world: World, motion: ProgramSteps) -> Planned:
                     cause = Cause.LIMIT if refused.code is POSITION_LIMIT else Cause.REACH
                     text = f"{refused.code.message}: {refused}"
                     reasons.append(Reason(cause, row.now, row.words, None, text))
+                    # Here the robot stops with an alarm: what comes behind is never made.
                     break
             case WaitStep():
                 row.stand(step.seconds)
@@ -87,12 +89,14 @@ class _ProgramRow:
         begin, move = self._here, self._planner.plan(step, self._here)
         law, self._here = Law(move, self._override), move.end
         after = (self._settings.fine_ms if step.fine else self._settings.cnt_ms) * 1e-3
+        # Alone from rest to rest, it is straight and known in closed form.
         if not step.cnt and not self._going and isinstance(move, JointMove):
             course = self._of_twin(straight_course(begin, move, law, self._sample))
             self._lay(move_leg(course, self.now, self.words, after))
             return
         self._going.append((move, law, 0.0))
         if step.cnt:
+            # CNT100 lets the next move begin where this one begins to brake, CNT0 where it ends.
             self._go(law.duration - 0.01 * step.cnt * law.ramp)
         else:
             self._go(self._left(), after)
@@ -125,6 +129,7 @@ class _ProgramRow:
             times = np.linspace(0.0, seconds, max(3, math.ceil(seconds / self._sample) + 1))
             q = np.tile(np.array(self._here), (len(times), 1))
             for move, law, since in self._going:
+                # Each move adds what it still lacks to the last one's end: they overlap so.
                 q += move.places(law.at(times + since)[0]) - np.array(move.end)
             qdot = np.gradient(q, times, axis=0)
             qddot = np.gradient(qdot, times, axis=0)

@@ -103,6 +103,7 @@ def chances_of(found: Sequence[Tried], spreads: Sequence[Spread], seed: int) -> 
         float(times.std()),
         float(np.quantile(times, 0.025)),
         float(np.quantile(times, 0.975)),
+        # The lower of two, not between them: there is no mean of a number and infinity.
         float(np.quantile(near, 0.025, method="lower")),
         tuple(spreads),
     )

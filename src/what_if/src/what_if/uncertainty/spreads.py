@@ -92,8 +92,10 @@ def drawn(spreads: Sequence[Spread], worlds: int, rng: np.random.Generator) -> F
     if not columns or not worlds:
         return np.zeros((worlds, len(columns)))
     sequence = qmc.Sobol(len(columns), scramble=True, rng=rng)
+    # Sobol points are spread evenly only in whole powers of two.
     even = sequence.random_base2(max(worlds - 1, 1).bit_length())[:worlds]
     normal = NormalDist()
+    # A scrambled point may be 0, where the inverse is infinite.
     inside = np.clip(even, 1e-9, 1.0 - 1e-9)
     found: FloatArray = np.vectorize(normal.inv_cdf)(inside) * np.array(columns)
     return found

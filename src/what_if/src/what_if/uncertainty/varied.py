@@ -72,6 +72,7 @@ def varied(world: World, spreads: Sequence[Spread], row: Sequence[float]) -> Wor
     description = cell.description
     if work is not None:
         stand = next(iter(work.table.stands_mm))
+        # The first joint from the root on carries all of the table, or of the pallet.
         table, pallet = description.chain(stand)[0].name, description.chain("pallet")[0].name
         turn = math.radians(by.one("table_turn_deg"))
         description = _moved(description, table, by.two("table_mm"), turn)
@@ -91,6 +92,7 @@ def varied(world: World, spreads: Sequence[Spread], row: Sequence[float]) -> Wor
     return replace(
         world,
         cell=replace(cell, description=description, config=config),
+        # The lag is drawn here, so nothing of it is left to spread.
         lag=Lag(max(0.0, world.lag.mean + MM * by.one("lag_ms")), 0.0, world.lag.measured),
         models={held: Heavier(arm, mass, resisting) for held, arm in world.models.items()},
         parts=tuple(_aside(cell, part, by.two("part_mm")) for part in world.parts),
