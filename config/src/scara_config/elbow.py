@@ -35,7 +35,9 @@ def elbow_of(robot: Robot) -> ElbowJoint | None:
         return None
     places = [place_of(joint.screw_axis) for joint in turning]
     places.append((robot.home_pose[0][3], robot.home_pose[1][3]))
+    # Two lengths: from the shoulder to the elbow, and on to the next axis or to the tool.
     ways = [(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(places[:3])]
     upper, fore = (math.atan2(y, x) for x, y in ways)
+    # An axis that points down counts up to the right, seen from above.
     sign = math.copysign(1.0, (turning[1].screw_axis or (0.0, 0.0, 1.0))[2])
     return ElbowJoint(turning[1], sign, fore - upper)

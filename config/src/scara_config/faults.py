@@ -107,6 +107,7 @@ def line_of(text: str, keys: Keys) -> int | None:
         node = YAML(typ="safe", pure=True).compose(text)
     except YAMLError:
         return None
+    # Marks count lines from 0, people from 1.
     line = node.start_mark.line + 1 if node is not None else 1
     for key in keys:
         found = _child(node, key)
@@ -136,6 +137,7 @@ def _child(node: Node | None, key: str | int) -> tuple[Node, int] | None:
 
 def _faults(value: Any, kind: Any, keys: Keys) -> Iterator[Fault]:
     """Yield what is wrong below, else what is wrong with the whole."""
+    # Parts first: a whole that does not fit mostly has a part that does not, and that has a place.
     found = list(_below(value, kind, keys))
     if found:
         yield from found
@@ -175,6 +177,7 @@ def _below(value: Any, kind: Any, keys: Keys) -> Iterator[Fault]:
         for key, part in value.items():
             yield from _faults(part, arguments[1], (*keys, key))
     elif origin is tuple and isinstance(value, list) and arguments[-1] is not Ellipsis:
+        # Of another length it is wrong as a whole: nobody knows which of its parts is missing.
         if len(value) == len(arguments):
             for number, (part, each) in enumerate(zip(value, arguments, strict=True)):
                 yield from _faults(part, each, (*keys, number))
@@ -215,6 +218,7 @@ def _member(value: Any, kind: Any) -> Any:
         structs = [m for m in members if isinstance(m, type) and issubclass(m, msgspec.Struct)]
         for member in structs:
             config = member.__struct_config__
+            # Without a tag it is the only structure of its union: msgspec takes no second one.
             if config.tag_field is None or value.get(config.tag_field) == config.tag:
                 return member
     wanted = (dict,) if isinstance(value, dict) else (list, tuple, set, frozenset)

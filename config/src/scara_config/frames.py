@@ -75,6 +75,7 @@ class FrameTable(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Return the frames of a kind by their number, the lowest first."""
         table: dict[str, TaughtFrame] = self.user if kind == "user" else self.tool
         cut = len(PREFIX[kind])
+        # By the number: as text utool_10 stands before utool_2.
         return dict(sorted((int(key[cut:]), frame) for key, frame in table.items()))
 
     def find(self, kind: Kind, number: int) -> TaughtFrame:
@@ -107,6 +108,7 @@ def frame_differences(theirs: Numbered, ours: FrameTable, whose: str) -> Iterato
         here = known.numbers if known else (0.0,) * len(LETTERS)
         most = (SAME_MM,) * 3 + (SAME_DEG,) * 3
         apart = [abs(a - b) for a, b in zip(there, here)]
+        # Angles go round: 359.999 deg lies next to 0.
         apart[3:] = [min(each % 360.0, -each % 360.0) for each in apart[3:]]
         if any(each > allowed for each, allowed in zip(apart, most)):
             name = f" ({known.name})" if known else ""
@@ -178,6 +180,7 @@ def save_frame(directory: Path | str | None, kind: Kind, number: int, frame: Tau
         "xyz_mm": [round(value, 4) for value in frame.xyz_mm],
         "wpr_deg": [round(value, 5) for value in frame.wpr_deg],
     }
+    # Value by value where it is there: the comments behind them stay.
     if number in known:
         write_values(path, {(*at, key): value for key, value in values.items()})
     else:

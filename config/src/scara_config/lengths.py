@@ -28,6 +28,7 @@ def with_lengths(tree: Any) -> Any:
     if size is None or not isinstance(joints, list):
         return tree
     l1, l2, h = (_length(size, key) for key in ("l1_mm", "l2_mm", "h_mm"))
+    # What is typed stays, even if it is wrong: whoever checks the file says so.
     tree.setdefault("reach_mm", l1 + l2)
     tree.setdefault("home_pose", home_of(l1, l2, h))
     arm = [joint for joint in joints if isinstance(joint, dict)]
@@ -36,7 +37,9 @@ def with_lengths(tree: Any) -> Any:
     for joint, screw in zip(arm, screws_of(l1, l2, turning)):
         against = joint.get("positive") == ("down" if joint.get("type") == "prismatic" else "right")
         if against and "screw_axis" not in joint:
+            # Taken out, since no joint has such a key: what is not understood stays, a fault.
             del joint["positive"]
+            # 0.0 - x and not -x, which makes -0.0 of 0.0.
             screw = [0.0 - value for value in screw]
         joint.setdefault("screw_axis", screw)
     return tree
@@ -45,6 +48,7 @@ def with_lengths(tree: Any) -> Any:
 def _length(size: Any, key: str) -> float:
     """Return a length; any other where it is none, so that the fault is told of it alone."""
     value: Any = size.get(key) if isinstance(size, dict) else None
+    # Not by isinstance: true and false are whole numbers to Python.
     if type(value) in (int, float) and abs(value) <= LONGEST_MM:
         return float(value)
     return 100.0
@@ -67,6 +71,7 @@ def screws_of(l1_mm: float, l2_mm: float, turning: Sequence[bool]) -> Iterator[l
     places = iter((0.0, l1_mm / 1000.0))
     for turns in turning:
         if turns:
+            # From the third turning joint on all stand where the tool is.
             x = next(places, (l1_mm + l2_mm) / 1000.0)
             yield [0.0, 0.0, 1.0, 0.0, 0.0 - x, 0.0]
         else:
@@ -75,6 +80,7 @@ def screws_of(l1_mm: float, l2_mm: float, turning: Sequence[bool]) -> Iterator[l
 
 def place_of(screw: Sequence[float] | None) -> tuple[float, float]:
     """Return where a turning joint's upright axis stands [m]."""
+    # omega x v is the point of the axis that lies nearest to the origin.
     x, y, _ = _cross((screw or ())[:3], (screw or ())[3:])
     return x, y
 
@@ -87,8 +93,10 @@ def stretched(screws: Sequence[Sequence[float]], tool: Sequence[float]) -> float
         tool: Where it is with all joints at 0 [m].
     """
     place, length = tuple(tool), 0.0
+    # From the tool back to the base: each axis is met where it comes nearest to the last point.
     for screw in reversed(screws):
         omega, v = screw[:3], screw[3:]
+        # A joint that slides has a direction and no place.
         if any(omega):
             on_axis = _cross(omega, v)
             along = sum(o * (p - a) for o, p, a in zip(omega, place, on_axis))

@@ -56,9 +56,11 @@ def package_folder(name: str) -> Path:
     Raises:
         ConfigError: ROS cannot find it.
     """
+    # Loaded late: where SCARA_CONFIG_DIR names the folder, no ROS has to be there.
     import rospkg
 
     try:
+        # Handed over, so that packages are searched anew once the variable has changed.
         return Path(_packages(os.environ.get("ROS_PACKAGE_PATH", "")).get_path(name))
     except rospkg.ResourceNotFound as error:
         raise ConfigError(
@@ -88,9 +90,11 @@ def load(path: Path | str, kind: type[T], complete: Callable[[Any], Any] = lambd
     path = Path(path)
     text = load_text(path)
     try:
+        # A copy: complete changes it, and what is kept belongs to everybody who reads the file.
         tree = complete(copy.deepcopy(_parsed(text)))
     except YamlTextError as error:
         raise ConfigError(f"{path}: is no valid YAML: {error}") from error
+    # An empty file has a line, too, which its faults can name.
     return convert(tree, kind, str(path), text or "\n")
 
 
@@ -130,6 +134,7 @@ def load_text(path: Path) -> str:
         ConfigError: It is missing, no file, too large, or not in UTF-8.
     """
     try:
+        # A pipe in its place would keep whoever reads it waiting for ever.
         if path.exists() and not path.is_file():
             raise ConfigError(f"{path}: cannot be read: it is no file")
         content = path.read_bytes()
@@ -138,6 +143,7 @@ def load_text(path: Path) -> str:
     if len(content) > LARGEST:
         raise ConfigError(f"{path}: {len(content)} bytes: Expected at most {LARGEST}")
     try:
+        # Some editors begin a file with a byte order mark.
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
@@ -173,4 +179,5 @@ def convert(tree: Any, kind: type[T], source: str, text: str = "") -> T:
         for fault in faults:
             keys = (*fault.keys, fault.word) if fault.word else fault.keys
             lines.append(f"{source}: {fault.text(line_of(text, keys) if text else None)}")
+        # msgspec has refused the file, also where none of its parts shows why.
         raise ConfigError("\n".join(lines) or f"{source}: {error}") from error

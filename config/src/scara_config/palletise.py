@@ -222,6 +222,7 @@ class Palletise(Section, frozen=True):
     @property
     def give(self) -> float:
         """How far the bellows may be compressed: harder than ``press_n`` is a collision [m]."""
+        # [N] by [N/mm] are [mm].
         return self.watch.press_n / self.gripper.stiffness_n_mm * MM
 
     @property

@@ -94,6 +94,7 @@ def files_in_force(directory: Path | str | None = None) -> dict[str, Path]:
         ConfigError: There is no such robot.
     """
     folder = Path(directory or config_directory())
+    # The robot's folder last: of two files with one name its own is in force.
     found = {
         path.name: path
         for place in (folder, robot_folder(folder))

@@ -92,6 +92,7 @@ def check_files(directory: Path | str | None = None, robot: Robot | None = None)
     # A plant that is not chosen today is read tomorrow.
     for plant in sorted(locate(PLANTS, folder).glob("*.yaml")):
         found += _faults_of("emulator.yaml", folder, robot, plant.stem)
+    # emulator.yaml is read once with each plant, and tells its own faults each time.
     return list(dict.fromkeys(found))
 
 

@@ -306,6 +306,7 @@ def _wrong_places(robot: Robot, size: Geometry, turning: list[Joint]) -> Iterato
     """
     tip = ("home_pose", (robot.home_pose[0][3], robot.home_pose[1][3]))
     axes = [(f"joints.{j.name}.screw_axis", place_of(j.screw_axis)) for j in turning]
+    # Two lengths: from the first turning joint to the second, and on to the next or the tool.
     places = [*axes, tip][:3]
     for (_, begin), (what, end), key in zip(places, places[1:], ("l1_mm", "l2_mm")):
         found, wanted = 1e3 * math.dist(begin, end), getattr(size, key)

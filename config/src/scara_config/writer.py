@@ -47,8 +47,11 @@ def changed_text(path: Path | str, changes: Mapping[Key, Any]) -> str:
     """
     yaml = YAML()
     yaml.preserve_quotes = True
+    # A long line, with its comment behind it, would else be broken after 80 characters.
     yaml.width = 4096
+    # As the shipped files are indented.
     yaml.indent(mapping=2, sequence=4, offset=2)
+    # By itself it would write nothing at all for null.
     yaml.representer.add_representer(type(None), _null)
     try:
         tree = yaml.load(Path(path).read_text(encoding="utf-8"))
@@ -80,6 +83,7 @@ def _drop(node: CommentedMap, key: str) -> None:
     """Take a key out; whole lines of comment below it stay, below the key before it."""
     if key not in node:
         return
+    # A line of comment hangs at the key above it and would go with that.
     below = _remarks(node, key).partition("\n")[2]
     keys = list(node)
     before = keys[keys.index(key) - 1]
@@ -94,6 +98,7 @@ def _remark(node: CommentedMap, key: str, text: str) -> None:
     column = old.start_mark.column if old is not None else None
     below = "" if text.count("\n") > 1 else _remarks(node, key).partition("\n")[2]
     node.yaml_add_eol_comment(text.rstrip("\n"), key, column=column)
+    # It knows one comment behind a value: the lines below are the rest of it.
     node.ca.items[key][2].value = text + below
 
 
@@ -122,6 +127,7 @@ def replace_file(path: Path | str, text: str) -> None:
             path, os.W_OK
         ):  # a folder that can be written would let it be replaced
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        # What only its owner may read stays so.
         mode = path.stat().st_mode & 0o777 if path.exists() else 0o644
         write_whole(path, text.encode(), mode)
     except OSError as error:

@@ -34,10 +34,12 @@ def whole_file(path: Path, mode: int = 0o644, half: str = "") -> Iterator[Binary
     try:
         with os.fdopen(handle, "wb") as stream:
             yield stream
+            # On the disk before its name is: a power cut must not leave an empty file of that name.
             stream.flush()
             os.fsync(stream.fileno())
         os.chmod(name, mode)
         os.replace(name, path)
+    # Ctrl-C too: half a file must not stay beside the one that is whole.
     except BaseException:
         Path(name).unlink(missing_ok=True)
         raise

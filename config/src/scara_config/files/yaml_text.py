@@ -49,6 +49,7 @@ def parse(text: str) -> Any:
     """
     yaml = YAML(typ="safe", pure=True)
     yaml.Constructor = _PlainConstructor
+    # Each level costs a byte of the text and some of Python's stack.
     yaml.max_depth = DEEPEST
     yaml.composer.warn_double_anchors = False  # YAML allows them: the last one counts
     try:
@@ -80,6 +81,7 @@ class _PlainConstructor(SafeConstructor):
 
     def construct_document(self, node: Node) -> Any:
         """Make the whole, once its size is known."""
+        # Before anything is made: aliases of aliases grow a few lines to more than memory holds.
         _count(node, {}, set())
         return super().construct_document(node)
 
@@ -87,6 +89,7 @@ class _PlainConstructor(SafeConstructor):
         """Make one value, or refuse its node."""
         tag = str(node.tag).removeprefix(_TAG)
         for key, _ in node.value if isinstance(node, MappingNode) else ():
+            # The key << of YAML, which takes over another mapping, has a tag of its own.
             if str(key.tag).removeprefix(_TAG) not in ("str", "merge"):
                 shown = shortened(key.value) if isinstance(key, ScalarNode) else "a list or mapping"
                 what = f"{shown} is no word for a key"
@@ -97,6 +100,7 @@ class _PlainConstructor(SafeConstructor):
             tag = "str"
         if tag not in PLAIN:
             raise ConstructorError(None, None, f"a tag {tag!r} is not allowed", node.start_mark)
+        # A tag that somebody typed need not fit its word: !!int word.
         try:
             made = super().construct_object(node, deep=deep)
         except (ValueError, KeyError, OverflowError) as error:

@@ -61,6 +61,7 @@ def read_configuration(text: str) -> Configuration | None:
     letters = "".join(found[1].split()) if found else ""
     groups = [k for letter in letters for k, group in enumerate(GROUPS) if letter in group]
     turns = tuple(map(int, re.findall(r"-?\d+", found[2]))) if found else ()
+    # Each letter once, and in the order of the groups.
     known = len(groups) == len(letters) > 0 and groups == sorted(set(groups))
     if not known or len(turns) not in (0, FIELDS):
         raise ConfigError("is no configuration, as 'N U T, 0, 0, 0' and 'R, 0, 0, 0' are")
@@ -106,6 +107,7 @@ def configuration_fault(text: str, robot: Robot) -> str:
         named = ", ".join(" or ".join(group) for group in groups) or "no configuration"
         return f"this arm has {named}"
     joints = turn_joints(robot)
+    # Three numbers stand behind the letters, also where the arm has fewer joints that tell turns.
     for field, turn in enumerate(told.turns):
         if field >= len(joints):
             if turn:

@@ -93,6 +93,7 @@ def program_files(directory: Path | str | None = None) -> dict[str, Path]:
     """
     found: dict[str, Path] = {}
     for path in sorted(locate(PROGRAMS, directory).glob(f"*{PROGRAM_ENDING}")):
+        # The robot knows capitals alone; a file system may keep small letters apart.
         if path.stem.upper() in found:
             raise ConfigError(f"{path}: {found[path.stem.upper()].name} is there too; rename one")
         found[path.stem.upper()] = path
@@ -186,6 +187,7 @@ def _follows(line: Line) -> bool:
     if not isinstance(line, MotionLine) or line.kind != "J" or line.unit != "%" or line.options:
         return False
     (target,) = line.targets
+    # With FINE it would stop at each set point.
     return target.kind == "PR" and target.index == (1.0,) and line.cnt is not None
 
 
@@ -233,6 +235,7 @@ def taught_pose(position: Position, robot: Robot) -> TaughtPose:
         values[: len(TIP)] = [given[name] for name in TIP]
     for name, joint in axis_names(robot).items():
         if name in given:
+            # E1 comes behind the six numbers of the tool.
             external = len(TIP) + int(name[1:]) - 1
             values[external if is_cartesian(position) else joint.axis_number - 1] = given[name]
     frame, tool = (int(each) if each.isdigit() else None for each in (group.frame, group.tool))

@@ -43,6 +43,7 @@ def told_frames(program: Program) -> Numbered:
             continue
         key = _KINDS[told[1]], int(told[2])
         words = told[3].split()
+        # A frame may take several remarks, each with some of its numbers.
         values = dict(zip(LETTERS, found.get(key, (0.0,) * len(LETTERS))))
         values |= {name: float(value) for name, value in zip(words[::2], words[1::2])}
         found[key] = tuple(values[name] for name in LETTERS)

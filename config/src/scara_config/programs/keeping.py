@@ -35,6 +35,7 @@ def keep_program(name: str, text: str, directory: Path | str | None = None) -> s
     if numbered and name == numbered[0]:
         raise ConfigError(f"{name} is the stream's program: rename yours")
     file = kept_file(name, directory)
+    # The file first: a number without its program would start nothing.
     replace_file(file, text)
     if name in numbered:
         return f"{file.name}: saved"

@@ -65,6 +65,7 @@ class Change(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     @property
     def digest(self) -> str:
         """Tells two changes apart, whatever their names."""
+        # Sorted: the order of keys makes no other change of it.
         plain = msgspec.json.encode(self.values, order="deterministic")
         return hashlib.sha256(plain).hexdigest()[:12]
 
@@ -104,6 +105,7 @@ class Change(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
                 )
                 continue
             for key in values if sections != ALL else ():
+                # With dots behind both: a section does not allow a key that only begins so.
                 if not any(f"{key}.".startswith(f"{section}.") for section in sections):
                     yield (
                         f"{file}: {key[:63]}: is decided at the cell; a change from elsewhere may "

@@ -135,9 +135,11 @@ def apply_change(change: Change, base: Path, folder: Path) -> None:
     """
     there = files_in_force(folder)
     for file, values in change.by_file().items():
+        # Names come from elsewhere: one that leads out of the folder is no file of the copy.
         if file not in there:
             raise ConfigError(f"{file}: this cell has no such file")
         replace_file(folder / file, changed_text(folder / file, values))
+    # Beside the files: whoever runs with the copy can tell which change is in it.
     told = msgspec.json.encode(Running(change, str(base))).decode()
     replace_file(folder / RUNNING, told + "\n")
 
@@ -180,6 +182,7 @@ def faults_of(change: Change, base: Path) -> list[str]:
         return faults
     try:
         with changed_copy(change, base) as folder:
+            # The folder is gone when somebody reads this: the files' names are what helps.
             return [line.replace(f"{folder}/", "") for line in check_files(folder)]
     except ConfigError as error:
         return str(error).splitlines()

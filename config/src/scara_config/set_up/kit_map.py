@@ -74,6 +74,7 @@ def kit_map(layout: ModbusMap, leads: bool = True) -> ModbusMap:
     def take(*names: str) -> None:
         nonlocal address
         for name in names:
+            # What a person can type wins over what the robot's own map has.
             register = _PLAIN.get(name) or layout.find(name)
             if register is None:
                 continue

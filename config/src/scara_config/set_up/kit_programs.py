@@ -18,6 +18,7 @@ PERIOD_MS = 8
 PATIENCE_MS = 120
 """The heartbeat may stand still for so long [our]: 12 missed writes at 100 Hz."""
 _NO_GROUP = {"DEFAULT_GROUP": "*,*,*,*,*"}
+# Remarks have at most 32 characters, so longer ones go on in the next.
 # Its loop is as published clients of R553 have it [src]: MisoRobotics/fanuc-hmi-jointstreaming.
 _STREAM = (
     "!Where it stands, until a set",

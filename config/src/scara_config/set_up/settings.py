@@ -264,6 +264,7 @@ class Watched:
     @property
     def there(self) -> bool:
         """The slots are there: each controller has 80."""
+        # What is assigned to nothing reads 0 and is no error: this number is 80 on each controller.
         return self.numbers["$SNPX_PARAM.$NUM_ASG"] == 80
 
     def differ(self) -> Iterator[tuple[str, str]]:
@@ -287,6 +288,7 @@ def watched_of(words: list[int]) -> Watched:
         return words[begin : begin + slot.size]
 
     def bits(slot: Assignment, count: int) -> tuple[bool, ...]:
+        # The low word first, as this controller has all its numbers.
         whole = sum(word << 16 * at for at, word in enumerate(of(slot)))
         return tuple(bool(whole >> bit & 1) for bit in range(count))
 

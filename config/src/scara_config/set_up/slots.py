@@ -91,6 +91,7 @@ _ROWS = (
     *[(name, 2, 1.0) for name in _FRAMES],
 )
 WATCHED = tuple(
+    # Two addresses a row, also where a row has one word.
     Assignment(_FIRST_WATCHED + 2 * at, size, name, multiply)
     for at, (name, size, multiply) in enumerate(_ROWS)
 )
@@ -145,6 +146,7 @@ def frames_of(words: Mapping[Kind, Sequence[int]]) -> Numbered:
     """
     found: dict[tuple[Kind, int], tuple[float, ...]] = {}
     for kind, given in words.items():
+        # The low word first: in a row they are the little-endian bytes of a float32.
         values = struct.unpack(f"<{len(given) // 2}f", struct.pack(f"<{len(given)}H", *given))
         for at in range(0, len(values), len(LETTERS)):
             number = at // len(LETTERS) + 1
@@ -204,6 +206,7 @@ def _joined(before: Assignment, slot: Assignment) -> Assignment | None:
         return replace(before, size=size, name=name, multiply=factors.pop())
     elements = before.size // words
     follows = int(there["index"] or 0) == int(here["index"]) + elements
+    # Elements lie in a row only if the slot takes the same words of each, by the same factor.
     same = (first, words, before.multiply) == (next_first, next_words, slot.multiply)
     return replace(before, size=size) if follows and same else None
 

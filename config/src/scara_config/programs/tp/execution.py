@@ -113,8 +113,10 @@ def flow_of(program: Program, source: str) -> Flow:
     for index, line in enumerate(program.lines):
         if isinstance(line, If | Select | Case):
             line = line.action
+        # A jump, or the time-out of a wait, in whatever line it stands.
         for label in (getattr(line, "label", None), getattr(line, "timeout", None)):
             wanted = label.index[0] if label is not None else None
+            # What stands in a register is known only when the line is executed.
             if isinstance(wanted, float) and int(wanted) not in labels:
                 raise refused(index, f"there is no LBL[{int(wanted)}]")
     return flow
@@ -169,6 +171,7 @@ def background(program: Program) -> Callable[[Memory], None]:
         for index, holds, target, value in scanned:
             try:
                 found = holds(memory)
+                # Asked in each period, and mostly it does not hold: that answer needs no call.
                 if found is not False and is_true(found):
                     memory.write(target, value(memory))
             except ExecutionError as error:
@@ -202,6 +205,7 @@ def _execute(flow: Flow, index: int, memory: Memory) -> tuple[int, Line | None]:
         case For():
             first, last = number(line.first, memory), number(line.last, memory)
             memory.write(resolved(line.counter, memory), first)
+            # Multiplied by the step, one comparison serves TO and DOWNTO.
             runs = first * line.step <= last * line.step
             return (after if runs else flow.partners[index] + 1), None
         case Word(words="ELSE"):

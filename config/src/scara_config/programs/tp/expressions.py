@@ -112,6 +112,7 @@ def operand(cursor: Cursor) -> Expression:
     Raises:
         LineError: There is none, or it stands in too many brackets.
     """
+    # Deeper, Python's own stack would end before the text does.
     if cursor.depth == DEEPEST:
         raise LineError(f"more than {DEEPEST} operands stand within each other")
     cursor.depth += 1
@@ -156,6 +157,7 @@ def indexed(cursor: Cursor) -> Indexed | None:
     index = [operand(cursor)]
     if cursor.find(r","):
         index.append(operand(cursor))
+    # A comment may hold brackets, if they are a pair.
     comment = cursor.find(r":((?:[^\[\]]|\[[^\]]*\])*)")
     cursor.expect(r"\]", "a closing bracket")
     return Indexed(
@@ -184,6 +186,7 @@ def word(cursor: Cursor) -> Name:
     """
     rest = cursor.rest
     found = cursor.find(_NAME)
+    # ON+ and OFF- are the edges of a signal.
     if found is None or found[1].rstrip("+-") not in NAMES:
         raise LineError(f"a value is expected at {rest[:40]!r}")
     return Name(found[1])

@@ -107,6 +107,7 @@ def _action(cursor: Cursor) -> Line:
     if target is not None:
         cursor.expect(r"=", "=")
         found = value(cursor)
+        # Only an override has a unit behind its value.
         if isinstance(target, Name) and target.word == "OVERRIDE":
             cursor.find(r"%")
         return AssignLine(target, found)
@@ -119,6 +120,7 @@ def _target(cursor: Cursor) -> Indexed | Name | None:
     try:
         found = operand(cursor)
     except LineError:
+        # The error has left operands that had begun: the next try counts from 0.
         found, cursor.depth = None, 0
     if isinstance(found, Indexed | Name) and cursor.rest.startswith("="):
         return found

@@ -110,6 +110,7 @@ def _within(
     if isinstance(given, Name):
         raise ExecutionError(f"{what} in {given.word} is not executed")
     found = number(given, memory)
+    # Asked so that what is no number is outside, too.
     if not (low < found or (found == low and not open_below)) or found > high:
         bracket = "]" if open_below else "["
         raise ExecutionError(f"{what} of {found:g}{unit} is outside {bracket}{low:g}, {high:g}]")

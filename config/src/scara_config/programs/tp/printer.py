@@ -116,11 +116,13 @@ def print_line(line: Line) -> str:
 
 
 def _motion(line: MotionLine) -> str:
+    # A controller writes the end of an arc on a row of its own.
     targets = "    \n    :  ".join(print_expression(target) for target in line.targets)
     speed = "max_speed" if line.speed is None else print_expression(line.speed) + line.unit
     if line.cnt is None:
         termination = "FINE"
     else:
+        # A controller writes CNT R[1], but CNT100.
         gap = " " if isinstance(line.cnt, Indexed) else ""
         termination = f"CNT{gap}{print_expression(line.cnt)}"
     return " ".join([f"{line.kind} {targets}", speed, termination, *line.options]) + "   "

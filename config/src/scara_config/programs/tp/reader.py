@@ -77,8 +77,10 @@ def _sections(text: str, source: str) -> dict[str, list[tuple[int, str]]]:
 
 def _attributes(rows: Rows) -> dict[str, str]:
     """Return the attributes, those within TCD beside the others."""
+    # TCD: begins the attributes of the task, which are kept beside all others.
     text = " ".join(row.strip() for _, row in rows).replace("TCD:", "")
     found = {}
+    # A comma ends an attribute of TCD only; elsewhere it belongs to the value: 1,*,*,*,*.
     for part in re.split(r";|,(?=\s*[A-Z_]+\s*=)", text):
         name, equals, value = part.partition("=")
         if equals:
@@ -94,6 +96,7 @@ def _lines(rows: Rows, source: str, errors: list[str] | None) -> Iterator[Line]:
             continue
         if not text:
             begin = number
+        # A row that goes on with a line begins with a colon and no number.
         text += " " + _NUMBER.sub("", row, count=1).strip()
         if not text.endswith(";"):
             continue

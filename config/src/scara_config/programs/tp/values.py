@@ -152,6 +152,7 @@ def _of_two(expression: Binary) -> Evaluator:
 
         def both(memory: Memory) -> Value:
             found = left(memory)
+            # What is false on the left decides alone; else both have to be ON or OFF.
             return False if found is False else is_true(found) and is_true(right(memory))
 
         return both
@@ -227,6 +228,7 @@ _OPERATIONS: dict[str, Callable[[Any, Any], Value]] = {
     ">": operator.gt,
     "<=": operator.le,
     ">=": operator.ge,
+    # As floats: two signals, each of which counts as 1, would add up to an int.
     "+": lambda a, b: float(a + b),
     "-": lambda a, b: float(a - b),
     "*": lambda a, b: float(a * b),
