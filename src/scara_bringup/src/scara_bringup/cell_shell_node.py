@@ -107,6 +107,7 @@ class CellShell:
     def _run(self, nodes: list[NodePlan], foreground: NodePlan | None, own_master: bool) -> int:
         """Start, watch and end the nodes."""
         for number in SIGNALS:
+            # Only noted: a handler may come between any two steps of what it would change.
             signal.signal(number, lambda received, _frame: self._signals.append(received))
         screen.say(f"cell: starting {len(nodes)} nodes; logs: {self._processes.log_folder}")
         if not may_go_first():
@@ -135,6 +136,7 @@ class CellShell:
         self._foreground = foreground.name if foreground else ""
         cell, actions = begin(nodes, foreground, self._deadlines, time.monotonic(), running)
         self._perform(actions, cell)
+        # Only now: it makes this process a node, which needs the master and has threads.
         from scara_bringup.processes.controller_watch_node import ControllerWatch
 
         self._watch = ControllerWatch()
@@ -194,6 +196,7 @@ class CellShell:
 
     def _announce(self, cell: Cell) -> None:
         """Tell that the cell is ready: to the person here, and to whoever asks for its status."""
+        # Read once all are ready: each page has written its token by then.
         addresses = screen.page_addresses(self._doors, cell.nodes, self._folder)
         self._announced.enter_context(announced(self._running(cell, addresses)))
         for tell in self._shown.on_ready:

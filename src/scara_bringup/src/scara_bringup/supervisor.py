@@ -218,6 +218,7 @@ def _lost(cell: Cell, event: ProcessEnded, now: float) -> Step:
 def _end(cell: Cell, code: int, explain: Explain | None, now: float) -> Step:
     """Begin to end everything, in order."""
     nodes = [*cell.nodes, *([cell.foreground] if cell.foreground else [])]
+    # Due at once: nobody has been asked to end, so nobody is waited for.
     cell = replace(
         cell, phase=Phase.ENDING, exit_code=code, order=ending_order(nodes), strikes=0, deadline=now
     )

@@ -22,6 +22,7 @@ def load() -> ProcessorLoad:
     for line in Path("/proc/stat").read_text().splitlines():
         name, *counts = line.split()
         if name.startswith("cpu") and name[3:].isdigit() and int(name[3:]) in mine:
+            # Who waits for a disk leaves the processor to others.
             idle += (int(counts[IDLE]) + int(counts[IOWAIT])) / tick
     granted, quota = 0.0, None
     # Inside a container this is its own group; elsewhere the root, which has no limit.

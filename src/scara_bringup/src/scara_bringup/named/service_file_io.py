@@ -35,6 +35,7 @@ def write_unit(service: Service, folder: Path) -> Path:
     path = folder / service.file
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        # Beside its place: a file can be renamed on the same disk only.
         with tempfile.TemporaryDirectory(prefix=".cell-", dir=folder) as beside:
             new = Path(beside) / service.file
             new.write_text(unit_text(service), encoding="utf-8")

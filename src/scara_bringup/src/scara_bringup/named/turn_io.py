@@ -21,7 +21,9 @@ class StartTurn:
             OSError: The folder cannot be written to.
         """
         folder.mkdir(parents=True, exist_ok=True)
+        # Closed in what is started from here: a lock ends with the last who has the file open.
         self._fd = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        # Tried first, so that a person learns why nothing happens.
         try:
             fcntl.flock(self._fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:

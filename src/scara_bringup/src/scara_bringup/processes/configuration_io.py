@@ -48,6 +48,7 @@ def begin_with_change(file: Path, source: Path) -> Kept:
     """
     kept = read_kept(file)
     now = kept.start()
+    # What held before may no longer fit, either.
     while now.wanted is not None and (faults := faults_of(now.wanted, source)):
         now = now.unfit(faults[0])
     if now != kept:
@@ -62,6 +63,7 @@ def got_ready(file: Path) -> None:
         ConfigError: The file cannot be read or written.
     """
     kept = read_kept(file)
+    # What was offered meanwhile has not begun: this start proves nothing of it.
     if kept.begun and not kept.proven:
         write_kept(file, kept.ready())
 

@@ -39,6 +39,7 @@ class WarmParent:
 
         ``besides`` are modules that some of them share.
         """
+        # Each request and each answer is a packet of its own: none has to be put together.
         self._line, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         number = theirs.fileno()
         module = [sys.executable, "-m", "scara_bringup.processes.warm_parent_io"]
@@ -185,6 +186,7 @@ def runs_here(program: str) -> bool:
     except OSError:
         return False
     words = first[2:].split()
+    # More words, as behind env, may lead to another Python.
     if not first.startswith(b"#!") or len(words) != 1:
         return False
     return os.path.abspath(os.fsdecode(words[0])) == os.path.abspath(sys.executable)

@@ -41,6 +41,7 @@ def cut_off(path: Path, limit_mb: float) -> bool:
         shutil.copyfile(path, older)
     except OSError:
         older.unlink(missing_ok=True)
+    # Cut in place: who appends has it open, and goes on at its new end.
     with path.open("r+b") as file:
         file.truncate(0)
     return True

@@ -52,4 +52,5 @@ def main() -> None:
     with until_shutdown():
         while not rospy.is_shutdown():
             diagnostics.publish()
+            # By the wall clock: rospy.sleep follows /clock, which may stand still.
             rospy.rostime.wallsleep(PERIOD_S)

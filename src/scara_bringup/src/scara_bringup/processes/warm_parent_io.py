@@ -243,6 +243,7 @@ def become(words: list[str], files: list[int], tell: int) -> None:
 def _show(name: str, words: list[str]) -> None:
     """Let ps and /proc show a name and a command line, as far as there is room for it."""
     _LIBC.prctl(_PR_SET_NAME, name.encode()[:15], 0, 0, 0)
+    # Fields 48 and 49 of proc(5): between them the kernel finds the command line.
     fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
     begin, end = int(fields[45]), int(fields[46])
     shown = b"".join(word.encode() + b"\0" for word in (sys.executable, *words))

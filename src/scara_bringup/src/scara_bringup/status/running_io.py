@@ -79,6 +79,7 @@ def announced(cell: RunningCell) -> Iterator[None]:
     """
     file, link = Path(cell.folder) / FILE, index() / f"{cell.pid}.json"
     with contextlib.suppress(OSError):
+        # Made anew, so that nothing is written into a file that is somebody else's.
         file.unlink(missing_ok=True)
         with os.fdopen(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as stream:
             stream.write(msgspec.json.format(msgspec.json.encode(cell), indent=1))
@@ -120,7 +121,9 @@ def usage_of(pid: int) -> Usage | None:
     with contextlib.suppress(OSError, ValueError, IndexError):
         # The name of a program stands in brackets and may hold spaces.
         fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+        # What has ended stays as Z until its parent asks for its exit code.
         if fields[0] != "Z":
+            # Fields 14, 15 and 24 of proc(5): user time, system time, pages in memory.
             processor = (int(fields[11]) + int(fields[12])) / TICKS
             return Usage(processor, int(fields[21]) * PAGE_BYTES / 1e6)
     return None
