@@ -182,6 +182,7 @@ def loopback_refusal(host: str) -> str:
         'allowed is only this machine (127.0.0.1): others come in with certificates (--listen)'
     """
     try:
+        # Of names localhost alone: nobody knows where another one leads.
         if host == "localhost" or ipaddress.ip_address(host).is_loopback:
             return ""
     except ValueError:
@@ -204,6 +205,7 @@ def reached(text: str, port: int = PORT) -> tuple[str, int]:
         (('hall-pc', 7448), ('10.0.0.5', 8000), ('fd00::1', 8000))
     """
     host, colon, given = text.rpartition(":")
+    # An IPv6 address without a port ends with its bracket: the last colon is inside it.
     if not colon or text.endswith("]"):
         host, given = text, str(port)
     host = host.removeprefix("[").removesuffix("]")

@@ -71,6 +71,7 @@ class AlarmDesk:
         with self._lock:
             for cell, since in lost.items():
                 self._book.lost(cell, since)
+            # A cell of which no alarm is known has none to clear.
             for cell in {known.cell for known in self._book.known.values()} - set(lost):
                 self._book.found(cell, now)
 

@@ -125,6 +125,7 @@ class AlarmBook:
             # What is still active is raised anew by the journal after its start.
             for known in self.known.values():
                 if known.cell == cell and known.source != LINK:
+                    # What had gone before keeps its own time.
                     known.cleared = known.cleared or event.time
         elif event.kind == "alarm":
             body, source = event.body, str(event.body.get("source", ""))
@@ -185,6 +186,7 @@ class AlarmBook:
     def rows(self, now: float) -> list[AlarmRow]:
         """Return what asks for somebody: raised ones first, then cleared, acknowledged, shelved."""
         rows = [self._row(name, known, now) for name, known in self.known.items()]
+        # The enumeration lists them in the order of their urgency.
         ranks = {status: rank for rank, status in enumerate(AlarmStatus)}
         return sorted(
             (row for row in rows if row is not None),

@@ -206,6 +206,7 @@ def roster_rows(config: FarmConfig, session: zenoh.Session) -> list[Row] | None:
 
 
 def _status(row: Row) -> str:
+    # The desk may be on another machine, and its clock ahead of this one's.
     seconds = max(0.0, time.time() - row.since)
     since_when = datetime.fromtimestamp(row.since).strftime("%Y-%m-%d %H:%M:%S")
     return f"{status_title(row.status)} for {seconds:.0f} s, since {since_when}"

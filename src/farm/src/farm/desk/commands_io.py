@@ -89,6 +89,7 @@ def ask(
         answer_s: An answer is waited for so long.
         priority: Of the questions on the bus.
     """
+    # Answers come in threads of zenoh; the queue hands them to this one.
     answers: queue.SimpleQueue[tuple[CellName, Answer | None]] = queue.SimpleQueue()
     begun = time.monotonic()
     for cell, command in asked.items():
@@ -100,6 +101,7 @@ def ask(
             cell, answer = answers.get(timeout=max(0.0, left))
         except queue.Empty:
             break
+        # Behind its answer each question ends with a None, which says nothing then.
         if cell in waiting:
             waiting.discard(cell)
             yield Answered(cell, answer, time.monotonic() - begun)
@@ -132,5 +134,6 @@ def _ask(
         payload=encode(command),
         timeout=answer_s,
         priority=priority,
+        # A command waits for room on the line; what only shows something is dropped instead.
         congestion_control=zenoh.CongestionControl.BLOCK,
     )

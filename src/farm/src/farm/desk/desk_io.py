@@ -170,6 +170,7 @@ class Desk:
                 declared.undeclare()
         for mailbox in self._mailboxes:
             mailbox.close()
+        # Behind the mailboxes: the writer still writes what they have handed on.
         self._ended.set()
         self._pool.shutdown(wait=True, cancel_futures=True)
         self._writer.join()
@@ -187,6 +188,7 @@ class Desk:
                         behind.add(cell)
                 except (WireError, keys.CellNameError) as error:
                     self._unreadable(key, error)
+        # Without the lock, which asking takes itself.
         for cell in behind:
             self._ask(cell)
 
@@ -329,6 +331,7 @@ class Desk:
             batch, self._queue = self._queue, []
             reached = dict(self._progress)
         self._history.write(batch)
+        # Only now: what is not on the disk is asked of the journals again.
         self._written = reached
         if not batch:
             return

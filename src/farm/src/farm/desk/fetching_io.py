@@ -70,6 +70,7 @@ def fetch(
                 stream.write(piece)
                 stream.flush()
         told(recording.size)
+        # The file first: a note that is left without its part only has it fetched again.
         os.utime(half, ns=(recording.modified, recording.modified))
         half.replace(target)
         note.unlink()

@@ -44,6 +44,7 @@ def counting(names: Iterable[str]) -> tuple[list[EventSpan], list[EventSpan]]:
         >>> counting([Span(1, 2).name, Span(3, 3).name, Span(1, 3).name, "x.tmp"])
         ([Span(first=1, last=3)], [Span(first=1, last=2), Span(first=3, last=3)])
     """
+    # Of two that begin at one place the longer one first, which may hold the other.
     spans = sorted(
         (span for name in names if (span := span_of(name))), key=lambda s: (s.first, -s.last)
     )

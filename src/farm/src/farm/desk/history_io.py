@@ -66,6 +66,7 @@ class History:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._lock = (folder / "lock").open("a")
+            # The system lets go of it when the process ends, however that ends.
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             # A killed writer leaves halves, and small files whose events a large one holds.
             for half in folder.glob(f"*{HALF}"):
@@ -122,6 +123,7 @@ class History:
         try:
             with whole_file(self._path(span), half=HALF) as stream:
                 pq.write_table(table, stream, compression="zstd")
+            # A file's name is the folder's content, which is synced for itself.
             folder = os.open(self.folder, os.O_RDONLY)
             try:
                 os.fsync(folder)
@@ -149,6 +151,7 @@ def _columns(kept: Sequence[Kept]) -> dict[str, list[object]]:
         "cell": [each.cell.cell for each in kept],
         "era": [each.era for each in kept],
         "number": [each.event.number for each in kept],
+        # The column counts microseconds.
         "time": [int(each.event.time * 1e6) for each in kept],
         "kind": [each.event.kind for each in kept],
         "stop": [each.event.stop for each in kept],

@@ -59,6 +59,7 @@ def next_step(
     Returns:
         The step, and ``since`` for the next one.
     """
+    # Before any step: a cell that is not well ends the whole.
     for cell in cells:
         if why := _trouble(wanted, cell, rows.get(cell)):
             return RolloutStep(Do.END, (), why), since
@@ -78,6 +79,7 @@ def next_step(
             Do.WAIT, (), f"{first}: runs with it, looked at for {wait_s:.0f} s"
         ), since
     if left:
+        # One at a time: where it refuses, the others are not asked.
         return RolloutStep(Do.OFFER, left[:1], f"{first} is well with it: {left[0]}"), since
     if waiting := [cell for cell in rest if not _runs(shown[cell], wanted)]:
         return RolloutStep(Do.WAIT, (), f"wait for their next start: {', '.join(waiting)}"), since

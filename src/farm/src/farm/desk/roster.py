@@ -101,6 +101,7 @@ class Roster:
     def alive(self, cell: CellName, now: float) -> None:
         """Take in that a cell's link is there."""
         entry = self._entry(cell)
+        # Heard now: a link that has just come is not silent.
         entry.alive, entry.since, entry.heard, entry.joined = True, now, now, now
         # It may have been started anew, with a clock that was set back meanwhile.
         entry.first = True

@@ -75,6 +75,7 @@ def result_of(folder: Path, job: Job) -> Result | None:
     """Return what became of a job; None: it was not run to its end."""
     try:
         return msgspec.json.decode((folder / f"{job.name}.json").read_bytes(), type=Result)
+    # What cannot be read counts as not run: the job is run again.
     except (FileNotFoundError, msgspec.DecodeError):
         return None
 

@@ -243,6 +243,7 @@ def run(
     known = {job.name: result_of(folder, job) for job in jobs}
     for result in filter(None, known.values()):
         told(result)
+    # The last one first, since pop takes from the end.
     waiting = [job for job in reversed(jobs) if known[job.name] is None]
     settings = {name: os.environ[name] for name in SETTINGS if os.environ.get(name)}
     # A worker of another machine offers its version as a resource: dask gives jobs to equal ones
@@ -257,6 +258,7 @@ def run(
             while waiting and held < MOST_BYTES:
                 job = waiting.pop()
                 file, content = Path(job.words[0]), None
+                # A worker of this machine reads the file by itself.
                 if version and (job.kind in OF_BAGS or file.is_file()):
                     content = file.read_bytes()
                 words, key = (do, job, content, version, settings), f"{lot}-{job.name}"

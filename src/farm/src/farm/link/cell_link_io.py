@@ -109,6 +109,7 @@ class CellLink:
                 (keys.PIECE, self._piece),
             )
         ]
+        # Last: whoever sees the token may ask at once, and shall be answered.
         self._token = session.liveliness().declare_token(cell.key(keys.ALIVE))
         self._threads = [
             threading.Thread(target=self._send, name="state", daemon=True),
@@ -125,6 +126,7 @@ class CellLink:
 
     def show(self, state: CellState) -> None:
         """Send a state as soon as the bus takes it, unless a newer one comes first; never waits."""
+        # Before it is sent: a command that is based on it may come at once.
         self._remote, self._revision = state.remote, state.revision
         self._newest.put(keys.STATE, encode(state))
 
@@ -222,6 +224,7 @@ class CellLink:
         except WireError as error:
             return Answer(False, f"this is no command: {error}")
         changes = self._changes if command.command in CONFIGURING else None
+        # Judging reads the ids and adds to them: of two equal questions one has to be the second.
         with self._lock:
             revision = changes.number if changes is not None else self._revision
             guard = CommandRules(self._settings.rights, self._remote, revision, self._seen)

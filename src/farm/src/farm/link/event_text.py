@@ -31,6 +31,7 @@ def describe(kind: str, body: dict[str, Any]) -> tuple[bool, str]:
     text = _TEXTS.get(kind, _other)(body)
     before, after = body.get("mode_before"), body.get("mode_after")
     stop = kind == "decision" and after in STOPS and before != after
+    # On one line, whatever stands in the journal.
     return stop, " ".join(text.split())[:LONGEST]
 
 

@@ -59,6 +59,7 @@ class JournalFiles:
         bounds = self.bounds()
         events: list[Event] = []
         try:
+            # With nothing new no file is looked into.
             files = files_after(self._folder, since) if since < bounds.last else []
             for line in (line for file in files for line in lines_of(file, since)):
                 found = numbered(line)

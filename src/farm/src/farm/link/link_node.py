@@ -224,6 +224,7 @@ def examined(folder: Path) -> list[str]:
             capture_output=True,
             text=True,
             timeout=DOCTOR_S,
+            # It prints for a terminal; here its lines are read as text.
             env={**os.environ, "NO_COLOR": "1", "TERM": "dumb"},
         )
     except (OSError, subprocess.TimeoutExpired) as error:
@@ -249,6 +250,7 @@ def _serve(
     waiting.start()
     with refusing(BusError):
         session = wait_for_desk(config.router, config.lease_ms, ended)
+    # It ends the thread that tells of the waiting, too.
     ended.set()
     if session is None:
         return

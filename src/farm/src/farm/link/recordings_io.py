@@ -29,6 +29,7 @@ class RecordingFiles:
         found = []
         # Links are not followed: "latest" would list a run twice.
         for place, folders, names in os.walk(self._folder):
+            # What begins with a dot, as the list of running cells does, is no run.
             folders[:] = [name for name in folders if not name.startswith(".")]
             for name in names:
                 path = Path(place, name)
@@ -47,6 +48,7 @@ class RecordingFiles:
         """
         path = self._folder / asked.name
         try:
+            # With all links followed: none of them leads out of the folder.
             inside = path.resolve(strict=True).is_relative_to(self._folder)
             if not inside or path.suffix != ".bag" or path.is_symlink():
                 raise RecordingError(f"{asked.name[:200]}: is no recording of this cell")

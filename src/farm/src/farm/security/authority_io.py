@@ -55,6 +55,7 @@ class SiteAuthority:
         """
         self._folder, self._site, self._now = folder, site, now
         key, certificate = folder / KEY, folder / CERTIFICATE
+        # One without the other is a loss that somebody has to look at, and no new site.
         if not key.exists() and not certificate.exists():
             made = new_authority(f"{site} {self.purpose}", now)
             write_private(key, made.key)

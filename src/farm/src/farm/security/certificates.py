@@ -120,6 +120,7 @@ def _issued(
         _builder(_name(name), issuer, key.public_key(), now, DAYS)
         .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
         .add_extension(_usage(signs_certificates=False), critical=True)
+        # TLS looks for the host in here only; the subject's name is what the router's rules go by.
         .add_extension(x509.SubjectAlternativeName([place]), critical=False)
         .add_extension(x509.ExtendedKeyUsage(uses), critical=False)
     )

@@ -116,6 +116,7 @@ def _picture(values: tuple[float, ...]) -> str:
     shown = values[-WIDTH:]
     low, high = min(shown), max(shown)
     steps = len(BARS) - 1
+    # Equal values have no height, and nothing to divide by.
     return "".join(BARS[round(steps * (v - low) / ((high - low) or 1.0))] for v in shown)
 
 

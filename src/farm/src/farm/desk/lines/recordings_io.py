@@ -71,6 +71,7 @@ def fetch_recording(
         listed = {each.name: each for each in recordings_of(session, owner)}
         if name not in listed:
             fail(f"{owner}: {name}: no such recording: ./cell farm recordings {owner}", FAILED)
+        # The name is the cell's own word: it must not lead out of the desk's data.
         if ".." in Path(name).parts or Path(name).is_absolute():
             fail(f"{owner}: {name}: is no name of a recording", FAILED)
         with Progress(transient=True) as progress:
