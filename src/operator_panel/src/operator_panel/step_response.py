@@ -56,10 +56,12 @@ def step_response(
     times, values, settled = [0.0], [0.0], 0.0
     for k in range(1, round(duration / STEP_S) + 1):
         error = step - q
+        # The integral itself is held, and not its effect alone, as in the simulator's loops.
         integral = min(max(integral + i * error * STEP_S, -clamp), clamp)
         wanted = p * error + integral - d * qdot
         qdot += min(max(wanted, -effort), effort) / inertia * STEP_S
         q += qdot * STEP_S
+        # Gains by which it runs away end it here, before a number overflows.
         if not math.isfinite(q) or abs(q) > 1e3 * step:
             break
         settled = k * STEP_S if abs(q - step) > 0.02 * step else settled

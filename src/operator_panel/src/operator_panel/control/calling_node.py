@@ -28,7 +28,9 @@ class Lane:
 
     async def call(self, **fields: Any) -> Any:
         """Return the service's response, or an Answer that says why there is none."""
+        # One connection carries one call: the answer to another would be taken for its own.
         async with self._lock:
+            # The page is served before a master runs: until then nothing can be called from here.
             if not rospy.core.is_initialized():
                 return Answer(False, "no ROS master answers")
             try:

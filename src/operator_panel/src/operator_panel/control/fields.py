@@ -27,6 +27,7 @@ def parse_number(
     Raises:
         FieldError: It is empty, no number, not finite, or out of range.
     """
+    # The page shows negative numbers with a true minus sign, which comes back when one is copied.
     typed = str(text if text is not None else "").strip().replace("\N{MINUS SIGN}", "-")
     if not typed:
         raise FieldError(f"{what} is empty: a number in {unit}")

@@ -54,6 +54,7 @@ class GuidedTool:
         start = self.arm.pose(where())
         grasp = start[:2, 3] - self.pointer
         apart = 1e3 * math.hypot(*grasp)
+        # Asked this way round so that a distance that is no number is refused too.
         if not apart <= GRASP_MM:
             raise JogError(f"the pointer is {apart:.0f} mm off the tool: take hold of the tool")
         return replace(self, grasp=grasp, start=start)

@@ -175,6 +175,7 @@ class DeadMan:
         going = self._going(where) if self._asked is not None else {}
         velocities = dict.fromkeys(self._stopping, 0.0)
         self._stopping = []
+        # A joint that stops and goes again at once keeps its velocity: what goes replaces the zero.
         return velocities | going
 
     def _going(self, where: Where) -> dict[str, float]:

@@ -56,6 +56,7 @@ class ProgramGate:
         found: Permit | None = await run.io_bound(
             lambda: gate.ask(f"program {program}", motion="PROGRAM", program=program)
         )
+        # NiceGUI gives nothing at all for a call that the end of its server has cut off.
         return found or Permit(False, "the page's server ends")
 
 

@@ -148,6 +148,8 @@ class StopLine:
                 except BaseException:
                     connection.close()
                     raise
+                # It goes back after a whole answer only, so that nothing of this one is left for
+                # the next STOP.
                 with self._lock:
                     if self._ready is None:
                         connection, self._ready = None, connection  # type: ignore[assignment]

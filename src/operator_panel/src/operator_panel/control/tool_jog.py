@@ -73,6 +73,8 @@ class ToolArm:
         """
         if len(self.joints) < len(LINES):
             return ()
+        # Beside the middle: an arm whose range is even on both sides is straight there, so it would
+        # look as if it could not turn or go.
         middle = {joint.name: 0.4 * joint.upper + 0.6 * joint.lower for joint in self.joints}
         jacobian = self._jacobian(middle)
         made = np.abs(jacobian[len(LINES) :]).max(axis=1) > SINGULAR
@@ -155,6 +157,7 @@ class ToolArm:
         jacobian = self._jacobian(positions)[rows]
         if _least(jacobian) < SINGULAR:
             raise JogError(STRETCHED)
+        # Where there are more joints than the tool has ways to go, they move the least together.
         changes = np.linalg.lstsq(jacobian, twist[rows], rcond=None)[0]
         return {joint.name: float(change) for joint, change in zip(self.joints, changes)}
 
@@ -228,6 +231,7 @@ class ToolHeld:
         nothing = np.zeros(3)
         along = np.concatenate([axis, nothing] if self.axis in LINES else [nothing, axis])
         off = np.concatenate([self.start[:3, 3] - now[:3, 3], turn_between(self.start, now)])
+        # What the tool is ahead or behind on its own line is the motion itself, and no error of it.
         off -= along * float(along @ off)
         back = GAIN * off
         for part in (slice(0, 3), slice(3, 6)):

@@ -66,6 +66,7 @@ class CameraLink:
                 self._subscriber, self._newest = None, None
 
     def _take(self, message: Image) -> None:
+        # Anything else would have wrong colours, or fail where it is packed for a page.
         if message.encoding == "rgb8" and len(message.data) == message.step * message.height:
             self._newest = message
 

@@ -110,6 +110,7 @@ class CellLink:
                 waiting = True
             if ended.wait(MASTER_PERIOD_S):
                 return
+        # Signals are the web server's; this is a thread beside it, where none can be caught.
         rospy.init_node(NODE, disable_signals=True)
         keep_registered()
         self._jog = rospy.Publisher(

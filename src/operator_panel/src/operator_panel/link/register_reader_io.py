@@ -111,6 +111,7 @@ def _words(
                 f"{getattr(answer, 'exception_code', answer)}"
             )
         found = answer.registers if table in TABLES else answer.bits[:count]
+        # A short answer passes the client unseen, and all that is read after it would move up.
         if len(found) < count:
             raise RegisterReadError(f"the robot at {name} gave only a part of {what}")
         values += found

@@ -31,6 +31,7 @@ class Reporter:
         name = bag.parent.name
         if self._running:
             return Answer(False, f"the report of {self._running} is being made: wait for its end")
+        # Nothing is awaited since it was looked at, so no two pages can both find it free.
         self._running = name
         try:
             return await self._run(bag)

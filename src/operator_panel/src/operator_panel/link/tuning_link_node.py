@@ -85,9 +85,11 @@ class TuningLink:
             for parameter in (*response.config.doubles, *response.config.bools)
         }
         done = all(
+            # The simulator says its number back as it keeps it, which may differ in the last digit.
             abs(taken.get(name, value) - value) <= 1e-9 * max(1.0, abs(value))
             for name, value in {**wanted, **turned}.items()
         )
+        # The reason comes on a topic of its own, perhaps a little after the answer.
         for _ in range(10):
             if self._said:
                 break

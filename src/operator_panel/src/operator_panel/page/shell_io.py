@@ -107,6 +107,7 @@ class Shell:
         ui.add_body_html(f"<script>window.PANEL = {panel}</script>")
         self._web.add("panel.css", "main.js")
         self._live.listeners.append(view.refresh)
+        # Else a page that is gone would be refreshed for ever, and never be freed.
         client.on_delete(lambda: self._live.listeners.remove(view.refresh))
 
     def _tabs(self, view: PageView) -> dict[str, Any]:

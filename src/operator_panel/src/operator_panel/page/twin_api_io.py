@@ -74,6 +74,7 @@ class TwinApi:
         now = await self._at(0.0)
         stamp = msgspec.json.decode(now)["stamp"]
         pairs = []
+        # 0.3 / 0.1 falls just short of 3: without the small share the oldest pair would be missing.
         for number in range(int(seconds / step + 1e-9), 0, -1):
             try:
                 pairs.append(await self._at(stamp - number * step))
@@ -97,6 +98,7 @@ class TwinApi:
     async def _newest(self) -> bytes:
         """Return the newest event; it is asked for when the last one is old."""
         async with self._asking:
+            # Less than a period: a stream that wakes a little early must not send an event twice.
             if self._clock() - self._asked >= 0.9 * STREAM_S:
                 self._asked = self._clock()
                 try:

@@ -31,6 +31,7 @@ def bag_times(bag: Path) -> tuple[float, float] | None:
     return _times(bag, state.st_size, state.st_mtime_ns)
 
 
+# Size and time of change are a part of the key, so that a bag that has grown is read anew.
 @lru_cache(maxsize=256)
 def _times(bag: Path, size: int, _: int) -> tuple[float, float] | None:
     with bag.open("rb") as file:
@@ -40,6 +41,7 @@ def _times(bag: Path, size: int, _: int) -> tuple[float, float] | None:
         if head.get("op") != bytes([BAG_HEADER]) or len(head.get("index_pos", b"")) != 8:
             raise BagLengthError(f"{bag.name} has no bag header")
         place = struct.unpack("<Q", head["index_pos"])[0]
+        # A recorder writes the place of the index when it closes the bag: until then it is 0.
         if not 0 < place < size:
             return None
         file.seek(place)

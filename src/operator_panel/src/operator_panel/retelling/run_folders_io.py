@@ -93,6 +93,7 @@ def delete_run(folder: Path, run: str) -> None:
         RunFolderError: It is not there, is being recorded, or a file of it cannot be deleted.
     """
     source = _idle_run(folder, run)
+    # The link goes first, so that a deletion that fails half-way leaves none to a broken run.
     if _is_latest(folder, source):
         (folder / LATEST).unlink(missing_ok=True)
     try:
@@ -122,6 +123,7 @@ def _is_busy(run: Path) -> bool:
     """Return whether a bag of a run is open and grows."""
     for bag in _bags(run):
         try:
+            # A killed recorder leaves a bag without an index too, but that one grows no more.
             if time.time() - bag.stat().st_mtime < BUSY_S and bag_times(bag) is None:
                 return True
         except (OSError, BagLengthError):

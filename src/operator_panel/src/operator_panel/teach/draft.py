@@ -207,6 +207,7 @@ def deleted(draft: Draft, robot: Robot, number: int) -> Draft:
     whole = {number - 1}
     partners = flow_of(draft.program, draft.program.name).partners
     pairs = [{begin, end} for begin, end in partners.items()]
+    # An IF leads to its ELSE and that to its ENDIF: it is asked until no pair is torn.
     while more := [pair for pair in pairs if pair & whole and not pair <= whole]:
         whole |= set().union(*more)
     kept = tuple(line for index, line in enumerate(lines) if index not in whole)

@@ -69,6 +69,7 @@ class Lesson:
         Raises:
             TeachError: The change is refused, or cannot be written; the draft is as before.
         """
+        # Two pages that edit at once would start from one draft, and one edit would be lost.
         async with self._writing:
             made = change(self.history)
             try:

@@ -123,7 +123,9 @@ class Walk:
         """
         act = self._next()
         while isinstance(act, LedMove) and act.corner_mm:
+            # Looked ahead on a copy: what cannot be joined has to be executed later, in its turn.
             ahead = copy(self)
+            # The gripper may show something else by then: a line that asks for it ends the order.
             ahead._values, ahead.closed = dict(self._values), None
             try:
                 then = ahead._next()

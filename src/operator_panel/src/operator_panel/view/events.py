@@ -89,6 +89,7 @@ class EventLog:
         """Note the decisions that are newer than the last one noted."""
         fresh: list[DecisionLine] = []
         for line in newest_first:
+            # By identity and not by value: the same decision may be made twice within a second.
             if line is self._decided:
                 break
             fresh.append(line)

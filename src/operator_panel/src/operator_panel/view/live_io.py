@@ -112,6 +112,7 @@ class Live:
                     await asyncio.wait_for(self._watched.wait(), UNWATCHED_S)
                 due = time.monotonic()
                 continue
+            # A look that came late is not made up for: pages would get many frames at once.
             due = max(due + period, time.monotonic())
             await asyncio.sleep(due - time.monotonic())
 
@@ -184,6 +185,7 @@ class Live:
             pass  # the page is gone, or speaks nonsense: both end its connection
         finally:
             sender.cancel()
+            # Only if it is still ours: a page that came back has put its new line here meanwhile.
             if self._lines.get(page) is line:
                 del self._lines[page]
                 self._desk.left(page)

@@ -70,6 +70,7 @@ class Past:
         """
         if self._moments and now < self._moments[-1].at:
             self._moments.clear()
+        # Less than a whole period, or looks at nearly the same rate would miss every other one.
         return not self._moments or now - self._moments[-1].at >= 0.8 * PERIOD_S
 
     def keep(self, moment: PastMoment) -> None:

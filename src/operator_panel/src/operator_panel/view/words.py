@@ -37,6 +37,7 @@ def number(value: float, decimals: int = 2, signed: bool = False) -> str:
     if not math.isfinite(value):
         return UNKNOWN
     text = f"{value:.{decimals}f}"
+    # What rounds to zero has no side, and a minus in front of it would suggest one.
     if float(text) == 0.0:
         text = text.removeprefix("-")
     elif signed and value > 0.0:
@@ -234,6 +235,7 @@ def turn_text(home: np.ndarray, now: np.ndarray) -> str:
     """
     turned = now @ home.T
     w = math.degrees(math.atan2(turned[2, 1], turned[2, 2]))
+    # Rounding can carry the value a little beyond 1, where there is no angle.
     p = math.degrees(math.asin(max(-1.0, min(1.0, -turned[2, 0]))))
     r = number(math.degrees(math.atan2(turned[1, 0], turned[0, 0])), 1)
     if max(abs(w), abs(p)) < LEVEL_DEG:

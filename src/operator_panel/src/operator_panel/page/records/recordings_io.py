@@ -78,6 +78,7 @@ class _Recordings:
     async def _do(self, what: str, call: Awaitable[Answer]) -> None:
         refused = self._view.desk.refusal(self._view.session.page)
         if refused:
+            # The call was made by who asks, and Python complains of one that nobody ever awaits.
             call.close()  # type: ignore[attr-defined]
             self._view.tell(Answer(False, refused), what)
             return

@@ -85,6 +85,7 @@ class DraftFiles:
             return "good", f"{name} is the draft now; Undo brings the former one back."
 
         await self._try("Import", take)
+        # The field refuses a file that it has listed already: nobody could import it a second time.
         event.sender.reset()
 
     async def _export(self) -> tuple[str, str]:

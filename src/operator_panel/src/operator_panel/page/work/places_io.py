@@ -214,6 +214,7 @@ class PlacesForm:
         for place, name in zip(places, names):
             point = dict(zip("xyz", (1e-3 * value for value in place.xyz_mm)))
             answer = await self._view.door.judge(**point, elbow=elbow)
+            # Only for the first place: from then on the arm would have to fold over on its way.
             if not found and elbow and not answer.values.get("target"):
                 answer = await self._view.door.judge(**point, elbow="")
             if not answer.values.get("target"):
