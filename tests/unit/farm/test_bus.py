@@ -10,7 +10,7 @@ from typing import NamedTuple
 import pytest
 from farm.bus_io import BusError, open_client, open_router, wait_for_desk
 from farm.desk.commands_io import cells_there, order
-from farm.desk.history_io import History
+from farm.desk.history_io import History, HistoryError
 from farm.desk.reading_io import AskingError, ask
 from farm.desk.roster import LOST, clock_warning
 from farm.link.newest_io import Newest
@@ -207,10 +207,12 @@ def test_a_desk_that_was_off_catches_up(farm: Farm) -> None:
     assert found.rows[-1][1] == '{"n": 1447}'
 
 
-def test_a_full_disk_loses_nothing(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("kind", [HistoryError, MemoryError])
+def test_a_full_disk_loses_nothing(
+    kind: type[Exception], farm: Farm, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """What could not be written is asked for again; the desk says so meanwhile."""
     from farm.desk import desk_io as module
-    from farm.desk.history_io import HistoryError
 
     monkeypatch.setattr(module, "AGAIN_S", 0.2)
     journal, whole = Journal(), History.write
@@ -219,7 +221,7 @@ def test_a_full_disk_loses_nothing(farm: Farm, monkeypatch: pytest.MonkeyPatch) 
     desk = farm.desk(session)
 
     def full(*_: object) -> None:
-        raise HistoryError("No space left on device")
+        raise kind("No space left on device")
 
     monkeypatch.setattr(History, "write", full)
     journal.add(5)

@@ -1,7 +1,5 @@
 """``python -m farm``: the same as ``./cell farm``."""
 
-import signal
-
 # They add their words to the application.
 import farm.desk.lines.alarms_io
 import farm.desk.lines.comparing_io
@@ -13,8 +11,7 @@ from farm.desk.command_line_io import app
 
 
 def main() -> None:
-    """Run the command line; a closed pipe is no error."""
-    signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+    """Run the command line; one whose output nobody reads any longer ends without a word."""
     app(prog_name="./cell farm")
 
 

@@ -128,8 +128,9 @@ class Event(msgspec.Struct, frozen=True):
         body: The whole line.
     """
 
-    number: int
-    time: float
+    number: Annotated[int, msgspec.Meta(ge=0, le=2**63 - 1)]
+    # Until the year 9999: no calendar, and no column of the history, goes on from there.
+    time: Annotated[float, msgspec.Meta(ge=0.0, lt=253402300800.0)]
     kind: str
     stop: bool = False
     text: str = ""

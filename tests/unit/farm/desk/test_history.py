@@ -14,10 +14,10 @@ import pytest
 from farm.config import load_farm
 from farm.desk.command_line_io import app as farm
 from farm.desk.files import counting
-from farm.desk.history_io import History, Kept
+from farm.desk.history_io import History, HistoryError, Kept
 from farm.desk.reading_io import ask, newest_of
 from farm.keys import CellName
-from farm.wire import Event
+from farm.wire import Event, WireError, decode, encode
 from harness.processes import free_port, wait_until
 from harness.running.thorough import examples
 from harness.yaml_files import copy_configuration
@@ -86,6 +86,56 @@ def test_a_writer_killed_while_it_joined_leaves_each_event_once(
         history.write(kept(A, 5))
     assert numbers(tmp_path) == [1, 2, 3, 4, 5]
     assert len(list(tmp_path.glob("0*"))) == 2
+
+
+def test_a_file_that_was_moved_away_is_gone_on_without(tmp_path: Path) -> None:
+    """As the desk advises for a damaged one; the others are joined."""
+    with History(tmp_path, 3, 16.0) as history:
+        for n in range(1, 5):
+            history.write(kept(A, n))
+        (tmp_path / "000000000002-000000000002.parquet").rename(tmp_path / "away")
+        assert history.join() == 3
+    assert numbers(tmp_path) == [1, 3, 4]
+
+
+def test_a_file_that_cannot_be_looked_at_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As what the desk takes for trouble with its history."""
+
+    def failing(self: Path, **_: object) -> os.stat_result:
+        raise OSError(5, "Input/output error")
+
+    with History(tmp_path, 1, 16.0) as history:
+        history.write(kept(A, 1))
+        monkeypatch.setattr(Path, "stat", failing)
+        with pytest.raises(HistoryError, match="Input/output error"):
+            history.join()
+
+
+@pytest.mark.parametrize(("number", "time_s"), [(1, 1e308), (1, 1e14), (2**63, 1.0)])
+def test_an_event_that_fits_into_no_column_is_no_event(
+    number: int, time_s: float, tmp_path: Path
+) -> None:
+    """It is refused where it comes in; should it come to the history, that says so."""
+    event = Event(number, time_s, "audit")
+    with pytest.raises(WireError):
+        decode(encode(event), Event)
+    with History(tmp_path, 4, 16.0) as history, pytest.raises(HistoryError, match="cannot be kept"):
+        history.write([Kept(A, 0, event)])
+
+
+def test_whose_output_nobody_reads_ends_without_a_word(tmp_path: Path) -> None:
+    """The signal of a closed pipe stays ignored: a page that is closed would end the desk by it."""
+    with History(tmp_path / "events", 4, 16.0) as history:
+        history.write(kept(A, *range(1, 3000)))
+    words = ["events", "--limit", "3000", "--folder", str(tmp_path)]
+    with subprocess.Popen(
+        [sys.executable, "-m", "farm", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as listing:
+        assert listing.stdout is not None and listing.stderr is not None
+        listing.stdout.close()
+        assert listing.stderr.read() == b"" and listing.wait() == 1
 
 
 class Learning(Invented):

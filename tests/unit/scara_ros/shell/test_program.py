@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ from scara_ros.shell.program_io import (
     private_parameters,
     require_library,
     runs_folder,
+    say,
     without_remappings,
 )
 
@@ -47,6 +49,16 @@ def test_an_error_that_nobody_expects_stays_what_it_is() -> None:
     """A fault of the program shows its traceback."""
     with pytest.raises(ZeroDivisionError), ends_with("x", {ValueError: 2}):
         raise ZeroDivisionError
+
+
+def test_a_thread_goes_on_though_nobody_reads_what_it_says() -> None:
+    """What it watches is watched also where its output went to a program that has ended."""
+
+    class Gone(io.StringIO):
+        def write(self, _: str) -> int:
+            raise BrokenPipeError
+
+    say("lost", Gone())
 
 
 def test_words_of_ros_are_parameters_or_nothing() -> None:

@@ -14,6 +14,7 @@ from typing import Any
 
 import msgspec
 import zenoh
+from scara_ros.shell.program_io import say
 
 from farm import keys
 from farm.config import FarmConfig
@@ -315,14 +316,15 @@ class Desk:
                 self.alarms.there({c: at for c, at in lost.items() if now - at > AWAY_S}, now)
             try:
                 self._flush()
-            except HistoryError as error:
-                print(f"farm: the history cannot be written: {error}", file=sys.stderr, flush=True)
+            # Of any kind: a writer that dies would be missed by nobody, nor a cell that is lost.
+            except Exception as error:
                 # What could not be written is forgotten: the cells' journals have it, and are
                 # asked later.
                 with self._lock:
                     self._trouble, self._set_aside = str(error), True
                     self._queue = []
                     self._progress = dict(self._written)
+                say(f"farm: the history cannot be written: {error}", sys.stderr)
                 self._ended.wait(AGAIN_S)
                 self._set_aside = False
 
@@ -337,11 +339,11 @@ class Desk:
             return
         self._history.join()
         if self._trouble:
-            print("farm: the history is written again", flush=True)
             self._trouble = ""
+            say("farm: the history is written again")
 
     def _unreadable(self, key: str, error: Exception) -> None:
         """Count a message that is none of ours, and say so the first time."""
         self._bad += 1
         if self._bad == 1:
-            print(f"farm: {key}: {error}", file=sys.stderr, flush=True)
+            say(f"farm: {key}: {error}", sys.stderr)

@@ -92,13 +92,17 @@ class History:
         """Keep events: all of them, or none if this raises.
 
         Raises:
-            HistoryError: The disk is full, or fails.
+            HistoryError: The disk is full, or fails, or an event does not fit into a column.
         """
         if not kept:
             return
         first = self._spans[-1].last + 1 if self._spans else 1
         span = EventSpan(first, first + len(kept) - 1)
-        self._put(span, pa.Table.from_pydict(_columns(kept), schema=SCHEMA))
+        try:
+            table = pa.Table.from_pydict(_columns(kept), schema=SCHEMA)
+        except (ValueError, OverflowError, pa.ArrowException) as error:
+            raise HistoryError(f"{self.folder}: an event cannot be kept: {error}") from error
+        self._put(span, table)
         self._spans.append(span)
 
     def join(self) -> int:
@@ -107,15 +111,20 @@ class History:
         Raises:
             HistoryError: The disk is full, or fails; everything is still there.
         """
-        sizes = [self._path(span).stat().st_size for span in self._spans]
-        row = to_join(self._spans, sizes, self._small_files, self._large)
-        if not row:
-            return 0
-        whole = EventSpan(row[0].first, row[-1].last)
-        self._put(whole, pa.concat_tables([self._read(span) for span in row]))
-        for span in row:
-            self._path(span).unlink()
-        self._spans = [*self._spans[: -len(row)], whole]
+        try:
+            # Somebody may have moved a damaged one away.
+            there = [span for span in self._spans if self._path(span).exists()]
+            sizes = [self._path(span).stat().st_size for span in there]
+            row = to_join(there, sizes, self._small_files, self._large)
+            if not row:
+                return 0
+            whole = EventSpan(row[0].first, row[-1].last)
+            self._put(whole, pa.concat_tables([self._read(span) for span in row]))
+            self._spans = [*there[: -len(row)], whole]
+            for span in row:
+                self._path(span).unlink(missing_ok=True)
+        except OSError as error:
+            raise HistoryError(f"{self.folder}: {error.strerror}") from error
         return len(row)
 
     def _put(self, span: EventSpan, table: pa.Table) -> None:

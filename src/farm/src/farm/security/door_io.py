@@ -13,6 +13,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 
 import zenoh
+from scara_ros.shell.program_io import say
 
 from farm.bus_io import BusError, open_outside
 from farm.config import FarmConfig
@@ -72,12 +73,12 @@ class MemberDoor:
                 self._open()
                 told = ""
                 names = ", ".join(self.names or ()) or "nobody"
-                print(f"farm: may come in from now on: {names}", flush=True)
+                say(f"farm: may come in from now on: {names}")
             except (SecurityError, BusError) as error:
                 self._close()
                 wait = AGAIN_S
                 if told != (told := str(error)):
-                    print(f"farm: nobody comes in: {told}", file=sys.stderr, flush=True)
+                    say(f"farm: nobody comes in: {told}", sys.stderr)
 
     def _certificate(self) -> bytes:
         """Return the authority's certificate: what it has signed is let in, and nothing else."""

@@ -8,6 +8,7 @@ import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import TextIO
 
 FAILED, WRONG, UNUSABLE, INTERRUPTED = 1, 2, 3, 130
 """Exit codes: the answer is no; wrong words or configuration; what it needs cannot be used; Ctrl-C.
@@ -32,6 +33,12 @@ def ends_with(name: str, codes: Codes) -> Iterator[None]:
         text = "interrupted" if isinstance(error, KeyboardInterrupt) else str(error)
         print(f"{name}: {text}", file=sys.stderr, flush=True)
         sys.exit(next(code for kind, code in codes.items() if isinstance(error, kind)))
+
+
+def say(text: str, stream: TextIO | None = None) -> None:
+    """Print a line, by default to stdout, for a thread that goes on if nobody reads it."""
+    with contextlib.suppress(OSError):
+        print(text, file=stream, flush=True)
 
 
 def require_library(name: str, scope: str, code: int = FAILED) -> None:
