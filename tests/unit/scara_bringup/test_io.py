@@ -217,6 +217,17 @@ def test_port_of_the_master_taken_by_something_else_is_refused(listener: int) ->
         check_before_start([], MasterProbe(f"http://127.0.0.1:{listener}", timeout=0.2))
 
 
+def test_a_port_that_two_want_is_refused() -> None:
+    """By both names; with the master's too, where none answers yet."""
+    master, port = free_port(), free_port()
+    nodes = [NodePlan("gateway", "p", "e", port=port), NodePlan("panel", "p", "e", port=port)]
+    with pytest.raises(CannotStartError, match=f"port {port} is wanted by gateway and by panel"):
+        check_before_start(nodes, MasterProbe(f"http://127.0.0.1:{master}"))
+    nodes = [NodePlan("gateway", "p", "e", port=master)]
+    with pytest.raises(CannotStartError, match="wanted by gateway and by the ROS master"):
+        check_before_start(nodes, MasterProbe(f"http://127.0.0.1:{master}"))
+
+
 def test_second_cell_in_one_namespace_is_refused(fake_master: str) -> None:
     """Nodes of the same name would shut each other down."""
     nodes = [NodePlan(name, "p", name) for name in ("simulator", "dead")]

@@ -64,6 +64,17 @@ def test_given_ports_stay_and_are_not_given_twice() -> None:
     assert ports.panel == 18081
 
 
+@pytest.mark.parametrize(
+    ("given", "master"),
+    [(Ports(panel=19090), None), (Ports(pendant=15020), None), (Ports(), 19090), (Ports(), 18090)],
+)
+def test_a_port_that_is_given_is_nobody_elses(given: Ports, master: int | None) -> None:
+    """Though the turn of whom it is given to comes later."""
+    ports, master_port = free_ports(DOORS, given, master, (), ())
+    chosen = (ports.modbus, ports.gateway, ports.panel, ports.pendant, master_port)
+    assert len(set(chosen)) == 5
+
+
 def test_port_of_a_real_robot_is_left_alone() -> None:
     """It is the robot's, on another machine."""
     ports, _ = free_ports(DOORS, Ports(), None, ("emulator", "pendant_page"), {15020})

@@ -69,10 +69,11 @@ def free_ports(
     Returns:
         Ports of the servers, and the master's.
     """
-    used = set(taken)
     chosen = msgspec.structs.asdict(given)
+    # What is given counts before anything is chosen, whose turn ever it is.
+    used = {*taken, *(port for port in (*chosen.values(), master) if port is not None)}
     for name, node in SERVED_BY.items():
         if chosen[name] is None and node not in without:
             chosen[name] = free_port(getattr(doors, name).port, used)
-        used.add(chosen[name] or 0)
+            used.add(chosen[name])
     return Ports(**chosen), master or free_port(DEFAULT_MASTER_PORT, used)

@@ -26,8 +26,8 @@ def check_before_start(nodes: list[NodePlan], master: MasterProbe) -> bool:
     Return whether the master has to be started.
 
     Raises:
-        CannotStartError: A port is taken, a cell runs already in this namespace, or the master's
-            machine is elsewhere.
+        CannotStartError: A port is taken or wanted twice, a cell runs already in this namespace, or
+            the master's machine is elsewhere.
     """
     address = MasterAddress.of(master.uri)
     answers = master.answers()
@@ -36,9 +36,17 @@ def check_before_start(nodes: list[NodePlan], master: MasterProbe) -> bool:
             f"no ROS master answers at {master.uri}, and that is another machine: start "
             "roscore there"
         )
-    wanted = {node.port: node.name for node in nodes if node.port is not None}
+    asked = [(node.port, node.name) for node in nodes if node.port is not None]
     if not answers:
-        wanted[address.port] = "the ROS master"
+        asked.append((address.port, "the ROS master"))
+    wanted: dict[int, str] = {}
+    for port, who in asked:
+        if port in wanted:
+            raise CannotStartError(
+                f"port {port} is wanted by {wanted[port]} and by {who}: choose another port for "
+                "one of them (cell up --help)"
+            )
+        wanted[port] = who
     for port in sorted(listening_ports() & set(wanted)):
         owner = owner_of(port) or "a process of another user"
         raise CannotStartError(
