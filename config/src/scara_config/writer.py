@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
-from ruamel.yaml.error import YAMLError
+from ruamel.yaml.error import CommentMark, YAMLError
+from ruamel.yaml.tokens import CommentToken
 
 from scara_config.files.whole_file import write_whole
 from scara_config.loader import ConfigError
@@ -80,16 +81,23 @@ def changed_text(path: Path | str, changes: Mapping[Key, Any]) -> str:
 
 
 def _drop(node: CommentedMap, key: str) -> None:
-    """Take a key out; whole lines of comment below it stay, below the key before it."""
+    """Take a key out; whole lines of comment below it stay, between the same two keys."""
     if key not in node:
         return
     # A line of comment hangs at the key above it and would go with that.
-    below = _remarks(node, key).partition("\n")[2]
+    above = node.ca.items.get(key, [None] * 3)[1] or ()
+    below = "".join(token.value for token in above) + _remarks(node, key).partition("\n")[2]
     keys = list(node)
-    before = keys[keys.index(key) - 1]
+    at = keys.index(key)
     del node[key]
-    if below and before != key:
-        _remark(node, before, _remarks(node, before) + below)
+    if not below or len(keys) == 1:
+        return
+    if at > 0:
+        _remark(node, keys[at - 1], _remarks(node, keys[at - 1]) + below)
+        return
+    # Above the first key no other one has a place for it: it hangs before the next.
+    token = CommentToken(below, CommentMark(0))
+    node.ca.items.setdefault(keys[1], [None] * 4)[1] = [token]
 
 
 def _remark(node: CommentedMap, key: str, text: str) -> None:
@@ -132,6 +140,27 @@ def replace_file(path: Path | str, text: str) -> None:
         write_whole(path, text.encode(), mode)
     except OSError as error:
         raise ConfigError(f"{path}: cannot be written: {error.strerror}") from error
+
+
+def check_new_file(path: Path, ending: str) -> None:
+    """Refuse a file that cannot be a new one, before somebody works for it.
+
+    Args:
+        path: As it was given by ``--out``.
+        ending: Of its name.
+
+    Raises:
+        ConfigError: It is there already, or has another ending, or its folder cannot be written.
+    """
+    if path.exists():
+        why = "is there already"
+    elif path.suffix != ending:
+        why = f"a program's file ends with {ending}"
+    elif not os.access(path.parent, os.W_OK | os.X_OK):
+        why = f"{path.parent} is no folder that can be written"
+    else:
+        return
+    raise ConfigError(f"{path}: {why}: name another by --out")
 
 
 def write_values(path: Path | str, changes: Mapping[Key, Any]) -> None:

@@ -121,3 +121,24 @@ def test_a_value_is_written_with_its_comment_and_another_goes(tmp_path: Path) ->
     assert changed_text(path, changes) == (
         "stops:\n  hold: there  # today\n  # between\n# below\nb: 1\n"
     )
+
+
+@pytest.mark.parametrize(
+    ("dropped", "left"),
+    [
+        (["a"], "  b: 2\n  # about c\n  c: 3  # eol c\n"),
+        (["a", "b"], "  # about c\n  c: 3  # eol c\n"),
+    ],
+)
+def test_comments_below_a_first_key_that_goes_stay_above_the_next(
+    dropped: list[str], left: str, tmp_path: Path
+) -> None:
+    """They are about that, not about the end of the mapping."""
+    path = tmp_path / "first.yaml"
+    path.write_text(
+        "m:\n  # above a\n  a: 1  # eol a\n  # about b\n  b: 2\n  # about c\n  c: 3  # eol c\n"
+        "# about n\nn: 1\n"
+    )
+    assert changed_text(path, {("m", key): DROPPED for key in dropped}) == (
+        f"m:\n  # above a\n  # about b\n{left}# about n\nn: 1\n"
+    )
