@@ -96,6 +96,43 @@ def test_recording_that_cannot_be_read_says_why(store: Recordings, tmp_path: Pat
             scene(act)
 
 
+def test_recording_that_cannot_be_read_says_why_to_each_who_waits(
+    store: Recordings, tmp_path: Path
+) -> None:
+    """The first one who hears of it has it tried again, the second one as well."""
+    (tmp_path / "broken").mkdir()
+    (tmp_path / "broken" / "run.bag").write_bytes(b"x" * 2048)
+
+    async def act() -> None:
+        both = [asyncio.ensure_future(whole(store, "broken", 0.0)) for _ in range(2)]
+        for answer in await asyncio.gather(*both, return_exceptions=True):
+            assert isinstance(answer, RunFolderError) and "no readable bag" in str(answer)
+
+    scene(act)
+
+
+def test_who_waits_for_a_recording_that_another_pushed_out_asks_again(
+    store: Recordings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its program ends, though it had not even begun."""
+    run_of(tmp_path, "mine")
+
+    async def act() -> None:
+        reading = await store._reading("mine")
+        store._forget("mine")
+        assert reading.task is not None
+        await reading.task
+        assert reading.past.head is None
+
+        async def waited(run: str) -> object:
+            return reading
+
+        monkeypatch.setattr(store, "_reading", waited)
+        assert await store.look("mine", 0.0) is None
+
+    scene(act)
+
+
 @pytest.mark.parametrize("name", ["gone", "../runs", ""])
 def test_recording_that_is_not_there_is_said(store: Recordings, name: str) -> None:
     """No name leads out of the folder of runs."""

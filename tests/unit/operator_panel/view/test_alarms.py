@@ -52,6 +52,13 @@ def test_alarm_of_the_controller_without_advice_gets_one(mode: str, text: str) -
     assert alarm.text == text and alarm.remedy not in ("", ELSE)
 
 
+def test_an_alarm_without_a_text_is_part_of_no_other() -> None:
+    """A node that says only that something is wrong stays in the list beside one that says what."""
+    silent, other = Diagnosis(2, "/a_node", "", NOW), Diagnosis(1, "/b_node", "is slow", NOW)
+    shown = active_alarms(heard(None, silent, other), NOW, 0.6)
+    assert [alarm.source for alarm in shown] == ["a_node", "b_node"]
+
+
 def test_a_robot_that_wears_is_shown_with_what_it_means_now() -> None:
     """It works on; the text itself says where to look."""
     text = "joint_2 needs 18 % more torque; likely friction: look at its grease"

@@ -108,6 +108,12 @@ LEADS = told("OPERATOR_LEADS")
         ("PAUSE", [told("PAUSED"), told("PAUSED", still=True)], 0.05, ["running", "done"]),
         ("RESUME", [told("PAUSED"), told("OPERATOR_LEADS")], 0.05, ["running", "done"]),
         ("RESUME", [told("PAUSED", "its cause persists")], 6.0, ["refused"]),
+        # What has stopped the pair right behind it goes on with nothing.
+        ("RESUME", [told("PAUSED"), told("ESTOP")], 0.05, ["running", "stopped"]),
+        ("RESUME", [told("FAULT")], 0.05, ["stopped"]),
+        ("RESUME", [told("STOPPED")], 0.05, ["stopped"]),
+        ("RESUME", [told("STANDSTILL")], 0.05, ["stopped"]),
+        ("RESUME", [told("OFFLINE")], 0.05, ["lost"]),
         # A reset may take seconds; one whose cause persists is no success.
         ("RESET", [told("FAULT"), told("STOPPED")], 0.05, ["running", "done"]),
         ("RESET", [told("FAULT", "its cause persists")], 6.0, ["refused"]),

@@ -36,6 +36,8 @@ class _Reading:
         self.asked = time.monotonic()
         self.failure = ""
         self.ended = False
+        # Another recording has taken its place; its program may not even have begun then.
+        self.dropped = False
         # Set once there is something to look at, or once nothing will come.
         self.first = asyncio.Event()
         self._process: asyncio.subprocess.Process | None = None
@@ -68,6 +70,8 @@ class _Reading:
             start_new_session=True,
         )
         assert process.stdout is not None and process.stderr is not None
+        if self.dropped:
+            self.stop()
         # Read beside it: who complains at length into a full pipe would stand still.
         said = asyncio.ensure_future(process.stderr.read())
         try:
@@ -127,9 +131,13 @@ class Recordings:
             await asyncio.wait_for(reading.first.wait(), PATIENCE_S)
         if reading.task is not None and reading.task.done():
             reading.task.result()  # what nobody has foreseen is no silence
+        if reading.dropped:
+            return None
         if reading.failure:
-            # Forgotten, so that whoever asks next has it tried again.
-            del self._held[run]
+            # Forgotten, so that whoever asks next has it tried again; another page, that waits for
+            # this one too, may have done so.
+            if self._held.get(run) is reading:
+                del self._held[run]
             raise RunFolderError(f"{run}: {reading.failure}")
         head = reading.past.head
         if head is not None and head.robot not in ("", self._robot):
@@ -160,7 +168,9 @@ class Recordings:
         return made
 
     def _forget(self, run: str) -> None:
-        self._held.pop(run).stop()
+        reading = self._held.pop(run)
+        reading.dropped = True
+        reading.stop()
 
     def close(self) -> None:
         """End what is being read."""

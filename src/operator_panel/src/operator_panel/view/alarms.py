@@ -153,7 +153,7 @@ def active_alarms(snapshot: Snapshot, now: float, silent_s: float) -> tuple[Alar
             level, shown.replace("twin_controller", "twin controller"), diagnosis.message, advice
         )
         # One line for one trouble: the one that names its source.
-        same = [known for known in found if known.text in alarm.text]
+        same = [known for known in found if known.text and known.text in alarm.text]
         if same:
             found[found.index(same[0])] = alarm
         else:

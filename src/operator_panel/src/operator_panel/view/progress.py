@@ -45,6 +45,7 @@ TONES = {
     Fate.REFUSED: "bad",
     Fate.LOST: "bad",
 }
+HALTED = frozenset({Mode.STOPPED, Mode.STANDSTILL, Mode.ESTOP, Mode.FAULT})
 # A stop that has succeeded is no good news of a motion: it is never green.
 NEVER_GREEN = frozenset({"STOP", "ESTOP", "PAUSE", "STANDSTILL"})
 # command: (mode while it runs, text while it runs, text at its end)
@@ -194,6 +195,10 @@ def _judged(command: Command, snapshot: Snapshot, state: CellState, now: float) 
             if waited > GRACE_S and state.mode != Mode.PAUSED:
                 return Fate.DONE, page_words.people(state.why)
         case "RESUME":
+            if state.mode == Mode.OFFLINE:
+                return Fate.LOST, page_words.people(state.why)
+            if state.mode in HALTED:
+                return Fate.STOPPED, page_words.people(state.why)
             if state.mode != Mode.PAUSED:
                 return Fate.DONE, "the motion goes on"
             if waited > GRACE_S:
