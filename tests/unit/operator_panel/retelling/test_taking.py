@@ -32,6 +32,8 @@ def test_distance_of_an_older_recording_is_not_taken_for_another_one() -> None:
     state = with_state(Snapshot(), SimpleNamespace(**OLD), 1.0, "12:00:00").state
     assert state is not None and state.mode == "REAL_LEADS"
     assert math.isnan(state.deviation_mm) and math.isnan(state.real_tool[0])
+    without = {name: value for name, value in OLD.items() if name != "deviation_mm"}
+    assert with_state(Snapshot(), SimpleNamespace(**without), 1.0, "12:00:00").state == state
 
 
 def test_a_peak_between_two_looks_is_kept_for_the_next_one() -> None:

@@ -83,6 +83,11 @@ def test_draft_of_another_name_is_found_again_and_overwrites_none(tmp_path: Path
     edit(lesson, teach.renamed(lesson.draft, ROBOT, "MINE"))
     assert Lesson(tmp_path, ROBOT).draft.program.name == "MINE"
     assert (tmp_path / "MINE.LS.before").read_text() == "an older one"
+    edit(lesson, teach.renamed(lesson.draft, ROBOT, "TAUGHT"))
+    (tmp_path / "MINE.LS").write_text("one between")
+    edit(lesson, teach.renamed(lesson.draft, ROBOT, "MINE"))
+    assert (tmp_path / "MINE.LS.before").read_text() == "an older one"
+    assert (tmp_path / "MINE.LS.before_2").read_text() == "one between"
 
 
 def test_file_that_cannot_be_read_stays_and_its_fault_is_told(tmp_path: Path) -> None:

@@ -44,7 +44,7 @@ def with_state(snapshot: Snapshot, message: Any, now: float, clock: str) -> Snap
             fields[name] = (point.x, point.y, point.z)
     else:
         # Of a recording from before both sides were told at one instant: another distance.
-        del fields["deviation_mm"]
+        fields.pop("deviation_mm", None)
     state = CellState(links=links, **fields)
     apart = tuple(one for one in snapshot.apart if now - one[0] <= RECENT_S)
     if state.leader and math.isfinite(state.deviation_mm):

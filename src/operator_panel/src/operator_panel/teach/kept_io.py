@@ -84,8 +84,12 @@ class Lesson:
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
             if path != self.path and path.exists():
-                # Another draft had this name: it is not lost.
-                path.replace(path.with_name(f"{path.name}.before"))
+                # Another draft had this name: it is not lost, nor is one before that.
+                number, before = 1, path.with_name(f"{path.name}.before")
+                while before.exists():
+                    number += 1
+                    before = path.with_name(f"{path.name}.before_{number}")
+                path.replace(before)
         except OSError as error:
             raise ConfigError(f"{path}: cannot be written: {error.strerror}") from error
         replace_file(path, draft.text)

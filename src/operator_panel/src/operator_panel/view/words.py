@@ -66,9 +66,12 @@ def seconds(value: float) -> str:
         return f"{number(value * 1e3, 0)} ms"
     if size < 600.0:
         return f"{number(value, 1)} s"
-    days, rest = divmod(size, 86400.0)
-    hours, rest = divmod(rest, 3600.0)
-    text = f"{hours:.0f} h {rest / 60.0:.0f} min" if not days else f"{days:.0f} d {hours:.0f} h"
+    # Rounded before it is parted: no hour has 60 minutes.
+    hours, minutes = divmod(round(size / 60.0), 60)
+    text = f"{hours} h {minutes} min"
+    if hours >= 24:
+        days, hours = divmod(round(size / 3600.0), 24)
+        text = f"{days} d {hours} h"
     return f"{MINUS}{text}" if value < 0.0 else text
 
 
