@@ -6,6 +6,7 @@ import math
 import random
 from collections.abc import Sequence
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import PyKDL
@@ -31,6 +32,10 @@ from typer.testing import CliRunner
 from what_if.convert_node import app
 from what_if.converting import EXACT, Form, converted
 from what_if.errors import WhatIfError
+from what_if.what_if_node import WhatIfServer
+
+from scara_msgs.srv import ConvertProgramRequest
+from what_if import what_if_node
 
 ROBOTS = ["articulated_six", "epson_gx4", "fanuc_sr3ia", "fanuc_sr6ia", "scara_4axis"]
 TABLE = FrameTable(
@@ -238,6 +243,22 @@ def test_place_where_the_arm_is_stretched_stays_in_joints() -> None:
     assert [each.groups[0].frame for each in found.positions] == ["1"] * 3
 
 
+def test_whoever_asks_the_node_gets_an_answer_whatever_has_failed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """With the reason, as for a motion that is judged."""
+
+    def failing(*_: object) -> None:
+        raise ValueError("nobody has foreseen this")
+
+    monkeypatch.setattr(what_if_node, "converted_text", failing)
+    server = WhatIfServer.__new__(WhatIfServer)
+    server._cell, server._folder = SimpleNamespace(robot=None), ROOT / "config"  # type: ignore
+    answer = server._convert(ConvertProgramRequest(text="", to="joints", frame=-1))
+    assert not answer.success
+    assert answer.message == "what_if/convert failed: ValueError: nobody has foreseen this"
+
+
 def test_command_writes_a_program_of_the_files_name_and_never_over_one(tmp_path: Path) -> None:
     """A wrong word, or a file that is there: exit code 2."""
 
@@ -253,6 +274,7 @@ def test_command_writes_a_program_of_the_files_name_and_never_over_one(tmp_path:
     assert code == 0 and said.startswith("/PROG  TWO_POINT")
     for words, why in (
         (("ARTICLE", "joints", "--out", str(file)), "SPACE.LS: is there already"),
+        (("ARTICLE", "joints", "--out", "/missing/X.LS"), "/missing is no folder that can be"),
         (("ARTICLE", "polar"), "to = 'polar': allowed are joints, cartesian"),
         (("NOPE", "joints"), "unknown program 'NOPE': there are ARTICLE"),
     ):

@@ -50,8 +50,13 @@ def test_a_recorded_way_is_cut_where_the_suction_was_switched(world: World) -> N
         assert legs[-1].begin + legs[-1].duration == pytest.approx(2.0, abs=0.01)
         for leg, after in pairwise(legs):
             assert leg.begin + leg.duration == pytest.approx(after.begin)
+    # Two switches after the last sample: nothing lies between them.
+    legs = plan(world, recorded([HOME, THERE], 2.0, (2.5, True), (2.6, False))).legs
+    assert [leg.grip for leg in legs] == [None, True, False]
     with pytest.raises(WhatIfError, match="fewer than two positions"):
         plan(world, recorded([HOME], 1.0))
+    with pytest.raises(WhatIfError, match=r"lasts 0\.003 s: expected more than 0\.004 s"):
+        plan(world, recorded([HOME, THERE], 0.003))
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])

@@ -11,11 +11,11 @@ from typing import Annotated
 
 import typer
 from scara_config import ConfigError, load_robot
-from scara_config.files.whole_file import write_whole
 from scara_config.frames import find_frames
 from scara_config.loader import load_text
 from scara_config.profile import PROGRAM_ENDING
 from scara_config.programs.files import program_path
+from scara_config.writer import check_new_file, replace_file
 from scara_ros.shell.command_line_io import CommandLine, ConfigDir, RobotName, choose_robot
 from scara_ros.shell.program_io import WRONG
 
@@ -46,9 +46,8 @@ def convert(
 ) -> None:
     """Say a program's positions in joints or Cartesian."""
     choose_robot(robot)
-    if out is not None and (out.exists() or out.suffix != PROGRAM_ENDING):
-        why = "is there already" if out.exists() else f"a program's file ends with {PROGRAM_ENDING}"
-        raise WhatIfError(f"{out}: {why}: name another by --out")
+    if out is not None:
+        check_new_file(out, PROGRAM_ENDING)
     text, kept = converted_text(
         load_text(program_path(program, config_dir)),
         load_robot(config_dir),
@@ -62,7 +61,7 @@ def convert(
     if out is None:
         typer.echo(text, nl=False)
         return
-    write_whole(out, text.encode())
+    replace_file(out, text)
     typer.echo(f"program    {out}")
 
 

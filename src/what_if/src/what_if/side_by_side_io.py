@@ -32,6 +32,7 @@ IN_NO_FILE = (
     "parts",
     "payload",
     "people",
+    "obstacles",
     "zones",
     "override_percent",
     "cap_percent",

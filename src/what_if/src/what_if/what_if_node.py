@@ -110,9 +110,7 @@ class WhatIfServer:
             return JudgeMotionResponse(success=False, message=str(error))
         # A gate waits for the answer: it gets one with the reason, whatever has failed.
         except Exception as error:
-            rospy.logerr("what_if/judge failed:\n%s", traceback.format_exc())
-            text = f"what_if/judge failed: {type(error).__name__}: {error}"
-            return JudgeMotionResponse(success=False, message=text)
+            return JudgeMotionResponse(success=False, message=_failure("what_if/judge", error))
 
     def _convert(self, request: ConvertProgram._request_class) -> ConvertProgramResponse:
         frame = None if request.frame < 0 else request.frame
@@ -121,6 +119,9 @@ class WhatIfServer:
             text, kept = converted_text(request.text, robot, table, request.to, frame)
         except (WhatIfError, ConfigError) as error:
             return ConvertProgramResponse(success=False, message=str(error))
+        # The page that asks shows the reason, whatever has failed.
+        except Exception as error:
+            return ConvertProgramResponse(success=False, message=_failure("what_if/convert", error))
         return ConvertProgramResponse(success=True, message="; ".join(kept), text=text)
 
     def _of_arm(self, q: tuple[float, ...]) -> list[float]:
@@ -233,6 +234,12 @@ def _report(server: WhatIfServer) -> None:
         if ended.wait(PERIOD_S):
             return
         server.rest()
+
+
+def _failure(service: str, error: Exception) -> str:
+    """Log what nobody has foreseen, and return what to answer."""
+    rospy.logerr("%s failed:\n%s", service, traceback.format_exc())
+    return f"{service} failed: {type(error).__name__}: {error}"
 
 
 def main() -> None:

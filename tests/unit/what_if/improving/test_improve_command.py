@@ -58,6 +58,7 @@ def test_a_shipped_program_gets_a_quicker_one_beside_it(tmp_path: Path) -> None:
     [
         (("NOPE",), "there are ARTICLE, DOCKWTCH, PALLETISE, TWO_POINT, VEHICLE"),
         (("ARTICLE", "--out", "it.txt"), "a program's file ends with .LS"),
+        (("ARTICLE", "--out", "/missing/X.LS"), "/missing is no folder that can be written"),
         (("ARTICLE", "--tries", "0"), "--tries"),
     ],
 )

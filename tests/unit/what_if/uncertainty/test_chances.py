@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 from statistics import NormalDist
 
 import pytest
@@ -63,6 +63,12 @@ def test_the_same_seed_gives_the_same_chances_whatever_the_workers(world: World)
     assert one == two
     assert one.collision == 0.0 and one.duration_spread_s > 0.0
     assert chances(world, TURN, 5, 4, 1, CONFIG).duration_s != one.duration_s
+
+
+def test_other_processes_get_all_of_a_world_that_is_in_no_file() -> None:
+    """What was left out would be missing there, and nobody would see it."""
+    of_files = {"cell", "models"}
+    assert {field.name for field in fields(World)} - of_files == set(side_by_side_io.IN_NO_FILE)
 
 
 def test_processes_that_are_killed_are_begun_once_more(

@@ -17,10 +17,10 @@ import typer
 from rich.console import Console
 from rich.progress import Progress
 from scara_config import ConfigError
-from scara_config.files.whole_file import write_whole
 from scara_config.profile import PROGRAM_ENDING
 from scara_config.programs.files import program_path
 from scara_config.programs.tp.printer import print_program
+from scara_config.writer import check_new_file, replace_file
 from scara_ros.shell.command_line_io import CommandLine, ConfigDir, RobotName, choose_robot
 from scara_ros.shell.program_io import FAILED, WRONG
 
@@ -64,11 +64,8 @@ def improve(
     choose_robot(robot)
     path = program_path(program, config_dir)
     file = out or path.with_name(f"{path.stem}_2{PROGRAM_ENDING}")
-    if file != SHOWN and (file.exists() or file.suffix != PROGRAM_ENDING):
-        why = (
-            "is there already" if file.exists() else f"a program's file ends with {PROGRAM_ENDING}"
-        )
-        raise WhatIfError(f"{file}: {why}: name another by --out")
+    if file != SHOWN:
+        check_new_file(file, PROGRAM_ENDING)
     name = f"{path.stem}_2" if file == SHOWN else file.stem
     os.nice(NICENESS)
     console = Console(stderr=True)
@@ -102,7 +99,12 @@ def improve(
     if file == SHOWN:
         typer.echo(text, nl=False)
         return
-    write_whole(file, text.encode())
+    try:
+        replace_file(file, text)
+    except ConfigError:
+        # The disk is full by now: what was searched for minutes is not lost.
+        typer.echo(text, nl=False)
+        raise
     typer.echo(f"program    {file}")
 
 

@@ -157,7 +157,7 @@ def _recorded(world: World, motion: Recorded) -> Planned:
     """Take the way of a bag; speeds and accelerations are taken from smoothed positions.
 
     Raises:
-        WhatIfError: A joint is unknown, or there are too few positions.
+        WhatIfError: A joint is unknown, there are too few positions, or they last too short a time.
     """
     from scipy.signal import savgol_filter  # 43 MB, which a judge of moves need not have
 
@@ -169,6 +169,9 @@ def _recorded(world: World, motion: Recorded) -> Planned:
         raise WhatIfError(f"the recorded way has {what}: expected {', '.join(names)}")
     sample = world.cell.config.sample_ms * 1e-3
     times = np.arange(way.times[0], way.times[-1], sample)
+    if len(times) < 2:
+        seconds = way.times[-1] - way.times[0]
+        raise WhatIfError(f"the recorded way lasts {seconds:g} s: expected more than {sample:g} s")
     q = np.tile(np.array(world.q), (len(times), 1))
     for name, column in zip(way.names, zip(*(point.q for point in way.points))):
         q[:, names.index(name)] = np.interp(times, way.times, column)
@@ -184,7 +187,9 @@ def _recorded(world: World, motion: Recorded) -> Planned:
     for when, on in motion.grips:
         # A piece has at least one step, however soon the next switch comes.
         end = int(np.clip(np.searchsorted(times, when), begin + 1, len(times) - 1))
-        legs += [_part(course, begin, end), Leg(float(course.times[end]), 0.0, "", grip=on)]
+        if end > begin:  # at the end of the way nothing lies between two switches
+            legs.append(_part(course, begin, end))
+        legs.append(Leg(float(course.times[end]), 0.0, "", grip=on))
         begin = end
     if begin < len(times) - 1:
         legs.append(_part(course, begin, len(times) - 1))

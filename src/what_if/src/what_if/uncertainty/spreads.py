@@ -40,7 +40,6 @@ def spreads_of(world: World) -> tuple[Spread, ...]:
     What decides most comes first: the first numbers of a drawing are spread most evenly.
     """
     known, law = world.cell.config.uncertainty, world.cell.config.program
-    by_law = FITTED if law.fitted else ASSUMED
     found = []
     if world.cell.work is not None:
         found += [
@@ -56,13 +55,19 @@ def spreads_of(world: World) -> tuple[Spread, ...]:
             "person_mm", "each person, x, y", known.person_mm, "mm", ASSUMED, 2 * len(world.people)
         ),
         Spread("lag_ms", "lag", 1e3 * world.lag.spread, "ms", ASSUMED),
-        Spread("fine_ms", "rest at each FINE", law.fine_spread_ms, "ms", by_law),
+        Spread(
+            "fine_ms",
+            "rest at each FINE",
+            law.fine_spread_ms,
+            "ms",
+            FITTED if law.fitted else ASSUMED,
+        ),
         Spread(
             "acceleration_percent",
             "acceleration of programs",
             law.acceleration_spread_percent,
             "percent",
-            by_law,
+            ASSUMED,
         ),
         Spread("mass_percent", "masses", known.mass_percent, "percent", ASSUMED),
         Spread("friction_percent", "friction", known.friction_percent, "percent", ASSUMED),
