@@ -10,6 +10,7 @@ from pathlib import Path
 import msgspec
 import pytest
 from harness.processes import wait_until
+from scara_bringup.cell_node import _note_ready
 from scara_bringup.plan import cell_plan
 from scara_bringup.status import running_io as running
 from scara_bringup.status.running_io import usage_of
@@ -106,6 +107,19 @@ def test_a_browser_is_opened_only_where_there_is_a_display(tmp_path: Path) -> No
     assert "secret" not in told and told.startswith("file://")
     page = Path(told.removeprefix("file://"))
     assert f"url={address}" in page.read_text() and stat.S_IMODE(page.stat().st_mode) == 0o600
+    # A disk that takes no file ends no cell.
+    assert not open_page(address, tmp_path / "missing", {**env, "DISPLAY": ":9"})
+
+
+def test_a_cell_that_cannot_note_that_it_got_ready_runs_on(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It would end with the exit code of a wrong configuration, after which no unit restarts it."""
+    file = tmp_path / "kept.json"
+    file.write_text("torn")
+    _note_ready(file)
+    said = capsys.readouterr().err
+    assert str(file) in said and "the cell runs with the change" in said
 
 
 def test_the_addresses_of_the_pages_come_last(

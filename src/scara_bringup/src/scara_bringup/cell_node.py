@@ -261,7 +261,7 @@ def run(wishes: Wishes) -> tuple[int, Path | None]:
         os.environ["ROS_HOME"] = str(folder / "ros_home")
         shown = Shown("up" if wishes.people else "demo", robot, plant, wishes.browser)
         ready = [turn.end] if turn is not None else []
-        ready += [partial(got_ready, change)] if change is not None else []
+        ready += [partial(_note_ready, change)] if change is not None else []
         shown = replace(shown, on_ready=tuple(ready))
         return _run(wishes, folder, shown, own_master), folder
     except ConfigError as error:
@@ -273,6 +273,17 @@ def run(wishes: Wishes) -> tuple[int, Path | None]:
     finally:
         if turn is not None:
             turn.end()
+
+
+def _note_ready(change: Path) -> None:
+    """Note that the cell has got ready with its change; it runs on where that cannot be kept."""
+    try:
+        got_ready(change)
+    except ConfigError as error:
+        screen.complain(
+            f"{error}: the cell runs with the change of the farm, and leaves it at its next start, "
+            "because nothing says that it got ready; make room or mend the file, then start anew"
+        )
 
 
 def own_configuration(wishes: Wishes, folder: Path) -> Path | None:

@@ -42,13 +42,14 @@ def open_page(address: str, folder: Path, env: Mapping[str, str] | None = None) 
         return False
     file = folder / "open_operator_page.html"
     target = html.escape(address, quote=True)
-    file.unlink(missing_ok=True)
-    with os.fdopen(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as stream:
-        stream.write(
-            f'<!doctype html><meta http-equiv="refresh" content="0; url={target}">'
-            f'<a href="{target}">The operator\'s page</a>\n'
-        )
+    # The cell runs without it, also with a disk that takes no file.
     try:
+        file.unlink(missing_ok=True)
+        with os.fdopen(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as stream:
+            stream.write(
+                f'<!doctype html><meta http-equiv="refresh" content="0; url={target}">'
+                f'<a href="{target}">The operator\'s page</a>\n'
+            )
         subprocess.Popen(
             [opener, file.as_uri()],
             env=dict(env),
