@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import stat
+from concurrent.futures import ThreadPoolExecutor
 from datetime import datetime, timedelta, timezone
 from pathlib import Path
 
@@ -20,7 +21,7 @@ from farm.config import (
     reached,
 )
 from farm.security.access import Invited, Role, access_control
-from farm.security.authority_io import SiteAuthority
+from farm.security.authority_io import SiteAuthority, read_register
 from farm.security.certificates import (
     DAYS,
     CertificateError,
@@ -135,6 +136,26 @@ def test_a_revoked_name_and_an_older_certificate_have_no_place(tmp_path: Path) -
     assert let_in() == ["pc_2 3"]
     with pytest.raises(SecurityError, match="was not invited; there are: pc_2"):
         authority.revoke("pc_9")
+
+
+def test_what_two_do_at_once_is_not_undone(tmp_path: Path) -> None:
+    """The file counts, as it is when it is changed: an invitation undoes no revocation."""
+    desk, person = (SiteAuthority(tmp_path / "authority", "hall", NOW) for _ in range(2))
+    person.invite("pc_2", Role.MACHINE, WHERE)
+    desk.invite("pc_3", Role.MACHINE, WHERE)
+    person.revoke("pc_2")
+    desk.outside("127.0.0.2", 7001)
+    desk.invite("pc_4", Role.MACHINE, WHERE)
+    found = read_register(tmp_path / "authority")
+    assert [(each.name, each.revoked is None) for each in found.invited] == [
+        ("pc_2", False),
+        ("pc_3", True),
+        ("pc_4", True),
+    ]
+    with ThreadPoolExecutor(8) as pool:
+        made = [SiteAuthority(tmp_path / "authority", "hall", NOW) for _ in range(8)]
+        list(pool.map(lambda k: made[k].invite(f"other_{k}", Role.MACHINE, WHERE), range(8)))
+    assert len(read_register(tmp_path / "authority").invited) == 11
 
 
 def test_an_authority_is_kept_and_watched(tmp_path: Path) -> None:

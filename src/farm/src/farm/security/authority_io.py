@@ -6,8 +6,10 @@ router, and ``invited.json``. Whoever has the key can let himself in: it never l
 
 from __future__ import annotations
 
+import contextlib
+import fcntl
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -27,6 +29,7 @@ from farm.security.invitation_io import Invitation, SecurityError, write_private
 
 KEY, CERTIFICATE, REGISTER = "authority.key", "authority.crt", "invited.json"
 SERVER_KEY, SERVER_CERTIFICATE = "server.key", "server.crt"
+LOCK = "lock"
 SOON = timedelta(days=14)
 """A certificate that ends so soon is told of. Our choice."""
 
@@ -54,19 +57,40 @@ class SiteAuthority:
             SecurityError: Its files cannot be read or written, or others can read its key.
         """
         self._folder, self._site, self._now = folder, site, now
-        key, certificate = folder / KEY, folder / CERTIFICATE
+        if self._is_new():
+            with self._alone():
+                if self._is_new():
+                    made = new_authority(f"{site} {self.purpose}", now)
+                    write_private(folder / KEY, made.key)
+                    write_private(folder / CERTIFICATE, made.certificate)
+        self._read()
+
+    def _is_new(self) -> bool:
         # One without the other is a loss that somebody has to look at, and no new site.
-        if not key.exists() and not certificate.exists():
-            made = new_authority(f"{site} {self.purpose}", now)
-            write_private(key, made.key)
-            write_private(certificate, made.certificate)
+        return not (self._folder / KEY).exists() and not (self._folder / CERTIFICATE).exists()
+
+    @contextlib.contextmanager
+    def _alone(self) -> Iterator[None]:
+        """Let nobody else change the files meanwhile: a desk and a command line may at once."""
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+            lock = (self._folder / LOCK).open("a")
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        except OSError as error:
+            raise SecurityError(f"{self._folder / LOCK}: {error.strerror}") from error
+        with lock:
+            yield
+
+    def _read(self) -> None:
+        """Take in what the files say now."""
+        key, certificate = self._folder / KEY, self._folder / CERTIFICATE
         try:
             if key.stat().st_mode & 0o077:
                 raise SecurityError(f"{key}: others can read it: chmod 600, or begin a new site")
             self._pair = KeyPair(key.read_bytes(), certificate.read_bytes())
         except OSError as error:
             raise SecurityError(f"{error.filename}: {error.strerror}") from error
-        self.register = read_register(folder)
+        self.register = read_register(self._folder)
 
     def invite(self, name: str, role: Role, reached: tuple[str, int] | None) -> Invitation:
         """Make a certificate for somebody; what he had before is good no more.
@@ -82,12 +106,14 @@ class SiteAuthority:
         """
         if role not in self.roles:
             raise SecurityError(f"{role.value}: the authority of the {self.purpose} gives no such")
-        place = self._reached(reached)
-        before = next((each for each in self.register.invited if each.name == name), None)
-        entry = self._next(name, role, before)
-        made = self._invitation(entry, place)
-        others = [each for each in self.register.invited if each.name != name]
-        self._write(msgspec.structs.replace(self.register, invited=(*others, entry)))
+        with self._alone():
+            self._read()
+            place = self._reached(reached)
+            before = next((each for each in self.register.invited if each.name == name), None)
+            entry = self._next(name, role, before)
+            made = self._invitation(entry, place)
+            others = [each for each in self.register.invited if each.name != name]
+            self._write(msgspec.structs.replace(self.register, invited=(*others, entry)))
         return made
 
     def renew(
@@ -109,18 +135,20 @@ class SiteAuthority:
         Raises:
             SecurityError: A file cannot be written, or nobody knows where the desk is.
         """
-        good = {each.name for each in self.good()}
-        place = self._reached(reached) if good else None
-        self._pair = new_authority(f"{self._site} {self.purpose}", self._now)
-        entries = []
-        for each in self.register.invited:
-            if place is not None and each.name in good:
-                each = self._next(each.name, each.role, each)
-                keep(self._invitation(each, place))
-            entries.append(each)
-        write_private(self._folder / KEY, self._pair.key)
-        write_private(self._folder / CERTIFICATE, self._pair.certificate)
-        self._write(msgspec.structs.replace(self.register, invited=tuple(entries)))
+        with self._alone():
+            self._read()
+            good = {each.name for each in self.good()}
+            place = self._reached(reached) if good else None
+            self._pair = new_authority(f"{self._site} {self.purpose}", self._now)
+            entries = []
+            for each in self.register.invited:
+                if place is not None and each.name in good:
+                    each = self._next(each.name, each.role, each)
+                    keep(self._invitation(each, place))
+                entries.append(each)
+            write_private(self._folder / KEY, self._pair.key)
+            write_private(self._folder / CERTIFICATE, self._pair.certificate)
+            self._write(msgspec.structs.replace(self.register, invited=tuple(entries)))
         return [each for each in entries if each.name in good]
 
     def _reached(self, given: tuple[str, int] | None) -> tuple[str, int]:
@@ -159,16 +187,20 @@ class SiteAuthority:
         Raises:
             SecurityError: Nobody of this name was invited, or the register cannot be written.
         """
-        names = [each.name for each in self.register.invited]
-        if name not in names:
-            raise SecurityError(f"{name}: was not invited; there are: {', '.join(names) or 'none'}")
-        invited = tuple(
-            msgspec.structs.replace(each, revoked=self._now.timestamp())
-            if each.name == name and each.revoked is None
-            else each
-            for each in self.register.invited
-        )
-        self._write(msgspec.structs.replace(self.register, invited=invited))
+        with self._alone():
+            self._read()
+            names = [each.name for each in self.register.invited]
+            if name not in names:
+                raise SecurityError(
+                    f"{name}: was not invited; there are: {', '.join(names) or 'none'}"
+                )
+            invited = tuple(
+                msgspec.structs.replace(each, revoked=self._now.timestamp())
+                if each.name == name and each.revoked is None
+                else each
+                for each in self.register.invited
+            )
+            self._write(msgspec.structs.replace(self.register, invited=invited))
 
     def good(self) -> list[Invited]:
         """Return who may come in now."""
@@ -191,15 +223,24 @@ class SiteAuthority:
             raise SecurityError(f"{host}: no certificate can be made for it: {error}") from error
         write_private(self._folder / SERVER_KEY, server.key)
         write_private(self._folder / SERVER_CERTIFICATE, server.certificate)
-        # Only if it is news: somebody may be inviting at the same time.
-        if self.register.listened != (host, port):
-            self._write(msgspec.structs.replace(self.register, listened=(host, port)))
+        self.listened(host, port)
         files = Credentials(
             str(self._folder / CERTIFICATE),
             str(self._folder / SERVER_CERTIFICATE),
             str(self._folder / SERVER_KEY),
         )
         return Outside(Address(host, port), files, access_control(self._site, self.good()))
+
+    def listened(self, host: str, port: int) -> None:
+        """Remember where others reach this machine, for invitations.
+
+        Raises:
+            SecurityError: It cannot be kept.
+        """
+        with self._alone():
+            self._read()
+            if self.register.listened != (host, port):
+                self._write(msgspec.structs.replace(self.register, listened=(host, port)))
 
     def _issued(self, shown: str) -> KeyPair:
         """Return a certificate of this name.

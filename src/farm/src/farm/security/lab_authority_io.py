@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from msgspec.structs import replace
-
 from farm.config import Credentials
 from farm.security.access import Role
 from farm.security.authority_io import CERTIFICATE, KEY, SiteAuthority
@@ -26,14 +24,6 @@ class LabAuthority(SiteAuthority):
     purpose = "lab"
     roles = (Role.LAB,)
     started_by = "./cell lab scheduler --listen HOST"
-
-    def listened(self, host: str, port: int) -> None:
-        """Remember where the scheduler is reached, for invitations.
-
-        Raises:
-            SecurityError: It cannot be kept.
-        """
-        self._write(replace(self.register, listened=(host, port)))
 
     def desk(self) -> Credentials:
         """Return what this machine shows in the lab, made anew each time.
