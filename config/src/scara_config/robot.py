@@ -264,10 +264,12 @@ def _wrong_axes(robot: Robot) -> Iterator[str]:
         if joint.screw_axis is None:
             continue
         omega, v = joint.screw_axis[:3], joint.screw_axis[3:]
-        length = math.hypot(*(omega if joint.unit == "deg" else v))
-        across = sum(a * b for a, b in zip(omega, v))
-        if abs(length - 1.0) > UNIT_TOLERANCE or abs(across) > UNIT_TOLERANCE:
-            what = "a unit omega, and v across it" if joint.unit == "deg" else "omega 0, a unit v"
+        turns = joint.unit == "deg"
+        length = math.hypot(*(omega if turns else v))
+        # What must be 0: a turning axis has no pitch, and one that slides turns nothing.
+        rest = sum(a * b for a, b in zip(omega, v)) if turns else math.hypot(*omega)
+        if abs(length - 1.0) > UNIT_TOLERANCE or abs(rest) > UNIT_TOLERANCE:
+            what = "a unit omega, and v across it" if turns else "omega 0, a unit v"
             yield (f"joints.{joint.name}.screw_axis = {list(joint.screw_axis)}: Expected {what}")
     turn = [row[:3] for row in robot.home_pose[:3]]
     products = [[sum(a * b for a, b in zip(one, two)) for two in turn] for one in turn]

@@ -37,10 +37,9 @@ class Stopping(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     tried: dict[Means, HostName]
     braking_delay_ms: ReactionMs
 
-    @property
-    def cuts_drives(self) -> bool:
-        """Whether ``*IMSTP`` was seen to stop the robot, so that its drives must go off by it."""
-        return "imstp" in self.tried
+    def cuts_drives(self, address: str) -> bool:
+        """Whether ``*IMSTP`` was seen to stop the robot at ``address``: its drives go off by it."""
+        return self.tried.get("imstp") == address
 
     @property
     def shows_all(self) -> bool:

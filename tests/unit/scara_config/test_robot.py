@@ -138,6 +138,11 @@ def test_home_is_the_articles_position_1_in_si() -> None:
         (["joints", 2, "lower_deg"], -10.0, r"joints\[2\].*unknown field `lower_deg`"),
         (["joints", 2, "lower_mm"], REMOVED, r"joints\[2\].*missing required field `lower_mm`"),
         (["joints", 0, "screw_axis"], [0, 0, 1], r"joints\[0\]\.screw_axis"),
+        (
+            ["joints", 2, "screw_axis"],
+            [0, 0, 1, 1, 0, 0],
+            r"joint_3\.screw_axis.*omega 0, a unit v",
+        ),
         (["reach_mm"], -1, r"reach_mm = -1: Expected `float` >= 10"),
         (["reach_mm"], 640.0, r"reach_mm = 640: Expected 650 = l1_mm \+ l2_mm"),
         (["geometry"], REMOVED, r"missing required field `reach_mm`"),

@@ -37,7 +37,8 @@ def test_one_means_that_was_tried_is_enough(means: Any) -> None:
     """Whatever it is, it was seen to stop this robot."""
     stopping = Stopping(**stops(tried={means: ELSEWHERE}))
     assert stopping.only_followed(ELSEWHERE) == ""
-    assert stopping.cuts_drives == (means == "imstp")
+    assert stopping.cuts_drives(ELSEWHERE) == (means == "imstp")
+    assert not stopping.cuts_drives(HERE)  # another address is another robot
 
 
 @pytest.mark.parametrize(

@@ -54,7 +54,7 @@ class Setup:
         # Until the real robot brakes, or gets slower by its override [s].
         self.braking_delay = robot.stopping.braking_delay_ms * 1e-3
         self.slowing_delay = self.braking_delay + config.cell.slowing_margin_ms * 1e-3
-        self.cuts_drives = robot.stopping.cuts_drives
+        self.cuts_drives = robot.stopping.cuts_drives(config.real.host)
         # Why the real robot is followed and never led; empty: it may be led.
         self.only_followed = robot.only_followed(config.real.host)
         # False: nothing is ever written to the real robot, not even a stop.
