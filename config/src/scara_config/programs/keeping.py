@@ -29,7 +29,10 @@ def keep_program(name: str, text: str, directory: Path | str | None = None) -> s
         ConfigError: The name cannot be that of a numbered program, or a file cannot be written.
     """
     if not NAME.fullmatch(name):
-        raise ConfigError(f"{name}: one of the robot's programs has 16 signs at most: rename it")
+        raise ConfigError(
+            f"{name}: one of the robot's programs begins with a capital letter, then come capital "
+            "letters, digits and _, 16 signs at most: rename it"
+        )
     path = locate("emulator.yaml", directory)
     (numbered,) = load_keys(path, {NUMBERED: list[str]})
     if numbered and name == numbered[0]:

@@ -46,7 +46,11 @@ def shipped_folder() -> Path:
 
 @pytest.mark.parametrize(
     ("name", "said"),
-    [("A_NAME_OF_17_SIGN", "16 signs at most"), ("RSR0101", "is the stream's program")],
+    [
+        ("A_NAME_OF_17_SIGN", "16 signs at most"),
+        ("mine", "begins with a capital letter, then come capital letters, digits and _"),
+        ("RSR0101", "is the stream's program"),
+    ],
 )
 def test_program_that_cannot_have_a_number_is_not_written(
     config: Path, name: str, said: str

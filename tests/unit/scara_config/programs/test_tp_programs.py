@@ -72,6 +72,22 @@ def test_all_sections_of_a_program_are_read() -> None:
     assert program.lines[4].action == Jump(Indexed("LBL", (1.0,)))
 
 
+def test_a_row_without_a_number_keeps_what_looks_like_one() -> None:
+    """Such a row is no other line: a position's own name stays."""
+    (line,) = read("/PROG A\n/MN\nJ P[1:home] 50% FINE ;\n/END\n", "A.LS").lines
+    assert line == read("/PROG A\n/MN\n 1:J P[1:home] 50% FINE ;\n/END\n", "A.LS").lines[0]
+    assert isinstance(line, MotionLine) and line.targets[0].comment == "home"
+
+
+@pytest.mark.parametrize("comment", ["first; then", "a, B = 2; C", "", '"'])
+def test_a_comment_keeps_its_semicolon(comment: str) -> None:
+    """It ends no attribute within quotes; one that is not closed ends with its line."""
+    program = read(TEXT.replace("two, in a row", comment), "STACK_2.LS")
+    assert program.comment == comment.strip('"')
+    assert program.attributes["DEFAULT_GROUP"] == "1,1,*,*,*"
+    assert program.attributes["TASK_PRIORITY"] == "40"
+
+
 def test_positions_keep_frames_groups_units_and_digits() -> None:
     """Joint and Cartesian, one that was not taught, a second motion group."""
     joint, cartesian = read(TEXT, "STACK_2.LS").positions

@@ -16,11 +16,12 @@ from scara_config.programs.tp.listing import (
     Unknown,
 )
 
-_NUMBER = re.compile(r"\s*\d*\s*:")
+_NUMBER = re.compile(r"^\s*\d*\s*:")
 _HEAD = re.compile(r'P\[(\d+)(?::\s*"?([^"\]]*)"?)?\]\s*\{')
 _GROUP = re.compile(r"GP(\d+):")
 _FRAMES = re.compile(r"UF\s*:\s*(\w+)\s*,\s*UT\s*:\s*(\w+)\s*,?\s*(?:CONFIG\s*:\s*'([^']*)'\s*,?)?")
 _COORDINATE = re.compile(r"([XYZWPR]|[JE]\d)\s*=\s*(-?\d*\.?\d+|\*+)\s*(mm|deg)\s*,?")
+_ATTRIBUTE = re.compile(r"""((?:"[^"]*"|.)*?)(?:;|,(?=\s*[A-Z_]+\s*=)|\Z)""")
 _SECTION = re.compile(r"/(PROG|ATTR|APPL|MN|POS|END)\b(.*)")
 
 Rows = Sequence[tuple[int, str]]
@@ -80,9 +81,10 @@ def _attributes(rows: Rows) -> dict[str, str]:
     # TCD: begins the attributes of the task, which are kept beside all others.
     text = " ".join(row.strip() for _, row in rows).replace("TCD:", "")
     found = {}
-    # A comma ends an attribute of TCD only; elsewhere it belongs to the value: 1,*,*,*,*.
-    for part in re.split(r";|,(?=\s*[A-Z_]+\s*=)", text):
-        name, equals, value = part.partition("=")
+    # A comma ends an attribute of TCD only; elsewhere it belongs to the value: 1,*,*,*,*. Within
+    # quotes neither it nor a semicolon ends anything.
+    for part in _ATTRIBUTE.finditer(text):
+        name, equals, value = part[1].partition("=")
         if equals:
             found[name.strip()] = value.strip()
     return found
