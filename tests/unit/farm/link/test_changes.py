@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 
 import pytest
+from farm.link import changes_io
 from farm.link.changes_io import CellChanges
 from farm.wire import Answer, Command, Configuration
 from harness.yaml_files import CONFIG
@@ -71,6 +73,20 @@ def test_a_wrong_change_is_refused_with_the_reason(cell: Cell, values: dict, sai
     answer = cell.ask("CONFIGURE", Change("x", values))
     assert not answer.accepted and said in answer.text
     assert not cell.file.exists()
+
+
+def test_a_full_disk_is_an_answer_and_the_audit_knows_of_it(
+    cell: Cell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The desk would else wait in vain, and nobody would know that it had asked."""
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(changes_io, "faults_of", full)
+    answer = cell.ask("CONFIGURE")
+    assert answer == Answer(False, "the change cannot be tried here: No space left on device")
+    assert cell.told == [("CONFIGURE", False)]
 
 
 def test_what_the_doctor_finds_is_the_answer(cell: Cell) -> None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
 from harness.workspace import ROOT
+from scara_bringup.named import install_node
 from scara_bringup.named import service_file_io as service_file
 from scara_bringup.named.install_node import install_cell
 from scara_bringup.named.service_file_io import InstallError, refusal, remove_unit, write_unit
@@ -65,6 +67,29 @@ def test_install_says_what_to_do_next_and_enables_nothing(
     assert install_cell("milk_2", [], False, tmp_path, True) == 1
     assert install_cell("two words", [], False, tmp_path, False) == 2
     assert install_cell("milk_2", ["--robot", "nobody"], False, tmp_path, False) == 2
+
+
+@pytest.mark.parametrize(
+    ("uid", "caller", "user"), [(0, "ann", "ann"), (0, "", "root"), (1000, "bob", "root")]
+)
+def test_the_unit_of_a_machine_runs_as_who_called_sudo(
+    uid: int, caller: str, user: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nodes of root would write recordings that nobody else may delete."""
+    monkeypatch.setenv("CELL_ROOT", str(ROOT))
+    monkeypatch.setenv(CHOICE, "fanuc_sr6ia")
+    monkeypatch.setenv("LOGNAME", "root")
+    monkeypatch.setenv("SUDO_USER", caller)
+    monkeypatch.setattr(os, "geteuid", lambda: uid)
+    wrote: list[Service] = []
+
+    def write(service: Service, folder: Path) -> Path:
+        wrote.append(service)
+        return folder
+
+    monkeypatch.setattr(install_node, "write_unit", write)
+    assert install_cell("milk_2", [], True, tmp_path, False) == 0
+    assert [service.user for service in wrote] == [user]
 
 
 def test_a_folder_that_cannot_be_written_to_is_told(tmp_path: Path) -> None:

@@ -82,6 +82,9 @@ class CellChanges:
             answer = self._obeyed(command)
         except ConfigError as error:
             answer = Answer(False, str(error))
+        # A full disk, on which no copy can be tried: whoever asks hears of it, and the audit too.
+        except OSError as error:
+            answer = Answer(False, f"the change cannot be tried here: {error.strerror or error}")
         self._tell(command, answer)
         return answer
 

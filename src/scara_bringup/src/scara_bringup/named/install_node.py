@@ -46,7 +46,10 @@ def install_cell(
         screen.complain(str(error))
         return WRONG
     root = workspace().resolve()
-    service = Service(name, root, tuple(options), getpass.getuser() if machine else "")
+    # Under sudo it is the cell of the person who has called it.
+    caller = os.environ.get("SUDO_USER") if os.geteuid() == 0 else ""
+    user = (caller or getpass.getuser()) if machine else ""
+    service = Service(name, root, tuple(options), user)
     place = folder or (MACHINE if machine else personal_units())
     try:
         path = (remove_unit if remove else write_unit)(service, place)
