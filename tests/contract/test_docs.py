@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import ast
+import doctest
 import functools
+import importlib
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from harness.sources import nodes_of, parsed
+from harness.sources import Module, modules, nodes_of, parsed
 from harness.workspace import ROOT
 from scara_bringup.config import load_doors
 from scara_bringup.plan import ROSOUT, cell_plan
 from scara_config import files_in_force
 
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
+EXAMPLES = [module for module in modules() if ">>>" in module.path.read_text(encoding="utf-8")]
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 QUOTE = re.compile(r'"([^"]+)"')
 UNKNOWN = re.compile(r"\.\.\.|\d+|\b(?:coal|operator_panel)\b")
@@ -44,6 +47,15 @@ def broken(document: Path) -> Iterator[str]:
             anchor and is_page and anchor not in anchors(file.read_text(encoding="utf-8"))
         ):
             yield f"{document.relative_to(ROOT)}: {target}"
+
+
+@pytest.mark.parametrize("module", EXAMPLES, ids=lambda module: module.relative)
+def test_an_example_of_a_docstring_gives_what_it_says(module: Module) -> None:
+    """It is run as a person would type it."""
+    source = next(folder for folder in module.path.parents if folder.name == "src")
+    name = ".".join(module.path.relative_to(source).with_suffix("").parts)
+    done = doctest.testmod(importlib.import_module(name))
+    assert done.attempted and not done.failed
 
 
 def test_documents_exist_and_say_something() -> None:

@@ -59,7 +59,7 @@ class AlarmRow(msgspec.Struct, frozen=True):
     """One alarm as people see it.
 
     Attributes:
-        id: For :meth:`AlarmBook.mark`.
+        id: For :meth:`AlarmBook.acknowledge` and :meth:`AlarmBook.shelve`.
         cell: MACHINE/CELL.
         source: Which of the cell's alarms.
         level: warning or error.

@@ -25,7 +25,7 @@ class EventSpan(NamedTuple):
         """The file's name.
 
         Example:
-            >>> Span(1, 20).name
+            >>> EventSpan(1, 20).name
             '000000000001-000000000020.parquet'
         """
         return f"{self.first:012d}-{self.last:012d}.parquet"
@@ -41,8 +41,10 @@ def counting(names: Iterable[str]) -> tuple[list[EventSpan], list[EventSpan]]:
     """Return the files that count, in their order, and those whose events another one holds.
 
     Example:
-        >>> counting([Span(1, 2).name, Span(3, 3).name, Span(1, 3).name, "x.tmp"])
-        ([Span(first=1, last=3)], [Span(first=1, last=2), Span(first=3, last=3)])
+        >>> spans = EventSpan(1, 2), EventSpan(3, 3), EventSpan(1, 3)
+        >>> kept, held = counting([*(span.name for span in spans), "x.tmp"])
+        >>> kept == [spans[2]], held == [*spans[:2]]
+        (True, True)
     """
     # Of two that begin at one place the longer one first, which may hold the other.
     spans = sorted(

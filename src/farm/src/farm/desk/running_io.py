@@ -44,7 +44,7 @@ def run(
         reached: Host and port at which invited machines come in; None: only this machine.
 
     Raises:
-        StartError: A port is taken, or the folder or the token cannot be used.
+        DeskStartError: A port is taken, or the folder or the token cannot be used.
     """
     settings = config.desk
     try:

@@ -33,9 +33,11 @@ def cores_left(before: ProcessorLoad, after: ProcessorLoad, dt: float) -> float:
         dt: Time between them [s].
 
     Example:
-        >>> cores_left(Load(10.0, 1.0, 2), Load(11.5, 2.0, 2), 1.0)
+        >>> two = ProcessorLoad(10.0, 1.0, 2), ProcessorLoad(11.5, 2.0, 2)
+        >>> cores_left(*two, 1.0)
         1.5
-        >>> cores_left(Load(10.0, 1.0, 8, 2.0), Load(17.5, 2.5, 8, 2.0), 1.0)
+        >>> eight = ProcessorLoad(10.0, 1.0, 8, 2.0), ProcessorLoad(17.5, 2.5, 8, 2.0)
+        >>> cores_left(*eight, 1.0)
         0.5
     """
     idle = min(float(after.cores), max(0.0, (after.idle_s - before.idle_s) / dt))

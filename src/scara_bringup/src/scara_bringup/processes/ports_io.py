@@ -73,9 +73,8 @@ def listeners() -> Iterator[ListeningSocket]:
                 fields = line.split()
                 if fields[3] == _LISTEN:
                     address, port = fields[1].rsplit(":", 1)
-                    # Read an address of the kernel's table: words of 4 bytes, each in the
-                    # machine's order. >>> _address("0100007F"), _address("00000000") ('127.0.0.1',
-                    # '0.0.0.0')
+                    # An address of the kernel's table: words of 4 bytes, each in the machine's
+                    # order. 0100007F is 127.0.0.1.
                     words = [address[i : i + 8] for i in range(0, len(address), 8)]
                     packed = b"".join(int(word, 16).to_bytes(4, sys.byteorder) for word in words)
                     yield ListeningSocket(
