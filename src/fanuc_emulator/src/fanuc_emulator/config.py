@@ -17,6 +17,7 @@ from fanuc_emulator.plant.config import Plant, load_plant
 from fanuc_emulator.settings import ControllerSettings, load_settings
 from fanuc_emulator.tp.executor import Program
 
+# By `\Z`, for `$` would let a newline at the end pass.
 ProgramName = Annotated[str, Meta(pattern=r"^[A-Z][A-Z0-9_]{0,15}\Z")]
 
 
@@ -106,6 +107,7 @@ def load_programs(robot: Robot, directory: Path | str | None = None) -> dict[int
     for index, name in enumerate(numbered):
         if name in numbered[:index]:
             raise ConfigError(f"{path}: rsr_programs[{index}] = {name!r}: is there twice")
+        # The first one is the stream program: the kit makes it, no file holds it.
         if index and name not in read:
             raise ConfigError(
                 f"{path}: rsr_programs[{index}] = {name!r}: unknown, allowed are {', '.join(read)}"

@@ -132,6 +132,7 @@ class GroundTruth:
 
         send_directly()
         harden_process()
+        # This is not the main thread, and SIGINT and SIGTERM have the stand-in's own handlers.
         rospy.init_node("emulator", disable_signals=True)
         keep_registered()
         rospy.on_shutdown(self._stop.set)
@@ -152,6 +153,7 @@ class GroundTruth:
             self._parts.advertise()
         self._plant = rospy.Publisher("real/plant", String, queue_size=1, latch=True)
         self._plant.publish(String(self._plant_text))
+        # Last: once it is set the servo loop publishes, and needs all the others.
         self._publisher = rospy.Publisher(
             "real/ground_truth", JointState, queue_size=100, tcp_nodelay=True
         )
@@ -212,6 +214,7 @@ def run(
         signal.signal(number, lambda *_: stop.set())
     work = find_palletise(directory)
     if work is not None and config.plant.vacuum_leak:
+        # Infinite where the leak is too large: a thousand seconds are as good as never.
         slow_ms = min(1e3 * vacuum_s(config.plant, work.gripper.vacuum_ms * 1e-3), 1e6)
         gripper = msgspec.structs.replace(work.gripper, vacuum_ms=slow_ms)
         work = msgspec.structs.replace(work, gripper=gripper)
@@ -229,6 +232,7 @@ def run(
     controller = Controller(config, robot, programs, time.time(), parts, chance, layout.ring_places)
     # Where no word says whether PR[1] counts, it counts as it stands.
     controller.source.valid = layout.find("setpoint_valid") is None
+    # A generator of its own: how often clients ask must not change what the servo draws.
     answers = AnswerTimes(config.plant.answers, np.random.default_rng(SEED))
     image = RegisterImage(layout, robot, config.plant.payload_kg)
     go_first()

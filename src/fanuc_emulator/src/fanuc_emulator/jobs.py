@@ -157,6 +157,7 @@ class Jobs:
             return self.resume()
         if self._only_continues:
             return None
+        # The cursor is a line of the program that ran last, and means nothing in another one.
         ended = self.selected is self._executor.program
         return self.start_selected(self._executor.cursor if ended else 0)
 

@@ -66,6 +66,7 @@ def registers_of(
         frames: That were taught.
     """
     joints = planner.robot.joints
+    # LPOS looks for `registers` when it is read; by then the name below is bound.
     reads: dict[str, Callable[[], Value]] = {
         "R[2]": lambda: float(source.speed_percent),
         "RO[1]": signals.gripper,

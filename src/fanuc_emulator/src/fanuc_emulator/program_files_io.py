@@ -19,6 +19,7 @@ class ProgramFiles:
     def __init__(self, robot: Robot, directory: Path | None) -> None:
         """Take notice of the files as they are."""
         self._robot, self._directory = robot, directory
+        # The look below answers by it where a file is just being replaced.
         self._seen: Stamps = ()
         self._seen = self._stamps()
 

@@ -85,6 +85,7 @@ class RegisterImage:
     def show(self, snapshot: Snapshot) -> None:
         """Bring all words up to date with ``snapshot``; what is as before is left alone."""
         before, self._shown = self._shown, snapshot
+        # Snapshots never change, and several requests come within one tick.
         if before is snapshot:
             return
         if before is None or before.measured_positions != snapshot.measured_positions:
@@ -109,6 +110,7 @@ class RegisterImage:
         if before is None or before.program_name != snapshot.program_name:
             self._put("program_name", snapshot.program_name)
             self._put("program_caller", snapshot.program_name)
+        # By identity: an alarm is replaced, never changed.
         if before is None or before.alarm is not snapshot.alarm:
             self._show_alarm(snapshot)
 

@@ -73,6 +73,7 @@ def decode(register: Register, words: Sequence[int], low_first: bool = True) -> 
     return (
         found
         if register.scale == 1.0
+        # A scale of 0.1 is no binary number: 3 counts would read as 0.30000000000000004.
         else tuple([round(value * register.scale, 9) for value in found])
     )
 

@@ -114,6 +114,8 @@ def load_settings(
         given = chosen_settings()
     if isinstance(given, str):
         try:
+            # In YAML's braces a bare name is a key without a value: that is how the file's name is
+            # told.
             given = YAML(typ="safe").load("{" + given + "}")
         except YAMLError as error:
             raise ConfigError(f"settings {given!r}: are no YAML of the form key: value") from error

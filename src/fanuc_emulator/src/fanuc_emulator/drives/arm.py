@@ -51,6 +51,7 @@ class Arm:
         self._home = np.array(robot.home_pose)
         if elbow_of(robot) is not None and self._home[2, 2] < 0.0:
             self._home[:3, :3] = np.diag((1.0, -1.0, -1.0))
+        # Ways count by the reach, turns in rad: so both weigh alike in the singular values.
         self._scale = np.array([1.0, 1.0, 1.0, *[1e3 / robot.reach_mm] * 3])
         self._damping = _DAMPING * np.eye(len(carried))
         self._limits = [(robot.joints[k].lower, robot.joints[k].upper) for k in self.columns]
@@ -81,6 +82,7 @@ class Arm:
             error = _twist(pose @ inverse(here))
             square = jacobian.T @ jacobian + self._damping
             step = np.linalg.solve(square, jacobian.T @ error)
+            # Newton's step is good near by only: far from the solution it would leap past it.
             q = q + np.clip(step, -0.5, 0.5)
             if float(np.abs(step).max()) < NEAR:
                 # Where the arm is as near as it can come, the step is none and the error stays.
@@ -103,10 +105,12 @@ class Arm:
             error = _twists(poses, here)
             turned = jacobians.transpose(0, 2, 1)
             step = np.linalg.solve(turned @ jacobians + self._damping, turned @ error)[:, :, 0]
+            # Not clipped as in solve: a step that is too long ends the search below.
             q = q + step
             largest = float(np.abs(step).max())
             if largest < NEAR:
                 found = float(np.abs(error).max()) < 1e-7
+                # The Jacobians above belong to the places before the last step.
                 return (q, self._chains(q)[1]) if found else None
             if largest > NEAR_BY:
                 return None
@@ -194,6 +198,8 @@ def rotation_vector(turn: Matrix) -> Matrix:
     """Return axis times angle of a rotation, shape (3,) [rad]."""
     axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
     sine, cosine = 0.5 * float(np.linalg.norm(axis)), 0.5 * (float(np.trace(turn)) - 1.0)
+    # Not by acos of the trace: near 0 it loses half its digits, and rounding takes it out of its
+    # domain.
     angle = math.atan2(sine, cosine)
     if sine > 1e-9:
         return axis * (0.5 * angle / sine)
@@ -224,6 +230,7 @@ def _twists(poses: Matrix, here: Matrix) -> Matrix:
     )
     sine = 0.5 * np.linalg.norm(axes, axis=1)
     angle = np.arctan2(sine, 0.5 * (np.trace(turns, axis1=1, axis2=2) - 1.0))
+    # Where nothing turns both are 0; their quotient tends to what `out` holds there.
     share = np.divide(0.5 * angle, sine, out=np.full(len(sine), 0.5), where=sine > 1e-9)
     found = np.empty((len(poses), 6, 1))
     found[:, :3, 0] = share[:, None] * axes

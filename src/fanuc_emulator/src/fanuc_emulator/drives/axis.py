@@ -83,6 +83,7 @@ class MovingAverage:
     def step(self, value: float) -> float:
         """Take one value and return the mean."""
         self._values.append(value)
+        # Summed anew each time: a running sum keeps the rounding errors of all that has passed.
         return sum(self._values) / self._length
 
     def reset(self, value: float) -> None:
@@ -111,6 +112,7 @@ class Standstill:
     def look(self, *values: float) -> None:
         """Take the values of one step, always as many."""
         self._looks += 1
+        # The first look compares with infinity, and NaN fails any comparison: both begin anew.
         for first, value in zip_longest(self._first, values, fillvalue=math.inf):
             if not abs(value - first) <= self._window:
                 self._first, self._looks = values, 0
@@ -151,6 +153,7 @@ class CommandLimiter:
         reference = min(max(reference, p.lower), p.upper)
         behind = self._reference - position
         catch_up = math.copysign(stopping_speed(abs(behind), acceleration, dt), behind)
+        # The set point's own speed, and what makes up for what limits have held back so far.
         wanted = (reference - self._reference) / dt + catch_up
         self._reference = reference
         limit = p.velocity * speed
@@ -301,6 +304,7 @@ class Axis:
             self.velocity = math.copysign(max(abs(self.velocity) - change, 0.0), self.velocity)
             self.position += self.velocity * self._h
         self._bound()
+        # Command and filters go along: nothing may jump when the drives are on again.
         self.rest()
         self._standstill.look(self.position, self._target, self.command)
         return before == (self.position, self.velocity)
@@ -344,11 +348,13 @@ class Axis:
                 velocity = fastest
             elif velocity < -fastest:
                 velocity = -fastest
+            # By the new speed (semi-implicit Euler): the old one would take damping from the loop.
             position += velocity * h
             if self._gap is not None:
                 self._gap.step(position, velocity, acceleration, h)
         self.position, self.velocity, self._pushes = position, velocity, acceleration
         self._bound()
+        # The motor would come nearer for ever, and the axis would never count as still.
         if (
             abs(command_velocity) < _EXACT_VELOCITY
             and abs(self.position - command) < _EXACT_POSITION
@@ -371,5 +377,6 @@ def _rubbed(friction: Friction, velocity: float, acceleration: float, h: float) 
         if abs(acceleration) <= brake:
             return 0.0
         return (acceleration - math.copysign(brake, acceleration)) * h
+    # Whether the drive breaks loose the other way is decided at rest, in the next step.
     after = velocity + (acceleration - math.copysign(brake, velocity)) * h
     return after if after * velocity > 0.0 else 0.0

@@ -40,6 +40,7 @@ class Backlash:
         self._knock *= max(0.0, 1.0 - h / KNOCK_S)
         if self._side:
             needed = acceleration + (math.copysign(self._drag, velocity) if velocity else 0.0)
+            # A flank can push the load but not pull it.
             if needed * self._side < 0.0:
                 self._side = 0
             else:
@@ -51,6 +52,8 @@ class Backlash:
         ahead = position - self._load
         if abs(ahead) >= self._half:
             self._side = 1 if ahead > 0.0 else -1
+            # The blow brings the load to the motor's speed, so it grows with the difference of the
+            # two.
             self._knock = (1.0 - MOTOR_SHARE) * (velocity - self._speed) / KNOCK_S
             self._load, self._speed = position - self._side * self._half, velocity
 

@@ -72,6 +72,8 @@ class Bend:
         yield tuple(here)
         if self._elbow is not None:
             k, elbow = self._elbow
+            # Newton's method finds what is near: these begin all round the first axis, with either
+            # elbow.
             for turn, side in itertools.product((0.0, 1.0, -1.0, 2.0, -2.0, 3.0), (1.0, -1.0)):
                 guess = list(here)
                 guess[self._turning[0]] += turn
@@ -112,12 +114,15 @@ class Bend:
         for k in self._turning:
             rest = math.remainder(q[k], math.tau)
             low, high = self._limits[k]
+            # A SCARA's J4 goes round twice either way.
             ways = [rest + n * math.tau for n in range(-3, 4)]
             ways = [way for way in ways if low - 1e-6 <= way <= high + 1e-6]
             if k in turns:
                 ways = [way for way in ways if turn_of(way) == turns[k]]
             if not ways and k in turns:
                 return None
+            # Without a way the joint keeps its count, and who checks the ranges says which joint it
+            # is.
             if ways:
                 found[k] = min(ways, key=lambda way: abs(way - here[k]))
         return tuple(found)
@@ -236,11 +241,14 @@ def _wrist(
     shape = _shape(arm, [*three, 0.0, 0.0, 0.0])
     tool = goal[:3, :3] @ arm.pose([0.0] * 6)[:3, :3].T @ zero.tool
     fifth = np.cross(shape.forearm, tool)
+    # Forearm and tool are in one line, so any fifth axis will do.
     fifth = fifth if float(fifth @ fifth) > 1e-12 else shape.fifth
     fourth = arm.jacobian([*three, 0.0, 0.0, 0.0])[:3, 3]
     q4 = _angle(shape.fifth, fifth, fourth)
     q5 = _angle(shape.forearm, tool, fifth / np.linalg.norm(fifth)) - shape.bent
     here, last = [*three, q4, q5, 0.0], arm.jacobian([*three, q4, q5, 0.0])[:3, 5]
+    # The column that is most square to the last axis tells its turn best; one along it tells
+    # nothing.
     level = int(np.argmin(np.abs(last @ goal[:3, :3])))
     return q4, q5, _angle(arm.pose(here)[:3, level], goal[:3, level], last)
 

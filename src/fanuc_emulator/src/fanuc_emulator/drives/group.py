@@ -123,6 +123,7 @@ class MotionGroup:
         Raises:
             RefusedError: The tool cannot go there, or not on this way.
         """
+        # Before anything is changed: a refused move leaves what is under way as it is.
         move = self._planner.plan(step, self.planned_end)
         if self.slow:
             self._planner.slow_down(move, step)
@@ -142,6 +143,7 @@ class MotionGroup:
         ``target`` is the latest one (None: stay), ``speed`` the fraction of the greatest speed.
         """
         self._move, self._rounded = None, ()
+        # A stream that begins knows nothing of what an earlier one had planned.
         if self._stream_speed is None and self._interpreter is not None:
             self._interpreter.reset(self._targets)
         self._stream_speed = speed
@@ -182,6 +184,8 @@ class MotionGroup:
                 self._look()
             return
         factor = 0.0 if hold else override
+        # A planned move keeps its speed by itself; a set point may jump, so the axes' limiters keep
+        # it.
         limit = 1.0 if self._stream_speed is None else factor * self._stream_speed
         if self._phase == 0:
             self._from = self._targets

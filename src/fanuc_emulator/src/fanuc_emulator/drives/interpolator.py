@@ -104,6 +104,8 @@ class Trapezoid:
             if self.rate >= before:
                 self._peak = self.rate
             self.progress = min(self.progress + self.rate * dt, 1.0)
+            # The last step of the ramp ends at 1 but for rounding, and such a rest would delay the
+            # end.
             if 1.0 - self.progress < 1e-12:
                 self.progress, self.rate = 1.0, 0.0
         return self.positions()

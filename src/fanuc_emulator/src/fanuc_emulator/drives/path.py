@@ -91,6 +91,7 @@ def _arc(begin: Matrix, via: Matrix, end: Matrix) -> tuple[Places, float]:
     axis = normal / math.sqrt(square)
     across = np.cross(axis, first)
     last = end - middle
+    # Counted the way round on which `via` lies: it may be more than half a circle.
     whole = math.atan2(float(last @ across), float(last @ first)) % (2.0 * math.pi)
 
     def place(part: float) -> Matrix:
@@ -133,6 +134,7 @@ class PathMove(Trapezoid):
         self._nodes, self._slopes = _solved(arm, joints, start, end, path, flange)
         steepest = np.abs(self._slopes).max(axis=0)
         moving = [i for i, slope in enumerate(steepest) if slope > 0.0]
+        # One law for the whole path, so the steepest place of each joint sets it.
         change = min((accelerations[i] / float(steepest[i]) for i in moving), default=0.0)
         rate = min((velocities[i] / float(steepest[i]) for i in moving), default=0.0)
         if speed.mm_s is not None and path.length > 0.0:

@@ -75,6 +75,7 @@ class Planner:
         accelerations = self._accelerations(motion.acc)
         if motion.kind == "J":
             end = self.joints_at(target, begin)
+            # A motion that is told its time names no speed: the greatest one bounds it.
             share = 0.01 * (motion.percent or 100.0)
             return JointMove(begin, end, share, velocities, accelerations, motion.seconds)
         tool = matrix(target.tool)

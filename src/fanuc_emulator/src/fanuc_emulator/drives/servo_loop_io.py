@@ -52,6 +52,7 @@ class ServoLoop:
         self._period = dt / (1.0 + drift_ppm * 1e-6)
         self._wake_period = max(1, round(WAKE_S / self._period)) * self._period
         self._observe = observe
+        # Any thread appends, only who holds `_stepping` takes; deque does both without a lock.
         self._mailbox: deque[tuple[float, Change]] = deque()
         # Held by whoever computes ticks.
         self._stepping = threading.Lock()
@@ -110,5 +111,7 @@ class ServoLoop:
                     self._newest = self._controller.step()
                     if self._observe is not None:
                         self._observe(self._newest, due)
+            # Whoever computes may be a reader: the error is the loop's and must not end that
+            # thread.
             except BaseException as error:
                 self.failure, self._base = error, None

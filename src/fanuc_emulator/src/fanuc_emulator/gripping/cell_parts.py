@@ -188,6 +188,7 @@ class CellParts:
         x, y, z = self.place(part)
         self.held, self._closed = None, 0.0
         self._tell(Event("released", part.name, "", (x, y, z), f"{part.name} was let go"))
+        # A millimetre higher: a part that is pressed on a surface may be a little inside it.
         under = self._around.below(x, y, z + MM, self._table)
         other = self._part_below(part, x, y, z)
         height = max(

@@ -130,6 +130,7 @@ class PartsTruth:
     def _ask(self, act: Callable[[], str]) -> str:
         """Leave the wish to the servo loop's thread and wait for its answer: why not, or empty."""
         answer: queue.SimpleQueue[str] = queue.SimpleQueue()
+        # The servo loop's thread owns the parts, and steps them while services are called.
         self._asked.put((act, answer))
         return answer.get(timeout=1.0)
 

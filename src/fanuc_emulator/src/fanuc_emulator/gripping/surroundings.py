@@ -69,6 +69,7 @@ class WorkSurfaces:
             )
             for name, (x, y) in work.table.stands_mm.items()
         ]
+        # NaN equals no angle, so the first look computes the faces.
         self._surfaces: tuple[float, list[Surface]] = (math.nan, [])
         self._pallet = self._fixed[0]
         self.top = max(surface.height for surface in (*self._fixed, *self._stands))
@@ -79,6 +80,7 @@ class WorkSurfaces:
         if dock is not None:
             middle, turn = (dock.x, dock.y), dock.turn
             came = msgspec.structs.replace(self._pallet, name=VEHICLE, middle=middle, turn=turn)
+            # In front: the floor has to stay the last one, for it is what lies under everything.
             self._fixed.insert(0, came)
         self._surfaces = (math.nan, [])
 

@@ -90,6 +90,7 @@ class Datastore:
         words = [int(value) for value in values]
         try:
             if self.assigned is not None:
+                # A request may hold a part of a value: the words beside it are those of now.
                 self._image.show(self._servo.snapshot)
                 touched = self.assigned.write(address, words, self._servo.snapshot)
                 if lost := self.assigned.unassigned(address, len(words)):
@@ -104,6 +105,7 @@ class Datastore:
             self._refuse(f"holding registers {address + 1} to {address + len(words)}: {error}")
             return ExcCodes.ILLEGAL_VALUE
         if touched:
+            # In one piece: all registers of a request count in the same tick.
             self._servo.post(partial(self._image.apply, values=touched))
         return None
 

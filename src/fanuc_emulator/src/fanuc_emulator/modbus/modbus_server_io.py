@@ -159,6 +159,7 @@ class RobotServer:
                 answer = await self._answer(unit, pdu)
                 body = bytes((answer.function_code,)) + answer.encode()
                 writer.write(_HEADER.pack(transaction, 0, 1 + len(body), unit) + body)
+                # A client that does not read its answers holds up its own connection alone.
                 await writer.drain()
         except (asyncio.IncompleteReadError, ConnectionError):
             return  # the client has gone
@@ -177,6 +178,8 @@ class RobotServer:
         half = 0.0
         if self._answers is not None and not self._answers.at_once:
             running = self._servo.snapshot.program_state is ProgramState.RUNNING
+            # Half before and half after, so that what is read is of the middle between question and
+            # answer.
             half = 0.5 * self._answers.next(running)
             await asyncio.sleep(half)
         try:

@@ -37,6 +37,8 @@ class PendantLink:
         self._name = f"{host}:{port}"
         self._layout = layout = with_panel(layout)
         self._low_first = layout.word_order == "low_first"
+        # pymodbus would try three more times, each with this time-out, before it tells of a dead
+        # robot.
         self._client: Any = ModbusTcpClient(host, port=port, timeout=1.0, retries=0)
 
     def __enter__(self) -> PendantLink:
@@ -109,6 +111,7 @@ class PendantLink:
 
     def _lit(self, word: SignalWord) -> dict[str, bool]:
         """Read signals that are bits of a register."""
+        # The register is an int16, so with bit 15 on it reads as a negative number.
         bits = int(self.read(word.register)[0]) & 0xFFFF
         return {name: bool(bits >> bit & 1) for name, bit in word.bits.items()}
 

@@ -129,4 +129,6 @@ def expire_heartbeat(link: PendantLink) -> None:
 
     That raises the alarm of a controller that died.
     """
+    # The watchdog is armed by a change only: the clock makes it another number each time, never 0,
+    # which would disarm it.
     link.write("heartbeat", [time.monotonic_ns() % 30000 + 1])

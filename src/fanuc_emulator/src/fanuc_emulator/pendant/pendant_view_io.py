@@ -85,6 +85,7 @@ class PendantPage:
 
     def _display(self) -> None:
         program, override = ui.label().classes("lcd-line"), ui.label().classes("lcd-line")
+        # Only numbers, and names and units of robot.yaml, come into it.
         table = ui.html("", sanitize=False)
         alarm = ui.label().classes("lcd-line alarm")
         with ui.element("div").classes("lamps"):
@@ -138,6 +139,7 @@ class PendantPage:
 
     def _key(self, text: str, act: Callable[[PendantLink], None]) -> ui.button:
         async def press() -> None:
+            # Modbus calls block: on the event loop they would stop every page that is open.
             trouble = await run.io_bound(self._station.press, act)
             if trouble:
                 ui.notify(trouble, type="negative")

@@ -205,6 +205,7 @@ def load_plant(robot: Robot, directory: Path | str | None = None, name: str | No
 
 
 def _check_periods(path: Path, plant: Plant) -> None:
+    # Filters come in steps of 10 ms, and have to be whole servo periods.
     if 10 % plant.servo_period_ms:
         raise ConfigError(f"{path}: servo_period_ms = {plant.servo_period_ms}: must divide 10")
     for key, period in (
@@ -259,6 +260,7 @@ def axis_parameters(plant: Plant, joint: Joint) -> AxisParameters:
         command_acceleration=axis.command_acceleration_percent * percent,
         servo_acceleration=axis.servo_acceleration_percent * percent * share,
         estop_deceleration=axis.estop_deceleration_percent * percent * share,
+        # The loop's stiffness is a force as well: with more mass its frequency falls by the root.
         natural_frequency=2.0 * math.pi * axis.natural_frequency_hz * math.sqrt(share),
         damping=axis.damping,
         velocity_feedforward=axis.velocity_feedforward,

@@ -52,6 +52,7 @@ class LateSignals:
             true = alarm if name == ALARM else getattr(outputs, name)
             waiting = self._waiting.get(name)
             if waiting is None:
+                # What is true at first counts as if it had been so for ever.
                 waiting = self._waiting[name] = deque([true] * steps)
             waiting.append(true)
             late[name] = waiting.popleft()

@@ -85,6 +85,7 @@ class StreamInterpreter:
             self._lag = round(1e-3 * lag / self._period)
         begin, self._end = self._end, wanted
         longest = max(abs(b - a) / (v * speed) for a, b, v in zip(begin, wanted, self._velocities))
+        # A rounding error must not cost a whole period.
         count = max(1, math.ceil(longest / self._period - 1e-9))
         for k in range(1, count):
             part = k / count

@@ -175,6 +175,7 @@ class AssignedRegisters:
 
     def _request(self, offset: int, count: int) -> list[Part]:
         """Return the parts of a request."""
+        # A client may assign anew at any time, and every request that was understood is stale then.
         if self._version != self.table.version:
             self._parts.cache_clear()
             self._version = self.table.version
@@ -297,6 +298,7 @@ class AssignedRegisters:
         """Store words of the image, all or none."""
         for offset, words in pieces:
             self._image.check_writable(offset, len(words))
+        # One piece is stored whole or not at all by itself; of several the first may be in already.
         before = self._image.tables[_TABLE][:] if len(pieces) > 1 else None
         touched: dict[str, Value] = {}
         try:

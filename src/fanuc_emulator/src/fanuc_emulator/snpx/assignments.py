@@ -67,6 +67,7 @@ class AssignmentTable:
     def at(self, address: int) -> tuple[Assignment, Variable] | None:
         """Return the entry that counts for register ``address``, from 1, and its variable."""
         for entry, variable in zip(self._entries, self._variables):
+            # Address 0 marks an empty entry.
             if entry.address <= address < entry.address + entry.size and entry.address:
                 return None if variable is None else (entry, variable)
         return None

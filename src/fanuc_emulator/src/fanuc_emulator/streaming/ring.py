@@ -59,6 +59,8 @@ class SetpointRing:
             self.empty()
             return
         if not self._newest or not -self._places < _distance(self.read, number) <= self._places:
+            # No neighbour of what was read: a client that began anew, and only the ring's places
+            # can hold its set points.
             self.read = _before(number, self._places)
         self._newest = number
 

@@ -186,6 +186,7 @@ class Executor:
             return None
         if self._delay > 0.0:
             self._delay -= dt
+            # What is left after so many subtractions may be rounding alone.
             if self._delay > 1e-9:
                 return None
         step = self._step
@@ -276,6 +277,7 @@ class Executor:
             case Word(words="END"):
                 self._return()
             case Word(words="ABORT"):
+                # ABORT ends all programs that have called each other, END only the one that runs.
                 self._frames = self._frames[:1]
                 self._return()
             case Word(words="PAUSE"):
@@ -287,6 +289,7 @@ class Executor:
                 raise RefusedError(alarms.USER_ALARM, f"UALM[{alarm}] in line {shown}")
             case Word(words="LOCK PREG" | "UNLOCK PREG"):
                 self._locked = line.words == "LOCK PREG"
+            # What the robot carries is a number of its plant.
             case Numbered() if line.instruction.kind == "PAYLOAD":
                 pass
             case _:
@@ -364,6 +367,7 @@ class Executor:
         except ExecutionError as error:
             raise ExecutionError(frame.program.flow.named(step.line - 1, str(error))) from error
         self.waited += dt
+        # $WAITTMOUT counts hundredths of a second.
         if step.jump is None or self.waited < 0.01 * number(Name("$WAITTMOUT"), frame.memory):
             return False
         frame.index = frame.program.flow.labels[int(number(step.jump.index[0], frame.memory))]

@@ -116,6 +116,7 @@ class Registers:
         if not self._pulses:
             return
         for place, until in list(self._pulses.items()):
+            # The clock is a product of ticks and may fall short of the end by rounding.
             if self._now() >= until - 1e-9:
                 del self._pulses[place]
                 self.write(place, False)

@@ -158,6 +158,7 @@ class _Known(Registers):
         if self.goes_on:
             why = "depends on how far the last motion has come, which is not known"
             raise UnknownValueError(f"{why}: give that motion FINE")
+        # Not planned before: only JPOS and LPOS ask where the motions end.
         for step in self.moves:
             if self._here is None and not _leads_to_one_place(step):
                 break
