@@ -123,6 +123,7 @@ def _asked(host: str, port: int, unit: int) -> Numbered:
         }
     finally:
         one.close()
+    # A controller answers 0, and no exception, where no slot stands: both look the same from here.
     if not any(map(any, words.values())):
         names = ", ".join(f"{slot.name} at {slot.address}" for slot in FRAMES.values())
         raise ConfigError(

@@ -49,14 +49,17 @@ def missing(
         if value != each.value:
             yield _line(each.key, f"{each.variable} is {value}")
     frame = [found.variables.get(f"{_TOOL}.{axis}") for axis in "XYZWPR"]
+    # Half of the last of the three decimals that are printed.
     if not tool_is_set and any(isinstance(at, float) and abs(at) > 5e-4 for at in frame):
         numbers = ", ".join(f"{at:g}" for at in frame if isinstance(at, float))
         what = f"{_TOOL} is {numbers}, and no program sets UTOOL[1]: Cartesian positions are of"
         yield f"{what} that tool -> {_TOOL_MENU}"
     inputs = found.signals.get("UI")
+    # The full allocation has all of UI[1] to UI[18], the simple one leaves some out.
     if inputs is not None and len(inputs) < 18:
         have = ", ".join(map(str, sorted(inputs)))
         yield _line("uop", f"only UI {have or 'none'} are allocated")
+    # *IMSTP, *HOLD, *SFSPD and ENBL act while they are off.
     for number in (1, 2, 3, 8):
         if inputs is not None and inputs.get(number) is False:
             yield _line("unwired", f"UI[{number}] is off")
@@ -84,6 +87,7 @@ def proposals(robot: Robot, found: Printout) -> Iterator[str]:
             yield f"joints.{joint.name}: axis {number} has no motor; leave the joint out"
         for key, form in _LIMITS:
             shown = found.variables.get(form.format(number))
+            # To Python TRUE and FALSE are numbers as well.
             if not isinstance(shown, (int, float)) or isinstance(shown, bool):
                 continue
             filed = getattr(joint, key) / joint.scale

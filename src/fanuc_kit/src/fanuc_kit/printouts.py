@@ -90,10 +90,12 @@ def read_printout(text: str, name: str, into: Printout) -> None:
             if section not in _SECTIONS:
                 into.unread.append(f"{name}, line {number}: no section that is known: {section}")
             continue
+        # A file of variables has no head: its first variable tells what it is.
         if line.startswith("[*") and "]$" in line:
             section = "VARIABLES"
         if not section:
             continue  # who printed it, and when
+        # It was named once, at its head.
         if section not in _SECTIONS:
             continue
         taken, last = _take(line, section, last, into)
@@ -115,6 +117,8 @@ def _take(line: str, section: str, last: Open, into: Printout) -> tuple[bool, Op
         case "VARIABLES":
             return _take_variable(line, last, into)
         case "CONFIG" | "CONFIG2":
+            # Columns of fixed width: the name may hold blanks, its order number stands behind 22
+            # characters.
             option = _OPTION.fullmatch(line.rstrip().ljust(26)[:80]) or re.fullmatch(
                 r"(\S.*?)\s+([A-Z0-9]{4})\s*", line
             )
@@ -179,6 +183,7 @@ def _take_coordinates(line: str, place: str, into: Printout) -> None:
 def _take_position(line: str, into: Printout) -> bool:
     """Take a line of the current position: joints and pose of the first group."""
     if (joint := _JOINT.fullmatch(line.strip())) is not None:
+        # The first group comes first, and each group counts its joints from 1.
         into.joints.setdefault(int(joint[1]), float(joint[2]))
         return True
     if (one := _COORDINATE.fullmatch(line.strip())) is not None:

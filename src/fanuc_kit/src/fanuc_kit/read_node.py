@@ -45,6 +45,7 @@ def read(
         read_printout(text, path.name, found)
     console = Console(highlight=False, soft_wrap=True)
     texts = (path.read_text(encoding="utf-8") for path in program_files(config_dir).values())
+    # Not only the program that moves: a frame that any program sets stays set on the controller.
     tool_is_set = any(_SETS_TOOL.search(text) for text in texts)
     gaps = list(missing(layout, found, profile.lead, tool_is_set))
     offers = list(proposals(profile, found))

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
+# The title is filled in by %, so each percent sign of the style itself stands twice.
 _STYLE = """
 @page { size: A4; margin: 20mm 14mm 16mm;
   @top-left { font: 9pt sans-serif; content: "%(title)s"; }
@@ -101,6 +102,7 @@ def _markdown(block: Block) -> str:
     match block:
         case SheetTable(head, rows):
             lines = [head, ["---"] * len(head), *rows]
+            # A bar would begin another cell.
             cells = [[cell.replace("|", "\\|") for cell in row] for row in lines]
             return "\n".join("| " + " | ".join(row) + " |" for row in cells)
         case SheetText(text, typed=True):
@@ -129,4 +131,5 @@ def _html(block: Block) -> str:
 
 def _spoken(text: str) -> str:
     """Return a sentence for the page; what Markdown has between backticks is typed as it stands."""
+    # Escaped first, so that the tags made here are the only ones.
     return re.sub("`([^`]*)`", r"<code>\1</code>", escape(text))

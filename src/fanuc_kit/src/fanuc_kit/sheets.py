@@ -114,6 +114,7 @@ def _signals(layout: ModbusMap) -> Sheet:
 def _programs() -> Sheet:
     blocks = []
     for name, text in texts().items():
+        # Lines alone: the controller itself writes the head and the positions of a listing.
         typed = text.partition("/MN\n")[2].partition("/POS")[0]
         blocks.append(SheetText(f"{name}\n{typed}", typed=True))
     return Sheet(

@@ -48,6 +48,7 @@ class SlotWriter:
         except LinkLostError as error:
             name = self._port.name
             raise SlotError(f"{name} accepts no connection: is Modbus on?") from error
+        # Without slots 76 to 79 what was written is lost, and this reads 0: no exception tells.
         if self._read(LAST_OWN + 1, "$ADDRESS", _WHOLE) != [BOOTSTRAP, 0]:
             self._port.close()
             raise SlotError(f"{self._port.name}: slots 76 to 79 are not there: type them first")
@@ -55,6 +56,7 @@ class SlotWriter:
 
     def __exit__(self, *_: object) -> None:
         """Leave slot 80 empty, and disconnect."""
+        # A slot 80 that is left would go on showing one value of the table to every client.
         self._port.write_words(BOOTSTRAP - 1, [0, 0, 0, 0, *_text(""), *_words(_FACTOR, 1.0)])
         self._port.close()
 

@@ -38,6 +38,7 @@ def write(
     layout = kit_map(load_modbus_map(config_dir), load_robot(config_dir).lead)
     console = Console(highlight=False, soft_wrap=True)
     with SlotWriter(host, port, layout.device_id) as writer:
+        # Not slots 76 to 80: everything here is written through them.
         wanted = dict(enumerate(slot_table(layout)[:LAST_OWN], start=1))
         differ = {number: slot for number, slot in wanted.items() if writer.read(number) != slot}
         for number, slot in differ.items():
