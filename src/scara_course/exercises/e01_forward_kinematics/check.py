@@ -18,6 +18,7 @@ def draw(generator: np.random.Generator) -> Table:
     bends = generator.permutation([-1, 1, -1 if generator.random() < 0.5 else 1])
     return {
         row: {
+            # Plain int: the numbers go into a file as JSON, which knows none of numpy's.
             "joint_1_deg": int(generator.integers(15, 121)) * (-1) ** int(generator.integers(2)),
             "joint_2_deg": int(generator.integers(20, 141)) * int(bend),
             "joint_3_mm": -int(generator.integers(10, 201)),

@@ -86,6 +86,7 @@ def mistakes(given: Table, robot: Robot) -> dict[str, Table]:
             lambda side, alpha, beta, gamma: (gamma + side * alpha, side * (180.0 - beta))
         ),
         "behind the y axis an arc tangent of y / x is half a turn off: use atan2": table(
+            # x is never 0: the rings keep away from the y axis.
             turn=lambda x, y: math.degrees(math.atan(y / x))
         ),
         "gamma is atan2(y, x), in this order": table(

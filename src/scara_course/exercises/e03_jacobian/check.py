@@ -48,9 +48,11 @@ def mistakes(given: Table, robot: Robot) -> dict[str, Table]:
         "this is the space Jacobian: asked for is the velocity of the tool": _answers(given, space),
         "joint_1 moves the second arm too: its term is missing": _answers(given, first),
         "joint_1 moves the first arm too: its term is missing": _answers(given, second),
+        # Whoever has this Jacobian puts degrees a second into it, and finds the right velocity.
         "this is for one degree: asked for is one radian": _answers(
             given, {row: J * degree for row, J in right.items()}, speed=1.0
         ),
+        # The velocity is asked for in mm/s: it comes out right without another factor of 1000.
         "this is in mm: asked for is m": _answers(
             given, {row: J * 1e3 for row, J in right.items()}, speed=degree * 1e-3
         ),

@@ -67,6 +67,7 @@ def _time(given: Table, row: Row, side: str, k: int) -> int:
 def reading(row: Row, side: str, k: int) -> str:
     """Return reading k [deg]: at rest it flickers by 0.01, then the joint goes."""
     first = int(row[f"{side}_first"])
+    # The first reading of a motion stands clear of the flicker, so each side has one onset only.
     off = (k * 7 % 3 - 1) / 100.0 if k < first else 0.05 + 0.06 * (k - first)
     if row["kind"] == SPIKE and side == "twin" and k == 4:
         off = 0.07
@@ -89,6 +90,7 @@ def _judged(
     """Judge all motions, or what comes of a mistake."""
     found: Table = {}
     for name, row in _motions(given):
+        # Reading 4 is the one that is off alone.
         twin_first = 4 if spikes and row["kind"] == SPIKE else int(row["twin_first"])
         raw = _time(given, row, "real", int(row["real_first"])) - _time(
             given, row, "twin", twin_first

@@ -74,6 +74,7 @@ def mark(recorded: CourseRecording, robot: Robot) -> ExerciseMark:
             return ExerciseMark(
                 False, f"only {over.at - begun.at:.1f} s after {name}: wait until both stand"
             )
+        # Who aligns before STANDS_S is over must have stood all the same, for REST_S at least.
         still = min(begun.at + STANDS_S, over.at - REST_S)
         for side, moved in recorded.moves(still, over.at).items():
             if moved:

@@ -49,6 +49,7 @@ def values(robot: Robot) -> dict[str, float]:
     for joint in robot.arm_joints:
         unit, key = joint.unit, f"joints.{joint.name}"
         found |= {
+            # Rounded: the way to rad and m and back leaves digits that nobody wrote.
             f"{key}.axis_number": float(joint.axis_number or 0),
             f"{key}.lower_{unit}": round(joint.lower / joint.scale, 6),
             f"{key}.upper_{unit}": round(joint.upper / joint.scale, 6),

@@ -31,6 +31,7 @@ def draw(generator: np.random.Generator) -> Table:
             "heartbeat": int(generator.integers(1, 20_000)),
             "kind": str(generator.choice(list(KINDS))),
             "row": int(generator.integers(18, 30)),
+            # Before any fault begins: what is decoded is a right answer of the robot.
             "decode": int(generator.integers(4, 14)),
         }
     }
@@ -45,6 +46,7 @@ def material(given: Table, robot: Robot) -> dict[str, str]:
         begun, kind = k >= int(row["row"]), row["kind"]
         shown = int(row["row"]) - 1 if kind == "standing" and begun else k
         valid, low_first = int(not (kind == "invalid" and begun)), not (kind == "swapped" and begun)
+        # At its greatest speed the joint goes 9 degrees from one answer to the next.
         place = position(given, shown) + 90.0 * (kind == "impossible" and k == int(row["row"]))
         words = struct.pack("<i", clock(given, shown)) + struct.pack("<f", place)
         clock_low, clock_high, low, high = struct.unpack("<4H", words)

@@ -32,6 +32,7 @@ def mark(recorded: CourseRecording, robot: Robot) -> ExerciseMark:
     for side in SIDES:
         found = outcome(side, run.handled[side], work, 0.0, run.duration)
         for what, texts in (("a collision", found.collisions), ("a drop", found.drops)):
+            # Told before how far parts are off: a collision or a drop explains that.
             if texts:
                 return ExerciseMark(False, f"{side}: {what}: {texts[0]} ({len(texts)} in all)")
         off = {

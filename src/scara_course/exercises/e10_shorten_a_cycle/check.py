@@ -45,6 +45,7 @@ def mark(recorded: CourseRecording, robot: Robot) -> ExerciseMark:
         # The program is told by the robot a moment after it moved.
         program = recorded.program_at(min(lead.at + TOLD_S, over.at))
         if lead.after in LEADS and program:
+            # From before the decision: it comes a moment after the motion that led to it.
             seen = recorded.seen(robot, lead.at - TOLD_S, over.at)
             if seen.moving.any():
                 override = held_at(recorded.overrides, over.at, 0.0)
@@ -64,6 +65,7 @@ def mark(recorded: CourseRecording, robot: Robot) -> ExerciseMark:
                 f"{each.program}: point {missing + 1} of {len(VISITS)}, {VISITS[missing]}, was "
                 f"never nearer than {NEAR_MM:g} mm in its turn",
             )
+    # A robot has whole percents: half of one is rounding.
     if abs(after.override - before.override) > 0.5:
         return ExerciseMark(
             False,

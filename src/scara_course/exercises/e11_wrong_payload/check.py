@@ -42,6 +42,7 @@ def mark(recorded: CourseRecording, robot: Robot) -> ExerciseMark:
         column = recorded.run.joint_names.index(JOINT)
         off = (aligned.real.positions - aligned.twin.positions)[:, column]
         apart = 1e3 * float(np.sqrt(np.mean(off**2)))
+        # Several motions of one kind in a row are one phase, and its worst motion counts.
         if kind != "light" and phases and phases[-1][0] == kind:
             phases[-1] = (kind, max(phases[-1][1], apart))
         elif kind != "light":

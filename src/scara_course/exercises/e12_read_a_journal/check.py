@@ -39,6 +39,7 @@ JOURNAL, MORNING = "journal", "morning"
 
 def draw(generator: np.random.Generator) -> Table:
     """Draw the cycles of a morning; row by row what happened."""
+    # Each kind of stop comes at least once, so that to count one of them alone is always wrong.
     kinds = [*STOPS, *generator.choice(list(STOPS), 2), *["done"] * 5]
     given: Table = {MORNING: {"alarm_s": int(generator.integers(5, 55))}}
     for number, kind in enumerate(generator.permutation(kinds), 1):
@@ -147,6 +148,7 @@ def told(held: Sequence[AnyEntry]) -> dict[str, float | str]:
     """Return what is asked for."""
     stops = [entry for entry in held if isinstance(entry, Decision) and is_stop(entry)]
     cycles = [entry for entry in held if isinstance(entry, Cycle)]
+    # Nobody asks for a lost link.
     first = next(entry for entry in stops if entry.who)
     return {
         "stops": len(stops),

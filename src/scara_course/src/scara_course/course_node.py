@@ -92,6 +92,7 @@ class LearnerDesk:
                 text = (self.folder / self.learner / STARTED).read_bytes()
                 last = msgspec.json.decode(text, type=CourseStarted).exercise
                 return next(each for each in self.exercises if each.name == last)
+            # StopIteration: the exercise that was started has another name by now.
             except (FileNotFoundError, msgspec.DecodeError, StopIteration):
                 raise CourseError("no exercise was started: ./cell course start 1") from None
         if not 1 <= number <= len(self.exercises):
@@ -136,6 +137,7 @@ class LearnerDesk:
         self.results.append(kept)
         word = "[green]PASSED[/]" if verdict.passed else "[yellow]not yet[/]"
         console.print(f"{exercise.title}: {word}: ", end="")
+        # A reason may hold what the learner wrote: rich would take its brackets for colours.
         console.print(verdict.reason, markup=False)
         return kept
 

@@ -122,6 +122,7 @@ def read_recorded(bag: Bag, robot: Robot) -> CourseRecording:
         ModeDecision(at - run.origin, m.mode_before, m.event, m.mode_after)
         for at, m in bag.messages(DECISIONS)
     )
+    # The controller tells name, line and state as one text.
     data = ((at, m.program.split(" ")[0] * m.running) for at, m in bag.messages("real/robot_data"))
     payloads = ((at, (m.told.mass, m.mounted.mass)) for at, m in bag.messages("twin/payload"))
     overrides = ((at, m.real_override_percent) for at, m in bag.messages(STATE))
@@ -146,5 +147,6 @@ def changes_of(values: Iterable[tuple[float, T]], origin: float) -> tuple[tuple[
 
 def newest_bag(runs: Path) -> Path | None:
     """Return the recording that was written to last; None: there is none."""
+    # runs/latest is a link to a run that stands there by its own name too.
     found = [path for path in runs.glob(f"*/{BAG_NAME}") if not path.parent.is_symlink()]
     return max(found, key=lambda path: path.stat().st_mtime, default=None)

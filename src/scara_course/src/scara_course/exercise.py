@@ -82,6 +82,7 @@ class Exercise:
 
     def answers_file(self, learner: str, given: Table, robot: Robot) -> str:
         """Return the file that the learner fills in."""
+        # Only its rows and names come into the file.
         blank = self.check.solve(given, robot)
         return answers_text(self.title, learner, self.shown(given), blank, self.command)
 

@@ -52,6 +52,7 @@ def load_exercises(folder: Path | None = None) -> list[Exercise]:
 def _check(task: Path) -> object:
     """Return the module check.py beside a task.yaml."""
     path = task.with_name("check.py")
+    # A name of its own: the modules of all exercises are called check.
     spec = importlib.util.spec_from_file_location(f"scara_course_{task.parent.name}", path)
     if spec is None or spec.loader is None or not path.is_file():
         raise ConfigError(f"{path}: there is no such module")
@@ -64,6 +65,7 @@ def draw(exercise: Exercise, learner: str) -> Table:
     """Return a learner's numbers: the same on every machine; empty if there are none."""
     if not hasattr(exercise.check, "draw"):
         return {}
+    # Not by hash(): Python salts it anew in each process.
     words = hashlib.sha256(f"{exercise.name}/{learner}".encode()).digest()
     drawn: Table = exercise.check.draw(np.random.default_rng(list(words)))
     return drawn
@@ -86,6 +88,7 @@ def start(exercise: Exercise, learner: str, robot: Robot, folder: Path, anew: bo
     texts = {CARD: exercise.card}
     if hasattr(exercise.check, "material"):
         texts |= exercise.check.material(given, robot)
+    # What a learner has written is kept, unless somebody asks for an empty file.
     if given and (anew or not (folder / ANSWERS).exists()):
         texts[ANSWERS] = exercise.answers_file(learner, given, robot)
     for name, text in texts.items():
@@ -104,6 +107,7 @@ def digest_of(files: Sequence[Path]) -> str:
     digest = hashlib.sha256()
     for path in files:
         with path.open("rb") as stream:
+            # In blocks: a recording may be larger than the memory.
             while block := stream.read(1 << 20):
                 digest.update(block)
     return digest.hexdigest()

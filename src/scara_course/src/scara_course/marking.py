@@ -115,6 +115,7 @@ def _answer(tree: Mapping[str, Any], row: str, name: str, right: Value) -> Value
         raise AnswerError(f"{row}: {name} is empty: write your answer after its colon")
     if isinstance(right, str):
         return str(value)
+    # To Python true is the number 1.
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise AnswerError(f"{row}: {name} = {value!r} is no number: write one like -12.34")
     return float(value)
@@ -159,7 +160,9 @@ def _differences(answers: Table, wanted: Table) -> Iterator[tuple[str, str, str]
                 continue
             off, most = given - right, allowed(name)
             if name.endswith("_deg"):
+                # An angle that is a whole turn more is the same direction.
                 off = math.remainder(off, 360.0)
+            # An answer that is off by just as much as allowed may be more by rounding; NaN fails.
             if not abs(off) <= most * (1.0 + 1e-9):
                 near = f"within {most:g} of the right value" if most > EXACT else "right"
                 yield row, name, f"{row}: {name} = {given:.6g} is not {near}"
@@ -172,5 +175,6 @@ def allowed(name: str) -> float:
         >>> allowed("x_mm"), allowed("stops")
         (0.1, 1e-09)
     """
+    # The longest first: `_mm_s` ends in `_s` too.
     units = (unit for unit in sorted(ALLOWED, key=len, reverse=True) if name.endswith(unit))
     return ALLOWED.get(next(units, ""), EXACT)

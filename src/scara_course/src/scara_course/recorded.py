@@ -72,6 +72,7 @@ class CourseRecording(msgspec.Struct, frozen=True):
         """
         names, arm = self.run.joint_names, ScrewModel.from_robot(robot)
         speeds = SLOW_SHARE * np.array([robot.joint(name).velocity for name in names])
+        # A recording holds the table too, and the tool does not move with it.
         columns = [names.index(joint.name) for joint in robot.arm_joints]
         return trace(
             cut(self.run.real, start, end),

@@ -36,6 +36,7 @@ def decode(line: bytes) -> CourseResult:
 
 def signed(result: CourseResult, key: str) -> CourseResult:
     """Return a result with its signature."""
+    # A signature cannot be part of what it signs.
     bare = encode(msgspec.structs.replace(result, signature=""))
     mark = hmac.new(key.encode(), bare, hashlib.sha256).hexdigest()
     return msgspec.structs.replace(result, signature=mark)

@@ -43,6 +43,7 @@ def read_results(folder: Path) -> list[CourseResult]:
         OSError: The file cannot be read.
     """
     path, found = folder / FILE, []
+    # Split as bytes: str would also split at line separators inside of a reason.
     for place, line in enumerate(path.read_bytes().splitlines() if path.exists() else (), 1):
         try:
             found.append(decode(line))
@@ -60,11 +61,13 @@ def add_result(folder: Path, result: CourseResult, key: str) -> CourseResult:
     """
     folder.mkdir(parents=True, exist_ok=True)
     # Two commands at once: the second one waits, and reads what the first one has written.
+    # On a file of its own, for the results are replaced by another file each time.
     with (folder / f".{FILE}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         held = read_results(folder)
         number = max((each.number for each in held), default=0) + 1
         whole = signed(msgspec.structs.replace(result, number=number), key)
+        # Not appended: a line that was cut off would make the whole file unreadable.
         write_whole(folder / FILE, b"".join(map(encode, [*held, whole])))
     return whole
 
