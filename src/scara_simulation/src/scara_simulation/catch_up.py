@@ -54,6 +54,7 @@ def catch_up(
     """
     position, before, _ = last
     gap = wanted[0] - position - wanted[1] * dt
+    # Near the end the root would leap over the gap within one step.
     closing = min(math.sqrt(2.0 * COUNTED_ON * acceleration * abs(gap)), abs(gap) / dt)
     speed = wanted[1] + math.copysign(closing, gap)
     speed = min(max(speed, -velocity), velocity)
@@ -62,6 +63,7 @@ def catch_up(
     # By the mean of both: the position then belongs to the velocity that is told with it.
     position += 0.5 * (before + reachable) * dt
     left = abs(wanted[0] - position)
+    # The velocity has to fit as well, or the set point would jump in it.
     if left <= 1e-3 * velocity * dt and abs(wanted[1] - reachable) <= change:
         return wanted
     return position, reachable, (reachable - before) / dt

@@ -55,6 +55,7 @@ class CommandDesk:
         Raises:
             CommandError: It is not possible, or not now; the text says why.
         """
+        # The motion nodes bring the twin to rest by set points: they may end their ramp.
         if self._estopped is not None and now > self._estopped + self._ramp:
             raise CommandError(LATCHED)
         track = self._gate.track(setpoints, now)
@@ -79,6 +80,7 @@ class CommandDesk:
             case Command.RESET:
                 self._estopped = None
                 return
+            # The first one counts: repeated, it would let set points in for another ramp.
             case Command.ESTOP if self._estopped is None:
                 self._estopped = now
         # All others clear what was paused: from then on a new command counts.

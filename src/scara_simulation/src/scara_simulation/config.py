@@ -109,6 +109,7 @@ def load_simulation(robot: Robot, directory: Path | str | None = None) -> Simula
     """
     path = locate("simulation.yaml", directory)
     config = load(path, SimulationConfig)
+    # Stamps count whole nanoseconds, so a step has to be some.
     if 1_000_000_000 % config.physics_rate_hz:
         raise ConfigError(
             f"{path}: physics_rate_hz = {config.physics_rate_hz}: must divide 1000000000"

@@ -108,6 +108,7 @@ def judge(
         texts.append(saturation)
     if limited := status.limited_steps - last.limited_steps:
         texts.append(f"set point kept inside its limits in {limited} joint steps")
+    # Not after a pause: the period that is told holds a part of it.
     slow = (
         factor > 0.0
         and not last.paused

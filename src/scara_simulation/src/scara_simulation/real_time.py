@@ -111,4 +111,5 @@ class WakeTimes:
 
 def _percentile(ordered: Sequence[int], percent: int) -> int:
     """Return the smallest value that is not exceeded by ``percent`` of the values."""
+    # Rounded up in whole numbers: a quotient of floats could come out just above one.
     return ordered[max(0, -(-len(ordered) * percent // 100) - 1)]

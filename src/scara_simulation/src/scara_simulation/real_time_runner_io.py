@@ -14,6 +14,7 @@ from scara_simulation.health import Status
 from scara_simulation.real_time import DeadlineReport, PhysicsPace, WakeTimes
 from scara_simulation.simulation import Simulation, Snapshot
 
+# Steps by hand under one hold of the lock: commands and a pause get in between.
 _CHUNK = 100
 _CHANGE_PERIOD_NS = 100_000_000
 
@@ -100,6 +101,7 @@ class RealTimeRunner:
 
     def fail(self, error: Exception) -> None:
         """End :meth:`run` with ``error``."""
+        # rospy logs an error of a callback and goes on, so the loop's own thread has to end.
         self._failure = error
 
     def refuse(self, text: str) -> None:

@@ -156,6 +156,7 @@ class Simulation:
                     (self.stamp_ns, control.loops[k].state(self._q[k], self._qdot[k]))
                 )
             if self.steps % timing.steps_per_snapshot == 0:
+                # Seldom is enough: what is no number stays so.
                 if not all(map(math.isfinite, self._q)):
                     raise SimulationError(f"step {self.steps}: joint positions are {self._q}")
                 snapshots.append(

@@ -88,6 +88,8 @@ def main() -> None:
         payload = PayloadPorts(carried, part, names, world, told, effort_percent)
 
         def publish(snapshots: Sequence[Snapshot]) -> None:
+            # It is made below, since it needs the runner; nothing is published before that one
+            # runs.
             commands.ran()
             states.publish(snapshots)
             if parts is not None:
@@ -137,6 +139,7 @@ def _speed() -> tuple[float, bool]:
     if not isinstance(publish_clock, bool):
         raise ConfigError(f"~publish_clock = {publish_clock!r}: must be true or false")
     if (
+        # To Python true is the number 1.
         isinstance(factor, bool)
         or not isinstance(factor, int | float)
         or not 0.0 <= factor <= 1000.0

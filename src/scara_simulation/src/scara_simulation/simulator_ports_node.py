@@ -173,6 +173,7 @@ class CommandPorts:
     def _guarded(self, topic: str, take: Callable[[object], None], message: object) -> None:
         try:
             if topic.endswith(DIRECT):
+                # A Float64 has no stamp: a stop that came while this node stood still goes first.
                 self._stops.hear_first()
                 self._movers.asked(topic, message)
             with self._runner.lock:
@@ -197,6 +198,7 @@ class CommandPorts:
         self._desk.position(name, message.data)
 
     def _velocity(self, name: str, message: Float64) -> None:
+        # A stop must never be refused because of another stop.
         if message.data != 0.0:
             self._begin(name)
         self._desk.velocity(name, message.data, self._runner.simulation.now)

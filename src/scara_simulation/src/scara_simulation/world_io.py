@@ -87,6 +87,8 @@ class World(ArmModel):
 
     def reset(self, positions: Sequence[float], velocities: Sequence[float] | None = None) -> None:
         """Put the joints there (at rest unless ``velocities``) and forget all contacts."""
+        # Contacts and what the engine keeps from step to step would make the same inputs end
+        # otherwise.
         pybullet.restoreState(stateId=self._fresh, physicsClientId=self._client)
         for index, q, qdot in zip(
             self._joints, positions, velocities or [0.0] * len(self._joints), strict=True

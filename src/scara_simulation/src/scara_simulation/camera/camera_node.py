@@ -43,6 +43,7 @@ def main() -> None:
         config = load_camera(directory, given)
         os.nice(config.niceness)
         urdf = load_robot(directory).description
+        # Loaded once and put away: what cannot be drawn ends the node now, not when somebody looks.
         with CameraWorld(urdf, config) as world:
             root = world.root
     give_back()
@@ -119,6 +120,7 @@ class Camera:
         """
         if wanted and self._world is None:
             self._world = CameraWorld(self._urdf, self._config)
+            # Set, perhaps, by a state that was heard before the last listener left.
             self._fresh.clear()
             self._subscribers = [
                 rospy.Subscriber(
@@ -154,6 +156,7 @@ class Camera:
 
     def _draw(self, world: CameraWorld) -> None:
         """Publish one picture with the stamp of the joints in it."""
+        # Before the newest is taken: a state that comes during the drawing is drawn next.
         self._fresh.clear()
         newest = self._newest
         if newest is None or rospy.is_shutdown():

@@ -80,6 +80,7 @@ class CameraWorld:
             self.root: str = pybullet.getBodyInfo(self._body, physicsClientId=self._client)[
                 0
             ].decode()
+        # Nobody leaves a context that was never entered.
         except BaseException:
             self.close()
             raise
@@ -114,6 +115,7 @@ class CameraWorld:
                 self._parts.append((self._make(part), part))
                 continue
             body, old = self._parts[index]
+            # The engine cannot change the size of a shape.
             if (old.radius, old.height, old.colour) != (part.radius, part.height, part.colour):
                 pybullet.removeBody(body, physicsClientId=self._client)
                 body = self._make(part)

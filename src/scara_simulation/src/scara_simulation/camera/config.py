@@ -83,6 +83,7 @@ def load_camera(
                 f"camera: ~{unknown[0]}: no such parameter; there are {', '.join(PARAMETERS)}"
             )
         source = "camera: parameters over camera.yaml"
+        # Judged as one file: the same limits bind parameters.
         config = convert({**msgspec.to_builtins(config), **parameters}, CameraConfig, source)
     if not config.near_m < config.far_m:
         raise ConfigError(

@@ -30,6 +30,7 @@ def cylinder_mesh(edges: int) -> str:
         a, b = k + 1, (k + 1) % edges + 1
         c, d = a + edges, b + edges
         lines += [f"f {a}//{a} {b}//{b} {d}//{b}", f"f {a}//{a} {d}//{b} {c}//{a}"]
+        # Each end is a fan of triangles about its first corner.
         if 0 < k < edges - 1:
             lines += [f"f 1//{bottom} {b}//{bottom} {a}//{bottom}"]
             lines += [f"f {edges + 1}//{top} {c}//{top} {d}//{top}"]
@@ -49,6 +50,7 @@ def with_round_shapes(description: str) -> str:
     """
     robot = ElementTree.fromstring(description)
     for link in robot.iter("link"):
+        # The camera's world only draws: nothing touches in it.
         for collision in link.findall("collision"):
             link.remove(collision)
         for geometry in link.iter("geometry"):

@@ -68,6 +68,7 @@ class PartGrip:
             [0.0, 0.0, 0.0, 1.0],
             physicsClientId=self._client,
         )
+        # What pulls harder moves the part off its grip, until it counts as torn.
         pybullet.changeConstraint(
             self._constraint, maxForce=self._force, physicsClientId=self._client
         )

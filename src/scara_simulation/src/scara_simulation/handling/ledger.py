@@ -83,6 +83,7 @@ class Ledger:
         z = view.position[2]
         if view.held:
             return (PartPhase.HELD, z), None
+        # A fall is told once, however far it goes on.
         if phase is not PartPhase.FALLEN and z < height - self._drop:
             text = f"{view.name} was dropped: it fell by more than {self._drop * 1e3:g} mm"
             return (PartPhase.FALLEN, z), _happening(PartEvent.DROPPED, view, text)

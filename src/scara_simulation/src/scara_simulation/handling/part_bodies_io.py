@@ -149,6 +149,8 @@ class PartBodies:
         """Find what an awake part lies on; return whether it does not move against it."""
         # The name of what pushes a part up hardest, a link or another part. Empty: nothing.
         link, most = "", 0.0
+        # Of a contact: 2 the other body, 4 its link, 7 the normal towards this one, 9 the force
+        # [N].
         for contact in pybullet.getContactPoints(bodyA=part.body, physicsClientId=self._client):
             if contact[7][2] * contact[9] > most:
                 most, other = contact[7][2] * contact[9], self.by_body.get(contact[2])
@@ -167,6 +169,7 @@ class PartBodies:
     def view(self, part: LoosePart, *, held: bool, resting: bool) -> PartView:
         """Return a part as the ledger wants to see it."""
         position, orientation = self.pose(part)
+        # The third column of the rotation: where the part's own z points.
         axis = pybullet.getMatrixFromQuaternion(orientation)[2::3]
         half = 0.5 * self._kind.height
         underside = (
@@ -193,6 +196,7 @@ class PartBodies:
             self._cell, self._links[link], computeLinkVelocity=True, physicsClientId=self._client
         )
         (vx, vy, vz), turn = state[6], state[7]
+        # The engine tells a link's velocity at its centre of mass.
         rx, ry, rz = (a - b for a, b in zip(at, state[0]))
         wx, wy, wz = turn
         return (vx + wy * rz - wz * ry, vy + wz * rx - wx * rz, vz + wx * ry - wy * rx), turn

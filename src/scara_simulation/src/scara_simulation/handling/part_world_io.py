@@ -129,6 +129,7 @@ class PartWorld(World):
         while index >= 0:
             if index in self._joints:
                 return self._joints.index(index)
+            # 16: the parent link; -1 is the base.
             index = self._infos[index][16]
         raise ConfigError(f"{self._urdf}: no joint turns {link}")
 
@@ -249,6 +250,7 @@ class PartWorld(World):
         reach, offset = self._grip_limit
         x, y, z = self.link_position(self._tool)
         for part in self._bodies.parts:
+            # A part near the nozzle is awake.
             if part.asleep:
                 continue
             px, py, pz = self._bodies.pose(part)[0]
@@ -271,6 +273,7 @@ class PartWorld(World):
         self._last_tool = tool
         kind, held = self._work.parts, self._suction.held
         radius, half = kind.radius, 0.5 * kind.height
+        # What hangs at the tool reaches lower than the nozzle.
         low = z - (kind.height + self._work.task.gap_mm * MM if held else 0.0)
         # The acceleration of the turning table at 1 m from its axis [1/s^2]; 0 while it stands.
         change, self._last_turn = (turn - self._last_turn) / (LOOK * self._dt), turn
@@ -280,6 +283,7 @@ class PartWorld(World):
         self._table_at = angle if turned else self._table_at
         views = []
         for part in self._bodies.parts:
+            # A part that sleeps moves with the table alone.
             if turned or not part.asleep:
                 part.centre = self._bodies.pose(part)[0]
             px, py, pz = part.centre

@@ -58,6 +58,7 @@ def part_payload(work: Palletise) -> Payload:
 def same_body(one: Payload, other: Payload) -> bool:
     """Tell whether two payloads weigh and move alike, whatever they are called."""
     bodies = [(p.mass_kg, p.centre_m, p.inertia_kg_m2) for p in (one, other)]
+    # Where there is no mass, its centre means nothing.
     return bodies[0] == bodies[1] or one.mass_kg == other.mass_kg == 0.0
 
 

@@ -98,6 +98,8 @@ class PayloadPorts:
         self, act: Callable[[Payload], str], request: SetPayloadRequest
     ) -> SetPayloadResponse:
         """Judge a request, and act, all joints at rest."""
+        # One request after the other, for the table is judged and replaced under two holds of a
+        # lock.
         with self._lock:
             try:
                 with self._runner.lock:

@@ -60,6 +60,7 @@ class ToldDynamics:
         return self
 
     def __exit__(self, *_: object) -> None:
+        # The second one lives in the engine of the first.
         for model in reversed(self._models):
             model.close()
 

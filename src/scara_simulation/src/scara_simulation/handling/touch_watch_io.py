@@ -50,6 +50,7 @@ class TouchWatch:
             watch,
             dt,
         )
+        # To PyBullet the base is link -1.
         self._links = {-1: (ContactKind.CELL, "base_link")}
         for name, index in links.items():
             kind = (

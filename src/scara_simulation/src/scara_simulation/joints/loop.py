@@ -158,6 +158,7 @@ class JointLoop(Cells):
 
     def is_moving(self, qdot: float) -> bool:
         """Tell whether the joint moves, measured or by its set point."""
+        # In this form a speed that is no number counts as motion.
         return not abs(qdot) <= self.model.standstill or self._wanted[1] != 0.0
 
     def stop(self) -> None:
@@ -308,6 +309,7 @@ class JointLoop(Cells):
             (model.upper, model.upper - q) if wanted > 0.0 else (model.lower, q - model.lower)
         )
         lag = model.acceleration * _BRAKING_LAG
+        # The speed from which the joint stops within the room, though it begins to brake late.
         allowed = math.sqrt(lag * lag + 2.0 * model.acceleration * max(0.0, room)) - lag
         capped = model.velocity * self._speed_limit * 1e-2
         wanted = min(max(wanted, -capped), capped)

@@ -72,6 +72,7 @@ class Plant(msgspec.Struct, frozen=True):
     def group(self, joint: int) -> list[int]:
         """Return the joints whose motion is coupled with that of ``joint``, itself included."""
         coupled = np.any(np.abs(self.mass_matrices) > 1e-9, axis=0)
+        # Coupled through others as well: the longest chain has as many links as there are joints.
         reached = np.linalg.matrix_power(coupled.astype(float), len(coupled))[joint] > 0.0
         return [int(k) for k in np.flatnonzero(reached)]
 
@@ -86,6 +87,7 @@ class Plant(msgspec.Struct, frozen=True):
 
     def part(self, joints: Sequence[int]) -> Plant:
         """Return the plant of some joints alone, each different inertia once."""
+        # Poses of equal inertia have equal poles.
         matrices = np.unique(self.mass_matrices[:, joints][:, :, joints].round(9), axis=0)
         return Plant(matrices, self.damping[list(joints)], self.dt, self.bandwidth)
 
@@ -229,6 +231,7 @@ def stable_range(
         return [bool(radius <= 1.0 + TOLERANCE) for radius in radii(candidates)]
 
     present = min(getattr(getattr(gains[joint], kind), key), top)
+    # By powers of ten, since nobody knows the size of a gain beforehand.
     grid = sorted(
         {0.0, present, *(top * 10.0 ** (_DECADES * (k / (_GRID - 1) - 1.0)) for k in range(_GRID))}
     )

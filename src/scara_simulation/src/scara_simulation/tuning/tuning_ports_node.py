@@ -86,6 +86,8 @@ class TuningPorts:
             except TuningError as error:
                 self._say(rospy.logerr, f"refused: {error}")
             else:
+                # A request that changes nothing must leave the file and the list of undo as they
+                # are.
                 if any(change.values()):
                     self._tuning.accept(change)
                     self._perform(change, "set")
