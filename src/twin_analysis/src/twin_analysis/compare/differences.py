@@ -147,7 +147,9 @@ class Comparer:
         _, instants, length = along_path(
             self._mechanism, track.side(track.leader), self._config.path_points
         )
+        # Where nothing moves, time counts from the first instant.
         zero = float(aligned.instants[0]) if begun is None else begun
+        # From SI to the units of the border.
         apart = (aligned.real.positions - aligned.twin.positions) / self._mechanism.scales
         leader, follower = aligned.real.velocities, aligned.twin.velocities
         if track.leader != "real":
@@ -191,11 +193,13 @@ class Comparer:
             if at is None:
                 raise MetricsError(f"{track.label} {track.experiment}: nothing moves")
             begun.append(at)
+        # The same side of both, whoever led the other one.
         leaders = (
             first.side(first.leader).shifted(-begun[0]),
             other.side(first.leader).shifted(-begun[1]),
         )
         aligned = align(*leaders, self._settings.rate_hz, self._settings.longest_gap_s)
+        # None: it cannot be told, and the two onsets have to do.
         late = (
             self._behind(aligned.real.velocities, aligned.twin.velocities, aligned, speeds) or 0.0
         )
@@ -248,6 +252,7 @@ class Comparer:
             return None
         columns = list(mechanism.arm)
         settings = replace(self._settings, moving_speeds=speeds[columns])
+        # Where the operator leads both, the real robot counts as the leader.
         leader: Literal["real", "twin"] = "twin" if track.leader == "twin" else "real"
         try:
             return compare(
@@ -257,6 +262,7 @@ class Comparer:
                 settings,
                 leader,
             )
+        # The joints can be compared all the same.
         except MetricsError:
             return None
 

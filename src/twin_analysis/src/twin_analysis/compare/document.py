@@ -135,6 +135,7 @@ def pair_rows(experiment: ExperimentComparison) -> list[tuple[str, ...]]:
 
 def _pair_row(pair: PairDeviation) -> tuple[str, ...]:
     tool, fidelity = pair.comparison, pair.fidelity
+    # Across units: 0.1 deg is about 1 mm at the end of an outstretched arm.
     worst = max(pair.joints, key=lambda joint: joint.max / (1.0 if joint.unit == "mm" else 0.1))
     # How far matched snapshots are apart.
     apart = "-"

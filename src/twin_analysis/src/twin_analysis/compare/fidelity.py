@@ -99,6 +99,7 @@ def measure_fidelity(
     pairs = _align(one / accepted, other / accepted, gap, max(band, abs(len(one) - len(other))))
     snapshots = len(one) + len(other)
     # How many snapshots of both traces lie between neighbouring matches, where any do.
+    # As if there were a match before the first and behind the last snapshot: gaps there count too.
     edges = np.vstack(([-1, -1], pairs, [len(one), len(other)]))
     between = (np.diff(edges, axis=0) - 1).sum(axis=1)
     lengths = [int(length) for length in between[between > 0]]
@@ -132,6 +133,7 @@ def _align(one: Array, other: Array, gap: float, band: int) -> Pairs:
         low = max(0, diagonal - m, -((band - diagonal) // 2))
         high = min(n, diagonal, (diagonal + band) // 2)
         best = before_last[low : high + 1] + _scores(forward, backward, diagonal, low, high)
+        # A byte each: all of them are kept until the way back is found.
         step = np.zeros(high - low + 1, dtype=np.int8)
         # Of equal candidates the first one stays: a match, then a skip in the first trace.
         for kind, reached in (
@@ -142,6 +144,7 @@ def _align(one: Array, other: Array, gap: float, band: int) -> Pairs:
             step[better] = kind
             np.maximum(best, reached, out=best)
         here = np.full(n + 2, -np.inf)
+        # Row i stands at i + 1, so that the row before the first is there, and out of reach.
         here[low + 1 : high + 2] = best
         if diagonal == 0:
             here[1] = 0.0
@@ -164,6 +167,7 @@ def _scores(forward: Array, backward: Array, diagonal: int, low: int, high: int)
         forward[:, first - 1 : last] - backward[:, m - diagonal + first : m - diagonal + last + 1]
     )
     mean = distance.sum(axis=0) / attributes
+    # One attribute that is too far off is enough.
     mean[distance.max(axis=0) > 1.0] = np.inf
     score[first - low : last - low + 1] = 1.0 - mean
     return score

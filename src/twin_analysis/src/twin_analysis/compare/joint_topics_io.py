@@ -37,6 +37,7 @@ class JointTopic:
         """
         columns = [self.names.index(name) for name in names]
         positions = self.positions[:, columns]
+        # A slope needs times that go on; the others are left out with their samples.
         rising = np.concatenate(([True], np.diff(np.maximum.accumulate(self.stamps)) > 0.0))
         if self.velocities is not None:
             velocities = self.velocities[:, columns]
@@ -78,6 +79,7 @@ def read_joint_topic(bag: Bag, topic: str, side: str) -> JointTopic:
             f"topics of joint states in the bag: {held}"
         )
     rows = [(at - bag.start, message) for at, message in bag.messages(topic)]
+    # Several nodes may publish on one topic, each its own joints.
     kinds = Counter(tuple(message.name) for _, message in rows)
     names, count = kinds.most_common(1)[0]
     rows = [(at, message) for at, message in rows if tuple(message.name) == names]

@@ -132,6 +132,7 @@ def compare_tracks(name: str, tracks: list[Track], comparer: Comparer) -> Experi
             pairs.append(comparer.pair(track))
             if number:
                 runs += comparer.runs(tracks[0], track)
+        # A recording that cannot be compared must not take the others with it.
         except (MetricsError, FidelityError) as error:
             reasons.append(f"{track.label}: {error}")
     return ExperimentComparison(name, tuple(pairs), tuple(runs), tuple(reasons))

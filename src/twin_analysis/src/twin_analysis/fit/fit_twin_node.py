@@ -113,6 +113,7 @@ def choose(robot: Robot, recording: Recording) -> Choice:
     columns = [
         k
         for k, (joint, moved) in enumerate(zip(robot.twin_joints, recording.moved))
+        # The table does not carry the tool, whose error alone is looked at.
         if joint.screw_axis is not None and moved / joint.scale > MOVED_BORDER_UNITS
     ]
     if not columns:
@@ -138,10 +139,13 @@ def search(
     )
     twin = OfflineTwin(robot, load_simulation(robot, folder), robot.description)
     real = tool_positions(arm, recording.real[:, columns])
+    # Stamps of a recording that does not tell were made, as far as anybody knows, by today's
+    # number.
     recorded = start.delay if recording.delay is None else recording.delay
 
     def simulate(model: TwinModel) -> FloatArray:
         pose = [float(value) for value in recording.real[0]]
+        # One snapshot more, so that the last instant lies between two.
         length = recording.duration + SNAPSHOT_STEPS * 1e-3
         times, joints = twin.run(model, recording.packets, recorded, pose, length)
         spread = np.stack(

@@ -67,6 +67,7 @@ class OfflineTwin:
         config, names = self._config, self._names
         dynamics = dict(zip(names, zip(model.damping, model.friction)))
         times, positions = [], []
+        # A new one for each run: damping and friction are part of it from its beginning.
         with World(
             self._urdf,
             names,
@@ -85,6 +86,7 @@ class OfflineTwin:
                 world.inverse_dynamics if model.feed_forward else None,
                 model.bandwidth,
             )
+            # What was on its way for longer was true earlier.
             shift = recorded_delay - model.delay
             waiting = iter(packets)
             packet = next(waiting, None)

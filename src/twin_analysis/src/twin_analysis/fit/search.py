@@ -94,6 +94,8 @@ def fit_twin(
     def residuals(x: FloatArray) -> FloatArray:
         twin = simulate(apply_vector(start, choice, x))
         progress(errors(real[:training], twin[:training]).rms_mm)
+        # The sum of squares is the mean square in mm^2, however long the recording is: beside it
+        # the prior always weighs the same.
         deviation = (twin[:training] - real[:training]).ravel() / (SCALE_M * np.sqrt(training))
         found: FloatArray = np.concatenate([deviation, PRIOR_MM * x])
         budget.note(x, float(found @ found))

@@ -106,10 +106,13 @@ def bounds_of(
     lower = -upper
     for k, name in enumerate(names):
         if name.endswith("gains"):
+            # p goes with the square of it.
             upper[k], lower[k] = math.log(FACTOR) / 2, -math.log(FACTOR) / 2
         elif name == "bandwidth":
             upper[k] = math.log(max(LARGEST_BANDWIDTH / model.bandwidth, 1.001))
         elif name == "delay":
+            # By a hair below 0: the search begins at x = 0, which has to lie inside even without a
+            # delay.
             upper[k], lower[k] = 1.0, -model.delay / DELAY_SPAN - 1e-6
     return lower, upper
 

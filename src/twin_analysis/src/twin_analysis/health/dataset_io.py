@@ -86,6 +86,7 @@ def _computed(runs: int, seed: int, workers: int, profile: Path) -> Iterator[Lab
 
 
 def _run(seed: int, profile: Path, number: int) -> LabelledRun:
+    # A generator for each run, so that it does not matter which worker computes it, or when.
     return labelled_run(number, profile, np.random.default_rng([seed, number]))
 
 

@@ -62,6 +62,7 @@ def health(
     said: list[str] = []
     for path, sign in zip(bags[week:], signs[week:]):
         finding = monitor.take(sign)
+        # Until it is repaired each cycle finds it again.
         if finding is not None and finding.text not in said:
             said.append(finding.text)
             print(f"{path.name}: {finding.text}")

@@ -56,6 +56,7 @@ def cycle_of(
     if not names:
         raise TorqueError("the two sides have no joint in common")
     of_real, of_twin = ([side.names.index(name) for name in names] for side in (real, twin))
+    # The median: a gap in the recording must not make the steps longer.
     begin, step = real.times[0], float(np.median(np.diff(real.times)))
     even = np.arange(begin, real.times[-1], step)
     return names, CycleSignals(
@@ -93,6 +94,7 @@ def vacuum_s(gripper: Sequence[tuple[float, str]]) -> float:
 
 def _at(even: Array, times: Array, values: Array) -> Array:
     """Return values at even times, between those that were read."""
+    # np.interp takes it for granted that times rise, and says nothing where they do not.
     order = np.argsort(times, kind="stable")
     columns = [np.interp(even, times[order], column[order]) for column in values.T]
     return np.stack(columns, axis=1)

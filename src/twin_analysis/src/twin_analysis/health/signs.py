@@ -114,6 +114,7 @@ def signs_of(cycle: CycleSignals, fastest: Array) -> Signs:
     # A long lag bends what is in proportion to speed: the lag that all have is taken off first.
     for _ in range(ROUNDS):
         each = zip(moved, _errors(cycle, late).T, fastest, goes)
+        # The median: one joint that has worn must not move what the others are held against.
         late += float(np.median([_lag(*joint) for *joint, does in each if does]))
     values = [
         _joint(q, torque, error, late, dt, half, most) if does else [float("nan")] * 6

@@ -112,6 +112,7 @@ class Baseline:
         """Return by how much each sign of a cycle differs from the first week's, by kind."""
         # An ideal robot has no friction: there is nothing to compare then.
         with np.errstate(divide="ignore", invalid="ignore"):
+            # A joint beside the arm, as the table, does not feel what hangs at the tool.
             heavier = (signs.inertia / self.inertia - 1.0)[self.carries]
             return {
                 "friction": _beyond_all(signs.friction / self.friction),
@@ -157,6 +158,7 @@ class Monitor:
         if len(self._kept) == WINDOW:
             found = self._worst(CAUSES) or self._worst(DIRECTIONS)
         about = (found.kind, found.joint) if found is not None else ("", "")
+        # Noise seldom names the same joint twice in a row; what has worn is named again.
         self._times = self._times + 1 if about == self._suspect else 1
         self._suspect = about
         return found if found is not None and self._times >= CONFIRMED else None

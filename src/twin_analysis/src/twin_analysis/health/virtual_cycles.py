@@ -109,6 +109,7 @@ def run_cycle(
             measured = motion.measured_positions, motion.measured_velocities
             now_ms = tick * plant.servo_period_ms
             reading = readings.read(tick, *measured, now_ms, motion.torques)
+            # Between two readings the registers hold the same object.
             if reading is not last:
                 last = reading
                 rows.append((*motion.targets, *reading.positions, *reading.torques))

@@ -68,6 +68,8 @@ def read_setups(bag: Bag) -> Callable[[float], Setup]:
     built: dict[str, Setup] = {}
 
     def setup_at(at: float) -> Setup:
+        # What came later than the first input was in force all the same: it was only not recorded
+        # yet.
         text = next((text for begin, text in reversed(texts) if begin <= at), texts[0][1])
         if text not in built:
             built[text] = _build(bag, text)
@@ -96,6 +98,7 @@ def _build(bag: Bag, text: str) -> Setup:
             robot = load_robot(folder)
             return Setup(robot, load_twin_controller(robot, folder))
         except ConfigError as error:
+            # The folder is gone by the time somebody reads this.
             raise ConfigError(str(error).replace(f"{folder}/", "in the bag: ")) from error
 
 

@@ -203,6 +203,7 @@ class Replay:
                 found = self._recorded[key]
                 self._found.append(
                     (
+                        # Behind all differences that have a time.
                         math.inf,
                         f"decision #{found.seq} ({found.event}) was recorded but is not made again",
                     )
@@ -225,6 +226,7 @@ class Replay:
         if last is None or (message.life == last.life and message.seq == last.seq + 1):
             return
         self._state = None
+        # Where no life is told, a number that falls is a new one.
         if message.life != last.life or message.seq <= last.seq:
             self._edges += [last.at, message.at]
             self._result.restarts.append(f"{message.at:.3f} s: the controller was started anew")
@@ -248,6 +250,7 @@ class Replay:
         if encode_state(self._state) != message.state:
             different = first_difference(self._state, recorded) or "its encoding"
             self._found.append((message.at, f"{message.at:.3f} s: the state differs: {different}"))
+            # On from what was true, or one difference would bring all that follow.
             self._state = recorded
 
     def _judge(self, message: RecordedInput, made: RecordedDecision) -> None:

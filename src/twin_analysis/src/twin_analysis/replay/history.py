@@ -61,6 +61,7 @@ def _replayed(setup_at: Callable[[float], Setup], inputs: Sequence[RecordedInput
     running = Replay(setup_at, {}, inputs[-1].at)
     reached: list[CoreState] = []
     for message in inputs:
+        # A lambda cannot assign, so the newest state takes the place of a list's content.
         running.feed(message, lambda _, state: reached.__setitem__(slice(None), [state]))
     result = running.finish()
     if result.lost or result.restarts:

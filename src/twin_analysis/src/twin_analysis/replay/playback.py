@@ -139,6 +139,7 @@ def _paced(
         period: [s]
     """
     begin, end = float(motion.stamps[0]), float(motion.stamps[-1])
+    # A whole number of periods may come out just below it.
     grid = np.minimum(
         begin + np.arange(math.floor((end - begin) / period + 1e-9) + 1) * period, end
     )

@@ -64,6 +64,7 @@ def _read_samples(bag: Bag) -> tuple[Motion, Mask] | None:
         for event in decode_events(message.data.tobytes()):
             if isinstance(event, RealMeasured):
                 unwrapped = unwrap_ms(clock, event.clock_ms)
+                # A clock that wraps goes on; one that leaps by 10 s has lost its beginning.
                 if clock is not None and abs(unwrapped - clock) > 10_000:
                     raise RecordError(
                         f"{bag.path}: the robot's clock jumped at {at - bag.start:.2f} s: "
@@ -75,6 +76,7 @@ def _read_samples(bag: Bag) -> tuple[Motion, Mask] | None:
         return None
     times = np.array([1e-3 * (clock_ms - rows[0][1]) for _, clock_ms, _ in rows])
     delays = np.array([at for at, _, _ in rows]) - times
+    # The answer that was quickest tells best when the robot's clock showed what.
     stamps = times + delays.min()
     rising = np.concatenate(([True], np.diff(np.maximum.accumulate(stamps)) > 0.0))
     positions, velocities = (
@@ -82,4 +84,5 @@ def _read_samples(bag: Bag) -> tuple[Motion, Mask] | None:
     )
     running = np.array([event.own_program or event.streaming for _, _, event in rows])
     real = build_side("real", stamps, positions, velocities)
+    # As build_side leaves samples out.
     return real, running[rising]

@@ -105,6 +105,7 @@ def replay_to_twin(
     ] = None,
 ) -> None:
     """Let the recorded real robot drive a live twin, and report the same errors."""
+    # As Ctrl-C, so that contexts are left and the port is free again.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     folder = private_parameters(sys.argv).get("config_dir")
     try:
@@ -162,6 +163,8 @@ def _run(
     compared = []
     for track in tracks_of(opened, mechanism, percent):
         beside = compare_tracks(track.experiment, [track, live(track)], comparer)
+        # At another pace the same time after the start is another place: run against run says
+        # nothing.
         compared.append(beside if rate == 1.0 else replace(beside, runs=()))
     written = WrittenComparison(
         mechanism, tuple(compared), {RECORDED: "the bag", LIVE: "now"}, remarks, output

@@ -49,6 +49,7 @@ class Stage:
         self._loop.__enter__()
         try:
             self._server.__enter__()
+        # Nobody leaves a context that was never entered.
         except BaseException:
             self._loop.__exit__()
             raise
@@ -61,6 +62,7 @@ class Stage:
 
     def play(self) -> None:
         """Begin."""
+        # Through the mailbox: only the loop changes the controller.
         self._loop.post(lambda _: self._controller.play())
 
     @property

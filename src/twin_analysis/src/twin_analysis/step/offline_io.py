@@ -91,6 +91,7 @@ class _Bench:
         self._simulation, self._trial, self._dt = simulation, trial, dt
         if trial.kind == "position":
             self._command(simulation.snapshot(with_loops=False).positions[simulation.watched[0]])
+        # Until the loop carries the weight: without feed-forward it sags first.
         self._run(_SETTLE_S)
 
     def step(self, target: float) -> Step:

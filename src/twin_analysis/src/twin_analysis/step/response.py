@@ -102,6 +102,7 @@ def step_of(samples: Sequence[tuple[float, LoopState]], target: float, before: f
         )
     if first == 0:
         raise StepResponseError("nothing was recorded before the step")
+    # The command came behind this state, before the first one that shows it.
     zero, last = samples[first - 1]
     kept = [(at - zero, state) for at, state in samples if at >= zero - before]
     return Step(

@@ -153,6 +153,7 @@ class HealthWatch:
         worst = worst_of(told)
         wears = "" if worst is None or worst.finding is None else worst.finding.text
         self._log(rospy.logwarn, problem, wears)
+        # The verdict is told at once, not up to a second later.
         self._woken.set()
 
     def _log(self, say: Any, *lines: str) -> None:
@@ -184,6 +185,7 @@ class HealthWatch:
             kept_signs(time.time(), signs),
             self._week_s,
         )
+        # By identity: what has just been judged is not judged twice.
         others = [each for each in weeks.kinds if each is not told.kind]
         found = (*(judged(kind, self._joints) for kind in others), told)
         self._watched = WearStatus(found, self._watched.taken + 1)

@@ -85,5 +85,6 @@ class Taking:
 
     def _take(self, leader: str, program: str) -> HeardCycle:
         assert self._since is not None
+        # From its begin on: the length of a cycle does not make them rarer.
         self._due, self._since = self._since + self._every_s, None
         return HeardCycle(leader, program)

@@ -61,6 +61,7 @@ def diagnose(watched: WearStatus, name: str) -> Diagnosis:
 
 def worst_of(told: Sequence[KindVerdict]) -> KindVerdict | None:
     """Return what is furthest beyond its limit; None: nothing is."""
+    # Its place beside the score, for of two equal scores the verdicts themselves have no order.
     found = [(each.finding.score, at) for at, each in enumerate(told) if each.finding is not None]
     return told[max(found)[1]] if found else None
 

@@ -183,6 +183,7 @@ def with_cycle(
     if kind.complete:
         kind = msgspec.structs.replace(kind, recent=[*kind.recent, signs][-RECENT:])
     else:
+        # The first ones stay: they are the healthy robot's.
         week = [*kind.week, signs][:MOST_CYCLES]
         over = len(week) >= LEAST and signs.time - week[0].time >= week_s
         kind = msgspec.structs.replace(kind, week=week, complete=over)
@@ -226,6 +227,7 @@ def kept_signs(time: float, signs: Signs) -> KeptSigns:
 def signs_from(kept: KeptSigns) -> Signs:
     """Return signs that were kept."""
     forward, backward, coulomb, inertia, lag, play = (
+        # numpy makes NaN of None.
         np.array(row, dtype=np.float64)
         for row in (
             *(kept.forward, kept.backward, kept.coulomb),

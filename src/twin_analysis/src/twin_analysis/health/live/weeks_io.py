@@ -10,6 +10,7 @@ from scara_config.files.whole_file import write_whole
 
 from twin_analysis.health.live.weeks import Weeks
 
+# Below rosout: it reaches the cell's log, and this module needs no rospy.
 _LOG = logging.getLogger("rosout.health_weeks")
 
 
