@@ -161,6 +161,7 @@ def metrics_settings(section: MetricsSection, robot: Robot) -> MetricsSettings:
         for name in section.__struct_fields__
         if name != "moving_speed_percent"
     }
+    # Of the arm alone: the table does not move the tool.
     moving_speeds = np.array([joint.velocity * fraction for joint in robot.arm_joints])
     return MetricsSettings(reach_mm=robot.reach_mm, moving_speeds=moving_speeds, **fields)
 

@@ -72,6 +72,7 @@ def outcome(side: str, handled: Handled, work: Palletise, start: float, end: flo
     """
     last: Mapping[str, tuple[float, float, float]] = {}
     for at, places in handled.places:
+        # What was told later may belong to another experiment.
         if at <= end:
             last = places
     level = work.pallet.top_mm * MM + 0.5 * work.parts.height

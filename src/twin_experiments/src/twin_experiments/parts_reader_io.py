@@ -50,6 +50,7 @@ def read_work(recorded: Mapping[str, Any], directory: Path | None) -> Palletise 
     """
     text = recorded.get(FILE)
     if text is None:
+        # A bag that holds files, and this one not, is of a cell without parts.
         return None if recorded else find_palletise(directory)
     try:
         tree = parse(text)

@@ -18,6 +18,7 @@ PACKAGE = "twin_experiments"
 LIBRARIES = ("numpy", "pybullet")
 PROCESSORS = Path("/proc/cpuinfo")
 GIT_DEADLINE_S = 10.0
+# Without tags: the commit alone, whatever was released there.
 DESCRIBE = ("describe", "--always", "--dirty=+", "--abbrev=7", "--exclude=*")
 
 
@@ -63,6 +64,7 @@ def processor_of(listing: Path) -> str:
     except OSError:
         return UNKNOWN
     names = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    # ARM's listing has no model name.
     return next(names, "") or platform.machine() or UNKNOWN
 
 

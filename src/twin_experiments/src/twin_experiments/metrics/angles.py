@@ -39,6 +39,7 @@ def angles_between(arm: ScrewModel, q: Array, other: Array) -> Array:
     """
     one, two = (forward_kinematics_batch(arm, each)[:, :3, :3] for each in (q, other))
     chord = np.linalg.norm((one - two).reshape(-1, 9), axis=1) / np.sqrt(8.0)
+    # At half a turn rounding may leave arcsin's domain.
     return np.asarray(2.0 * np.arcsin(np.minimum(chord, 1.0)))
 
 

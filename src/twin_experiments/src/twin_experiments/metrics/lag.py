@@ -46,6 +46,7 @@ def estimate_lag(
                 + _squared_difference(behind, ahead, reach)[::-1]
             )
     best = int(np.argmin(total))
+    # Smallest at an end of the search: a lag beyond it may fit better.
     if best in (0, 2 * reach) or not np.ptp(total) > 0.0:
         return None
     before, here, after = total[best - 1 : best + 2]

@@ -80,6 +80,7 @@ def find_needles(
     receipts = [
         received[age > np.percentile(age, USUAL_PERCENT) + LATE_S]
         for received, age in ages.values()
+        # Of nothing there is no percentile.
         if len(age)
     ]
     late = np.sort(np.concatenate(receipts)) if receipts else np.zeros(0)
@@ -88,6 +89,7 @@ def find_needles(
     floor = max(LOWEST_MM, LEAST_SHARE * float(seen.deviation_mm.max(initial=0.0)))
     for first, last in seen.aligned.segments:
         part = slice(first, last)
+        # By prominence: a peak on a broad hill is high without standing out.
         peaks, shape = find_peaks(
             seen.deviation_mm[part], prominence=floor, width=(None, WIDEST_S * rate), rel_height=0.5
         )

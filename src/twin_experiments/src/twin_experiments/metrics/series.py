@@ -188,6 +188,7 @@ def align(real: Motion, twin: Motion, rate: float, longest_gap: float) -> Aligne
     # One side in a hole is enough: nothing can be compared there.
     known = np.ones(len(instants), dtype=bool)
     for gap in gaps:
+        # The samples at both edges of a hole are known.
         known &= (instants <= gap.start) | (instants >= gap.start + gap.duration)
     if not known.any():
         raise MetricsError(

@@ -116,6 +116,7 @@ def resample(motion: Motion, rate: float, start: float, end: float) -> tuple[Arr
     The motion must cover that time.
     """
     instants = start + np.arange(max(1, int((end - start) * rate + 1e-9) + 1)) / rate
+    # Rounding may put the last instant behind the end, where nothing is known.
     return interpolate(motion, np.minimum(instants, end))
 
 
@@ -144,6 +145,7 @@ def along_path(mechanism: Mechanism, motion: Motion, count: int) -> tuple[Array,
     length = float(distance[-1])
     instants = np.minimum(start + np.arange(len(places)) / PICTURED_HZ, end)
     wanted = np.linspace(0.0, length, count)
+    # While the tool rests several instants have one distance: the first of them counts.
     rising = np.concatenate(([True], np.diff(distance) > 0.0))
     columns = [
         np.interp(wanted, distance[rising], places[rising, k]) for k in range(places.shape[1])
@@ -165,6 +167,7 @@ def distance_from_path(places: Array, reference: Array, window: int) -> Array:
         Distances from the nearest point of the reference's polyline, shape ``(k,)``.
     """
     start, step = reference[:-1], np.diff(reference, axis=0)
+    # A reference that does not move has steps without a length.
     length = np.maximum(np.einsum("ij,ij->i", step, step), 1e-30)
     middle = np.round(np.linspace(0.0, len(start) - 1, len(places))).astype(int)
     near = np.clip(middle[:, None] + np.arange(-window, window + 1), 0, len(start) - 1)

@@ -79,6 +79,7 @@ def true_positioning(
         rests = find_rests(seen, set_positions, settings)
         return max((rest.worst_mm for rest in rests), default=None)
 
+    # Without its zero offsets a joint is where its encoder says.
     largest, calibrated = worst(arm.tool(joints)), worst(tool(joints - arm.zero_offsets))
     if largest is None or calibrated is None:
         return None

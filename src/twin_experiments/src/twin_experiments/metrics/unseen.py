@@ -57,6 +57,7 @@ def unseen_delay(seen: Trace, stamps: Array, half_widths: Array) -> UnseenDelay 
     known = half_widths[np.isfinite(half_widths)]
     if len(known) == 0 or len(stamps) < 2:
         return None
+    # The median: a hole in the recording is no period of the readings.
     width, period = float(known.max()), float(np.median(np.diff(stamps)))
     speeds = [tool_speeds(seen, slice(*segment)) for segment in seen.aligned.segments]
     fastest = max((float(each.max(initial=0.0)) for each in speeds), default=0.0)

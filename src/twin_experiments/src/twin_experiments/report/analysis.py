@@ -140,9 +140,11 @@ def analyse(
         visited = {name: positions[name] for name in experiment.visits}
         result = _analyse_span(run, span, experiment, config, visited, settings, columns, tool)
         if result.motions is not None:
+            # The motions are those of real and twin, in this order.
             leader = result.motions[result.leader == "twin"]
             percent = float(100.0 * (np.abs(leader.velocities) / largest).max())
             result = replace(result, speed_percent=percent)
+        # Pauses first, for they explain needles.
         result = _with_needles(_with_pauses(result, run.pauses, robot.reach_mm), run)
         result = _with_unseen(result, run)
         if result.comparison is not None:
@@ -262,6 +264,7 @@ def judge(
         reasons.append("the recording ends before the experiment does")
     reasons += [excess.text for excess in exceeded(comparison, reach_mm, limits)]
     wanted = tuple(name for name, _ in groupby(experiment.visits))
+    # Only the last ones: where both stood before the first visit does not count.
     if held[-len(wanted) :] != wanted:
         reasons.append(
             f"both stood still at {' '.join(held) or 'no set position'}, expected "

@@ -125,12 +125,14 @@ def _distance(
         "percent_of": reach_mm,
         "title": f"distance of the tools; allowed: {limit:.1f} mm, {limit_percent:g} % of reach "
         f"({', '.join(found)})",
+        # Above the axis nothing could be seen of it.
         **({"limit": _four(limit)} if limit < high else {}),
     }
 
 
 def _rests(comparison: Comparison, start: float, reach_mm: float) -> dict[str, Any]:
     """Return the three distances of each rest, side by side, with the name of its set position."""
+    # Beside each other, for three points at one instant would hide each other.
     rests, beside = comparison.rests, 0.008 * comparison.trace.aligned.span
     series = []
     for name, color, offset, values in (
@@ -189,6 +191,7 @@ def chart_line(
 def thinned(places: Array, values: Array) -> list[list[float]]:
     """Return points, few enough to send; no peak is lost, up or down."""
     step = max(1, -(-len(places) // MOST_POINTS))
+    # The last value fills the last bin up.
     padded = np.concatenate((values, np.repeat(values[-1:], -len(values) % step)))
     bins = padded.reshape(-1, step)
     peaks = bins[np.arange(len(bins)), np.abs(bins).argmax(axis=1)]

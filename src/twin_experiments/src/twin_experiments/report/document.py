@@ -221,6 +221,7 @@ def _short_row(result: Result, reach_mm: float) -> tuple[str, ...]:
         _plain(comparison.path.max_mm, reach_mm),
         "-" if at_rest is None else _plain(at_rest, reach_mm),
         _turned(result.turned),
+        # A lag that rounds to nothing has no sign.
         "-" if lag is None else f"{1e3 * lag:.0f} ms".replace("-0 ms", "0 ms"),
         verdict,
     )

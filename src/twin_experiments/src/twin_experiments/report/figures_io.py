@@ -65,12 +65,14 @@ def draw_chart(chart: Chart) -> Figure:
             axis.axhline(panel["limit"], color=GREY, linestyle="--", linewidth=1.0)
         if "percent_of" in panel:
             whole = panel["percent_of"] / 100.0
+            # As defaults: a lambda would find the last panel's value when it is called.
             functions = (lambda y, whole=whole: y / whole, lambda y, whole=whole: y * whole)
             axis.secondary_yaxis("right", functions=functions).set_ylabel("% of reach")
     axes[-1].set(xlim=(chart["from"], chart["to"]), xlabel=chart["x"])
     figure.align_ylabels(list(axes))
     # Each name once: the panels of a chart show the same lines of several joints.
     named = {line.get_label(): line for axis in axes for line in axis.get_lines()}
+    # To matplotlib a line without a label is called _child and a number.
     shown = {name: line for name, line in named.items() if not str(name).startswith("_")}
     figure.legend(shown.values(), shown.keys(), loc="outside upper right", ncols=min(len(shown), 6))
     return figure

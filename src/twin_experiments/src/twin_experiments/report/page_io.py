@@ -108,6 +108,7 @@ def chart_library() -> str:
     text = (folder / entry[2]).read_text(encoding="utf-8")
     end = MODULE_END.search(text)
     name = end and re.search(rf"([\w$]+) as {re.escape(entry[1])}(?:,|\Z)", end[1])
+    # A closing tag in it would end the script element in the middle of the library.
     if end is None or not name or "</script" in text:
         raise OSError(f"{folder / entry[2]}: no chart library is found in it")
     return f"{text[: end.start()]}window.echarts={name[1]};"

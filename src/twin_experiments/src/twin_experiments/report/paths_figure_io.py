@@ -44,10 +44,12 @@ def draw_paths(comparison: Comparison, positions: Mapping[str, Array]) -> Figure
         pieces = [*np.stack((points[:-1], points[1:]), axis=1)]
         # Starts above white: the ends of the path, where all is well, must be seen too.
         lines = LineCollection(pieces, norm=norm, linewidth=3.0, cmap=COLORS)
+        # A piece has the colour of its end.
         lines.set_array(error[1:])
         lines.set_capstyle("round")
         axis.add_collection(lines)
         # Mark the set positions with their names outside the path
+        # Without a set position there is no mean.
         middle = MM * float(np.mean([place[0] for place in positions.values()] or [0.0]))
         for name, position in positions.items():
             place = (float(position[across] * MM), float(position[up] * MM))
@@ -102,6 +104,7 @@ def draw_worst(comparison: Comparison) -> Figure:
 
 def _worst(seen: Trace) -> tuple[int, int]:
     """Return the instant at which the tools were furthest apart, and the view that shows it."""
+    # While something moves, as the path error has it: below all others where nothing does.
     worst = int(np.argmax(np.where(seen.moving, seen.deviation_mm, -1.0)))
     between = seen.real_tool[worst] - seen.twin_tool[worst]
     return worst, 0 if abs(between[1]) >= abs(between[2]) else 1

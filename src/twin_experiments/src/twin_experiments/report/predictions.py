@@ -156,6 +156,7 @@ def _cells(motion: Foretold, measure: str, scale: float, form: str, unit: str) -
         for value in (both.predicted, both.measured)
     )
     off = motion.off_percent(measure)
+    # A difference that rounds to nothing is no shortfall.
     shown = NOTHING if off is None else f"{off:+.1f} %".replace("-0.0", "+0.0")
     return (*values, shown)
 

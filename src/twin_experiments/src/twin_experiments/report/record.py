@@ -139,6 +139,7 @@ def build_side(side: str, stamps: Array, positions: Array, velocities: Array) ->
     """
     later = np.ones(len(stamps), dtype=bool)
     if len(stamps):
+        # Later than all before it: a clock that was set back counts again once it has caught up.
         later[1:] = stamps[1:] > np.maximum.accumulate(stamps)[:-1]
     try:
         return Motion(side, stamps[later], positions[later], velocities[later])

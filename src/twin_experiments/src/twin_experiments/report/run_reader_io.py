@@ -52,6 +52,7 @@ def read_run(bag: Bag, joint_names: list[str]) -> Run:
             understood.
         RecordError: A joint or a velocity is missing, or the marks start no experiment.
     """
+    # Where neither was recorded the error names the truth.
     real_topic = REAL if bag.count(REAL) or not bag.count(MEASURED) else MEASURED
     bag.require((real_topic, TWIN))
     origin, end = bag.start, bag.end
@@ -162,6 +163,7 @@ def _clock_half_widths(bag: Bag, origin: float) -> tuple[Array, Array]:
         for link in message.links
         if link.name == "real" and link.connected
     ]
+    # Two rows, even where nothing is known.
     times, half_widths = np.array(known, dtype=np.float64).reshape(-1, 2).T
     return times, half_widths
 
@@ -187,6 +189,7 @@ def _warnings(bag: Bag, origin: float) -> tuple[Event, ...]:
             if level and last.get(status.name) != (level, status.message):
                 word = {1: "WARN", 2: "ERROR"}.get(level, "STALE")
                 found.append(Event(at - origin, status.name, f"{word}: {status.message}"))
+            # An OK is kept too: the same warning behind it is told again.
             last[status.name] = (level, status.message)
     return tuple(found)
 

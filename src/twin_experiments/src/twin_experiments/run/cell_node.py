@@ -78,6 +78,8 @@ def enter_ros(name: str, deadline: float, tell: Callable[[str], None]) -> None:
             )
         time.sleep(MASTER_POLL_S)
     harden_process()
+    # Anonymous: the master ends the older of two nodes of one name. Signals are the caller's, who
+    # has to stop motion and recording first.
     rospy.init_node(name, anonymous=True, disable_signals=True)
 
 
@@ -102,6 +104,7 @@ class RunningCell:
         """Keep the newest message; of joint states also whether they move."""
         self._newest[topic] = message
         if topic in self._activities:
+            # A robot may show more joints than the twin has.
             known = [n in self._thresholds for n in message.name]
             speeds = [*compress(message.velocity, known)]
             thresholds = [self._thresholds[n] for n in compress(message.name, known)]
@@ -159,6 +162,7 @@ class RunningCell:
         if state.mode != Mode.IDLE:
             reason = state.alarm or state.why or "no reason given"
             waited = f"twin controller in IDLE (it is in {state.mode}: {reason})"
+            # Only a person gives these commands: to wait on would be in vain.
             if state.mode in WAYS_OUT:
                 raise RunError(
                     f"waiting for {waited}; first give {WAYS_OUT[state.mode]} to "
@@ -212,6 +216,8 @@ class RunningCell:
         begun = time.monotonic()
         self.wait_until(
             lambda: (
+                # A rest from before does not count: what was just asked for may not have begun to
+                # move.
                 min(self.still_for(), time.monotonic() - begun) >= duration
                 and self.mode == Mode.IDLE
             ),

@@ -55,6 +55,7 @@ class Palletiser:
             (height, task.approach_percent),
         ):
             self._go(at, z, speed)
+        # The suction acts on both sides, and a robot that was left behind would grip nothing.
         if self._cell.mode == TwinControllerState.PAUSED:
             raise RunError("the pair is paused, the robot does not follow: " + self._cell.why)
         self._switch(grip)

@@ -34,6 +34,7 @@ class PendantCalls:
                 capture_output=True,
                 text=True,
                 timeout=self._deadline,
+                # What is typed meanwhile is not for the pendant.
                 stdin=subprocess.DEVNULL,
             )
         except subprocess.TimeoutExpired as error:

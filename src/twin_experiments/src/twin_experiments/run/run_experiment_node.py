@@ -93,6 +93,7 @@ class Runner:
         self._config = config
         self._pendant = pendant
         self._progress = progress
+        # So long that it counts as a rest even without what is cut off at its end.
         self._rest = config.metrics.rest_s + 2.0 * config.metrics.rest_margin_s
 
     def run(self, name: str, experiment: Experiment) -> None:
@@ -139,6 +140,7 @@ class Runner:
 
     def _real_leads(self, name: str, experiment: RealLeads | RealPalletises, task: TaskID) -> None:
         """Start the program on the robot's own pendant and wait for its end."""
+        # The pendant takes whole percents.
         self._pendant("override", str(round(experiment.override_percent)))
         self._pendant("run", experiment.program)
         before, deadlines = self._cell.moves("real"), self._config.deadlines_s
@@ -151,6 +153,7 @@ class Runner:
             self._progress.update(
                 task,
                 description=f"{name}: {experiment.program}",
+                # A program may make more moves than it has positions.
                 completed=min(begun, self._steps(experiment)),
             )
             return not self._cell.running
@@ -249,6 +252,7 @@ def _record(
     with console.status("looking for the cell") as status:
         cell.wait_ready(lambda text: status.update(text))
     if any(isinstance(experiment, RealLeads | RealPalletises) for experiment in chosen.values()):
+        # Before anything is recorded or moves: a pendant that finds no robot ends the run here.
         pendant("status")
     cell.start_recording(bag)
     try:
@@ -258,6 +262,7 @@ def _record(
                 for name, experiment in chosen.items():
                     runner.run(name, experiment)
         time.sleep(TAIL_S)
+    # After an interrupt too: whatever ends a run must not leave the robot moving.
     except BaseException:
         trouble = cell.stop_motion()
         console.print("stopping the motion" + (f": {trouble}" if trouble else ""))
@@ -300,6 +305,7 @@ def new_run_folder(base: Path, stamp: str) -> Path:
     base.mkdir(parents=True, exist_ok=True)
     for number in range(1, 1000):
         folder = base / (stamp if number == 1 else f"{stamp}_{number}")
+        # mkdir itself tells who came first: two runs may begin within one second.
         with contextlib.suppress(FileExistsError):
             folder.mkdir()
             return folder

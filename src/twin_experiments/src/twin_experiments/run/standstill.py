@@ -38,6 +38,7 @@ def observe(
     if activity.newest is None:
         last = now
     if any([abs(v) >= least for v, least in zip(velocities, moving_speeds)]):
+        # The first motion is a move, however soon after the first sample it comes.
         begins = now - last > NEW_MOVE_AFTER_S or not moves
         last, moves = now, moves + begins
     return Activity(now, last, moves)
