@@ -107,7 +107,7 @@ def check_ranges(joints: Sequence[Joint], positions: Iterable[float], where: str
         RefusedError: One is not finite, or outside its joint's range.
     """
     for joint, position in zip(joints, positions):
-        # A set point comes as float32 in deg or mm: the end of a range may round beyond it. NaN
+        # A set point may come as float32 in deg or mm: the end of a range may round beyond it. NaN
         # fails the comparison, so it is refused below.
         if joint.lower - 1e-6 <= position <= joint.upper + 1e-6:
             continue
