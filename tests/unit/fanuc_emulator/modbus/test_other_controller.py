@@ -10,6 +10,7 @@ from collections.abc import Iterator
 
 import pytest
 from fanuc_emulator.pendant.pendant_link_io import PendantError, PendantLink
+from fanuc_emulator.pendant.pendant_node import app as pendant_app
 from harness.emulated.served import CONFIG, running
 from harness.processes import wait_until
 from pymodbus.client import ModbusTcpClient
@@ -23,6 +24,7 @@ from twin_controller.config import load_twin_controller
 from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
 from twin_controller.robot.signals import Number, Pulse
 from twin_controller.robot_sample import ControlType, RobotSample
+from typer.testing import CliRunner
 
 
 @pytest.fixture(scope="module")
@@ -98,6 +100,25 @@ def test_the_pendant_works_by_the_same_map(port: int, profile: tuple[Robot, Modb
         wait_until(lambda: not pendant.outputs()["progrun"], 5.0)
         with pytest.raises(PendantError, match="no command for home"):
             pendant.pulse("home")
+
+
+def test_the_pendants_command_starts_a_program_without_a_severity(port: int) -> None:
+    """FAULT tells of an alarm that stops, and the message alone says which one."""
+
+    def pendant(*words: str) -> tuple[int, str]:
+        result = CliRunner().invoke(pendant_app, [*words, "--port", str(port)])
+        return result.exit_code, result.output
+
+    assert pendant("reset") == (0, "ready\n")
+    assert pendant("override", "100")[0] == 0
+    code, text = pendant("run", "TWO_POINT", "--wait")
+    assert code == 0 and text.endswith("TWO_POINT ended\n")
+    with PendantLink("127.0.0.1", port, load_modbus_map(CONFIG)) as link:
+        link.set_signal("panel_imstp", False)
+    wait_until(lambda: "SRVO-001" in pendant("status")[1], 5.0)
+    code, text = pendant("run", "TWO_POINT")
+    assert code == 1 and "FAULT is on: SRVO-001 Operator panel E-stop;" in text
+    assert pendant("reset") == (0, "ready\n")
 
 
 def test_the_twin_controllers_link_streams_to_it(

@@ -9,7 +9,7 @@ from typing import Any
 import pymodbus
 from pymodbus.client import ModbusTcpClient
 from scara_config.map_entries import MODE_BITS
-from scara_config.modbus_map import ModbusMap, SignalWord
+from scara_config.modbus_map import Bit, ModbusMap, SignalWord
 
 from fanuc_emulator.registers import Value, decode, encode
 from fanuc_emulator.uop import with_panel
@@ -63,8 +63,14 @@ class PendantLink:
         return decode(register, answer.registers[: register.words], self._low_first)
 
     def write(self, name: str, values: Sequence[float] | Sequence[int]) -> None:
-        """Write one register of the map."""
-        register = self._layout.holding_registers[name]
+        """Write one register of the map.
+
+        Raises:
+            PendantError: The robot has no such register.
+        """
+        register = self._layout.holding_registers.get(name)
+        if register is None:
+            raise PendantError(f"this robot's map has no register {name}")
         self._call("write_registers", register.offset, encode(register, values, self._low_first))
 
     def outputs(self) -> dict[str, bool]:
@@ -91,10 +97,14 @@ class PendantLink:
         return coil is None or bool(self._call("read_coils", coil.offset, count=1).bits[0])
 
     def set_signal(self, name: str, level: bool) -> None:
-        """Set one UI signal."""
+        """Set one UI signal.
+
+        Raises:
+            PendantError: The robot has no such signal.
+        """
         word = self._layout.command_word
         if word is None:
-            self._call("write_coil", self._layout.coils[name].offset, level)
+            self._call("write_coil", self._coil(name).offset, level)
         else:
             codes = word.codes.get(name)
             self._command(name, None if codes is None else codes.high if level else codes.low)
@@ -106,8 +116,14 @@ class PendantLink:
             self._command(name, None if codes is None else codes.pulse)
             return
         self.set_signal(name, True)
-        time.sleep(self._layout.coils[name].pulse_ms * 1e-3)
+        time.sleep(self._coil(name).pulse_ms * 1e-3)
         self.set_signal(name, False)
+
+    def _coil(self, name: str) -> Bit:
+        coil = self._layout.coils.get(name)
+        if coil is None:
+            raise PendantError(f"this robot has no command for {name}")
+        return coil
 
     def _lit(self, word: SignalWord) -> dict[str, bool]:
         """Read signals that are bits of a register."""
@@ -147,8 +163,11 @@ class PendantLink:
 
     def alarm(self) -> str:
         """Return the active alarm as the pendant shows it, or an empty text."""
-        message, cause = self.read("alarm_message"), self.read("alarm_cause")
-        return f"{message} ({cause}, {self.read('alarm_severity_text')})" if message else ""
+        message = str(self.read("alarm_message"))
+        # A map may have the message alone.
+        told = (self.read("alarm_cause"), self.read("alarm_severity_text"))
+        more = ", ".join(str(each) for each in told if each)
+        return f"{message} ({more})" if message and more else message
 
     def _call(self, function: str, offset: int, *arguments: Any, **options: Any) -> Any:
         """Send one request and check its answer."""

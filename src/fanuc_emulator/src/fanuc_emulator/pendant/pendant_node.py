@@ -217,7 +217,11 @@ def _state(link: PendantLink) -> ProgramState:
 
 def _fault(link: PendantLink) -> bool:
     """Tell whether an alarm is active that stops."""
-    return int(link.read("alarm_severity")[0]) > Severity.WARN
+    severity = link.read("alarm_severity")
+    if severity:
+        return int(severity[0]) > Severity.WARN
+    # A robot that tells no severity has FAULT among its outputs, or is only followed.
+    return link.outputs().get("fault", bool(link.read("alarm_id")[0]))
 
 
 def _expect(link: PendantLink, condition: Callable[[], bool], failure: str) -> None:

@@ -26,7 +26,8 @@ class DisplayReading(msgspec.Struct, frozen=True):
 
     Attributes:
         trouble: Why nothing can be shown, or an empty text.
-        rows: For each joint name, position and speed in deg or mm, unit.
+        rows: For each joint name, position and speed in deg or mm, unit. No speed: the robot does
+            not tell.
         program: Name, line and state.
         override: In force [%].
         mode: At what the mode switch stands; empty: the robot does not tell.
@@ -36,7 +37,7 @@ class DisplayReading(msgspec.Struct, frozen=True):
     """
 
     trouble: str
-    rows: tuple[tuple[str, float, float, str], ...] = ()
+    rows: tuple[tuple[str, float, float | None, str], ...] = ()
     program: str = ""
     override: int = 0
     mode: str = ""
@@ -105,7 +106,7 @@ class PendantStation:
             (
                 joint.name,
                 float(positions[joint.axis_number - 1]),
-                float(velocities[joint.axis_number - 1]),
+                float(velocities[joint.axis_number - 1]) if velocities else None,
                 joint.unit,
             )
             for joint in self._robot.joints

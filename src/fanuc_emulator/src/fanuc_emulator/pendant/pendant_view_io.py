@@ -97,8 +97,9 @@ class PendantPage:
             shown = f"OVERRIDE {reading.override} %   {reading.mode}".rstrip()
             override.set_text("" if reading.trouble else shown)
             rows = (
-                f"<tr><td>{name}</td><td><b>{q:.2f}</b> {unit}</td><td>{v:.1f} {unit}/s</td></tr>"
+                f"<tr><td>{name}</td><td><b>{q:.2f}</b> {unit}</td><td>{speed}</td></tr>"
                 for name, q, v, unit in reading.rows
+                for speed in ("-" if v is None else f"{v:.1f} {unit}/s",)
             )
             table.set_content(f"<table>{''.join(rows)}</table>")
             alarm.set_text(reading.alarm)
@@ -122,7 +123,7 @@ class PendantPage:
         ui.label("Override").classes("key-title")
         with ui.element("div").classes("key-row"):
             for text, change in (("\N{MINUS SIGN}", -STEP_PERCENT), ("+", STEP_PERCENT)):
-                self._key(text, partial(self._change_override, change))
+                self._key(text, partial(_change_override, change))
             for percent in (10, 100):
                 self._key(f"{percent} %", partial(_override, percent))
         if self._turns:
@@ -164,8 +165,10 @@ class PendantPage:
             ),
         )
 
-    def _change_override(self, change: int, link: PendantLink) -> None:
-        _override(self._station.reading.override + change, link)
+
+def _change_override(change: int, link: PendantLink) -> None:
+    # From the robot: before the first reading the display shows none, which would be 0.
+    _override(int(link.read("override_now")[0]) + change, link)
 
 
 def _override(percent: int, link: PendantLink) -> None:
