@@ -228,7 +228,7 @@ class AssignedRegisters:
     def _value(self, cell: Cell, snapshot: Snapshot) -> float | str:
         """Return one value as it is now."""
         if cell.family == FAST_CLOCK:
-            return snapshot.clock_ms // round(FAST_CLOCK_MS)
+            return snapshot.plain_clock_ms // round(FAST_CLOCK_MS)
         home = self._homes.get(cell)
         if home is not None:
             begin = home.offset - self._image.first[_TABLE]
