@@ -213,6 +213,15 @@ def test_registers_lead_a_path_where_the_program_puts_it() -> None:
     assert target.place.config == "R, 0, 0, 0"
 
 
+def test_a_motion_from_an_unknown_place_hides_no_later_one() -> None:
+    """Where a J to joint positions ends is known, whatever was before it."""
+    lines = ("UFRAME_NUM=0", "UTOOL_NUM=0", "L P[4] 90mm/sec FINE", "J P[1] 50% FINE")
+    last = walked(*lines, "PR[3]=JPOS", "J PR[3] 20% FINE")[-1]
+    assert isinstance(last, PathStep) and last.targets[-1].place == joint_pose(
+        ROBOT.joints, POSITIONS[1]
+    )
+
+
 def test_a_wait_that_runs_out_goes_to_its_label() -> None:
     """After $WAITTMOUT, which is 30 s."""
     found = walked(

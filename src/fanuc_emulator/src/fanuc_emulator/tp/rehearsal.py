@@ -160,8 +160,9 @@ class _Known(Registers):
             raise UnknownValueError(f"{why}: give that motion FINE")
         # Not planned before: only JPOS and LPOS ask where the motions end.
         for step in self.moves:
+            # A later motion may lead to one place from wherever this one ends.
             if self._here is None and not _leads_to_one_place(step):
-                break
+                continue
             home, joints = self._planner.robot.home, self._planner.robot.joints
             begin = self._here or tuple(home.get(j.name, 0.0) * j.scale for j in joints)
             try:
