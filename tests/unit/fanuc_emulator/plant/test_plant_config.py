@@ -101,7 +101,7 @@ BOUNDS = {
     "clock.boot_offset_ms": (0, 2**31 - 1),
     "clock.drift_ppm": (-500.0, 500.0),
     "clock.error_ms": (0, 20),
-    "servo_period_ms": (1, 10),
+    "servo_period_ms": (1, 2),
     "servo_substeps": (1, 16),
     "interpolation_period_ms": (1, 40),
     "interpolation_phase_ms": (0, 40),
@@ -176,7 +176,7 @@ def test_a_key_that_nobody_knows_is_refused_wherever_it_stands(
             r"axes.joint_3.zero_offset_deg: joint_3 is counted in mm",
         ),
         (["filter_ms"], [15], r"filter_ms.*multiple"),
-        (["servo_period_ms"], 3, r"servo_period_ms = 3: must divide 10"),
+        (["servo_period_ms"], 5, r"servo_period_ms = 5: Expected `int` <= 2"),
         (
             ["interpolation_period_ms"],
             7,
