@@ -48,6 +48,12 @@ def test_what_else_wears() -> None:
     assert heavy.axes["table_joint"].payload_inertia_percent == 0.0
 
 
+def test_nothing_tells_what_a_payload_does_to_a_plant_without_one() -> None:
+    """The ideal robot's tool is empty."""
+    with pytest.raises(ValueError, match=r"payload_kg = 0: 1.5 kg more need a plant with"):
+        worn(load_plant(ROBOT, FOLDER, "ideal"), Wear("payload", 1.5))
+
+
 @pytest.mark.parametrize(("leak", "longer"), [(0.0, 1.0), (0.2, 1.51), (0.4, math.inf)])
 def test_a_leak_makes_the_vacuum_late_and_at_last_impossible(leak: float, longer: float) -> None:
     """As the law of a pump that draws through a hole says."""

@@ -44,6 +44,7 @@ def worn(plant: Plant, wear: Wear) -> Plant:
 
     Raises:
         KeyError: The plant has no such joint.
+        ValueError: A payload is added to a tool that carries nothing.
     """
     match wear.kind:
         case "friction":
@@ -120,6 +121,9 @@ def _soft(axis: AxisFile, amount: float) -> AxisFile:
 
 def _loaded(plant: Plant, added_kg: float) -> Plant:
     """What hangs at the tool is heavier than the plant says, by inertia and by what it rubs."""
+    # By how much an axis feels a kilogram stands nowhere but in what it feels of the payload.
+    if not plant.payload_kg:
+        raise ValueError(f"payload_kg = 0: {added_kg:g} kg more need a plant with a payload")
     share = (plant.payload_kg + added_kg) / plant.payload_kg
 
     def rubs(file: FrictionFile | None) -> FrictionFile | None:
