@@ -92,17 +92,20 @@ class GroundTruth:
 
     def observe(self, snapshot: Snapshot, due: float) -> None:
         """Publish a snapshot that is true at the monotonic time ``due``, if somebody listens."""
-        if self._publisher is None or snapshot.tick % self._every:
+        if snapshot.tick % self._every:
             return
-        seconds = due + self._offset
+        if self._publisher is None:
+            if self._parts is not None:
+                self._parts.note(due)
+            return
         if self._parts is not None:
-            self._parts.publish(snapshot.outputs, seconds)
+            self._parts.publish(snapshot.outputs, due, self._offset)
         if not self._publisher.get_num_connections():
             return
         message = self._message(
             name=self._names, position=snapshot.positions, velocity=snapshot.velocities
         )
-        message.header.stamp = self._time(seconds)
+        message.header.stamp = self._time(due + self._offset)
         self._publisher.publish(message)
 
     def serve(self) -> None:

@@ -12,6 +12,7 @@ import rospy
 from fanuc_emulator.config import load_emulator, load_programs
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.emulator_node import GroundTruth
+from fanuc_emulator.gripping import parts_truth_node
 from fanuc_emulator.gripping.cell_parts import CellParts
 from fanuc_emulator.gripping.parts_truth_node import PartsTruth
 from scara_config import load_robot
@@ -150,3 +151,32 @@ def test_late_listener_gets_what_is_true(bench: Bench) -> None:
         x, y, z = bench.parts.place(part)
         place = shown[part.name]
         assert (place.x, place.y, place.z - 0.01) == pytest.approx((x, y, z), abs=1e-12)
+
+
+def test_what_happened_before_a_roscore_came_has_the_time_at_which_it_happened(
+    bench: Bench,
+) -> None:
+    """The stand-in works from its start; who listens later is told when it was."""
+    publisher, bench.truth._publisher = bench.truth._publisher, None
+    bench.controller.write_input("rsr4", True)
+    until(bench, lambda: bench.now.outputs.vacuum)
+    gripped = bench.now.tick * PERIOD_S
+    bench.run(0.5)
+    bench.truth._publisher = publisher
+    bench.run(0.1)
+    (event,) = bench.topics["real/part_events"].messages
+    assert event.kind == "gripped"
+    assert event.header.stamp.to_sec() == pytest.approx(gripped, abs=2 * PERIOD_S)
+
+
+def test_a_wish_that_was_given_up_is_not_done_later(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Who asked was told that nothing is done, and it stays so."""
+    monkeypatch.setattr(parts_truth_node, "_ANSWER_S", 0.01)
+    shown, done = bench.truth._parts, []
+    assert shown is not None
+    answer = shown._ask(lambda: done.append("late") or "")
+    assert answer == "no answer of the servo loop within 0.01 s: nothing is done"
+    bench.run(0.1)
+    assert done == []

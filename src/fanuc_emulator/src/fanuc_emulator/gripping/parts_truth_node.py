@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import queue
 from collections.abc import Callable
+from concurrent import futures
 from typing import Any
 
 import numpy as np
 from scara_config.palletise import Palletise
 
-from fanuc_emulator.gripping.cell_parts import CellParts
+from fanuc_emulator.gripping.cell_parts import CellParts, Event
 from fanuc_emulator.gripping.vehicle import dock, docked_text
 from fanuc_emulator.uop import Outputs
 
@@ -23,7 +24,9 @@ FREE = (0.45, 0.70, 0.95, 0.6)
 HELD = (1.00, 0.75, 0.40, 0.6)
 SEED = 1
 """Of how far off each vehicle docks and is seen, one after the other."""
-_Wish = tuple[Callable[[], str], queue.SimpleQueue[str]]
+_ANSWER_S = 1.0
+"""The servo loop wakes each 10 ms. Our choice."""
+_Wish = tuple[Callable[[], str], futures.Future[str]]
 
 
 class PartsTruth:
@@ -44,6 +47,8 @@ class PartsTruth:
         self._asked: queue.SimpleQueue[_Wish] = queue.SimpleQueue()
         self._chance = np.random.default_rng(SEED)
         self._told: tuple[object, ...] = ()
+        # What has happened, with the monotonic time: before a roscore is there nobody is told.
+        self._happened: list[tuple[float, Event]] = []
         self._places: list[tuple[float, float, float]] = []
 
     def advertise(self) -> None:
@@ -71,19 +76,28 @@ class PartsTruth:
             rospy.Service("real/dock", SetBool, self._dock)
         self._markers = rospy.Publisher("real/parts", MarkerArray, queue_size=1, latch=True)
 
-    def publish(self, outputs: Outputs, seconds: float) -> None:
+    def note(self, due: float) -> None:
+        """Remember when it was that something happened: by the monotonic time ``due`` [s]."""
+        while self._parts.events:
+            self._happened.append((due, self._parts.events.pop(0)))
+
+    def publish(self, outputs: Outputs, due: float, offset: float) -> None:
         """Publish what has happened, and the state when it is due or has changed.
 
         Args:
             outputs: The robot's.
-            seconds: ROS time at which they are true [s].
+            due: Monotonic time at which they are true [s].
+            offset: ROS time minus monotonic time [s].
         """
-        parts = self._parts
+        parts, seconds = self._parts, due + offset
         while not self._asked.empty():
             act, answer = self._asked.get()
-            answer.put(act())
-        while parts.events:
-            happened = parts.events.pop(0)
+            # Who has waited in vain was told so, and what was not done stays undone.
+            if answer.set_running_or_notify_cancel():
+                answer.set_result(act())
+        self.note(due)
+        while self._happened:
+            at, happened = self._happened.pop(0)
             event = self._event(
                 kind=happened.kind,
                 part=happened.part,
@@ -91,7 +105,7 @@ class PartsTruth:
                 message=happened.message,
             )
             event.header.stamp, event.header.frame_id, event.position = (
-                self._time(seconds),
+                self._time(at + offset),
                 self._frame,
                 self._point(*happened.position),
             )
@@ -129,10 +143,15 @@ class PartsTruth:
 
     def _ask(self, act: Callable[[], str]) -> str:
         """Leave the wish to the servo loop's thread and wait for its answer: why not, or empty."""
-        answer: queue.SimpleQueue[str] = queue.SimpleQueue()
+        answer: futures.Future[str] = futures.Future()
         # The servo loop's thread owns the parts, and steps them while services are called.
         self._asked.put((act, answer))
-        return answer.get(timeout=1.0)
+        try:
+            return answer.result(_ANSWER_S)
+        except futures.TimeoutError:
+            if answer.cancel():
+                return f"no answer of the servo loop within {_ANSWER_S:g} s: nothing is done"
+            return answer.result(_ANSWER_S)
 
     def _publish_state(self, suction: bool, held: str, seconds: float) -> None:
         parts = self._parts
