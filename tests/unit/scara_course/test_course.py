@@ -10,6 +10,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import msgspec
 import pytest
 from harness.course import LEARNER, exercise, filled, handed_in, marked, robot
 from operator_panel.page.work.course_io import read_course
@@ -171,6 +172,8 @@ def test_results_carry_the_hash_and_a_signature(tmp_path: Path) -> None:
     file.write_text(file.read_text().replace('"passed":false', '"passed":true'))
     done = course(tmp_path, "export")
     assert done.exit_code == 1 and "result 2: its signature does not fit" in done.output
+    torn = msgspec.structs.replace(second, signature="\N{MICRO SIGN}" + second.signature[1:])
+    assert not is_genuine(torn, key), "a text that is no ASCII"
     rows = list(csv.DictReader((tmp_path / "course" / "results.csv").open()))
     assert [(row["learner"], row["exercise"]) for row in rows] == [(LEARNER, exercise(1).name)]
 

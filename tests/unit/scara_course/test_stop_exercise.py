@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
+import msgspec
 import pytest
 from harness.course import Scene, exercise, robot, write_scene
+from scara_config import Robot
 from scara_course.evidence_io import mark_bag
 from scara_course.marking import ExerciseMark
+from scara_course.recorded import CourseRecording
 
 LEADS = (1.0, "IDLE", "REAL_MOVED", "REAL_LEADS")
 MODEL = Scene(
@@ -144,3 +149,22 @@ def test_what_is_no_recording_is_a_verdict_too(tmp_path: Path) -> None:
     path = tmp_path / "run.bag"
     path.write_bytes(b"#ROSBAG V2.0\nnothing")
     assert "cannot be marked" in mark_bag(exercise(6), path, robot()).reason
+
+
+@pytest.mark.parametrize("twin_from", [0.0, 30.0])
+def test_a_recording_whose_motions_cannot_be_compared_is_a_verdict_too(
+    twin_from: float, tmp_path: Path
+) -> None:
+    """Exercises 10 and 11 look at both tools: a side may not be recorded there, or the other."""
+
+    def mark(recorded: CourseRecording, robot: Robot) -> ExerciseMark:
+        twin = recorded.run.twin
+        late = dataclasses.replace(twin, stamps=twin.stamps + twin_from)
+        run = dataclasses.replace(recorded.run, twin=late)
+        begin, end = (0.0, 60.0) if twin_from else (50.0, 51.0)
+        msgspec.structs.replace(recorded, run=run).seen(robot, begin, end)
+        raise AssertionError("it was compared")
+
+    looks = dataclasses.replace(exercise(6), check=SimpleNamespace(mark=mark))
+    verdict = mark_bag(looks, write_scene(MODEL, tmp_path / "run.bag"), robot())
+    assert not verdict.passed and "the recording cannot be marked: " in verdict.reason

@@ -14,6 +14,7 @@ from scara_config import ConfigError, Robot
 from scara_control.pid import PidGains
 from twin_analysis.step.response import measure
 from twin_analysis.step.trial import plan_trial
+from twin_experiments.metrics.series import MetricsError
 from twin_experiments.parts_reader_io import read_work
 from twin_experiments.report.record import RecordError
 from twin_experiments.report.run_reader_io import DECISIONS, STATE, read_run
@@ -103,9 +104,10 @@ def mark_bag(exercise: Exercise, path: Path, robot: Robot) -> ExerciseMark:
     try:
         with open_bag(path) as bag:
             recorded = read_recorded(bag, robot)
-    except (BagError, RecordError, ConfigError) as error:
+        # What a check asks for may be missing too: a motion that is recorded of one side only.
+        marked: ExerciseMark = exercise.check.mark(recorded, robot)
+    except (BagError, RecordError, ConfigError, MetricsError) as error:
         return ExerciseMark(False, f"the recording cannot be marked: {error}")
-    marked: ExerciseMark = exercise.check.mark(recorded, robot)
     return marked
 
 
