@@ -18,7 +18,7 @@ from rich.console import Console
 from scara_config import load_robot
 from twin_analysis.health.labelled_runs import HEALTHY, labelled_run
 from twin_analysis.health.signs import Array, Signs, signs_of
-from twin_analysis.health.trend import CONFIRMED, LEAST, WINDOW, Baseline, Monitor
+from twin_analysis.health.trend import CONFIRMED, LEAST, WINDOW, Baseline, Monitor, facts_of
 from twin_analysis.health.trials import Named, RobotRecord, Watch, WearScene, judged
 
 from bench.second_world.figure import Figure
@@ -130,13 +130,10 @@ def _named(said: Any) -> Named:
 
 def monitor_of_pairs() -> Callable[[RunSigns], Named]:
     """Return the monitor as it would say of one cycle against one."""
-    joints = load_robot(ROBOTS / OURS).joints
-    ranges = np.array([joint.upper - joint.lower for joint in joints])
-    carries = [joint.screw_axis is not None for joint in joints]
-    names = [joint.name for joint in joints]
+    joints = facts_of(load_robot(ROBOTS / OURS))
 
     def say(pair: RunSigns) -> Named:
-        monitor = Monitor(Baseline(names, ranges, carries, [pair.first] * LEAST))
+        monitor = Monitor(Baseline(joints, [pair.first] * LEAST))
         said = [monitor.take(pair.now) for _ in range(WINDOW + CONFIRMED)][-1]
         return (said.kind, said.joint) if said is not None else (HEALTHY, "")
 

@@ -13,8 +13,9 @@ from harness.workspace import ROOT
 if str(ROOT) not in sys.path:
     sys.path.append(str(ROOT))
 
+from scara_config import load_robot
 from twin_analysis.health.signs import Signs
-from twin_analysis.health.trend import CONFIRMED, LEAST, WINDOW, Baseline
+from twin_analysis.health.trend import CONFIRMED, LEAST, WINDOW, Baseline, facts_of
 from twin_analysis.health.trials import RobotRecord, judged
 
 from bench import page
@@ -62,7 +63,7 @@ def test_a_classifier_learns_from_runs_and_is_asked_like_the_monitor() -> None:
     models = trained([run(k) for k in (None, 0, 1, 2, 3, 4) for _ in range(8)])
     tested = [run(k) for k in (None, 1, 2)]
     first = tuple(signs() for _ in range(LEAST))
-    base = Baseline(JOINTS, np.ones(5), [True] * 5, first)
+    base = Baseline(facts_of(load_robot(ROOT / "config")), first)
     worn = tuple(signs(2) for _ in range(WINDOW + CONFIRMED))
     record = RobotRecord(base, first, first, (((), worn),))
     for name, model in models.items():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,7 +21,16 @@ from twin_analysis.health.dataset_io import RUNS, SHEET, SIGNALS, write_dataset
 from twin_analysis.health.health_node import app
 from twin_analysis.health.readings import vacuum_s
 from twin_analysis.health.signs import CycleSignals, Signs, TorqueError, signs_of
-from twin_analysis.health.trend import LEAST, STUDENT, WINDOW, Baseline, Monitor, words
+from twin_analysis.health.trend import (
+    LEAST,
+    STUDENT,
+    WINDOW,
+    Baseline,
+    JointFacts,
+    Monitor,
+    facts_of,
+    words,
+)
 from twin_analysis.health.trials import WITHIN, RobotRecord, WearScene, judged, run_robot
 from twin_analysis.health.virtual_cycles import KINDS, STEPS
 from typer.testing import CliRunner
@@ -40,6 +50,12 @@ def swing(inertia: float = 2.0, up: float = 5.0, down: float = 7.0) -> CycleSign
     torque = inertia * a + np.where(v > 0.0, up, -down) + 0.5 * v
     wanted = np.stack([q(t + LATE), q(t + LATE + 0.01)], axis=1)
     return CycleSignals(t, wanted, np.stack([q(t)] * 2, axis=1), np.stack([torque] * 2, axis=1))
+
+
+def facts(*names: str) -> JointFacts:
+    """Return joints that turn by 1 rad."""
+    ones = np.ones(len(names))
+    return JointFacts(names, ones, ones, (True,) * len(names), ("deg",) * len(names))
 
 
 def test_a_cycle_says_friction_by_direction_inertia_and_lag() -> None:
@@ -66,7 +82,7 @@ def test_a_joint_that_stands_is_left_out_by_name_and_the_others_are_judged() -> 
     """Of two joints the second stands; where all do, the error names them."""
     stands = np.array([2.0, 200.0])
     week = [signs_of(swing(up=up), stands) for up in np.linspace(4.9, 5.1, LEAST)]
-    base = Baseline(["joint_1", "joint_4"], np.ones(2), [True, True], week)
+    base = Baseline(facts("joint_1", "joint_4"), week)
     left_out = "joint_4 moved both ways in 0 of 12 cycles of its first week: left out"
     assert base.left_out == left_out
     monitor = Monitor(base)
@@ -74,7 +90,7 @@ def test_a_joint_that_stands_is_left_out_by_name_and_the_others_are_judged() -> 
     assert found is not None and found.kind == "payload"
     stood = [replace(each, forward=np.full(2, np.nan)) for each in week]
     with pytest.raises(TorqueError, match=r"no 12 cycles of a joint: joint_1 .*; joint_4 "):
-        Baseline(["joint_1", "joint_4"], np.ones(2), [True, True], stood)
+        Baseline(facts("joint_1", "joint_4"), stood)
 
 
 def test_friction_of_one_direction_is_said_with_its_direction() -> None:
@@ -87,7 +103,7 @@ def test_friction_of_one_direction_is_said_with_its_direction() -> None:
         wanted, measured = (each[:, [0, 0, 0]] for each in (one.wanted, one.measured))
         return signs_of(CycleSignals(one.times, wanted, measured, np.stack(columns, 1)), fastest)
 
-    monitor = Monitor(Baseline(["a", "b", "c"], np.ones(3), [True] * 3, [three(5.0)] * LEAST))
+    monitor = Monitor(Baseline(facts("a", "b", "c"), [three(5.0)] * LEAST))
     found = [monitor.take(three(6.2)) for _ in range(WINDOW + 1)][-1]
     assert found is not None and (found.kind, found.joint) == ("friction", "c")
     assert "more torque against friction in its positive direction than in" in found.text
@@ -118,12 +134,13 @@ def test_a_first_week_needs_enough_cycles() -> None:
     assert pytest.approx(student.ppf(0.975, WINDOW - 1), abs=1e-3) == STUDENT
     week = [signs_of(swing(), np.array([2.0, 2.0]))] * (LEAST - 1)
     with pytest.raises(ValueError, match=f"a first week of 11 cycles: needs {LEAST}"):
-        Baseline(["a", "b"], np.ones(2), [True, True], week)
+        Baseline(facts("a", "b"), week)
 
 
 @pytest.mark.parametrize(
     ("kind", "joint", "change", "text"),
     [
+        ("backlash", "joint_3", math.radians(0.5), "joint_3 goes 0.50 deg"),
         ("friction", "joint_2", 0.18, "joint_2 needs 18 % (16 to 20) more torque"),
         ("payload", "", -0.18, "the arm moves 18 % (16 to 20) less inertia"),
         ("backlash", "joint_1", math.radians(0.5), "joint_1 goes 0.50 deg"),
@@ -135,9 +152,25 @@ def test_a_finding_says_what_how_much_why_and_where_to_look(
     kind: str, joint: str, change: float, text: str
 ) -> None:
     """In words for whoever has the spanner."""
-    said = words(kind, joint, change, 0.02)
+    said = words(kind, joint, change, 0.02, "deg")
     assert said.startswith(text) and "than in its first week; likely" in said
     assert "look at" in said
+
+
+def test_play_is_told_in_the_joints_own_unit() -> None:
+    """The same name slides in one robot and turns in another."""
+    found = []
+    for name in ("fanuc_sr6ia", "articulated_six"):
+        joints = facts_of(load_robot(FOLDER.parent / name))
+        count, third = len(joints.names), joints.names.index("joint_3")
+        even = np.ones(count)
+        week = Signs(even, even, even, even, 0.0 * even, 0.0 * even, 0.05)
+        play = 0.0 * even
+        play[third] = 0.01
+        monitor = Monitor(Baseline(joints, [week] * LEAST))
+        said = [monitor.take(replace(week, play=play)) for _ in range(WINDOW + 1)][-1]
+        found.append(said.text.partition(" (")[0] if said else "")
+    assert found == ["joint_3 goes 10.00 mm", "joint_3 goes 0.57 deg"]
 
 
 @pytest.fixture(scope="module")
@@ -190,7 +223,13 @@ def test_the_same_runs_are_written_anywhere(tmp_path: Path) -> None:
     )
 
 
-def recorded(path: Path, friction: float, tells: bool = True, vacuum: float = 0.2) -> Path:
+def recorded(
+    path: Path,
+    friction: float,
+    tells: bool = True,
+    vacuum: float = 0.2,
+    names: Sequence[str] = ("joint_1", "joint_2"),
+) -> Path:
     """Write a recording of two joints that swing, the first with so much friction.
 
     The robot grips once, and has its vacuum after so many seconds.
@@ -198,13 +237,13 @@ def recorded(path: Path, friction: float, tells: bool = True, vacuum: float = 0.
     maker, worn, healthy = BagMaker(), swing(2.0, friction, friction), swing(2.0, 5.0, 5.0)
     torques = np.stack([worn.torques[:, 0], healthy.torques[:, 1]], axis=1)
     for k in range(0, len(worn.times), 5):
-        header, names = maker.header(float(worn.times[k])), ["joint_1", "joint_2"]
+        header = maker.header(float(worn.times[k]))
         for topic, q, effort in (
             ("real/joint_states", worn.measured[k], torques[k, : 2 * tells]),
             ("twin/joint_states", worn.wanted[k], torques[k, :0]),
         ):
             kind = "sensor_msgs/msg/JointState"
-            maker.add(worn.times[k], topic, kind, header, names, q, 0.0 * q, effort)
+            maker.add(worn.times[k], topic, kind, header, list(names), q, 0.0 * q, effort)
     state = "scara_msgs/msg/TwinControllerState"
     maker.store.register(get_types_from_msg("std_msgs/Header header\nstring real_gripper", state))
     for at, word in ((1.0, "off"), (2.0, "on"), (2.0 + vacuum, "holding part_1"), (4.0, "off")):
@@ -224,6 +263,10 @@ def test_recordings_of_a_cycle_say_what_has_changed(tmp_path: Path) -> None:
     assert found.exit_code == 1 and "leaks.bag: the vacuum takes 50 %" in found.output
     same = CliRunner().invoke(app, [*week, str(healthy)])
     assert same.exit_code == 0 and "1 recordings are as the first week's 12" in same.output
+    other = str(recorded(tmp_path / "other.bag", 5.0, names=("joint_1", "joint_9")))
+    found = CliRunner().invoke(app, [other] * LEAST)
+    assert isinstance(found.exception, SystemExit) and found.exit_code == 2
+    assert "other.bag: has joint_9, which robot.yaml of " in found.output.replace("\n", "")
     mute = recorded(tmp_path / "mute.bag", 5.0, tells=False)
     with pytest.raises(TorqueError, match="told no efforts: its map has no motor_torque"):
         read_cycle(mute)

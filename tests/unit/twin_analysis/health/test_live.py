@@ -14,7 +14,6 @@ from twin_analysis.health.live.telling import RECENT_S, WearStatus, diagnose
 from twin_analysis.health.live.weeks import (
     MOST_KINDS,
     CycleShape,
-    JointFacts,
     KeptSigns,
     KindVerdict,
     Weeks,
@@ -27,12 +26,12 @@ from twin_analysis.health.live.weeks import (
 )
 from twin_analysis.health.live.weeks_io import read_weeks, write_weeks
 from twin_analysis.health.signs import CycleSignals, Signs
-from twin_analysis.health.trend import CONFIRMED, LEAST, WINDOW
+from twin_analysis.health.trend import CONFIRMED, LEAST, WINDOW, JointFacts
 
 from scara_msgs.msg import TwinControllerState as M
 
 NAMES = ("joint_1", "joint_2", "joint_4")
-JOINTS = JointFacts(NAMES, np.full(3, 2.0), np.full(3, 3.0), (True, True, True))
+JOINTS = JointFacts(NAMES, np.full(3, 2.0), np.full(3, 3.0), (True,) * 3, ("deg",) * 3)
 SHAPE = CycleShape("real", "PALLETISE", list(NAMES), 20.0, [1.0, 1.0, 0.0], [0.5, 0.5, 0.0])
 NAN = float("nan")
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 from cell_recorder.reading.bag_reader_io import BagError
 from scara_config import ConfigError, load_robot
@@ -20,7 +19,7 @@ from scara_ros.shell.program_io import UNUSABLE, WRONG
 
 from twin_analysis.health.cycle_reader_io import read_cycle
 from twin_analysis.health.signs import Signs, TorqueError, signs_of
-from twin_analysis.health.trend import LEAST, Baseline, Monitor
+from twin_analysis.health.trend import LEAST, Baseline, Monitor, facts_of
 
 CHANGED = 1
 
@@ -40,7 +39,8 @@ def health(
     """Hold each recording behind the first week against it."""
     if len(bags) < week:
         raise typer.BadParameter(f"{len(bags)} recordings: the first week alone needs {week}")
-    joints = {joint.name: joint for joint in load_robot(config_dir).joints}
+    robot = load_robot(config_dir)
+    joints = facts_of(robot)
     names: tuple[str, ...] = ()
     signs: list[Signs] = []
     for path in bags:
@@ -48,14 +48,16 @@ def health(
         names = names or found
         if found != names:
             raise BagError(f"{path}: has joints {', '.join(found)}, others {', '.join(names)}")
-        fastest = np.array([joints[name].velocity for name in names])
+        if unknown := [name for name in names if name not in joints.names]:
+            raise ConfigError(
+                f"{path}: has {', '.join(unknown)}, which robot.yaml of {robot.name} has not: "
+                f"there are {', '.join(joints.names)}"
+            )
         try:
-            signs.append(signs_of(cycle, fastest))
+            signs.append(signs_of(cycle, joints.of(names).fastest))
         except TorqueError as error:
             raise TorqueError(f"{path}: {error} ({', '.join(names)})") from error
-    ranges = np.array([joints[name].upper - joints[name].lower for name in names])
-    carries = [joints[name].screw_axis is not None for name in names]
-    base = Baseline(names, ranges, carries, signs[:week])
+    base = Baseline(joints.of(names), signs[:week])
     if base.left_out:
         print(f"health: {base.left_out}")
     monitor = Monitor(base)

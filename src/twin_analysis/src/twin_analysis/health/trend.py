@@ -14,6 +14,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scara_config import Robot
 
 from twin_analysis.health.signs import Array, Signs, TorqueError
 
@@ -59,13 +60,52 @@ class Finding:
     text: str
 
 
+@dataclass(frozen=True)
+class JointFacts:
+    """What has to be known of a robot's joints.
+
+    Attributes:
+        names: Of the joints.
+        ranges: From end to end of each joint [rad or m].
+        fastest: Greatest speed of each [rad/s or m/s].
+        carries: Which of them carry the tool.
+        units: Of a robot.yaml, in which their play is told: deg or mm.
+    """
+
+    names: tuple[str, ...]
+    ranges: Array
+    fastest: Array
+    carries: tuple[bool, ...]
+    units: tuple[str, ...]
+
+    def of(self, names: Sequence[str]) -> JointFacts:
+        """Return some of them."""
+        places = [self.names.index(name) for name in names]
+        return JointFacts(
+            tuple(names),
+            self.ranges[places],
+            self.fastest[places],
+            tuple(self.carries[place] for place in places),
+            tuple(self.units[place] for place in places),
+        )
+
+
+def facts_of(robot: Robot) -> JointFacts:
+    """Return what has to be known of all joints of a robot.yaml."""
+    return JointFacts(
+        tuple(joint.name for joint in robot.joints),
+        np.array([joint.upper - joint.lower for joint in robot.joints]),
+        np.array([joint.velocity for joint in robot.joints]),
+        tuple(joint.screw_axis is not None for joint in robot.joints),
+        tuple(joint.unit for joint in robot.joints),
+    )
+
+
 class Baseline:
     """The first week's signs: means, and how they scatter from cycle to cycle.
 
     Args:
-        names: Of the joints.
-        ranges: From end to end of each joint [rad or m].
-        carries: Which of them carry the tool.
+        joints: Of the robot.
         week: Signs of at least ``LEAST`` cycles.
 
     Raises:
@@ -73,18 +113,16 @@ class Baseline:
         TorqueError: No joint moved in as many of them.
     """
 
-    def __init__(
-        self, names: Sequence[str], ranges: Array, carries: Sequence[bool], week: Sequence[Signs]
-    ) -> None:
+    def __init__(self, joints: JointFacts, week: Sequence[Signs]) -> None:
         if len(week) < LEAST:
             raise ValueError(f"a first week of {len(week)} cycles: needs {LEAST}")
-        self.names, self.ranges = tuple(names), ranges
-        self.carries = np.array(carries, dtype=bool)
+        self.joints = joints
+        self._carries = np.array(joints.carries, dtype=bool)
         moved = np.sum([each.moved for each in week], axis=0)
         self._known = moved >= LEAST
         self.left_out = "; ".join(
             f"{name} moved both ways in {count} of {len(week)} cycles of its first week: left out"
-            for name, count in zip(names, moved)
+            for name, count in zip(joints.names, moved)
             if count < LEAST
         )
         if not self._known.any():
@@ -113,7 +151,7 @@ class Baseline:
         # An ideal robot has no friction: there is nothing to compare then.
         with np.errstate(divide="ignore", invalid="ignore"):
             # A joint beside the arm, as the table, does not feel what hangs at the tool.
-            heavier = (signs.inertia / self.inertia - 1.0)[self.carries]
+            heavier = (signs.inertia / self.inertia - 1.0)[self._carries]
             return {
                 "friction": _beyond_all(signs.friction / self.friction),
                 "payload": np.array([_middle(heavier)]),
@@ -126,11 +164,11 @@ class Baseline:
 
     def limits(self) -> dict[str, Array]:
         """Return how far each may be off."""
-        ones = np.ones(len(self.names))
+        ones = np.ones(len(self.joints.names))
         least = {
             "friction": FRICTION * ones,
             "payload": np.array([INERTIA]),
-            "backlash": PLAY * self.ranges,
+            "backlash": PLAY * self.joints.ranges,
             "stiffness": LAG_S * ones,
             "vacuum": np.array([VACUUM]),
             "forward": FRICTION * ones,
@@ -176,9 +214,10 @@ class Monitor:
             scores = np.nan_to_num(beyond / self._limits[kind], nan=0.0, posinf=0.0)
             at = int(np.argmax(scores))
             if scores[at] > 1.0 and (best is None or scores[at] > best.score):
-                joint = self._base.names[at] if len(means) > 1 else ""
+                joints = self._base.joints
+                joint, unit = (joints.names[at], joints.units[at]) if len(means) > 1 else ("", "")
                 change, margin = float(means[at]), float(margins[at])
-                text = words(kind, joint, change, margin)
+                text = words(kind, joint, change, margin, unit)
                 cause = "friction" if kind in DIRECTIONS else kind
                 best = Finding(cause, joint, change, margin, float(scores[at]), text)
         return best
@@ -195,11 +234,11 @@ def _beyond_all(values: Array) -> Array:
     return values - _middle(values)
 
 
-def words(kind: str, joint: str, change: float, margin: float) -> str:
+def words(kind: str, joint: str, change: float, margin: float, unit: str) -> str:
     """Return a finding in words: what, how much, the likely cause, where to look.
 
     Example:
-        >>> print(words("friction", "joint_2", 0.18, 0.02))
+        >>> print(words("friction", "joint_2", 0.18, 0.02, "deg"))
         joint_2 needs 18 % (16 to 20) more torque against friction than in its first week; likely \
 friction: look at its grease, its bearings and what rubs on its cables
     """
@@ -216,7 +255,7 @@ friction: look at its grease, its bearings and what rubs on its cables
             low, high = sorted((abs(low), abs(high)))
             said = f"the arm moves {abs(off):.0f} % ({low:.0f} to {high:.0f}) {more} inertia"
         case "backlash":
-            unit, scale = ("mm", 1e3) if joint == "joint_3" else ("deg", 180.0 / math.pi)
+            scale = 1e3 if unit == "mm" else 180.0 / math.pi
             said = (
                 f"{joint} goes {scale * change:.2f} {unit} "
                 f"({scale * (change - margin):.2f} to {scale * (change + margin):.2f}) without its "

@@ -11,7 +11,7 @@ from fanuc_emulator.plant.wear import Kind, Wear
 from scara_config import Robot
 
 from twin_analysis.health.signs import Signs, signs_of
-from twin_analysis.health.trend import Baseline, Monitor
+from twin_analysis.health.trend import Baseline, Monitor, facts_of
 from twin_analysis.health.virtual_cycles import (
     GROWS,
     KINDS,
@@ -113,15 +113,12 @@ def run_robot(
         scene: What it goes through; None: as it is by default.
     """
     scene = scene or WearScene()
-    names = [joint.name for joint in robot.joints]
-    fastest = np.array([joint.velocity for joint in robot.joints])
+    joints = facts_of(robot)
 
     def cycle(number: int, wears: tuple[Wear, ...] = ()) -> Signs:
         now = Condition(celsius_at(number, random), wears)
-        return signs_of(run_cycle(robot, plant, now, random, scene.steps), fastest)
+        return signs_of(run_cycle(robot, plant, now, random, scene.steps), joints.fastest)
 
-    ranges = np.array([joint.upper - joint.lower for joint in robot.joints])
-    carries = [joint.screw_axis is not None for joint in robot.joints]
     first = tuple(cycle(number) for number in range(scene.week))
     healthy = tuple(cycle(number) for number in range(scene.week))
     worn = []
@@ -129,13 +126,15 @@ def run_robot(
         wears: tuple[Wear, ...] = ()
         for kind in kinds:
             taken = {each.joint for each in wears if each.kind == kind}
-            wears += (drawn_wear(kind, [name for name in names if name not in taken], random),)
+            wears += (
+                drawn_wear(kind, [name for name in joints.names if name not in taken], random),
+            )
         signs = [
             cycle(number, tuple(grown(wear, number, scene.grows) for wear in wears))
             for number in range(scene.within)
         ]
         worn.append((wears, tuple(signs)))
-    return RobotRecord(Baseline(names, ranges, carries, first), first, healthy, tuple(worn))
+    return RobotRecord(Baseline(joints, first), first, healthy, tuple(worn))
 
 
 def ours(record: RobotRecord) -> Watch:

@@ -39,10 +39,11 @@ from sensor_msgs.msg import JointState
 from scara_msgs.msg import Decision, RobotData, TwinControllerState
 from twin_analysis.health.live.taking import HeardCycle, Taking
 from twin_analysis.health.live.telling import WearStatus, diagnose, worst_of
-from twin_analysis.health.live.weeks import JointFacts, judged, kept_signs, shape_of, with_cycle
+from twin_analysis.health.live.weeks import judged, kept_signs, shape_of, with_cycle
 from twin_analysis.health.live.weeks_io import read_weeks, write_weeks
 from twin_analysis.health.readings import JointReadings, cycle_of
 from twin_analysis.health.signs import TorqueError, signs_of
+from twin_analysis.health.trend import JointFacts, facts_of
 
 FOLDER = "health"
 """In the runs folder."""
@@ -175,7 +176,7 @@ class HealthWatch:
             states = [TwinControllerState().deserialize(raw) for raw in heard[STATE]]
             grips = [(said.header.stamp.to_sec(), said.real_gripper) for said in states]
             names, cycle = cycle_of(joints_of(heard[REAL]), joints_of(heard[TWIN]), grips)
-            signs = signs_of(cycle, self._joints.of(list(names)).fastest)
+            signs = signs_of(cycle, self._joints.of(names).fastest)
         except TorqueError as error:
             return str(error)
         weeks, told = with_cycle(
@@ -221,13 +222,7 @@ def main() -> None:
     name = robot.name if plant == DEFAULT_PLANT else f"{robot.name}_{plant.replace(':', '_')}"
     runs = runs_folder(rospy.get_param("~directory", "")).resolve()
     file = runs / FOLDER / cell_of(rospy.get_namespace()) / f"{name}.json"
-    joints = JointFacts(
-        tuple(joint.name for joint in robot.joints),
-        np.array([joint.upper - joint.lower for joint in robot.joints]),
-        np.array([joint.velocity for joint in robot.joints]),
-        tuple(joint.screw_axis is not None for joint in robot.joints),
-    )
-    HealthWatch(joints, file, every_s, week_s)
+    HealthWatch(facts_of(robot), file, every_s, week_s)
     rospy.loginfo("health_watch is ready")
     keep_for_good()
     wait_for_end()

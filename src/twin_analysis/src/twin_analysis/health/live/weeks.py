@@ -15,7 +15,15 @@ import numpy as np
 
 from twin_analysis.health.live.taking import HeardCycle
 from twin_analysis.health.signs import Array, CycleSignals, Signs, TorqueError
-from twin_analysis.health.trend import CONFIRMED, LEAST, WINDOW, Baseline, Finding, Monitor
+from twin_analysis.health.trend import (
+    CONFIRMED,
+    LEAST,
+    WINDOW,
+    Baseline,
+    Finding,
+    JointFacts,
+    Monitor,
+)
 
 RECENT = WINDOW + CONFIRMED - 1
 """So many of the newest cycles say whether something has changed."""
@@ -90,22 +98,6 @@ class Weeks(msgspec.Struct, frozen=True):
 
 
 @dataclass(frozen=True)
-class JointFacts:
-    """What the monitor has to know of a robot's joints; see :class:`Baseline`."""
-
-    names: tuple[str, ...]
-    ranges: Array
-    fastest: Array
-    carries: tuple[bool, ...]
-
-    def of(self, names: list[str]) -> JointFacts:
-        """Return some of them."""
-        places = [self.names.index(name) for name in names]
-        carries = tuple(self.carries[place] for place in places)
-        return JointFacts(tuple(names), self.ranges[places], self.fastest[places], carries)
-
-
-@dataclass(frozen=True)
 class KindVerdict:
     """What is known of the cycle that was taken last.
 
@@ -127,7 +119,7 @@ def shape_of(
     step = max(1, round(PACE_S / float(np.median(np.diff(cycle.times)))))
     ways = np.abs(np.diff(cycle.measured[::step], axis=0))
     dt = float(cycle.times[step] - cycle.times[0])
-    slow = SAME_RANGE * dt * joints.of(list(names)).fastest
+    slow = SAME_RANGE * dt * joints.of(names).fastest
     moves = np.flatnonzero((ways > slow).any(axis=1))
     seconds = dt * float(moves[-1] - moves[0] + 1) if len(moves) else dt
     return CycleShape(
@@ -197,7 +189,7 @@ def judged(kind: CycleKind, joints: JointFacts) -> KindVerdict:
     own, finding = joints.of(kind.shape.names), None
     week = [signs_from(each) for each in kind.week]
     try:
-        base = Baseline(own.names, own.ranges, own.carries, week)
+        base = Baseline(own, week)
     except TorqueError as error:
         return KindVerdict(kind, None, str(error))
     monitor = Monitor(base)
