@@ -9,9 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cell_recorder.reading.bag_reader_io import BagError, open_bag
+from harness.imitated_run import BagMaker
 from rich.console import Console
 from scara_config import load_robot
 from twin_analysis.fit import fit_twin_node as fit_twin
+from twin_analysis.fit.recording_io import FOLLOW, TRUTH, read_recording
 
 CONFIG = Path(__file__).resolve().parents[4] / "config"
 
@@ -32,3 +35,18 @@ def test_a_progress_bar_is_for_a_terminal(monkeypatch: pytest.MonkeyPatch, termi
     words: Any = (robot, CONFIG, recording, start, None, 0.4, 10, console)
     assert fit_twin.search(*words) == "found"
     assert ("mm rms" in console.file.getvalue()) is terminal  # type: ignore[attr-defined]
+
+
+def test_positions_that_begin_after_the_stream_are_no_recording(tmp_path: Path) -> None:
+    """There is nothing to hold the first packets against; the text says from when to when."""
+    maker, names = BagMaker(), ["joint_1", "joint_2"]
+    point, kind = "trajectory_msgs/msg/JointTrajectoryPoint", "trajectory_msgs/msg/JointTrajectory"
+    zeros, none = np.zeros(2), maker.store.types["builtin_interfaces/msg/Duration"](0, 0)
+    for k in range(50):
+        points = [maker.store.types[point](zeros, zeros, zeros, np.zeros(0), none)]
+        maker.add(1.0 + 0.01 * k, FOLLOW, kind, maker.header(1.0 + 0.01 * k), names, points)
+    stamps, rows = 1.2 + 0.01 * np.arange(30), np.zeros((30, 2))
+    maker.joint_states(TRUTH, names, stamps, rows, rows)
+    text = r"ground_truth is recorded from 0.20 to 0.49 s, but the twin follows from .* on: record"
+    with open_bag(maker.write(tmp_path / "run.bag")) as bag, pytest.raises(BagError, match=text):
+        read_recording(bag, names, 0.005)

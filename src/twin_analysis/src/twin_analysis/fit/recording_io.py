@@ -57,7 +57,7 @@ def read_recording(bag: Bag, joints: Sequence[str], step: float) -> Recording:
         step: Distance of the instants [s].
 
     Raises:
-        BagError: There is no stream, or the robot's positions are missing.
+        BagError: There is no stream, or the robot's positions are missing, or begin after it.
     """
     bag.require([FOLLOW])
     origin = bag.start
@@ -73,9 +73,15 @@ def read_recording(bag: Bag, joints: Sequence[str], step: float) -> Recording:
         )
     begin, end = stretch[0].arrived - 1e-4, stretch[-1].arrived
     truth = bool(bag.count(TRUTH))
-    spline = _robot(bag, TRUTH if truth else MEASURED, joints, origin)
+    topic = TRUTH if truth else MEASURED
+    spline = _robot(bag, topic, joints, origin)
     times = np.arange(0.0, end - begin, step)
     inside = (times + begin >= spline.x[0]) & (times + begin <= spline.x[-1])
+    if not inside[0]:
+        raise BagError(
+            f"{bag.path}: {topic} is recorded from {spline.x[0]:.2f} to {spline.x[-1]:.2f} s, but "
+            f"the twin follows from {begin:.2f} s on: record both from the start"
+        )
     times = times[: int(np.argmin(inside))] if not inside.all() else times
     real = spline(times + begin)
     moved = tuple(float(value) for value in np.ptp(real, axis=0))
