@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from fanuc_emulator.config import load_emulator
 from fanuc_emulator.snapshot import ControlType
+from harness.processes import free_port, wait_until
 from harness.workspace import ROOT
 from scara_config import load_robot
 from twin_analysis.replay.playback import Playback, PlaybackController, plan_playback
+from twin_analysis.replay.stage_io import Stage, StageError
 from twin_experiments.metrics.series import Motion
 from twin_experiments.report.record import RecordError
 
@@ -155,3 +157,18 @@ def test_the_played_robot_obeys_nobody() -> None:
             other.control_type,
         )
         assert one.outputs.sysrdy and not one.outputs.held and not one.outputs.fault
+
+
+def test_a_playing_robot_that_fails_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever waits for its end is told at once, and not after a minute and a half."""
+
+    def step(robot: PlaybackController) -> None:
+        raise ValueError("no such row")
+
+    with Stage(ROBOT, played(), "127.0.0.1", free_port(), str(ROOT / "config")) as stage:
+        stage.check()
+        assert not stage.ended
+        monkeypatch.setattr(PlaybackController, "step", step)
+        wait_until(lambda: stage._loop.failure is not None, 5.0, "the failure")
+        with pytest.raises(StageError, match="robot has failed: ValueError: no such row"):
+            stage.ended  # noqa: B018

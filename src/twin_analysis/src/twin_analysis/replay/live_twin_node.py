@@ -64,18 +64,22 @@ class LiveTwin:
             )
         self._state = message
 
-    def wait_idle(self, deadline: float, tell: Callable[[str], None]) -> None:
+    def wait_idle(
+        self, deadline: float, tell: Callable[[str], None], check: Callable[[], None]
+    ) -> None:
         """Wait until the twin is aligned with the robot that is shown, and nobody leads.
+
+        ``check`` raises what makes it vain to wait on.
 
         Raises:
             RunError: It is not within ``deadline`` [s]; the controller's reason is in the text.
         """
-        self._wait(
-            lambda: self._mode == TwinControllerState.IDLE,
-            deadline,
-            "the twin controller in IDLE",
-            tell,
-        )
+
+        def idle() -> bool:
+            check()
+            return bool(self._mode == TwinControllerState.IDLE)
+
+        self._wait(idle, deadline, "the twin controller in IDLE", tell)
 
     def wait_played(
         self, ended: Callable[[], bool], deadline: float, tell: Callable[[str], None]

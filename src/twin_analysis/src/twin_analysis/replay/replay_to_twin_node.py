@@ -57,7 +57,7 @@ from twin_analysis.compare.writer_io import (
 from twin_analysis.replay.live_twin_node import LiveTwin
 from twin_analysis.replay.playback import Playback, plan_playback
 from twin_analysis.replay.reader_io import read_real
-from twin_analysis.replay.stage_io import Stage
+from twin_analysis.replay.stage_io import Stage, StageError
 
 INCOMPLETE, NOT_PLAYED = 1, 3
 READY_S = 90.0  # our choice: as scara_bringup's ready_timeout
@@ -72,6 +72,7 @@ app = CommandLine(
         BagError: NOT_PLAYED,
         RecordError: NOT_PLAYED,
         SnapshotError: NOT_PLAYED,
+        StageError: NOT_PLAYED,
         OSError: NOT_PLAYED,
         KeyboardInterrupt: INTERRUPTED,
     },
@@ -187,7 +188,7 @@ def _play(stage: Stage, playback: Playback, live: LiveTwin) -> Motion:
         def tell(text: str) -> None:
             progress.update(task, description=text)
 
-        live.wait_idle(READY_S, tell)
+        live.wait_idle(READY_S, tell, stage.check)
         live.record()
         stage.play()
         progress.update(task, description=f"playing {playback.duration:.1f} s")

@@ -16,6 +16,10 @@ from typing_extensions import Self
 from twin_analysis.replay.playback import Playback, PlaybackController
 
 
+class StageError(RuntimeError):
+    """The playing robot has failed; the text says why."""
+
+
 class Stage:
     """Serves a playback in the real robot's place; a context manager."""
 
@@ -65,9 +69,24 @@ class Stage:
         # Through the mailbox: only the loop changes the controller.
         self._loop.post(lambda _: self._controller.play())
 
+    def check(self) -> None:
+        """Look whether the robot still plays, or waits to.
+
+        Raises:
+            StageError: It has failed.
+        """
+        if (failure := self._loop.failure) is not None:
+            name = type(failure).__name__
+            raise StageError(f"the playing robot has failed: {name}: {failure}") from failure
+
     @property
     def ended(self) -> bool:
-        """Whether all has been played."""
+        """Whether all has been played.
+
+        Raises:
+            StageError: The robot has failed.
+        """
+        self.check()
         return self._controller.ended
 
     @property
