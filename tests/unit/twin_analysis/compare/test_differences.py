@@ -12,6 +12,8 @@ from scara_config import load_robot
 from scara_control.kinematics.screws import ScrewModel, tool_positions
 from twin_analysis.compare.config import load_comparison
 from twin_analysis.compare.differences import Comparer
+from twin_analysis.compare.document import comparison_sentences
+from twin_analysis.compare.writer_io import compare_tracks
 from twin_experiments.config import load_experiments, metrics_settings
 from twin_experiments.metrics.series import Array, MetricsError, Motion
 from twin_experiments.metrics.tracks import (
@@ -22,6 +24,7 @@ from twin_experiments.metrics.tracks import (
     first_to_move,
     onset,
 )
+from twin_experiments.report.record import cut
 
 ROBOT, EXPERIMENTS, CONFIG = load_robot(), load_experiments(load_robot()), load_comparison()
 NAMES = tuple(joint.name for joint in ROBOT.twin_joints)
@@ -193,3 +196,13 @@ def test_the_shipped_file_is_read() -> None:
     """In border units, turned into SI."""
     accepted = load_comparison(ROOT / "config").accepted_of(list(ROBOT.twin_joints))
     assert accepted == pytest.approx([np.radians(0.5), np.radians(0.5), 0.005, np.radians(0.5)])
+
+
+def test_the_recording_that_the_others_are_held_against_is_named() -> None:
+    """Also where its own two sides cannot be compared: they were never there at once."""
+    both = track("a")
+    first = replace(both, real=cut(both.real, 0.0, 2.2), twin=cut(both.twin, 2.3, 5.0))
+    tracks = [first, track("b"), track("c", late=0.01)]
+    compared = compare_tracks("x", tracks, comparer())
+    assert [pair.track.label for pair in compared.pairs] == ["b", "c"] and compared.reasons
+    assert comparison_sentences(compared, "mm")[-1].startswith("x: beside a, the ")

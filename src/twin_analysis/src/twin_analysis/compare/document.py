@@ -41,9 +41,13 @@ SAME = "less than can be told apart here"
 
 @dataclass(frozen=True)
 class ExperimentComparison:
-    """All recordings of one experiment; ``reasons`` say what could not be compared."""
+    """All recordings of one experiment; ``reasons`` say what could not be compared.
+
+    The others are held against the one with the label ``first``.
+    """
 
     name: str
+    first: str
     pairs: tuple[PairDeviation, ...]
     runs: tuple[RunDifference, ...]
     reasons: tuple[str, ...]
@@ -199,10 +203,9 @@ def comparison_sentences(experiment: ExperimentComparison, unit: str) -> list[st
         )
     if experiment.runs:
         run = max(experiment.runs, key=lambda each: each.path_max)
-        first = experiment.pairs[0].track.label
         found.append(
-            f"{experiment.name}: beside {first}, the {run.side} of {run.label} left its path by at "
-            f"most {_length(run.path_max, unit)}."
+            f"{experiment.name}: beside {experiment.first}, the {run.side} of {run.label} left its "
+            f"path by at most {_length(run.path_max, unit)}."
         )
     return found
 

@@ -135,7 +135,7 @@ def compare_tracks(name: str, tracks: list[Track], comparer: Comparer) -> Experi
         # A recording that cannot be compared must not take the others with it.
         except (MetricsError, FidelityError) as error:
             reasons.append(f"{track.label}: {error}")
-    return ExperimentComparison(name, tuple(pairs), tuple(runs), tuple(reasons))
+    return ExperimentComparison(name, tracks[0].label, tuple(pairs), tuple(runs), tuple(reasons))
 
 
 def _labels(bags: Sequence[Path]) -> dict[str, Path]:
