@@ -54,6 +54,7 @@ class PlayedCell:
             topic: rospy.Publisher(ros.name(topic), kind, queue_size=10, tcp_nodelay=True)
             for topic, kind in (
                 ("real/ground_truth", JointState),
+                ("real/joint_states", JointState),
                 ("twin/joint_states", JointState),
                 ("real/robot_data", RobotData),
                 ("twin_controller/state", TwinControllerState),
@@ -92,6 +93,7 @@ class PlayedCell:
                 message = JointState(name=JOINTS, position=position, velocity=velocity)
                 message.header.stamp = now
                 self._publishers[topic].publish(message)
+            self._publishers["real/joint_states"].publish(message)
             self._publishers["real/robot_data"].publish(RobotData(control_type="none"))
             self._publishers["twin_controller/state"].publish(
                 TwinControllerState(mode=self.mode, why="told so")
@@ -171,7 +173,7 @@ def test_a_stop_heard_while_services_are_looked_for_is_judged_with_a_whole_cell(
     """The reason is never cut off by what was still missing a moment before."""
     config = load_experiments(ROBOT)
     cell = RunningCell(ROBOT, config.metrics.moving_speed_percent, config.deadlines_s)
-    for topic in ("real/ground_truth", "twin/joint_states"):
+    for topic in ("real/joint_states", "twin/joint_states"):
         cell._receive(JointState(), topic)
     cell._receive(RobotData(), "real/robot_data")
 
@@ -183,6 +185,24 @@ def test_a_stop_heard_while_services_are_looked_for_is_judged_with_a_whole_cell(
     monkeypatch.setattr("twin_experiments.run.cell_node.is_offered", offered)
     with pytest.raises(RunError, match=f"in {mode}: told so.*first give {way_out}"):
         cell.wait_ready(lambda text: None)
+
+
+def test_a_real_robot_is_judged_by_what_it_shows_and_a_stand_in_by_its_truth(
+    ros: Ros, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No real robot publishes a truth, and nothing is waited for that never comes."""
+    config = load_experiments(ROBOT)
+    cell = RunningCell(ROBOT, config.metrics.moving_speed_percent, config.deadlines_s)
+    monkeypatch.setattr("twin_experiments.run.cell_node.is_offered", lambda *_: True)
+    moves = JointState(name=["joint_1"], velocity=[1.0])
+    cell._receive(JointState(), "twin/joint_states")
+    cell._receive(RobotData(), "real/robot_data")
+    cell._receive(TwinControllerState(mode="IDLE"), "twin_controller/state")
+    assert [name.endswith("real/joint_states") for name in cell._absent()] == [True]
+    cell._receive(moves, "real/joint_states")
+    assert cell._absent() == [] and cell.moves("real") == 1
+    cell._receive(JointState(), "real/ground_truth")
+    assert cell.moves("real") == 0
 
 
 def test_a_stop_during_a_run_ends_it(ros: Ros, cell: PlayedCell) -> None:

@@ -52,7 +52,7 @@ def mistakes(given: Table, robot: Robot) -> dict[str, Table]:
         }
 
     def plane(q1: float, both: float, a: float = a, b: float = b) -> tuple[float, float]:
-        x, y = a * math.cos(q1 * d) + b * math.cos(both * d), 0.0
+        x = a * math.cos(q1 * d) + b * math.cos(both * d)
         y = a * math.sin(q1 * d) + b * math.sin(both * d)
         return x, y
 

@@ -36,8 +36,10 @@ SERVICES = {
     "recorder/stop": StopRecording,
     "twin_controller/command": TwinCommand,
 }
+TRUTH, SHOWN = "real/ground_truth", "real/joint_states"
+"""Where the real side's joints are. A stand-in alone tells the truth; any robot shows its own."""
 TOPICS = {
-    "real/ground_truth": JointState,
+    SHOWN: JointState,
     "twin/joint_states": JointState,
     "real/robot_data": RobotData,
     "twin_controller/state": TwinControllerState,
@@ -92,12 +94,11 @@ class RunningCell:
         self._thresholds = {
             joint.name: joint.velocity * moving_speed_percent / 100.0 for joint in robot.twin_joints
         }
-        # Where the joints truly are: what the robot shows is rounded, and late.
-        self._activities = {"real/ground_truth": Activity(), "twin/joint_states": Activity()}
+        self._activities = dict.fromkeys((TRUTH, SHOWN, "twin/joint_states"), Activity())
         self._newest: dict[str, Any] = {}
         # Beginning and end of an experiment stand in the bag itself: a report needs nothing else.
         self._marker = rospy.Publisher("experiment/marker", String, queue_size=10, tcp_nodelay=True)
-        for topic, kind in TOPICS.items():
+        for topic, kind in {**TOPICS, TRUTH: JointState}.items():
             rospy.Subscriber(topic, kind, self._receive, topic, queue_size=100, tcp_nodelay=True)
 
     def _receive(self, message: Any, topic: str) -> None:
@@ -135,13 +136,18 @@ class RunningCell:
 
     def moves(self, leader: str) -> int:
         """Return how many moves one side has begun so far."""
-        return self._activities[
-            "real/ground_truth" if leader == "real" else "twin/joint_states"
-        ].moves
+        return self._activity(leader).moves
 
     def still_for(self) -> float:
         """Return for how long both sides have stood still [s]."""
-        return still_for(list(self._activities.values()), time.monotonic(), FRESH_S)
+        sides = [self._activity("real"), self._activity("twin")]
+        return still_for(sides, time.monotonic(), FRESH_S)
+
+    def _activity(self, side: str) -> Activity:
+        """Return what one side has done."""
+        # Where the joints truly are, if that is told: what a robot shows is rounded, and late.
+        real = TRUTH if TRUTH in self._newest else SHOWN
+        return self._activities[real if side == "real" else "twin/joint_states"]
 
     def _absent(self) -> list[str]:
         """Return in words which topics and services are not there."""

@@ -25,7 +25,7 @@ class PendantCalls:
         """Run one command of the pendant and return what it says.
 
         Raises:
-            PendantError: It ended with an error, or not in time.
+            PendantCallError: It ended with an error, or not in time.
         """
         command = ["rosrun", "fanuc_emulator", "pendant", *words, *self._options]
         try:

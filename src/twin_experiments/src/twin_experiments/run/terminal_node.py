@@ -66,7 +66,7 @@ def _print_repeats(report: Report, console: Console) -> None:
     )
     rows = repeat_rows(document.get("repeats", []))
     if rows:
-        table = Table(*REPEAT_HEADINGS, title="repeats, percent of reach")
+        table = Table(*REPEAT_HEADINGS, title="repeats; percents are of reach")
         for row in rows:
             table.add_row(*row)
         console.print(table)
