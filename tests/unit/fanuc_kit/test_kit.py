@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import pytest
@@ -15,6 +16,7 @@ from fanuc_kit.frames_node import app as frames
 from fanuc_kit.make_node import app as make
 from fanuc_kit.read_node import app as read
 from fanuc_kit.sheet import Boxes, Sheet, SheetTable, SheetText, html, markdown
+from fanuc_kit.slots_io import SlotWriter
 from fanuc_kit.write_node import app as write
 from harness.emulated.served import CONFIG, LAYOUT, served
 from harness.processes import free_port
@@ -27,7 +29,8 @@ from scara_config.programs.tp.reader import read as read_program
 from scara_config.set_up.kit_map import kit_map
 from scara_config.set_up.kit_programs import texts as programs
 from scara_config.set_up.settings import SETTINGS
-from scara_config.set_up.slots import WAY_IN, delivered_table, slot_table
+from scara_config.set_up.slots import BOOTSTRAP, WAY_IN, delivered_table, slot_table
+from twin_controller.modbus.port_io import LinkLostError
 from typer.testing import CliRunner
 
 
@@ -182,6 +185,64 @@ def test_nobody_there_is_told() -> None:
     """With what to look at."""
     done = CliRunner().invoke(write, ["127.0.0.1", "--port", str(free_port()), "--yes"])
     assert done.exit_code == 2 and "accepts no connection: is Modbus on?" in done.output
+
+
+class BrokenPort:
+    """A port whose link is lost once it has answered so often."""
+
+    name = "1.2.3.4:502"
+    answers = 0
+
+    def __init__(self, *_: object) -> None:
+        self.is_open, self.left = False, BrokenPort.answers
+
+    def open(self) -> None:
+        """Connect."""
+        self.is_open = True
+
+    def close(self) -> None:
+        """Disconnect."""
+        self.is_open = False
+
+    def write_words(self, *_: object) -> None:
+        """Lose the link in its turn."""
+        if not self.left:
+            raise LinkLostError("the robot is gone")
+        self.left -= 1
+
+    def read_words(self, _: object) -> list[int]:
+        """Return the beginning of slot 80."""
+        return [BOOTSTRAP, 0]
+
+
+@pytest.mark.parametrize(("answers", "error"), [(0, LinkLostError), (1, KeyError)])
+def test_a_link_that_is_lost_is_told_once_and_closed(
+    monkeypatch: pytest.MonkeyPatch, answers: int, error: type[Exception]
+) -> None:
+    """Before the first slot is read, and while something else has gone wrong already."""
+    monkeypatch.setattr(BrokenPort, "answers", answers)
+    monkeypatch.setattr("fanuc_kit.slots_io.ModbusPort", BrokenPort)
+    writer = SlotWriter("1.2.3.4", 502, 1)
+    with pytest.raises(error), writer:
+        raise KeyError("in between")
+    assert not writer._port.is_open  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("command", [frames, read])
+def test_a_file_that_cannot_be_read_is_no_difference(
+    command: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Exit code 1 would say that the robot has other frames, or lacks a setting."""
+
+    def refused(path: Path, **_: object) -> str:
+        raise PermissionError(13, "Permission denied", str(path))
+
+    (tmp_path / "system.va").write_text("")
+    monkeypatch.setattr(Path, "read_text", refused)
+    monkeypatch.setattr(Path, "iterdir", refused)
+    place = tmp_path if command is read else tmp_path / "system.va"
+    done = CliRunner().invoke(command, [str(place)])
+    assert done.exit_code == 2 and "Permission denied" in done.output
 
 
 def test_printouts_of_a_folder_are_read(tmp_path: Path) -> None:

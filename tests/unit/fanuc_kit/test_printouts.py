@@ -254,6 +254,9 @@ def test_a_controller_that_is_set_up_lacks_nothing() -> None:
         ("$MNUTOOLNUM[1]", "4", "$MNUTOOLNUM[1] is 4", "Frames > Tool Frame > SETIND: 1"),
         ("$SNPX_ASG[3].$ADDRESS", "1001", "slot 3 is POS[0]@27.19 at 1001, 19", "$SNPX_ASG"),
         ("$SNPX_ASG[2].$SIZE", "0", "slot 2 is empty", "$SNPX_ASG"),
+        ("$SNPX_ASG[2].$SIZE", "1O0", "slot 2 is damaged: $SIZE = 1O0", "$SNPX_ASG"),
+        ("$SNPX_ASG[2].$ADDRESS", "l0983", "slot 2 is damaged: $ADDRESS = l0983", "$SNPX_ASG"),
+        ("$SNPX_ASG[2].$MULTIPLY", "O.0", "slot 2 is damaged: $MULTIPLY = O.0", "$SNPX_ASG"),
     ],
 )
 def test_what_is_not_set_is_named_with_its_menu(

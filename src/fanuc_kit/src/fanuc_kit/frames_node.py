@@ -40,7 +40,7 @@ ANSWERS_S = 2.0
 """So long one answer is waited for."""
 _VARIABLES: dict[Kind, str] = {"user": "$MNUFRAME", "tool": "$MNUTOOL"}
 app = CommandLine(
-    "frames", dict.fromkeys((ConfigError, LinkLostError), WRONG), help="Compare frames."
+    "frames", dict.fromkeys((ConfigError, LinkLostError, OSError), WRONG), help="Compare frames."
 )
 
 
@@ -84,6 +84,7 @@ def _told(path: Path) -> Numbered:
 
     Raises:
         ConfigError: It tells none.
+        OSError: It cannot be read.
     """
     if path.suffix.upper() == PROGRAM_ENDING:
         found = told_frames(read(load_text(path), str(path)))

@@ -103,20 +103,28 @@ def _slots(layout: ModbusMap, found: Printout) -> Iterator[str]:
     for number, slot in enumerate(slot_table(layout), start=1):
         shown = _shown(found, number)
         if slot.size and shown != slot:
-            what = f"{shown.name} at {shown.address}, {shown.size}" if shown.size else "empty"
+            if isinstance(shown, str):
+                what = shown
+            else:
+                what = f"{shown.name} at {shown.address}, {shown.size}" if shown.size else "empty"
             wanted = f"{slot.name} at {slot.address}, {slot.size}, $MULTIPLY {slot.multiply:g}"
             yield _line("slots", f"slot {number} is {what}; wanted {wanted}")
 
 
-def _shown(found: Printout, number: int) -> Assignment:
-    """Return a slot as it was printed."""
+def _shown(found: Printout, number: int) -> Assignment | str:
+    """Return a slot as it was printed, or in words which of its numbers is none."""
 
     def of(name: str, other: Value) -> Value:
         return found.variables.get(f"$SNPX_ASG[{number}].{name}") or other
 
     address, size, multiply = of("$ADDRESS", 0), of("$SIZE", 0), of("$MULTIPLY", 0.0)
-    assert isinstance(address, int) and isinstance(size, int)
-    assert isinstance(multiply, (int, float))
+    # A printout that was typed off or sent by mail may be damaged.
+    if not isinstance(address, int):
+        return f"damaged: $ADDRESS = {address}"
+    if not isinstance(size, int):
+        return f"damaged: $SIZE = {size}"
+    if not isinstance(multiply, (int, float)):
+        return f"damaged: $MULTIPLY = {multiply}"
     return Assignment(address, size, str(of("$VAR_NAME", "")), float(multiply))
 
 

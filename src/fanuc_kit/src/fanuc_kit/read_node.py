@@ -24,7 +24,9 @@ from fanuc_kit.printouts import Printout, read_printout
 
 _SETS_TOOL = re.compile(r"^\s*\d*:\s*UTOOL\[1(:[^\]]*)?\]\s*=", re.MULTILINE)
 ENDS = (".va", ".dg", ".ls", ".txt", ".htm", ".stm")
-app = CommandLine("read", {ConfigError: WRONG}, help="Read a controller's own printouts.")
+app = CommandLine(
+    "read", dict.fromkeys((ConfigError, OSError), WRONG), help="Read a controller's own printouts."
+)
 
 
 @app.command()

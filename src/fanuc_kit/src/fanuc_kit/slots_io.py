@@ -7,7 +7,7 @@ import struct
 from scara_config.modbus_map import Register
 from scara_config.set_up.slots import BOOTSTRAP, LAST_OWN, Assignment
 from twin_controller.modbus.blocks import Block
-from twin_controller.modbus.port_io import LinkLostError, ModbusPort
+from twin_controller.modbus.port_io import LinkLostError, ModbusPort, WriteRefusedError
 from twin_controller.modbus.words import numbers, text_of, to_words
 
 _TIMEOUT_S = 2.0
@@ -49,16 +49,31 @@ class SlotWriter:
             name = self._port.name
             raise SlotError(f"{name} accepts no connection: is Modbus on?") from error
         # Without slots 76 to 79 what was written is lost, and this reads 0: no exception tells.
-        if self._read(LAST_OWN + 1, "$ADDRESS", _WHOLE) != [BOOTSTRAP, 0]:
+        try:
+            if self._read(LAST_OWN + 1, "$ADDRESS", _WHOLE) != [BOOTSTRAP, 0]:
+                text = "slots 76 to 79 are not there: type them first"
+                raise SlotError(f"{self._port.name}: {text}")
+        # Nobody leaves a context that was never entered.
+        except BaseException:
             self._port.close()
-            raise SlotError(f"{self._port.name}: slots 76 to 79 are not there: type them first")
+            raise
         return self
 
-    def __exit__(self, *_: object) -> None:
-        """Leave slot 80 empty, and disconnect."""
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Leave slot 80 empty, and disconnect.
+
+        Raises:
+            LinkLostError, WriteRefusedError: It cannot be left empty, and nothing else went wrong.
+        """
         # A slot 80 that is left would go on showing one value of the table to every client.
-        self._port.write_words(BOOTSTRAP - 1, [0, 0, 0, 0, *_text(""), *_words(_FACTOR, 1.0)])
-        self._port.close()
+        try:
+            self._port.write_words(BOOTSTRAP - 1, [0, 0, 0, 0, *_text(""), *_words(_FACTOR, 1.0)])
+        except (LinkLostError, WriteRefusedError):
+            # What came first says more: on a link that is lost this fails too.
+            if kind is None:
+                raise
+        finally:
+            self._port.close()
 
     def read(self, number: int) -> Assignment:
         """Return a slot.
