@@ -84,6 +84,20 @@ def test_a_long_rest_brings_the_first_lag_back() -> None:
     assert stream.lag == pytest.approx(0.024)
 
 
+def test_a_hold_is_a_rest_too() -> None:
+    """Nothing moves in it, and it may last for as long as any."""
+    stream = interpreter(rest_s=2.0)
+    for target in (0.01, 0.02):
+        stream.step((target, 0.0), 1.0)
+        for _ in range(50):
+            stream.step((target, 0.0), 0.0)
+    assert stream.lag == pytest.approx(0.032)
+    for _ in range(round(2.0 / PERIOD)):
+        stream.step((0.02, 0.0), 0.0)
+    stream.step((0.03, 0.0), 1.0)
+    assert stream.lag == pytest.approx(0.024)
+
+
 def test_a_hold_forgets_what_was_planned() -> None:
     """Nothing that was read before it comes out after it."""
     stream = interpreter()

@@ -61,6 +61,7 @@ class StreamInterpreter:
         """
         if speed <= 0.0:
             self.reset(self._output)
+            self._idle += self._period
             return self._output
         self._now += 1
         if not self._motion and wanted is not None and wanted != self._end:
