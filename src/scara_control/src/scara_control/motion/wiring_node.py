@@ -223,7 +223,7 @@ class JointStateReader:
     def __call__(self, message: JointState) -> None:
         """Hand a measurement on, on our time axis.
 
-        Leave it out if a joint or a value is missing.
+        Leave it out if a joint or a value is missing or not finite.
         """
         at = {name: k for k, name in enumerate(message.name)}
         if any(name not in at for name in self._names) or min(
@@ -240,6 +240,15 @@ class JointStateReader:
         at_time = stamp - self._clock.offset() if stamp else self._clock.now()
         position = tuple(message.position[k] for k in columns)
         velocity = tuple(message.velocity[k] for k in columns)
+        for name, q, qdot in zip(self._names, position, velocity):
+            # No comparison holds for NaN, so nothing would ever seem to be away from its target.
+            if not (math.isfinite(q) and math.isfinite(qdot)):
+                rospy.logwarn_throttle(
+                    _LOG_PERIOD,
+                    f"joint states: {name} is at {q} and moves at {qdot}, which is not finite: "
+                    "left out",
+                )
+                return
         self._deliver(JointMotion.measured(position, velocity, at_time))
         self._first.set()
         if not self._clock.simulated:  # simulated time may pass much faster than we read
