@@ -274,6 +274,19 @@ def test_a_goal_is_rejected_while_somebody_else_holds_control(bench: Bench) -> N
     assert not bench.desk.accept("d", GOAL, bench.now), "it waits for the end of the cancelled one"
 
 
+def test_the_holders_goal_that_waits_for_its_older_one_is_still_the_holders(bench: Bench) -> None:
+    """It has ended the one that ran: rejected now, it would leave the twin standing on its way."""
+    bench.desk.hear_mode("IDLE", "because", bench.now, "fitter 1 holds control: ask for it")
+    bench.desk.accept("a", GOAL, bench.now, own=True)
+    bench.run(0.3)
+    bench.desk.hear_mode("TWIN_LEADS", "because", bench.now, "fitter 1 holds control: ask for it")
+    assert not bench.desk.accept("b", Goal(NAMES, (waypoint(1.0, HERE),)), bench.now, own=True)
+    bench.run(0.5)
+    bench.desk.hear_mode("IDLE", "because", bench.now, "fitter 1 holds control: ask for it")
+    assert bench.until_ended(2).code is Code.SUCCESSFUL
+    assert bench.begun == ["b"] and bench.rejected == []
+
+
 @pytest.mark.parametrize("mode", ["IDLE", "TWIN_LEADS"])
 def test_a_goal_is_accepted_in_the_other_modes(bench: Bench, mode: str) -> None:
     """Nobody else leads."""

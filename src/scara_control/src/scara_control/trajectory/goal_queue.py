@@ -96,7 +96,8 @@ class GoalQueue:
         self._load: Load | None = None
         self._quiet_until = -float("inf")
         self._running: _Running | None = None
-        self._waiting: tuple[Hashable, Goal, float] | None = None
+        # Its key, the goal, since when it waits, and whether it is that of who holds control.
+        self._waiting: tuple[Hashable, Goal, float, bool] | None = None
         self._refused: list[tuple[Hashable, GoalError]] = []
 
     def measure(self, measured: JointMotion) -> None:
@@ -144,7 +145,7 @@ class GoalQueue:
         gets no set points after a stop, which would begin a new stream if it has ended the old one.
         """
         if command in ENDING and self._waiting is not None:
-            key, _, _ = self._waiting
+            key = self._waiting[0]
             text = f"cancelled by {command.text(reason)}, before it began"
             self._refused.append((key, GoalError(Code.INVALID_GOAL, text)))
             self._waiting = None
@@ -181,7 +182,7 @@ class GoalQueue:
             )
             if self._waiting is not None:
                 raise GoalError(Code.INVALID_GOAL, "another goal is waiting already")
-            self._waiting = (key, goal, now)
+            self._waiting = (key, goal, now, own)
             return False
         self._judge_mode(now, own)
         if self._state != State.IDLE:
@@ -193,7 +194,7 @@ class GoalQueue:
             raise GoalError(Code.INVALID_GOAL, said)
         if now < self._quiet_until:
             self._plan(goal, now)
-            self._waiting = (key, goal, now)
+            self._waiting = (key, goal, now, own)
             return False
         execution = self._plan(goal, now)
         # Nothing of it was sent to anybody yet: this cap holds at once.
@@ -279,7 +280,7 @@ class GoalQueue:
         """Begin the waiting goal as soon as the stream of the one before has ended."""
         if self._waiting is None:
             return Turn()
-        key, goal, since = self._waiting
+        key, goal, since, own = self._waiting
         # After so long it is tried all the same: the refusal then says what stands in the way.
         late = (
             now - since
@@ -289,7 +290,7 @@ class GoalQueue:
             return Turn()
         self._waiting = None
         try:
-            self.accept(key, goal, now)
+            self.accept(key, goal, now, own)
         except GoalError as error:
             return Turn(rejected=[(key, error)])
         return Turn(begun=[key])
