@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
+from typing import Any
 from unittest.mock import MagicMock
 
 import pytest
@@ -44,3 +46,23 @@ def test_a_reading_that_is_not_finite_is_none(field: str, wrong: float) -> None:
     assert controller._measured is None
     controller._reader(reading(HERE, STILL))
     assert controller._measured is not None and controller._measured.q == tuple(HERE)
+
+
+def test_a_move_that_was_not_judged_never_begins(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first reading comes right after the judge could not be asked, while others answer."""
+    controller, asked = JointPoseController(ROBOT, CONFIG), list[dict[str, Any]]()
+
+    def ask(what: str, **request: Any) -> Any:
+        asked.append(request)
+        return SimpleNamespace(allowed=True, text="")
+
+    monkeypatch.setattr(controller._gate, "ask", ask)
+    monkeypatch.setattr(
+        controller._lending, "say", lambda message: controller._reader(reading(HERE, STILL))
+    )
+    target = JointState(name=NAMES[:1], position=[0.3])
+    controller._on_target(target)
+    assert controller._core.is_idle and not asked
+    controller._reader(reading(HERE, STILL))
+    controller._on_target(target)
+    assert not controller._core.is_idle and len(asked) == 1

@@ -334,6 +334,9 @@ class JointPoseController:
         """Ask the gate; return why it refuses, or an empty text."""
         with self._lock:
             measured = self._measured
+        if measured is None:
+            # The first may come before the move begins, which nobody would have judged then.
+            return "no twin/joint_states yet"
         request = move_request(self._core.names, measured, names, positions, speed_percent, way)
         if request is None:
             return ""
