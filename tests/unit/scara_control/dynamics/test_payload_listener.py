@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from scara_config import load_robot
@@ -38,3 +39,16 @@ def test_load_follows_what_was_told_and_a_part_that_is_held() -> None:
     q = [0.0] * 4
     more = held.model.mass_matrix(q)[2][2] - first.model.mass_matrix(q)[2][2]
     assert more == pytest.approx(0.05)
+
+
+def test_a_payload_whose_model_has_failed_is_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else motion would go on being planned for what hung there before, until the next change."""
+    heard: list[Load | None] = []
+    listener = PayloadListener(load_robot(CONFIG), load_motion(CONFIG), heard.append)
+    rated = PayloadState(told=Payload(number=4, name="rated", mass=6.0))
+    with monkeypatch.context() as broken:
+        broken.setattr(listener, "_load", Mock(side_effect=OSError("no space left")))
+        with pytest.raises(OSError, match="no space left"):
+            listener(rated)
+    listener(rated)
+    assert [load is not None for load in heard] == [True]

@@ -41,13 +41,14 @@ class PayloadListener:
         found = tuple(payload for payload in carried if payload.mass_kg)
         if found == self._carried:
             return
-        self._carried = found
         if found and found not in self._loads:
             if len(self._loads) >= _MOST_LOADS:
                 # Each has an engine of its own; one that is planned with lives on with its plan.
                 self._loads.clear()
             self._loads[found] = self._load(found)
         self._deliver(self._loads.get(found))
+        # Only now: a payload whose model has failed is tried again with the next message.
+        self._carried = found
 
     def _load(self, carried: tuple[Payload, ...]) -> Load:
         # Only here: the engine takes memory, and most cells carry nothing.
