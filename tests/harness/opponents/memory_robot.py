@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import msgspec
+from scara_config import Robot
 from scara_control.joint_motion import JointMotion
 from twin_controller.core.events import AnyEvent
 from twin_controller.robot.link import RobotCounters, RobotListener
@@ -59,7 +60,7 @@ class MemoryLink:
 class MemoryCell:
     """The shared side on a link in memory, and all that it tells."""
 
-    def __init__(self, table: SignalTable, has_gripper: bool = False) -> None:
+    def __init__(self, table: SignalTable, has_gripper: bool = False, robot: Robot = ROBOT) -> None:
         self.events: list[AnyEvent] = []
         self.changes: list[tuple[str, bool, str]] = []
         self.words: list[tuple[str, str, int]] = []
@@ -70,7 +71,7 @@ class MemoryCell:
             return self.robot
 
         self.link = RealLink(
-            ROBOT,
+            robot,
             has_gripper,
             connect,  # type: ignore[arg-type]
             self.events.append,

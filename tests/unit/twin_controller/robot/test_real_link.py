@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import msgspec
 import pytest
 from harness.opponents.memory_robot import MemoryCell
+from harness.sides import ROBOT
 from twin_controller.core.actions import Command, RobotSetpoint, StreamReal
 from twin_controller.core.events import RealAlarm, RealMeasured
 from twin_controller.robot.intake import HEARTBEAT_LOST
@@ -121,3 +123,36 @@ def test_the_end_stops_a_stream_of_ours_and_no_program_of_the_robot(
     assert cell.asked[-1][0] == "close"
     cell.link.stream(StreamReal(RobotSetpoint((0.0,) * 4), 50.0, 0.0))
     assert cell.asked[-1][0] == "close", "nothing is streamed after the end"
+
+
+def test_the_end_writes_nothing_to_a_robot_that_is_only_followed() -> None:
+    """Another master streams to it: its link refuses a stop, and has to be closed all the same."""
+    cell = MemoryCell(UI_SIGNALS, robot=msgspec.structs.replace(ROBOT, lead=False))
+    with cell.link:
+        show(cell, ControlType.STREAM, "progrun")
+        cell.asked.clear()
+    assert [asked[0] for asked in cell.asked] == ["close"]
+
+
+def test_a_program_has_no_name_until_it_was_told_since_its_start(cell: MemoryCell) -> None:
+    """The blocks are read behind the sample: the name of the last program would be judged."""
+    named = []
+    for name, signals, state in (
+        ("ARTICLE", ("progrun",), ProgramState.RUNNING),
+        ("ARTICLE", ("paused",), ProgramState.PAUSED),
+        ("ARTICLE", (), ProgramState.ABORTED),
+        ("PALLETISE", ("progrun",), ProgramState.RUNNING),
+        ("PALLETISE", ("progrun",), ProgramState.RUNNING),
+    ):
+        show(cell, ControlType.PROGRAM, *signals)
+        cell.robot.listener.told(ProgramStatus(name, 1, state), AlarmStatus(0, 0, "", "", ""))
+        last = cell.events[-1]
+        assert isinstance(last, RealMeasured)
+        named.append((last.own_program, last.program))
+    assert named == [
+        (True, ""),
+        (True, "ARTICLE"),
+        (False, "ARTICLE"),
+        (True, ""),
+        (True, "PALLETISE"),
+    ]

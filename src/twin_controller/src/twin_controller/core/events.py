@@ -65,7 +65,7 @@ class RealMeasured(Event, frozen=True, tag="real"):
         ring_places: How many set points it takes ahead of their time; 0: none.
         ring_read: Number of the one that it took last, 1..32760; 0 before the first.
         ring_underruns: So often it had none left.
-        program: The name of its running or last program; empty if it tells none.
+        program: The name of the program that runs or is paused; empty if it has told none yet.
         overtaken: A newer answer has come in already: it is judged, but nobody follows it.
         held: The robot is held, by us or by somebody.
         operation_mode: At what its mode switch stands: AUTO, T1 or T2; empty: it does not tell.

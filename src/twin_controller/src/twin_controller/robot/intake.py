@@ -107,7 +107,8 @@ def measured(
         received: When its answer was complete [s].
         robot: robot.yaml.
         has_gripper: The robot has a suction gripper.
-        program: The name of its running or last program, as it was told last.
+        program: The name of the program that runs or is paused, as it was told last; empty: none,
+            or it was not told yet.
     """
     twin = [k for k, joint in enumerate(robot.joints) if joint.twin]
     return RealMeasured(

@@ -33,7 +33,13 @@ from twin_controller.robot.signals import (
     override_steps,
     steps,
 )
-from twin_controller.robot_sample import AlarmStatus, ControlType, ProgramStatus, RobotSample
+from twin_controller.robot_sample import (
+    AlarmStatus,
+    ControlType,
+    ProgramState,
+    ProgramStatus,
+    RobotSample,
+)
 
 _LOG = logging.getLogger("rosout.real_link")
 REST = 1.0
@@ -142,7 +148,8 @@ class RealLink:
 
     def _sampled(self, sample: RobotSample, sent: float, received: float) -> None:
         self._paused = is_paused(sample)
-        self._streams = sample.moved_by is ControlType.STREAM
+        # A robot that is only followed may be streamed to by another master: none of ours.
+        self._streams = self._robot.lead and sample.moved_by is ControlType.STREAM
         before, self._before = self._before or sample.motion, sample.motion
         if "progrun" not in sample.outputs and stands(before, sample.motion, self._robot.joints):
             self._rests.set()
@@ -153,7 +160,9 @@ class RealLink:
         self._on_data(sample, self._program, self._alarm, self._alarm_number)
 
     def _told(self, program: ProgramStatus, alarm: AlarmStatus) -> None:
-        self._program, self._program_name = program_text(program), program.name
+        self._program = program_text(program)
+        # The blocks are read behind the sample: a program that has ended must not name the next.
+        self._program_name = "" if program.state is ProgramState.ABORTED else program.name
         self._alarm_number = alarm.number if alarm.facility else 0
         self._tell_alarm(alarm, self._heartbeat_lost)
 
