@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
 
 import numpy as np
@@ -115,6 +116,63 @@ def test_link_whose_inertia_is_unknown_is_refused(text, reason):
     """The text names the link."""
     with pytest.raises(ShapeError, match=reason):
         inertial_of(ET.fromstring(text))
+
+
+@pytest.mark.parametrize(
+    ("shape", "reason"),
+    [
+        ("<box/>", "<box> has size = '': expected 3 finite numbers above 0"),
+        ("<box size='1 2'/>", "<box> has size = '1 2': expected 3 finite numbers above 0"),
+        ("<box size='1 2 0'/>", "<box> has size = '1 2 0': expected 3 finite numbers above 0"),
+        (
+            "<cylinder radius='wide' length='1'/>",
+            "<cylinder> has radius = 'wide': expected 1 finite number above 0",
+        ),
+        (
+            "<cylinder radius='nan' length='1'/>",
+            "<cylinder> has radius = 'nan': expected 1 finite number above 0",
+        ),
+    ],
+)
+def test_number_that_is_none_is_refused(shape, reason):
+    """The text names link, element, attribute and value."""
+    text = (
+        "<link name='part'><inertial><mass value='1'/></inertial>"
+        f"<collision><geometry>{shape}</geometry></collision></link>"
+    )
+    with pytest.raises(ShapeError, match=re.escape(f"link part: {reason}")):
+        inertial_of(ET.fromstring(text))
+
+
+def test_each_link_keeps_its_own_mass_wherever_its_inertial_stands():
+    """On the line of its link, behind a tab, on one line, and not what stands in a comment."""
+    shape = BOX.format(xyz="0 0 0", rpy="0 0 0", size="1 1 1")
+    text = f"""<robot name="r">
+  <!-- <inertial><mass value="7"/></inertial> -->
+  <link name="a"><inertial><mass value="1"/></inertial>{shape}</link>
+  <link name="b">
+\t<inertial>
+\t\t<mass value="2"/></inertial>{shape}
+  </link>
+  <link name="c">{shape}<inertial ><mass value="3"/></inertial></link>
+</robot>
+"""
+    written = with_inertia(text)
+    masses = [
+        (link.get("name"), link.find("inertial/mass").get("value"), len(link.find("inertial")))
+        for link in ET.fromstring(written).iter("link")
+    ]
+    assert masses == [("a", "1", 3), ("b", "2", 3), ("c", "3", 3)]
+    assert '<!-- <inertial><mass value="7"/></inertial> -->' in written
+    assert with_inertia(written) == written
+
+
+def test_inertial_that_is_no_links_only_one_is_refused():
+    """Nobody could say whose it is."""
+    shape = BOX.format(xyz="0 0 0", rpy="0 0 0", size="1 1 1")
+    twice = '<inertial><mass value="1"/></inertial>' * 2
+    with pytest.raises(ShapeError, match="2 <inertial> in 1 links"):
+        with_inertia(f'<robot name="r"><link name="a">{twice}{shape}</link></robot>')
 
 
 def test_file_keeps_its_text_around_the_inertia():

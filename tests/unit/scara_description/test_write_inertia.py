@@ -33,6 +33,10 @@ def test_writes_once_and_then_finds_the_file_up_to_date(tmp_path, monkeypatch, c
             TEXT.replace("box size", "mesh scale"),
             "link part has a collision shape that is neither box nor cylinder",
         ),
+        (
+            TEXT.replace('size="1 2 3"', ""),
+            "link part: <box> has size = '': expected 3 finite numbers",
+        ),
     ],
 )
 def test_file_that_cannot_be_done_stays_as_it_is(tmp_path, monkeypatch, text, reason):

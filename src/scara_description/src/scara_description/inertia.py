@@ -26,11 +26,15 @@ LEVELS = 25
 """Positions of each joint from end to end at which the inertia is looked at, beside its 0."""
 TERMS = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
 """URDF's names of an inertia's terms, in its order, and where they stand in the matrix."""
-_INERTIAL = re.compile(r"^(?P<indent> *)<inertial>.*?</inertial>\n", re.DOTALL | re.MULTILINE)
+# Comments are matched too, so that what stands in one is not taken for an element.
+_INERTIAL = re.compile(
+    r"<!--.*?-->|(?P<element>(?:^(?P<indent>[ \t]*))?<inertial\b.*?</inertial>)",
+    re.DOTALL | re.MULTILINE,
+)
 
 
 class ShapeError(ValueError):
-    """A link has no mass, no collision shape, or one whose inertia is not known here."""
+    """A link has no mass, no collision shape, or one whose inertia cannot be computed here."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,15 +66,15 @@ def inertial_of(link: ET.Element) -> Inertial:
         link: A ``<link>`` with a mass and collision shapes (boxes, cylinders).
 
     Raises:
-        ShapeError: No mass, no collision shape, or one that is neither box nor cylinder; the text
-            names the link.
+        ShapeError: No mass, no collision shape, one that is neither box nor cylinder, or a number
+            that is none; the text names the link.
     """
     name = link.get("name")
     mass = link.find("inertial/mass")
     solids = [_solid(name, collision) for collision in link.iter("collision")]
     if mass is None or not solids:
         raise ShapeError(f"link {name} has no {'mass' if mass is None else 'collision shape'}")
-    kilograms = float(mass.attrib["value"])
+    (kilograms,) = _numbers(name, mass, "value", 1)
     volume = sum(solid.mass for solid in solids)
     centre = sum((solid.mass * solid.centre for solid in solids), np.zeros(3)) / volume
     inertia = np.zeros((3, 3))
@@ -84,39 +88,68 @@ def with_inertia(urdf: str) -> str:
     """Return the URDF text with every link's inertial computed anew; all else stays as it is.
 
     Raises:
-        ShapeError: See :func:`inertial_of`.
+        ShapeError: See :func:`inertial_of`; or there is an inertial that is no link's only one.
     """
-    # In the order of the text, for the pattern below meets them in this order.
-    links = iter(
-        [link for link in ET.fromstring(urdf).iter("link") if link.find("inertial") is not None]
+    links = [link for link in ET.fromstring(urdf).iter("link") if link.find("inertial") is not None]
+    count = sum(match["element"] is not None for match in _INERTIAL.finditer(urdf))
+    if count != len(links):
+        raise ShapeError(
+            f"{count} <inertial> in {len(links)} links: a <link> has to have one or none, "
+            "and there may be none outside of links"
+        )
+    # Both are in the order of the text.
+    blocks = map(inertial_of, links)
+    return _INERTIAL.sub(
+        lambda match: _block(next(blocks), match["indent"] or "") if match["element"] else match[0],
+        urdf,
     )
-    return _INERTIAL.sub(lambda match: _block(inertial_of(next(links)), match["indent"]), urdf)
 
 
 def _solid(name: str | None, collision: ET.Element) -> Inertial:
     """Return a collision shape as a solid of density 1, in the link's frame."""
     box, cylinder = collision.find("geometry/box"), collision.find("geometry/cylinder")
     if box is not None:
-        x, y, z = _numbers(box.attrib["size"])
+        x, y, z = _numbers(name, box, "size", 3, above=0.0)
         volume = x * y * z
         moments = [(y * y + z * z) / 12.0, (x * x + z * z) / 12.0, (x * x + y * y) / 12.0]
     elif cylinder is not None:
-        radius, length = float(cylinder.attrib["radius"]), float(cylinder.attrib["length"])
+        (radius,) = _numbers(name, cylinder, "radius", 1, above=0.0)
+        (length,) = _numbers(name, cylinder, "length", 1, above=0.0)
         volume = np.pi * radius**2 * length
         across = radius**2 / 4.0 + length**2 / 12.0
         moments = [across, across, radius**2 / 2.0]
     else:
         raise ShapeError(f"link {name} has a collision shape that is neither box nor cylinder")
     origin = collision.find("origin")
-    place = {} if origin is None else origin.attrib
-    rotation = rotation_from_rpy(*_numbers(place.get("rpy", "0 0 0")))
+    centre, rpy = (
+        [0.0] * 3 if origin is None else _numbers(name, origin, key, 3, "0 0 0")
+        for key in ("xyz", "rpy")
+    )
+    rotation = rotation_from_rpy(*rpy)
     inertia = rotation @ np.diag(moments) @ rotation.T * volume
-    return Inertial(volume, np.array(_numbers(place.get("xyz", "0 0 0"))), inertia)
+    return Inertial(volume, np.array(centre), inertia)
 
 
-def _numbers(text: str) -> list[float]:
-    """Return the numbers of a URDF attribute."""
-    return [float(word) for word in text.split()]
+def _numbers(
+    name: str | None,
+    element: ET.Element,
+    key: str,
+    count: int,
+    usual: str = "",
+    above: float = -np.inf,
+) -> list[float]:
+    """Return the numbers in an attribute of an element, ``usual`` where it has none."""
+    text = element.get(key, usual)
+    try:
+        numbers = [float(word) for word in text.split()]
+    except ValueError:
+        numbers = []
+    # NaN is above nothing.
+    if len(numbers) != count or not all(above < number < np.inf for number in numbers):
+        wanted = f"{count} finite number{'s' if count > 1 else ''}"
+        wanted += " above 0" if above == 0.0 else ""
+        raise ShapeError(f"link {name}: <{element.tag}> has {key} = {text!r}: expected {wanted}")
+    return numbers
 
 
 def _block(inertial: Inertial, indent: str) -> str:
@@ -137,7 +170,7 @@ def _block(inertial: Inertial, indent: str) -> str:
         f"  <inertia {inertia}/>",
         "</inertial>",
     )
-    return "".join(f"{indent}{line}\n" for line in lines)
+    return "\n".join(f"{indent}{line}" for line in lines)
 
 
 def largest_inertia(urdf: str, ranges: Mapping[str, tuple[float, float]], name: str) -> float:
