@@ -217,8 +217,13 @@ class Node:
 
     def _pause(self) -> None:
         """Pause the pair because the robot's own program was refused."""
-        reply = self._engine.operate("PAUSE")
-        self._publishing.audit("what_if", "PAUSE (hold_own_programs)", reply.success, reply.message)
+        try:
+            reply = self._engine.operate("PAUSE")
+            success, message = reply.success, reply.message
+        except TimeoutError as error:
+            success, message = False, f"the engine gave {error}"
+            rospy.logerr("PAUSE (hold_own_programs): %s", message)
+        self._publishing.audit("what_if", "PAUSE (hold_own_programs)", success, message)
 
     def _put(self, event: object) -> None:
         self._engine.put(event)  # type: ignore[arg-type]

@@ -7,12 +7,18 @@ from types import SimpleNamespace
 from typing import Any
 from unittest.mock import MagicMock
 
+import actionlib
 import pytest
 import rospy
 from scara_config import load_robot
 from scara_control.config import load_motion
 from scara_control.motion.joint_pose_controller_node import JointPoseController
+from scara_control.trajectory.goal import Code
+from scara_control.trajectory.trajectory_server_node import TrajectoryServer
 from sensor_msgs.msg import JointState
+
+from control_msgs.msg import FollowJointTrajectoryGoal
+from scara_msgs.msg import MotionCommand
 
 ROBOT, CONFIG = load_robot(), load_motion()
 NAMES = [joint.name for joint in ROBOT.twin_joints]
@@ -24,6 +30,7 @@ def _ros(monkeypatch: pytest.MonkeyPatch) -> None:
     """Give nodes topics and services that lead nowhere, and a ROS time."""
     for name in ("Publisher", "Subscriber", "Service"):
         monkeypatch.setattr(rospy, name, MagicMock())
+    monkeypatch.setattr(actionlib, "ActionServer", MagicMock())
     monkeypatch.setattr(rospy, "get_param", lambda name, default: default)
     monkeypatch.setattr(rospy.rostime, "_rostime_initialized", True)
 
@@ -66,3 +73,31 @@ def test_a_move_that_was_not_judged_never_begins(monkeypatch: pytest.MonkeyPatch
     controller._reader(reading(HERE, STILL))
     controller._on_target(target)
     assert not controller._core.is_idle and len(asked) == 1
+
+
+def test_a_goal_whose_judgement_fails_unexpectedly_is_rejected(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Its client would wait for ever; the failure is still raised, for the log."""
+    server, handle = TrajectoryServer(ROBOT, CONFIG), MagicMock()
+    handle.get_goal.return_value = FollowJointTrajectoryGoal()
+    handle.get_goal_id.return_value.id = "a"
+    handle.goal.header.stamp = rospy.Time()
+    works = list[Any]()
+    monkeypatch.setattr(server._judging, "put", works.append)
+    monkeypatch.setattr(server._gate, "ask", MagicMock(side_effect=RuntimeError("a bug")))
+    server._on_goal(handle)
+    with pytest.raises(RuntimeError, match="a bug"):
+        works[0]()
+    (result, text), _ = handle.set_rejected.call_args
+    assert result.error_code == Code.INVALID_GOAL
+    assert text == "trajectory_server failed: RuntimeError('a bug')"
+    assert not server._judged
+
+
+def test_the_trajectory_server_ignores_an_unknown_command() -> None:
+    """joint_pose_controller warns of it; those after it are obeyed."""
+    server = TrajectoryServer(ROBOT, CONFIG)
+    server._on_command(MotionCommand(command=99, id=1))
+    server._on_command(MotionCommand(command=MotionCommand.STOP, id=1))
+    assert server._epoch._number == 1

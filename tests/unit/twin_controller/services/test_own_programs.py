@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from unittest.mock import Mock
+
 import msgspec
 import pytest
 from scara_control.joint_motion import JointMotion
 from scara_ros.gate.permit import Permit
 from twin_controller.core.events import RealMeasured
 from twin_controller.services.own_programs_node import OwnPrograms
+from twin_controller.twin_controller_node import Node
 
 RESTS = RealMeasured(0.0, 0.0, 0.0, 0, JointMotion.at_rest((0.0,)))
 FREE, REFUSED = Permit(True, "OK: takes 7.01 s"), Permit(False, "REFUSED at 0.31 s")
@@ -80,3 +83,13 @@ def test_a_refused_program_is_held_only_where_that_is_wanted(
     robot = Robot(judgement, hold, ends)
     robot.runs("ARTICLE")
     assert robot.pauses == pauses
+
+
+def test_a_pause_that_the_engine_does_not_answer_is_told() -> None:
+    """The judge's thread would end with it, and nobody would know that the robot goes on."""
+    told = Mock()
+    engine = Mock(operate=Mock(side_effect=TimeoutError("no answer within 2 s")))
+    Node._pause(Mock(_engine=engine, _publishing=told))
+    told.audit.assert_called_once_with(
+        "what_if", "PAUSE (hold_own_programs)", False, "the engine gave no answer within 2 s"
+    )

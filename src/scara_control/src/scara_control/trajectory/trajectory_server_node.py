@@ -154,7 +154,31 @@ class TrajectoryServer:
         self._judging.put(lambda: self._accept(key, handle, goal, asked))
 
     def _accept(self, key: str, handle: Any, goal: Goal, asked: AskedAt) -> None:
-        """Let a goal in once it is judged; unless it was cancelled or a stop came meanwhile."""
+        """Let a goal in once it is judged, or tell its client why not."""
+        try:
+            begun = self._begin(key, handle, goal, asked)
+        except GoalError as error:
+            _reject(handle, error)
+        except MotionRefusedError as error:
+            _reject(handle, GoalError(Code.INVALID_GOAL, str(error)))
+        except Exception as error:
+            # Its client would wait for ever. Who called us logs where it failed.
+            with self._lock:
+                self._judged.pop(key, None)
+            _reject(handle, GoalError(Code.INVALID_GOAL, f"{_NAME} failed: {error!r}"))
+            raise
+        else:
+            self._rest.wake()
+            if begun:
+                handle.set_accepted()
+
+    def _begin(self, key: str, handle: Any, goal: Goal, asked: AskedAt) -> bool:
+        """Judge a goal and return whether it begins at once; else it waits, or was cancelled.
+
+        Raises:
+            GoalError: It cannot be followed now.
+            MotionRefusedError: The judge refuses it, or a stop came meanwhile.
+        """
         found = self._gate.ask(
             f"trajectory of {len(goal.points)} points", **trajectory_request(goal)
         )
@@ -164,25 +188,13 @@ class TrajectoryServer:
         self._commands.hear_first()
         with self._lock:
             if self._judged.pop(key, None) is None:
-                return
-            try:
-                self._epoch.check(asked)
-                if not found.allowed:
-                    raise MotionRefusedError(found.text)
-                begun = self._desk.accept(key, goal, self._clock.now(), own)
-            except GoalError as error:
-                refusal: GoalError | None = error
-            except MotionRefusedError as error:
-                refusal = GoalError(Code.INVALID_GOAL, str(error))
-            else:
-                refusal = None
-                self._goals[key] = handle
-        if refusal is not None:
-            _reject(handle, refusal)
-            return
-        self._rest.wake()
-        if begun:
-            handle.set_accepted()
+                return False
+            self._epoch.check(asked)
+            if not found.allowed:
+                raise MotionRefusedError(found.text)
+            begun = self._desk.accept(key, goal, self._clock.now(), own)
+            self._goals[key] = handle
+            return begun
 
     def _on_cancel(self, handle: Any) -> None:
         key = handle.get_goal_id().id
@@ -213,7 +225,10 @@ class TrajectoryServer:
 
     def _on_command(self, message: MotionCommand) -> None:
         with self._lock:
-            if self._inbox.accept(message.header.frame_id, message.id, self._clock.now()):
+            # Of an unknown one joint_pose_controller warns.
+            if message.command in list(Command) and self._inbox.accept(
+                message.header.frame_id, message.id, self._clock.now()
+            ):
                 command = Command(message.command)
                 if self._epoch.hear(command, message.reason, message.asked, time.monotonic()):
                     self._desk.command(command, message.reason)
