@@ -95,6 +95,34 @@ def test_the_oldest_are_lost_and_counted_when_nobody_publishes(
     assert sum(lost for _, lost in ears.calls) == 15
 
 
+def test_what_is_lost_while_the_losses_are_told_is_told_next() -> None:
+    """The engine counts at any moment, also between two steps of the publisher."""
+
+    class Late(PublisherThread):
+        """Counts a loss right after the publisher has looked, once."""
+
+        lost = bumped = 0
+
+        @property
+        def _lost(self) -> int:
+            found = self.lost
+            if threading.current_thread() is self._thread and not self.bumped:
+                self.bumped = 1
+                self.lost += 1
+            return found
+
+        @_lost.setter
+        def _lost(self, value: int) -> None:
+            self.lost = value
+
+    ears = Ears()
+    with Late(ears) as thread:
+        thread.stepped([Tick(0.0)], STATE, [])
+        wait_until(lambda: ears.calls, 10.0, "the first batch")
+        thread.stepped([Tick(1.0)], STATE, [])
+    assert sum(lost for _, lost in ears.calls) == 1
+
+
 def test_an_error_is_kept_for_the_node(monkeypatch: pytest.MonkeyPatch) -> None:
     """A bug is never swallowed."""
     monkeypatch.setattr(threading, "excepthook", lambda arguments: None)

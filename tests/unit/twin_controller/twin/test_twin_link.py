@@ -15,7 +15,7 @@ from harness.opponents.lying_twin import true_message
 from harness.pair import SETUP
 from harness.processes import wait_until
 from twin_controller.core.actions import Command, SendTwin
-from twin_controller.core.events import AnyEvent, TwinMeasured
+from twin_controller.core.events import AnyEvent, TwinMeasured, TwinMotion
 from twin_controller.twin.twin_link_io import TwinLink
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.server import ServerConnection, serve
@@ -141,6 +141,45 @@ def test_newer_command_replaces_one_that_was_not_heard(twin: Twin) -> None:
         wait_until(lambda: 9 in twin.heard, 5.0, "the second one")
         twin.wait_for_reports(20)
     assert twin.sent[twin.sent.index(9) :] == [9] * twin.sent.count(9)
+
+
+def test_the_end_of_an_older_command_is_not_that_of_a_newer_one(twin: Twin) -> None:
+    """The engine may send one between two steps of the line's thread: it is repeated all the same.
+
+    The twin does not hear it at first.
+    """
+
+    class Raced(TwinLink):
+        """Sends a stop right after the line has seen that the command before it is still open."""
+
+        kept: Any = None
+        looks = -1
+
+        def _heard(self, motion: TwinMotion) -> None:
+            self.looks = 0 if motion.last_command_id == 8 else -1
+            super()._heard(motion)
+            self.looks = -1
+
+        @property
+        def _command(self) -> Any:
+            found = self.kept
+            self.looks += self.looks >= 0 and found is not None
+            if self.looks == 2:
+                self.looks, twin.listens = -1, False
+                stop = SendTwin(Command.STOP_TWIN, "", 9)
+                sender = threading.Thread(target=self.perform, args=(stop, BOOT, True))
+                sender.start()
+                sender.join(0.2)
+            return found
+
+        @_command.setter
+        def _command(self, order: Any) -> None:
+            self.kept = order
+
+    with Raced(SETUP, lambda event: None, lambda *_: None, twin.url) as link:
+        wait_until(lambda: link.counters["connects"], 5.0, "a link")
+        link.perform(SendTwin(Command.RESUME_TWIN, "", 8), BOOT, True)
+        wait_until(lambda: twin.sent.count(9) >= 2, 5.0, "the stop to be repeated")
 
 
 def test_readings_that_cannot_be_true_never_reach_the_core(twin: Twin) -> None:

@@ -47,6 +47,7 @@ class PublisherThread:
         """Prepare; ``publish`` gets the batches of a period and how many before them were lost."""
         self._publish = publish
         self._batches: queue.Queue[Batch | None] = queue.Queue()
+        # In all; only the engine's thread counts, so that no loss falls between two threads.
         self._lost = 0
         self.failure: BaseException | None = None
         self._thread = threading.Thread(target=self._run, name="publisher", daemon=True)
@@ -80,7 +81,7 @@ class PublisherThread:
 
     def _take_turns(self) -> None:
         """Publish what a period has brought, with one wake; what comes after a silence at once."""
-        due = time.monotonic()
+        due, told = time.monotonic(), 0
         while True:
             time.sleep(max(0.0, due - time.monotonic()))
             batches: list[Batch | None] = []
@@ -89,9 +90,10 @@ class PublisherThread:
                     batches.append(self._batches.get_nowait())
             batches = batches or [self._batches.get()]
             due = time.monotonic() + PERIOD_S
-            lost, self._lost = self._lost, 0
+            lost = self._lost
             found = [batch for batch in batches if batch is not None]
             if found:
-                self._publish(found, lost)
+                self._publish(found, lost - told)
+            told = lost
             if batches[-1] is None:
                 return

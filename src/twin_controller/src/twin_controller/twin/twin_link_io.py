@@ -85,7 +85,9 @@ class TwinLink:
         self._probes = 0
         self._plausible = Plausibility()
         self._held = HeldJoints(setup.joints)
-        # The last command, until the twin reports it; each connection begins without one.
+        # The last command, until the twin reports it; each connection begins without one. The
+        # engine's thread and the line's set it under the lock.
+        self._command_lock = threading.Lock()
         self._command: Order[Packet] | None = None
         self._patience = patience(setup.config.twin)
         self._stop = threading.Event()
@@ -170,7 +172,9 @@ class TwinLink:
         if not reached and action.command in STOPPING_TWIN:
             self._beside(packet)
         if self._link.publish(MOTION_COMMAND, packet):
-            self._command = told(packet, self._patience, time.monotonic())
+            order = told(packet, self._patience, time.monotonic())
+            with self._command_lock:
+                self._command = order
 
     def _heard(self, motion: TwinMotion) -> None:
         """Repeat, forget or give up the last command, by what the twin reports."""
@@ -184,8 +188,9 @@ class TwinLink:
         if lost is not None:
             _LOG.error(lost_text(lost))
         # The engine's thread may have sent a newer command meanwhile.
-        if self._command is before and order is not before:
-            self._command = order
+        with self._command_lock:
+            if self._command is before:
+                self._command = order
 
     def cap(self, speed_percent: float) -> None:
         """Send the speed cap."""
