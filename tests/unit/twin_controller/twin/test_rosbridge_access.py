@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import queue
+import ssl
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,7 +19,7 @@ from robot_doctor.twin_probe_io import ask_twin
 from scara_config import ConfigError, load_robot
 from scara_ros.page.token_file_io import TWIN_CONTROLLER_FILE, TWIN_CONTROLLER_VARIABLE, read_token
 from twin_controller.config import Twin, load_twin_controller
-from twin_controller.twin.rosbridge_access_io import Access, read_access, shown
+from twin_controller.twin.rosbridge_access_io import Access, _SharedSocket, read_access, shown
 from twin_controller.twin.rosbridge_link_io import RosbridgeLink
 from twin_controller.twin.rosbridge_socket_io import LinkSettings
 
@@ -205,3 +206,18 @@ def test_token_file_that_cannot_be_used_is_said(tmp_path: Path) -> None:
     (tmp_path / ".ros").write_text("a file")
     with pytest.raises(ConfigError, match=r"token_environment = null: .*cannot be used"):
         read_access(SHIPPED, SHIPPED.url, {"HOME": str(tmp_path)})
+
+
+def test_openssl_is_never_asked_by_two_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither for what it holds already: a reader asks that before it waits for data."""
+    turns: list[bool] = []
+
+    def pending(line: Any) -> int:
+        turns.append(line._turn.locked())
+        return 1
+
+    monkeypatch.setattr(ssl.SSLSocket, "pending", pending)
+    monkeypatch.setattr(ssl.SSLSocket, "recv", lambda line, *_: turns.append(line._turn.locked()))
+    line = _SharedSocket.__new__(_SharedSocket)
+    line.recv()
+    assert turns == [True, True]

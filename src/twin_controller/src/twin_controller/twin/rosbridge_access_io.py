@@ -142,7 +142,9 @@ class _SharedSocket(ssl.SSLSocket):
         return new
 
     def recv(self, buflen: int = 1024, flags: int = 0) -> bytes:
-        if not self.pending():
+        with self._turn:
+            waits = self.pending()
+        if not waits:
             timeout, poll = self.gettimeout(), select.poll()
             poll.register(self, select.POLLIN)
             if not poll.poll(None if timeout is None else timeout * 1e3):

@@ -52,7 +52,7 @@ class RosbridgeSocket:
         """Connect.
 
         Raises:
-            LinkLostError: Nobody there, refused, or the address is none.
+            TwinLinkLostError: Nobody there, refused, or the address is none.
         """
         self._settings = settings
         try:
@@ -85,8 +85,8 @@ class RosbridgeSocket:
         """Send a text packet.
 
         Raises:
-            LinkLostError: It could not be sent within the time allowed; the connection is of no use
-                any longer.
+            TwinLinkLostError: It could not be sent within the time allowed; the connection is of
+                no use any longer.
         """
         try:
             self._line.send(data, ABNF.OPCODE_TEXT)
@@ -97,7 +97,7 @@ class RosbridgeSocket:
         """Return the next packet and when it came (monotonic, [s]); None: nothing for a moment.
 
         Raises:
-            LinkLostError: The peer closed, the connection broke, or nothing came for
+            TwinLinkLostError: The peer closed, the connection broke, or nothing came for
                 ``silent_timeout``.
         """
         try:
