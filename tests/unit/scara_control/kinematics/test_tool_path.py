@@ -226,6 +226,11 @@ REFUSED = {
         (0.65, 0.0, 0.10),
         "after 100% of the way.*singular",
     ),
+    "almost to the straight arm": (
+        (-0.015, -0.629, 0.10),
+        (0.6231, 0.1840, 0.10),
+        r"after 100% of the way, at \(62.*almost singular.* 0\.\d+ mm off its way, allowed 0\.001",
+    ),
 }
 
 

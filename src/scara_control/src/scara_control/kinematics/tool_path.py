@@ -9,12 +9,13 @@ that have the curve's own first and second derivatives at both ends:
 
 with the way :math:`s` of the tool. The points are 10 mm apart, or so near that the tool is off its
 curve by less than a micrometre between them: near a singularity the joints bend their ways sharply.
+Where the most points do not bring it so near, the curve is refused.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
@@ -237,8 +238,8 @@ def solve_path(
         None if the tool stays where it is and as it is turned: any way of the joints will do.
 
     Raises:
-        ToolPathError: On the way is a place out of reach, outside a joint's limits or singular, or
-            it ends with other joint positions, as on the other side of the elbow.
+        ToolPathError: On the way is a place out of reach, outside a joint's limits, singular or
+            almost so, or it ends with other joint positions, as on the other side of the elbow.
     """
     columns = [k for k, joint in enumerate(joints) if joint in tool.joints]
     corners = [begin, via, target] if via else [begin, target]
@@ -256,16 +257,25 @@ def solve_path(
     while True:
         track = _solved(tool, joints, columns, (begin, target), curve, turn, span, count)
         middles = [span * (k + 0.5) / count for k in range(count)]
-        off = max(
-            math.dist(
-                tool.position([track.sample(s)[0][column] for column in columns]),
-                curve.at(s * curve.length / span),
+        off, s = max(
+            (
+                math.dist(
+                    tool.position([track.sample(s)[0][column] for column in columns]),
+                    curve.at(s * curve.length / span),
+                ),
+                s,
             )
             for s in middles
         )
-        if off <= OFF_M or 2 * count > MOST:
+        if off <= OFF_M:
             return SolvedPath(track, _derivatives(joints, track, count), speed_mm_s)
-        count *= 2
+        if count == MOST:
+            raise ToolPathError(
+                f"{_where(s / span, curve.at(s * curve.length / span))}: it is almost singular "
+                f"there, as where the arm is straight: it would be {1e3 * off:.3f} mm off its way, "
+                f"allowed {1e3 * OFF_M:g}"
+            )
+        count = min(2 * count, MOST)
 
 
 def solve_legs(
@@ -326,9 +336,7 @@ def _solved(
             rows[2, k, columns] = (slope(q + by, s + h) - slope(q - by, s - h)) / (2.0 * h)
             check_limits(joints, rows[0, k].tolist())
         except ScaraControlError as error:
-            x, y, z = (1e3 * each for each in place)
-            where = f"after {k / count:.0%} of the way, at ({x:.1f}, {y:.1f}, {z:.1f}) mm"
-            raise ToolPathError(f"the tool cannot go along the line: {where}: {error}") from error
+            raise ToolPathError(f"{_where(k / count, place)}: {error}") from error
         # From here Newton goes on, and a joint of many turns stays on its turn.
         guess = q + rows[1, k, columns] * span / count
     for column in columns:
@@ -351,6 +359,15 @@ def _solved(
         # Nobody asks for what is beyond the end: the way stops there.
         extrapolation_limit=0.0,
         stop_accelerations=[1.0] * len(joints),
+    )
+
+
+def _where(part: float, place: Iterable[float]) -> str:
+    """Say where the tool cannot go on: after which part of its way, at which place [m]."""
+    x, y, z = (1e3 * each for each in place)
+    return (
+        f"the tool cannot go along the line: after {part:.0%} of the way, "
+        f"at ({x:.1f}, {y:.1f}, {z:.1f}) mm"
     )
 
 
