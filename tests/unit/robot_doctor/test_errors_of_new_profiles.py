@@ -135,7 +135,7 @@ ERRORS = {
         URDF,
         r'(?s)(<link name="link_3">.*?<collision>.*?radius=")[^"]*',
         r"\g<1>0,05",
-        "link link_3: its inertial or a collision shape cannot be read: .*'0,05'",
+        "link link_3: <cylinder> has radius = '0,05': expected 1 finite number",
         "correct .*mine.urdf",
         '<link name="link_3">',
     ),

@@ -10,7 +10,7 @@ import numpy as np
 from scara_config import Joint, Robot
 from scara_config.lengths import place_of
 from scara_description.cover import COVER
-from scara_description.inertia import ShapeError, body_of, inertial_of
+from scara_description.inertia import ShapeError, ShapeNumberError, body_of, inertial_of
 
 from robot_doctor.chain import DescribedArm, DescribedJoint
 from robot_doctor.finding import Finding, Group, Places, fine, or_fine, write_urdf, wrong
@@ -95,6 +95,9 @@ def check_inertia(urdf: str, places: Places) -> Iterator[Finding]:
                 continue
             # The trace is the same however the link's frame is turned.
             computed = float(np.trace(inertial_of(link).inertia))
+        except ShapeNumberError as error:
+            yield wrong(Group.SIMULATION, f"{error}", f"correct {places.urdf}", f"URDF {name}")
+            continue
         except ShapeError:
             continue  # A mesh has no volume here.
         except (KeyError, ValueError, ZeroDivisionError) as error:

@@ -37,6 +37,10 @@ class ShapeError(ValueError):
     """A link has no mass, no collision shape, or one whose inertia cannot be computed here."""
 
 
+class ShapeNumberError(ShapeError):
+    """A number of a link's inertial or shape is none."""
+
+
 @dataclass(frozen=True, eq=False)
 class Inertial:
     """Mass [kg], centre of mass in the link's frame (3,) [m], inertia about it.
@@ -148,7 +152,9 @@ def _numbers(
     if len(numbers) != count or not all(above < number < np.inf for number in numbers):
         wanted = f"{count} finite number{'s' if count > 1 else ''}"
         wanted += " above 0" if above == 0.0 else ""
-        raise ShapeError(f"link {name}: <{element.tag}> has {key} = {text!r}: expected {wanted}")
+        raise ShapeNumberError(
+            f"link {name}: <{element.tag}> has {key} = {text!r}: expected {wanted}"
+        )
     return numbers
 
 
