@@ -15,7 +15,7 @@ from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
 from twin_controller.modbus.port_io import ModbusPort
 from twin_controller.registers import RegisterCodec
 from twin_controller.robot.intake import stands
-from twin_controller.robot.signals import DropSetpoints, Pulse, Signal, StandHere, Step, TakeBack
+from twin_controller.robot.signals import GIVE_HOLD_BACK, STOP, Pulse
 from twin_controller.robot_sample import (
     AlarmStatus,
     ControlType,
@@ -45,11 +45,6 @@ AHEAD_S = 0.04
 SPEED_PERCENT = 10.0
 SLOW = 5.0
 """Where it is first tried to move the robot: so far, within a second [deg or mm]."""
-
-# As the twin controller: HOLD stops any program, CSTOPI ends it where that is set up.
-_STOP: tuple[Step, ...] = (DropSetpoints(), Signal("hold", False), Pulse("cstopi"), TakeBack())
-# START at the pendant, of a program that is paused only, must find no old set point.
-_GIVE_HOLD_BACK: tuple[Step, ...] = (StandHere(), TakeBack(), Signal("hold", True))
 
 
 def ask(
@@ -159,10 +154,10 @@ class Mover:
         Not every controller ends a program by CSTOPI, and one that nobody watches may go on.
         """
         if self._begun:
-            self._link.send(*_STOP)
+            self._link.send(*STOP)
             self.rests = self._comes_to_rest()
             if self.rests:
-                self._link.send(*_GIVE_HOLD_BACK)
+                self._link.send(*GIVE_HOLD_BACK)
         self._link.close()
 
     def _comes_to_rest(self) -> bool:

@@ -63,13 +63,15 @@ class StandHere(msgspec.Struct, frozen=True):
 Step = Signal | Pulse | Number | DropSetpoints | TakeBack | StandHere
 SignalTable = Mapping[Command, tuple[Step, ...]]
 
+# HOLD first: it pauses any program, whatever else is set up. CSTOPI ends the program only where
+# "CSTOPI for ABORT" is set; everywhere it clears the programs that wait for their turn.
+STOP: tuple[Step, ...] = (DropSetpoints(), Signal("hold", False), Pulse("cstopi"), TakeBack())
+# A paused program does not go on by this, it wants START. Who presses that at the pendant must not
+# find an old set point: the robot goes to PR[1] whether it is marked as valid or not.
+GIVE_HOLD_BACK: tuple[Step, ...] = (StandHere(if_paused=True), TakeBack(), Signal("hold", True))
 UI_SIGNALS: SignalTable = {
-    # HOLD first: it pauses any program, whatever else is set up. CSTOPI ends the program only where
-    # "CSTOPI for ABORT" is set; everywhere it clears the programs that wait for their turn.
-    Command.STOP_REAL: (DropSetpoints(), Signal("hold", False), Pulse("cstopi"), TakeBack()),
-    # A paused program does not go on by this, it wants START. Who presses that at the pendant must
-    # not find an old set point: the robot goes to PR[1] whether it is marked as valid or not.
-    Command.GIVE_HOLD_BACK: (StandHere(if_paused=True), TakeBack(), Signal("hold", True)),
+    Command.STOP_REAL: STOP,
+    Command.GIVE_HOLD_BACK: GIVE_HOLD_BACK,
     # Nothing moves: HOLD stays, or a start at the pendant right behind would be refused. If the
     # program does not end by that, the robot is stopped.
     Command.END_AT_REST: (DropSetpoints(), Pulse("cstopi"), TakeBack()),
