@@ -86,11 +86,11 @@ def _shadow_then(cell: LiveCell, time: float) -> dict[str, Any]:
 
 
 def _assert_same_pair(again: dict[str, Any], document: dict[str, Any]) -> None:
-    """Both documents say the same of the pair; ROS time is known to the time of a publication."""
+    """Both documents say the same of the pair; ROS time is a double that counts from 1970."""
     for part in ("authority", "desired", "real", "twin", "units", "decision"):
         mine, recorded = again[part], document[part]
         if part in ("real", "twin"):
-            assert mine["stamp"] == pytest.approx(recorded["stamp"], abs=0.05)
+            assert mine["stamp"] == pytest.approx(recorded["stamp"], abs=1e-5)
             mine, recorded = ({**side, "stamp": None} for side in (mine, recorded))
         assert mine == recorded, f"{part} at {document['stamp']!r}"
 

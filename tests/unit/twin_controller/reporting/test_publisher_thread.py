@@ -9,18 +9,19 @@ import pytest
 import rospy
 from harness.pair import SETUP
 from harness.processes import wait_until
-from twin_controller.core.events import Tick
+from twin_controller.core.events import Operator, Tick
 from twin_controller.core.state import initial_state
 from twin_controller.reporting import publisher_thread_node as publisher_thread
 from twin_controller.reporting.publisher_thread_node import Batch, PublisherThread
 
 STATE = initial_state(SETUP)
+SINCE_1970 = 2_000_000_000
 
 
 @pytest.fixture(autouse=True)
 def _clock(monkeypatch: pytest.MonkeyPatch) -> None:
     """Give a ROS time to a process that is no node."""
-    monkeypatch.setattr(rospy, "get_rostime", lambda: rospy.Time(1))
+    monkeypatch.setattr(rospy, "get_rostime", lambda: rospy.Time(SINCE_1970))
 
 
 class Ears:
@@ -49,6 +50,26 @@ def test_all_is_published_in_order_and_what_is_left_at_the_end() -> None:
         for k in range(500):
             thread.stepped([Tick(float(k))], STATE, [])
     assert ears.heard == [float(k) for k in range(500)]
+
+
+def test_a_batch_is_of_its_newest_input(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not of the moment at which the engine was done with it, nor of its last input in order."""
+    monkeypatch.setattr(time, "monotonic", lambda: 100.5)
+    found: list[Batch] = []
+    with PublisherThread(lambda batches, lost: found.extend(batches)) as thread:
+        thread.stepped([Tick(100.25), Operator(100.0, "STOP")], STATE, [])
+        thread.stepped([], STATE, [])
+    assert [batch.now for batch in found] == [100.25, 100.5]
+    assert [batch.stamp.to_sec() - SINCE_1970 for batch in found] == [-0.25, 0.0]
+
+
+def test_no_stamp_is_below_the_zero_of_a_simulated_clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It stands there until the first /clock; a negative stamp would end the controller."""
+    monkeypatch.setattr(rospy, "get_rostime", lambda: rospy.Time(0))
+    found: list[Batch] = []
+    with PublisherThread(lambda batches, lost: found.extend(batches)) as thread:
+        thread.stepped([Tick(0.0)], STATE, [])
+    assert found[0].stamp == rospy.Time(0)
 
 
 def test_what_comes_within_a_period_is_published_together(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,7 +11,7 @@ from scara_ros.shadow import Shadow
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState
 from twin_controller.reporting.shadow import shadow_of
-from twin_controller.reporting.snapshots import decode_events
+from twin_controller.reporting.snapshots import decode_events, latest
 from twin_experiments.report.record import RecordError
 
 from twin_analysis.replay.decisions import RecordedInput, Replay
@@ -70,6 +70,5 @@ def _replayed(setup_at: Callable[[float], Setup], inputs: Sequence[RecordedInput
             "state was recorded since"
         )
     last = inputs[-1]
-    events = decode_events(last.data)
-    now = events[-1].now if events else 0.0
+    now = latest(decode_events(last.data), 0.0)
     return shadow_of(setup_at(last.at), reached[0], now, last.stamp_ns * 1e-9)

@@ -19,6 +19,7 @@ from typing_extensions import Self
 from twin_controller.core.actions import Decided
 from twin_controller.core.events import AnyEvent
 from twin_controller.core.state import CoreState
+from twin_controller.reporting.snapshots import latest
 
 PERIOD_S = 0.02
 """So often what has come is published together; one wake costs more than a small message.
@@ -35,7 +36,8 @@ class Batch(NamedTuple):
     events: list[AnyEvent]
     state: CoreState
     decided: list[Decided]
-    # Monotonic and ROS time at which the engine was done with it.
+    # Monotonic time of the newest input, and ROS time then. Not when the engine was done with it:
+    # a replay knows no other, and at the end of a waiting time the two would differ.
     now: float
     stamp: rospy.Time
 
@@ -69,7 +71,12 @@ class PublisherThread:
             with contextlib.suppress(queue.Empty):  # it was taken just now
                 self._batches.get_nowait()
                 self._lost += 1
-        self._batches.put(Batch(events, state, decided, time.monotonic(), rospy.get_rostime()))
+        done = time.monotonic()
+        now = latest(events, done)
+        stamp = rospy.get_rostime()
+        # A simulated clock begins at zero, and no stamp is below it.
+        stamp -= rospy.Duration.from_sec(min(done - now, stamp.to_sec()))
+        self._batches.put(Batch(events, state, decided, now, stamp))
 
     def _run(self) -> None:
         """Publish until told to end; an error ends the node as one of the engine does."""

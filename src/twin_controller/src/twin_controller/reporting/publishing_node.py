@@ -97,8 +97,10 @@ class Publishing:
         has a listener.
         """
         with until_shutdown(), self._lock:
-            newest = batches[-1]
-            state, now, stamp = newest.state, newest.now, newest.stamp
+            state = batches[-1].state
+            # As the replay of this message finds it: by its newest input, whichever batch had it.
+            newest = max(batches, key=lambda batch: batch.now)
+            now, stamp = newest.now, newest.stamp
             events = [event for batch in batches for event in batch.events]
             self._inputs.publish(events, state, stamp, lost)
             for event in events:

@@ -8,7 +8,7 @@ and the recording holds them anyway.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import msgspec
 
@@ -38,6 +38,14 @@ _STATE = msgspec.msgpack.Decoder(CoreState)
 def encode_events(events: Sequence[AnyEvent]) -> bytes:
     """Return a batch of inputs as bytes."""
     return _ENCODER.encode(events)
+
+
+def latest(events: Iterable[AnyEvent], default: float) -> float:
+    """Return the time of the newest of some inputs, else ``default`` [s, controller's clock].
+
+    The last one in order is not always it: a command bears the time at which it came in.
+    """
+    return max((event.now for event in events), default=default)
 
 
 def decode_events(data: bytes) -> list[AnyEvent]:
