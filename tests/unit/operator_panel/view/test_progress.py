@@ -107,6 +107,7 @@ LEADS = told("OPERATOR_LEADS")
         ("ESTOP", [told("ESTOP"), told("ESTOP", still=True)], 0.05, ["running", "done"]),
         ("PAUSE", [told("PAUSED"), told("PAUSED", still=True)], 0.05, ["running", "done"]),
         ("RESUME", [told("PAUSED"), told("OPERATOR_LEADS")], 0.05, ["running", "done"]),
+        ("RESUME", [told("PAUSED"), told("IDLE", "nothing is left")], 0.05, ["running", "done"]),
         ("RESUME", [told("PAUSED", "its cause persists")], 6.0, ["refused"]),
         # What has stopped the pair right behind it goes on with nothing.
         ("RESUME", [told("PAUSED"), told("ESTOP")], 0.05, ["running", "stopped"]),
@@ -130,6 +131,8 @@ def test_command_ends_with_what_the_controller_says(
         assert commands[-1].tone == "warn"
     if outcomes == ["refused"]:
         assert commands[-1].text == "Its cause persists"
+    if (kind, seen[-1].state.mode) == ("RESUME", "IDLE"):
+        assert commands[-1].text == "Nothing is left", "nothing goes on"
 
 
 def test_program_tells_its_line_until_it_ends() -> None:

@@ -199,6 +199,9 @@ def _judged(command: Command, snapshot: Snapshot, state: CellState, now: float) 
                 return Fate.LOST, page_words.people(state.why)
             if state.mode in HALTED:
                 return Fate.STOPPED, page_words.people(state.why)
+            if state.mode == Mode.IDLE:
+                # Its end has come already, or nothing was left of it: the controller says which.
+                return Fate.DONE, page_words.people(state.why)
             if state.mode != Mode.PAUSED:
                 return Fate.DONE, "the motion goes on"
             if waited > GRACE_S:
