@@ -17,7 +17,9 @@ def test_report_pictures_and_bag_may_be_shown(file: str) -> None:
     [
         *[("a", name) for name in ("operator_token", "ros_home/operator_token", ".html")],
         *[("a", name) for name in ("../b.html", "x.log", "x.html\n", "..html.html..")],
-        *[(name, "report.html") for name in ("..", "", "a/ros_home")],
+        *[(name, "report.html") for name in ("..", "", "a/ros_home", "latest")],
+        ("course", "results.json"),
+        ("health", "cell.json"),
     ],
 )
 def test_nothing_else_leaves_the_machine(run: str, file: str) -> None:

@@ -53,7 +53,7 @@ def is_run_name(name: str) -> bool:
 
 def may_be_shown(run: str, file: str) -> bool:
     """Return whether ``file`` is a report, a picture or a bag directly in the folder ``run``."""
-    return bool(RUN.fullmatch(run) and SHOWN.fullmatch(file)) and ".." not in run + file
+    return is_run_name(run) and bool(SHOWN.fullmatch(file)) and ".." not in file
 
 
 def size_text(size: int) -> str:
