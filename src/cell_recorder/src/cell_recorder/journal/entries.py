@@ -90,7 +90,7 @@ class Cycle(Entry, frozen=True, kw_only=True, tag="cycle"):
         who: Who asked for it; empty: nobody.
         parts_placed: By the real robot where it tells of parts, else by the twin.
         parts_dropped: Same.
-        worst_error_mm: Largest distance of the two tools, lag removed; None: never measured.
+        worst_error_mm: Largest distance of the two tools at one instant; None: never measured.
         follower_lag_s: How late the real robot does its set points, at the cycle's end [s]; None:
             never measured, or written before it was kept.
         paused_s: How long of it the pair was paused.

@@ -1,7 +1,7 @@
 """What each command of the core does on the robot's inputs: a table, and the steps it gives.
 
 Signals and numbers are named as in modbus_map.yaml. A map says by which coil, register or command
-code the robot takes each of them, so the three shipped robots share one table although their wires
+code the robot takes each of them, so all shipped robots share one table although their wires
 differ. A robot that wants other signals for a command gets a table of its own beside this one.
 """
 
