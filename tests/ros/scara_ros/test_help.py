@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import subprocess
 from collections.abc import Iterator
@@ -41,6 +42,15 @@ def test_help_of_each_node_has_its_parameters_and_topics() -> None:
     assert len(found) > 15
     for node, text in found.items():
         assert USAGE.format(*node) in text and any(table in text for table in TABLES), node
+
+
+def test_each_script_of_a_node_is_one_that_tells() -> None:
+    """Else --help would start it, and wait for a master."""
+    scripts = [file for file in ROOT.glob("src/*/nodes/*") if file.is_file()]
+    told = {f"{package}/nodes/{name}" for package, name, _ in nodes()}
+    for file in scripts:
+        source = Path(str(importlib.util.find_spec(started_by(file)).origin)).read_text("utf-8")
+        assert "with starting(" not in source or str(file.relative_to(ROOT / "src")) in told, file
 
 
 @pytest.mark.thorough
