@@ -109,11 +109,16 @@ class GatedNodes:
         ).start()
         return answers
 
-    def refuse(self, targets: Sequence[tuple[tuple[float, ...], str]]) -> list[str]:
-        """Ask for refused targets: half by the service, half as goals; return what is wrong."""
+    def refuse(self, targets: Sequence[tuple[tuple[float, ...], str]]) -> tuple[list[str], int]:
+        """Ask for refused targets: half by the service, half as goals.
+
+        Returns:
+            What is wrong, and how many the judge refused: a goal outside the joints' limits does
+            not come to it.
+        """
         import rospy
 
-        wrong = []
+        wrong, judged = [], 0
         for number, (target, sentence) in enumerate(targets):
             if number % 2:
                 self.goals.send_goal(self.goal(target))
@@ -122,9 +127,10 @@ class GatedNodes:
             else:
                 answer = self.move(joint_positions=target)
                 success, text = answer.success, answer.message
-            # A goal goes another way than a move, and the node itself looks at limits, too.
+            judged += text.startswith("REFUSED at")
+            # A goal goes another way than a move, and its node looks at limits before the judge.
             words = ("REFUSED at", "joint_") if number % 2 else ("REFUSED at",)
             same = number % 2 or sentence.split(": ", 1)[1] in text
             if success or not text.startswith(words) or not same:
                 wrong.append(f"{target}: {text!r}, expected {sentence!r}")
-        return wrong
+        return wrong, judged

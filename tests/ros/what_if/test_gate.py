@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import signal
 import threading
+import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -22,12 +23,22 @@ def cell(ros_module: Ros, tmp_path_factory: pytest.TempPathFactory) -> Iterator[
     yield GatedNodes(ros_module, tmp_path_factory.mktemp("config"))
 
 
+def forget_setpoints(cell: GatedNodes) -> None:
+    """Begin without set points: the last one of a move may come behind its answer."""
+    cell.ros.wait_until(
+        lambda: not cell.setpoints or len(cell.setpoints[-1].points) == 1, 5.0, "the last set point"
+    )
+    time.sleep(0.1)
+    cell.setpoints.clear()
+
+
 @pytest.mark.parametrize("count", [10, *thorough(1000)])
 def test_refused_commands_send_no_set_point_and_say_why(cell: GatedNodes, count: int) -> None:
     """Half by the service, half as goals. Then one that is free does move."""
     cell.told.clear()
-    cell.setpoints.clear()
-    assert cell.refuse(refused_targets(count)) == []
+    forget_setpoints(cell)
+    wrong, judged = cell.refuse(refused_targets(count))
+    assert wrong == [] and judged > count / 2
     assert cell.setpoints == []
     assert max(abs(a - b) for a, b in zip(sorted(cell.joints[-1].position), sorted(HOME))) < 1e-3
 
@@ -35,7 +46,7 @@ def test_refused_commands_send_no_set_point_and_say_why(cell: GatedNodes, count:
         # What the gates told of a move before this may come late.
         return sum(not said.success for said in cell.told)
 
-    cell.ros.wait_until(lambda: refused() == count, 10.0, "what the gates tell")
+    cell.ros.wait_until(lambda: refused() == judged, 10.0, "what the gates tell")
     answer = cell.move(joint_positions=FREE)
     assert answer.success, answer.message
     assert cell.setpoints
@@ -120,7 +131,7 @@ class SlowJudge:
 
 def test_a_stop_does_not_wait_for_the_judge(cell: GatedNodes) -> None:
     """A move that is being judged is ended by STOP and never begins, although it is judged OK."""
-    cell.setpoints.clear()
+    forget_setpoints(cell)
     with SlowJudge(cell.ros) as judge:
         answers = cell.background(FREE)
         assert judge.asked.wait(20.0)
@@ -142,7 +153,7 @@ def test_a_goal_is_cancelled_while_it_is_judged(cell: GatedNodes) -> None:
 
     from scara_msgs.msg import Audit
 
-    cell.setpoints.clear()
+    forget_setpoints(cell)
     with SlowJudge(cell.ros) as judge:
         cell.goals.send_goal(cell.goal(FREE))
         assert judge.asked.wait(20.0)
