@@ -5,8 +5,10 @@ from __future__ import annotations
 import signal
 import threading
 import time
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -14,6 +16,7 @@ import pytest
 from harness.ros import Ros
 from harness.running.pairs import pairs
 from harness.running.thorough import thorough
+from harness.wires.service_line import ServiceLine
 from scara_config import load_robot
 
 NAMES = [joint.name for joint in load_robot().twin_joints]
@@ -34,6 +37,7 @@ OTHER_ROWS = [row for row in product((True, False), EACH_TIME_S + OTHERS_S) if r
 STAMPS_AND_GAPS = [*ROWS, *thorough(*OTHER_ROWS)]
 WAITED_FOR = ("motion_server", "joint_pose_controller")
 WATCHED_S = 0.4
+ANSWER_S = 10.0
 REST_RAD = 1e-4
 FAR = [1.0, 0.5, -0.1, 0.5]
 
@@ -59,19 +63,38 @@ class Cell:
         self.move = ros.service("joint_pose_controller/move", MoveJoints)
         self.joints = ros.collect("twin/joint_states", JointState)
         self.states = ros.collect("joint_pose_controller/state", MotionState)
-        self.commands = ros.publisher("motion_command", MotionCommand, subscribers=5)
-        self.targets = ros.publisher("joint_pose_controller/target", JointState)
-        self.direct = {
-            kind: ros.publisher(f"twin/{NAMES[0]}_{kind}_controller/command", Float64)
-            for kind in ("position", "velocity")
-        }
-        self.jogs = ros.publisher("joint_vel_controller/command", JointJog, subscribers=1)
+        # Each is in its listeners' sockets when publish() returns: with a queue a busy machine may
+        # send a STOP only when the node that stood still runs again.
+        with warnings.catch_warnings(action="ignore", category=SyntaxWarning):
+            self.commands = ros.publisher(
+                "motion_command", MotionCommand, subscribers=5, queue_size=None
+            )
+            self.targets = ros.publisher(
+                "joint_pose_controller/target", JointState, queue_size=None
+            )
+            self.direct = {
+                kind: ros.publisher(
+                    f"twin/{NAMES[0]}_{kind}_controller/command", Float64, queue_size=None
+                )
+                for kind in ("position", "velocity")
+            }
+            self.jogs = ros.publisher("joint_vel_controller/command", JointJog, queue_size=None)
         self.goals = actionlib.SimpleActionClient(
             ros.name("joint_trajectory_action"), FollowJointTrajectoryAction
         )
         assert self.goals.wait_for_server(duration(10.0))
         ros.wait_until(lambda: bool(self.joints and self.states), 10.0, "joints and states")
         self._id = 0
+
+    def line(self, name: str) -> ServiceLine:
+        """Open a service's line: what is sent to a node that stands still then waits there."""
+        from scara_msgs.srv import MoveJoints, MoveTo
+
+        service, kind = {
+            "move_to": ("move_to", MoveTo),
+            "move": ("joint_pose_controller/move", MoveJoints),
+        }[name]
+        return ServiceLine(self.ros.master.uri, self.ros.name(service), kind, "/tests")
 
     def stop(self, *, stamped: bool = False) -> None:
         """Send STOP."""
@@ -175,13 +198,14 @@ def test_a_move_that_waited_behind_a_node_does_not_begin_after_stop(
 ) -> None:
     """It waits for another node, or in the queue of the node itself, beside the STOP."""
     name, fields = asked_for
-    with cell.standing(standing, stalled):
-        asked = time.monotonic() if stamped else 0.0
-        call = getattr(cell, name)
-        answers = cell.background(call, speed_percent=30.0, asked=asked, **fields)
-        time.sleep(0.5 * stalled)
-        cell.stop(stamped=stamped)
-    answer = cell.ros.wait_until(lambda: answers, 10.0, "the answer")[0]
+    with cell.line(name) as line:
+        with cell.standing(standing, stalled):
+            asked = time.monotonic() if stamped else 0.0
+            call = partial(line.call, ANSWER_S)
+            answers = cell.background(call, speed_percent=30.0, asked=asked, **fields)
+            time.sleep(0.5 * stalled)
+            cell.stop(stamped=stamped)
+        answer = cell.ros.wait_until(lambda: answers, ANSWER_S, "the answer")[0]
     assert not answer.success and "by STOP: test" in answer.message
     cell.stays(place)
 
