@@ -93,7 +93,7 @@ def test_killed_bring_up_leaves_no_process(cell: LiveCell) -> None:
     cell.wait_ready(bringup)
     os.kill(bringup.pid, signal.SIGKILL)
     bringup.wait()
-    wait_until(lambda: not cell.stage.left_over(), 5.0, "the end of all processes")
+    wait_until(lambda: not cell.stage.left_over(), 30.0, "the end of all processes")
 
 
 def test_node_that_dies_is_named_and_ends_the_cell_with_its_error(cell: LiveCell) -> None:
@@ -137,10 +137,11 @@ def test_cell_that_does_not_get_ready_says_what_is_missing(cell: LiveCell) -> No
         "up",
         "--without",
         "emulator",
-        env=config_with(cell.folder / "c", "bringup.yaml", ["ready_timeout"], 6.0),
+        *SMALL,
+        env=config_with(cell.folder / "c", "bringup.yaml", ["ready_timeout"], 15.0),
     )
     assert bringup.wait(60.0) == 1
-    assert "not ready after 6 s; missing:" in bringup.output
+    assert "not ready after 15 s; missing:" in bringup.output
     assert re.search(r"twin_controller: mode IDLE: it is OFFLINE \(.+\)", bringup.output), (
         bringup.output
     )

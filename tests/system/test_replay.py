@@ -27,6 +27,7 @@ COMPARED = 12
 
 def test_a_recorded_run_replays_without_a_difference(live_cell: LiveCell) -> None:
     """Both decisions of a move and of a refusal are made again, bit for bit, from the bag alone."""
+    live_cell.make_ready()
     # A new folder each time: the scene may be played again, and nothing is written over.
     bag = Path(tempfile.mkdtemp(dir=live_cell.folder)) / "run.bag"
     with _recording(live_cell, bag):

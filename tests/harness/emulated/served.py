@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
-from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs
+from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs, on_a_desk
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.drives.servo_loop_io import ServoLoop
 from fanuc_emulator.modbus.modbus_server_io import RobotServer
@@ -68,12 +68,15 @@ def served(
     settings: str,
     mistype: Callable[[AssignmentTable], None] = lambda _: None,
     plant: str = DEFAULT_PLANT,
+    strict: bool = False,
 ) -> Iterator[tuple[int, ServoLoop, list[Any]]]:
     """Run a stand-in that was set up so, with slots that somebody typed wrongly.
 
-    Give its port, its loop, and what is written to it.
+    Give its port, its loop, and what is written to it. Its watchdog waits as on a desk, for it
+    shares this machine, unless it is ``strict``.
     """
     config = load_emulator(ROBOT, CONFIG, plant, settings)
+    config = config if strict else on_a_desk(config)
     with running(config, tell=lambda _: None, settings=config.settings) as (port, loop, server):
         store, written = server._datastore, []
         assert store.assigned is not None

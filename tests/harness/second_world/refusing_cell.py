@@ -167,7 +167,8 @@ class RefusingCell:
         start = self.cell.stage.start
         judge_node = start("rosrun", "what_if", "what_if", env=env)
         port = f"_modbus_port:={self._relay.port}"
-        start("rosrun", "twin_controller", "twin_controller", port, env=env)
+        # What is tested is what is refused, not how soon a late process is missed.
+        start("rosrun", "twin_controller", "twin_controller", port, "_links:=desk", env=env)
         wait_until(lambda: "is ready" in judge_node.output, LONG_S, "a judge")
         self.cell.make_ready()
         address = f"ws://127.0.0.1:{self.cell.gateway_port}"

@@ -157,6 +157,7 @@ def test_a_killed_recorder_loses_at_most_a_fifth_of_a_second(ros: Ros) -> None:
     node, start, _ = start_node(ros)
     publisher = ros.publisher("twin/joint_states", JointState, subscribers=0)
     path = Path(start().path)
+    ros.wait_until(lambda: publisher.get_num_connections() == 1, 5.0, "its connection")
     with joint_states(publisher) as sent:
         ros.wait_until(lambda: len(sent) >= 400, 10.0, "400 messages")
         killed = rospy.get_rostime().to_sec()
@@ -178,6 +179,7 @@ def test_a_recorder_that_is_asked_to_end_closes_its_bag(ros: Ros, number: signal
     publisher = ros.publisher("twin/joint_states", JointState, subscribers=0)
     path = start().path
     assert Path(path).parent.parent == ros.folder and path.endswith("/run.bag")
+    ros.wait_until(lambda: publisher.get_num_connections() == 1, 5.0, "its connection")
     with joint_states(publisher) as sent:
         ros.wait_until(lambda: len(sent) >= 50, 10.0, "50 messages")
     time.sleep(0.2)  # the last message is on its way

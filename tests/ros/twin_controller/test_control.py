@@ -65,7 +65,10 @@ def test_two_persons_share_control_and_stop_needs_none(ros: Ros) -> None:
     taken = control(action="TAKE", person="fitter", token=FITTER, session="7")
     assert taken.success and taken.holder == "fitter 7"
     ros.wait_until(lambda: states[-1].holder == "fitter 7", 5.0, "the holder in the state")
+    fitter = {"person": "fitter", "token": FITTER, "session": "7"}
     for who in STRANGERS:
+        # A sign of life, as a page gives: on a busy machine the questions take their time.
+        assert control(action="KEEP", **fitter).success
         refused = command(command="HOME", **who)
         assert not refused.success and "a link is down" not in refused.message
         for name in ("STOP", "ESTOP"):
@@ -74,13 +77,13 @@ def test_two_persons_share_control_and_stop_needs_none(ros: Ros) -> None:
     mine = command(command="HOME", person="fitter", token=FITTER, session="7")
     assert "holds control" not in mine.message, "judged by the mode again"
 
+    assert control(action="KEEP", **fitter).success
     assert control(action="ASK", person="foreman", token=FOREMAN).success
     ros.wait_until(lambda: states[-1].asker == "foreman", 5.0, "the asker in the state")
     assert control(action="GIVE", person="fitter", token=FITTER, session="7").holder == "foreman"
     ros.wait_until(lambda: states[-1].holder == "", 10.0, "silence that loses control")
 
-    by = {(decision.event, decision.who) for decision in decisions}
-    assert by >= {
+    wanted = {
         ("CONTROL_TAKEN", "fitter 7"),
         ("CONTROL_GIVEN", "fitter 7"),
         ("CONTROL_LOST", ""),
@@ -88,6 +91,11 @@ def test_two_persons_share_control_and_stop_needs_none(ros: Ros) -> None:
         ("ESTOP", "foreman"),
         ("STOP", "this machine"),
     }
+    ros.wait_until(
+        lambda: wanted <= {(decision.event, decision.who) for decision in list(decisions)},
+        5.0,
+        "all decisions",
+    )
     assert any("[by fitter 7]" in line for line in why(count=100).decisions)
     told = " ".join(f"{audit.who} {audit.what} {audit.outcome}" for audit in audits)
     assert "fitter 7 by /" in told and "nobody, not proven by /" in told

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import xmlrpc.client
+from typing import Any
 
 import pytest
 from harness.live_cell import LiveCell, forward
@@ -108,9 +110,16 @@ def test_whoever_moves_the_twin_of_a_stopped_pair_is_named(live_cell: LiveCell) 
     """A program that has never heard of the STOP stands in the audit by its node's name."""
     topic = "/twin/joint_1_velocity_controller/command"
 
+    def hears() -> bool:
+        master: Any = xmlrpc.client.ServerProxy(live_cell.master_uri)
+        subscribers = dict(master.getSystemState("/tests")[2][1])
+        return any("rostopic" in node for node in subscribers.get("/twin_controller/audit", ()))
+
     def scene() -> None:
         assert live_cell.call("/twin_controller/command", "{command: STOP}")["success"]
         audit = live_cell.stage.start("rostopic", "echo", "/twin_controller/audit")
+        # It is said once.
+        wait_until(hears, 20.0, "who hears the audit", period=0.1)
         mover = live_cell.stage.start(
             "rostopic", "pub", "-r", "2", topic, "std_msgs/Float64", "0.1", "__name:=forgotten"
         )

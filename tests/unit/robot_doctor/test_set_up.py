@@ -18,6 +18,10 @@ from scara_config.set_up.slots import FRAMES, slot_table
 from twin_controller.config import load_twin_controller
 
 CONTROLLER = load_twin_controller(ROBOT, CONFIG)
+# This machine's own delays are no silence of the robot.
+CONTROLLER = msgspec.structs.replace(
+    CONTROLLER, real=msgspec.structs.replace(CONTROLLER.real, timeout_ms=1000.0)
+)
 PROFILE = read_profile(CONFIG)
 ROUNDING = 1e-6
 """A drive that holds its axis moves it by less [rad or m]."""

@@ -35,6 +35,10 @@ from typer.testing import CliRunner
 
 from robot_doctor import doctor_node
 
+CONTROLLER = load_twin_controller(ROBOT, CONFIG)
+# This machine's own delays are no silence of the robot.
+CONTROLLER = replace(CONTROLLER, real=replace(CONTROLLER.real, timeout_ms=1000.0))
+
 HERE, ELSEWHERE = "127.0.0.1", "10.0.0.5"
 RUNNING, PAUSED, ABORTED = ProgramState.RUNNING, ProgramState.PAUSED, ProgramState.ABORTED
 quick = partial(StopTrials, comes=5.0, stays=0.4)
@@ -173,7 +177,7 @@ def test_what_was_seen_on_a_robot_is_written_and_nothing_else(
     config = tmp_path / "config"
     shutil.copytree(CONFIG, config)
     monkeypatch.setattr(doctor_node, "StopTrials", quick)
-    with served("ready, uop: simple") as (port, loop, _):
+    with served("ready, uop: simple", strict=True) as (port, loop, _):
         monkeypatch.setattr(doctor_node, "answer", person(loop))
         command = ["--stops", "--host", HERE, "--port", str(port), "--config-dir", str(config)]
         done = CliRunner().invoke(doctor_node.app, command)
@@ -200,7 +204,7 @@ def test_how_late_a_stand_in_brakes_is_what_its_profile_says(
     plant: str, filed: tuple[int, int]
 ) -> None:
     """50 ms of the ideal plant, 90 of the field's: what robot.yaml and test_zones.py take."""
-    controller = load_twin_controller(ROBOT, CONFIG)
+    controller = CONTROLLER
     with served("ready", plant=plant) as (port, loop, _):
         agree, asked = person(loop), itertools.count()
         # HOLD alone.
@@ -218,7 +222,7 @@ def test_what_is_not_expected_holds_the_robot_for_good() -> None:
     def wrong_key(text: str) -> bool:
         raise UnexpectedError("'yy' is neither yes nor no")
 
-    controller = load_twin_controller(ROBOT, CONFIG)
+    controller = CONTROLLER
     with served("ready") as (port, loop, _):
         with quick(ROBOT, LAYOUT, controller, (HERE, port), wrong_key) as trials:
             (finding,) = trials.run()
@@ -237,12 +241,13 @@ def test_a_robot_as_delivered_is_not_tried_but_told_what_is_missing() -> None:
 @pytest.mark.parametrize("aborts", ["true", "false"])
 def test_who_moves_a_joint_begins_with_a_set_point_and_sees_the_robot_stand(aborts: str) -> None:
     """CSTOPI alone does not end a program on each controller; HOLD is given back to one at rest."""
-    controller = load_twin_controller(ROBOT, CONFIG)
+    controller = CONTROLLER
     with served(f"ready, cstopi_for_abort: {aborts}") as (port, loop, written):
         with Mover(ROBOT, LAYOUT, controller, HERE, port) as mover:
             mover.try_stream()
-        now = loop.snapshot
-        assert mover.rests and not now.outputs.progrun and "hold" in now.inputs
+        assert mover.rests and not loop.snapshot.outputs.progrun
+        # What is written last counts from the next tick on.
+        wait_until(lambda: "hold" in loop.snapshot.inputs, 2.0, "HOLD, given back")
     asked = [at for _, _, at, *_ in written]
     first = asked.index(LAYOUT.holding_registers["ring_setpoint"].offset)
     assert first < asked.index(LAYOUT.coils["rsr1"].offset)
@@ -256,7 +261,7 @@ def test_a_robot_that_goes_on_after_a_stop_is_told_and_stays_held(
     monkeypatch.setattr("robot_doctor.robot_probe_io.stands", lambda *_: False)
     # All joints would take half a minute.
     monkeypatch.setattr(Mover, "nudge_all", lambda mover: [note(Group.LINKS, *mover.try_stream())])
-    controller = load_twin_controller(ROBOT, CONFIG)
+    controller = CONTROLLER
     profile = replace(read_profile(CONFIG), robot=ROBOT, layout=LAYOUT)
     with served("ready") as (port, loop, _):
         found = list(doctor_node._robot(profile, LAYOUT, controller, (HERE, port), True))
@@ -266,7 +271,7 @@ def test_a_robot_that_goes_on_after_a_stop_is_told_and_stays_held(
 
 def test_a_program_that_is_started_while_the_question_stands_is_slow() -> None:
     """The override is low before anybody is asked to start one."""
-    controller, seen = load_twin_controller(ROBOT, CONFIG), []
+    controller, seen = CONTROLLER, []
     with served("ready") as (port, loop, _):
 
         def ask(text: str) -> bool:

@@ -167,7 +167,7 @@ def files_of(invitation: Invitation, folder: Path) -> Credentials:
 def heard(port: int, files: Credentials | None, *, tls: bool = True) -> int:
     """Return how many bytes somebody is sent who connects; dask greets whom it lets in."""
     with socket.create_connection((HOST, port), PATIENCE_S) as plain:
-        plain.settimeout(PATIENCE_S)
+        plain.settimeout(DEADLINE_S)
         try:
             if not tls:
                 plain.sendall(b"\0" * 64)

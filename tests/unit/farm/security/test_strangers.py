@@ -326,7 +326,7 @@ def test_a_stolen_key_of_the_authority_opens_nothing_once_all_is_renewed(site: S
     kept: list[Invitation] = []
     site.authority.renew((HOST, site.port), kept.append)
     new = next(each for each in kept if each.name == "pc_1")
-    wait_until(lambda: new.shown in (site.door.names or ()), OUT_S, "the new keys")
+    wait_until(lambda: new.shown in (site.door.names or ()), DEADLINE_S, "the new keys")
     site.heard.clear()
     with pytest.raises(BusError, match="takes this machine's certificate no more"):
         open_client(site.address(forged(new.shown)), 1000.0, 1.0)
@@ -340,5 +340,5 @@ def test_a_door_that_lets_nobody_in_takes_the_new_authority_too(site: Site) -> N
     site.listen()
     before = site.door._authority
     site.authority.renew((HOST, site.port), lambda _: None)
-    wait_until(lambda: site.door._authority != before, OUT_S, "the new authority")
-    wait_until(lambda: site.door.names == (), OUT_S, "an open door")
+    wait_until(lambda: site.door._authority != before, DEADLINE_S, "the new authority")
+    wait_until(lambda: site.door.names == (), DEADLINE_S, "an open door")

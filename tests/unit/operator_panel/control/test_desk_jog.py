@@ -8,6 +8,9 @@ import pytest
 from operator_panel.control.desk_io import PageDesk
 from unit.operator_panel.control.conftest import LET_GO_S, ROBOT, Clock, Door, signs, stop
 
+# A press lives for a quarter of a second: not of this machine's time.
+pytestmark = pytest.mark.usefixtures("clock")
+
 
 def hold(desk: PageDesk, press: int = 1, joint: str = "joint_1") -> str:
     """Hold a jog button of page a until the twin controller knows and the joint may move."""

@@ -11,6 +11,7 @@ from harness.processes import wait_until
 from scara_config import Robot as Profile
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
+from twin_controller.modbus import connection_io
 from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
 from twin_controller.robot_sample import AlarmStatus, ProgramStatus, RobotSample
 
@@ -36,7 +37,8 @@ class Owner:
         **settings: float | bool,
     ) -> ModbusLink:
         """Return a link that tells this owner, its samples perhaps to somebody else."""
-        quick = {"retry_first": 0.02, "retry_last": 0.05, **settings}
+        # Patient, too: this machine's own delays are no silence of the robot.
+        quick = {"retry_first": 0.02, "retry_last": 0.05, "timeout": 0.3, **settings}
         return ModbusLink(
             ModbusSettings("127.0.0.1", port, **quick),  # type: ignore[arg-type]
             LAYOUT,
@@ -63,6 +65,12 @@ def robot() -> Iterator[Robot]:
     robot = Robot()
     yield robot
     robot.close()
+
+
+@pytest.fixture
+def patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let nothing be asked twice because this machine was late."""
+    monkeypatch.setattr(connection_io, "SHORTEST_WAIT", 0.1)
 
 
 @pytest.fixture

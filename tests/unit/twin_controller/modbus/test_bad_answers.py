@@ -250,6 +250,7 @@ def test_commands_that_are_not_confirmed_keep_their_order() -> None:
     assert ahead is not None and [p.number for p in ahead.points] == [1, 2] and ahead.newest == 2
 
 
+@pytest.mark.usefixtures("patient")
 def test_a_port_that_does_not_repeat_says_so(robot: Robot) -> None:
     """The writer decides what is asked next."""
     port = ModbusPort("127.0.0.1", robot.port, LAYOUT.device_id, TIMEOUT, repeats=False)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from conftest import Owner
 
 UP, DOWN = True, False
+pytestmark = pytest.mark.usefixtures("patient")
 
 
 def test_what_was_left_before_the_end_is_written_before_the_farewell(

@@ -16,7 +16,7 @@ from harness.opponents.modbus_robot import HEARTBEAT, Robot
 from harness.processes import free_port, wait_until
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
-from twin_controller.modbus.link_io import ModbusLink
+from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
 from twin_controller.modbus.poll_times import UNREAD, PollTimes
 from twin_controller.modbus.port_io import ModbusPort
 from twin_controller.robot.signals import Pulse
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 CONFIG = Path(__file__).resolve().parents[4] / "config"
 ROBOT, LAYOUT = load_robot(CONFIG), load_modbus_map(CONFIG)
 UP, DOWN = True, False
+pytestmark = pytest.mark.usefixtures("patient")
 
 
 def test_samples_come_with_the_times_of_their_request_and_answer(
@@ -106,13 +107,15 @@ def test_nothing_but_wrong_answers_ends_the_link_and_it_comes_back(
         assert len(owner.changes) == 3
 
 
-def test_a_silent_robot_is_found_within_a_tenth_of_a_second(
-    robot: Robot, owner: Owner, link: ModbusLink
-) -> None:
+def test_a_silent_robot_is_found_within_a_tenth_of_a_second(robot: Robot, owner: Owner) -> None:
     """A half-open connection: the last good sample is at most a poll period and a time-out old."""
-    assert link.settings.poll_period + link.settings.timeout < 0.1
-    robot.fault = "silent"
-    owner.wait_for(UP, DOWN)
+    shipped = ModbusSettings("", 1)
+    assert shipped.poll_period + shipped.timeout < 0.1
+    with owner.link(robot.port, timeout=shipped.timeout):
+        wait_until(lambda: owner.changes and owner.changes[-1][0] is UP)
+        owner.changes.clear()
+        robot.fault = "silent"
+        owner.wait_for(DOWN)
 
 
 def test_nobody_listening_is_told_once_and_start_order_does_not_matter(owner: Owner) -> None:
