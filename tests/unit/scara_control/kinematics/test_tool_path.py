@@ -6,13 +6,17 @@ import math
 import re
 from random import Random
 
+import msgspec
 import numpy as np
 import pytest
 from harness.kdl_chain import KdlChain
 from harness.running.thorough import examples, thorough
 from scara_config import load_robot, package_folder
+from scara_control.dynamics.planner import Planner
+from scara_control.joint_motion import JointMotion
 from scara_control.kinematics.tool import tool_kinematics
 from scara_control.kinematics.tool_path import (
+    MoveWay,
     ToolPathError,
     check_way,
     solve_path,
@@ -327,3 +331,43 @@ def test_the_tool_is_as_fast_as_asked(mm_s: float) -> None:
     _, speeds = looked_at(ROBOT, path)
     assert speeds.max() == pytest.approx(1e-3 * mm_s, rel=1e-6)
     assert np.mean(np.abs(speeds / speeds.max() - 1.0) < EVEN) > 0.8
+
+
+def test_the_same_place_with_the_other_elbow_is_no_line() -> None:
+    """The joints would swing through the straight arm; another turn of the table is no way."""
+    righty, lefty = (
+        ROBOT.at(0.4, 0.1, 0.1, elbow=wanted_elbow(ROBOT.tool, side, "", ()))
+        for side in ("righty", "lefty")
+    )
+    with pytest.raises(ToolPathError, match="the same place with other joints"):
+        ROBOT.solve(righty, lefty)
+    assert ROBOT.solve(righty, (*righty[:3], 1.0)) is None
+
+
+def test_a_line_leads_away_from_a_little_beyond_a_limit() -> None:
+    """A robot at its limit may read so: the joint comes back first, then the tool goes straight."""
+    here, target = ROBOT.at(0.4, 0.1, 0.16), ROBOT.at(0.42, 0.05, 0.1)
+    start = (*here[:2], ROBOT.joints[2].upper + 1e-5, here[3])
+    path = Planner(ROBOT.joints, ROBOT.tool).move(
+        JointMotion.at_rest(start), target, 50.0, MoveWay("linear")
+    )
+    assert path.at(0.0).q == pytest.approx(start) and path.end == pytest.approx(target)
+    places = [ROBOT.pose(path.at(path.duration * k / 50).q)[:, 3] for k in range(51)]
+    way = places[-1] - places[0]
+    off = [
+        np.linalg.norm(np.cross(place - places[0], way / np.linalg.norm(way))) for place in places
+    ]
+    assert max(off) < 2.0 * OFF_M
+
+
+@pytest.mark.parametrize("joints", [4, 5])
+def test_an_arm_whose_joints_a_place_does_not_fix_has_joint_moves_alone(joints: int) -> None:
+    """Its line would end in other joints than the target's; the reason says what is left."""
+    six = load_robot(package_folder("scara_config") / "robots" / "articulated_six")
+    robot = msgspec.structs.replace(six, joints=six.joints[:joints])
+    tool = tool_kinematics(robot)
+    home = [robot.home[joint.name] * joint.scale for joint in tool.joints]
+    begin = tool.inverse(0.36, 0.0, 0.35, None, home).chosen.q
+    target = tool.inverse(0.36, 0.05, 0.37, None, begin).chosen.q
+    with pytest.raises(ToolPathError, match=f"{joints} joints are not fixed by the tool's place"):
+        solve_path(tool, robot.arm_joints, begin, target)

@@ -19,7 +19,7 @@ from scara_control.dynamics.effort import LEAST, Load
 from scara_control.joint_motion import JointMotion, Vector
 from scara_control.kinematics.scara import Triple
 from scara_control.kinematics.tool import ToolKinematics
-from scara_control.kinematics.tool_path import MoveWay, SolvedPath, solve_legs
+from scara_control.kinematics.tool_path import MoveWay, SolvedPath, inside, solve_legs
 from scara_control.motion.plan import Path, Segment, plan_move, plan_stop
 from scara_control.motion.rounded import Passes, Rounded, round_corners
 from scara_control.motion.tool_move import plan_tool_move
@@ -71,8 +71,8 @@ class Planner:
 
         If acceleration alone does not help enough, since velocity coupling asks for too much, the
         speed is lowered with it. On a line or an arc the tool goes from where the joints come to
-        rest; see :func:`scara_control.motion.tool_move.plan_tool_move`. Places that it passes are
-        rounded; see :func:`scara_control.motion.rounded.round_corners`.
+        rest, within their limits; see :func:`scara_control.motion.tool_move.plan_tool_move`.
+        Places that it passes are rounded; see :func:`scara_control.motion.rounded.round_corners`.
 
         Args:
             start: Any state.
@@ -90,6 +90,9 @@ class Planner:
         if way.path != "joint" and (any(start.qdot) or any(start.qddot)):
             stop = self.stop(start)
             start, before = JointMotion.at_rest(stop.end), stop.segments
+        if way.path != "joint" and (begin := inside(self._joints, start.q)) != tuple(start.q):
+            back = self._leg(start, begin, speed_percent)
+            start, before = JointMotion.at_rest(begin), (*before, *back.segments)
         solved = solve_legs(self._tool, self._joints, start.q, target, way)
         if not way.passed:
             leg = self._leg(start, target, speed_percent, solved[0][1])

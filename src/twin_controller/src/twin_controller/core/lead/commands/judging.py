@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from scara_control.errors import ScaraControlError
 from scara_control.keep_out.zones import judge_way
-from scara_control.kinematics.tool_path import check_way, solve_legs, wanted_elbow
+from scara_control.kinematics.tool_path import check_way, inside, solve_legs, wanted_elbow
 
 from twin_controller.core.events import Joints, Operator
 from twin_controller.core.follow.limit import check_setpoint
@@ -75,7 +75,8 @@ def _between(setup: Setup, start: Joints, target: Joints, event: Operator) -> tu
     if way is None:
         return ()
     found: list[Joints] = []
-    for end, along in solve_legs(setup.tool, setup.joints, start, target, way):
+    begin = start if way.path == "joint" else inside(setup.joints, start)
+    for end, along in solve_legs(setup.tool, setup.joints, begin, target, way):
         found += along.corners[1:] if along is not None else (end,)
     return tuple(found[:-1])
 
