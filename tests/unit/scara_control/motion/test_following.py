@@ -68,6 +68,7 @@ def session(first=None, now=NOW):
         (packet(point(), point(), times=[NOW, NOW]), "times do not increase"),
         (packet(times=[NOW - 0.101]), "stale: the last point is 101 ms old, allowed 100"),
         (packet(times=[NOW + 0.6]), "stamp is 600 ms in the future, allowed 500"),
+        (packet(point(), point(), times=[NOW, NOW + 2.1]), r"points span 2\.10 s, allowed 2"),
         (
             packet(point(), point(q=(0.4, 0.2, -0.1, 0.0))),
             "jump between points 0 and 1: joint_1 by 17.19 deg in 10 ms, allowed 7.10",

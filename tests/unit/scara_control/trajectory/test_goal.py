@@ -98,6 +98,14 @@ def test_good_goals_are_accepted(goal: Goal) -> None:
             "the last point moves",
         ),
         (
+            replace(
+                GOOD,
+                points=(waypoint(0.0, HERE, (3.0, 0.0, 0.0, 0.0)), waypoint(1.0, THERE)),
+            ),
+            Code.INVALID_GOAL,
+            "the first point moves",
+        ),
+        (
             points((1.0, (0.1, 2.71, -0.1, 0.0))),
             Code.INVALID_GOAL,
             r"joint_2 = 2\.\d+ rad is outside \[-2\.618, 2\.618\]",
@@ -208,7 +216,7 @@ def test_peak_speed_is_the_largest_share_of_a_joints_speed(stretch: float) -> No
         for tau in np.linspace(0.0, path.duration, 1001)
         for v, joint in zip(path.at(tau).qdot, JOINTS)
     )
-    assert check_way(JOINTS, path, 0.001) == pytest.approx(fastest, rel=1e-3)
+    assert check_way(JOINTS, path, 0.001, HERE) == pytest.approx(fastest, rel=1e-3)
 
 
 def test_a_cap_that_begins_between_two_periods_holds_from_the_next_one_on() -> None:
@@ -218,3 +226,12 @@ def test_a_cap_that_begins_between_two_periods_holds_from_the_next_one_on() -> N
     run.limit_speed(10.0, NOW + 0.0534)
     packet, ended = run.tick(MEASURED, NOW + 0.0544)
     assert packet is not None and ended is None
+
+
+def test_a_joint_a_little_beyond_its_limit_may_come_back_and_not_go_on() -> None:
+    """A robot at its limit may read so."""
+    beyond = (HERE[0], HERE[1], 1e-5, HERE[3])
+    measured = JointMotion.measured(beyond, ZERO, NOW)
+    assert Execution(JOINTS, points((1.0, THERE)), CONFIG, measured, NOW).peak_percent > 0.0
+    with pytest.raises(GoalError, match=r"joint_3 = .* is outside"):
+        Execution(JOINTS, points((1.0, (*THERE[:2], 1e-3, THERE[3]))), CONFIG, measured, NOW)

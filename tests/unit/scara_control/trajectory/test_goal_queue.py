@@ -410,3 +410,11 @@ def test_a_goal_sends_nothing_more_after_a_stop(bench: Bench) -> None:
         if turn.ended:
             break
     assert "aborted by STOP: test" in turn.ended[0][1].text
+
+
+def test_a_late_robot_with_a_ring_gets_its_trajectories(bench: Bench) -> None:
+    """Set points reach as far ahead as it is late; only a clock makes the first one early."""
+    bench.desk.look_ahead(0.4, 0.144)
+    bench.desk.accept("a", GOAL, bench.now)
+    assert bench.until_ended().code is Code.SUCCESSFUL
+    assert bench.refused == 0

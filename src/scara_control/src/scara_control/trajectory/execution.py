@@ -85,7 +85,7 @@ class Execution:
         self._config = config
         there = tuple(measured.q[column] for column in self._columns)
         self._path = plan_path(self._joints, there, goal.points)
-        self.peak_percent = check_way(self._joints, self._path, config.period)
+        self.peak_percent = check_way(self._joints, self._path, config.period, there)
         if load is not None:
             check_efforts(joints, load, self._path, self._columns, measured.q, config.period)
         own = config.trajectory

@@ -93,6 +93,11 @@ def plan_path(joints: Sequence[Joint], start: Vector, points: Sequence[JointMoti
         raise GoalError(
             Code.INVALID_GOAL, f"the last point moves: velocities {velocities[-1]}, expected zeros"
         )
+    if any(velocities[0]):
+        raise GoalError(
+            Code.INVALID_GOAL,
+            f"the first point moves: velocities {velocities[0]}, expected zeros, or a later time",
+        )
     stop = [joint.acceleration for joint in joints]
     track = JointTrack(
         times, rows, velocities, accelerations, extrapolation_limit=0.0, stop_accelerations=stop
@@ -163,7 +168,7 @@ def named_joints(joints: Sequence[Joint], names: Sequence[str]) -> list[Joint]:
     return [known[name] for name in names]
 
 
-def check_way(joints: Sequence[Joint], path: Path, step: float) -> float:
+def check_way(joints: Sequence[Joint], path: Path, step: float, there: Vector) -> float:
     """Refuse a path that leaves the joints' limits anywhere.
 
     Return its peak speed in percent of the joints' largest.
@@ -172,6 +177,8 @@ def check_way(joints: Sequence[Joint], path: Path, step: float) -> float:
         joints: Limits.
         path: The path.
         step: Its motion is looked at this often [s].
+        there: Where the joints are: one a little beyond its limit, as a robot at its limit may
+            read, may come back from there.
 
     Raises:
         GoalError: A position, velocity or acceleration is outside its limits; joint, value, range
@@ -181,8 +188,8 @@ def check_way(joints: Sequence[Joint], path: Path, step: float) -> float:
     for k in range(math.ceil(path.duration / step) + 1):
         tau = min(k * step, path.duration)
         motion = path.at(tau)
-        for joint, q, v, a in zip(joints, motion.q, motion.qdot, motion.qddot):
-            _check_range(joint, "", q, joint.lower, joint.upper, tau)
+        for joint, q, v, a, now in zip(joints, motion.q, motion.qdot, motion.qddot, there):
+            _check_range(joint, "", q, min(joint.lower, now), max(joint.upper, now), tau)
             _check_range(joint, "/s", v, -joint.velocity, joint.velocity, tau)
             _check_range(joint, "/s^2", a, -joint.acceleration, joint.acceleration, tau)
             peak = max(peak, 100.0 * abs(v) / joint.velocity)

@@ -12,6 +12,10 @@ from scara_control.config import FollowConfig, in_si
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.motion.commands import MotionRefusedError
 
+SPAN_S = 2.0
+"""From first to last point of a packet: more than the largest delay and announcement of half a
+second each and the horizon of one, which motion.yaml allows (our choice)."""
+
 
 def check_setpoints(
     joints: Sequence[Joint], setpoints: Setpoints, config: FollowConfig, now: float
@@ -111,7 +115,13 @@ def _check_times(setpoints: Setpoints, config: FollowConfig, now: float) -> None
         raise MotionRefusedError(
             f"stale: the last point is {age * 1e3:.0f} ms old, allowed {config.timeout * 1e3:.0f}"
         )
-    if -age > config.ahead:
+    # The first point tells of a clock; how far the last one is ahead is the robot's delay as well.
+    early = times[0] - now
+    if early > config.ahead:
         raise MotionRefusedError(
-            f"stamp is {-age * 1e3:.0f} ms in the future, allowed {config.ahead * 1e3:.0f}"
+            f"stamp is {early * 1e3:.0f} ms in the future, allowed {config.ahead * 1e3:.0f}"
+        )
+    if times[-1] - times[0] > SPAN_S:
+        raise MotionRefusedError(
+            f"the points span {times[-1] - times[0]:.2f} s, allowed {SPAN_S:g}"
         )
