@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import msgspec
 import numpy as np
 import pytest
 from harness.kdl_chain import KdlChain, kdl_pose
@@ -76,3 +77,16 @@ def test_what_has_no_meaning_for_the_arm_is_refused() -> None:
         ConfigError, match=r"user frame 3 was never taught: frames.yaml has 1 \(box\)"
     ):
         targets.in_base(TABLE, point, None, (3, 0), seed)
+
+
+@pytest.mark.parametrize("joints", [4, 5])
+def test_a_tip_before_a_flange_that_leans_is_refused(joints: int) -> None:
+    """Such an arm turns its tool as it may: the tip would come to another place."""
+    six = ROBOTS["articulated_six"]
+    robot = msgspec.structs.replace(six, joints=six.joints[:joints])
+    tool = tool_kinematics(robot)
+    seed = [robot.home[joint.name] * joint.scale for joint in tool.joints]
+    targets = BaseTargets(robot, tool)
+    with pytest.raises(BaseTargetError, match="before the flange, and this arm cannot turn"):
+        targets.in_base(TABLE, (0.3, 0.25, 0.3), None, (0, 1), seed)
+    assert targets.in_base(TABLE, (0.3, 0.25, 0.3), None, (0, 0), seed) == ((0.3, 0.25, 0.3), None)

@@ -17,6 +17,8 @@ from scara_control.kinematics.tool import ToolKinematics
 from scara_control.kinematics.twists import FloatArray, exp6
 
 _SAME_DEG = 1e-6
+_PARALLEL = 1e-6
+"""A flange leans that turns about an axis with a larger sine to its own."""
 
 
 class BaseTargetError(ScaraControlError):
@@ -36,6 +38,9 @@ class BaseTargets:
         else:
             home = [robot.home[joint.name] * joint.scale for joint in tool.joints]
             self._flange = forward_kinematics(ScrewModel.from_robot(robot), home)[:3, :3]
+        axes = [np.array(joint.screw_axis[:3]) for joint in tool.joints if joint.screw_axis]
+        across = [np.linalg.norm(np.cross(axis, self._flange[:, 2])) for axis in axes]
+        self._leans = robot.geometry is None and max(across, default=0.0) > _PARALLEL
 
     def in_base(
         self,
@@ -59,7 +64,8 @@ class BaseTargets:
 
         Raises:
             ConfigError: A frame was never taught.
-            BaseTargetError: A yaw in a frame that is tilted, or a tip beside the flange of an arm
+            BaseTargetError: A yaw in a frame that is tilted; a tip beside the flange, or before one
+                that leans, of an arm
                 that cannot turn it.
         """
         number, tip_number = frames
@@ -84,10 +90,11 @@ class BaseTargets:
     ) -> FloatArray:
         """Return the way from the tool's own origin to the tip, in the base [m]."""
         tip = 1e-3 * np.array(frame.xyz_mm)
-        if not self._tool.turns and max(abs(tip[0]), abs(tip[1])) > 0.0:
+        where = "beside" if tip[0] or tip[1] else "before" if tip[2] and self._leans else ""
+        if not self._tool.turns and where:
             raise BaseTargetError(
-                f"tool frame {number} is beside the flange, and this arm cannot turn its tool: use "
-                "tool 0"
+                f"tool frame {number} is {where} the flange, and this arm cannot turn its tool: "
+                "use tool 0"
             )
         turned = yaw
         if turned is None:
