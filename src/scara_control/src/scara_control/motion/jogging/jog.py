@@ -302,7 +302,9 @@ class JogController:
         """
         velocity, wanted = self._velocity[joint.name], self._wanted.get(joint.name, 0.0)
         wanted = math.copysign(min(abs(wanted), self._capped(joint)), wanted)
-        acceleration = joint.acceleration * self._shares[joint.name]
+        # A robot that is told ahead of time should be able to do what it is told.
+        ramp = self._config.jog.waiting_ramp_percent if self._waits else 100.0
+        acceleration = joint.acceleration * self._shares[joint.name] * ramp / 100.0
         measured = self._feedback.measured
         if wanted and measured is not None:
             q = measured.extrapolated(now)[self._columns[joint.name]]
@@ -311,7 +313,5 @@ class JogController:
             counted_on = acceleration * self._config.jog.braking_percent / 100.0
             fastest = braking_speed(joint, q, wanted, counted_on, self._config.jog.reaction)
             wanted = math.copysign(min(abs(wanted), fastest), wanted)
-        # A robot that is told ahead of time should be able to do what it is told.
-        ramp = self._config.jog.waiting_ramp_percent if self._waits else 100.0
-        change = acceleration * ramp / 100.0 * dt
+        change = acceleration * dt
         return min(max(wanted, velocity - change), velocity + change)
