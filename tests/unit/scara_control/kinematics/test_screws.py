@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from msgspec.structs import replace
 from scara_config import load_robot
 from scara_control.errors import JointVectorError, ScrewModelError
 from scara_control.kinematics.screws import (
@@ -149,3 +150,19 @@ def test_refuses_a_joint_without_screw_axis():
     """The table cannot be a joint of the arm."""
     with pytest.raises(ScrewModelError, match="no screw_axis: table_joint"):
         ScrewModel.from_joints(ROBOT.twin_joints, ROBOT.home_pose)
+
+
+def test_directions_of_a_few_digits_are_unit_vectors():
+    """A profile's axis at 45 degrees has as many as somebody types, and so has its tool's turn."""
+    half = 0.7071
+    leaning = replace(ROBOT.arm_joints[0], screw_axis=(half, 0.0, half, 0.0, 0.42426, 0.0))
+    home = [[half, 0.0, half, 0.1], [0, 1, 0, 0], [-half, 0.0, half, 0.2], [0, 0, 0, 1]]
+    arm = ScrewModel.from_joints([leaning], home)
+    assert np.linalg.norm(arm.screw_axes[:3, 0]) == pytest.approx(1.0, abs=1e-12)
+    place = arm.screw_axes[4, 0] / arm.screw_axes[2, 0]
+    assert place == pytest.approx(0.42426 / half, rel=1e-12), "the axis stays where it is"
+    assert arm.home_pose[:3, 3].tolist() == [0.1, 0.0, 0.2]
+    shipped = np.array([joint.screw_axis for joint in ROBOT.arm_joints]).T
+    assert (ARM.screw_axes == shipped).all()
+    with pytest.raises(ScrewModelError, match=r"has length 1\.1, expected 1"):
+        ScrewModel.from_joints([replace(leaning, screw_axis=(1.1, 0, 0, 0, 0, 0))], np.eye(4))

@@ -16,6 +16,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 from scara_config import Joint, Robot
+from scara_config.robot import UNIT_TOLERANCE
 
 from scara_control.errors import JointVectorError, ScrewModelError
 from scara_control.kinematics.twists import FloatArray, exp6, twist_matrix
@@ -61,10 +62,18 @@ class ScrewModel:
         without = [joint.name for joint in joints if joint.screw_axis is None]
         if without:
             raise ScrewModelError(f"no screw_axis: {', '.join(without)}")
-        return cls(
-            np.array([joint.screw_axis for joint in joints], dtype=float).T,
-            np.asarray(home_pose, dtype=float),
-        )
+        axes = np.array([joint.screw_axis for joint in joints], dtype=float)
+        pose = np.array(home_pose, dtype=float)
+        # A profile writes directions with a few digits.
+        for axis in axes:
+            part = axis[:3] if axis[:3].any() else axis[3:]
+            if _RIGID_TOLERANCE < abs((length := np.linalg.norm(part)) - 1.0) < UNIT_TOLERANCE:
+                axis /= length
+        if pose.shape == (4, 4):
+            left, stretch, right = np.linalg.svd(pose[:3, :3])
+            if _RIGID_TOLERANCE < np.abs(stretch - 1.0).max() < UNIT_TOLERANCE:
+                pose[:3, :3] = left @ right
+        return cls(axes.T, pose)
 
     @classmethod
     def from_robot(cls, robot: Robot) -> ScrewModel:
