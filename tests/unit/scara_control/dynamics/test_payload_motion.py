@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -259,6 +259,28 @@ def test_unplanned_motion_gets_the_share_that_any_pose_leaves_it(robot: Robot) -
     assert all(0.0 < share <= 1.0 for share in shares)
     if robot.name == "fanuc_sr6ia":
         assert shares[0] == shares[1] < 0.9 and shares[2:] == (1.0, 1.0)
+
+
+@pytest.mark.parametrize("count", [8, 9])
+def test_an_arm_of_many_joints_is_looked_at_in_as_many_poses_as_take_half_a_second(
+    sr6ia: Robot, count: int
+) -> None:
+    """Five of each would be minutes at each change of the payload."""
+    looked: list[Sequence[float]] = []
+
+    class Model:
+        friction = damping = (0.0,) * count
+
+        def inverse_dynamics(self, q: Sequence[float], *_: object) -> tuple[float, ...]:
+            looked.append(q)
+            return (0.0,) * count
+
+        def mass_matrix(self, _: object) -> list[list[float]]:
+            return np.eye(count).tolist()
+
+    joints = [sr6ia.twin_joints[0]] * count
+    shares = unplanned_shares(Load(Model(), (1e9,) * count), joints)  # type: ignore[arg-type]
+    assert shares == (1.0,) * count and 2**count <= len(looked) <= 20_000
 
 
 def test_goal_that_asks_for_more_than_the_effort_is_refused_with_joint_and_time(

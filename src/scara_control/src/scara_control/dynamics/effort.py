@@ -21,9 +21,9 @@ from scara_control.motion.plan import Path
 SAMPLES = 96
 """Points of a path at which its effort is looked at (our choice: the largest between two of them
 is at most 3 % of an effort above it on the three robots)."""
-_POSES, _POSES_OF_MANY = 7, 5
-"""Positions of each joint at which unplanned motion is looked at: of four joints, and of more (our
-choice, as for the gains' stability)."""
+_POSES, _POSES_OF_MANY, _MOST_POSES = 7, 5, 20_000
+"""Positions of each joint at which unplanned motion is looked at: of four joints, and of more, but
+fewer where all poses would be more than that, which take half a second (our choice)."""
 LEAST = 0.05
 """Less than this share of its acceleration no joint gets: a load that needs less is a wrong one
 (our choice)."""
@@ -114,7 +114,8 @@ def unplanned_shares(load: Load, joints: Sequence[Joint]) -> tuple[float, ...]:
         for f, d, joint in zip(load.model.friction, load.model.damping, joints)
     ]
     # A grid over the workspace, both ends of each joint among them.
-    count = _POSES if n <= 4 else _POSES_OF_MANY
+    few = max(k for k in range(2, _POSES_OF_MANY + 1) if k == 2 or k**n <= _MOST_POSES)
+    count = _POSES if n <= 4 else few
     axes = [
         [joint.lower + (joint.upper - joint.lower) * k / (count - 1) for k in range(count)]
         for joint in joints
