@@ -65,10 +65,11 @@ def watched_points(robot: Robot) -> tuple[WatchedPoint, ...]:
     nothing = (0.0, 0.0, 0.0)
     found = [point("tool", len(arm), [row[3] for row in robot.home_pose[:3]], nothing)]
     frames = {joint.name: joint.child for joint in model.joints}
+    turning = [joint for joint in arm if joint.si_unit == "rad"]
     for k, joint in enumerate(arm):
         # No joint moves a point on the first axis.
         if k > 0 and joint.si_unit == "rad":
-            name = "elbow" if robot.geometry and k == 1 else joint.name
+            name = "elbow" if robot.geometry and joint is turning[1] else joint.name
             place = link_pose(model, frames[joint.name], {})[:3, 3]
             # The joints before it carry it: its own does not move a point on its axis.
             found.append(point(name, k, place.tolist(), nothing))
