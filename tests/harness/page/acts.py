@@ -189,5 +189,5 @@ GHOST = """() => {
 
 def preview_of(page: Page, text: str | re.Pattern[str]) -> None:
     """Wait until the preview says something, and has something to play."""
-    expect(page.locator("[data-motion-words]")).to_contain_text(text)
+    expect(page.locator("[data-motion-words]")).to_contain_text(text, timeout=LONG_MS)
     expect(page.locator("[data-motion-play]")).to_be_visible()

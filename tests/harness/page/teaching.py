@@ -106,7 +106,10 @@ def _palletise(hand: Hand, panel: Locator) -> None:
         expect(said).to_have_text("Places used: 2")
     hand.button("Record J", panel).click()
     expect(said).to_contain_text("Recorded where")
-    line = panel.locator('[data-teach-line][aria-pressed="true"]').get_attribute("data-teach-line")
+    # The lines are drawn anew with the page's next look, behind what is said.
+    chosen = panel.locator('[data-teach-line][aria-pressed="true"]')
+    expect(chosen).to_have_text(re.compile(r"J P\[\d+"))
+    line = chosen.get_attribute("data-teach-line")
     panel.get_by_label("From line", exact=True).fill(str(line))
     places.fill("0 0 0\n900 0 0")
     hand.button("Repeat", panel).click()

@@ -44,6 +44,8 @@ To **teach** is <img src="x" onerror="window.loaded = 1"> to show ![it](x.png), 
 - Then the place.
 """
 PATIENCE_MS = 15_000
+SLOW_MS = 60_000
+"""For what a program of low priority brings: it gets what the others leave."""
 LOOK_MS = 20
 expect.set_options(timeout=PATIENCE_MS)
 # Whether the page shows a scene with so many alarms.
@@ -197,7 +199,7 @@ def started_stage(folder: Path, robot: str = "") -> Iterator[str]:
         words = [str(STAGE), str(port), str(folder / RUNS), *([robot] if robot else [])]
         process = made.start(sys.executable, *words)
         address = f"http://127.0.0.1:{port}"
-        wait_until(lambda: answers(address) or process.poll() is not None, 30.0, "the stage")
+        wait_until(lambda: answers(address) or process.poll() is not None, 90.0, "the stage")
         assert process.poll() is None, process.tail()
         yield address
     finally:

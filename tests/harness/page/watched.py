@@ -12,6 +12,7 @@ from playwright.sync_api import Page, expect
 from harness.processes import Process
 from harness.ros import Ros
 from harness.second_world.played_robot import PlayedRobot
+from harness.wires.browser import LOAD_MS
 from harness.wires.operator_page import TOKEN, Panel
 from harness.yaml_files import add_program, changed_yaml, copy_configuration
 
@@ -30,6 +31,8 @@ P[2]{ GP1: UF : 0, UT : 1, J1= 0 deg, J2= 0 deg, J3= -182 mm, J4= 0 deg, E1= 0 d
 """
 """A program that must not be run: the nozzle would hit a part."""
 JUDGE = "what_if.yaml"
+PATIENCE_MS = 20_000.0
+"""For a verdict: what is shown is tested, not how soon."""
 
 
 class Watched:
@@ -51,13 +54,14 @@ class Watched:
     ) -> None:
         config = copy_configuration(folder)
         add_program(config, LOW)
-        for path, value in (changes or {}).items():
+        patient = {("gate_program_timeout_ms",): PATIENCE_MS}
+        for path, value in {**patient, **(changes or {})}.items():
             changed_yaml(config / JUDGE, config, list(path), value)
         self.robot = PlayedRobot(ros)
         self.judge: Process = ros.run("what_if", "what_if", f"_config_dir:={config}")
         self.panel = Panel(ros, f"_config_dir:={config}")
         self.page = page
-        page.goto(f"http://127.0.0.1:{self.panel.port}/?token={TOKEN}")
+        page.goto(f"http://127.0.0.1:{self.panel.port}/?token={TOKEN}", timeout=LOAD_MS)
         expect(page.locator(".control-text")).to_have_text(re.compile("is in control"))
 
     def open(self, tab: str) -> None:

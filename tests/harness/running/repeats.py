@@ -22,6 +22,9 @@ BUDGET = 0.02
 FREE = 1
 """So many repeats are allowed in a run that has only a few scenes."""
 WORDS = 160
+WAITED = ("TimeoutError", "TimeoutExpired")
+"""Names of what is raised by who waits in vain beside an AssertionError: Playwright, a web socket,
+a process."""
 
 
 class Looks(Protocol):
@@ -77,7 +80,7 @@ def played(
     It is played ``ATTEMPTS`` times at most, with what it has repeated within itself.
 
     Args:
-        scene: Raises an AssertionError if it does not end as described.
+        scene: Raises an AssertionError, or one of ``WAITED``, if it does not end as described.
         looks: Who knows when the machine stood still.
         notes: Where a repeat is noted.
         may_repeat: Asked after a failure; what must hold besides.
@@ -92,7 +95,9 @@ def played(
         begun = looks.now()
         try:
             return scene()
-        except AssertionError as error:
+        except Exception as error:
+            if not isinstance(error, AssertionError) and type(error).__name__ not in WAITED:
+                raise
             why = excuse(begun, looks)
             if attempt == ATTEMPTS or is_played_out(error) or not why or not may_repeat():
                 played_out(error)

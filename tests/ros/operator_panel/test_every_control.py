@@ -13,7 +13,7 @@ from harness.page.acts import take_control
 from harness.page.hand import Hand
 from harness.page.recorded import write_recording
 from harness.page.teaching import teach
-from harness.page.theatre import Theatre, begin_exercise
+from harness.page.theatre import SLOW_MS, Theatre, begin_exercise
 from harness.running.thorough import thorough
 from playwright.sync_api import expect
 from scara_config import load_robot
@@ -288,9 +288,14 @@ def tuning(hand: Hand) -> None:
     """Another joint, other gains, what they would do, set and undone."""
     panel = hand.panel("Tuning")
     joint = panel.get_by_label("Joint", exact=True)
+    form = panel.locator(".tuning")
+    form.evaluate("form => { form.firstElementChild.dataset.before = ''; }")
     joint.click()
     hand.page.get_by_role("option", name="Joint 2").click()
     expect(joint).to_have_value("Joint 2")
+    # The server makes the fields anew.
+    expect(form.locator("[data-before]")).to_have_count(0)
+    expect(form.locator(".q-field input").first).to_be_visible()
     fields = panel.locator(".tuning .q-field input")
     for field in fields.all():
         field.fill(field.input_value() + "1")
@@ -354,7 +359,7 @@ def recordings(hand: Hand) -> None:
         expect(question).to_have_count(0)
     expect(other).to_have_count(0)
     hand.button("Look back", row).click()
-    expect(page.locator("[data-past-text]")).to_contain_text("after its start")
+    expect(page.locator("[data-past-text]")).to_contain_text("after its start", timeout=SLOW_MS)
     page.locator(".past-note").get_by_role("button", name="Live").click()
     expect(page.locator("[data-past-text]")).to_be_hidden()
 

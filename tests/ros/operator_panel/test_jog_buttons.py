@@ -24,6 +24,7 @@ def button(theatre: Theatre) -> Iterator[Locator]:
     theatre.open("Hold tool")
     found = theatre.page.get_by_role("button", name="Jog X +", exact=True)
     expect(found).to_be_enabled()
+    jogged(theatre, keep=False)  # what the test before has moved is not of this one
     yield found
     theatre.page.mouse.up()
     theatre.page.mouse.move(5, 5)
@@ -100,7 +101,7 @@ def test_page_that_stutters_stops_the_tool_and_the_same_press_never_moves_it_aga
     theatre.page.mouse.down()
     moves(theatre)
     theatre.page.evaluate(
-        "() => { const until = performance.now() + 600; while (performance.now() < until); }"
+        "() => { const until = performance.now() + 400; while (performance.now() < until); }"
     )
     rests(theatre)
     assert "held" in str(button.get_attribute("class")), "the hand has not let go"

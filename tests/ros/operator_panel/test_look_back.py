@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 from harness.page import recorded
-from harness.page.theatre import Theatre, at_sizes, kept_theatre
+from harness.page.theatre import SLOW_MS, Theatre, at_sizes, kept_theatre
 from playwright.sync_api import expect
 from scara_config import load_robot
 
@@ -38,8 +38,9 @@ def open_recording(theatre: Theatre) -> None:
     theatre.open("Recordings")
     row = theatre.page.locator(".run").filter(has_text=RUN)
     row.get_by_role("button", name="Look back").click()
-    expect(theatre.page.locator("[data-past-text]")).to_contain_text("after its start")
-    expect(theatre.page.locator("[data-past-text]")).not_to_contain_text("read")
+    told = theatre.page.locator("[data-past-text]")
+    expect(told).to_contain_text("after its start", timeout=SLOW_MS)
+    expect(told).not_to_contain_text("read", timeout=SLOW_MS)
 
 
 @at_sizes("phone", "wide")
@@ -86,6 +87,7 @@ def test_recording_is_looked_at_on_the_page_while_stop_stays_live(
 
 CLOCK = """(after) => new Date(1000 * (window.panel.timeLine.look.first + after))
     .toLocaleTimeString("en-GB")"""
+SINCE_FIRST = "() => { const { last, first } = window.panel.timeLine.look; return last - first; }"
 MOMENT = "() => window.panel.timeLine.at"
 
 
@@ -138,7 +140,8 @@ def test_typed_time_of_day_leads_through_the_last_ten_minutes(theatre: Theatre) 
     page.locator("[data-look-back]").click()
     expect(page.locator("[data-past-text]")).to_contain_text("Past: ")
     page.wait_for_function("() => window.panel.timeLine.look")
-    first = page.evaluate(CLOCK, 1.0)
+    # Not at its beginning: while the stage built its first page it kept no moment.
+    first = page.evaluate(CLOCK, page.evaluate(SINCE_FIRST) - 2.0)
     page.get_by_label("Time of day").fill(first)
     page.get_by_role("button", name="Go", exact=True).click()
     expect(page.locator("[data-past-text]")).to_contain_text(f"Past: {first}")
@@ -157,7 +160,8 @@ def test_recording_that_cannot_be_shown_says_why_on_the_time_line(theatre: Theat
     theatre.open("Recordings")
     row = theatre.page.locator(".run").filter(has_text="to_be_renamed")
     row.get_by_role("button", name="Look back").click()
-    expect(theatre.page.locator("[data-past-text]")).to_contain_text("no readable bag")
+    told = theatre.page.locator("[data-past-text]")
+    expect(told).to_contain_text("no readable bag", timeout=SLOW_MS)
     theatre.page.locator(".past-note").get_by_role("button", name="Live").click()
     expect(theatre.page.locator("[data-past-text]")).to_be_hidden()
     answer = theatre.page.request.get(f"{theatre.address}/past.json?at=0&run=../runs")

@@ -25,6 +25,12 @@ FIND_FOLLOWING = """async () => {
 }"""
 
 
+LAST_POINT = """() => JSON.stringify(
+    getElement(window.PANEL.charts.motion).chart.getOption().series[0].data.length
+    && getElement(window.PANEL.charts.motion).chart.getOption().series[0].data.at(-1))"""
+"""Of the first line of the chart; 0: it has none."""
+
+
 def test_without_webgl_there_is_a_still_picture_and_a_word_why(theatre: Theatre) -> None:
     """A white area would look like a broken page."""
     theatre.play("ready")
@@ -32,7 +38,7 @@ def test_without_webgl_there_is_a_still_picture_and_a_word_why(theatre: Theatre)
     expect(theatre.page.locator("[data-still]")).to_contain_text("this browser has no WebGL")
     image = theatre.page.locator(".still img")
     expect(image).to_be_visible()
-    assert image.evaluate("image => image.naturalWidth") > 400
+    theatre.page.wait_for_function("document.querySelector('.still img').naturalWidth > 400")
 
 
 def test_command_stays_until_its_end_and_a_refused_one_is_not_green(theatre: Theatre) -> None:
@@ -71,18 +77,18 @@ def test_chart_that_is_frozen_stands_still_and_goes_on(theatre: Theatre) -> None
     theatre.play("following")
     theatre.open("Charts")
     pause = theatre.page.locator("[data-pause]")
+    if pause.get_attribute("aria-pressed") == "true":  # of an attempt before this one
+        pause.click()
+    theatre.page.wait_for_function(f"({LAST_POINT})() !== '0'")  # drawn since the tab was opened
     pause.click()
     expect(theatre.page.locator("[data-chart-title]")).to_contain_text("Frozen")
-    drawn = """() => JSON.stringify(getElement(window.PANEL.charts.motion).chart.getOption()
-        .series[0].data.length && getElement(window.PANEL.charts.motion).chart.getOption()
-        .series[0].data.at(-1))"""
     theatre.page.wait_for_timeout(300)
-    before = theatre.page.evaluate(drawn)
+    before = theatre.page.evaluate(LAST_POINT)
     theatre.page.wait_for_timeout(600)
-    assert theatre.page.evaluate(drawn) == before
+    assert theatre.page.evaluate(LAST_POINT) == before
     pause.click()
     expect(theatre.page.locator("[data-chart-title]")).to_contain_text("Last 20 s")
-    theatre.page.wait_for_function(f"({drawn})() !== {before!r}")
+    theatre.page.wait_for_function(f"({LAST_POINT})() !== {before!r}")
     theatre.play("ready")
 
 

@@ -33,6 +33,9 @@ def drawn() -> Iterator[Theatre]:
         yield made
 
 
+PLACED = "['real', 'twin'].every((side) => window.panel.scene.poses[side])"
+"""Whether all groups of both are there."""
+
 # Tools in the picture that something lies over, or that are outside of it.
 HIDDEN = """() => {
     const { scene } = window.panel;
@@ -59,7 +62,7 @@ def test_both_tools_and_the_ghost_are_in_sight(drawn: Theatre, size: str) -> Non
     drawn.resize(size)
     for scene in ("held", "ready"):
         drawn.play(scene)
-        page.wait_for_function(f"() => window.panel && ({ZONES})()?.length")
+        page.wait_for_function(f"() => window.panel && ({ZONES})()?.length && {PLACED}")
         drawn.settle()
         assert page.evaluate(HIDDEN) == [], scene
     drawn.open("Target")

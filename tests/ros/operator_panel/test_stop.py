@@ -16,7 +16,7 @@ from harness.page.theatre import Theatre
 from harness.processes import Process, free_port, wait_until
 from harness.ros import Ros
 from harness.running.thorough import thorough
-from harness.wires.browser import kept_chromium
+from harness.wires.browser import LOAD_MS, kept_chromium
 from harness.wires.command_service import NAME, CommandService
 from harness.wires.operator_page import Panel, heard
 from playwright.sync_api import Page, expect
@@ -77,6 +77,7 @@ def test_first_stop_of_a_viewer_gets_through_without_a_master(
 
     By day the one that answers nothing: to ask it would take for ever, a killed one refuses.
     """
+    cell.controller.heard.clear()  # of an attempt while the machine stood still
     with cell.panel.live() as viewer:
         cell.master.signal(number)
         confirmed, after = stopped(viewer)
@@ -104,7 +105,7 @@ def viewer(cell: Cell) -> Iterator[Page]:
     """Give the page of somebody without a token, in a browser."""
     with kept_chromium() as browser:
         page = browser.new_page(viewport={"width": 1280, "height": 720})
-        page.goto(f"http://127.0.0.1:{cell.panel.port}/")
+        page.goto(f"http://127.0.0.1:{cell.panel.port}/", timeout=LOAD_MS)
         expect(page.locator("[data-panel].shown")).to_be_visible(timeout=30_000)
         yield page
 

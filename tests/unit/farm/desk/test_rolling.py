@@ -137,7 +137,7 @@ def site(farm: Farm, tmp_path: Path):
             sum(row.configuration is not None and row.state is not None for row in desk.rows())
             == len(cells)
         ),
-        5.0,
+        20.0,
         "both cells",
     )
     yield Site(farm, cells, file)
@@ -171,7 +171,7 @@ def test_one_refusal_keeps_it_from_all(site: Site) -> None:
     """A cell whose switch is off, and somebody without the role."""
     site.cells[1].remote = False
     off = "switch of this cell is off"
-    wait_until(lambda: off in site.asked(str(site.file), "--check")[1], 5.0, "the switch")
+    wait_until(lambda: off in site.asked(str(site.file), "--check")[1], 20.0, "the switch")
     code, said = site.asked(str(site.file))
     assert code == 1 and "a cell does not take it: nothing was changed" in said
     code, said = site.asked(str(site.file), person="bob")

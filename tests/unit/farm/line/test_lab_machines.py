@@ -267,7 +267,7 @@ def test_a_certificate_that_is_no_good_is_named(tmp_path: Path, case: str) -> No
 
 
 @pytest.mark.usefixtures("hurried")
-def test_a_member_that_is_revoked_is_out(two: Two) -> None:
+def test_a_member_that_is_revoked_is_out(two: Two, monkeypatch: pytest.MonkeyPatch) -> None:
     """The scheduler ends with all its lines; by the old invitation nobody comes in again."""
     (kept,) = (process for process in two.desk.stage.processes if "--listen" in process.command)
     folder = two.desk.folder / "renewed"
@@ -279,5 +279,6 @@ def test_a_member_that_is_revoked_is_out(two: Two) -> None:
     wait_until(lambda: not two.other.stage.left_over(), DEADLINE_S, "the worker's end")
     two.scheduler()
     assert "does not let this machine in" in two.asks("revoked", two.other)[1]
+    monkeypatch.undo()  # who is let in is waited for
     two.invite()
     assert "has no workers" in two.asks("invited", two.other)[1]

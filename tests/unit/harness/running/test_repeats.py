@@ -83,6 +83,28 @@ def test_a_scene_is_played_again_only_where_the_machine_stood_still(
 
 
 @pytest.mark.parametrize(
+    ("error", "again"),
+    [
+        (TimeoutError("the browser"), True),
+        (type("TimeoutExpired", (Exception,), {})("a process"), True),
+    ]
+    + [(KeyError("a bug"), False)],
+)
+def test_who_waited_in_vain_is_played_again_and_a_bug_is_not(error: Exception, again: bool) -> None:
+    """Playwright, a web socket and a process raise their own words for it."""
+    coming = iter((error, None))
+
+    def scene() -> None:
+        if (raised := next(coming)) is not None:
+            raise raised
+
+    notes = Notes()
+    with nullcontext() if again else pytest.raises(KeyError):
+        played(scene, LATE, notes)
+    assert len(notes.take()) == again
+
+
+@pytest.mark.parametrize(
     ("outcomes", "looks", "end", "missed"),
     [
         ((SLOW, "in vain", GOOD), LATE, GOOD, [SLOW.text, "not measured: in vain"]),
