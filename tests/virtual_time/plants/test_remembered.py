@@ -78,10 +78,15 @@ def told(plant: Variant, pause_s: float) -> dict[str, Round]:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize(("plant", "limit"), [(IDEAL, 0.2), (FIELD, 0.5)], ids=["ideal", "field"])
-def test_the_second_round_is_followed_closer(plant: Variant, limit: float) -> None:
-    """In the first one only the program's second visits of its stands are foretold."""
+@pytest.mark.parametrize(
+    ("plant", "limit", "part"), [(IDEAL, 0.2, 0.95), (FIELD, 0.5, 0.85)], ids=["ideal", "field"]
+)
+def test_the_second_round_is_followed_closer(plant: Variant, limit: float, part: float) -> None:
+    """In the first one only the program's second visits of its stands are foretold.
+
+    Of the ideal plant little is left to be gained: its jerk is followed in the first round too.
+    """
     found = told(plant, 0.0)
     first, second = found["first"], found["second"]
     assert second.foretold > first.foretold + 20, (first, second)
-    assert second.path_percent <= min(limit, 0.85 * first.path_percent), (first, second)
+    assert second.path_percent <= min(limit, part * first.path_percent), (first, second)

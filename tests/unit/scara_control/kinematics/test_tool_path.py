@@ -210,6 +210,11 @@ def test_a_line_that_is_refused_names_the_place_and_the_cause_that_geometry_find
         except ToolPathError as error:
             words = str(error)
         refused += 1
+        if "almost singular" in words:
+            # Where it would need the other elbow next, or not: the arm is all but straight there.
+            place = re.search(r"at \((-?[\d.]+), (-?[\d.]+), ", words)
+            assert 650.0 - math.hypot(*map(float, place.groups())) < 5.0, words
+            continue
         part, why = first_trouble(q0, q1)
         assert re.search(why, words), f"{words}, and geometry says: {why} after {part:.1%}"
         if "keeps" not in why:
