@@ -103,3 +103,11 @@ def check_velocities(joints: Sequence[Joint], qdot: Sequence[float]) -> tuple[fl
     if outside:
         raise JointLimitError("; ".join(outside))
     return numbers
+
+
+def inside(joints: Sequence[Joint], q: Sequence[float]) -> tuple[float, ...]:
+    """Return joint positions within the limits, next to ``q``: where a line may begin.
+
+    A robot at its limit may read a little beyond it.
+    """
+    return tuple([min(max(each, joint.lower), joint.upper) for joint, each in zip(joints, q)])

@@ -19,7 +19,8 @@ from scara_control.dynamics.effort import LEAST, Load
 from scara_control.joint_motion import JointMotion, Vector
 from scara_control.kinematics.scara import Triple
 from scara_control.kinematics.tool import ToolKinematics
-from scara_control.kinematics.tool_path import MoveWay, SolvedPath, inside, solve_legs
+from scara_control.kinematics.tool_path import MoveWay, SolvedPath, solve_legs
+from scara_control.limits import inside
 from scara_control.motion.plan import Path, Segment, plan_move, plan_stop
 from scara_control.motion.rounded import Passes, Rounded, round_corners
 from scara_control.motion.tool_move import plan_tool_move

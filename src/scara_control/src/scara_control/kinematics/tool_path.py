@@ -51,8 +51,6 @@ _NO_WAY = 1e-7
 MOST_PLACES = 16
 """A move passes so many places at most (our choice: a robot's stop waits for no longer plan)."""
 _SAME = 1e-6
-_SAME_TURN = 1e-5
-"""Two turns of the tool are one that differ by less [rad]."""
 """The path ends so near the target's joints [rad, m], or it ends in others."""
 _STEP = 1e-6
 """Part of the way over which the second derivative is taken (our choice: so near the end that no
@@ -249,25 +247,19 @@ def solve_path(
     first, last = of_tool[0], of_tool[-1]
     places = [tool.position(q) for q in of_tool]
     curve = arc(*places) if via else line(*places)
-    turn = tool.turn(first, last)
+    turned = TURN_ARM * math.hypot(*(turn := tool.turn(first, last)))
     # A tool that turns in one place has no way to divide by: its turn stands for it.
-    span = curve.length if curve.length > _NO_WAY else TURN_ARM * math.hypot(*turn)
+    span = curve.length if curve.length > _NO_WAY else turned
     if span <= TURN_ARM * _NO_WAY:
         middle = [0.5 * (a + b) for a, b in zip(first, last)]
         strays = math.dist(tool.position(middle), places[0]) > OFF_M
         # The other elbow, or a wrist turned over: on the way to it the tool goes elsewhere.
-        if strays or math.hypot(*tool.turn(first, middle)) > _SAME_TURN:
-            raise ToolPathError(
-                "a line keeps its elbow and its turns: the target is the same place with other "
-                "joints"
-            )
+        if strays or math.hypot(*tool.turn(first, middle)) > _SAME:
+            raise ToolPathError("the target is the same place with other joints: that is no line")
         return None
     if tool.elbow(first) is None and len(first) != (6 if tool.turns else 3):
-        raise ToolPathError(
-            f"this arm's {len(first)} joints are not fixed by the tool's place: only joint moves"
-        )
-    count = math.ceil(max(curve.length, TURN_ARM * math.hypot(*turn)) / STRIDE)
-    count = min(max(count, FEWEST), MOST)
+        raise ToolPathError(f"its {len(first)} joints are not fixed by the tool's place: no line")
+    count = min(max(math.ceil(max(curve.length, turned) / STRIDE), FEWEST), MOST)
     while True:
         track = _solved(tool, joints, columns, (begin, target), curve, turn, span, count)
         middles = [span * (k + 0.5) / count for k in range(count)]
@@ -312,14 +304,6 @@ def solve_legs(
         (end, solve_path(tool, joints, start, end, arc, way.speed_mm_s))
         for start, end in pairwise((tuple(begin), *ends))
     ]
-
-
-def inside(joints: Sequence[Joint], q: Sequence[float]) -> Vector:
-    """Return joint positions within the limits, next to ``q``: where a line may begin.
-
-    A robot at its limit may read a little beyond it.
-    """
-    return tuple([min(max(each, joint.lower), joint.upper) for joint, each in zip(joints, q)])
 
 
 def _solved(

@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 from scara_control.errors import ScaraControlError
 from scara_control.keep_out.zones import judge_way
-from scara_control.kinematics.tool_path import check_way, inside, solve_legs, wanted_elbow
+from scara_control.kinematics.tool_path import check_way, solve_legs, wanted_elbow
+from scara_control.limits import inside
 
 from twin_controller.core.events import Joints, Operator
 from twin_controller.core.follow.limit import check_setpoint
