@@ -363,3 +363,30 @@ def test_a_program_started_behind_a_stream_is_no_disobedience(pair: Deaf) -> Non
     pair.start_program(ramp(here, shifted(here, 60.0), 4.0), run=2.0)
     assert pair.own_program and sent(pair, since) == []
     assert pair.mode is Mode.REAL_LEADS
+
+
+def test_a_stop_that_is_pressed_often_while_the_robot_is_away_is_one_stop(pair: Deaf) -> None:
+    """None of them was written: the robot is held, and keeps its drives."""
+    under_way(pair)
+    pair.link("real", False)
+    pair.run(0.02)
+    for _ in range(ATTEMPTS):
+        pair.do("STOP", 0.3)
+    pair.link("real", True)
+    pair.run(RETRY_S + 0.1)
+    assert pair.drives and not pair.own_program and "STOP_IGNORED" not in pair.triggers()
+
+
+@pytest.mark.parametrize("deed", ["STOP", "lost"])
+def test_hold_stays_away_in_an_emergency_stop(pair: Deaf, deed: str) -> None:
+    """Until RESET, whatever else is stopped meanwhile."""
+    under_way(pair)
+    pair.do("ESTOP", 1.0)
+    since = len(pair.actions)
+    if deed == "STOP":
+        pair.do("STOP")
+    else:
+        pair.link("twin", False)
+    pair.run(1.0)
+    assert pair.mode is Mode.ESTOP and pair.state.orders.hold_away
+    assert Command.GIVE_HOLD_BACK not in pair.performed(since)

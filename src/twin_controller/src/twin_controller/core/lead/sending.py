@@ -117,7 +117,7 @@ def _give_hold_back(setup: Setup, state: CoreState, now: float) -> Result:
     away until RESUME, in an emergency stop until RESET.
     """
     orders, flags, config = state.orders, state.sides.real.flags, setup.config
-    if not orders.hold_away or flags is None:
+    if not orders.hold_away or flags is None or orders.estop is not None:
         return state, []
     stop = orders.stop
     if stop is not None:
@@ -125,7 +125,7 @@ def _give_hold_back(setup: Setup, state: CoreState, now: float) -> Result:
     else:
         # The stop was struck off with a link that was lost, or the pair left PAUSED otherwise.
         runs = (flags.own_program or flags.streaming) and not flags.paused
-        wanted = state.lead.mode is Mode.PAUSED or orders.estop is not None
+        wanted = state.lead.mode is Mode.PAUSED
         still = stands_still(state.sides.real.change, now, config.change)
         stopped = still and not runs and not wanted
     if not stopped:

@@ -88,7 +88,9 @@ def tell_stop(
     stop: StopOrder | None, command: Command, config: Stop, reached: bool, now: float
 ) -> StopOrder:
     """Return the stop after the robot, whose link is up or not, was told ``command``."""
-    if stop is None or stop.given_back is not None or stop.order.wanted is not command:
+    # What a robot was told while it was away was never written: it counts from one again.
+    again = stop is not None and stop.given_back is None and stop.order.wanted is command
+    if stop is None or not again or not reached:
         return StopOrder(tell(None, command, _patience(command, config), now), now, reached)
     order = tell(stop.order, command, _patience(command, config), now)
     return replace(stop, order=order, reached=reached)
