@@ -28,10 +28,11 @@ TOOL = all_positions(SETUP.points, np.array([HOME]))[:, 0]
 
 
 def person(away: float, age: float = 0.0, sensor: str = "") -> Sighting:
-    """Return somebody ``away`` [m] from the outermost point, straight away from the robot."""
-    outermost = TOOL[np.argmax(TOOL[:, 0])]
-    x, y, z = outermost.tolist()
-    return Sighting(NOW - age, (x + away, y, z), sensor)
+    """Return somebody ``away`` [m] from the outermost skin, straight away from the robot."""
+    halves = np.array([point.half for point in SETUP.points])
+    outermost = np.argmax(TOOL[:, 0] + halves[:, 0])
+    x, y, z = TOOL[outermost].tolist()
+    return Sighting(NOW - age, (x + halves[outermost, 0] + away, y, z), sensor)
 
 
 def judge(*people: Sighting, speed: float = 0.0, margin_mm: float = TERMS.margin_mm) -> Distance:
@@ -179,3 +180,15 @@ def test_the_cap_falls_with_the_distance() -> None:
     """Monotonic from 0 to 100 %."""
     caps = [judge(person(0.3 + 0.1 * k)).cap for k in range(80)]
     assert caps[0] == 0.0 and caps[-1] == 100.0 and caps == sorted(caps)
+
+
+def test_the_distance_is_that_of_the_arms_skin() -> None:
+    """A person beside the middle of the second link, nearer to its skin than allowed at rest."""
+    names = [point.name if any(point.half) else "" for point in SETUP.points]
+    k = names.index("link_2")
+    x, y, z = TOOL[k].tolist()
+    away = protective_distance(0.0, TERMS) + 0.5 * SETUP.points[k].half[1]
+    beside = Sighting(NOW, (x, y + away, z))
+    assert judge(beside).too_close
+    farther = Sighting(NOW, (x, y + away + SETUP.points[k].half[1], z))
+    assert not judge(farther).too_close

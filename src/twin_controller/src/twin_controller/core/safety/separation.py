@@ -90,7 +90,8 @@ def judge_separation(
     if not people:
         return _silent("")
     places = all_positions(points, np.array([q]))[:, 0]
-    judged = [_judge(places, person, speed, now, config, fastest) for person in people]
+    halves = np.array([point.half for point in points])
+    judged = [_judge(places, halves, person, speed, now, config, fastest) for person in people]
     return min(judged, key=lambda one: (not one.too_close, one.cap, one.distance))
 
 
@@ -102,6 +103,7 @@ def _silent(sensor: str) -> Distance:
 
 def _judge(
     places: FloatArray,
+    halves: FloatArray,
     person: Sighting,
     speed: float,
     now: float,
@@ -113,7 +115,9 @@ def _judge(
     # Nobody seen is not the same as nobody there: a silent sensor counts as a person at the robot.
     if age > config.stale_ms * 1e-3:
         return _silent(person.sensor)
-    distance = float(np.min(np.linalg.norm(places - np.array(person.position), axis=1)))
+    # From the skin, not from the middle of a piece of the body: from the box around it.
+    beyond = np.maximum(np.abs(places - np.array(person.position)) - halves, 0.0)
+    distance = float(np.min(np.linalg.norm(beyond, axis=1)))
     protective = protective_distance(speed, config, age)
     at_rest = protective_distance(0.0, config, age)
     allowed = allowed_speed(distance - config.margin_mm * 1e-3, config, age)
