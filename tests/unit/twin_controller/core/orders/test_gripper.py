@@ -9,6 +9,7 @@ from harness.parts import changed
 from twin_controller.core.actions import AnyAction, Decided, Grip
 from twin_controller.core.events import GripAnswered, TwinGripper
 from twin_controller.core.lead.modes import Mode
+from twin_controller.core.orders.gripper import Grips
 from twin_controller.core.setup import Setup
 from twin_controller.reporting.snapshots import decode_state, encode_state
 from twin_controller.view import alarm_text, state_view, statuses
@@ -202,3 +203,22 @@ def test_state_shows_both_grippers_and_is_recorded_whole(grippers: Grippers) -> 
     assert (view.real_gripper, view.twin_gripper) == ("on", "holding part_7")
     state = grippers.pair.state
     assert decode_state(encode_state(state)) == changed(state, lead__decisions=())
+
+
+def test_a_switch_that_is_taken_back_at_once_comes_back_to_nobody(grippers: Grippers) -> None:
+    """The twin does both, late: neither is a switch of its own."""
+    grippers.real_shows(True)
+    grippers.twin_shows(True)
+    grippers.real_shows(False)
+    grippers.real_shows(True)
+    assert orders(grippers.twin_shows(False)) == [] and orders(grippers.twin_shows(True)) == []
+    assert grippers.pair.state.orders.grips == Grips()
+
+
+def test_an_order_for_what_is_shown_already_is_no_trouble(grippers: Grippers) -> None:
+    """Off and on before one reading: the robot never shows the off."""
+    grippers.twin_shows(True)
+    grippers.real_shows(True)
+    grippers.twin_shows(False)
+    grippers.twin_shows(True)
+    assert orders(grippers.later(RETRY * (CONFIG.attempts + 2))) == [] and grippers.trouble == ""

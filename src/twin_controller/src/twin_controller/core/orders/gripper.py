@@ -13,7 +13,7 @@ import msgspec
 from twin_controller.config import Gripper as GripperConfig
 from twin_controller.core.actions import Grip
 from twin_controller.core.events import AnyEvent, GripAnswered, SideName
-from twin_controller.core.orders.order import GiveUp, Order, Patience, due, tell
+from twin_controller.core.orders.order import GiveUp, Order, Patience, due, fresh, tell
 from twin_controller.core.sides.side import Gripper, Sides
 
 replace = msgspec.structs.replace
@@ -80,8 +80,8 @@ def watch_grippers(
     """
     now = event.now
     # Orders that are shown now are struck off; a switch that nobody ordered is the side's own.
-    real, own_real = _switched(grips.real, before.real.gripper, sides.real.gripper)
-    twin, own_twin = _switched(grips.twin, before.twin.gripper, sides.twin.gripper)
+    real, own_real = _switched(grips.real, before.real.gripper, sides.real.gripper, now)
+    twin, own_twin = _switched(grips.twin, before.twin.gripper, sides.twin.gripper, now)
     grips = replace(grips, real=real, twin=twin)
     made: list[Notice | Grip] = []
     if own_real is not None:
@@ -96,14 +96,18 @@ def watch_grippers(
 
 
 def _switched(
-    order: GripOrder | None, before: Gripper, shown: Gripper
+    order: GripOrder | None, before: Gripper, shown: Gripper, now: float
 ) -> tuple[GripOrder | None, bool | None]:
     """Return what remains of a side's order, and its level if it was switched on its own."""
-    # Only a change shows something: a side that is lost or new has not been switched.
-    if shown == before or shown.on is None:
+    if shown.on is None:
         return order, None
-    if order is not None and order.wanted == shown.on:
+    young = order is not None and fresh(order, now)
+    if order is not None and order.wanted == shown.on and (shown != before or not young):
         return None, None
+    # Only a change shows something: a side that is lost or new has not been switched. And behind an
+    # order that took another back, a side first does what it was told before.
+    if shown == before or young:
+        return order, None
     if before.on is None or before.on == shown.on:
         return order, None
     return order, shown.on
