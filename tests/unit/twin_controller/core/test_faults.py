@@ -307,14 +307,30 @@ def test_a_robot_that_had_moved_before_the_announced_twin_takes_the_lead(pair: P
     assert Command.STOP_TWIN in pair.performed()
 
 
-def test_a_pair_that_rests_apart_diverges_by_the_smaller_limit(pair: Pair) -> None:
-    """11 mm between the tools at rest are an alarm, though less than what is allowed on the way."""
+def rested_apart(pair: Pair) -> None:
+    """Let the twin leave the robot, which leads no more, by 11 mm."""
     pair.start_program(ramp(HOME, shifted(HOME, 5.0), 1.0), run=2.0)
     assert pair.mode is Mode.REAL_LEADS
     pair.take_follow = lambda action, now: None  # type: ignore[method-assign]
     pair.motion, pair.follow = "idle", None
     pair.jog_twin(ramp(pair.twin_q, shifted(pair.twin_q, 1.0), 0.3), pair.now)
     pair.run(1.5)
+
+
+def test_a_divergence_ends_with_the_stop_behind_it(pair: Pair) -> None:
+    """Who starts the robot after a STOP is followed; the pair is measured anew."""
+    rested_apart(pair)
+    assert pair.triggers()[-1] == "DIVERGED"
+    del pair.take_follow
+    pair.do("STOP", 1.0)
+    begun = len(pair.decisions())
+    pair.start_program(ramp(pair.real_q, shifted(pair.real_q, -30.0), 3.0), run=2.0)
+    assert pair.triggers(begun) == ["REAL_TOOK_OVER"] and pair.far() < 0.5
+
+
+def test_a_pair_that_rests_apart_diverges_by_the_smaller_limit(pair: Pair) -> None:
+    """11 mm between the tools at rest are an alarm, though less than what is allowed on the way."""
+    rested_apart(pair)
     distance = pair.state.safety.divergence.distance_mm
     assert SETUP.config.divergence.rest_mm < distance < SETUP.config.divergence.path_mm
     assert pair.mode is Mode.PAUSED and pair.triggers()[-1] == "DIVERGED"

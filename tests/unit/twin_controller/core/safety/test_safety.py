@@ -6,12 +6,15 @@ import math
 
 import msgspec
 import pytest
-from harness.pair import HOME, SETUP, Pair, ramp, seen_pair, shifted
+from harness.pair import HOME, ROBOT, SETUP, Pair, idle_pair, ramp, seen_pair, shifted
 from hypothesis import given
 from hypothesis import strategies as st
+from scara_config import KeepOut
+from twin_controller.core.events import Joints, TwinMotion
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.safety.fastest import fastest_point, speed_cap
 from twin_controller.core.safety.stopping import braking_way
+from twin_controller.core.setup import Setup
 
 replace = msgspec.structs.replace
 POINTS = SETUP.speed_points
@@ -80,8 +83,27 @@ def test_nothing_of_the_operator_begins_beside_a_person(pair: Pair) -> None:
     """A move and an alignment are refused with the distance, instead of begun and stopped."""
     pair.see(NEAR, 0.3)
     reply = pair.operate("MOVE_JOINTS", target=shifted(HOME, 10.0))
-    assert not reply.success and "a person is 250 mm away" in reply.message
+    assert not reply.success and "a person is 228 mm away" in reply.message
     pair.do("STOP")
     pair.see(NEAR, 0.3)
     reply = pair.operate("ALIGN")
     assert not reply.success and "a person is" in reply.message
+
+
+WALL = KeepOut("wall", (-200.0, 500.0, -200.0), (200.0, 900.0, 600.0))
+
+
+@pytest.mark.parametrize("places", [(), (shifted(HOME, 60.0),)], ids=["straight", "by a place"])
+def test_a_way_into_a_zone_is_stopped_once(places: tuple[Joints, ...]) -> None:
+    """However often a twin that goes on tells of it."""
+    pair, target = idle_pair(), shifted(HOME, 120.0)
+    pair.setup = Setup(msgspec.structs.replace(ROBOT, keep_out=(WALL,)), SETUP.config)
+    way = (HOME, *places, target)
+    for _ in range(3):
+        pair.feed(
+            TwinMotion(
+                pair.now, "announcing", 100.0, 100.0, 100.0, 0, False, "", target=target, way=way
+            )
+        )
+        pair.now = round(pair.now + 0.02, 6)
+    assert pair.triggers().count("KEEP_OUT") == 1

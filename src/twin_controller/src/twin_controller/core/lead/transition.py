@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import msgspec
-from scara_control.keep_out.zones import WatchedMove
 from scara_ros.names import Seat
 
 from twin_controller.core.actions import AnyAction, Decided
@@ -229,8 +228,8 @@ def _enter(setup: Setup, state: CoreState, row: Row, trigger: Trigger, now: floa
         real, twin = state.sides.real, state.sides.twin
         sides = Sides(replace(real, echoed=0), replace(twin, echoed=0))
         state = replace(state, sides=sides)
-    # A pair that was moved apart while it was paused, or aligns, is measured anew.
-    if trigger in RESUMING or mode is Mode.ALIGNING:
+    # A pair that was moved apart while it was paused or stopped, or aligns, is measured anew.
+    if trigger in RESUMING or mode is Mode.ALIGNING or lead.mode in HELD:
         safety = replace(state.safety, divergence=DivergenceState(), delay=DelayState())
         state = replace(state, safety=safety)
     if mode is not Mode.ESTOP:
@@ -261,8 +260,8 @@ def _forget_cause(setup: Setup, state: CoreState, trigger: Trigger, now: float) 
     if trigger is Trigger.TWIN_STOP_IGNORED:
         orders = replace(orders, twin_stop=defy(orders.twin_stop))
     if trigger is Trigger.KEEP_OUT:
-        # The target stays known: the same move is not judged, and stopped, a second time.
-        safety = replace(safety, way=WatchedMove(safety.way.target))
+        # The way stays known: the same move is not judged, and stopped, a second time.
+        safety = replace(safety, way=replace(safety.way, violation=""))
     if trigger in SAFETY_TRIGGERS:
         patience = safety_patience(setup.config.stop)
         stop = tell(orders.safety_stop, "standstill", patience, now)
