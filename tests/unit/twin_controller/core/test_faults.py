@@ -334,3 +334,52 @@ def test_a_pair_that_rests_apart_diverges_by_the_smaller_limit(pair: Pair) -> No
     distance = pair.state.safety.divergence.distance_mm
     assert SETUP.config.divergence.rest_mm < distance < SETUP.config.divergence.path_mm
     assert pair.mode is Mode.PAUSED and pair.triggers()[-1] == "DIVERGED"
+
+
+def test_an_emergency_stop_reaches_the_robot_while_the_twin_stays_away(pair: Pair) -> None:
+    """It was given while neither could hear it."""
+    pair.start_program(ramp(HOME, AWAY, 8.0), run=0.5)
+    for side in ("real", "twin"):
+        pair.link(side, False)
+    pair.do("ESTOP", 0.02)
+    pair.link("real", True)
+    pair.run(1.5)
+    assert not pair.drives and not pair.own_program
+
+
+@pytest.mark.parametrize("side", ["real", "twin"])
+def test_a_side_does_not_end_the_operators_pause(pair: Pair, side: str) -> None:
+    """Also where that side had paused before."""
+    pair.move_twin(ramp(HOME, AWAY, 5.0), run=1.0)
+    if side == "real":
+        pair.paused = True
+    else:
+        pair.order_twin(Command.PAUSE_TWIN, 17)
+    pair.run(0.5)
+    pair.do("PAUSE", 0.3)
+    if side == "real":
+        pair.paused = False
+    else:
+        pair.order_twin(Command.RESUME_TWIN, 18)
+    pair.run(1.5)
+    assert pair.mode is Mode.STOPPED
+
+
+@pytest.mark.parametrize("command", ["ESTOP", "STOP"])
+def test_a_reset_does_not_outlive_a_newer_stop(pair: Pair, command: str) -> None:
+    """Whoever stops again, while the robot is being reset, has stopped it."""
+    pair.do("ESTOP", 1.0)
+    pair.do("RESET", 0.13)
+    since = len(pair.decisions())
+    pair.do(command, 1.0)
+    assert pair.mode is Mode.ESTOP and "RESET_DONE" not in pair.triggers(since)
+
+
+def test_a_robot_that_comes_back_in_an_emergency_stop_is_not_said_to_move(pair: Pair) -> None:
+    """It stands, and has not been seen for long enough to know it."""
+    pair.do("ESTOP", 0.5)
+    pair.link("real", False)
+    pair.run(1.5)
+    pair.link("real", True)
+    pair.run(1.0)
+    assert not pair.drives and "ESTOP_IGNORED" not in pair.triggers()

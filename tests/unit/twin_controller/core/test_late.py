@@ -7,11 +7,13 @@ from itertools import count, product
 
 import msgspec
 import pytest
-from harness.pair import HOME, Pair, idle_pair, ramp, shifted
+from harness.pair import HOME, SETUP, Pair, idle_pair, ramp, shifted
 from harness.running.thorough import thorough
 from twin_controller.core.actions import Command, FollowTwin, StreamAhead, StreamReal
 from twin_controller.core.events import AnyEvent, RealMeasured
 from twin_controller.core.lead.modes import Mode
+from twin_controller.core.lead.reports import agree_when_stopped
+from twin_controller.core.sides.change import drop_baseline
 
 AWAY = shifted(HOME, 20.0, -30.0, 40.0, 10.0)
 FOREIGN = 17
@@ -280,3 +282,13 @@ def test_pair_goes_on_behind_overtaken_readings(
     monkeypatch.setattr(pair, "feed", late)
     pair.run(1.0)
     assert pair.mode in (Mode.REAL_LEADS, Mode.TWIN_LEADS) and pair.far() < 1.0
+
+
+def test_a_silent_side_is_not_taken_for_one_that_stands() -> None:
+    """A stop in a stall of the machine would end by itself, at full speed."""
+    pair, replace = idle_pair(), msgspec.structs.replace
+    pair.start_program(ramp(HOME, shifted(HOME, 60.0), 3.0), run=1.0)
+    real = replace(pair.state.sides.real, change=drop_baseline(pair.state.sides.real.change))
+    lead = replace(pair.state.lead, mode=Mode.STOPPED, since=pair.now)
+    sides = replace(pair.state.sides, real=real)
+    assert not agree_when_stopped(SETUP, lead, sides, pair.now + 0.4).real.change.baseline

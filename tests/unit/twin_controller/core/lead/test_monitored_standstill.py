@@ -103,3 +103,15 @@ def test_whatever_else_is_asked_for_moves_nothing(commands: list[str]) -> None:
     pair.jog_real(ramp(HOME, AWAY, 1.0))
     pair.run(0.5)
     assert pair.mode is Mode.FAULT
+
+
+@pytest.mark.parametrize("side", ["real", "twin"])
+def test_a_link_that_blinks_does_not_end_it(side: str) -> None:
+    """Nobody watched meanwhile, and somebody may be beside the robot."""
+    pair = standing()
+    pair.link(side, False)
+    pair.run(0.1)
+    pair.link(side, True)
+    pair.run(4.0)
+    assert pair.mode is Mode.FAULT
+    assert not pair.operate("MOVE_JOINTS", target=AWAY).success

@@ -175,6 +175,8 @@ def test_a_twin_leads_only_from_where_the_real_robot_is(
         *((name, {}, Trigger[name]) for name in COMMANDS),
         ("RESUME", {"lead__needs_acknowledge": True}, Trigger.RESUME_BLOCKED),
         ("RESET", {"lead__links_up": False}, Trigger.RESET_BLOCKED),
+        # Its loss is found in this very step.
+        ("RESET", {"sides__real__history": ()}, Trigger.RESET_BLOCKED),
         *((name, {}, Trigger.MOVE) for name in MOVES),
         ("stop", {}, None),
         ("LINK_LOST", {}, None),

@@ -390,3 +390,22 @@ def test_hold_stays_away_in_an_emergency_stop(pair: Deaf, deed: str) -> None:
     pair.run(1.0)
     assert pair.mode is Mode.ESTOP and pair.state.orders.hold_away
     assert Command.GIVE_HOLD_BACK not in pair.performed(since)
+
+
+def test_a_robot_that_nothing_stops_cannot_be_reset(pair: Deaf) -> None:
+    """That its drives are on shows here that it did not obey."""
+    under_way(pair)
+    pair.not_heard = (Command.STOP_REAL, Command.ESTOP_REAL)
+    pair.do("STOP", 2.5)
+    pair.operate("RESET")
+    pair.run(3.0)
+    assert pair.own_program and pair.mode is Mode.ESTOP
+
+
+def test_what_nothing_stops_is_said_while_the_twin_is_away(pair: Deaf) -> None:
+    """And it is told again and again."""
+    under_way(pair)
+    pair.not_heard = (Command.STOP_REAL, Command.ESTOP_REAL)
+    pair.link("twin", False)
+    pair.run(4.0)
+    assert "ESTOP_IGNORED" in pair.triggers() and "ESTOP_MISSED" in pair.triggers()

@@ -165,15 +165,17 @@ def agree_when_stopped(setup: Setup, lead: Lead, sides: Sides, now: float) -> Si
     flags, real = sides.real.flags, sides.real
     goes_on = flags is not None and flags.own_program and not lead.program_was_off
     if setup.writes or not goes_on:
-        real = agree_at_rest(setup, real, now)
-    return Sides(real, agree_at_rest(setup, sides.twin, now))
+        real = agree_at_rest(setup, real)
+    return Sides(real, agree_at_rest(setup, sides.twin))
 
 
 def side_triggers(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
     """Return what the two sides report, most urgent first."""
     flags, motion = state.sides.real.flags, state.sides.twin.motion
     lead, config = state.lead, setup.config
-    if flags is None or motion is None or lead.mode is Mode.OFFLINE:
+    if flags is None or motion is None:
+        return _estop_reports(setup, state, now)
+    if lead.mode is Mode.OFFLINE:
         return []
     old = is_old(setup, state.orders.told, motion, now)
     found: list[Trigger] = []
@@ -185,18 +187,34 @@ def side_triggers(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
     if not old:
         found += _twin_reports(setup, state, motion, now)
     found += _real_reports(setup, state, flags, now)
-    latched = lead.mode is Mode.ESTOP and lead.reset_since is None
-    if latched:
-        stands = real_stands(setup, state, flags, now)
-        late = now - lead.since > config.estop.shown_ms * 1e-3
-        if late and not lead.helpless and not stands and setup.writes:
-            found.append(Trigger.ESTOP_IGNORED)
-        off = not flags.drives_on or (stands and not setup.cuts_drives) or not setup.writes
-        if estop_missed(state.orders.estop, off, motion, old, now):
-            found.append(Trigger.ESTOP_MISSED)
+    found += _estop_reports(setup, state, now)
     if state.safety.divergence.alarm and config.divergence.pause and lead.mode in LEADING:
         found.append(Trigger.DIVERGED)
     return found + _reset_reports(setup, state, flags, now)
+
+
+def _estop_reports(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
+    """Return what a latched emergency stop still lacks; a side that is away is told later."""
+    lead, config, found = state.lead, setup.config.estop, list[Trigger]()
+    if lead.mode is not Mode.ESTOP or lead.reset_since is not None:
+        return []
+    flags, motion = state.sides.real.flags, state.sides.twin.motion
+    off = frozen = True
+    if flags is not None:
+        stands = real_stands(setup, state, flags, now)
+        late = now - lead.since > config.shown_ms * 1e-3
+        # One that has only just been heard again has not been seen for long enough to stand.
+        seen = [each.time for each in state.sides.real.history]
+        known = bool(seen) and seen[-1] - seen[0] > setup.config.change.still_time_ms * 1e-3
+        if late and known and not lead.helpless and not stands and setup.writes:
+            found.append(Trigger.ESTOP_IGNORED)
+        off = not flags.drives_on or (stands and not setup.cuts_drives) or not setup.writes
+    if motion is not None:
+        old = is_old(setup, state.orders.told, motion, now)
+        frozen = motion.state == "estopped" or old
+    if estop_missed(state.orders.estop, off and frozen, now):
+        found.append(Trigger.ESTOP_MISSED)
+    return found
 
 
 def resume_blocked(state: CoreState) -> bool:
@@ -220,6 +238,9 @@ def _reset_reports(
     ready = flags.drives_on and not flags.fault
     # A twin that still does not obey a stop is a cause that persists.
     if stop is not None and stop.defied:
+        ready = False
+    # So is a real robot that was not stopped by the emergency stop.
+    if lead.mode is Mode.ESTOP and setup.writes and not real_stands(setup, state, flags, now):
         ready = False
     if ready and waited >= config.wait_ms * 1e-3:
         return [Trigger.RESET_DONE]

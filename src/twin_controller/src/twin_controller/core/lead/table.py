@@ -294,7 +294,8 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
     # As STOPPED, but nothing may move, at the robot either: only RESET leaves it.
     Mode.STANDSTILL: {
         **dict.fromkeys((Trigger.STANDSTILL_LOST, Trigger.REAL_TOOK_OVER), _FAILED),
-        **dict.fromkeys((Trigger.KEEP_OUT, Trigger.TOO_FAST), _FAILED),
+        # Nobody watched while a link was away.
+        **dict.fromkeys((Trigger.LINK_LOST, Trigger.KEEP_OUT, Trigger.TOO_FAST), _FAILED),
         Trigger.STOP: Row(None, BOTH_STOP, "the standstill stays monitored"),
         **dict.fromkeys(_GOING_ON, _WATCHED),
         Trigger.STANDSTILL: Row(None, (), "already monitored"),

@@ -247,7 +247,10 @@ def _forget_cause(setup: Setup, state: CoreState, trigger: Trigger, now: float) 
         lead = replace(lead, program_was_off=False)
     if trigger is Trigger.RESET:
         lead = replace(lead, reset_since=now)
-    if trigger in (Trigger.RESET_FAILED, Trigger.LINK_LOST):
+    if trigger is Trigger.PAUSE and lead.mode is Mode.PAUSED:
+        # It is the operator's from now on: no side lets it go on.
+        lead = replace(lead, paused_by=trigger)
+    if trigger in (Trigger.RESET_FAILED, Trigger.LINK_LOST, Trigger.ESTOP, Trigger.STOP):
         lead = replace(lead, reset_since=None)
     if trigger is Trigger.ESTOP_IGNORED:
         lead = replace(lead, helpless=True)

@@ -281,7 +281,7 @@ def operator_trigger(setup: Setup, state: CoreState, event: Operator) -> Trigger
         return Trigger.RESUME_HELD
     if event.command == "RESUME" and moved_since_pause(setup, state):
         return Trigger.RESUME_MOVED
-    if event.command == "RESET" and not state.lead.links_up:
+    if event.command == "RESET" and not (state.lead.links_up and state.sides.usable):
         return Trigger.RESET_BLOCKED
     if event.command == "RESET" and flags is not None and flags.estop_pressed:
         return Trigger.RESET_PRESSED

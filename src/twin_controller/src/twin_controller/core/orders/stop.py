@@ -23,7 +23,7 @@ import msgspec
 
 from twin_controller.config import Change, EStop, Stop
 from twin_controller.core.actions import Command, SendReal
-from twin_controller.core.events import Joints, RealMeasured, TwinMotion
+from twin_controller.core.events import Joints, RealMeasured
 from twin_controller.core.orders.order import GiveUp, Order, Patience, due, tell
 from twin_controller.core.sides.change import stands_still
 from twin_controller.core.sides.side import TwinSide
@@ -170,22 +170,9 @@ def tell_estop(order: EStopOrder | None, config: EStop, now: float) -> EStopOrde
     return tell(order, LATCHED, Patience(config.retry_ms * 1e-3), now)
 
 
-def estop_missed(
-    order: EStopOrder | None, off: bool, motion: TwinMotion, old: bool, now: float
-) -> bool:
-    """Return whether a side should have obeyed by now and does not.
-
-    Args:
-        order: The emergency stop; None: it is not latched.
-        off: The real robot shows it: its drives are off, or it stands where nothing cuts them.
-        motion: The twin's report.
-        old: The twin's report is from before our last command to it.
-        now: Time [s].
-    """
-    if order is None:
-        return False
-    shown = off and (motion.state == "estopped" or old)
-    return bool(due([replace(order, shown=shown)], now).sends)
+def estop_missed(order: EStopOrder | None, shown: bool, now: float) -> bool:
+    """Return whether a side should have obeyed by now and does not; None: it is not latched."""
+    return order is not None and bool(due([replace(order, shown=shown)], now).sends)
 
 
 STOPPING_TWIN = (Command.STOP_TWIN, Command.PAUSE_TWIN, Command.ESTOP_TWIN)

@@ -351,10 +351,12 @@ def arrived(setup: Setup, side: S) -> S:
     return replace(agree(setup, side), tube=echo.rested(side.tube, reach))
 
 
-def agree_at_rest(setup: Setup, side: S, now: float) -> S:
+def agree_at_rest(setup: Setup, side: S) -> S:
     """Agree on the position of a side that has come to rest, if none is agreed on."""
-    still = change.stands_still(side.change, now, setup.config.change)
-    if not side.history or side.change.baseline or not still:
+    if not side.history or side.change.baseline:
+        return side
+    # By its newest sample: silence is no standing.
+    if not change.stands_still(side.change, side.last.time, setup.config.change):
         return side
     return agree(setup, side)
 
