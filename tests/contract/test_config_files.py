@@ -13,9 +13,11 @@ from typing import Any
 
 import pytest
 from fanuc_emulator.config import load_programs
+from farm.config import load_farm
 from harness.workspace import ROOT
 from harness.yaml_files import copy_configuration, leaves, loaders, replaced, shipped
 from ruamel.yaml import YAML
+from scara_bringup.config import load_doors
 from scara_config import ConfigError, files_in_force, load_robot, locate
 from scara_config.profile import CHOICE, PLANT_CHOICE, known_robots
 from scara_config.programs.files import program_files
@@ -72,6 +74,14 @@ def test_every_yaml_file_has_a_typed_loader() -> None:
     """No file is read untyped, none is forgotten by these tests."""
     kinds = ("programs/", "plants/", "settings/")
     assert {name for name in files_in_force(CONFIG) if not name.startswith(kinds)} == set(LOADERS)
+
+
+def test_cell_and_farm_of_one_machine_want_ports_of_their_own() -> None:
+    """Who starts both as the page of the farm says must not be refused."""
+    doors = load_doors(CONFIG)
+    cell = [door.port for door in (doors.modbus, doors.gateway, doors.panel, doors.pendant)]
+    ports = [*cell, load_farm(CONFIG).desk.port]
+    assert len(set(ports)) == len(ports), ports
 
 
 def test_shipped_files_load() -> None:
