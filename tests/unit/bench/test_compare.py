@@ -89,10 +89,10 @@ def test_the_end_of_a_bench_says_what_got_worse_or_that_nothing_did() -> None:
 
 
 def test_wakes_are_counted_for_each_thread() -> None:
-    """A thread that sleeps twenty times has waited twenty times."""
+    """A thread that sleeps forty times has waited so often, but where it came late to a sleep."""
     before = _waits(os.getpid())
-    for _ in range(20):
-        time.sleep(0.001)
+    for _ in range(40):
+        time.sleep(0.002)
     after = _waits(os.getpid())
     here = str(os.getpid())
     assert after[here] - before[here] >= 20
