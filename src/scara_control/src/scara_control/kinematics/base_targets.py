@@ -65,8 +65,7 @@ class BaseTargets:
         Raises:
             ConfigError: A frame was never taught.
             BaseTargetError: A yaw in a frame that is tilted; a tip beside the flange, or before one
-                that leans, of an arm
-                that cannot turn it.
+                that leans, of an arm that cannot turn it.
         """
         number, tip_number = frames
         place = np.array(point)
