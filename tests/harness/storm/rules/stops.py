@@ -105,12 +105,13 @@ def next_command(history: History, stop: Deed, side: str) -> float:
 def _left(history: History, stop: Deed) -> float:
     """Return from when on others than a person may lead the pair again.
 
-    Somebody has aligned it, or resumed it. Or the controller lost a side, or has gone: once all are
-    there again it aligns by itself.
+    Somebody has aligned it, or resumed it. Or the controller has gone: a new one knows of no stop,
+    and aligns the pair by itself.
     """
     since = stop.sent - AMBIGUOUS_S
     left = [d.sent for d in history.deeds if d.name in LEFT_BY and d.sent >= since]
-    left += [d.at for d in history.decisions if d.at >= since and "OFFLINE" in (d.before, d.after)]
+    aligns = ("OFFLINE", "ALIGNING")
+    left += [d.at for d in history.decisions if d.at >= since and (d.before, d.after) == aligns]
     left += [s.begun for s in history.strikes if s.ended >= since and GONE in s.name]
     return min(left, default=math.inf)
 

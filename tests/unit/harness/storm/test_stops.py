@@ -106,14 +106,30 @@ def test_program_that_never_hears_of_a_stop_moves_no_robot() -> None:
         ({"deeds": [release(2.5, "ALIGN")]}, 0),
         ({"deeds": [release(1.5, "ALIGN")]}, 1),
         ({"deeds": [release(2.5)]}, 1),
-        ({"decisions": [decided(2.5, "STOPPED", "OFFLINE")]}, 0),
+        (
+            {"decisions": [decided(2.5, "STOPPED", "OFFLINE"), decided(2.6, "OFFLINE", "STOPPED")]},
+            1,
+        ),
+        ({"decisions": [decided(2.5, "OFFLINE", "ALIGNING")]}, 0),
         ({"decisions": [decided(2.5, "STOPPED", "TWIN_LEADS", "twin")]}, 1),
         ({"strikes": [Strike("kill twin_controller 0.1", 2.4, 2.6)]}, 0),
         ({"strikes": [Strike("halt recorder 0.1", 2.4, 2.6)]}, 1),
     ],
-    ids=["nothing", "aligned", "aligned before", "reset", "lost", "led", "killed", "halted"],
+    ids=[
+        "nothing",
+        "aligned",
+        "aligned before",
+        "reset",
+        "lost",
+        "anew",
+        "led",
+        "killed",
+        "halted",
+    ],
 )
-def test_stopped_pair_is_left_by_a_person_or_a_lost_side(known: dict[str, Any], found: int) -> None:
+def test_stopped_pair_is_left_by_a_person_or_a_new_controller(
+    known: dict[str, Any], found: int
+) -> None:
     """Then a program may lead it again; a decision of the controller alone is no reason."""
     deeds = [stop(2.0), SENT_ON, *known.pop("deeds", ())]
     made = history(moving((3.1, 4.0, 50.0)), deeds=deeds, **known)

@@ -41,7 +41,11 @@ REMEDIES: tuple[tuple[str, str, str], ...] = (
     ("pair", r"^(STOPPED|IDLE)\b", "Look at both robots, then ALIGN."),
     ("pair", r"^(ESTOP|FAULT|STANDSTILL)\b", "Look at both robots, RESET, then ALIGN."),
     ("pair", r"_LEADS\b", "Look at both robots, STOP, then ALIGN."),
-    ("pair", r"^OFFLINE", "Look at both robots; the pair aligns by itself with both links up."),
+    (
+        "pair",
+        r"^OFFLINE",
+        "Look at both robots; with both links up the pair aligns by itself, or stays stopped.",
+    ),
     (
         "pair",
         r"",
@@ -50,7 +54,7 @@ REMEDIES: tuple[tuple[str, str, str], ...] = (
     (
         "twin_controller",
         r"^OFFLINE",
-        "Check that both links are up; the pair aligns by itself when they are back.",
+        "Check that both links are up; a pair that was not stopped aligns by itself then.",
     ),
     ("twin_controller", r"^(ESTOP|FAULT)\b", "Remove the cause, RESET, then ALIGN."),
     ("recorder", r"disk|space|free", "Make room on the disk, then start a new recording."),

@@ -145,8 +145,10 @@ def test_a_twin_that_does_not_obey_is_a_fault_whoever_leads(mode: Mode) -> None:
 def test_a_mode_is_entered_by_what_it_needs(mode: Mode) -> None:
     """Following begins with BEGIN_*, IDLE with agreed positions, a stop with stops of both.
 
-    But a twin that has caught up follows already.
+    But a twin that has caught up follows already, and a pair that was stopped before its links
+    were lost has been told to: a program that began at the robot meanwhile is that person's.
     """
+    told = (Trigger.RESET_DONE, Trigger.CAUGHT_UP, Trigger.LINKS_READY_STOPPED)
     needs: dict[Mode | None, set[Command]] = {
         Mode.ALIGNING: {Command.BEGIN_ALIGN},
         Mode.IDLE: {Command.BASELINE},
@@ -158,7 +160,7 @@ def test_a_mode_is_entered_by_what_it_needs(mode: Mode) -> None:
         Mode.STOPPED: set(BOTH_STOP),
     }
     for trigger, paused, row in rows(mode):
-        if paused is None and trigger not in (Trigger.RESET_DONE, Trigger.CAUGHT_UP):
+        if paused is None and trigger not in told:
             assert needs.get(row.to, set()) <= set(row.commands), trigger
 
 

@@ -99,3 +99,32 @@ def test_a_pause_ends_no_alignment(pair: Pair) -> None:
     pair.do("RESUME")
     pair.until(Mode.IDLE, 20.0)
     assert pair.twin_q == pytest.approx(pair.real_q, abs=1e-3)
+
+
+@pytest.mark.parametrize("command", ["STOP", "PAUSE"])
+@pytest.mark.parametrize("side", ["real", "twin"])
+def test_a_link_that_blinks_does_not_leave_it(pair: Pair, side: str, command: str) -> None:
+    """What commands the twin may never have heard of the stop; a blink, or two, is nobody's act."""
+    pair.do(command, 1.0)
+    for _ in range(2):
+        pair.link(side, False)
+        pair.run(0.1)
+        pair.link(side, True)
+        pair.run(0.1)
+    pair.run(4.0)
+    rested = pair.real_q
+    pair.move_twin(ramp(pair.twin_q, shifted(pair.twin_q, 5.0), 1.0), run=1.0)
+    assert pair.mode is Mode.STOPPED and pair.real_q == rested
+    assert pair.operate("ALIGN").success
+    pair.run(4.0)
+    assert pair.mode is Mode.IDLE
+
+
+def test_a_stop_while_a_link_is_away_lasts(pair: Pair) -> None:
+    """Whoever has pressed STOP looks at a pair that comes back as one that was never stopped."""
+    pair.link("twin", False)
+    pair.run(0.5)
+    pair.do("STOP", 0.1)
+    pair.link("twin", True)
+    pair.run(4.0)
+    assert pair.mode is Mode.STOPPED

@@ -26,6 +26,7 @@ class Trigger(StrEnum):
 
     LINK_LOST = "a link was lost"
     LINKS_READY = "both links are up and fresh"
+    LINKS_READY_STOPPED = "both links are up again, and the pair was stopped before"
     ALIGNED = "the twin reached the real robot's pose"
     CAUGHT_UP = "the twin reached the real robot, which moves on its own"
     ALIGN_FAILED = "the twin did not reach the real robot's pose in time"

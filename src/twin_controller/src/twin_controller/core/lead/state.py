@@ -25,6 +25,8 @@ class Lead(msgspec.Struct, frozen=True):
     decisions: tuple[Decided, ...] = ()
     # Both sides were usable at the last look; on the edge a link counts as lost.
     links_up: bool = False
+    # The pair was stopped or paused when a link was lost, or while it was: it comes back stopped.
+    was_stopped: bool = False
     # The mode that PAUSE interrupted, while it does.
     paused: Mode | None = None
     # What paused the pair: a side that has paused it may let it go on, no other one.

@@ -192,6 +192,11 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
             (Command.STOP_TWIN, Command.BEGIN_ALIGN),
             "nothing is replayed, the twin's own motion ends; it aligns slowly",
         ),
+        # A link that blinks ends no stop. Stops that did not arrive are sent by their own order; a
+        # program that somebody at the robot began meanwhile is left to that person.
+        Trigger.LINKS_READY_STOPPED: Row(
+            Mode.STOPPED, (Command.STOP_TWIN,), "it stays stopped; ALIGN goes on"
+        ),
         Trigger.LINK_LOST: Row(None, BOTH_STOP, "the side still reached is stopped"),
         Trigger.REAL_FAULT: STAY,
         Trigger.REAL_DRIVES_OFF: STAY,
@@ -202,7 +207,8 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.STOP: Row(
             None,
             BOTH_STOP,
-            "sent to the side still reached, and to a robot that is not when it answers again",
+            "sent to the side still reached, and to a robot that is not when it answers again; "
+            "the pair stays stopped, and ALIGN goes on",
         ),
         **dict.fromkeys(_GOING_ON, _OFFLINE),
         **dict.fromkeys(_RESETS, _OFFLINE),

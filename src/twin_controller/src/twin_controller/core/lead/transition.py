@@ -195,11 +195,13 @@ def _enter(setup: Setup, state: CoreState, row: Row, trigger: Trigger, now: floa
     if mode is lead.mode and mode is not Mode.OFFLINE:
         return state
     paused = lead.mode if mode is Mode.PAUSED else None
+    stopped = lead.was_stopped or lead.mode in (Mode.STOPPED, Mode.PAUSED)
     active = paused or mode
     new = replace(
         lead,
         mode=mode,
         since=now,
+        was_stopped=mode is Mode.OFFLINE and (stopped or trigger is Trigger.STOP),
         leader=LEADERS.get(active, ""),
         paused=paused,
         paused_by=trigger if paused is not None else None,

@@ -73,7 +73,7 @@ def find_trigger(setup: Setup, state: CoreState, event: AnyEvent) -> Trigger | N
 
 
 def link_triggers(setup: Setup, state: CoreState) -> list[Trigger]:
-    """Return LINK_LOST on the edge, LINKS_READY while OFFLINE and both sides are usable.
+    """Return LINK_LOST on the edge, or LINKS_READY while OFFLINE and both sides are usable.
 
     An alignment waits for the sensors of people too: it would be stopped at once.
     """
@@ -91,7 +91,8 @@ def link_triggers(setup: Setup, state: CoreState) -> list[Trigger]:
     seeing = not state.safety.separation.silent
     ready = state.lead.mode is Mode.OFFLINE and sides.usable and known and seeing
     if ready:
-        return [Trigger.LINKS_READY]
+        stopped = state.lead.was_stopped
+        return [Trigger.LINKS_READY_STOPPED if stopped else Trigger.LINKS_READY]
     return []
 
 
