@@ -393,13 +393,16 @@ def test_hold_stays_away_in_an_emergency_stop(pair: Deaf, deed: str) -> None:
 
 
 def test_a_robot_that_nothing_stops_cannot_be_reset(pair: Deaf) -> None:
-    """That its drives are on shows here that it did not obey."""
+    """That its drives are on shows here that it did not obey; its HOLD and *IMSTP stay away."""
     under_way(pair)
     pair.not_heard = (Command.STOP_REAL, Command.ESTOP_REAL)
     pair.do("STOP", 2.5)
-    pair.operate("RESET")
+    since = len(pair.actions)
+    refused = pair.operate("RESET")
     pair.run(3.0)
+    assert not refused.success and "stop it there" in refused.message
     assert pair.own_program and pair.mode is Mode.ESTOP
+    assert Command.RESET_REAL not in pair.performed(since)
 
 
 def test_what_nothing_stops_is_said_while_the_twin_is_away(pair: Deaf) -> None:

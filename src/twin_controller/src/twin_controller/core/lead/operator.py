@@ -7,7 +7,8 @@ import msgspec
 from twin_controller.core.actions import AnyAction, Reply
 from twin_controller.core.events import Operator
 from twin_controller.core.lead.commands.judging import invalid_target, judge_move
-from twin_controller.core.lead.modes import EVERY_COMMAND, Trigger
+from twin_controller.core.lead.modes import EVERY_COMMAND, Mode, Trigger
+from twin_controller.core.lead.standing import real_stands
 from twin_controller.core.lead.table import FOLLOWS_TWIN
 from twin_controller.core.lead.transition import detail, row_of, transition
 from twin_controller.core.lead.triggers import operator_trigger
@@ -47,7 +48,7 @@ def operate(setup: Setup, state: CoreState, event: Operator, judge_target: bool 
         allowed = ", ".join(EVERY_COMMAND)
         unknown = f"unknown command {event.command!r}: allowed are {allowed}"
         return state, [Reply(event.id, False, unknown)]
-    invalid = invalid_target(setup, event) or _forbidden(setup, state, trigger)
+    invalid = invalid_target(setup, event) or _forbidden(setup, state, trigger, event.now)
     if not invalid and trigger is Trigger.MOVE and judge_target:
         invalid = judge_move(setup, state.sides.twin, event).refusal
     if invalid:
@@ -78,16 +79,22 @@ def _cap(setup: Setup, state: CoreState, event: Operator) -> Result:
     return state, [Reply(event.id, True, answer)]
 
 
-def _forbidden(setup: Setup, state: CoreState, trigger: Trigger) -> str:
-    """Return why no move may begin or go on now: a person, a hold, a program, the mode switch."""
+def _forbidden(setup: Setup, state: CoreState, trigger: Trigger, now: float) -> str:
+    """Return why nothing may begin or go on now: a person, a hold, a program, the mode switch."""
     sides, separation = state.sides, state.safety.separation
+    flags = sides.real.flags
+    latched = trigger is Trigger.RESET and state.lead.mode is Mode.ESTOP and setup.writes
+    if latched and flags is not None and flags.drives_on:
+        if not real_stands(setup, state, flags, now):
+            # RESET would give HOLD and *IMSTP back to a robot that they have not stopped.
+            return "the real robot moves with its drives on: stop it there, then RESET"
+        return ""
     if separation.too_close and trigger in (Trigger.MOVE, Trigger.ALIGN):
         return separation.reason
     if trigger in (Trigger.RESUME, Trigger.RESUME_BLOCKED):
-        return by_hand(sides.real.flags) if state.lead.paused in FOLLOWS_TWIN else ""
+        return by_hand(flags) if state.lead.paused in FOLLOWS_TWIN else ""
     if trigger not in (Trigger.MOVE, Trigger.MOVE_UNALIGNED):
         return ""
-    flags = sides.real.flags
     if held_there(setup.config.stop, state.orders, flags):
         return "the real robot is held at its pendant: let it go there"
     return unstartable(setup, flags)
