@@ -137,6 +137,18 @@ def test_an_alarm_says_what_to_do(pair: Pair) -> None:
     assert "ACKNOWLEDGE" in alarm_text(mode(state, Mode.PAUSED, lead__needs_acknowledge=True))
 
 
+def test_an_alarm_outlives_a_link_that_blinks(pair: Pair) -> None:
+    """The robot says when it ends, not that it goes on; meanwhile the lost link is the cause."""
+    pair.alarm("SRVO-050")
+    pair.link("real", False)
+    pair.run(0.5)
+    away = alarm_text(pair.state)
+    pair.link("real", True)
+    pair.run(0.5)
+    assert pair.mode is Mode.FAULT and "SRVO-050" not in away
+    assert alarm_text(pair.state) == "SRVO-050"
+
+
 def test_the_reason_of_a_lost_link_is_shown(pair: Pair) -> None:
     """Which side, and why, as text and as diagnostics of that link."""
     pair.link("twin", False)

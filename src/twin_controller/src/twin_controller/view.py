@@ -112,7 +112,7 @@ def state_view(
 def alarm_text(state: CoreState) -> str:
     """Return the active alarm with what to do, or an empty text."""
     sides, lead = state.sides, state.lead
-    if sides.real.alarm:
+    if sides.real.alarm and sides.real.history:
         return sides.real.alarm
     if lead.helpless:
         return "the real robot moves on: press the emergency stop at the robot itself"

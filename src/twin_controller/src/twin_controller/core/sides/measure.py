@@ -93,21 +93,22 @@ def take_in(setup: Setup, sides: Sides, event: AnyEvent) -> Sides:
 
 
 def real_lost(real: RealSide, reason: str, connected: bool = True) -> RealSide:
-    """Forget the real robot: nothing old may count after a reconnect.
+    """Forget the real robot: nothing old may count after a reconnect, but an alarm that is on.
 
     Args:
         real: What was known.
         reason: Why its data cannot be used.
         connected: Its link stands all the same.
     """
-    fresh = ClockEstimate(jumps=real.clock.jumps)
     return RealSide(
         connected,
         reason,
-        clock=fresh,
+        clock=ClockEstimate(jumps=real.clock.jumps),
         rhythm=real.rhythm,
         latch=cut(real.latch),
         noise=real.noise,
+        alarm=real.alarm,
+        warning=real.warning,
     )
 
 
