@@ -11,6 +11,8 @@ from collections import defaultdict, deque
 
 HEARTBEAT, ECHO, CLOCK = 11069, 11041, 11019
 """PDU addresses of the heartbeat, of its copy and of the clock."""
+COMMAND, COMMAND_ECHO = 11094, 11048
+"""PDU addresses of a numbered command, its number behind it, and of the copy of that number."""
 LATE = 0.25
 """A late answer is so late [s]: the same has been asked again long before."""
 Written = tuple[int, int, tuple[int, ...]]
@@ -23,8 +25,8 @@ class Robot:
     transaction, device, close, refuse_writes, write_function, write_address, write_count,
     write_level. ``once`` holds, for a function, what it does with the next requests: busy and
     acknowledge (exceptions 6 and 5, nothing is done), late (by ``LATE`` s), lost, doubled, short,
-    part. With ``echoes`` it copies the heartbeat back, and its clock goes on, as by a background
-    program.
+    part. With ``echoes`` it copies the heartbeat and the number of a command back, and its clock
+    goes on, as by a background program.
     """
 
     def __init__(self, port: int = 0) -> None:
@@ -121,6 +123,8 @@ class Robot:
         self.written.append((function, address, values))
         if self.echoes and function == 16 and address <= HEARTBEAT < address + count:
             self.words[ECHO] = values[HEARTBEAT - address]
+        if self.echoes and address == COMMAND:
+            self.words[COMMAND_ECHO] = values[1]
         return self._echo(function, address, count)
 
     def _echo(self, function: int, address: int, count: int) -> bytes:

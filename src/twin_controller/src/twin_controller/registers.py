@@ -147,7 +147,6 @@ class RegisterCodec:
             heartbeat_echo=self.given("heartbeat_echo", words),
             watchdog_state=watchdog,
             outputs=on,
-            command_echo=self._number(self._command.echo, words) if self._command else 0,
             plain_clock=self._plain_clock,
             ring_places=self._places,
             operation_mode=next((mode for mode, bits in MODE_BITS.items() if bits == switch), ""),

@@ -57,7 +57,6 @@ class RobotSample(msgspec.Struct, frozen=True):
         program_speed: Programmed speed of the running motion [percent].
         override: Override in force [percent].
         outputs: Names of the UO signals that are on.
-        command_echo: Sequence number of the last command that the robot took; 0 if it has none.
         plain_clock: The stamp is the clock when the robot answered, not when the reading was true.
         ring_places: How many set points the robot takes ahead of their time; 0: none.
         ring_read: Number of the one that it took last, 1..32760; 0 before the first.
@@ -74,7 +73,6 @@ class RobotSample(msgspec.Struct, frozen=True):
     heartbeat_echo: int | None
     watchdog_state: WatchdogState | None
     outputs: frozenset[str]
-    command_echo: int = 0
     plain_clock: bool = False
     ring_places: int = 0
     ring_read: int = 0

@@ -5,18 +5,40 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import msgspec
 import pytest
-from harness.opponents.modbus_robot import Robot
+from harness.opponents.modbus_robot import COMMAND, COMMAND_ECHO, Robot
 from harness.processes import wait_until
 from scara_config import Robot as Profile
 from scara_config import load_robot
-from scara_config.modbus_map import load_modbus_map
+from scara_config.modbus_map import CommandWord, Register, SignalCode, load_modbus_map
 from twin_controller.modbus import connection_io
 from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
 from twin_controller.robot_sample import AlarmStatus, ProgramStatus, RobotSample
 
 CONFIG = Path(__file__).resolve().parents[4] / "config"
 ROBOT, LAYOUT = load_robot(CONFIG), load_modbus_map(CONFIG)
+# The same with numbered commands, under the codes of articulated_six.
+NUMBERED = msgspec.structs.replace(
+    LAYOUT,
+    coils={},
+    holding_registers={
+        **LAYOUT.holding_registers,
+        "command": Register(COMMAND + 1, "int16", "code", "", write=True),
+        "command_sequence": Register(COMMAND + 2, "int16", "count", "", write=True),
+        "command_echo": Register(COMMAND_ECHO + 1, "int16", "count", ""),
+    },
+    command_word=CommandWord(
+        "command",
+        "command_sequence",
+        "command_echo",
+        {
+            "imstp": SignalCode(low=1, high=2),
+            "hold": SignalCode(low=3, high=4),
+            "cstopi": SignalCode(pulse=10),
+        },
+    ),
+)
 
 
 class Owner:
@@ -34,6 +56,7 @@ class Owner:
         profile: Profile = ROBOT,
         alive: Callable[[], bool] = lambda: True,
         on_sample: Callable[..., object] | None = None,
+        numbered: bool = False,
         **settings: float | bool,
     ) -> ModbusLink:
         """Return a link that tells this owner, its samples perhaps to somebody else."""
@@ -41,7 +64,7 @@ class Owner:
         quick = {"retry_first": 0.02, "retry_last": 0.05, "timeout": 0.3, **settings}
         return ModbusLink(
             ModbusSettings("127.0.0.1", port, **quick),  # type: ignore[arg-type]
-            LAYOUT,
+            NUMBERED if numbered else LAYOUT,
             profile,
             on_sample or (lambda *sample: self.samples.append(sample)),
             lambda *change: self.changes.append(change),

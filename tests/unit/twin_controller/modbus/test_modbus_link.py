@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING
 
 import msgspec
 import pytest
-from harness.opponents.modbus_robot import HEARTBEAT, Robot
+from harness.opponents.modbus_robot import COMMAND, HEARTBEAT, Robot
 from harness.processes import free_port, wait_until
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
 from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
 from twin_controller.modbus.poll_times import UNREAD, PollTimes
 from twin_controller.modbus.port_io import ModbusPort
-from twin_controller.robot.signals import Pulse
+from twin_controller.robot.signals import Pulse, Signal
 
 if TYPE_CHECKING:
     from conftest import Owner
@@ -271,6 +271,23 @@ def test_a_heartbeat_of_somebody_else_ends_the_link_and_a_stop_still_gets_throug
             time.sleep(0.02)
         assert len(robot.writes(HEARTBEAT)) == beats + 10, "only the other one writes it"
     assert [up for up, _ in owner.changes] == [UP, DOWN]
+    other.close()
+
+
+def test_each_numbered_command_counts_while_somebody_else_writes_the_heartbeat(
+    robot: Robot, owner: Owner
+) -> None:
+    """The robot shows the number of each, and ignores one under the number of the one before."""
+    robot.echoes = True
+    other = ModbusPort("127.0.0.1", robot.port, LAYOUT.device_id, 1.0)
+    other.open()
+    with owner.link(robot.port, numbered=True, alone=3600.0, timeout=1.0) as link:
+        wait_until(lambda: len(robot.writes(HEARTBEAT)) >= 20)
+        interrupt(other, owner)
+        link.send(Signal("hold", False), Signal("imstp", False), Pulse("cstopi"))
+        wait_until(lambda: len(robot.writes(COMMAND)) == 3)
+        assert robot.writes(COMMAND) == [(3, 1), (1, 3), (10, 5)]
+    assert owner.rejects == []
     other.close()
 
 

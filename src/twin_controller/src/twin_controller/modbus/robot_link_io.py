@@ -219,8 +219,7 @@ class ModbusRobotLink:
             while not self._outbox.closed and time.monotonic() < quiet_since + self._settings.alone:
                 self._writer.wait(time.monotonic() + self._settings.poll_period)
                 before = self._echo.shown
-                words = self._port.read_words(self._codec.state)
-                shown = self._codec.given("heartbeat_echo", words)
+                shown = self._codec.given("heartbeat_echo", self._read_state())
                 assert shown is not None  # nobody else could be told without it
                 self._echo, _ = heard(self._echo, shown, self._writer.beat)
                 if shown != before:
@@ -252,7 +251,7 @@ class ModbusRobotLink:
         self._counters.aimed += self._times.aimed
         if self._signals is None or not self._times.slow:
             self._signals = self._read_signals()
-        words = self._port.read_words(self._codec.state)
+        words = self._read_state()
         sent, received = self._port.sent, time.monotonic()
         self._counters.round_trip = received - sent
         self._counters.longest_round_trip = max(self._counters.longest_round_trip, received - sent)
@@ -269,6 +268,14 @@ class ModbusRobotLink:
         self._counters.late += self._times.polled(clock_ms, sent, received)
         if self._times.reads_signals():
             self._signals = self._read_signals()
+
+    def _read_state(self) -> list[int]:
+        """Read the state block, and tell the writer which numbered command the robot took last."""
+        words = self._port.read_words(self._codec.state)
+        if (word := self._layout.command_word) is not None:
+            # Also where the rest is not believed: the robot ignores a stop under an old number.
+            self._writer.echo = self._codec.given(word.echo, words)
+        return words
 
     def _read_signals(self) -> list[bool]:
         """Read the outputs, and the program and alarm blocks where these tell what they do not."""
@@ -290,7 +297,6 @@ class ModbusRobotLink:
         """Do what a believed sample asks for; read the status blocks if they may have changed."""
         changed = self._outputs is None or (self._outputs ^ sample.outputs) & _STATUS_SIGNALS
         self._outputs = sample.outputs
-        self._writer.echo = sample.command_echo
         # Not with the connection: a port that gives nothing to believe is tried less often.
         self._retry = self._settings.retry_first
         if self._reads_status and self._shows_all and (changed or received >= self._status_due):

@@ -43,6 +43,7 @@ class CommandQueue:
     def __init__(self, word: CommandWord, patience: Patience) -> None:
         self._word, self._patience = word, patience
         self._echo: int | None = None  # the robot's number; unknown until the first sample
+        self._given: int | None = None  # the number of the newest command
         self._waiting: deque[tuple[str, int]] = deque()
         self._pending: Order[NumberedCommand] | None = None
 
@@ -77,9 +78,10 @@ class CommandQueue:
             return None
         if self._pending is None and self._waiting:
             name, code = self._waiting.popleft()
-            self._pending = Order(
-                NumberedCommand(name, code, following(self._echo)), self._patience
-            )
+            number = following(self._echo)
+            # Given up is not refused: the robot may have taken that number without showing it.
+            self._given = following(number) if number == self._given else number
+            self._pending = Order(NumberedCommand(name, code, self._given), self._patience)
         late = due([self._pending], now)
         if late.failures:
             lost, self._pending = late.failures[0], None
