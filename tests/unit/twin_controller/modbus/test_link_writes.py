@@ -7,7 +7,7 @@ import struct
 from typing import TYPE_CHECKING
 
 import pytest
-from harness.opponents.modbus_robot import Robot
+from harness.opponents.modbus_robot import COMMAND, Robot
 from harness.processes import free_port, wait_until
 from twin_controller.modbus.link_io import ModbusLink, NotWritableError
 from twin_controller.robot.signals import Number, Pulse, Signal
@@ -36,6 +36,29 @@ def test_what_was_left_before_the_end_is_written_before_the_farewell(
         (6003, (0,)),
     ]
     assert written[-1] == (11069, (0,))
+
+
+def test_numbered_commands_that_were_left_before_the_end_are_written_before_the_farewell(
+    robot: Robot, owner: Owner
+) -> None:
+    """The robot is still asked which it has taken: the next one waits for that."""
+    robot.echoes = True
+    with owner.link(robot.port, numbered=True) as link:
+        owner.wait_for(UP)
+        link.send(Signal("hold", False), Pulse("cstopi"), Signal("hold", True))
+    assert robot.writes(COMMAND) == [(3, 1), (10, 3), (4, 5)] and owner.rejects == []
+    assert robot.written[-1] == (16, 11069, (0,))
+
+
+def test_the_end_does_not_wait_for_a_robot_that_confirms_nothing(
+    robot: Robot, owner: Owner
+) -> None:
+    """What it has not taken is told."""
+    with owner.link(robot.port, numbered=True, command_retry=0.02) as link:
+        owner.wait_for(UP)
+        link.send(Signal("hold", False))
+    assert owner.rejects == ["hold: the robot did not confirm command 3 in 5 attempts"]
+    assert robot.written[-1] == (16, 11069, (0,))
 
 
 def test_a_set_point_goes_out_in_one_request_with_the_heartbeat(robot: Robot, owner: Owner) -> None:

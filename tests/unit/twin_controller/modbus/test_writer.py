@@ -29,6 +29,7 @@ class Port:
     def __init__(self, beats: int) -> None:
         self._beats, self.beats = beats, 0
         self.written: list[tuple[str, int]] = []
+        self.words: list[list[int]] = []  # of the registers among them
         self.meanwhile: dict[int, Callable[[], None]] = {}
         # So many of the next writes are done, but not confirmed.
         self.unanswered = 0
@@ -39,6 +40,7 @@ class Port:
             self.beats += 1
             return
         self.written.append(("words", offset))
+        self.words.append(words)
         self.meanwhile.pop(len(self.written), lambda: None)()
         self._confirm()
 
@@ -63,11 +65,13 @@ def line() -> tuple[Writer, Outbox, Port]:
     return made(LAYOUT, ROBOT)
 
 
-def made(layout: ModbusMap, robot: Robot) -> tuple[Writer, Outbox, Port]:
+def made(
+    layout: ModbusMap, robot: Robot, command_retry: float = 60.0
+) -> tuple[Writer, Outbox, Port]:
     """Return a writer, what it takes from, and what it writes to."""
     box, port = Outbox(), Port(layout.holding_registers["heartbeat"].offset)
     listener: Any = type("Listener", (), {"alive": lambda self: True, "rejected": print})()
-    settings = ModbusSettings("127.0.0.1", 1, command_retry=60.0)
+    settings = ModbusSettings("127.0.0.1", 1, command_retry=command_retry)
     writer = Writer(settings, layout, RegisterCodec(layout, robot), box, RobotCounters(), listener)
     writer._port = port  # type: ignore[assignment]
     return writer, box, port
@@ -203,3 +207,20 @@ def test_a_numbered_command_that_is_not_confirmed_is_repeated_at_once() -> None:
         writer._write_all()
     assert layout.command_word is not None
     assert len(port.written) == 2 and port.written[0] == port.written[1]
+
+
+@pytest.mark.parametrize("deaf", [False, True])
+def test_numbered_commands_that_wait_at_the_end_are_still_written(deaf: bool) -> None:
+    """HOLD would stay away else. A robot that confirms none is told each of them all the same."""
+    six = CONFIG / "robots" / "articulated_six"
+    writer, box, port = made(load_modbus_map(six), load_robot(six), command_retry=0.001)
+    writer.echo = 4
+    if not deaf:
+        for count in (1, 2, 3):
+            port.meanwhile[count] = lambda: setattr(writer, "echo", port.words[-1][1])
+    for command in (Command("hold", False, False), STOP, Command("hold", True, False)):
+        box.put(command)
+    box.close()
+    writer._run()
+    assert list(dict.fromkeys(words[0] for words in port.words)) == [3, 10, 4]
+    assert len(port.words) == (15 if deaf else 3) and writer._counters.refused == 3 * deaf

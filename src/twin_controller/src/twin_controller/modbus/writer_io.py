@@ -101,6 +101,11 @@ class Writer:
         """How many answers were busy, late, lost, doubled, short."""
         return self._port.tally
 
+    @property
+    def ended(self) -> bool:
+        """Nothing is written any longer, or not yet."""
+        return self._thread is None or self._ended.is_set()
+
     def open(self) -> None:
         """Connect and begin to write; drop what was left while there was no connection, and say so.
 
@@ -162,6 +167,10 @@ class Writer:
             while left and not self._ended.is_set():
                 self._write_all()
                 left = self._outbox.unfinished or self._numbered is not None
+                if self._commands is not None and self._commands.unfinished:
+                    left = True
+                    # A closed outbox does not wait, and the robot's number comes with a poll.
+                    self._ended.wait(self._settings.poll_period)
         except BaseException as error:
             self._broken = error
         finally:
