@@ -151,20 +151,40 @@ def test_status_is_read_at_first_and_when_its_signals_change(robot: Robot, owner
     assert (owner.statuses[1][1].facility, owner.statuses[1][1].message) == (11, "AB")
 
 
+STOPPING = msgspec.structs.replace(ROBOT.stopping, uop="simple", tried={"hold": "127.0.0.1"})
+# Its program and alarm tell what its outputs do not.
+FEW_OUTPUTS = msgspec.structs.replace(ROBOT, stopping=STOPPING)
+
+
 def test_a_robot_without_all_outputs_tells_by_its_program(robot: Robot, owner: Owner) -> None:
     """The block of the program is read in each cycle then, and before the state."""
-    tried = {"hold": "127.0.0.1"}
-    stopping = msgspec.structs.replace(ROBOT.stopping, uop="simple", tried=tried)
-    profile = msgspec.structs.replace(ROBOT, stopping=stopping)
     robot.signals = 0
 
     def shown() -> frozenset[str]:
         return owner.samples[-1][0].outputs if owner.samples else frozenset()
 
-    with owner.link(robot.port, profile=profile, status_period=1000.0):
+    with owner.link(robot.port, profile=FEW_OUTPUTS, status_period=1000.0):
         for state, name in ((2, "progrun"), (1, "paused"), (2, "progrun")):
             robot.words[11209] = state
             wait_until(lambda name=name: shown() == {"sysrdy", name})
+
+
+@pytest.mark.parametrize("first", [0, 7])
+def test_no_sample_counts_while_nobody_knows_whether_a_program_runs(
+    robot: Robot, owner: Owner, first: int
+) -> None:
+    """What the block told before may have ended; before the first good one the drives look off."""
+    robot.signals, robot.words[11209] = 0, first
+    with owner.link(robot.port, profile=FEW_OUTPUTS) as link:
+        wait_until(lambda: owner.samples or owner.rejects)
+        robot.words[11209] = 7
+        wait_until(lambda: owner.rejects)
+        seen, polls = len(owner.samples), link.counters.polls
+        wait_until(lambda: link.counters.polls >= polls + 3)
+        assert len(owner.samples) == seen and re.match("status: 7 is not", owner.rejects[-1])
+        robot.words[11209] = 2
+        wait_until(lambda: len(owner.samples) > seen)
+    assert owner.samples[-1][0].outputs == {"sysrdy", "progrun"}
 
 
 def test_an_error_of_the_owner_ends_the_link_and_is_kept(

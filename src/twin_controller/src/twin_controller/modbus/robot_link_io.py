@@ -78,7 +78,8 @@ class ModbusRobotLink:
         self._signals: list[bool] | None = None
         # Else program and alarm tell what its outputs would.
         self._shows_all = robot.stopping.shows_all and layout.has_outputs
-        self._told = frozenset[str]()
+        # What they told last; None: nobody knows, and no sample counts.
+        self._told: frozenset[str] | None = frozenset()
         self._outputs: frozenset[str] | None = None
         self._status_due = 0.0
         self._retry = settings.retry_first
@@ -270,6 +271,9 @@ class ModbusRobotLink:
             self._echo, stranger = heard(self._echo, shown, self._writer.beat)
             if stranger:
                 raise StrangerError(stranger_text(self._layout, shown))
+        if self._told is None:
+            # Not sooner: a stranger's heartbeat ends the link whatever program runs.
+            sample = None
         if sample is not None and self._listener.sampled(sample, sent, received):
             clock_ms = sample.clock_ms
             self._follow_up(sample, received)
@@ -289,13 +293,13 @@ class ModbusRobotLink:
         """Read the outputs, and the program and alarm blocks where these tell what they do not."""
         signals = self._port.read_signals(self._codec.outputs) if self._codec.outputs else []
         if not self._shows_all:
-            self._read_status()
+            self._told = self._read_status()
         return signals
 
     def _decode(self, words: list[int], signals: list[bool]) -> RobotSample | None:
         """Return the sample of both answers; None, and a word to the listener, if it is wrong."""
         try:
-            return self._codec.decode_sample(words, signals, self._told)
+            return self._codec.decode_sample(words, signals, self._told or frozenset())
         except SampleError as error:
             self._counters.rejected += 1
             self._listener.rejected(f"sample: {error}")
@@ -311,8 +315,8 @@ class ModbusRobotLink:
             self._status_due = received + self._settings.status_period
             self._read_status()
 
-    def _read_status(self) -> None:
-        """Read the program and alarm blocks."""
+    def _read_status(self) -> frozenset[str] | None:
+        """Read the program and alarm blocks; return the outputs that they tell, None if wrong."""
         program = self._port.read_words(self._codec.program)
         alarm = self._port.read_words(self._codec.alarm)
         try:
@@ -320,6 +324,6 @@ class ModbusRobotLink:
         except SampleError as error:
             self._counters.rejected += 1
             self._listener.rejected(f"status: {error}")
-            return
-        self._told = frozenset() if self._shows_all else told_outputs(*found)
+            return None
         self._listener.told(*found)
+        return told_outputs(*found)
