@@ -20,7 +20,11 @@ WORD = CommandWord(
     "command",
     "sequence",
     "echo",
-    {"hold": SignalCode(low=3, high=4), "cstopi": SignalCode(pulse=10)},
+    {
+        "hold": SignalCode(low=3, high=4),
+        "cstopi": SignalCode(pulse=10),
+        "rsr1": SignalCode(pulse=21),
+    },
 )
 
 PATIENCE = patience(0.1, 5)
@@ -53,6 +57,20 @@ def test_commands_go_one_after_the_other_in_their_order() -> None:
     commands.confirm(first.sequence)
     second = commands.next(0.02)
     assert second is not None and second.code == 10 and second.sequence != first.sequence
+
+
+def test_a_start_that_waits_is_forgotten_when_hold_is_taken_away() -> None:
+    """It would go out before the stop, for a set point that was taken back; a stop stays."""
+    commands = queue()
+    commands.put("hold", True, False)
+    commands.put("rsr1", True, True, behind=True)
+    commands.put("cstopi", True, True)
+    commands.put("hold", False, False)
+    codes = []
+    while (command := commands.next(0.0)) is not None:
+        codes.append(command.code)
+        commands.confirm(command.sequence)
+    assert codes == [4, 10, 3]
 
 
 def test_it_says_when_something_is_to_be_written() -> None:

@@ -82,9 +82,10 @@ def test_set_points_ahead_are_written_at_once_and_together() -> None:
 
 
 def test_a_stop_drops_set_points_ahead() -> None:
-    """They are not written before it, and not after it."""
+    """They are not written before it, and not after it, nor is the start that waits for them."""
     box, stop = Outbox(), Command("cstopi", True, True)
     box.put_ahead(StreamAhead((point(1, 0.0),), 1, 50.0))
+    box.put(Command("rsr1", True, True, behind=True))
     box.drop_setpoints()
     box.put(stop)
     assert box.take(time.monotonic()) == (None, None, [stop])

@@ -120,7 +120,10 @@ def test_no_heartbeat_comes_before_a_set_point_that_is_not_confirmed(
 def test_a_stop_goes_before_what_is_left(
     line: tuple[Writer, Outbox, Port], request_number: int
 ) -> None:
-    """It waits for the request that is under way, for no other; the rest is not written."""
+    """It waits for the request that is under way, for no other; the rest is not written.
+
+    Nor is the start that waited for it: the stream program would begin behind the stop.
+    """
     writer, box, port = line
 
     def stop() -> None:
@@ -129,6 +132,7 @@ def test_a_stop_goes_before_what_is_left(
 
     port.meanwhile[request_number] = stop
     box.put_ahead(nine())
+    box.put(START)
     writer._write_all()
     assert len(port.written) == request_number + 1
     assert port.written[-1] == ("coil", LAYOUT.coils["cstopi"].offset)
@@ -176,10 +180,30 @@ def test_a_stop_goes_before_set_points_that_are_not_confirmed(
 
     port.meanwhile[1], port.unanswered = stop, 1
     box.put_ahead(nine())
+    box.put(START)
     for _ in range(3):
         writer._write_all()
-    assert port.written[:2] == [("words", 11500), ("coil", COIL)]
-    assert ("words", TIMES) not in port.written
+    assert port.written == [("words", 11500), ("coil", COIL)]
+
+
+def test_no_start_goes_out_between_a_set_point_and_the_stop_that_comes_meanwhile(
+    line: tuple[Writer, Outbox, Port],
+) -> None:
+    """Nor does it hold the stop up; what asks for no set point keeps its order."""
+    writer, box, port = line
+
+    def stop() -> None:
+        box.drop_setpoints()
+        box.put(STOP)
+
+    port.meanwhile[1] = stop
+    box.put_setpoint(StreamReal(nine().points[0], 50.0, 0.0))
+    box.put(START)
+    box.put(Command("override", 50, False))
+    for _ in range(2):
+        writer._write_all()
+    override = LAYOUT.holding_registers["override"].offset
+    assert port.written[1:] == [("words", override), ("coil", COIL)]
 
 
 def test_a_stop_that_is_not_confirmed_is_repeated_before_all_else(

@@ -39,11 +39,11 @@ class Outbox:
 
     def __init__(self) -> None:
         self.closed = False
+        # Set points were dropped since the last take: those that it gave no longer count.
+        self.dropped = False
         self._changed = threading.Condition()
         self._setpoints: deque[StreamReal] = deque()
         self._ahead: StreamAhead | None = None
-        # Set points were dropped since the last time that something was taken.
-        self._dropped = False
         self._commands: deque[Command] = deque()
         # When each pulsed signal goes off again.
         self._releases: dict[str, float] = {}
@@ -63,11 +63,12 @@ class Outbox:
             self._changed.notify()
 
     def drop_setpoints(self) -> None:
-        """Forget the set points that wait: the robot is to stop."""
+        """Forget the set points that wait, and what waits for them: the robot is to stop."""
         with self._changed:
             self._setpoints.clear()
             self._ahead = None
-            self._dropped = True
+            self._commands = deque(command for command in self._commands if not command.behind)
+            self.dropped = True
 
     def put(self, command: Command) -> None:
         """Leave a command; all are kept."""
@@ -123,21 +124,20 @@ class Outbox:
             commands = list(self._commands)
             self._commands.clear()
             ahead, self._ahead = self._ahead, None
-            self._dropped = False
+            self.dropped = False
             return setpoint, ahead, commands
 
-    def take_between(self) -> tuple[bool, list[Command]]:
+    def take_between(self) -> list[Command]:
         """Take what must not wait for set points ahead that are being written (reader only).
 
         Returns:
-            Whether the set points still count, and commands up to one that waits for them.
+            Commands up to one that waits for them.
         """
         with self._changed:
-            counts, self._dropped = not self._dropped, False
             commands = []
             while self._commands and not self._commands[0].behind:
                 commands.append(self._commands.popleft())
-            return counts, commands
+            return commands
 
     def put_back(
         self, setpoint: StreamReal | None, ahead: StreamAhead | None, commands: Sequence[Command]
@@ -148,11 +148,12 @@ class Outbox:
         """
         with self._changed:
             newer = self._setpoints and setpoint and self._setpoints[0].send_at <= setpoint.send_at
-            if setpoint is not None and not (self._dropped or newer):
+            if setpoint is not None and not (self.dropped or newer):
                 self._setpoints.appendleft(setpoint)
-            if ahead is not None and not self._dropped:
+            if ahead is not None and not self.dropped:
                 self._ahead = _together(ahead, self._ahead)
-            self._commands.extendleft(reversed(commands))
+            kept = [command for command in commands if not (command.behind and self.dropped)]
+            self._commands.extendleft(reversed(kept))
 
     @property
     def beats_soon(self) -> bool:

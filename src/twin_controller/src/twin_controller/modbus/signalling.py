@@ -44,11 +44,21 @@ class CommandQueue:
         self._word, self._patience = word, patience
         self._echo: int | None = None  # the robot's number; unknown until the first sample
         self._given: int | None = None  # the number of the newest command
-        self._waiting: deque[tuple[str, int]] = deque()
+        self._waiting: deque[tuple[str, int, bool]] = deque()  # name, code, whether it is a start
         self._pending: Order[NumberedCommand] | None = None
 
-    def put(self, name: str, level: bool, pulsed: bool) -> None:
-        """Queue the command that sets or pulses a signal; the end of a pulse is no command."""
+    def put(self, name: str, level: bool, pulsed: bool, behind: bool = False) -> None:
+        """Queue the command that sets or pulses a signal; the end of a pulse is no command.
+
+        Args:
+            name: Of the signal.
+            level: Where it goes.
+            pulsed: And back.
+            behind: It starts what waits for a set point.
+        """
+        if not level:
+            # HOLD goes: such a start would be written before it, without its set point by now.
+            self._waiting = deque(each for each in self._waiting if not each[2])
         codes = self._word.codes[name]
         if pulsed:
             code = codes.pulse
@@ -57,7 +67,7 @@ class CommandQueue:
         else:
             code = codes.pulse if level else None
         if code is not None:
-            self._waiting.append((name, code))
+            self._waiting.append((name, code, behind))
 
     def confirm(self, echo: int) -> None:
         """Take the number that the robot shows."""
@@ -77,7 +87,7 @@ class CommandQueue:
         if self._echo is None:
             return None
         if self._pending is None and self._waiting:
-            name, code = self._waiting.popleft()
+            name, code, _ = self._waiting.popleft()
             number = following(self._echo)
             # Given up is not refused: the robot may have taken that number without showing it.
             self._given = following(number) if number == self._given else number

@@ -212,7 +212,9 @@ class Writer:
                 self._attempt(self._write_ahead, ahead)
                 ahead = None
             while commands:
-                self._attempt(self._write, commands[0])
+                # A start without the set point that it waited for begins with an old one.
+                if not (commands[0].behind and self._outbox.dropped):
+                    self._attempt(self._write, commands[0])
                 commands = commands[1:]
         except UnansweredError:
             self._outbox.put_back(setpoint, ahead, commands)
@@ -256,9 +258,8 @@ class Writer:
         heartbeat = self._next_heartbeat()
         for offset, words in self._ring.setpoints(ahead):
             self._port.write_words(offset, words)
-            counts, commands = self._outbox.take_between()
-            self._write_taken(None, None, commands)
-            if not counts:
+            self._write_taken(None, None, self._outbox.take_between())
+            if self._outbox.dropped:
                 return
         self._port.write_words(*self._ring.times(ahead, heartbeat))
         self._counters.setpoints += len(ahead.points)
@@ -270,7 +271,7 @@ class Writer:
             # It takes the set points ahead back: what stands in the ring counts no longer.
             self._ring.empty()
         if self._commands is not None and command.name in signal_names(self._layout):
-            self._commands.put(command.name, bool(command.value), command.pulsed)
+            self._commands.put(command.name, bool(command.value), command.pulsed, command.behind)
         elif command.name in self._layout.coils:
             coil = self._layout.coils[command.name]
             self._port.write_coil(coil.offset, bool(command.value))
