@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from harness.opponents.memory_robot import MemoryCell
+from harness.sides import ROBOT
 from twin_controller.core.actions import Command, RobotSetpoint, StreamReal
 from twin_controller.core.events import RealAlarm, RealMeasured
 from twin_controller.robot.link import LinkLostError
@@ -102,6 +103,18 @@ def test_a_set_point_is_made_whole_with_the_joints_that_rest(cell: MemoryCell) -
     cell.robot.show(0.1, 0.2, -0.05, 0.3002, 0.4, control_type=ControlType.STREAM)
     cell.link.stream(StreamReal(RobotSetpoint((0.11, 0.21, -0.06, 0.41)), 30.0, 5.0))
     whole = RobotSetpoint((0.11, 0.21, -0.06, 0.3001, 0.41))
+    assert cell.asked == [("write_setpoint", StreamReal(whole, 30.0, 5.0))]
+
+
+def test_a_joint_that_rests_a_hair_outside_its_range_stays_at_its_edge(cell: MemoryCell) -> None:
+    """A reading may be a little outside, a set point may not: each of them would be refused."""
+    joint = ROBOT.joints[3]
+    assert not joint.twin
+    cell.robot.start()
+    for _ in range(2):
+        cell.robot.show(0.1, 0.2, -0.05, joint.upper + 0.0005, 0.4)
+    cell.link.stream(StreamReal(RobotSetpoint((0.11, 0.21, -0.06, 0.41)), 30.0, 5.0))
+    whole = RobotSetpoint((0.11, 0.21, -0.06, joint.upper, 0.41))
     assert cell.asked == [("write_setpoint", StreamReal(whole, 30.0, 5.0))]
 
 

@@ -130,11 +130,13 @@ def test_nothing_of_a_lost_connection_counts() -> None:
 
 
 def test_a_set_point_out_of_range_is_not_sent() -> None:
-    """None of its request's words leaves."""
+    """None of its request's words leaves, and no time is given to what stands in its place."""
     robot = Robot("fanuc_sr6ia")
     bad = replace(robot.points([(1, 100, 0.5)])[0], q=(9.0, 0.0, -0.1, 0.0, 0.0))
     with pytest.raises(SetpointError, match=r"joint_1 = 9\.0 rad is outside"):
         list(robot.client.setpoints(StreamAhead((bad,), 1, 50.0)))
+    _, words = robot.client.times(StreamAhead((), 1, 50.0), 7)
+    assert set(words[3:]) == {0xFFFF}
 
 
 def test_a_gap_in_the_written_block_is_refused() -> None:

@@ -154,6 +154,23 @@ def test_another_command_takes_nothing_back(line: tuple[Writer, Outbox, Port]) -
 COIL = LAYOUT.coils["cstopi"].offset
 
 
+@pytest.mark.parametrize("ring", [False, True])
+def test_no_start_follows_a_set_point_that_was_refused(
+    line: tuple[Writer, Outbox, Port], ring: bool
+) -> None:
+    """The stream program would begin with an old one."""
+    writer, box, port = line
+    bad = RobotSetpoint((9.0,) * len(ROBOT.joints), 14, 168)
+    if ring:
+        box.put_ahead(StreamAhead((bad,), 14, 50.0))
+    else:
+        box.put_setpoint(StreamReal(bad, 50.0, 0.0))
+    box.put(START)
+    box.put(STOP)
+    writer._write_all()
+    assert port.written == [("coil", COIL)] and writer._counters.refused == 1
+
+
 @pytest.mark.parametrize("unanswered", [1, 2, 3])
 def test_set_points_that_are_not_confirmed_are_written_again_before_their_times(
     line: tuple[Writer, Outbox, Port], unanswered: int

@@ -36,17 +36,19 @@ class RingCodec:
     def setpoints(self, ahead: StreamAhead) -> Iterator[tuple[int, list[int]]]:
         """Yield offset and words of the requests that write the set points.
 
-        Neighbouring places go in one request, as far as it may carry them.
+        Neighbouring places go in one request, as far as it may carry them. A place is free until
+        all of them are written; nothing changes where one set point is refused.
 
         Raises:
             SetpointError: A joint is outside its range.
         """
         points = {(point.number - 1) % self._places: point for point in ahead.points}
+        rows = {place: self._codec.encode_positions(point.q) for place, point in points.items()}
+        for place in points:
+            self._points[place] = None
         run: list[int] = []
         words: list[int] = []
-        for place, point in sorted(points.items()):
-            self._points[place] = point
-            row = self._codec.encode_positions(point.q)
+        for place, row in sorted(rows.items()):
             if run and (place != run[-1] + 1 or len(words) + len(row) > MOST_WRITTEN):
                 yield self._codec.place_offset(run[0]), words
                 run, words = [], []
@@ -54,6 +56,8 @@ class RingCodec:
             words = words + row
         if run:
             yield self._codec.place_offset(run[0]), words
+        for place, point in points.items():
+            self._points[place] = point
 
     def times(self, ahead: StreamAhead, heartbeat: int) -> tuple[int, list[int]]:
         """Return offset and words of the request that makes them count.

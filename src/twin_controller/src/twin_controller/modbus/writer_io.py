@@ -205,12 +205,15 @@ class Writer:
     ) -> None:
         """Write what was taken; give back what is not confirmed, and all that came after it."""
         try:
+            fresh = True
             if setpoint is not None:
-                self._attempt(self._write_setpoint, setpoint)
+                fresh = self._attempt(self._write_setpoint, setpoint)
                 setpoint = None
             if ahead is not None:
-                self._attempt(self._write_ahead, ahead)
+                fresh = self._attempt(self._write_ahead, ahead) and fresh
                 ahead = None
+            if not fresh:
+                commands = [command for command in commands if not command.behind]
             while commands:
                 # A start without the set point that it waited for begins with an old one.
                 if not (commands[0].behind and self._outbox.dropped):
@@ -219,14 +222,17 @@ class Writer:
         except UnansweredError:
             self._outbox.put_back(setpoint, ahead, commands)
 
-    def _attempt(self, write: Callable[P, None], *args: P.args, **options: P.kwargs) -> None:
+    def _attempt(self, write: Callable[P, None], *args: P.args, **options: P.kwargs) -> bool:
         """Write; tell and count what the robot or our own check refuses. The link stays.
+
+        Returns:
+            Whether it was not refused.
 
         Raises:
             UnansweredError: It is not confirmed; it may be written or not.
             LinkLostError: That is so for too long.
         """
-        begun = time.monotonic()
+        begun, refused = time.monotonic(), False
         try:
             write(*args, **options)
         except UnansweredError as error:
@@ -237,9 +243,11 @@ class Writer:
             retries.failed(error)
             raise
         except (WriteRefusedError, SetpointError, CommandLostError) as error:
+            refused = True
             self._counters.refused += 1
             self._listener.rejected(str(error))
         self._retries.pop(write.__name__, None)
+        return not refused
 
     def _write_setpoint(self, action: StreamReal) -> None:
         """Write PR[1] with the heartbeat in one request."""

@@ -74,6 +74,8 @@ def whole_pose(
 ) -> tuple[float, ...]:
     """Return a set point for all joints of the robot; those without a twin stay where they rest.
 
+    One that was read a little outside its range stays at its edge: a set point may not be outside.
+
     Args:
         intake: Knows where they rest.
         positions: Of the twin's joints [rad or m].
@@ -88,7 +90,10 @@ def whole_pose(
     if len(positions) != count:
         raise SetpointError(f"set point: {len(positions)} positions for {count} joints of the twin")
     twin = iter(positions)
-    return tuple(next(twin) if joint.twin else rest for joint, rest in zip(joints, intake.resting))
+    return tuple(
+        next(twin) if joint.twin else min(max(rest, joint.lower), joint.upper)
+        for joint, rest in zip(joints, intake.resting)
+    )
 
 
 def measured(
