@@ -59,18 +59,63 @@ def test_commands_go_one_after_the_other_in_their_order() -> None:
     assert second is not None and second.code == 10 and second.sequence != first.sequence
 
 
-def test_a_start_that_waits_is_forgotten_when_hold_is_taken_away() -> None:
-    """It would go out before the stop, for a set point that was taken back; a stop stays."""
-    commands = queue()
-    commands.put("hold", True, False)
-    commands.put("rsr1", True, True, behind=True)
-    commands.put("cstopi", True, True)
-    commands.put("hold", False, False)
+def left(commands: CommandQueue) -> list[int]:
+    """Let the robot confirm all that waits; return the codes."""
     codes = []
     while (command := commands.next(0.0)) is not None:
         codes.append(command.code)
         commands.confirm(command.sequence)
-    assert codes == [4, 10, 3]
+    return codes
+
+
+def test_hold_that_is_taken_away_waits_for_nothing() -> None:
+    """What would give it back is older; so is a start, whose set point was taken back."""
+    commands = queue()
+    commands.put("cstopi", True, True)
+    commands.put("hold", True, False)
+    commands.put("rsr1", True, True, behind=True)
+    commands.put("hold", False, False)
+    assert left(commands) == [3, 10]
+
+
+def test_a_stop_overtakes_what_the_robot_has_not_confirmed() -> None:
+    """Under a number of its own, for the robot may have taken the other; that goes once more."""
+    commands = queue()
+    commands.put("cstopi", True, True)
+    first = commands.next(0.0)
+    commands.put("hold", False, False)
+    stop = commands.next(0.001)
+    assert first is not None and stop is not None
+    assert stop.code == 3 and stop.sequence != first.sequence
+    commands.confirm(first.sequence)
+    assert commands.next(0.002) is None, "it is the stop that must be confirmed"
+    commands.confirm(stop.sequence)
+    again = commands.next(0.003)
+    assert again is not None and again.code == 10
+    assert again.sequence not in (first.sequence, stop.sequence)
+
+
+def test_a_stop_that_is_told_again_is_not_put_off_by_itself() -> None:
+    """Nor does what follows it heap up, while the robot is slow to confirm."""
+    commands = queue()
+    numbers = set()
+    for k in range(3):
+        commands.put("hold", False, False)
+        commands.put("cstopi", True, True)
+        command = commands.next(0.1 * k)
+        numbers |= {command.sequence} if command is not None else set()
+    assert len(numbers) == 1
+    commands.confirm(numbers.pop())
+    assert left(commands) == [10]
+
+
+def test_a_start_under_way_is_no_start_behind_a_stop() -> None:
+    """It would begin with a set point that was taken back."""
+    commands = queue()
+    commands.put("rsr1", True, True, behind=True)
+    assert commands.next(0.0) is not None
+    commands.put("hold", False, False)
+    assert left(commands) == [3]
 
 
 def test_it_says_when_something_is_to_be_written() -> None:

@@ -23,11 +23,13 @@ class NumberedCommand(msgspec.Struct, frozen=True):
         name: Of the signal, for messages.
         code: As the map says.
         sequence: Its number.
+        start: It starts what waits for a set point.
     """
 
     name: str
     code: int
     sequence: int
+    start: bool = False
 
 
 class CommandQueue:
@@ -48,7 +50,9 @@ class CommandQueue:
         self._pending: Order[NumberedCommand] | None = None
 
     def put(self, name: str, level: bool, pulsed: bool, behind: bool = False) -> None:
-        """Queue the command that sets or pulses a signal; the end of a pulse is no command.
+        """Queue the command that sets or pulses a signal, one that takes a signal away first.
+
+        The end of a pulse is no command.
 
         Args:
             name: Of the signal.
@@ -56,9 +60,6 @@ class CommandQueue:
             pulsed: And back.
             behind: It starts what waits for a set point.
         """
-        if not level:
-            # HOLD goes: such a start would be written before it, without its set point by now.
-            self._waiting = deque(each for each in self._waiting if not each[2])
         codes = self._word.codes[name]
         if pulsed:
             code = codes.pulse
@@ -66,8 +67,24 @@ class CommandQueue:
             code = codes.high if level else codes.low
         else:
             code = codes.pulse if level else None
-        if code is not None:
+        if code is None:
+            return
+        if level:
+            # Once more while it waits is once, and last: a stop that is told again stays behind it.
+            self._waiting = deque(each for each in self._waiting if each[:2] != (name, code))
             self._waiting.append((name, code, behind))
+            return
+        # What stops the robot waits for nothing. What it overtakes is older: a start has lost its
+        # set point, and what gives the same signal back would undo the stop.
+        under_way = None if self._pending is None else self._pending.wanted
+        stays = under_way is not None and under_way.code == code
+        if under_way is not None and not stays:
+            # It goes once more: the robot may not have taken it.
+            self._waiting.appendleft((under_way.name, under_way.code, under_way.start))
+            self._pending = None
+        self._waiting = deque(each for each in self._waiting if each[0] != name and not each[2])
+        if not stays:
+            self._waiting.appendleft((name, code, False))
 
     def confirm(self, echo: int) -> None:
         """Take the number that the robot shows."""
@@ -87,11 +104,12 @@ class CommandQueue:
         if self._echo is None:
             return None
         if self._pending is None and self._waiting:
-            name, code, _ = self._waiting.popleft()
-            number = following(self._echo)
-            # Given up is not refused: the robot may have taken that number without showing it.
-            self._given = following(number) if number == self._given else number
-            self._pending = Order(NumberedCommand(name, code, self._given), self._patience)
+            name, code, start = self._waiting.popleft()
+            # Not behind what it shows: it may have taken one that was overtaken or given up.
+            number = following(self._echo if self._given is None else self._given)
+            self._given = following(number) if number == self._echo else number
+            command = NumberedCommand(name, code, self._given, start)
+            self._pending = Order(command, self._patience)
         late = due([self._pending], now)
         if late.failures:
             lost, self._pending = late.failures[0], None
