@@ -134,7 +134,8 @@ class Publishing:
             if isinstance(event, RealMeasured) and batch.state.sides.real.history:
                 # Its age is ours, and so taken off ROS time; the robot's stamp is of its own clock.
                 age = batch.now - batch.state.sides.real.last.time
-                true_at = rospy.Time.from_sec(batch.stamp.to_sec() - age)
+                # Simulated time begins at 0, and a ROS time is never negative.
+                true_at = rospy.Time.from_sec(max(0.0, batch.stamp.to_sec() - age))
                 message = JointState(header=_header(true_at), name=list(self._setup.names))
                 qdot = event.motion.qdot or batch.state.sides.real.last.qdot
                 message.position, message.velocity = list(event.motion.q), list(qdot)

@@ -1,0 +1,28 @@
+"""The node publishes samples at any time."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import rospy
+from harness.pair import SETUP, idle_pair
+from sensor_msgs.msg import JointState
+from twin_controller.core.events import RealMeasured
+from twin_controller.reporting.publisher_thread_node import Batch
+from twin_controller.reporting.publishing_node import Publishing
+
+
+def test_a_sample_older_than_simulated_time_has_the_stamp_zero() -> None:
+    """No ROS time is negative: such a stamp would end the controller."""
+    pair = idle_pair()
+    last = pair.state.sides.real.last
+    at = pair.now
+    sample = RealMeasured(at, sent=at, received=at, clock_ms=0, motion=last)
+    told: list[JointState] = []
+    publishing: Any = Publishing.__new__(Publishing)
+    publishing._setup = SETUP
+    publishing._joints = SimpleNamespace(get_num_connections=lambda: 1, publish=told.append)
+    batch = Batch([sample], pair.state, [], last.time + 0.005, rospy.Time(0))
+    publishing._publish_samples(batch)
+    assert [message.header.stamp for message in told] == [rospy.Time(0)]
