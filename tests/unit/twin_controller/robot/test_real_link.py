@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import threading
+
 import msgspec
 import pytest
 from harness.opponents.memory_robot import MemoryCell
 from harness.sides import ROBOT
 from twin_controller.core.actions import Command, RobotSetpoint, StreamReal
 from twin_controller.core.events import RealAlarm, RealMeasured
+from twin_controller.robot import real_link_io
 from twin_controller.robot.intake import HEARTBEAT_LOST
 from twin_controller.robot.signals import UI_SIGNALS
 from twin_controller.robot_sample import (
@@ -123,6 +126,50 @@ def test_the_end_stops_a_stream_of_ours_and_no_program_of_the_robot(
     assert cell.asked[-1][0] == "close"
     cell.link.stream(StreamReal(RobotSetpoint((0.0,) * 4), 50.0, 0.0))
     assert cell.asked[-1][0] == "close", "nothing is streamed after the end"
+
+
+@pytest.mark.parametrize(
+    ("commands", "given"),
+    [
+        ((Command.HOLD_REAL,), True),
+        ((Command.STOP_REAL,), True),
+        ((Command.HOLD_REAL, Command.GIVE_HOLD_BACK), False),
+        ((Command.ESTOP_REAL, Command.STOP_REAL), False),
+    ],
+)
+def test_the_end_gives_a_hold_of_ours_back_to_a_robot_that_stands(
+    cell: MemoryCell, commands: tuple[Command, ...], given: bool
+) -> None:
+    """Else its pendant starts nothing, and nobody says why; an emergency stop stays."""
+
+    def stand() -> None:
+        while ("close", True) not in cell.asked and not done.wait(0.01):
+            cell.robot.show(control_type=ControlType.PROGRAM, outputs=frozenset({"paused"}))
+
+    done = threading.Event()
+    robot = threading.Thread(target=stand)
+    with cell.link:
+        show(cell, ControlType.PROGRAM, "paused", "held")
+        for command in commands:
+            cell.link.perform(command)
+        cell.asked.clear()
+        robot.start()
+    done.set()
+    robot.join()
+    assert (("set_signal", "hold", True) in cell.asked) is given
+    assert ("pulse", "cstopi", False) not in cell.asked
+
+
+def test_a_hold_of_ours_stays_away_from_a_robot_that_was_not_seen_to_stand(
+    cell: MemoryCell, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It may still move: the log says what keeps START from it."""
+    monkeypatch.setattr(real_link_io, "REST", 0.01)
+    with cell.link:
+        show(cell, ControlType.PROGRAM, "progrun")
+        cell.link.perform(Command.HOLD_REAL)
+    assert ("set_signal", "hold", True) not in cell.asked
+    assert "its HOLD stays away" in caplog.text
 
 
 def test_the_end_writes_nothing_to_a_robot_that_is_only_followed() -> None:

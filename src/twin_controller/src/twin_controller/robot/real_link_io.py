@@ -14,6 +14,7 @@ from typing_extensions import Self
 
 from twin_controller.core.actions import Command, StreamAhead, StreamReal
 from twin_controller.core.events import AnyEvent, RealAlarm
+from twin_controller.core.orders.stop import GIVES_HOLD, TAKES_HOLD
 from twin_controller.robot.checked_link_io import CheckedLink
 from twin_controller.robot.intake import (
     HEARTBEAT_LOST,
@@ -82,6 +83,8 @@ class RealLink:
         self._paused = False
         # Our stream program runs, as of the last sample; once the link ends nothing is streamed.
         self._streams = self._ends = False
+        # What took HOLD away last, an emergency stop before all others; None: it is there.
+        self._held_by: Command | None = None
         self._before: JointMotion | None = None
         # A sample was read that showed the robot stopped.
         self._rests = threading.Event()
@@ -104,14 +107,16 @@ class RealLink:
         """End what was started: a stream of ours first, then the robot's watchdog and the line.
 
         A program of the robot's own goes on. HOLD is given back to a robot that has stopped, for
-        nobody else would; one that was not seen to stop keeps it away.
+        nobody else would; a paused program stays paused by it. One that was not seen to stop keeps
+        it away, and an emergency stop stays.
         """
         # First of all: the engine still runs, and would go on to stream.
         self._ends = True
-        if self._streams:
+        if self._streams or self._held_by in (Command.STOP_REAL, Command.HOLD_REAL):
             # An older sample at rest says nothing of this stop.
             self._rests.clear()
-            self.perform(Command.STOP_REAL)
+            if self._streams:
+                self.perform(Command.STOP_REAL)
             if self._rests.wait(REST):
                 self.perform(Command.GIVE_HOLD_BACK)
             else:
@@ -145,6 +150,10 @@ class RealLink:
     def perform(self, command: Command) -> None:
         """Carry out one command on the robot's signals."""
         self._link.send(*steps(self._table, command, self._paused))
+        if command in GIVES_HOLD:
+            self._held_by = None
+        elif command in TAKES_HOLD and self._held_by is not Command.ESTOP_REAL:
+            self._held_by = command
 
     def _sampled(self, sample: RobotSample, sent: float, received: float) -> None:
         self._paused = is_paused(sample)
