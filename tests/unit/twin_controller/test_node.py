@@ -1,16 +1,18 @@
-"""The node publishes samples at any time."""
+"""The node publishes samples at any time, and ends with what it cannot do without."""
 
 from __future__ import annotations
 
 from types import SimpleNamespace
 from typing import Any
 
+import pytest
 import rospy
 from harness.pair import SETUP, idle_pair
 from sensor_msgs.msg import JointState
 from twin_controller.core.events import RealMeasured
 from twin_controller.reporting.publisher_thread_node import Batch
 from twin_controller.reporting.publishing_node import Publishing
+from twin_controller.twin_controller_node import Node
 
 
 def test_a_sample_older_than_simulated_time_has_the_stamp_zero() -> None:
@@ -26,3 +28,15 @@ def test_a_sample_older_than_simulated_time_has_the_stamp_zero() -> None:
     batch = Batch([sample], pair.state, [], last.time + 0.005, rospy.Time(0))
     publishing._publish_samples(batch)
     assert [message.header.stamp for message in told] == [rospy.Time(0)]
+
+
+@pytest.mark.parametrize("died", ["publisher", "real"])
+def test_the_node_no_longer_watches_once_a_thread_has_died(died: str) -> None:
+    """A link that died never connects again: who supervises the node starts it anew."""
+    failure = {died: RuntimeError("a value that no message can hold")}
+    node: Any = Node.__new__(Node)
+    node._engine = SimpleNamespace(running=True)
+    thread = SimpleNamespace(failure=failure.get("publisher"))
+    node._publishing = SimpleNamespace(thread=thread)
+    node._real = SimpleNamespace(failure=failure.get("real"))
+    node._watch()

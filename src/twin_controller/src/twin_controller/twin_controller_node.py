@@ -186,17 +186,20 @@ class Node:
         self._keep()
         for service in services:
             service.shutdown("the twin controller ends")
-        failure = self._engine.failure or self._publishing.thread.failure
+        failure = self._engine.failure or self._publishing.thread.failure or self._real.failure
         if failure is not None:
-            rospy.logfatal("the engine died: %r", failure)
+            rospy.logfatal("the twin controller died: %r", failure)
             return 1
         return 0
 
     def _watch(self) -> None:
-        """Publish diagnostics each second and when the mode changes; end with the engine."""
+        """Publish diagnostics each second and when the mode changes; end with engine or link."""
         pace, keeping = Pace(PERIOD_S), Pace(KEEP_PERIOD_S)
-        publisher = self._publishing.thread
-        while not rospy.is_shutdown() and self._engine.running and publisher.failure is None:
+        publisher, real = self._publishing.thread, self._real
+        while not rospy.is_shutdown() and self._engine.running:
+            # A link that died does not connect again; whoever supervises the node starts it anew.
+            if publisher.failure is not None or real.failure is not None:
+                return
             counters = {"real": self._real.counters, "twin": self._twin.counters}
             self._publishing.counted(counters)
             self._gate.look()
@@ -311,5 +314,5 @@ def main() -> None:
     code = node.run()
     publisher.unregister()
     if code:
-        rospy.signal_shutdown("the engine died")
+        rospy.signal_shutdown("the twin controller died")
         os._exit(code)

@@ -181,6 +181,14 @@ def test_the_end_writes_nothing_to_a_robot_that_is_only_followed() -> None:
     assert [asked[0] for asked in cell.asked] == ["close"]
 
 
+def test_an_error_that_ended_the_link_is_kept(cell: MemoryCell) -> None:
+    """The node ends with it, for the link never connects again."""
+    assert cell.link.failure is None
+    error = RuntimeError("a value that no message can hold")
+    cell.robot.listener.died(error)
+    assert cell.link.failure is error
+
+
 def test_a_program_has_no_name_until_it_was_told_since_its_start(cell: MemoryCell) -> None:
     """The blocks are read behind the sample: the name of the last program would be judged."""
     named = []

@@ -124,6 +124,11 @@ class RealLink:
         self._link.close()
 
     @property
+    def failure(self) -> BaseException | None:
+        """The error that ended the link for good."""
+        return self._link.failure
+
+    @property
     def counters(self) -> dict[str, int]:
         """What went over the link, for diagnostics."""
         found = dataclasses.asdict(self._link.counters)
