@@ -70,6 +70,23 @@ def test_what_is_missing_is_named(seen: SeenCell, expected: Missing) -> None:
     assert expected in missing(PLAN, seen)
 
 
+@pytest.mark.parametrize("mode", ["REAL_LEADS", "PAUSED", "STOPPED", "ESTOP", "FAULT"])
+def test_a_cell_stays_for_the_person_whom_its_pair_needs(mode: str) -> None:
+    """It would end with the page on which RESET is pressed; experiments need a pair that stands."""
+    seen = replace(complete(), mode=mode, why="the drives are off")
+    assert missing(PLAN, seen) == ()
+    what = f"mode IDLE: it is {mode} (the drives are off)"
+    assert missing(PLAN, seen, idle=True) == (Missing("twin_controller", what),)
+
+
+@pytest.mark.parametrize("mode", ["", "OFFLINE", "ALIGNING"])
+def test_a_pair_that_still_gets_ready_is_waited_for(mode: str) -> None:
+    """A line comes, an alignment ends: by itself."""
+    assert [each.node for each in missing(PLAN, replace(complete(), mode=mode))] == [
+        "twin_controller"
+    ]
+
+
 def test_cell_without_controller_needs_no_mode() -> None:
     """A plan without the twin controller is complete without its state."""
     nodes = [node for node in PLAN if node.name != "twin_controller"]

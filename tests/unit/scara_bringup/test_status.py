@@ -6,11 +6,14 @@ import os
 import stat
 import subprocess
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import msgspec
 import pytest
 from harness.processes import wait_until
 from scara_bringup.cell_node import _note_ready
+from scara_bringup.cell_shell_node import CellShell, Shown
 from scara_bringup.plan import cell_plan
 from scara_bringup.status import running_io as running
 from scara_bringup.status.running_io import usage_of
@@ -120,6 +123,33 @@ def test_a_cell_that_cannot_note_that_it_got_ready_runs_on(
     _note_ready(file)
     said = capsys.readouterr().err
     assert str(file) in said and "the cell runs with the change" in said
+
+
+def test_a_change_is_proven_by_a_pair_that_works_and_once() -> None:
+    """A pair in a fault may be the change's own fault; a person may still get it ready."""
+    shown, notes = ("FAULT", "the pair does not align"), list[str]()
+    watch = SimpleNamespace(last=lambda: shown, rest=lambda: notes.append("rests"))
+    shell: Any = CellShell.__new__(CellShell)
+    shell._watch, shell._works = watch, False
+    shell._shown = Shown("up", "r", "ideal", on_works=(lambda: notes.append("proven"),))
+    cell: Any = SimpleNamespace(nodes=cell_plan(DOORS, with_panel=True))
+    shell._look_at_pair(cell)
+    assert shell._not_working(cell) == "FAULT (the pair does not align)" and not notes
+    shown = ("IDLE", "")
+    shell._look_at_pair(cell)
+    shell._look_at_pair(cell)
+    assert notes == ["proven", "rests"]
+
+
+def test_a_pair_that_needs_a_person_is_told_with_its_mode(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """And with the address of the page on which that is mended; it is not called ready."""
+    trouble = "ESTOP (the drives of the real robot are off)"
+    show_cell([], {"Operator's page": "http://here"}, "http://m", tmp_path, 5.0, trouble)
+    said = capsys.readouterr().out
+    assert f"the pair is not ready: {trouble}" in said and "ready after" not in said
+    assert said.rstrip().endswith("http://here")
 
 
 def test_the_addresses_of_the_pages_come_last(

@@ -260,9 +260,9 @@ def run(wishes: Wishes) -> tuple[int, Path | None]:
         # Tokens of the pages and ROS's own logs go into the folder of this run.
         os.environ["ROS_HOME"] = str(folder / "ros_home")
         shown = Shown("up" if wishes.people else "demo", robot, plant, wishes.browser)
-        ready = [turn.end] if turn is not None else []
-        ready += [partial(_note_ready, change)] if change is not None else []
-        shown = replace(shown, on_ready=tuple(ready))
+        ready = (turn.end,) if turn is not None else ()
+        works = (partial(_note_ready, change),) if change is not None else ()
+        shown = replace(shown, on_ready=ready, on_works=works)
         return _run(wishes, folder, shown, own_master), folder
     except ConfigError as error:
         screen.complain(str(error))

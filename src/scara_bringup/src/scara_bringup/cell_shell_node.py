@@ -15,12 +15,12 @@ from scara_ros.pacing import Pace
 from scara_ros.process.scheduling_io import may_go_first
 
 from scara_bringup.config import Bringup, Doors
-from scara_bringup.plan import MASTER, ROSOUT, NodePlan
+from scara_bringup.plan import CONTROLLER, MASTER, ROSOUT, NodePlan
 from scara_bringup.processes.master_io import MasterAddress, MasterProbe
 from scara_bringup.processes.ports_io import listening_ports
 from scara_bringup.processes.preflight_io import CannotStartError, namespace
 from scara_bringup.processes.processes_io import Processes
-from scara_bringup.readiness import SeenCell, missing
+from scara_bringup.readiness import WORKS, SeenCell, missing
 from scara_bringup.status.running_io import RunningCell, RunningNode, announced
 from scara_bringup.supervisor import (
     Action,
@@ -61,6 +61,7 @@ class Shown:
         browser: Whether the operator's page is opened where there is a display.
         runs: The folder of all recordings and journals.
         on_ready: Are called when the cell is ready.
+        on_works: Are called when its pair has been aligned, which may need a person first.
     """
 
     verb: str
@@ -69,6 +70,7 @@ class Shown:
     browser: bool = False
     runs: str = ""
     on_ready: tuple[Callable[[], None], ...] = ()
+    on_works: tuple[Callable[[], None], ...] = ()
 
 
 class CellShell:
@@ -98,6 +100,7 @@ class CellShell:
         self._next_word = self._began + PATIENCE_PERIOD
         self._log_pace = Pace(LOG_PERIOD)
         self._foreground = ""
+        self._works = False
 
     def run(self, nodes: list[NodePlan], foreground: NodePlan | None, own_master: bool) -> int:
         """Run the cell to its end and return the exit code."""
@@ -144,8 +147,8 @@ class CellShell:
             for event in self._events(cell):
                 cell, actions = step(cell, event, time.monotonic())
                 self._perform(actions, cell)
-            if cell.phase is not Phase.STARTING and self._watch is not None:
-                self._watch.rest()
+            if cell.phase is Phase.RUNNING:
+                self._look_at_pair(cell)
             # The nodes' output must not fill the disk.
             full = self._log_pace.is_due(time.monotonic()) and self._processes.limit_logs(
                 self._deadlines.log_limit_mb
@@ -166,7 +169,8 @@ class CellShell:
             services, topics = self._master.services_and_topics()
             mode, why = self._watch.last() if self._watch else ("", "")
             seen = SeenCell(services, topics, listening_ports(), mode, why)
-            events.append(Checked(missing(cell.nodes, seen, namespace())))
+            idle = bool(self._foreground)
+            events.append(Checked(missing(cell.nodes, seen, namespace(), idle)))
         if cell.phase is Phase.STARTING and now >= self._next_word and cell.lacking:
             self._next_word = now + PATIENCE_PERIOD
             screen.say(
@@ -174,6 +178,25 @@ class CellShell:
                 f"{'; '.join(f'{item.node}: {item.what}' for item in cell.lacking)}"
             )
         return [*events, TimePassed()]
+
+    def _look_at_pair(self, cell: Cell) -> None:
+        """Tell once that the pair works; a change is proven by that, not by a FAULT of its own."""
+        if self._watch is None or self._works or self._not_working(cell):
+            return
+        self._works = True
+        for tell in self._shown.on_works:
+            tell()
+        # Nobody needs the mode any longer.
+        self._watch.rest()
+
+    def _not_working(self, cell: Cell) -> str:
+        """Return the mode and reason of a pair that does not work; empty: it does."""
+        if self._watch is None or all(node.name != CONTROLLER for node in cell.nodes):
+            return ""
+        mode, why = self._watch.last()
+        if mode in WORKS:
+            return ""
+        return f"{mode} ({why})" if why else mode
 
     def _perform(self, actions: list[Action], cell: Cell) -> None:
         """Carry out actions."""
@@ -205,7 +228,8 @@ class CellShell:
         if self._foreground:
             screen.say(f"cell: ready after {seconds:.1f} s")
             return
-        screen.show_cell(cell.nodes, addresses, self._master.uri, self._folder, seconds)
+        trouble = self._not_working(cell)
+        screen.show_cell(cell.nodes, addresses, self._master.uri, self._folder, seconds, trouble)
         if self._shown.browser and addresses:
             open_page(next(iter(addresses.values())), self._folder / "ros_home")
 

@@ -11,6 +11,15 @@ from scara_bringup.plan import CONTROLLER, NodePlan
 from scara_msgs.msg import TwinControllerState
 
 READY_MODE = TwinControllerState.IDLE
+NOT_YET = ("", TwinControllerState.OFFLINE, TwinControllerState.ALIGNING)
+"""In these the pair still gets ready by itself; out of the others it may need a person."""
+WORKS = (
+    READY_MODE,
+    TwinControllerState.REAL_LEADS,
+    TwinControllerState.TWIN_LEADS,
+    TwinControllerState.OPERATOR_LEADS,
+)
+"""Only a pair that was aligned gets there."""
 
 
 @dataclass(frozen=True)
@@ -40,17 +49,24 @@ class SeenCell:
     why: str = ""
 
 
-def missing(nodes: Iterable[NodePlan], seen: SeenCell, namespace: str = "/") -> tuple[Missing, ...]:
+def missing(
+    nodes: Iterable[NodePlan], seen: SeenCell, namespace: str = "/", idle: bool = False
+) -> tuple[Missing, ...]:
     """List what is not there yet; empty when the cell is ready.
+
+    A robot that runs its own program, has a fault or no drives on keeps the pair from IDLE, and the
+    page on which a person would mend that must not end with the start.
 
     Args:
         nodes: The plan.
         seen: What there is.
         namespace: In which the relative names of the plan are resolved.
+        idle: Experiments follow: they begin with a pair that stands.
     """
     nodes = list(nodes)
     found = [Missing(node.name, what) for node in nodes for what in _lacks(node, seen, namespace)]
-    if any(node.name == CONTROLLER for node in nodes) and seen.mode != READY_MODE:
+    settled = seen.mode == READY_MODE if idle else seen.mode not in NOT_YET
+    if any(node.name == CONTROLLER for node in nodes) and not settled:
         said = f": it is {seen.mode}" if seen.mode else " (no twin_controller/state yet)"
         why = f" ({seen.why})" if seen.mode and seen.why else ""
         found.append(Missing(CONTROLLER, f"mode {READY_MODE}{said}{why}"))

@@ -69,15 +69,22 @@ def show_cell(
     master_uri: str,
     folder: Path,
     seconds: float,
+    trouble: str = "",
 ) -> None:
     """Print what one can do now; the addresses of the pages come last, where nobody misses them.
 
     All of it goes out in one piece, so that whoever waits for the first line has the last one too.
+    ``trouble`` is the mode of a pair that does not work, and why.
     """
     names = {node.name for node in nodes}
     examples = [line for node, line in EXAMPLES.items() if node in names]
     text = Text()
-    text.append(f"cell: ready after {seconds:.1f} s; Ctrl-C ends it\n")
+    if trouble:
+        text.append(f"cell: up after {seconds:.1f} s; Ctrl-C ends it\n")
+        text.append(f"the pair is not ready: {trouble}\n", style="bold")
+        text.append("the operator's page and docs/operator.md say what to press next\n")
+    else:
+        text.append(f"cell: ready after {seconds:.1f} s; Ctrl-C ends it\n")
     text.append(f"results and logs: {folder}\n")
     text.append("nodes, what they use and what they say: ./cell status\n")
     text.append("\nIn another shell, after `source env.sh`:\n")
