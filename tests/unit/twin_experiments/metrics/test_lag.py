@@ -42,3 +42,11 @@ def test_a_short_run_is_not_used_wherever_it_begins(length: int, used: bool) -> 
     """Shorter than four times the largest lag says too little; its length counts, not its end."""
     found = lag(0.03, ((200, 200 + length),))
     assert found == (pytest.approx(0.03, abs=0.05 / RATE) if used else None)
+
+
+@pytest.mark.parametrize(("scale", "found"), [(1e-3, 0.03), (0.0, None)])
+def test_a_tool_that_moves_ever_so_slowly_has_a_lag(scale: float, found: float | None) -> None:
+    """How fast it is says nothing of who is late; only of one that stands nothing is known."""
+    segments = ((0, len(TIMES)),)
+    slow = estimate_lag(scale * tool(), scale * tool(0.03), segments, RATE, MAX_S)
+    assert slow == (None if found is None else pytest.approx(found, abs=0.05 / RATE))

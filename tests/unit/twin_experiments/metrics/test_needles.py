@@ -21,6 +21,7 @@ def needle(
     moves: tuple[Move, ...] = (MOVE,),
     pauses: tuple[Pause, ...] = (),
     late: float | None = None,
+    aged: bool = True,
 ) -> Needle | None:
     """Return what is found of a bump of the tools' distance at ``AT`` [s] while both go on.
 
@@ -30,6 +31,7 @@ def needle(
         moves: Of the experiment.
         pauses: Of the machine.
         late: When a sample came 20 ms later than the others [s].
+        aged: The recording says how old its samples were.
     """
     bump = height_mm * np.exp(-np.log(2.0) * (2.0 * (TIMES - AT) / lasts) ** 2)
     tool = np.column_stack((SPEED * TIMES, 0.0 * TIMES, 0.0 * TIMES))
@@ -41,14 +43,15 @@ def needle(
     ages = np.full(len(TIMES), 0.004)
     if late is not None:
         ages[round(late * RATE)] += 0.02
-    found = find_needles(seen, moves, pauses, {"state": (TIMES, ages)})
+    found = find_needles(seen, moves, pauses, {"state": (TIMES, ages)} if aged else {})
     assert len(found) <= 1
     return found[0] if found else None
 
 
-def test_a_bump_is_a_needle_with_its_place_height_and_timing() -> None:
-    """A distance of 3.2 mm at 0.5 m/s is 6.4 ms between both sides."""
-    found = needle()
+@pytest.mark.parametrize("aged", [True, False])
+def test_a_bump_is_a_needle_with_its_place_height_and_timing(aged: bool) -> None:
+    """A distance of 3.2 mm at 0.5 m/s is 6.4 ms between both sides, also without ages."""
+    found = needle(aged=aged)
     assert found is not None
     assert (found.start, found.at, found.end) == pytest.approx((1.98, 2.0, 2.02), abs=2e-3)
     assert found.height_mm == pytest.approx(3.2) and found.speed == pytest.approx(SPEED)
