@@ -173,6 +173,49 @@ def test_play_is_told_in_the_joints_own_unit() -> None:
     assert found == ["joint_3 goes 10.00 mm", "joint_3 goes 0.57 deg"]
 
 
+@pytest.mark.parametrize(
+    ("sign", "factor", "said"),
+    [
+        ("inertia", 0.8, "the arm moves 20 % (20 to 20) less inertia"),
+        ("inertia", 1.2, "the arm moves 20 % (20 to 20) more inertia"),
+        ("friction", 1.5, "a needs 50 % (50 to 50) more torque against friction than"),
+        ("friction", 0.5, ""),
+        ("lag", 0.5, ""),
+        ("play", 0.5, ""),
+    ],
+)
+def test_a_lighter_tool_is_told_and_less_friction_is_not(
+    sign: str, factor: float, said: str
+) -> None:
+    """A robot that was told of another tool is wrong either way; what goes better has not worn."""
+    even, one = np.ones(3), np.array([factor, 1.0, 1.0])
+    week = Signs(even, even, even, even, even, even, 0.05)
+    changed = {
+        "inertia": replace(week, inertia=factor * even),
+        "friction": replace(week, forward=one, backward=one),
+        "lag": replace(week, lag=one),
+        "play": replace(week, play=one),
+    }
+    monitor = Monitor(Baseline(facts("a", "b", "c"), [week] * LEAST))
+    found = [monitor.take(changed[sign]) for _ in range(WINDOW + 1)][-1]
+    assert found.text.startswith(said) if said and found else (found, said) == (None, "")
+
+
+@pytest.mark.parametrize(("factor", "is_found"), [(1.18, False), (1.22, True)])
+def test_what_the_first_week_scattered_by_is_no_change(factor: float, is_found: bool) -> None:
+    """Its friction went up and down by 10 %: from twice as much on it is looked at."""
+    even = np.ones(3)
+
+    def signs(friction: float) -> Signs:
+        rubs = np.array([friction, 1.0, 1.0])
+        return Signs(rubs, rubs, even, even, even, even, 0.05)
+
+    week = [signs(friction) for friction in (0.9, 1.1) * (LEAST // 2)]
+    monitor = Monitor(Baseline(facts("a", "b", "c"), week))
+    found = [monitor.take(signs(factor)) for _ in range(WINDOW + 1)][-1]
+    assert (found is not None) == is_found
+
+
 @pytest.fixture(scope="module")
 def record() -> RobotRecord:
     """Return what one robot's cycles say: two days for a week, each kind, and two at once."""

@@ -1,0 +1,69 @@
+"""What one cycle says of its joints, held against closed forms."""
+
+from __future__ import annotations
+
+from itertools import chain
+
+import numpy as np
+import pytest
+from twin_analysis.health.signs import CycleSignals, signs_of
+
+DT, FASTEST = 0.004, 2.0
+FAST, SLOW, REST = 0.4, 0.04, 0.0
+"""Speeds [rad/s]: that of a move that tells friction, of one that shows play, and none."""
+RUBS, INERTIA = 5.0, 2.0
+"""Torque against friction, the same at any speed, and by acceleration."""
+
+
+def cycle(*moves: tuple[float, float], free: float = 0.0) -> CycleSignals:
+    """Return one joint that goes at so much speed for so many seconds, one move after the other.
+
+    Args:
+        moves: Speed [rad/s] and duration [s]; the first and the last tenth of a second are ramps.
+        free: At the beginning of a slow move the motor goes so far without its load [rad].
+    """
+    speeds, torques = [], []
+    for speed, seconds in moves:
+        t = np.arange(round(seconds / DT)) * DT
+        v = speed * np.clip(10.0 * np.minimum(t, seconds - t), 0.0, 1.0)
+        torque = INERTIA * np.gradient(v, DT) + RUBS * np.sign(v)
+        torque[(abs(speed) == SLOW) & (np.cumsum(np.abs(v)) * DT < free)] = 0.0
+        speeds.append(v)
+        torques.append(torque)
+    v, torque = np.concatenate(speeds), np.concatenate(torques)
+    q = np.concatenate(([0.0], np.cumsum(v[:-1]) * DT))[:, None]
+    return CycleSignals(np.arange(len(v)) * DT, q, q, torque[:, None])
+
+
+def turns(*ways: float) -> list[tuple[float, float]]:
+    """Return fast moves both ways, then slow ones in these directions, with a rest before each."""
+    fast = [(FAST, 1.0), (REST, 0.5), (-FAST, 1.0)]
+    return [*fast, *chain.from_iterable(((REST, 0.5), (way * SLOW, 1.0)) for way in ways)]
+
+
+@pytest.mark.parametrize("ways", [(1.0,), (1.0, -1.0), (1.0, -1.0, 1.0), (1.0, 1.0, -1.0, -1.0)])
+def test_play_is_the_way_without_the_load_after_a_turn(ways: tuple[float, ...]) -> None:
+    """The mean of all turns, however many; a move that goes on the same way is none."""
+    tight, worn = (
+        signs_of(cycle(*turns(*ways), free=free), np.array([FASTEST])).play[0]
+        for free in (0.0, 0.004)
+    )
+    assert worn - tight == pytest.approx(0.004, rel=0.1)
+
+
+def test_a_joint_that_turns_without_a_rest_or_fast_shows_no_play() -> None:
+    """What its torque is then is more than friction."""
+    moves = [(FAST, 1.0), (REST, 0.5), (-FAST, 1.0), (REST, 0.02), (SLOW, 1.0)]
+    assert signs_of(cycle(*moves, free=0.004), np.array([FASTEST])).play == [0.0]
+
+
+def test_noise_of_the_readings_is_smoothed_out() -> None:
+    """A parabola over 40 ms leaves a hundredth of a degree in no acceleration."""
+    t, noise = np.arange(0.0, 10.0, DT), np.random.default_rng(1)
+    torque = INERTIA * -3.2 * np.sin(2.0 * t) + RUBS * np.sign(np.cos(2.0 * t))
+    q = 0.8 * np.sin(2.0 * t)
+    read = q + 4e-5 * noise.standard_normal(len(t))
+    found = signs_of(
+        CycleSignals(t, *(each[:, None] for each in (q, read, torque))), np.array([2.0])
+    )
+    assert found.inertia == pytest.approx([INERTIA], rel=0.02)
