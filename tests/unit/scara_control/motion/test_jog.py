@@ -320,3 +320,28 @@ def test_a_jog_after_rest_begins_with_one_period_of_its_ramp():
     while not bench.core.is_idle:
         bench.tick()
     assert bench.sent[-1] == {"table_joint": 0.0}
+
+
+def test_a_stop_before_a_waiting_jog_has_begun_moves_nothing():
+    """The state says that it waits, and for what; nothing of it was told yet."""
+    bench = Bench()
+    bench.core.wait_for(0.3)
+    bench.jog(["joint_1"], [0.5])
+    bench.tick(10)
+    assert bench.core.report() == "jogging joint_1 0.5 rad/s (300 ms later, with the real robot)"
+    bench.core.obey(Command.STOP, "enough", bench.now)
+    bench.tick(60)
+    assert {v for velocities in bench.sent for v in velocities.values()} <= {0.0}
+    assert bench.core.report() == "idle: STOP: enough"
+
+
+def test_a_held_key_stays_barred_though_the_node_stood_still_before_the_stop():
+    """That nobody listened for a second was no pause of the stream."""
+    bench = Bench()
+    bench.jog(["joint_1"], [0.5])
+    bench.tick(10)
+    bench.now += 1.0
+    bench.core.stood_still(1.0)
+    bench.core.obey(Command.STOP, "enough", bench.now)
+    with pytest.raises(MotionRefusedError, match="stopped: commands are ignored until they pause"):
+        bench.jog(["joint_1"], [0.5])

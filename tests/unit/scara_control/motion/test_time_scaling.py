@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scara_config import load_robot
+from scara_control.config import load_motion
 from scara_control.joint_motion import JointMotion
-from scara_control.motion.drive import Drive, Follower, believed
+from scara_control.motion.drive import Drive, Follower, PathDriver, believed
 from scara_control.motion.plan import plan_move
 from scara_control.motion.time_scaling import ScaleBounds, TimeBase, advance, motion_at
 
@@ -65,6 +66,16 @@ def test_path_time_grows_by_the_integral_of_the_scale(wanted):
 def test_a_follower_is_believed_for_half_a_second(told, taken):
     """Nobody looks ahead for ever because of what somebody says of a delay."""
     assert believed(told, told) == Follower(taken, taken)
+
+
+@pytest.mark.parametrize(("later", "more"), [(0.0, 0), (1e-9, 0), (0.3, 1), (1.0, 1), (1.2, 2)])
+def test_a_move_begins_at_the_first_time_of_the_grid_behind_its_announcement(later, more):
+    """Where that is a time of the grid itself, rounding adds no period."""
+    config = load_motion()
+    periods = round(config.move.announce / config.period)
+    assert config.move.announce == pytest.approx(periods * config.period)
+    go_at = PathDriver(JOINTS, config, 5.0).announced(5.0 + later * config.period)
+    assert go_at == pytest.approx(5.0 + (periods + more) * config.period)
 
 
 PLANS = st.lists(
