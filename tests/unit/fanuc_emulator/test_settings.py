@@ -62,6 +62,8 @@ def test_a_run_names_a_file_and_what_differs() -> None:
     assert (found.num_modbus, found.uop, found.slots) == (8, "full", "factory")
     with pytest.raises(ConfigError, match=r"unknown settings 'redy': .* did you mean ready\?"):
         load_settings(CONFIG, "redy")
+    with pytest.raises(ConfigError, match="settings: ready: unknown, allowed are"):
+        load_settings(CONFIG, "delivered, ready")
 
 
 def test_every_setting_that_differs_is_on_the_kits_sheet() -> None:

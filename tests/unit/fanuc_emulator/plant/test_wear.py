@@ -61,9 +61,12 @@ def test_a_leak_makes_the_vacuum_late_and_at_last_impossible(leak: float, longer
     assert vacuum_s(plant, 0.04) == pytest.approx(0.04 * longer, rel=0.01)
 
 
-def test_a_load_with_play_starts_later_than_its_motor_and_less_torque_moves_it_meanwhile() -> None:
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_load_with_play_starts_later_than_its_motor_and_less_torque_moves_it_meanwhile(
+    way: float,
+) -> None:
     """Then the flanks meet with a knock, and the load stays behind by half of the play."""
-    gap, h, a = Backlash(0.01, 0.1, 0.0), 0.001, 10.0
+    gap, h, a = Backlash(0.01, 0.1, 0.0), 0.001, way * 10.0
     position = velocity = 0.0
     free = pushes = 0.0
     for _ in range(60):
@@ -72,6 +75,21 @@ def test_a_load_with_play_starts_later_than_its_motor_and_less_torque_moves_it_m
         gap.step(position, velocity, a, h)
         assert abs(position - gap.load) <= 0.005 + 1e-12
         free += gap.pushes(a) == pytest.approx(MOTOR_SHARE * a)
-        pushes = max(pushes, gap.pushes(a))
+        pushes = max(pushes, way * gap.pushes(a))
     assert 25 <= free <= 40, "half of the play takes sqrt(2 * 0.005 / 10) = 32 ms"
-    assert pushes > 2.0 * a and gap.load == pytest.approx(position - 0.005)
+    assert pushes > 2.0 * abs(a) and gap.load == pytest.approx(position - way * 0.005)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_load_coasts_through_its_play_where_its_motor_brakes(way: float) -> None:
+    """From the flank that pushed it to the one that brakes it; friction brakes it a little."""
+    gap, h = Backlash(0.01, 0.1, 0.0), 0.001
+    position = velocity = 0.0
+    coasts = []
+    for a in [way * 10.0] * 100 + [way * -10.0] * 60:
+        velocity += a * h
+        position += velocity * h
+        gap.step(position, velocity, a, h)
+        coasts.append(gap.pushes(a) == pytest.approx(MOTOR_SHARE * a))
+    assert 43 <= sum(coasts[100:]) <= 47, "the play takes sqrt(2 * 0.01 / (10 - 0.1)) = 45 ms"
+    assert gap.load == pytest.approx(position + way * 0.005)
