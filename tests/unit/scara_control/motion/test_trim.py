@@ -15,7 +15,7 @@ from scara_control.config import load_motion
 from scara_control.kinematics.scara import Elbow, Scara, solve, tool_position
 from scara_control.kinematics.scara_velocity import tool_velocity
 from scara_control.kinematics.tool import ScaraTool, tool_kinematics
-from scara_control.motion.trim import Requests, Trim, tool_error, yaw_error
+from scara_control.motion.trim import Requests, Trim, Trimming, tool_error, yaw_error
 
 CONFIG = load_motion()
 SCARA = Scara.from_robot(load_robot())
@@ -153,3 +153,24 @@ def test_a_newer_request_cancels_the_older_and_stop_cancels_all():
     assert requests.oldest is None
     third = requests.begin()
     assert requests.why_cancelled(third) == ""
+
+
+@pytest.mark.parametrize("pauses", [False, True])
+def test_a_tool_has_settled_once_it_has_stayed_for_long_enough(pauses):
+    """Counted from when it last had to move, or was let go on after a pause."""
+    target = solve(SCARA, *POINTS["P2"]).q
+    trimming, still = Trimming(TOOL, target, CONFIG), (0.0, 0.0, 0.0)
+    trimming.begin(0.0)
+    assert trimming.step((*target[:2], target[2] + 1e-3), still, DT)
+    times = [k * DT for k in range(2, round(CONFIG.trim.settled / DT) + 3)]
+    if pauses:
+        for now in times[:-3]:
+            trimming.step(target, still, now)
+        trimming.hold(times[-3])
+        times = [times[-3] + now - DT for now in times]
+    for now in times[:-2]:
+        trimming.step(target, still, now)
+        assert not trimming.settled
+    for now in times[-2:]:
+        trimming.step(target, still, now)
+    assert trimming.settled

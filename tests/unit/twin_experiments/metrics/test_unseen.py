@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from twin_experiments.metrics.errors import Trace
+from twin_experiments.metrics.needles import tool_speeds
 from twin_experiments.metrics.unseen import UnseenDelay, unseen_delay
 from twin_experiments.report.label.notes import unseen_note
 from twin_experiments.report.run_reader_io import _clock_half_widths
@@ -61,6 +62,12 @@ def test_no_delay_within_the_bounds_moves_the_tools_further_apart_than_they_say(
     low, high = found.bounds_mm
     assert swings(delay).deviation_mm.max() <= max(-low, high) + 1e-6
     assert swings(2.0 * found.latest).deviation_mm.max() > high
+
+
+def test_an_instant_between_two_holes_has_no_speed() -> None:
+    """A speed needs two; the others are those of the faster tool, one for each instant."""
+    assert tool_speeds(swings(), slice(3, 4)).tolist() == [0.0]
+    assert tool_speeds(swings(), slice(3, 5)) == pytest.approx([SPEED] * 2, rel=1e-3)
 
 
 def test_the_clock_is_that_of_the_robot_while_it_is_connected() -> None:
