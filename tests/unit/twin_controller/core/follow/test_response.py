@@ -150,6 +150,17 @@ def test_a_delay_that_jumps_is_found_in_one_move(change: float) -> None:
     assert after.delay[0] == pytest.approx(0.1 + change, abs=0.005)
 
 
+@pytest.mark.parametrize(("before", "after"), [(0.0, 2e-4), (2e-4, 0.0)])
+def test_a_smoothing_that_has_changed_is_approached_and_not_passed(
+    before: float, after: float
+) -> None:
+    """Between what was known and what is measured, whichever is more."""
+    start = after_move({0: 0.1}, assumed(NUMBERS, SETUP.names))
+    start = replace(start, smoothing=(before,) * len(HOME), at=-1e9)
+    found = measured(UNKNOWN, start, side(0.6, {0: 0.1}, after)).smoothing[0]
+    assert 0.0 < (found - after) / (before - after) < 0.5
+
+
 def test_a_robot_that_keeps_up_is_led_faster() -> None:
     """Only while it is led with nearly as much as it has shown: slow motion proves nothing."""
     start = replace(after_move({0: 0.1}, assumed(NUMBERS, SETUP.names)), pace=20.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import msgspec
 import pytest
 from harness.pair import HOME, Pair, ramp, shifted
 from harness.watch import watched
@@ -29,6 +30,19 @@ def test_a_stopped_twin_moves_again_from_a_part_of_its_largest_speed_on(
     monkeypatch.setattr(pair, "twin_speed", lambda now: speed)
     pair.run(0.3)
     assert (Command.STOP_TWIN in pair.performed(since)) is told
+
+
+@pytest.mark.parametrize("state", ["announcing", "moving"])
+def test_a_stopped_twin_that_begins_a_move_is_stopped_before_it_moves(
+    pair: Pair, state: str
+) -> None:
+    """It says so some time ahead, so that a follower can aim."""
+    pair.do("STOP", 1.0)
+    assert pair.state.sides.twin.motion is not None
+    since = len(pair.actions)
+    pair.feed(msgspec.structs.replace(pair.state.sides.twin.motion, now=pair.now, state=state))
+    assert pair.decisions()[-1].trigger == "TWIN_MOVED_STOPPED"
+    assert Command.STOP_TWIN in pair.performed(since)
 
 
 @pytest.mark.parametrize(("stops", "named"), [(1, 1), (2, 2)])
