@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import pytest
@@ -163,6 +164,20 @@ def test_emergency_stop_is_shorter_than_hold(bench: Bench) -> None:
     bench.pulse("cstopi")
     bench.run(0.5)
     assert stopping_distance(bench, "imstp") < 0.6 * held
+
+
+def test_a_robot_that_brakes_without_its_drives_shows_where_it_is(bench: Bench) -> None:
+    """Each period, and not only once it stands: whoever is near has to see how far it goes."""
+    bench.start_moving()
+    bench.run_until(lambda now: abs(now.velocities[1]) > 5.0)
+    bench.controller.write_input("imstp", False)
+    begin = len(bench.history)
+    bench.run(0.3)
+    shown = [(now.positions[1], now.velocities[1]) for now in bench.history[begin:]]
+    slower = [abs(v) for _, v in shown]
+    assert slower == sorted(slower, reverse=True) and slower[-1] == 0.0
+    for (before, faster), (after, v) in pairwise(shown):
+        assert after - before == pytest.approx(0.5 * (faster + v) * bench.config.dt, abs=5e-4)
 
 
 def test_reset_while_still_braking_is_refused(bench: Bench) -> None:

@@ -167,6 +167,21 @@ A, VIA, B = np.array([400.0, 200.0, 100.0]), np.array([500.0, 0.0, 60.0]), np.ar
 ARC = tip(1, *A, 180, 0, 0) + tip(2, *B, 180, 0, 40) + tip(3, *VIA, 180, 0, 0)
 
 
+@pytest.mark.parametrize("taught", [CORNER, ARC], ids=["joints", "tool"])
+def test_a_joint_motion_has_its_part_of_the_greatest_speed(run: Run, taught: str) -> None:
+    """From rest to rest: the way by the rate, and the rate by its change; then FINE waits."""
+    took = []
+    for percent in (25, 50):
+        stage = run(["J P[1] 50% FINE", f"J P[2] {percent}% FINE"], taught)
+        rows = [q for line, q in stage.told if line == 2]
+        axes = [axis.parameters for axis in stage.controller._motion.axes]
+        ways = [(abs(way), axis) for way, axis in zip(rows[-1] - rows[0], axes) if way]
+        rate = min(0.01 * percent * axis.velocity / way for way, axis in ways)
+        change = min(axis.program_acceleration / way for way, axis in ways)
+        took.append(stage.seconds(2) - 1.0 / rate - rate / change)
+    assert took[0] == pytest.approx(took[1], abs=0.02) and 0.0 < took[0] < 0.5
+
+
 def test_a_line_is_straight_even_and_at_its_speed(run: Run) -> None:
     """Within a hundredth of a millimetre, turned in step with the way, 200 mm/s between ramps."""
     poses = run(["J P[1] 50% FINE", "L P[2] 200mm/sec FINE"], ARC).flange(2)
