@@ -255,6 +255,19 @@ def test_a_late_poll_is_counted_and_leaves_the_missed_ones_out() -> None:
     assert times.due == pytest.approx(100.05 + POLL)
 
 
+@pytest.mark.parametrize("tick_ms", [2, 5, 7, 8, 9])
+def test_only_a_poll_that_was_held_up_is_late(tick_ms: int) -> None:
+    """In its turn or out of it; to wait for a tick, or to ask before one, is the plan."""
+    robot, times, now, count = Robot(tick_ms), PollTimes(POLL, DRIFT_PPM), 100.0, 0
+    times.begin(now)
+    while now < LEARNT + 3.0:
+        count += 1
+        held_up = now > LEARNT and count % 7 == 0
+        now = max(now, times.due) + (5.0 * POLL if held_up else 1e-5)
+        assert times.polled(robot.read(now)[0], now, now + TRIP[0]) is held_up
+    assert times.aimed
+
+
 @pytest.mark.parametrize(
     ("trip_ms", "read"),
     [(1.0, "....."), (4.5, "....."), (4.9, "..+..+"), (7.6, "..+..+"), (30.0, "..+..+")],
