@@ -91,6 +91,13 @@ def test_a_score_counts_standard_deviations_of_a_median(find_drifts: FindDrifts)
     assert drift.score == pytest.approx((1.2 - 1.01) / (1.4826 * 0.02 / math.sqrt(2.0)))
 
 
+def test_a_figure_that_hardly_changes_has_half_a_percent_of_noise(find_drifts: FindDrifts) -> None:
+    """Else the least change of one that is always the same would be the worst of all."""
+    row = [2.0] * 28 + [2.04, 2.04]
+    (drift,) = find_drifts(("m/a", day, value) for day, value in enumerate(row))
+    assert drift.score == pytest.approx(0.02 / 0.005) and not drift.drifts
+
+
 def test_too_short_a_past_says_nothing(find_drifts: FindDrifts) -> None:
     """Nor does a figure that has no size."""
     assert find_drifts([("m/a", day, 1.0) for day in range(5)]) == []

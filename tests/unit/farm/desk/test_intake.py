@@ -87,13 +87,14 @@ def test_a_long_journal_is_read_in_pieces() -> None:
     assert not kept.ask and kept.progress.last == 700
 
 
-def test_a_journal_that_begins_anew_is_another_era() -> None:
+@pytest.mark.parametrize("count", [0, 1, 3])
+def test_a_journal_that_begins_anew_is_another_era(count: int) -> None:
     """Its events are kept beside the old ones, none is taken for an old one."""
     kept = Kept(Progress(last=120))
-    kept.take(take_answer(kept.progress, 120, Events(1, 3)))
-    assert kept.ask and kept.progress.era == 1
-    kept.take(take_answer(kept.progress, 0, answer(range(1, 4), 1, 3)))
-    assert kept.events == [(1, 1), (1, 2), (1, 3)]
+    kept.take(take_answer(kept.progress, 120, Events(1, count)))
+    assert kept.ask is (count > 0) and kept.progress.era == 1
+    kept.take(take_answer(kept.progress, 0, answer(range(1, count + 1), 1, count)))
+    assert kept.events == [(1, number) for number in range(1, count + 1)]
 
 
 def test_an_answer_from_before_a_set_back_counts_for_nothing() -> None:
