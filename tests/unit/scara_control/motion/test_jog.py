@@ -323,13 +323,18 @@ def test_a_jog_after_rest_begins_with_one_period_of_its_ramp():
 
 
 def test_a_stop_before_a_waiting_jog_has_begun_moves_nothing():
-    """The state says that it waits, and for what; nothing of it was told yet."""
+    """The state says that it waits, and for what; the robot is told of it, and no joint yet."""
     bench = Bench()
     bench.core.wait_for(0.3)
     bench.jog(["joint_1"], [0.5])
     bench.tick(10)
     assert bench.core.report() == "jogging joint_1 0.5 rad/s (300 ms later, with the real robot)"
+    ahead = bench.core.ahead(bench.now)
+    assert ahead is not None and ahead.names == tuple(NAMES)
+    assert ahead.points[0].q == pytest.approx(bench.q)
+    assert ahead.points[-1].q[0] > bench.q[0] and ahead.points[-1].qdot[0] > 0.0
     bench.core.obey(Command.STOP, "enough", bench.now)
+    assert bench.core.ahead(bench.now) is None
     bench.tick(60)
     assert {v for velocities in bench.sent for v in velocities.values()} <= {0.0}
     assert bench.core.report() == "idle: STOP: enough"

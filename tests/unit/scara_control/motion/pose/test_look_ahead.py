@@ -46,3 +46,19 @@ def test_a_cap_keeps_what_a_late_follower_was_promised():
     for time in kept:
         assert come[min(come, key=lambda at: abs(at - time))].q == pytest.approx(promised[time].q)
     assert bench.report.speed_applied_percent == pytest.approx(20.0)
+
+
+@pytest.mark.parametrize(("percent", "waits"), [(10.0, 0.05), (40.0, 0.05 + 0.1)])
+def test_a_higher_cap_waits_for_what_the_follower_was_given_ahead(percent, waits):
+    """It would be faster than what it has already; a lower one waits for its delay alone."""
+    bench = Bench()
+    bench.core.look_ahead(0.05, 0.1)
+    bench.core.limit_speed(20.0, bench.now)
+    bench.move(percent=100.0)
+    bench.tick(60)
+    assert bench.report.speed_applied_percent == pytest.approx(20.0)
+    changed = bench.now
+    bench.core.limit_speed(percent, changed)
+    while bench.report.speed_applied_percent == pytest.approx(20.0):
+        bench.tick()
+    assert bench.now - changed == pytest.approx(waits, abs=1.5 * DT)
