@@ -206,3 +206,10 @@ def test_the_recording_that_the_others_are_held_against_is_named() -> None:
     compared = compare_tracks("x", tracks, comparer())
     assert [pair.track.label for pair in compared.pairs] == ["b", "c"] and compared.reasons
     assert comparison_sentences(compared, "mm")[-1].startswith("x: beside a, the ")
+
+
+def test_a_foreign_joint_moves_from_a_hundredth_of_the_speed_that_it_reached() -> None:
+    """On either side; one that has hardly moved at all has only been noisy."""
+    speeds = FOREIGN.moving_speeds((motion("real"), motion("twin", speed=2.0)), 5.0)
+    reached = 2.0 * 15.0 / 8.0
+    assert speeds == pytest.approx([0.01 * reached, 0.008 * reached, 1e-4, 1e-4], rel=1e-3)

@@ -50,3 +50,11 @@ def test_a_tool_that_moves_ever_so_slowly_has_a_lag(scale: float, found: float |
     segments = ((0, len(TIMES)),)
     slow = estimate_lag(scale * tool(), scale * tool(0.03), segments, RATE, MAX_S)
     assert slow == (None if found is None else pytest.approx(found, abs=0.05 / RATE))
+
+
+@pytest.mark.parametrize("length", [255, 256, 257, 258])
+def test_the_last_instant_of_a_run_counts(length: int) -> None:
+    """However long the run is: both tools jerk once, and only at the edge of the search at once."""
+    leader, follower = np.zeros((2, length, 3))
+    leader[-1 - REACH, 0] = follower[-1, 0] = 1.0
+    assert estimate_lag(leader, follower, ((0, length),), RATE, MAX_S) is None

@@ -195,6 +195,18 @@ def test_the_travelled_path_of_a_move_is_its_length() -> None:
     assert found.travelled_percent == pytest.approx(5.0, rel=1e-4)
 
 
+@pytest.mark.parametrize(("pause", "lengths"), [(0.08, [400.0]), (0.12, [200.0, 200.0])])
+def test_a_standstill_of_less_than_a_tenth_of_a_second_ends_no_move(
+    pause: float, lengths: list[float]
+) -> None:
+    """As where a program goes on behind a corner."""
+    first, second = reach_and_hold("real"), reach_and_hold("real", at=2.0 + pause)
+    positions = first.positions + second.positions
+    real = Motion("real", first.stamps, positions, first.velocities + second.velocities)
+    found = both(real, dataclasses.replace(real, side="twin"))
+    assert [move.length_mm for move in found.moves] == pytest.approx(lengths, rel=1e-3)
+
+
 def test_a_hole_is_left_out_and_reported() -> None:
     """Between samples 0.3 s apart nothing is invented; both sides of the hole are compared."""
     real, twin = wave("real"), wave("twin")
