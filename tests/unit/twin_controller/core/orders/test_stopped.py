@@ -9,6 +9,8 @@ from harness.watch import watched
 from twin_controller.core.actions import Command
 from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.lead.modes import Mode
+from twin_controller.core.lead.reports import note_stopped
+from twin_controller.core.orders.stop import tell_stop
 
 BURST = 0.3
 
@@ -142,3 +144,19 @@ def test_a_stop_while_a_link_is_away_lasts(pair: Pair) -> None:
     pair.link("twin", True)
     pair.run(4.0)
     assert pair.mode is Mode.STOPPED
+
+
+@pytest.mark.parametrize(
+    ("given_back", "is_over", "was_off"),
+    [(None, True, False), (1.0, False, False), (1.0, True, True)],
+    ids=["ended by another", "watched", "over"],
+)
+def test_a_program_that_runs_once_a_stop_is_over_is_a_new_one(
+    pair: Pair, given_back: float | None, is_over: bool, was_off: bool
+) -> None:
+    """Until then it may be the one that was stopped."""
+    told = tell_stop(None, Command.STOP_REAL, pair.setup.config.stop, True, 0.0)
+    stop = msgspec.structs.replace(told, given_back=given_back)
+    lead = msgspec.structs.replace(pair.state.lead, program_was_off=False)
+    noted = note_stopped(lead, stop, None if is_over else stop)
+    assert noted.program_was_off is was_off and note_stopped(lead, None, None) == lead
