@@ -61,6 +61,25 @@ function choice(kind, first, then = () => {}) {
   choose(first);
 }
 
+// What the server would hear only later is not pressed at all: it would be done when the connection is back, behind a
+// STOP that was not sent. What was pressed just before the loss was seen is forgotten, where it still waits here.
+const PRESSES = ["click", "beforeinput", "change", "keydown"];
+
+function barWhileLost(live) {
+  const bar = (event) => {
+    if (live.open || event.target.closest?.("[data-stop]")) return;
+    if (event.type === "keydown" && event.key !== "Enter") return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+  };
+  for (const kind of PRESSES) document.addEventListener(kind, bar, true);
+  window.socket.io.on("reconnect_attempt", forgetPresses);
+}
+
+function forgetPresses() {
+  window.socket.sendBuffer = window.socket.sendBuffer.filter((packet) => packet.data[0] !== "event");
+}
+
 function tabId() {
   const kept = sessionStorage.getItem("panel_tab_id");
   const id = kept || `${Date.now()}-${Math.random()}`;
@@ -116,11 +135,13 @@ function start() {
     lost: (since) => {
       texts.lost(since);
       stop.forget();
+      forgetPresses();
     },
     back: () => texts.back(),
   });
   const stop = new Stop(live);
   const events = new Events(live);
+  barWhileLost(live);
   startTabs();
   startJogWays();
   startPressed("follow");

@@ -17,6 +17,11 @@ TOLD = """([words, outcomes]) => {
     const line = lines.find((one) => one.textContent.toLowerCase().includes(words));
     return line?.checkVisibility() && (!outcomes.length || outcomes.includes(line.dataset.outcome));
 }"""
+# Which stops a finger would miss: something lies on them, or they are not on the screen.
+COVERED = """() => [...document.querySelectorAll("[data-stop]")].filter((button) => {
+    const { left, top, width, height } = button.getBoundingClientRect();
+    return !button.contains(document.elementFromPoint(left + width / 2, top + height / 2));
+}).map((button) => button.dataset.stop)"""
 
 
 class Hand:
@@ -38,8 +43,9 @@ class Hand:
         return self.page.locator(f'[data-panel="{tab}"]')
 
     def look(self) -> None:
-        """Note what is shown now."""
+        """Note what is shown now; whatever it is, a finger reaches both stops."""
         self.page.evaluate("controls.look()")
+        assert self.page.evaluate(COVERED) == []
 
     def choose(self, tab: Locator) -> None:
         """Choose one of several; it is the chosen one then."""

@@ -181,6 +181,27 @@ def test_confirmed_goes_with_the_mode_and_with_each_line_that_is_lost(theatre: T
     assert place.inner_text() == ""
 
 
+def test_nothing_that_was_pressed_while_the_connection_was_lost_is_done_later(
+    theatre: Theatre,
+) -> None:
+    """By key, or by a finger in a dialog: it would come behind a STOP that was not sent."""
+    page = theatre.page
+    theatre.play("stopped")
+    align = page.get_by_role("button", name="Align", exact=True).locator("visible=true")
+    told = page.locator("[data-command]").filter(has_text="Align")
+    align.focus()
+    page.evaluate("panel.live.socket.close(); socket.disconnect(); socket.emit('event', {})")
+    expect(page.locator(".banner-lost")).to_be_visible()
+    page.keyboard.press("Enter")
+    align.dispatch_event("click")
+    waiting = page.evaluate("socket.sendBuffer.filter((each) => each.data[0] === 'event').length")
+    page.evaluate("socket.connect()")
+    expect(page.locator(".banner-lost")).to_be_hidden()
+    assert (waiting, told.count()) == (0, 0)
+    align.click()
+    expect(told).to_have_count(1)
+
+
 # One press whose answer comes behind the second mode; what stands below its button at the end.
 PLAY = """async ([command, modes]) => {
     document.body.innerHTML = `<b class="no-stop-text"></b><b data-stop-answer="${command}"></b>`;

@@ -47,20 +47,6 @@ class _Recordings:
             view.button("Stop", "SPEED", "", self._stop).mark("record-stop")
         self._status = ui.label("").classes("preview").mark("record-status")
         self._list = ui.element("div").classes("rows scroll")
-        with ui.dialog().props("maximized") as self._dialog, ui.element("div").classes("report"):
-            with ui.element("div").classes("report-head"):
-                self._title = ui.label("").classes("card-title")
-                with ui.element("div").classes("row-line"):
-                    self._whole = ui.element("a").classes("button plain-button")
-                    with self._whole:
-                        plain("Open in a new tab")
-                    push_button("Close", self._dialog.close)
-            # A report runs scripts for its charts; without an origin they reach nothing of ours.
-            self._frame = (
-                ui.element("iframe")
-                .classes("report-frame")
-                .props('sandbox="allow-scripts allow-modals allow-downloads" title="Report"')
-            )
         view.after.append(self._refresh)
         ui.timer(REFRESH_S, self._look)
         ui.timer(0.1, self._look, once=True)
@@ -116,7 +102,10 @@ class _Recordings:
                 look_back = button_of("Look back", PLAIN_BUTTON, f'data-look-at="{one.name}"')
                 look_back.props("disabled" if one.busy or not one.bags else "")
                 if one.has_report:
-                    push_button("Report", lambda: self._open(one))
+                    # In a tab of its own: over the page it would lie on STOP and take its keys.
+                    address = f'href="/runs/{one.name}/report.html" target="_blank" rel="noopener"'
+                    with ui.element("a").classes("button plain-button").props(address):
+                        plain("Report")
                 elif self._view.door.reporting() == one.name:
                     push_button("Being made", lambda: None).set_enabled(False)
                 else:
@@ -171,10 +160,3 @@ class _Recordings:
         else:
             self._view.tell(Answer(True, done), f"{what} {names[0]}")
         await self._look()
-
-    def _open(self, one: Run) -> None:
-        self._title.set_text(f"Report of {one.name}")
-        address = f"/runs/{one.name}/report.html"
-        self._frame.props(f'src="{address}"')
-        self._whole.props(f'href="{address}" target="_blank" rel="noopener"')
-        self._dialog.open()
