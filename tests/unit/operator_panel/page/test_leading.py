@@ -256,6 +256,32 @@ def test_cartesian_draft_is_led_to_its_joints(scene: Scene) -> None:
         assert degrees == pytest.approx(coordinates[1].value, abs=1e-3)
 
 
+def test_a_second_press_of_run_while_control_is_asked_for_is_refused(scene: Scene) -> None:
+    """It neither runs the draft beside the first nor lets it be edited under that one."""
+    take = asyncio.Event()
+
+    async def slow(seat: Seat, action: str, moves: bool) -> Answer:
+        await take.wait()
+        return Answer(False, "another page is in control")
+
+    async def twice() -> tuple[str, str]:
+        first = asyncio.create_task(scene.leading.run())
+        await asyncio.sleep(0)
+        with pytest.raises(TeachError) as second:
+            await scene.leading.run()
+        running = scene.lesson.runner
+        take.set()
+        with pytest.raises(TeachError, match="another page"):
+            await first
+        return str(second.value), running
+
+    scene.cell.control = slow  # type: ignore[method-assign]
+    scene.cell.holder = ""
+    said, running = asyncio.run(asyncio.wait_for(twice(), 10.0))
+    assert "runs it" in said and running and scene.lesson.runner == ""
+    assert scene.cell.sent == []
+
+
 def test_second_run_is_refused_while_one_goes_on(scene: Scene) -> None:
     """Two pages: one leads."""
     scene.lesson.runner = "operator 2"

@@ -165,11 +165,10 @@ class Leading:
             TeachError: Something has ended it; the text says at which line, and what.
         """
         self._free()
-        refused = await self._view.desk.take(self._view.session.page)
-        if refused:
-            raise TeachError(refused)
         self._lesson.runner = self._view.session.name
         try:
+            if refused := await self._view.desk.take(self._view.session.page):
+                raise TeachError(refused)
             walk = Walk(await self._in_joints(), self._view.robot)
             while not isinstance(act := walk.run_on(), Word):
                 self.chosen = walk.at
