@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import msgspec
 from nicegui import ui
 from scara_description.inertia import largest_inertia
+from scara_ros.page.page_library_io import run
 
 from operator_panel.control.fields import error_text, parse_number
 from operator_panel.door import Answer, Gains
 from operator_panel.page.charts_io import joint_title
 from operator_panel.page.view_io import PageView, push_button
-from operator_panel.step_response import describe, step_response
+from operator_panel.step_response import Response, describe, step_response
 
 MISSING = "Not available: the simulator offers no tuning service for this joint."
 NOTE = "Set in the running simulator and written to pid_gains.yaml."
@@ -33,7 +36,6 @@ class _Tuning:
     def __init__(self, view: PageView) -> None:
         self._view = view
         self._joints = {joint.name: joint for joint in view.robot.twin_joints}
-        self._inertias: dict[str, float] = {}
         self._fields: dict[str, ui.input] = {}
         self._switches: dict[str, ui.checkbox] = {}
         self._shown: tuple[str, Gains | None] | None = None
@@ -112,29 +114,29 @@ class _Tuning:
             name: parse_number(field.value or "", name, "") for name, field in self._fields.items()
         }
 
-    def _inertia(self, name: str) -> float:
-        """Return what a joint sees; the search takes up to a second for an arm of six joints."""
-        if name not in self._inertias:
-            ranges = {joint.name: (joint.lower, joint.upper) for joint in self._joints.values()}
-            urdf = self._view.robot.description.read_text(encoding="utf-8")
-            self._inertias[name] = largest_inertia(urdf, ranges, name)
-        return self._inertias[name]
-
-    def _preview(self) -> None:
+    async def _preview(self) -> None:
         """Show the step response of the gains as they are and as typed."""
         typed, shown = self._typed(), self._shown
         if typed is None or shown is None or shown[1] is None:
             return
         joint, preview = self._joints[shown[0]], self._view.config.preview
         step = (preview.step_deg if joint.unit == "deg" else preview.step_mm) * joint.scale
-        inertia = self._inertia(joint.name)
+        loops = _position_loop(shown[1].values), _position_loop(typed)
+        ranges = tuple((each.name, each.lower, each.upper) for each in self._joints.values())
+
+        def reckon() -> list[Response]:
+            inertia = _inertia(self._view.robot.description, ranges, joint.name)
+            duration = preview.duration_s
+            return [step_response(loop, inertia, joint.effort, step, duration) for loop in loops]
+
         try:
-            curves = [
-                step_response(loop, inertia, joint.effort, step, preview.duration_s)
-                for loop in (_position_loop(shown[1].values), _position_loop(typed))
-            ]
+            # In a thread: the event loop of all pages hears STOP meanwhile.
+            curves = await run.io_bound(reckon)
         except ValueError as error:
             self._result.set_text(str(error))
+            return
+        # The server ends, or the form shows another joint or other gains by now.
+        if curves is None or self._shown is not shown:
             return
         self._chart.set_visibility(True)
         for series, curve in zip(self._chart.options["series"], curves):
@@ -161,6 +163,13 @@ class _Tuning:
         answer = Answer(False, refused) if refused else await self._view.door.undo_tuning()
         self._result.set_text(answer.message)
         self._view.tell(answer, "Gains")
+
+
+@lru_cache(maxsize=64)
+def _inertia(urdf: Path, ranges: tuple[tuple[str, float, float], ...], name: str) -> float:
+    """Return what a joint sees, for all pages; six joints take up to a second the first time."""
+    limits = {joint: (lower, upper) for joint, lower, upper in ranges}
+    return largest_inertia(urdf.read_text(encoding="utf-8"), limits, name)
 
 
 def _position_loop(gains: dict[str, float]) -> dict[str, float]:

@@ -1,0 +1,87 @@
+"""The preview of gains is reckoned beside the event loop: STOP of every page is heard in it."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from harness.workspace import ROOT
+from operator_panel.config import load_panel
+from operator_panel.control.authority import Role
+from operator_panel.door import Gains
+from operator_panel.page import tuning_io
+from operator_panel.page.view_io import PageView
+from scara_config import load_robot
+
+GAINS = {"position_p": 5200.0, "position_i": 900.0, "position_d": 268.0, "i_clamp": 12.0}
+
+
+class Form:
+    """The tuning form of a viewer's page; to search for an inertia takes 0.2 s."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """Build it."""
+        from nicegui import Client, ui
+
+        def search(*_: object) -> float:
+            self.searched += 1
+            time.sleep(0.2)
+            return 1.0
+
+        self.searched, self.values = 0, GAINS
+        monkeypatch.setattr(tuning_io, "largest_inertia", search)
+        monkeypatch.setattr(ui, "run_javascript", lambda _: None)  # no browser is there
+        tuning_io._inertia.cache_clear()
+        door: Any = SimpleNamespace(gains=lambda _: Gains(self.values, {}, {}))
+        viewer: Any = SimpleNamespace(role=Role.VIEWER)
+        nobody: Any = None
+        robot, config = load_robot(ROOT / "config"), load_panel(ROOT / "config")
+        self.client = Client(ui.page("/tuning"))
+        with self.client:
+            self.form = tuning_io._Tuning(PageView(robot, config, nobody, door, nobody, viewer))
+            self.form._refresh()
+
+    async def preview(self) -> None:
+        """Press the button."""
+        with self.client:
+            await self.form._preview()
+
+
+@pytest.fixture
+def form(monkeypatch: pytest.MonkeyPatch) -> Form:
+    """Give a form."""
+    return Form(monkeypatch)
+
+
+def test_preview_lets_the_pages_event_loop_go_on(form: Form) -> None:
+    """Or a STOP that comes meanwhile waits for it; what was found once is known to all pages."""
+
+    async def press() -> int:
+        pressed, turns = asyncio.create_task(form.preview()), 0
+        while not pressed.done():
+            await asyncio.sleep(0.01)
+            turns += 1
+        return turns
+
+    assert asyncio.run(press()) > 5
+    assert form.form._result.text.startswith("Typed gains: ")
+    asyncio.run(form.preview())
+    assert form.searched == 1
+
+
+def test_preview_that_comes_late_is_not_shown_beside_other_gains(form: Form) -> None:
+    """The form shows what is in force by now."""
+
+    async def press() -> None:
+        pressed = asyncio.create_task(form.preview())
+        await asyncio.sleep(0.05)
+        form.values = GAINS | {"i_clamp": 6.0}
+        with form.client:
+            form.form._refresh()
+        await pressed
+
+    asyncio.run(press())
+    assert form.form._result.text == ""
