@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Awaitable
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from operator_panel.retelling.run_folders_io import (
     rename_run,
 )
 from operator_panel.runs import Run
+from operator_panel.view.alarms import DIAGNOSIS_MEMORY_S
 from operator_panel.view.snapshot import Snapshot
 
 REFRESH_S = 3.0
@@ -73,9 +75,15 @@ class _Recordings:
 
     def _refresh(self, snapshot: Snapshot, _: bool) -> None:
         found = [d for name, d in snapshot.diagnoses.items() if name.endswith("recorder")]
-        self._status.set_text(
-            f"Recorder: {found[0].message}" if found else "Recorder: not heard of yet"
-        )
+        if not found:
+            self._status.set_text("Recorder: not heard of yet")
+            return
+        newest = max(found, key=lambda each: each.received)
+        # What a recorder that has died said last is still among the diagnoses.
+        quiet_s = time.monotonic() - newest.received
+        silent = f"silent for {quiet_s:.0f} s: nothing may be recorded. Is its node running?"
+        said = newest.message if quiet_s < DIAGNOSIS_MEMORY_S else silent
+        self._status.set_text(f"Recorder: {said}")
 
     async def _look(self) -> None:
         found = await run.io_bound(list_runs, self._folder)

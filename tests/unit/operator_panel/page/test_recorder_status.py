@@ -1,0 +1,50 @@
+"""What tab Recordings says of the recorder: as it is now, not as it was told last."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from harness.workspace import ROOT
+from operator_panel.config import load_panel
+from operator_panel.control.authority import Role
+from operator_panel.page.records.recordings_io import _Recordings
+from operator_panel.page.view_io import PageView
+from operator_panel.view.snapshot import Diagnosis, Snapshot
+from scara_config import load_robot
+
+RECORDING = "recording run_7, 12 s"
+
+
+@pytest.mark.parametrize(
+    ("names", "told"),
+    [
+        ({}, "Recorder: not heard of yet"),
+        ({"/recorder": 1.0}, f"Recorder: {RECORDING}"),
+        # It was killed; the operator makes the run and has no bag.
+        (
+            {"/recorder": 10.2},
+            "Recorder: silent for 10 s: nothing may be recorded. Is its node running?",
+        ),
+        ({"/cell_1/recorder": 10.2, "/recorder": 1.0}, f"Recorder: {RECORDING}"),
+    ],
+)
+def test_recorder_that_has_died_is_not_shown_as_recording(
+    tmp_path: Path, names: dict[str, float], told: str
+) -> None:
+    """Its last status stays among the diagnoses."""
+    from nicegui import Client, ui
+
+    nobody: Any = None
+    viewer: Any = SimpleNamespace(role=Role.VIEWER)
+    robot, config = load_robot(ROOT / "config"), load_panel(ROOT / "config")
+    view = PageView(robot, config, nobody, nobody, nobody, viewer)
+    now = time.monotonic()
+    heard = {name: Diagnosis(0, name, RECORDING, now - after) for name, after in names.items()}
+    with Client(ui.page("/recordings")):
+        form = _Recordings(view, tmp_path)
+        form._refresh(Snapshot(diagnoses=heard), False)
+    assert form._status.text == told
