@@ -2,6 +2,7 @@
 const RETRY_MS = 1000;
 const SILENT_MS = 1000; // the server sends 20 frames a second
 const LOOK_MS = 200;
+const AGAIN_MS = 5000; // our choice: a connection through two lost packets takes 3 s
 const UNKNOWN_PAGE = 4404;
 
 export class Live {
@@ -15,6 +16,7 @@ export class Live {
   }
 
   connect() {
+    this.tried = performance.now();
     this.socket = new WebSocket(this.url);
     this.socket.onmessage = (event) => this.hear(JSON.parse(event.data));
     this.socket.onclose = (event) => {
@@ -34,7 +36,14 @@ export class Live {
   }
 
   look() {
-    if (performance.now() - this.heard > SILENT_MS) this.lose();
+    const now = performance.now();
+    if (now - this.heard > SILENT_MS) this.lose();
+    // Where the network forgets a line, as when a phone roams, no end is ever told: nobody else opens it again.
+    if (now - Math.max(this.heard, this.tried) > AGAIN_MS && this.socket.readyState <= WebSocket.OPEN) {
+      this.socket.onmessage = this.socket.onclose = null;
+      this.socket.close();
+      this.connect();
+    }
   }
 
   lose() {

@@ -12,14 +12,14 @@ import time
 from collections.abc import Iterator
 
 import pytest
-from harness.page.theatre import Theatre
+from harness.page.theatre import TOKEN, Theatre
 from harness.processes import Process, free_port, wait_until
 from harness.ros import Ros
 from harness.running.thorough import thorough
 from harness.wires.browser import LOAD_MS, kept_chromium
 from harness.wires.command_service import NAME, CommandService
 from harness.wires.operator_page import Panel, heard
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, WebSocketRoute, expect
 from websockets.sync.client import ClientConnection
 
 IN_TIME_S = 0.5
@@ -200,6 +200,34 @@ def test_nothing_that_was_pressed_while_the_connection_was_lost_is_done_later(
     assert (waiting, told.count()) == (0, 0)
     align.click()
     expect(told).to_have_count(1)
+
+
+def test_line_that_broke_without_a_word_is_opened_again(theatre: Theatre) -> None:
+    """As when a phone roams: its socket stays open, and neither side ever hears of an end."""
+    theatre.play("ready")
+    browser = theatre.page.context.browser
+    assert browser is not None
+    page = browser.new_page()
+    lines: list[WebSocketRoute] = []
+    broken: list[WebSocketRoute] = []
+
+    def join(line: WebSocketRoute) -> None:
+        lines.append(line)
+        server = line.connect_to_server()
+        line.on_message(lambda said: None if line in broken else server.send(said))
+        server.on_message(lambda said: None if line in broken else line.send(said))
+        line.on_close(lambda *_: None)
+
+    page.route_web_socket("**/live?*", join)
+    page.goto(f"{theatre.address}/?token={TOKEN}", timeout=LOAD_MS)
+    expect(page.locator('[data-live="mode"]')).to_have_text("Ready")
+    broken.extend(lines)
+    expect(page.locator("body.is-lost")).to_be_visible()
+    expect(page.locator("body:not(.is-lost)")).to_be_visible()
+    assert len(lines) == 2
+    page.keyboard.press("Escape")
+    expect(page.locator('[data-stop-answer="STOP"]')).to_have_text("confirmed")
+    page.close()
 
 
 # One press whose answer comes behind the second mode; what stands below its button at the end.
