@@ -43,7 +43,7 @@ class _Teach:
         self._view, self._lesson, self._robot = view, lesson, view.robot
         self._shown: tuple[object, ...] = ()
         self._rows: dict[int, ui.element] = {}
-        self._marked = 0
+        self._marked, self._pressed = 0, ""
         self._leading = Leading(view, lesson)
         self._head()
         self._list = ui.element("div").classes("teach-lines").props('role=group aria-label="Lines"')
@@ -61,7 +61,7 @@ class _Teach:
     def _head(self) -> None:
         with ui.element("div").classes("row-line"):
             self._name = self._field("Program", "", "teach-name")
-            self._name.on("keydown.enter", self._rename)
+            self._name.on("keydown.enter", partial(self._press, "Rename", self._rename))
             self._button("Rename", self._rename)
             self._button("Undo", partial(self._history, "undo"))
             self._button("Redo", partial(self._history, "redo"))
@@ -132,20 +132,32 @@ class _Teach:
         return made
 
     def _button(self, text: str, act: Callable[[], Any]) -> None:
-        """Make a button for an edit; what is refused is said below the lines."""
+        """Make a button for an edit."""
+        made = push_button(text, partial(self._press, text, act)).mark(f"teach-{text.lower()}")
+        self._view.guard(made, "SPEED")
 
-        async def press() -> None:
+    async def _press(self, text: str, act: Callable[[], Any]) -> None:
+        """Do an edit; what is refused is said below the lines."""
+        # The second press of a glove's two is of the line that was chosen before the first, until
+        # that one is on the disk: it would move or delete another line.
+        if self._pressed:
+            self._say("warn", f"{text} was not done: {self._pressed} before it had not ended.")
+            return
+        self._pressed = text
+        try:
             await self._try(text, act)
-
-        self._view.guard(push_button(text, press).mark(f"teach-{text.lower()}"), "SPEED")
+        finally:
+            self._pressed = ""
 
     async def _try(self, text: str, act: Callable[[], Any]) -> None:
+        self._say("", "")
         try:
             said = await act()
         except (TeachError, FieldError) as error:
             self._say("bad", f"{text}: {error}")
         else:
-            self._say(*(said or ("", "")))
+            if said:
+                self._say(*said)
 
     def _say(self, tone: str, text: str) -> None:
         self._said.set_text(text)
