@@ -1,4 +1,5 @@
 // The list of events: filtered here, acknowledged by the server for all pages.
+import { secondsOf } from "./past/clock.js";
 import { line } from "./texts.js";
 
 const KEPT = "panel_events";
@@ -35,7 +36,7 @@ export class Events {
   show(events) {
     this.events = events;
     const chosen = (this.recorded || events).filter((event) => {
-      if (this.until && new Date(event.time).getTime() > 1000 * this.until + 999) return false;
+      if (this.until && secondsOf(event.time) > this.until + 0.999) return false;
       if (this.filter === "open") return isOpen(event);
       return this.filter === "" || event.severity !== "info";
     });

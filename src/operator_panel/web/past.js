@@ -1,8 +1,9 @@
 // The time line: picture, numbers, charts and events of a moment, of the last ten minutes or of a recording. The bar
 // with mode and STOP, the commands and the alarms stay live, and everything that is not of now has a frame that says so.
-import { clockText, momentOf } from "./past/clock.js";
+import { clockText, momentOf, setZone } from "./past/clock.js";
 
 const FORGET_MS = 30000; // the label says how long ago it is; the moment itself does not change
+const NEWEST = 1e11; // later than any moment: the browser's clock may differ from the server's
 const AGAIN_MS = 500; // a recording that is still being read is asked again
 
 export class TimeLine {
@@ -29,7 +30,7 @@ export class TimeLine {
       const button = event.target.closest?.("[data-look-at]");
       if (button) this.open(button.dataset.lookAt);
     });
-    setInterval(() => this.at !== null && !this.run && this.say(), FORGET_MS);
+    setInterval(() => this.at !== null && !this.run && this.look && this.say(), FORGET_MS);
     setInterval(() => this.isReading && this.ask(this.target), AGAIN_MS);
   }
 
@@ -43,7 +44,7 @@ export class TimeLine {
     this.run = run;
     this.look = null;
     this.isReading = false;
-    this.base = run ? 0 : Date.now() / 1000;
+    this.base = run ? 0 : NEWEST;
     this.place.hidden = false;
     this.clock.value = "";
     this.refuse("");
@@ -87,7 +88,7 @@ export class TimeLine {
   // From when to when the server remembers: it goes on while somebody looks back.
   async remembered() {
     try {
-      const answer = await fetch(`/past.json?at=${Date.now() / 1000}`, { cache: "no-store" });
+      const answer = await fetch(`/past.json?at=${NEWEST}`, { cache: "no-store" });
       if (answer.ok) {
         const { first, last } = await answer.json();
         return [first, last];
@@ -133,6 +134,9 @@ export class TimeLine {
 
   show(look) {
     this.look = look;
+    setZone(look.zone_s);
+    this.ahead = look.last - Date.now() / 1000; // the server's newest moment is of now
+    if (this.base === NEWEST) this.base = this.target = look.last;
     this.isReading = this.run !== "" && look.last < look.ends;
     if (this.run) this.base = look.first;
     this.at = this.wanted = look.at;
@@ -153,7 +157,7 @@ export class TimeLine {
     // The nearest moment that is known may be a hair before the one asked for: 14:03:20 does not read 14:03:19.
     const clock = clockText(Math.abs(this.at - this.target) < 0.5 ? this.target : this.at);
     if (!this.run) {
-      const ago = Math.max(0, Math.round(Date.now() / 1000 - this.at));
+      const ago = Math.max(0, Math.round(Date.now() / 1000 + this.ahead - this.at));
       this.tell(`${clock}, ${length(ago)} ago`);
       return;
     }

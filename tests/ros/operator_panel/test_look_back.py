@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import re
 import shutil
+import time
 from collections.abc import Iterator
+from datetime import datetime
 
 import pytest
 from harness.page import recorded
-from harness.page.theatre import SLOW_MS, Theatre, at_sizes, kept_theatre
+from harness.page.theatre import SLOW_MS, TOKEN, Theatre, at_sizes, kept_theatre
+from harness.wires.browser import LOAD_MS
 from playwright.sync_api import expect
 from scara_config import load_robot
 
@@ -129,6 +132,45 @@ def test_typed_time_of_day_leads_there_and_one_outside_says_what_there_is(
         assert page.evaluate(MOMENT) == moment
         assert theatre.problems(f"{size}, {typed!r}") == []
     page.locator(".past-note").get_by_role("button", name="Live").click()
+
+
+SHOWN = """() => [window.panel.timeLine.look?.last, window.panel.timeLine.at,
+    document.querySelector("[data-past-text]").textContent]"""
+
+
+@pytest.mark.parametrize("zone", ["Pacific/Honolulu", "Asia/Tokyo"])
+def test_phone_whose_clock_and_zone_differ_looks_back_by_the_cells_clock(
+    theatre: Theatre, zone: str
+) -> None:
+    """The newest moment is there, and no event from behind a moment is shown with it."""
+    theatre.play("ready")
+    browser = theatre.page.context.browser
+    assert browser is not None
+    page = browser.new_page(timezone_id=zone, viewport={"width": 1280, "height": 720})
+    page.clock.install(time=time.time() - 300.0)
+    page.goto(f"{theatre.address}/?token={TOKEN}", timeout=LOAD_MS)
+    page.get_by_role("tab", name="Events", exact=True).click()
+    theatre.remembered()
+    begun = time.time()
+    theatre.play("alarmed")
+    events = page.locator(".event")
+    expect(events.first).to_be_visible()
+    page.locator("[data-look-back]").click()
+    page.wait_for_function("() => window.panel.timeLine.look")
+    last, at, told = page.evaluate(SHOWN)
+    assert last == at and abs(last - time.time()) < 5.0
+    clock = datetime.fromtimestamp(at).strftime("%H:%M:%S")
+    assert told.startswith(f"Not now. Past: {clock}, ") and "min" not in told
+    expect(events.first).to_be_visible()
+    shown = events.count()
+    page.evaluate("(at) => window.panel.timeLine.ask(at)", begun - 3.0)
+    expect(events).not_to_have_count(shown)
+    clocks = [datetime.fromtimestamp(begun - 3.0 + k).strftime("%H:%M:%S") for k in range(1, 8)]
+    assert not set(clocks) & set(page.locator(".event time").all_inner_texts())
+    page.get_by_label("Time of day").fill(clock)
+    page.get_by_role("button", name="Go", exact=True).click()
+    expect(page.locator("[data-past-text]")).to_contain_text(f"Past: {clock}, ")
+    page.close()
 
 
 def test_typed_time_of_day_leads_through_the_last_ten_minutes(theatre: Theatre) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Awaitable, Callable
+from datetime import datetime
 
 import msgspec
 from scara_ros.page.page_library_io import offer
@@ -36,7 +37,8 @@ def offer_camera(picture: Callable[[str], Awaitable[tuple[str, bytes] | None]]) 
 def offer_past(past: Past, recordings: Recordings, window_s: float) -> None:
     """Offer what the page showed, or would have shown of a recording.
 
-    ``?at=`` system time [s], with ``window_s`` of charts; ``&run=`` the name of a recording.
+    ``?at=`` system time [s], with ``window_s`` of charts; ``&run=`` the name of a recording. In the
+    answer ``zone_s`` is by how much this machine's time of day is ahead of UTC [s].
     """
 
     async def answer(at: str = "", run: str = "") -> Response:
@@ -54,7 +56,10 @@ def offer_past(past: Past, recordings: Recordings, window_s: float) -> None:
             return _refusal(202, "the recording is being opened")
         if found is None:
             return _refusal(404, "nothing is remembered yet")
-        return Response(msgspec.json.encode(found), media_type="application/json", headers=FRESH)
+        # A browser may have another zone; events and all else on the page have this machine's.
+        zone = datetime.fromtimestamp(found.at).astimezone().utcoffset()
+        told = msgspec.structs.asdict(found) | {"zone_s": zone.total_seconds() if zone else 0.0}
+        return Response(msgspec.json.encode(told), media_type="application/json", headers=FRESH)
 
     offer(PAST, answer)
 
