@@ -112,7 +112,7 @@ def program_at_full_speed(stage: Stage) -> None:
 
 
 def override_while_moving(stage: Stage) -> None:
-    """Cold start override, then others on the move; the safety speed caps them."""
+    """Cold start override, then others on the move; an open fence caps them and pauses."""
     stage.pulse("rsr3")
     stage.run(0.5)
     for percent in (100, 37, 1, 80):
@@ -121,6 +121,7 @@ def override_while_moving(stage: Stage) -> None:
     stage.controller.write_input("sfspd", False)
     stage.run(0.2)
     stage.controller.write_input("sfspd", True)
+    stage.pulse("start")
     stage.run(0.8)
 
 

@@ -191,17 +191,20 @@ def test_reset_while_still_braking_is_refused(bench: Bench) -> None:
     assert not bench.now.outputs.sysrdy and bench.now.outputs.fault
 
 
-def test_safety_speed_caps_the_override_and_forbids_a_start(bench: Bench) -> None:
-    """*SFSPD off: a running program slows down, a new one is refused; then all is as before."""
+def test_open_fence_pauses_caps_the_override_and_forbids_a_start(bench: Bench) -> None:
+    """*SFSPD off: as with HOLD the robot stands and its program waits; closed, START goes on."""
     bench.start_moving()
     bench.controller.write_input("sfspd", False)
     bench.run(0.4)
     assert bench.now.override == bench.config.safety_speed_percent
-    assert abs(bench.now.velocities[1]) <= 0.06 * bench.robot.joint("joint_2").velocity
+    assert bench.now.program_state is ProgramState.PAUSED
+    assert not any(bench.now.velocities)
     assert not bench.now.outputs.cmdenbl
     bench.controller.write_input("sfspd", True)
-    bench.run(0.01)
-    assert bench.now.override == 100
+    bench.run(0.1)
+    assert bench.now.override == 100 and not any(bench.now.velocities)
+    bench.pulse("start")
+    assert bench.now.program_state is ProgramState.RUNNING
 
 
 @pytest.mark.parametrize(

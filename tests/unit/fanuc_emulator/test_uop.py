@@ -41,6 +41,7 @@ FALLING = {
     "hold": UopRequest.HOLD,
     "panel_hold": UopRequest.HOLD,
     "enbl": UopRequest.HOLD,
+    "sfspd": UopRequest.HOLD,
     "fault_reset": UopRequest.RESET,
 }
 LONG_FALLING = {"start": UopRequest.START, "prod_start": UopRequest.START_FIRST}

@@ -84,6 +84,7 @@ _EDGES: dict[tuple[str, bool], UopRequest] = {
     ("hold", False): UopRequest.HOLD,
     ("panel_hold", False): UopRequest.HOLD,
     ("enbl", False): UopRequest.HOLD,
+    ("sfspd", False): UopRequest.HOLD,
     ("cstopi", True): UopRequest.CYCLE_STOP,
     ("fault_reset", False): UopRequest.RESET,
     ("start", False): UopRequest.START,

@@ -24,7 +24,7 @@ STEP_PERCENT = 5
 # What a person at the robot can do wrong, as a switch: input, wording, what it causes.
 SWITCHES = (
     ("panel_imstp", "Emergency stop button", "servo power off"),
-    ("sfspd", "Safety fence open", "safety speed"),
+    ("sfspd", "Safety fence open", "pauses, safety speed"),
     ("enbl", "Enable switch off", "no motion"),
 )
 STYLE = """
