@@ -124,14 +124,14 @@ class _Tuning:
         loops = _position_loop(shown[1].values), _position_loop(typed)
         ranges = tuple((each.name, each.lower, each.upper) for each in self._joints.values())
 
-        def reckon() -> list[Response]:
+        def compute() -> list[Response]:
             inertia = _inertia(self._view.robot.description, ranges, joint.name)
             duration = preview.duration_s
             return [step_response(loop, inertia, joint.effort, step, duration) for loop in loops]
 
         try:
             # In a thread: the event loop of all pages hears STOP meanwhile.
-            curves = await run.io_bound(reckon)
+            curves = await run.io_bound(compute)
         except ValueError as error:
             self._result.set_text(str(error))
             return
