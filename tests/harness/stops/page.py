@@ -14,8 +14,8 @@ How long the robot takes to stand, by how it was set up. Written by `./cell benc
 - CSTOPI: "CSTOPI for ABORT" is TRUE, or FALSE as delivered. `*IMSTP`: it has an input or not.
 - Scenes: ARTICLE at 100 % in the middle of a move; a `move_to` of the twin at 50 %; ARTICLE in a
   WAIT, 0.25 s before its next move; ARTICLE where the next move begins.
-- Each cell: seconds until the robot stands, in brackets its own ramp after HOLD where that differs;
-  its program; the mode 1.2 s later, where it is not STOPPED, ESTOP or PAUSED.
+- Each cell: seconds until the robot stands, in brackets those of its ramp after HOLD where they
+  differ; the state of its program; the mode 1.2 s later, where it is not the command's own.
 - "No success": the answer says that the robot is not seen to stand.
 - Where HOLD is allocated each row stands within 0.1 s after that ramp:
   `tests/virtual_time/stops/test_stop_table.py`.
