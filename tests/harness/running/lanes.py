@@ -69,6 +69,8 @@ TIMED = (
     "tests/unit/operator_panel/link/test_listening.py",
     "tests/unit/operator_panel/link/test_register_reader.py",
     "tests/unit/operator_panel/page/test_landmarks.py",
+    "tests/unit/operator_panel/page/test_teach_presses.py",
+    "tests/unit/operator_panel/page/test_tuning.py",
     "tests/unit/operator_panel/page/test_twin_api.py",
     "tests/unit/operator_panel/retelling/test_bag_length.py",
     "tests/unit/operator_panel/retelling/test_run_folders.py",
