@@ -16,6 +16,7 @@ import websocket
 from harness.opponents.graph_and_clients import DEADLINE, Call, Cell, MakeCell
 from harness.processes import free_port, wait_until
 from harness.workspace import ROOT
+from rosbridge_gateway.config import Stops
 from rosbridge_gateway.connection.line_io import Poll
 
 PATIENT = {"begin_timeout": 5.0}
@@ -121,6 +122,36 @@ def test_stop_needs_no_room_among_running_calls(make_cell: MakeCell) -> None:
     next_call(cell).end.put({"success": True})
     assert client.hear()["id"] == "stop"
     hanging.end.put({})
+
+
+@pytest.mark.parametrize("whose", ["its own", "another's"])
+def test_estop_waits_for_no_stop_that_waits_for_its_answer(cell: Cell, whose: str) -> None:
+    """Somebody repeats a STOP that does not work; then an ESTOP comes, from whomever."""
+    client, other = cell.client(), cell.client()
+    for number in range(20):
+        client.say(**STOP, id=str(number))
+    stops = [next_call(cell) for _ in range(20)]
+    assert all(call.started.wait(DEADLINE) for call in stops), "each has gone to its service"
+    (client if whose == "its own" else other).say(**{**STOP, "args": {"command": "ESTOP"}})
+    estop = next_call(cell)
+    assert estop.started.wait(1.0)
+    assert not stops[-1].cancelled.is_set(), "only the oldest are answered with an error"
+    for call in (*stops, estop):
+        call.end.put({"success": True})
+
+
+def test_stop_of_a_client_that_goes_at_once_is_sent(make_cell: MakeCell) -> None:
+    """A page sends STOP and closes; the answer alone is given up, once the request has gone."""
+    stops = Stops(publish={}, call_service={"slow_to_begin": ["STOP"]})
+    cell = make_cell(begin_timeout=0.01, stops=stops)
+    client = cell.client()
+    client.say(op="call_service", service="slow_to_begin", args={"command": "STOP"})
+    stop = next_call(cell)
+    client.line.close()
+    cell.wait_logged("left")
+    assert not stop.cancelled.is_set()
+    stop.may_begin.set()
+    assert stop.cancelled.wait(DEADLINE)
 
 
 def test_viewers_stop_is_refused_and_stops_nothing(cell: Cell) -> None:

@@ -18,6 +18,8 @@ from rosbridge_gateway.protocol.roles import with_person
 from rosbridge_gateway.rosapi import answers
 from rosbridge_gateway.rosapi.errors import RequestError
 
+_STOPS_OF_ONE = 16  # our choice: so many stops of one client wait for their answers
+
 
 class CallsShared(Protocol):
     """What the calls of all clients share; the server."""
@@ -26,7 +28,6 @@ class CallsShared(Protocol):
     graph: Graph
     call_threads: ThreadPoolExecutor
     page_call_threads: ThreadPoolExecutor
-    stop_threads: ThreadPoolExecutor
     namespace: str
     calls: int
     errors: int
@@ -69,6 +70,11 @@ class Calls:
         self._running: dict[asyncio.Task[None], ServiceCall | None] = {}
         self._begun: dict[str, asyncio.Event] = {}
         """Of each service, whether the newest call has begun."""
+        # Threads of its own: a stop waits for no call, and for no other client's stops either.
+        self._stop_threads = ThreadPoolExecutor(_STOPS_OF_ONE, "gateway_stop")
+        self._stops: dict[ServiceCall, asyncio.Event] = {}
+        """The stops that run, the oldest first, and whether they have begun."""
+        self._gone = False
 
     def __len__(self) -> int:
         return len(self._running)
@@ -111,11 +117,20 @@ class Calls:
         call = shared.graph.service_call(name, args, timeout, client.caller, came)
         begun = asyncio.Event()
 
+        def began() -> None:
+            begun.set()
+            if self._gone:
+                call.cancel()
+
         def tell() -> None:
-            with contextlib.suppress(RuntimeError):  # the loop has ended
-                self._loop.call_soon_threadsafe(begun.set)
+            try:
+                self._loop.call_soon_threadsafe(began)
+            except RuntimeError:  # the loop has ended
+                call.cancel()
 
         if stops:
+            self._free_a_thread()
+            self._stops[call] = begun
             self._begin(packet, name, call, lambda: call.run(tell), True, begun, stops=True)
         else:
             before, self._begun[name] = self._begun.get(name), begun
@@ -137,11 +152,26 @@ class Calls:
                 f"{limit} calls of all run: {name} refused; call again when one has ended"
             )
 
+    def _free_a_thread(self) -> None:
+        """Give up the answer of the oldest stop that has gone to its service, if many wait."""
+        if len(self._stops) >= _STOPS_OF_ONE:
+            for call, begun in self._stops.items():
+                if begun.is_set():
+                    del self._stops[call]
+                    call.cancel()
+                    return
+
     def cancel(self) -> None:
-        """End all calls that can be ended; each is answered with an error."""
+        """End all calls that can be ended; each is answered with an error.
+
+        A stop ends only once it has gone to its service, also when its sender leaves at once.
+        """
+        self._gone = True
         for call in self._running.values():
-            if call is not None:
+            begun = None if call is None else self._stops.get(call)
+            if call is not None and (begun is None or begun.is_set()):
                 call.cancel()
+        self._stop_threads.shutdown(wait=False)
 
     def _begin(
         self,
@@ -161,6 +191,8 @@ class Calls:
         def ended(_: asyncio.Task[None]) -> None:
             self._shared.calls -= not self._client.visitor.is_page
             self._running.pop(task, None)
+            if call is not None:
+                self._stops.pop(call, None)
             begun.set()
             if self._begun.get(name) is begun:
                 del self._begun[name]
@@ -190,7 +222,7 @@ class Calls:
             await before.wait()
         threads = shared.call_threads
         if stops:
-            threads = shared.stop_threads
+            threads = self._stop_threads
         elif client.visitor.is_page:
             threads = shared.page_call_threads
         try:

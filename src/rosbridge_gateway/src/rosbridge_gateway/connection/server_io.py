@@ -38,7 +38,6 @@ from rosbridge_gateway.protocol.session import Session
 from rosbridge_gateway.wire.png_io import unpack
 
 _HARD_SIZE_FACTOR = 8  # our choice: so much longer a packet may be and still be answered
-_STOP_THREADS = 4  # our choice: for calls that stop; a stop never waits for another call to end
 _SILENT = logging.getLogger("rosbridge_gateway.websockets")
 _SILENT.addHandler(logging.NullHandler())
 _SILENT.propagate = False
@@ -91,10 +90,8 @@ class GatewayServer:
         self.errors = 0
         # One thread, so that what a client asks of the graph happens in its order.
         self.graph_thread = ThreadPoolExecutor(1, "gateway_graph")
-        # Calls may hang until their deadline. Stops have threads of their own, which no call can
-        # take, and pages cannot take those of programs.
+        # Calls may hang until their deadline; pages cannot take the threads of programs.
         self.call_threads = ThreadPoolExecutor(config.limits.calls, "gateway_call")
-        self.stop_threads = ThreadPoolExecutor(_STOP_THREADS, "gateway_stop")
         self.page_call_threads = ThreadPoolExecutor(config.limits.page_calls, "gateway_page_call")
         self.person_services = frozenset(
             resolve(name, namespace) for name in config.person_services
@@ -152,7 +149,6 @@ class GatewayServer:
             self._thread.join()
         self.call_threads.shutdown(wait=True, cancel_futures=True)
         self.page_call_threads.shutdown(wait=True, cancel_futures=True)
-        self.stop_threads.shutdown(wait=True, cancel_futures=True)
         self.graph_thread.shutdown(wait=True)
         self._socket.close()
 
