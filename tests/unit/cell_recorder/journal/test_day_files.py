@@ -348,6 +348,18 @@ def test_a_flood_ends_at_the_limit_of_a_day_and_the_next_day_goes_on(tmp_path: P
     assert numbers(tmp_path) == list(range(1, count + 2))
 
 
+def test_what_waited_at_the_limit_of_a_day_goes_into_the_next_one(tmp_path: Path) -> None:
+    """It has the time at which it came, the day before."""
+    with opened(tmp_path, day_limit_mb=0.001) as files:
+        with pytest.raises(JournalError):
+            while True:
+                write(files, said(NOON))
+        count = files.last_number
+        assert files.append([said(NOON)], NOON + DAY) == 1
+        assert files.path.name == "2026-11-23.jsonl"
+    assert numbers(tmp_path) == list(range(1, count + 2))
+
+
 def test_full_disk_takes_a_whole_line_or_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -119,6 +119,8 @@ class DayFiles:
     def append(self, entries: Sequence[Entry], now: float) -> int:
         """Write the first of ``entries``, those of one day, with their numbers; return how many.
 
+        What finds its own day's file full goes into today's.
+
         Args:
             entries: At least one.
             now: Unix time [s]. An entry that says a later one is of today all the same.
@@ -140,7 +142,10 @@ class DayFiles:
             encode(stamped(entry, self._last + place, self._cell))
             for place, entry in enumerate(entries[:many], 1)
         )
-        if self._size + len(lines) > self._settings.day_limit_mb * 1e6:
+        limit = self._settings.day_limit_mb * 1e6
+        if self._size + len(lines) > limit and self._day < today:
+            self._open_day(today, now)  # what waits since the day before came to its limit
+        if self._size + len(lines) > limit:
             raise JournalError(
                 f"{self.path} has come to day_limit_mb = {self._settings.day_limit_mb:g} of "
                 "journal.yaml: what happens is counted and not kept until tomorrow (UTC). Look "
