@@ -115,6 +115,11 @@ def test_the_last_part_of_a_killed_recorder_is_repaired(tmp_path: Path) -> None:
     last.write_bytes(whole[:4200])
     with open_bag(path) as bag:
         assert bag.count("number") == 120
+    for left in (0, 13):
+        last.write_bytes(whole[:left])
+        with open_bag(path) as bag:
+            assert bag.count("number") == 120
+            assert "run.part0003.bag: is no readable bag" in str(bag.missing)
 
 
 def test_a_recording_whose_first_part_is_gone_is_no_bag(tmp_path: Path) -> None:

@@ -213,7 +213,11 @@ def open_bag(path: Path | str) -> Iterator[Bag]:
             except FileNotFoundError as error:
                 raise BagError(f"{part}: there is no such bag") from error
             except (ReaderError, WriterError, OSError) as error:
-                raise BagError(f"{part}: is no readable bag: {error}") from error
+                # A power cut leaves a last part without its first bytes: the others are whole.
+                if number == 0 or not isinstance(error, ReaderError):
+                    raise BagError(f"{part}: is no readable bag: {error}") from error
+                repaired, reader = True, None
+                lost.append(f"{part.name}: is no readable bag: {error}")
             if reader is not None:
                 opened.callback(reader.close)
                 readers.append(reader)
