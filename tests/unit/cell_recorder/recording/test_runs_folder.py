@@ -160,6 +160,23 @@ def test_a_link_is_no_mark(tmp_path: Path) -> None:
     assert kept_one.exists()
 
 
+def test_a_folder_that_cannot_be_looked_at_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing is removed, and the next look may find it again."""
+    first = make(tmp_path, "old", 8000.0)
+
+    def refuse(path: Path) -> os.stat_result:
+        raise OSError(116, "Stale file handle", str(path))
+
+    monkeypatch.setattr(Path, "lstat", refuse)
+    state, removed = keep_limit(tmp_path, RunsState(7.0, 0.1, 3), NOW)
+    assert (state.held_mb, state.limit_mb, state.removed, removed) == (7.0, 0.1, 3, [])
+    assert "cannot be read: Stale file handle" in state.problem
+    monkeypatch.undo()
+    assert [each.path for each in keep_limit(tmp_path, state, NOW)[1]] == [first]
+
+
 def test_a_recording_that_cannot_be_removed_is_said(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -180,10 +197,16 @@ def test_a_recording_that_cannot_be_removed_is_said(
 
 
 def test_parts_are_found_in_their_order_and_no_stranger_with_them(tmp_path: Path) -> None:
-    """A name may hold any sign; part 10,000 follows part 9,999."""
+    """A name may hold any sign; part 10,000 follows part 9,999; a copy is no part."""
     first = tmp_path / "r[1].bag"
     numbers = [1, 2, 9999, 10_000]
     names = [Path(part_path(first, number)).name for number in numbers]
-    for name in (*names, "r1.part0002.bag", "r[1].part.bag", "r[1]_2.bag"):
+    for name in (
+        *names,
+        "r1.part0002.bag",
+        "r[1].part.bag",
+        "r[1]_2.bag",
+        "r[1].part0002 (copy).bag",
+    ):
         (tmp_path / name).write_text("")
     assert [file.name for file in parts_of(first)] == names

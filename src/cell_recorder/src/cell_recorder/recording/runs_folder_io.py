@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from dataclasses import replace
 from glob import escape
 from pathlib import Path
 
@@ -48,7 +49,9 @@ def parts_of(first: Path) -> list[Path]:
         first: Path of the recording, as ``recorder/start`` has answered it.
     """
     later = [*first.parent.glob(f"{escape(first.stem)}.part[0-9]*{first.suffix}")]
-    numbered = sorted((int(path.stem.rpartition(".part")[2]), path) for path in later)
+    numbers = [(path.stem.rpartition(".part")[2], path) for path in later]
+    # A copy that somebody has made beside it is none of them.
+    numbered = sorted((int(number), path) for number, path in numbers if number.isdecimal())
     return [*([first] if first.exists() else []), *(path for _, path in numbered)]
 
 
@@ -71,10 +74,13 @@ def keep_limit(
     Returns:
         The new state, and what was removed.
     """
-    held, marks = _look_at(runs)
-    excess = held - state.limit_mb * 1e6
     removed, problem = [], ""
-    idle = [] if excess <= 0.0 else [each for each in _recordings(marks) if each.path != busy]
+    try:
+        held, marks = _look_at(runs)
+        excess = held - state.limit_mb * 1e6
+        idle = [] if excess <= 0.0 else [each for each in _recordings(marks) if each.path != busy]
+    except OSError as error:  # a disk of the network is away, say: look again later
+        return replace(state, problem=f"{error.filename} cannot be read: {error.strerror}"), []
     for recording in to_remove(idle, excess, now):
         first = Path(recording.path)
         try:
