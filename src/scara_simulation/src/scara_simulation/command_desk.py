@@ -55,8 +55,9 @@ class CommandDesk:
         Raises:
             CommandError: It is not possible, or not now; the text says why.
         """
-        # The motion nodes bring the twin to rest by set points: they may end their ramp.
-        if self._estopped is not None and now > self._estopped + self._ramp:
+        # The motion nodes bring the twin to rest by set points: they may end their ramp. A clock
+        # that is set back gives no second one.
+        if self._estopped is not None and not 0.0 <= now - self._estopped <= self._ramp:
             raise CommandError(LATCHED)
         track = self._gate.track(setpoints, now)
         self._control.command_track(setpoints.names, track)

@@ -117,6 +117,8 @@ class Simulation:
     def skip(self, duration_ns: int) -> None:
         """Let the nominal time jump; set points keep their due times."""
         self._base_ns += duration_ns
+        if duration_ns < 0:
+            self.control.set_back(duration_ns * 1e-9)
 
     def thaw(self, duration_ns: int) -> None:
         """Go on after a pause of ``duration_ns``.

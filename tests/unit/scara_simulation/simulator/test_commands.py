@@ -8,8 +8,11 @@ from pathlib import Path
 import pytest
 from scara_config import load_robot
 from scara_control.joint_motion import JointMotion, Setpoints
+from scara_control.motion.commands import Command
+from scara_simulation.command_desk import CommandDesk
 from scara_simulation.commands import CommandError, CommandGate
 from scara_simulation.config import load_simulation
+from scara_simulation.joints.control import JointControl
 
 CONFIG = Path(__file__).parents[4] / "config"
 ROBOT = load_robot(CONFIG)
@@ -139,3 +142,16 @@ def test_set_points_that_cannot_be_followed_are_refused(gate, names, points, now
     """A message is taken whole or not at all."""
     with pytest.raises(CommandError, match=why):
         gate.track(setpoints(names, points), now)
+
+
+def test_clock_that_is_set_back_lets_no_set_point_past_an_emergency_stop(gate):
+    """The motion nodes may end their ramp, once; the hour that comes again is no ramp."""
+    desk = CommandDesk(JointControl([], [], [], 1e-3, None), gate, load_simulation(ROBOT, CONFIG))
+    desk.obey(Command.ESTOP, 4000.0)
+    message = setpoints([], [point()])
+    for now in (400.0, 3999.9, 4060.0):
+        with pytest.raises(CommandError, match="RESET first"):
+            desk.track(message, now)
+    desk.obey(Command.RESET, 400.0)
+    with pytest.raises(CommandError, match=r"^(?!.*RESET)"):
+        desk.track(message, 400.0)

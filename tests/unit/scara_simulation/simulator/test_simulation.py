@@ -97,6 +97,15 @@ def test_skipped_time_moves_the_stamps_and_not_the_due_times(simulation):
     assert last.positions[0] == pytest.approx(0.25 + 0.8, abs=1e-4)
 
 
+def test_velocity_ends_in_time_though_the_clock_is_set_back(simulation):
+    """Its sender may be dead: it would go on for an hour."""
+    simulation.control.command_velocity("slide", 0.1, simulation.axis_time(EPOCH) + 0.2)
+    assert simulation.advance(50)[-1].velocities[0] == pytest.approx(0.1, abs=0.01)
+    simulation.skip(-3_600_000 * MS)
+    assert simulation.advance(100)[-1].velocities[0] == pytest.approx(0.1, abs=0.01)
+    assert simulation.advance(1000)[-1].velocities[0] == pytest.approx(0.0, abs=1e-6)
+
+
 def test_paused_time_moves_stamps_and_due_times(simulation):
     """After a pause the motion goes on where it stood, without a jump."""
     simulation.control.command_track(["slide"], moving())
