@@ -13,7 +13,11 @@ from typing import Any
 from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
+import roslib.message
 from harness.wires.command_service import read_block
+from rosbridge_gateway.graph.graph_io import GraphError
+from rosbridge_gateway.graph.ros_service_call_node import RosServiceCall, ServiceTypes
+from rosbridge_gateway.protocol.conversion import Arrival, Converters
 from scara_ros.services.service_client_node import ServiceClient, is_offered, service_type
 from scara_ros.services.service_connection_io import (
     ServiceError,
@@ -200,6 +204,27 @@ def test_without_a_master_the_last_known_address_is_tried(start: Start, master: 
     client()
     master.silent.set()
     assert client().message == "2"
+
+
+def test_without_a_master_a_web_sockets_client_reaches_what_was_called_before(
+    start: Start, master: FakeMaster
+) -> None:
+    """The gateway makes a client for each call; a call that failed meanwhile changes nothing."""
+    types = ServiceTypes(Converters(roslib.message.get_message_class, None))
+
+    def call() -> dict[str, Any]:
+        arrival = Arrival(0.0, (0, 0))
+        return RosServiceCall(types, NAME, {}, 0.2, "/gateway/anna", arrival).run(lambda: None)
+
+    service = start()
+    assert call()["message"] == "1"
+    master.silent.set()
+    assert call()["message"] == "2"
+    service.held.set()
+    with pytest.raises(GraphError, match=r"did not answer within 0\.2 s"):
+        call()
+    service.held.clear()
+    assert call()["message"] == "4"
 
 
 def test_a_master_that_hangs_ends_the_call_in_time(start: Start, master: FakeMaster) -> None:

@@ -15,11 +15,13 @@ from rosbridge_gateway.protocol.conversion import Arrival, Converter, Converters
 
 
 class ServiceTypes:
-    """The types of services, asked for at their first call."""
+    """The types of services, asked for at their first call, and where they were at the last."""
 
     def __init__(self, converters: Converters) -> None:
         self._converters = converters
         self._classes: dict[str, Any] = {}
+        self.addresses: dict[str, str] = {}
+        """Without a master these are tried: a STOP needs none."""
 
     def of(self, service: str, timeout: float) -> Any:
         """Return the class of a service's type.
@@ -29,7 +31,8 @@ class ServiceTypes:
             ServiceError: There is none, or it cannot be reached within ``timeout`` [s].
         """
         if service not in self._classes:
-            self._classes[service] = find_service_class(service_type(service, timeout))
+            known = self.addresses.get(service, "")
+            self._classes[service] = find_service_class(service_type(service, timeout, known))
         return self._classes[service]
 
     def forget(self, service: str) -> None:
@@ -76,11 +79,16 @@ class RosServiceCall:
             request, response = self._types.converters(service_class)
             message = request.to_message(self._args, self._arrival)
             self._client = ServiceClient(
-                self._service, service_class, self._timeout, caller=self._caller
+                self._service,
+                service_class,
+                self._timeout,
+                caller=self._caller,
+                address=self._types.addresses.get(self._service, ""),
             )
             if self._cancelled:
                 self._client.close()
             answer = self._client.call(message, begun)
+            self._types.addresses[self._service] = self._client.address
         except ServiceError as error:
             self._types.forget(self._service)
             raise GraphError(str(error)) from error

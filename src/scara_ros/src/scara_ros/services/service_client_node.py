@@ -67,6 +67,7 @@ class ServiceClient:
         keep: bool = False,
         lasting: bool = False,
         caller: str | None = None,
+        address: str = "",
     ) -> None:
         """Remember the service; nothing is called yet.
 
@@ -78,6 +79,7 @@ class ServiceClient:
             keep: Keep the connection for the next call; calls then follow one another.
             lasting: A call may take longer than ``timeout`` as long as the service's node answers.
             caller: Name to call in; default: this node's.
+            address: Where the service was when another client called it.
         """
         self._name, self._kind, self._timeout = name, kind, timeout
         self._wait, self._keep, self._lasting, self._caller = wait, keep, lasting, caller
@@ -87,8 +89,8 @@ class ServiceClient:
         self._kept: ServiceConnection | None = None
         # Calls under way, which `close` ends.
         self._running: set[ServiceConnection] = set()
-        # Where the service was last: tried where no master answers.
-        self._uri = ""
+        self.address = address
+        """Where the service was last: tried where no master answers."""
         self._closed = False
 
     def __call__(self, **fields: Any) -> Any:
@@ -179,10 +181,11 @@ class ServiceClient:
         while True:
             try:
                 service = rospy.resolve_name(self._name)
-                self._uri = look_up(service, min(self._timeout, LOOKUP_TIMEOUT_S), self._uri)
+                lookup_timeout = min(self._timeout, LOOKUP_TIMEOUT_S)
+                self.address = look_up(service, lookup_timeout, self.address)
                 caller, md5sum = self._caller or rospy.get_caller_id(), self._kind._md5sum
                 return ServiceConnection(
-                    service, self._uri, caller, self._timeout, md5sum, self._keep
+                    service, self.address, caller, self._timeout, md5sum, self._keep
                 )
             except ServiceTimeoutError:
                 raise
@@ -195,7 +198,7 @@ class ServiceClient:
         """Return whether the service's node still answers; it does so while it serves a call."""
         service, caller = rospy.resolve_name(self._name), rospy.get_caller_id()
         try:
-            ServiceConnection(service, self._uri, caller, self._timeout).close()
+            ServiceConnection(service, self.address, caller, self._timeout).close()
         except ServiceError:
             return False
         return True
@@ -219,14 +222,14 @@ def look_up(service: str, timeout: float, known: str = "") -> str:
         raise ServiceError(f"service {service}: roscore does not answer: {error}") from error
 
 
-def service_type(service: str, timeout: float) -> str:
-    """Ask a service for the name of its type.
+def service_type(service: str, timeout: float, known: str = "") -> str:
+    """Ask a service for the name of its type, at its ``known`` address if no master answers.
 
     Raises:
         ServiceError: There is none, or it cannot be reached within ``timeout`` [s].
     """
     service = rospy.resolve_name(service)
-    uri = look_up(service, min(timeout, LOOKUP_TIMEOUT_S))
+    uri = look_up(service, min(timeout, LOOKUP_TIMEOUT_S), known)
     with ServiceConnection(service, uri, rospy.get_caller_id(), timeout) as connection:
         return connection.type
 
