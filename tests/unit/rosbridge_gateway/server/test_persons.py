@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 from harness.opponents.graph_and_clients import DEADLINE, Cell
-from rosbridge_gateway.protocol.roles import with_person, without_token
+from rosbridge_gateway.protocol.roles import HIDDEN, with_person, without_token
 
 COMMAND = "twin_controller/command"
 PROOF = {"person": "fitter", "token": "fitters-own"}
@@ -74,3 +74,9 @@ def test_arguments_without_a_token_are_shown_as_they_are() -> None:
     """Nothing else is hidden."""
     assert without_token({"x": 1}) == {"x": 1}
     assert without_token(["a"]) == ["a"]
+
+
+def test_a_token_in_a_list_of_arguments_is_hidden() -> None:
+    """No field has a name there: only the command, and what is no text, is shown."""
+    shown = without_token(["TAKE", "anna", "SECRET", "", 3.0, True])
+    assert shown == ["TAKE", HIDDEN, HIDDEN, "", 3.0, True]

@@ -124,7 +124,15 @@ def with_person(args: Any, person: str, token: str, owner: int) -> Any:
 
 
 def without_token(details: Any) -> Any:
-    """Return the arguments of a call as the audit may show them."""
+    """Return the arguments of a call as the audit may show them.
+
+    In a list the first is the command; any other text may be the token.
+    """
+    if isinstance(details, list):
+        return [
+            HIDDEN if place and each and isinstance(each, str) else each
+            for place, each in enumerate(details)
+        ]
     if isinstance(details, dict) and details.get(TOKEN):
         return {**details, TOKEN: HIDDEN}
     return details
