@@ -14,6 +14,7 @@ import websocket
 from harness.opponents.graph_and_clients import DEADLINE, SHIPPED, TWIN_CONTROLLER, Cell, MakeCell
 from harness.processes import wait_until
 from rosbridge_gateway.config import Driving
+from rosbridge_gateway.protocol.session import Session
 
 
 def test_client_that_goes_leaves_nothing_in_the_graph(cell: Cell) -> None:
@@ -34,6 +35,21 @@ def test_client_that_goes_leaves_nothing_in_the_graph(cell: Cell) -> None:
     }
     wait_until(lambda: cell.server.statistics().clients == 0, DEADLINE)
     assert cell.server.listeners == {}
+
+
+def test_error_that_ends_a_client_is_in_the_log(
+    cell: Cell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The diagnostics say how many there were, and to look there."""
+
+    def fail(*_: object) -> None:
+        raise KeyError("a bug")
+
+    client = cell.client()
+    monkeypatch.setattr(Session, "read", fail)
+    client.say(op="advertise", topic="a", type="T")
+    cell.wait_logged("a bug")
+    assert cell.server.statistics().errors == 1
 
 
 def resident_bytes() -> int:

@@ -309,6 +309,7 @@ class GatewayServer:
         except Exception as error:
             client.drop(f"error in the gateway: {error!r}")
             self.errors += 1
+            self.log(f"error while serving {peer}: {error!r}")
         finally:
             del self._clients[client.owner]
             counts = session.counters
