@@ -81,7 +81,17 @@ def test_clock_that_is_set_back_clears_and_hears_all_the_same() -> None:
     book.say(7200.0, NODE, SOURCE, ERROR, "no answer")
     book.say(7201.0, NODE, SOURCE, OK, "fine")
     assert [each.active for each in book.look(3600.0)] == [False]
-    assert [each.source for each in book.look(3606.0)] == [NODE]
+    told = [each.source for second in range(1, 7) for each in book.look(3600.0 + second)]
+    assert told == [NODE]
+
+
+def test_clock_that_is_set_forward_makes_no_node_silent() -> None:
+    """Nor does a machine that slept: nobody was listened to; a dead node is found after that."""
+    book = ActiveAlarms(2.0, 5.0)
+    book.heard(10.0, NODE)
+    assert book.look(10.5) == []
+    assert [book.look(3610.0 + second) for second in range(5)] == [[]] * 5
+    assert [each.source for each in book.look(3615.0)] == [NODE]
 
 
 @given(st.lists(st.sampled_from([OK, WARN, ERROR]), max_size=40))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 
@@ -39,6 +40,8 @@ class ActiveAlarms:
         self._hold_s, self._silent_s = hold_s, silent_s
         self._raised: dict[tuple[str, str], _Raised] = {}
         self._heard: dict[str, float] = {}
+        # When it was asked last: over a longer break nobody was listened to.
+        self._looked = math.inf
 
     @property
     def active(self) -> int:
@@ -79,6 +82,10 @@ class ActiveAlarms:
     def look(self, now: float) -> list[Alarm]:
         """Return what has been cleared, and which node has fallen silent; ask once a second."""
         told = []
+        # The clock was set forward, or this machine slept.
+        if now - self._looked >= self._silent_s:
+            self._heard = dict.fromkeys(self._heard, now)
+        self._looked = now
         for node, last in list(self._heard.items()):
             # A clock that was set back must not keep a node from ever being silent.
             self._heard[node] = last = min(last, now)
