@@ -79,6 +79,16 @@ def test_stamps_never_run_backwards(tmp_path: Path) -> None:
     assert [stamp for _, stamp, _ in read(writer.path)] == [k * 10**9 for k in (0, 5, 5, 6)]
 
 
+def test_stamps_go_on_at_their_pace_after_the_clock_was_set_back(tmp_path: Path) -> None:
+    """Else all messages of the hour that comes again would have one stamp; it is counted."""
+    writer = BagWriter(tmp_path / "run.bag", SETTINGS)
+    for second in (5000, 5001, 1400, 1401, 1400, 1402):
+        writer.put("/a", FLOAT64, struct.pack("<d", second), second * 10**9)
+    assert writer.close().set_back == 1
+    seconds = [stamp / 1e9 for _, stamp, _ in read(writer.path)]
+    assert seconds == [5000, 5001, 5001, 5002, 5002, 5003]
+
+
 def test_each_chunk_says_when_its_first_and_its_last_message_came(tmp_path: Path) -> None:
     """A reader looks only into the chunks of the time that is asked for."""
     slow = msgspec.structs.replace(SETTINGS, write_period_ms=60_000.0)

@@ -28,6 +28,7 @@ LARGEST_CHUNK = (
 MARK_TEXT = """This recording belongs to no experiment. When the runs folder has grown beyond
 runs_limit_mb of experiments.yaml, the recorder removes it. Delete this file to keep it.
 """
+_SET_BACK_NS = 60 * 10**9  # our choice: no thread is overtaken by so much, also in a standstill
 CLOSE_DEADLINE_S = 30.0  # our choice: a slow disk gets this long to take the rest
 
 
@@ -86,6 +87,8 @@ class BagWriter:
         self._waiting: deque[Raw] = deque()
         # Of the newest stamp: bags are read in order, so none may be earlier.
         self._last_ns = 0
+        # So much is added to the stamps since the clock was set back, and how often it was.
+        self._shift_ns = self._set_back = 0
         # By topic, the header of its first message. Others of that name must have its type.
         self._kept: dict[str, Mapping[str, str]] = {}
         # Refused were unreadable; dropped came while the queue was full or the recording had
@@ -111,7 +114,11 @@ class BagWriter:
             if not self._accepting or len(self._waiting) >= self._settings.queue_messages:
                 self._dropped += 1
                 return
-            self._last_ns = max(self._last_ns, stamp_ns)
+            if self._last_ns - (stamp_ns + self._shift_ns) > _SET_BACK_NS:
+                # Else all that comes until the clock is there again would have one stamp.
+                self._shift_ns = self._last_ns - stamp_ns
+                self._set_back += 1
+            self._last_ns = max(self._last_ns, stamp_ns + self._shift_ns)
             self._waiting.append(Raw(topic, header, data, self._last_ns))
 
     @property
@@ -127,6 +134,7 @@ class BagWriter:
                 waiting=len(self._waiting),
                 dropped=self._dropped,
                 refused=self._refused,
+                set_back=self._set_back,
                 failure=self._failure,
             )
 

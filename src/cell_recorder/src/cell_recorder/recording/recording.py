@@ -45,6 +45,7 @@ class RecordingStatus:
         dropped: Messages lost because the queue was full or the recording had failed.
         refused: Messages that do not fit into the bag: no definition, or another type than before
             on that topic.
+        set_back: How often the clock was set back; the stamps went on from where they were.
         failure: Why the recording ended by itself, or empty.
     """
 
@@ -56,6 +57,7 @@ class RecordingStatus:
     waiting: int = 0
     dropped: int = 0
     refused: int = 0
+    set_back: int = 0
     failure: str = ""
 
 
@@ -150,6 +152,7 @@ def diagnose(status: RecordingStatus, runs: RunsState, name: str) -> Diagnosis:
         "waiting": status.waiting,
         "dropped": status.dropped,
         "refused": status.refused,
+        "clock_set_back": status.set_back,
         "runs_mb": round(runs.held_mb),
         "runs_removed": runs.removed,
     }
