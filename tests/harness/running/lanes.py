@@ -1,9 +1,9 @@
 """Which test runs when, where several processes share one machine.
 
 ``./cell test`` runs five parts: whole cells one at a time; then single nodes and what looks at the
-clock, two at a time; then what starts and ends programs and judges no times, beside pages in a
-browser, two of each; and beside all of them what only computes, in the processor time that those
-leave (decisions 0022 and 0037). The tests of one group go to one worker
+clock, two at a time; then what starts and ends programs and judges no times, two at a time,
+beside pages in a browser, one at a time; and beside all of them what only computes, in the
+processor time that those leave (decisions 0022 and 0037). The tests of one group go to one worker
 of pytest-xdist, one after the other; those of a shared cell are one group.
 """
 
