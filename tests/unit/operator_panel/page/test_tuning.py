@@ -1,4 +1,4 @@
-"""The preview of gains is reckoned beside the event loop: STOP of every page is heard in it."""
+"""The preview of gains is computed beside the event loop: STOP of every page is heard in it."""
 
 from __future__ import annotations
 
