@@ -7,6 +7,7 @@ import math
 import re
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -249,6 +250,15 @@ def test_on_a_slow_line_the_signals_are_read_behind_each_third_state(
     assert len(beats) > 4 and beats == list(range(1, len(beats) + 1)), "each one is another"
 
 
+@pytest.fixture
+def other(robot: Robot) -> Iterator[ModbusPort]:
+    """Give the port of another master."""
+    port = ModbusPort("127.0.0.1", robot.port, LAYOUT.device_id, 1.0)
+    port.open()
+    yield port
+    port.close()
+
+
 def interrupt(other: ModbusPort, owner: Owner) -> float:
     """Write the heartbeat, too, until the link is lost; return when the last write began [s].
 
@@ -269,15 +279,13 @@ def interrupt(other: ModbusPort, owner: Owner) -> float:
 
 
 def test_a_heartbeat_of_somebody_else_ends_the_link_and_a_stop_still_gets_through(
-    robot: Robot, owner: Owner
+    robot: Robot, owner: Owner, other: ModbusPort
 ) -> None:
     """The other master would keep the robot's watchdog quiet, so the stop must be written.
 
     No heartbeat is, as long as the other one writes it.
     """
     robot.echoes = True
-    other = ModbusPort("127.0.0.1", robot.port, LAYOUT.device_id, 1.0)
-    other.open()
     with owner.link(robot.port, alone=3600.0, timeout=1.0) as link:
         wait_until(lambda: len(robot.writes(HEARTBEAT)) >= 20)
         assert [up for up, _ in owner.changes] == [True]
@@ -291,16 +299,13 @@ def test_a_heartbeat_of_somebody_else_ends_the_link_and_a_stop_still_gets_throug
             time.sleep(0.02)
         assert len(robot.writes(HEARTBEAT)) == beats + 10, "only the other one writes it"
     assert [up for up, _ in owner.changes] == [UP, DOWN]
-    other.close()
 
 
 def test_each_numbered_command_counts_while_somebody_else_writes_the_heartbeat(
-    robot: Robot, owner: Owner
+    robot: Robot, owner: Owner, other: ModbusPort
 ) -> None:
     """The robot shows the number of each, and ignores one under the number of the one before."""
     robot.echoes = True
-    other = ModbusPort("127.0.0.1", robot.port, LAYOUT.device_id, 1.0)
-    other.open()
     with owner.link(robot.port, numbered=True, alone=3600.0, timeout=1.0) as link:
         wait_until(lambda: len(robot.writes(HEARTBEAT)) >= 20)
         interrupt(other, owner)
@@ -308,16 +313,13 @@ def test_each_numbered_command_counts_while_somebody_else_writes_the_heartbeat(
         wait_until(lambda: len(robot.writes(COMMAND)) == 3)
         assert robot.writes(COMMAND) == [(1, 1), (3, 3), (10, 5)]
     assert owner.rejects == []
-    other.close()
 
 
 def test_the_link_is_used_again_once_the_other_master_has_been_quiet(
-    robot: Robot, owner: Owner
+    robot: Robot, owner: Owner, other: ModbusPort
 ) -> None:
     """No sooner, however long it has written, and with a heartbeat."""
     robot.echoes = True
-    other = ModbusPort("127.0.0.1", robot.port, LAYOUT.device_id, 1.0)
-    other.open()
     with owner.link(robot.port, alone=1.0, timeout=1.0):
         wait_until(lambda: len(robot.writes(HEARTBEAT)) >= 5)
         last = begun = interrupt(other, owner)
@@ -332,18 +334,14 @@ def test_the_link_is_used_again_once_the_other_master_has_been_quiet(
         assert time.monotonic() > last + 1.0
         wait_until(lambda: len(robot.writes(HEARTBEAT)) > beats + 20)
     assert [up for up, _ in owner.changes] == [UP, DOWN, UP]
-    other.close()
 
 
 def test_the_end_of_a_link_does_not_disarm_the_robot_for_somebody_else(
-    robot: Robot, owner: Owner
+    robot: Robot, owner: Owner, other: ModbusPort
 ) -> None:
     """The heartbeat is no longer ours then."""
     robot.echoes = True
-    other = ModbusPort("127.0.0.1", robot.port, LAYOUT.device_id, 1.0)
-    other.open()
     with owner.link(robot.port, timeout=1.0):
         wait_until(lambda: len(robot.writes(HEARTBEAT)) >= 5)
         interrupt(other, owner)
     assert (0,) not in robot.writes(HEARTBEAT)
-    other.close()

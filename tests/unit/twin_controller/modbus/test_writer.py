@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,12 @@ LAYOUT, ROBOT = load_modbus_map(CONFIG), load_robot(CONFIG)
 STOP = Command("cstopi", True, True)
 START = Command("rsr1", True, True, behind=True)
 TIMES = LAYOUT.holding_registers["heartbeat"].offset
+
+
+def stop(box: Outbox) -> None:
+    """Leave a stop, as the robot's signals do."""
+    box.drop_setpoints()
+    box.put(STOP)
 
 
 class Port:
@@ -125,12 +132,7 @@ def test_a_stop_goes_before_what_is_left(
     Nor is the start that waited for it: the stream program would begin behind the stop.
     """
     writer, box, port = line
-
-    def stop() -> None:
-        box.drop_setpoints()
-        box.put(STOP)
-
-    port.meanwhile[request_number] = stop
+    port.meanwhile[request_number] = partial(stop, box)
     box.put_ahead(nine())
     box.put(START)
     writer._write_all()
@@ -190,12 +192,7 @@ def test_a_stop_goes_before_set_points_that_are_not_confirmed(
 ) -> None:
     """They are forgotten then, as those that wait."""
     writer, box, port = line
-
-    def stop() -> None:
-        box.drop_setpoints()
-        box.put(STOP)
-
-    port.meanwhile[1], port.unanswered = stop, 1
+    port.meanwhile[1], port.unanswered = partial(stop, box), 1
     box.put_ahead(nine())
     box.put(START)
     for _ in range(3):
@@ -208,12 +205,7 @@ def test_no_start_goes_out_between_a_set_point_and_the_stop_that_comes_meanwhile
 ) -> None:
     """Nor does it hold the stop up; what asks for no set point keeps its order."""
     writer, box, port = line
-
-    def stop() -> None:
-        box.drop_setpoints()
-        box.put(STOP)
-
-    port.meanwhile[1] = stop
+    port.meanwhile[1] = partial(stop, box)
     box.put_setpoint(StreamReal(nine().points[0], 50.0, 0.0))
     box.put(START)
     box.put(Command("override", 50, False))
