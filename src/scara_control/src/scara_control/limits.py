@@ -106,7 +106,7 @@ def check_velocities(joints: Sequence[Joint], qdot: Sequence[float]) -> tuple[fl
 
 
 def inside(joints: Sequence[Joint], q: Sequence[float]) -> tuple[float, ...]:
-    """Return joint positions within the limits, next to ``q``: where a line may begin.
+    """Return joint positions within the limits, next to ``q``: what may be planned or commanded.
 
     A robot at its limit may read a little beyond it.
     """

@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 import msgspec
 from scara_config import Robot
+from scara_control.limits import inside
 from typing_extensions import Self
 
 from twin_controller.core.actions import RobotSetpoint, StreamAhead, StreamReal
@@ -120,8 +121,7 @@ class CheckedLink:
                     reading = self._intake.plausible.last
                     if reading is not None:
                         # A reading may be a little outside its range, a set point may not.
-                        joints = zip(reading.motion.q, self._robot.joints)
-                        q = tuple([min(max(value, j.lower), j.upper) for value, j in joints])
+                        q = inside(self._robot.joints, reading.motion.q)
                         self._link.write_setpoint(StreamReal(RobotSetpoint(q), 1.0, 0.0))
 
     def write_setpoint(self, action: StreamReal) -> None:

@@ -8,6 +8,7 @@ import msgspec
 from scara_config import Robot
 from scara_config.robot import Joint
 from scara_control.joint_motion import JointMotion
+from scara_control.limits import inside
 
 from twin_controller.core.events import RealMeasured
 from twin_controller.plausible import Plausibility, Reading, Verdict, judge
@@ -91,8 +92,8 @@ def whole_pose(
         raise SetpointError(f"set point: {len(positions)} positions for {count} joints of the twin")
     twin = iter(positions)
     return tuple(
-        next(twin) if joint.twin else min(max(rest, joint.lower), joint.upper)
-        for joint, rest in zip(joints, intake.resting)
+        next(twin) if joint.twin else rest
+        for joint, rest in zip(joints, inside(joints, intake.resting))
     )
 
 
