@@ -129,11 +129,6 @@ class CommandQueue:
             return None
         return self._pending.due_at if self._pending is not None else 0.0
 
-    @property
-    def unfinished(self) -> bool:
-        """Commands wait that the robot can still take: its number is known."""
-        return self.due() is not None
-
     def discard(self) -> int:
         """Forget everything, as after a reconnect; return how many commands that were."""
         lost = len(self._waiting) + (self._pending is not None)

@@ -167,7 +167,7 @@ class Writer:
             while left and not self._ended.is_set():
                 self._write_all()
                 left = self._outbox.unfinished or self._numbered is not None
-                if self._commands is not None and self._commands.unfinished:
+                if self._commands is not None and self._commands.due() is not None:
                     left = True
                     # A closed outbox does not wait, and the robot's number comes with a poll.
                     self._ended.wait(self._settings.poll_period)

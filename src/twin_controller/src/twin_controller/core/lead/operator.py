@@ -84,11 +84,10 @@ def _forbidden(setup: Setup, state: CoreState, trigger: Trigger, now: float) -> 
     sides, separation = state.sides, state.safety.separation
     flags = sides.real.flags
     latched = trigger is Trigger.RESET and state.lead.mode is Mode.ESTOP and setup.writes
-    if latched and flags is not None and flags.drives_on:
-        if not real_stands(setup, state, flags, now):
-            # RESET would give HOLD and *IMSTP back to a robot that they have not stopped.
-            return "the real robot moves with its drives on: stop it there, then RESET"
-        return ""
+    moves = flags is not None and flags.drives_on and not real_stands(setup, state, flags, now)
+    if latched and moves:
+        # RESET would give HOLD and *IMSTP back to a robot that they have not stopped.
+        return "the real robot moves with its drives on: stop it there, then RESET"
     if separation.too_close and trigger in (Trigger.MOVE, Trigger.ALIGN):
         return separation.reason
     if trigger in (Trigger.RESUME, Trigger.RESUME_BLOCKED):

@@ -17,6 +17,7 @@ from twin_controller.core.follow.twin import follow_twin
 from twin_controller.core.lead.effects import send_twin
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.lead.reports import moves_in_stop
+from twin_controller.core.lead.standing import real_stands
 from twin_controller.core.lead.state import record_notice
 from twin_controller.core.lead.table import FOLLOWS_TWIN
 from twin_controller.core.lead.transition import reject
@@ -35,7 +36,6 @@ from twin_controller.core.orders.stop import (
 from twin_controller.core.orders.stream import begins_late, start_stream
 from twin_controller.core.safety.fastest import Cap
 from twin_controller.core.setup import Setup
-from twin_controller.core.sides.change import stands_still
 from twin_controller.core.sides.measure import remember
 from twin_controller.core.sides.side import Sides
 from twin_controller.core.state import CoreState
@@ -116,18 +116,16 @@ def _give_hold_back(setup: Setup, state: CoreState, now: float) -> Result:
     This is the one place where a stop ends: whatever follows it finds HOLD back. In PAUSED it stays
     away until RESUME, in an emergency stop until RESET.
     """
-    orders, flags, config = state.orders, state.sides.real.flags, setup.config
+    orders, flags = state.orders, state.sides.real.flags
     if not orders.hold_away or flags is None or orders.estop is not None:
         return state, []
     stop = orders.stop
     if stop is not None:
-        stopped = may_give_back(stop, config.stop, now)
+        stopped = may_give_back(stop, setup.config.stop, now)
     else:
         # The stop was struck off with a link that was lost, or the pair left PAUSED otherwise.
-        runs = (flags.own_program or flags.streaming) and not flags.paused
         wanted = state.lead.mode is Mode.PAUSED
-        still = stands_still(state.sides.real.change, now, config.change)
-        stopped = still and not runs and not wanted
+        stopped = not wanted and real_stands(setup, state, flags, now)
     if not stopped:
         return state, []
     if stop is not None:
