@@ -181,21 +181,19 @@ ensure_setup() {
   fi
   step_debian
   step_venv
-  # What farm and tests add is installed beside a cell's libraries and the build, which need none of
-  # it: pip is one process. The lock is held until all have ended, also where this shell is
-  # interrupted.
-  local more=
+  # The build needs none of the libraries, and what farm and tests add none of a cell's: pip is one
+  # process. The lock is held until all have ended, also where this shell is interrupted.
+  local others code=0 pid
+  rm -f "$logs"/beside_*.txt
+  (step_build "${1:-}") >"$logs/beside_build.txt" 2>&1 &
+  others=($!)
   if [ "$scope" != run ]; then
-    step_more_libraries >"$logs/more.txt" 2>&1 &
-    more=$!
+    step_more_libraries >"$logs/beside_more.txt" 2>&1 &
+    others+=($!)
   fi
-  scope=run step_python
-  step_build "${1:-}"
-  if [ -z "$more" ] || wait "$more"; then
-    [ -z "$more" ] || cat "$logs/more.txt"
-  else
-    cat "$logs/more.txt" >&2
-    exit 1
-  fi
+  (scope=run step_python) || code=$?
+  for pid in "${others[@]}"; do wait "$pid" || code=$?; done
+  cat "$logs"/beside_*.txt >&$((code == 0 ? 1 : 2))
+  [ $code -eq 0 ] || exit "$code"
   exec 9<&-
 }

@@ -64,21 +64,35 @@ def test_libraries_of_the_tests_are_installed_beside_and_once(
     assert bash(tree, first).stdout.count("installed") == 0
 
 
-@pytest.mark.parametrize(("ends", "code", "said"), [("true", 0, "done"), ("exit 1", 1, "")])
-def test_what_tests_add_is_installed_beside_what_a_cell_needs(
-    tree: Path, ends: str, code: int, said: str
+@pytest.mark.parametrize(
+    ("ends", "code"),
+    [
+        ({}, 0),
+        ({"step_python": "exit 1"}, 1),
+        ({"step_more_libraries": "exit 1"}, 1),
+        ({"step_build": "exit 2"}, 2),
+    ],
+    ids=lambda ends: next(iter(ends), "all well") if isinstance(ends, dict) else "",
+)
+def test_build_and_libraries_are_made_beside_each_other(
+    tree: Path, ends: dict[str, str], code: int
 ) -> None:
-    """Each waits for the other here; what cannot be installed ends the set-up with its reason."""
+    """Each waits for the others here; what cannot be made ends the set-up with its reason."""
     meet = "touch $1; for k in $(seq 100); do [ -e $2 ] && return; sleep 0.1; done; exit 3"
     steps = (
         f"check_machine() {{ :; }}; step_debian() {{ :; }}; meet() {{ {meet}; }}; "
-        "step_venv() { touch venv; }; step_python() { [ $scope = run ] && meet b a; }; "
-        f"step_more_libraries() {{ [ -e venv ] && meet a b && meet c d; echo added; {ends}; }}; "
-        "step_build() { meet d c; }; scope=test; ensure_setup && echo done"
+        "step_venv() { touch venv; }; step() { echo made $1; ${ends[$1]:-true}; }; "
+        "step_python() { [ $scope = run ] && meet a b && meet c d; step step_python; }; "
+        "step_more_libraries() { [ -e venv ] && meet b a && meet e f; step step_more_libraries; }; "
+        "step_build() { [ -e venv ] && meet d c && meet f e; step step_build; }; "
+        f"declare -A ends=({' '.join(f'[{name}]={end!r}' for name, end in ends.items())}); "
+        "scope=test; ensure_setup && echo done"
     )
     done = bash(tree, steps)
-    assert done.returncode == code and said in done.stdout, done.stderr
-    assert "added" in (done.stderr if code else done.stdout)
+    assert done.returncode == code, done.stderr
+    assert ("done" in done.stdout) == (code == 0)
+    said = done.stderr if code else done.stdout
+    assert {"made step_build", "made step_more_libraries"} <= set(said.splitlines())
 
 
 @pytest.mark.parametrize(
