@@ -89,7 +89,7 @@ def all_joints(robot: Robot, state: CellState) -> dict[str, tuple[object, ...]]:
 
 def alarmed(robot: Robot, time: float) -> Snapshot:
     """Return a pair that came apart, with as many and as long alarms as there can be."""
-    state = _state(robot, 2.0, 0.4, mode="PAUSED", leader="real")
+    state = _state(robot, 2.0, -12.34, mode="PAUSED", leader="real")
     state = msgspec.structs.replace(
         state,
         why=PAUSED.why,

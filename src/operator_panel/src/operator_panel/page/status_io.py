@@ -23,7 +23,8 @@ def build_joints(view: PageView) -> None:
                 plain(joint_title(joint.name), "joint-name")
                 with ui.element("span").classes("joint-apart num"):
                     live(f"{joint.name}.deviation")
-                    plain(joint.unit, "unit")
+                    # Short: all joints and both tools stand in one row.
+                    plain("\N{DEGREE SIGN}" if joint.unit == "deg" else joint.unit, "unit")
                 for side in ("real", "twin"):
                     live(f"{joint.name}.{side}", f"num joint-{side} tone-{side}")
                 ends = f"{joint.lower / joint.scale:g} to {joint.upper / joint.scale:g}"
