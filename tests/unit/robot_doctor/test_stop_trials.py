@@ -282,3 +282,19 @@ def test_a_program_that_is_started_while_the_question_stands_is_slow() -> None:
         with quick(ROBOT, LAYOUT, controller, (HERE, port), ask) as trials:
             list(trials.run())
     assert "Start a program" in seen[0]
+
+
+@pytest.mark.parametrize("rests", [False, True])
+def test_a_stream_program_that_goes_on_after_its_trial_is_held_and_told(
+    rests: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is no trial that worked: the doctor's end would take the watchdog from it."""
+    monkeypatch.setattr("robot_doctor.robot_probe_io.STOP", ())
+    monkeypatch.setattr("robot_doctor.robot_probe_io.GIVE_HOLD_BACK", ())
+    monkeypatch.setattr(Mover, "_comes_to_rest", lambda _: rests)
+    with served("ready") as (port, loop, _):
+        answer = lambda text: text.startswith("6 of 6")  # noqa: E731
+        with quick(ROBOT, LAYOUT, CONTROLLER, (HERE, port), answer) as trials:
+            last = list(trials.run())[-1]
+        assert not loop.snapshot.outputs.progrun and "hold" not in loop.snapshot.inputs
+    assert last.level is Level.WRONG and "is not seen to stand after" in last.what

@@ -89,6 +89,8 @@ class StopTrials:
         self._changed = threading.Condition()
         self._looks: deque[Look] = deque(maxlen=REMEMBERED)
         self._state = ProgramState.ABORTED
+        # Of the program, by the link that is open now.
+        self._heard = threading.Event()
         self._link = self._connect(heartbeat=True)
 
     def __enter__(self) -> StopTrials:
@@ -207,8 +209,8 @@ class StopTrials:
                 reason, way = mover.try_stream()
         finally:
             self._connect_anew(heartbeat=True)
-        if self._state is ProgramState.RUNNING:
-            self._hold("the stream program did not end by CSTOPI")
+        if not mover.rests or self._state is ProgramState.RUNNING:
+            raise UnexpectedError("the robot is not seen to stand after its stream program")
         if reason:
             return Result(Trial.RSR, TrialEnd.FAILED, f"RSR1: {reason}")
         what = f"RSR1 starts the stream program; a joint went {way:.2f} away and back"
@@ -251,9 +253,11 @@ class StopTrials:
     def _connect_anew(self, heartbeat: bool) -> None:
         """Let another link take over, as if nobody had said farewell."""
         self._link.close(disarm=False)
+        # What the other link told last may be long ago.
+        self._heard.clear()
         self._link = self._connect(heartbeat)
         self._link.__enter__()
-        if not self._wait(FIRST_S, lambda: self._link.connected):
+        if not self._wait(FIRST_S, self._heard.is_set):
             raise UnexpectedError("the robot does not answer")
 
     def _connect(self, heartbeat: bool) -> ModbusLink:
@@ -272,3 +276,4 @@ class StopTrials:
 
     def _told(self, program: ProgramStatus, alarm: AlarmStatus) -> None:
         self._state = program.state
+        self._heard.set()
