@@ -298,3 +298,17 @@ def test_a_stream_program_that_goes_on_after_its_trial_is_held_and_told(
             last = list(trials.run())[-1]
         assert not loop.snapshot.outputs.progrun and "hold" not in loop.snapshot.inputs
     assert last.level is Level.WRONG and "is not seen to stand after" in last.what
+
+
+def test_a_robot_whose_program_runs_on_is_not_told_to_stand(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It may stand in a WAIT: whoever goes in then is there when the WAIT ends."""
+    still = lambda seen: bool(seen) and seen[-1].at - seen[0].at >= 0.3  # noqa: E731
+    for module in ("stop_trials", "stop_trials_io"):
+        monkeypatch.setattr(f"robot_doctor.{module}.stands", still)
+    with served("ready, uop: none") as (port, loop, _):
+        with quick(ROBOT, LAYOUT, CONTROLLER, (HERE, port), person(loop)) as trials:
+            (told,) = trials.run()
+    assert "it stands, but its program runs on" in told.what
+    assert "NOT SEEN TO STAND" in told.advice

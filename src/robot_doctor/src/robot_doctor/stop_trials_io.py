@@ -127,11 +127,15 @@ class StopTrials:
             )
 
     def _holds(self) -> bool:
-        """Return whether the robot stands, or comes to stand."""
+        """Return whether the robot stands, or comes to stand, and its program does not run on."""
         try:
             # What was seen before says nothing of this stop.
             self._looks.clear()
-            return self._wait(PATIENCE_S, lambda: stands(self._looks))
+            # A program that runs on may stand in a WAIT.
+            return self._wait(
+                PATIENCE_S,
+                lambda: self._state is not ProgramState.RUNNING and stands(self._looks),
+            )
         except UnexpectedError:
             return False
 
