@@ -307,8 +307,32 @@ def test_a_robot_whose_program_runs_on_is_not_told_to_stand(
     still = lambda seen: bool(seen) and seen[-1].at - seen[0].at >= 0.3  # noqa: E731
     for module in ("stop_trials", "stop_trials_io"):
         monkeypatch.setattr(f"robot_doctor.{module}.stands", still)
-    with served("ready, uop: none") as (port, loop, _):
-        with quick(ROBOT, LAYOUT, CONTROLLER, (HERE, port), person(loop)) as trials:
-            (told,) = trials.run()
+    with (
+        served("ready, uop: none") as (port, loop, _),
+        quick(ROBOT, LAYOUT, CONTROLLER, (HERE, port), person(loop)) as trials,
+    ):
+        (told,) = trials.run()
     assert "it stands, but its program runs on" in told.what
     assert "NOT SEEN TO STAND" in told.advice
+
+
+@pytest.mark.parametrize("trial", [Trial.START, Trial.CSTOPI])
+def test_a_program_that_start_let_go_on_without_a_motion_is_paused_again(
+    trial: Trial, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a WAIT it moves nothing yet; when the doctor ends, so does the watchdog of the robot."""
+    runs, asked = StopTrials._runs, [Trial.HOLD]
+    stands_still = lambda trials: asked[-1] is not trial and runs(trials)  # noqa: E731
+    monkeypatch.setattr(StopTrials, "_runs", stands_still)
+    with served("ready") as (port, loop, _):
+        agree = person(loop)
+
+        def answer(text: str) -> bool:
+            asked.append(list(Trial)[int(text[0]) - 1])
+            return asked[-1] in (Trial.HOLD, Trial.START, trial) and agree(text)
+
+        with quick(ROBOT, LAYOUT, CONTROLLER, (HERE, port), answer, comes=3.0) as trials:
+            list(trials.run())
+        assert loop.snapshot.outputs.paused and "hold" in loop.snapshot.inputs
+    told = {each.trial: each for each in trials.results}
+    assert told[trial].outcome is LEFT and "moved" in told[trial].what

@@ -156,9 +156,12 @@ class StopTrials:
             return self._try_rsr()
         if trial is Trial.START:
             return self._try_start()
-        if self._state is ProgramState.PAUSED and starts:
+        pulsed = self._state is ProgramState.PAUSED and starts
+        if pulsed:
             self._link.send(Pulse("start"))
         if not self._wait(self._comes, self._runs):
+            if pulsed:
+                self._pause_again()
             return leave(f"no program moved the robot within {self._comes:g} s")
         # So how late it brakes can be measured; it is stopped all the same.
         self._wait(FIRST_S, lambda: evenly(self._looks))
@@ -194,13 +197,22 @@ class StopTrials:
     def _try_start(self) -> Result:
         """Let the paused program go on, and pause it again."""
         self._link.send(Pulse("start"))
-        if not self._wait(FIRST_S, self._runs):
-            what = "START does not let a paused program go on"
-            return Result(Trial.START, TrialEnd.FAILED, what)
-        self._hold("START")
+        moved = self._wait(FIRST_S, self._runs)
+        went_on = self._state is ProgramState.RUNNING
+        self._pause_again()
+        if moved:
+            return Result(Trial.START, TrialEnd.WORKED, "START lets a paused program go on")
+        if went_on:
+            what = f"START lets the program go on, but no joint moved within {FIRST_S:g} s"
+            return Result(Trial.START, TrialEnd.LEFT_OUT, what)
+        what = "START does not let a paused program go on"
+        return Result(Trial.START, TrialEnd.FAILED, what)
+
+    def _pause_again(self) -> None:
+        """Hold what START let go on, also what does not move yet; give HOLD back: it is paused."""
+        self._hold("START let the program go on")
         self._link.send(Signal("hold", True))
         self._stays("HOLD was given back")
-        return Result(Trial.START, TrialEnd.WORKED, "START lets a paused program go on")
 
     def _try_rsr(self) -> Result:
         """Let RSR1 start the stream program, and send one joint away and back."""
