@@ -336,3 +336,14 @@ def test_a_program_that_start_let_go_on_without_a_motion_is_paused_again(
         assert loop.snapshot.outputs.paused and "hold" in loop.snapshot.inputs
     told = {each.trial: each for each in trials.results}
     assert told[trial].outcome is LEFT and "moved" in told[trial].what
+
+
+def test_a_robot_that_nothing_was_seen_to_stop_is_not_moved() -> None:
+    """Neither by START nor by RSR1, whatever the answer is."""
+    untried = replace(ROBOT, stopping=replace(ROBOT.stopping, tried={}))
+    with served("ready") as (port, _, written):
+        answer = lambda text: text.startswith("6 of 6")  # noqa: E731
+        with quick(untried, LAYOUT, CONTROLLER, (HERE, port), answer) as trials:
+            list(trials.run())
+    assert trials.results[-1].outcome is LEFT and "seen to stop" in trials.results[-1].what
+    assert LAYOUT.coils["rsr1"].offset not in [at for _, _, at, *_ in written]

@@ -136,11 +136,11 @@ def _acceptance(robot: Robot) -> Sheet:
     check = f"rosrun robot_doctor doctor --robot {robot.name} --host ADDRESS --port 502"
     led = (
         "HOLD on the pendant, 10 s, resume: both stand, both go on",
+        f"`{check} --stops`: each input that stops it is in its robot.yaml; override 10 % again",
         "STOP on the page: both ramp down, the program is aborted or paused",
         "E-STOP on the page: the drives go off",
         "the network plug out while a program runs: the robot stops by BGTWIN",
         "plugged in again: nothing moves",
-        f"`{check} --stops`: each input that stops the robot is in its robot.yaml",
         "MOVE of 5 degrees, each joint: signs and ends are right",
         "STOP during such a move: both ramp down; ALIGN moves the twin alone",
         "mode switch to T1, T2, AUTO, RESET and ALIGN after each: the page shows the same",

@@ -19,6 +19,7 @@ from twin_controller.robot_sample import AlarmStatus, ProgramState, ProgramStatu
 from robot_doctor.finding import Finding, Group, wrong
 from robot_doctor.robot_probe_io import Mover, link_to
 from robot_doctor.stop_trials import (
+    MEANS,
     PATIENCE_S,
     Look,
     Result,
@@ -79,6 +80,7 @@ class StopTrials:
         comes: float = COMES_S,
         stays: float = STAYS_S,
     ) -> None:
+        self._stoppable = address[0] in robot.stopping.tried.values()
         # Levels as they are on the wire: what they tell of the allocation is to be found out.
         full = msgspec.structs.replace(robot.stopping, uop="full", tried={})
         self._robot = msgspec.structs.replace(robot, stopping=full)
@@ -147,6 +149,12 @@ class StopTrials:
         )
         if trial is Trial.START and self._state is not ProgramState.PAUSED:
             return leave("no program is paused")
+        stopped = any(
+            each.trial in MEANS and each.outcome is TrialEnd.WORKED for each in self.results
+        )
+        # Who cannot be stopped by what is known to work is not moved either.
+        if trial in (Trial.START, Trial.RSR) and not (stopped or self._stoppable):
+            return leave("nothing was seen to stop this robot yet")
         if trial not in (Trial.RSR, Trial.START):
             # Before the question: who reads it may start a program at the pendant at once.
             self._link.send(Number("override", SLOWEST_PERCENT))
