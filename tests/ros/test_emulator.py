@@ -21,7 +21,7 @@ from harness.running.thorough import thorough
 from harness.yaml_files import copy_configuration
 from pymodbus.client import ModbusTcpClient
 from robot_doctor.finding import Level
-from robot_doctor.robot_probe_io import Mover
+from robot_doctor.robot_probe_io import SWING, Mover
 from ruamel.yaml import YAML
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
@@ -320,7 +320,7 @@ def test_the_doctor_measures_how_late_a_joint_is(ros: Ros) -> None:
     with Mover(robot, load_modbus_map(), config, "127.0.0.1", cell.port) as mover:
         nudged = next(mover.nudge_all())
         assert nudged.level is Level.FINE and nudged.what.startswith("joint_1"), nudged
-        fit = mover._measure(0, robot.twin_joints[0])
+        fit = mover._measure(0, robot.twin_joints[0], SWING["deg"] * robot.twin_joints[0].scale)
     assert fit is not None and 0.07 < fit.delay < 0.2
 
 

@@ -14,8 +14,7 @@ from fanuc_emulator.drives.servo_loop_io import ServoLoop
 from harness.emulated.served import CONFIG, LAYOUT, ROBOT, served
 from harness.processes import wait_until
 from msgspec.structs import replace
-from robot_doctor.finding import Group, Level, note
-from robot_doctor.profile_files_io import read_profile
+from robot_doctor.finding import Level
 from robot_doctor.robot_probe_io import Mover
 from robot_doctor.stop_trials import (
     Look,
@@ -236,37 +235,6 @@ def test_a_robot_as_delivered_is_not_tried_but_told_what_is_missing() -> None:
         command = ["--stops", "--host", HERE, "--port", str(port), "--config-dir", str(CONFIG)]
         done = CliRunner().invoke(doctor_node.app, command)
     assert done.exit_code == 1 and "$SNPX_ASG is as delivered" in done.output and not written
-
-
-@pytest.mark.parametrize("aborts", ["true", "false"])
-def test_who_moves_a_joint_begins_with_a_set_point_and_sees_the_robot_stand(aborts: str) -> None:
-    """CSTOPI alone does not end a program on each controller; HOLD is given back to one at rest."""
-    controller = CONTROLLER
-    with served(f"ready, cstopi_for_abort: {aborts}") as (port, loop, written):
-        with Mover(ROBOT, LAYOUT, controller, HERE, port) as mover:
-            mover.try_stream()
-        assert mover.rests and not loop.snapshot.outputs.progrun
-        # What is written last counts from the next tick on.
-        wait_until(lambda: "hold" in loop.snapshot.inputs, 2.0, "HOLD, given back")
-    asked = [at for _, _, at, *_ in written]
-    first = asked.index(LAYOUT.holding_registers["ring_setpoint"].offset)
-    assert first < asked.index(LAYOUT.coils["rsr1"].offset)
-
-
-def test_a_robot_that_goes_on_after_a_stop_is_told_and_stays_held(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Whoever stands there hears it at once."""
-    monkeypatch.setattr("robot_doctor.robot_probe_io.REST_S", 0.3)
-    monkeypatch.setattr("robot_doctor.robot_probe_io.stands", lambda *_: False)
-    # All joints would take half a minute.
-    monkeypatch.setattr(Mover, "nudge_all", lambda mover: [note(Group.LINKS, *mover.try_stream())])
-    controller = CONTROLLER
-    profile = replace(read_profile(CONFIG), robot=ROBOT, layout=LAYOUT)
-    with served("ready") as (port, loop, _):
-        found = list(doctor_node._robot(profile, LAYOUT, controller, (HERE, port), True))
-        assert "hold" not in loop.snapshot.inputs
-    assert "NOT SEEN TO STAND" in found[-1].what and found[-1].level is Level.WRONG, found
 
 
 def test_a_program_that_is_started_while_the_question_stands_is_slow() -> None:

@@ -6,11 +6,11 @@ shall not be made to do.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scara_config import Robot
-from scara_control.keep_out.points import watched_points
+from scara_control.keep_out.points import WatchedPoint, watched_points
 from scara_control.keep_out.zones import judge_way
 from scara_control.kinematics.twists import FloatArray
 from what_if.geometry.bodies import bodies_of
@@ -61,3 +61,37 @@ class FreeSpace:
         judged = judge_way(self.points, zones, tuple(one), tuple(other), velocity, CLEAR_MM)
         rows = np.linspace(np.array(one), np.array(other), STEPS)
         return not judged.violation and self.touches_nothing(rows)
+
+
+def free_way(
+    robot: Robot,
+    points: Sequence[WatchedPoint],
+    start: tuple[float, ...],
+    index: int,
+    sizes: Mapping[str, float],
+) -> tuple[float, str]:
+    """Return a joint's way from its nearer limit, or else the other one [rad or m].
+
+    Neither enters a keep-out zone or comes near one; else 0, and why the first would.
+
+    Args:
+        robot: The profile.
+        points: Its watched points; not needed where it has no zone.
+        start: Positions of the twin's joints [rad or m].
+        index: Of the joint among them.
+        sizes: How long the way is, by the joint's unit [deg or mm].
+    """
+    joint, velocity = robot.twin_joints[index], tuple(each.velocity for each in robot.twin_joints)
+    way, reasons = sizes[joint.unit] * joint.scale, []
+    if start[index] >= 0.5 * (joint.lower + joint.upper):
+        way = -way
+    for each in (way, -way):
+        away, why = (*start[:index], start[index] + each, *start[index + 1 :]), ""
+        if not joint.lower <= away[index] <= joint.upper:
+            why = "it would leave its range"
+        elif robot.keep_out:
+            why = judge_way(points, robot.keep_out, start, away, velocity, CLEAR_MM).violation
+        if not why:
+            return each, ""
+        reasons.append(why)
+    return 0.0, reasons[0]

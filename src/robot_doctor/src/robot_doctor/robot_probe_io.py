@@ -9,6 +9,7 @@ from typing import Any
 
 from scara_config import Joint, Robot
 from scara_config.modbus_map import ModbusMap, number_after
+from scara_control.keep_out.points import watched_points
 from twin_controller.config import TwinControllerConfig
 from twin_controller.estimation.delay import Fit
 from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
@@ -25,7 +26,8 @@ from twin_controller.robot_sample import (
 )
 
 from robot_doctor.delay_checks import DelayStretch, check_delays
-from robot_doctor.finding import Finding, Group, wrong
+from robot_doctor.finding import Finding, Group, note, wrong
+from robot_doctor.free_space import free_way
 from robot_doctor.link_checks import MOVED_LEAST, Answer, Nudge, check_nudge
 
 HAIR = {"deg": 0.5, "mm": 1.0}
@@ -36,6 +38,7 @@ PEAK = 1.875
 RAMP_S = 0.5
 SETTLE_S = 3.0
 CLOSE = 0.1
+JOG_AWAY = "jog the robot away from there, and ask again"
 PERIOD_S = 0.01
 FIRST_S = 3.0
 REST_S = 2.0
@@ -43,7 +46,7 @@ REST_S = 2.0
 AHEAD_S = 0.04
 """So far ahead of their time set points are sent to a robot that takes them so; our choice."""
 SPEED_PERCENT = 10.0
-SLOW = 5.0
+SLOW = {"deg": 5.0, "mm": 5.0}
 """Where it is first tried to move the robot: so far, within a second [deg or mm]."""
 
 
@@ -133,6 +136,7 @@ class Mover:
         # A sample has all joints of robot.yaml, those without a twin too.
         self._columns = [k for k, joint in enumerate(robot.joints) if joint.twin]
         self._config = config
+        self._points = watched_points(robot) if robot.keep_out else ()
         # The newest answer, and when it came [s].
         self._newest: tuple[RobotSample, float] | None = None
         # Of the last set point ahead of its time; 0 before the first.
@@ -180,7 +184,8 @@ class Mover:
     def nudge_all(self) -> Iterator[Finding]:
         """Send each joint of the twin a hair away and back, then swing it to see how late it is.
 
-        End at the first that cannot be moved.
+        A joint that comes near a keep-out zone on both ways stays. End at the first that cannot be
+        moved.
         """
         reason = self._start()
         if reason:
@@ -190,8 +195,13 @@ class Mover:
                 "end what commands it, reset it, and ask again",
             )
             return
+        begun, fits = self._positions(), []
         for index, joint in enumerate(self._joints):
-            nudge = self._nudge(index, joint)
+            way, why = free_way(self._robot, self._points, self._positions(), index, HAIR)
+            if why:
+                yield note(Group.LINKS, f"{joint.name} is not moved: {why}", JOG_AWAY)
+                continue
+            nudge = self._nudge(index, joint, way)
             if self._sample.control_type is not ControlType.STREAM:
                 what = (
                     f"{joint.name}: the robot ended the stream "
@@ -204,25 +214,40 @@ class Mover:
                 )
                 return
             yield check_nudge(nudge, self._joints)
-        yield from check_delays(
-            [(joint, self._measure(k, joint)) for k, joint in enumerate(self._joints)],
-            self._config,
-        )
+        for index, joint in enumerate(self._joints):
+            way, why = free_way(self._robot, self._points, self._positions(), index, SWING)
+            if why:
+                yield note(Group.LINKS, f"{joint.name} is not swung: {why}", JOG_AWAY)
+            fits.append((joint, None if why else self._measure(index, joint, way)))
+        yield from check_delays(fits, self._config)
+        for joint, before, after in zip(self._joints, begun, self._positions()):
+            if abs(after - before) > HAIR[joint.unit] * joint.scale:
+                left = f"{(after - before) / joint.scale:+.2f} {joint.unit}"
+                what = f"{joint.name} is not back: it stands {left} from where it began"
+                yield note(Group.LINKS, what, "jog it back: the next --move begins where it stands")
 
     def try_stream(self) -> tuple[str, float]:
-        """Start the stream program and send the first joint away and back, at 5 deg/s or mm/s.
+        """Start the stream program and send a joint away and back, at 5 deg/s or mm/s.
+
+        It is the first that comes near no keep-out zone.
 
         Returns:
             Why that is not possible, or an empty text; how far the joint went [deg or mm].
         """
         if reason := self._start():
             return reason, 0.0
-        joint, start = self._joints[0], self._positions()
-        asked = SLOW * joint.scale * self._inwards(start, 0, joint)
-        away = (start[0] + asked, *start[1:])
-        self._go(start, away, 0, 1.0, 100.0)
-        there = self._positions()[0] - start[0]
-        self._go(away, start, 0, 1.0, 100.0)
+        start = self._positions()
+        for index in range(len(self._joints)):
+            asked, why = free_way(self._robot, self._points, start, index, SLOW)
+            if not why:
+                break
+        else:
+            return f"no joint is moved: {why}", 0.0
+        joint = self._joints[index]
+        away = (*start[:index], start[index] + asked, *start[index + 1 :])
+        self._go(start, away, index, 1.0, 100.0)
+        there = self._positions()[index] - start[index]
+        self._go(away, start, index, 1.0, 100.0)
         missed = abs(there - asked) > (1.0 - MOVED_LEAST) * abs(asked)
         way = there / joint.scale
         return f"{joint.name} went {way:+.2f} only" if missed else "", way
@@ -300,10 +325,9 @@ class Mover:
         self._link.write_at(positions, speed_percent, self._number, clock_ms)
         return clock_ms
 
-    def _nudge(self, index: int, joint: Joint) -> Nudge:
-        """Send one joint away from its nearer limit and back."""
+    def _nudge(self, index: int, joint: Joint, asked: float) -> Nudge:
+        """Send one joint away and back."""
         start = self._positions()
-        asked = HAIR[joint.unit] * joint.scale * self._inwards(start, index, joint)
         away = tuple(q + asked * (k == index) for k, q in enumerate(start))
         speed = self._go(start, away, index)
         there = self._positions()
@@ -312,10 +336,9 @@ class Mover:
             joint.name, asked, {j.name: b - a for j, a, b in zip(self._joints, start, there)}, speed
         )
 
-    def _measure(self, index: int, joint: Joint) -> Fit | None:
+    def _measure(self, index: int, joint: Joint, way: float) -> Fit | None:
         """Swing one joint smoothly away and back; return how late it was on its way there."""
         start = self._positions()
-        way = SWING[joint.unit] * joint.scale * self._inwards(start, index, joint)
         # A robot runs its program at its override; a swing at its limit would be late for that.
         override = max(float(self._sample.override), 1.0)
         fastest = 1e-2 * min(SWING_PERCENT, override) * joint.velocity
@@ -337,12 +360,9 @@ class Mover:
                 stretch.tell_ahead(clock_ms, q[index])
             time.sleep(PERIOD_S)
         self._stretch = None
-        self._go(tuple(q), start, index)
+        # Back as it came: at a low override it needs as long, and as many percent.
+        self._go(tuple(q), start, index, duration, percent)
         return stretch.fit()
-
-    def _inwards(self, start: tuple[float, ...], index: int, joint: Joint) -> float:
-        """Return the sign of the way from the nearer limit."""
-        return 1.0 if start[index] < 0.5 * (joint.lower + joint.upper) else -1.0
 
     def _go(
         self,
@@ -357,7 +377,7 @@ class Mover:
         Return the largest speed.
         """
         speed, started = 0.0, time.monotonic()
-        while (passed := time.monotonic() - started) < SETTLE_S:
+        while (passed := time.monotonic() - started) < ramp_s + SETTLE_S:
             share = min(passed / ramp_s, 1.0)
             self._tell([a + share * (b - a) for a, b in zip(begin, end)], percent)
             motion, column = self._sample.motion, self._columns[index]

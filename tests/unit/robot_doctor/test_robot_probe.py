@@ -1,0 +1,105 @@
+"""What the doctor moves stands at its end, stays out of keep-out zones, and goes back."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import pytest
+from harness.emulated.served import CONFIG, LAYOUT, ROBOT, served
+from harness.processes import wait_until
+from msgspec.structs import replace
+from robot_doctor.finding import Group, Level, note
+from robot_doctor.free_space import free_way
+from robot_doctor.profile_files_io import read_profile
+from robot_doctor.robot_probe_io import HAIR, SWING, Mover
+from scara_config import KeepOut
+from scara_control.keep_out.points import watched_points
+from twin_controller.config import load_twin_controller
+
+from robot_doctor import doctor_node
+
+CONTROLLER = load_twin_controller(ROBOT, CONFIG)
+# This machine's own delays are no silence of the robot.
+CONTROLLER = replace(CONTROLLER, real=replace(CONTROLLER.real, timeout_ms=1000.0))
+HERE = "127.0.0.1"
+
+
+@pytest.mark.parametrize("aborts", ["true", "false"])
+def test_who_moves_a_joint_begins_with_a_set_point_and_sees_the_robot_stand(aborts: str) -> None:
+    """CSTOPI alone does not end a program on each controller; HOLD is given back to one at rest."""
+    with served(f"ready, cstopi_for_abort: {aborts}") as (port, loop, written):
+        with Mover(ROBOT, LAYOUT, CONTROLLER, HERE, port) as mover:
+            mover.try_stream()
+        assert mover.rests and not loop.snapshot.outputs.progrun
+        # What is written last counts from the next tick on.
+        wait_until(lambda: "hold" in loop.snapshot.inputs, 2.0, "HOLD, given back")
+    asked = [at for _, _, at, *_ in written]
+    first = asked.index(LAYOUT.holding_registers["ring_setpoint"].offset)
+    assert first < asked.index(LAYOUT.coils["rsr1"].offset)
+
+
+def test_a_robot_that_goes_on_after_a_stop_is_told_and_stays_held(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Whoever stands there hears it at once."""
+    monkeypatch.setattr("robot_doctor.robot_probe_io.REST_S", 0.3)
+    monkeypatch.setattr("robot_doctor.robot_probe_io.stands", lambda *_: False)
+    # All joints would take half a minute.
+    monkeypatch.setattr(Mover, "nudge_all", lambda mover: [note(Group.LINKS, *mover.try_stream())])
+    profile = replace(read_profile(CONFIG), robot=ROBOT, layout=LAYOUT)
+    with served("ready") as (port, loop, _):
+        found = list(doctor_node._robot(profile, LAYOUT, CONTROLLER, (HERE, port), True))
+        assert "hold" not in loop.snapshot.inputs
+    assert "NOT SEEN TO STAND" in found[-1].what and found[-1].level is Level.WRONG, found
+
+
+def fence(side: float) -> KeepOut:
+    """Return a box beside the arm at home, on its left or right [mm]."""
+    lower, upper = sorted((side * 300.0, side * 100.0))
+    return KeepOut(f"fence{side:+g}", (500.0, lower, -100.0), (800.0, upper, 1000.0))
+
+
+@pytest.mark.parametrize(
+    ("zones", "size", "way"),
+    [
+        ([], SWING, -10.0),
+        ([fence(-1.0)], SWING, 10.0),
+        ([fence(1.0)], SWING, -10.0),
+        ([fence(-1.0), fence(1.0)], SWING, 0.0),
+        ([fence(-1.0), fence(1.0)], HAIR, -0.5),
+    ],
+)
+def test_no_joint_is_moved_into_a_keep_out_zone(
+    zones: list[KeepOut], size: dict[str, float], way: float
+) -> None:
+    """From its nearer limit if that is free, else the other way, else not at all."""
+    robot, home = replace(ROBOT, keep_out=zones), tuple(ROBOT.home_positions)
+    found, why = free_way(robot, watched_points(robot), home, 0, size)
+    assert found == pytest.approx(math.radians(way)) and ("keep-out zone fence" in why) == (not way)
+    end = ROBOT.twin_joints[0].upper - 0.01
+    assert free_way(replace(robot, keep_out=[]), (), (end, *home[1:]), 0, size)[0] < 0.0
+
+
+def test_a_joint_that_stays_or_is_not_back_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The next --move begins where it stands."""
+    seen = itertools.count()
+    monkeypatch.setattr(Mover, "_start", lambda _: "")
+    monkeypatch.setattr(Mover, "_positions", lambda _: (0.001 * next(seen), *[0.0] * 3))
+    monkeypatch.setattr("robot_doctor.robot_probe_io.free_way", lambda *_: (0.0, "a fence"))
+    told = [each.what for each in Mover(ROBOT, LAYOUT, CONTROLLER, HERE, 1).nudge_all()]
+    assert "joint_1 is not moved: a fence" in told and "joint_1 is not swung: a fence" in told
+    assert told[-1] == "joint_1 is not back: it stands +0.52 deg from where it began"
+
+
+def test_a_joint_swings_back_also_at_a_low_override() -> None:
+    """As doctor --stops leaves it: it needs as long for its way back."""
+    table = ROBOT.twin_joints[3]
+    with served("ready") as (port, loop, _):
+        loop.post(lambda robot: robot.write_override(1))
+        wait_until(lambda: loop.snapshot.override == 1, 2.0, "a low override")
+        with Mover(ROBOT, LAYOUT, CONTROLLER, HERE, port) as mover:
+            assert mover._start() == ""
+            before = mover._positions()
+            mover._measure(3, table, SWING["deg"] * table.scale)
+            assert mover._positions() == pytest.approx(before, abs=HAIR["deg"] * table.scale)
