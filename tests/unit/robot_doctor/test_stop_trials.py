@@ -17,11 +17,13 @@ from msgspec.structs import replace
 from robot_doctor.finding import Level
 from robot_doctor.robot_probe_io import Mover
 from robot_doctor.stop_trials import (
+    MEANS,
     Look,
     Result,
     Trial,
     TrialEnd,
     allocation,
+    changes,
     judge_stop,
     proposal,
     question,
@@ -91,7 +93,9 @@ def test_a_profile_names_what_stopped_this_robot(
 ) -> None:
     """What was tried at another address is forgotten: another address is another robot."""
     found = proposal(ROBOT.stopping, address, came, uop)
-    assert found == replace(ROBOT.stopping, uop=uop, tried=tried)
+    # Nor is it known how late the other robot brakes.
+    delay = 480.0 if address == ELSEWHERE and tried else ROBOT.stopping.braking_delay_ms
+    assert found == replace(ROBOT.stopping, uop=uop, tried=tried, braking_delay_ms=delay)
     assert not list(found.faults())
 
 
@@ -127,11 +131,24 @@ def test_a_robot_that_brakes_too_late_for_any_zone_did_not_stop() -> None:
 
 
 def test_the_longest_delay_is_proposed_in_whole_steps() -> None:
-    """Rounded up; where nothing was measured, the profile's stays."""
+    """Rounded up; where nothing was measured, or not of all that were, the profile's stays."""
     came = [Result(Trial.HOLD, WORKED, "", 0.0513), Result(Trial.CSTOPI, WORKED, "", 0.0741)]
     assert proposal(ROBOT.stopping, HERE, came, "full").braking_delay_ms == 110.0
     kept = proposal(ROBOT.stopping, HERE, results(HOLD=WORKED), "full")
     assert kept.braking_delay_ms == ROBOT.stopping.braking_delay_ms
+    filed = replace(ROBOT.stopping, braking_delay_ms=180.0)
+    again = [Result(Trial.HOLD, WORKED, "", 0.03)]
+    assert proposal(filed, HERE, again, "full").braking_delay_ms == 180.0
+    every = [Result(trial, WORKED, "", 0.03) for trial in MEANS]
+    assert proposal(filed, HERE, every, "full").braking_delay_ms == 60.0
+
+
+def test_a_delay_that_was_not_measured_is_written_as_such() -> None:
+    """The longest that a trial lets pass: the stand-in's is none of a real robot."""
+    for came, said in ((None, "not measured by"), (0.03, "] 2026-11-28, measured by")):
+        found = proposal(ROBOT.stopping, ELSEWHERE, [Result(Trial.HOLD, WORKED, "", came)], "full")
+        written = changes(ROBOT.stopping, ELSEWHERE, found, "2026-11-28")
+        assert said in written["stopping", "braking_delay_ms"].note
 
 
 def test_the_allocation_is_what_its_outputs_show() -> None:

@@ -39,6 +39,8 @@ SPREAD_MS, STEP_MS = 30, 10
 """A stop is decided on a reading up to two periods of reading and one of the robot older than the
 one that was measured from; written in whole steps, rounded up. With it no zone was entered on
 either plant of fanuc_sr6ia: virtual_time/test_zones.py."""
+UNMEASURED_MS = 1e3 * LATEST_S + SPREAD_MS
+"""What is written of a robot whose delay nobody measured: the longest that could have been."""
 
 
 class Trial(Enum):
@@ -227,17 +229,25 @@ def allocation(seen: frozenset[str], results: Sequence[Result], filed: str) -> s
 def proposal(stopping: Stopping, address: str, results: Sequence[Result], uop: str) -> Stopping:
     """Return what the profile should say after the trials.
 
-    Of what was tried at other addresses nothing stays: another address is another robot.
+    Of what was tried at other addresses nothing stays: another address is another robot. Nor does
+    its delay.
     """
     came = {MEANS[each.trial]: each.outcome for each in results if each.trial in MEANS}
     kept = {means for means, place in stopping.tried.items() if place == address}
     proven = {means for means, outcome in came.items() if outcome is TrialEnd.WORKED}
     proven |= {means for means in kept if came.get(means) in (None, TrialEnd.LEFT_OUT)}
     tried = {means: address for means in ALLOCATED[uop] if means in proven}
-    late = [each.delay for each in results if each.trial in MEANS and each.delay is not None]
-    steps = [math.ceil((1e3 * max(0.0, each) + SPREAD_MS) / STEP_MS) for each in late]
-    delay = STEP_MS * max(steps) if steps else stopping.braking_delay_ms
-    said = {"uop": uop, "tried": tried, "braking_delay_ms": delay}
+    late = {
+        MEANS[each.trial]: each.delay
+        for each in results
+        if each.trial in MEANS and each.delay is not None
+    }
+    steps = [math.ceil((1e3 * max(0.0, each) + SPREAD_MS) / STEP_MS) for each in late.values()]
+    delays = [1.0 * STEP_MS * each for each in steps]
+    # The one that is filed is the longest of all that were measured then.
+    if not late or (kept - late.keys()) & tried.keys():
+        delays.append(stopping.braking_delay_ms if kept or not tried else UNMEASURED_MS)
+    said = {"uop": uop, "tried": tried, "braking_delay_ms": max(delays)}
     return msgspec.convert(said, Stopping)
 
 
@@ -256,7 +266,10 @@ def changes(robot: Stopping, address: str, found: Stopping, date: str) -> dict[K
     said = Noted(address, f"[chk] {date}, seen by doctor --stops")
     written: dict[Key, Any] = {("stopping", "uop"): found.uop}
     if found.braking_delay_ms != robot.braking_delay_ms:
-        late = Noted(found.braking_delay_ms, f"[chk] {date}, measured by doctor --stops")
+        seen = f"[chk] {date}, measured by doctor --stops"
+        if found.braking_delay_ms == UNMEASURED_MS:
+            seen = f"[asm] {date}, not measured by doctor --stops: the longest"
+        late = Noted(found.braking_delay_ms, seen)
         written["stopping", "braking_delay_ms"] = late
     # Also those that the file names and that hold no longer: they are taken out of it.
     for means in {**robot.tried, **found.tried}:
