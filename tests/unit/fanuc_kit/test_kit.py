@@ -174,6 +174,19 @@ def test_slots_are_written_once_somebody_agrees_and_read_back() -> None:
         assert "0 written; all slots are there" in again.output
 
 
+def test_what_is_written_over_is_shown_before() -> None:
+    """A panel in production has slots of its own: they are gone once somebody agrees."""
+    with delivered(way_in=True) as (port, table):
+        table.put(1, "$SIZE", 200.0)
+        for field, value in (("$ADDRESS", 11001.0), ("$SIZE", 1.0), ("$VAR_NAME", "DO[1]")):
+            table.put(40, field, value)
+        refused = CliRunner().invoke(write, ["127.0.0.1", "--port", str(port)], input="n\n")
+        assert table[40].name == "DO[1]" and table[1].size == 200
+    assert "slot 40: DO[1] at 11001, 1, 1 -> empty" in refused.output
+    assert "slot 1: R[1]@1.1 at 1, 200, 1 -> R[1]@1.1 at 1, 10000, 1" in refused.output
+    assert "2 of them hold something" in refused.output
+
+
 def test_without_the_way_in_nothing_is_written() -> None:
     """And it is said what to type first."""
     with delivered(way_in=False) as (port, table):
