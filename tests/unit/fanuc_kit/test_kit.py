@@ -70,6 +70,9 @@ def test_the_kit_has_a_page_for_each_thing_to_do(tmp_path: Path) -> None:
     tried = texts["5_acceptance.md"]
     assert tried.count("- [ ]") > 10 and tried.index("--stops") < tried.index("STOP on the page")
     assert all(f"{name}.LS" in texts for name in programs())
+    said = texts["4_programs.md"].partition("```")[0]
+    assert all(f" {name}" in said for name in ("R[1],", "R[2],", "R[8],", "R[9],", "R[22]"))
+    assert "PR[1]," in said and "F[1] to F[18]" in said
     for word in ("UI[2]", "rack 34", "RSR0101", "BGTWIN", "sheet 5 of 5"):
         assert word in texts["kit.html"]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 import msgspec
@@ -113,6 +114,9 @@ def _signals(layout: ModbusMap) -> Sheet:
 
 def _programs() -> Sheet:
     blocks = []
+    # Whoever leads counts R[1] up from its first connection on, whatever a program keeps there.
+    used = set(re.findall(r"\bP?R\[\d+\]", "".join(texts().values())))
+    own = ", ".join(sorted(used, key=lambda name: (len(name), name)))
     for name, text in texts().items():
         # Lines alone: the controller itself writes the head and the positions of a listing.
         typed = text.partition("/MN\n")[2].partition("/POS")[0]
@@ -121,6 +125,10 @@ def _programs() -> Sheet:
         "4_programs",
         "Programs to type",
         (
+            SheetText(
+                f"The pair alone may use {own} and F[1] to F[18]. Change each program of yours "
+                "that does, before these are typed and before the cell is started."
+            ),
             SheetText(
                 "RSR0101: MENU > SELECT > CREATE, group mask 1. BGTWIN: group mask *, then MENU > "
                 "SETUP > BG Logic, program BGTWIN, RUN. Joint speeds and the ring of set points "
