@@ -200,7 +200,8 @@ def question(trial: Trial, state: ProgramState, starts: bool) -> str:
     elif trial is Trial.RSR:
         first = "" if state is ProgramState.ABORTED else "End the program at the pendant (ABORT). "
     elif state is ProgramState.ABORTED:
-        first = "Start a program that moves, at the pendant. "
+        # A program of fewer percent would not count as one that moves.
+        first = "Start a program at the pendant that moves by J P[n] 100%: the override is 1 %. "
     elif state is ProgramState.PAUSED and not starts:
         first = "Let the program go on, by START at the pendant. "
     else:

@@ -20,7 +20,9 @@ from robot_doctor.finding import Finding, Group, wrong
 from robot_doctor.robot_probe_io import Mover, link_to
 from robot_doctor.stop_trials import (
     MEANS,
+    MOVES,
     PATIENCE_S,
+    WINDOW_S,
     Look,
     Result,
     Trial,
@@ -170,7 +172,9 @@ class StopTrials:
         if not self._wait(self._comes, self._runs):
             if pulsed:
                 self._pause_again()
-            return leave(f"no program moved the robot within {self._comes:g} s")
+            least = f"{MOVES / WINDOW_S:g} deg/s or mm/s"
+            what = f"no program moved a joint by {least} or more within {self._comes:g} s"
+            return leave(f"{what}: give its motions more percent")
         # So how late it brakes can be measured; it is stopped all the same.
         self._wait(FIRST_S, lambda: evenly(self._looks))
         return self._try_stop(trial)
