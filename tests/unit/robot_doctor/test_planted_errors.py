@@ -13,7 +13,7 @@ import msgspec
 import pytest
 from harness.workspace import ROOT
 from harness.yaml_files import REMOVED, changed_yaml, copy_configuration
-from robot_doctor.examine import examine
+from robot_doctor.examine import examine, next_command
 from robot_doctor.finding import Finding, Group, Level
 from robot_doctor.link_checks import Answer, Nudge, check_answers, check_nudge
 from robot_doctor.profile_files_io import read_profile
@@ -154,3 +154,27 @@ def test_a_joint_that_goes_elsewhere_is_found(
     still = dict.fromkeys([joint.name for joint in ROBOT.twin_joints], 0.0)
     finding = check_nudge(Nudge("joint_1", 0.00873, {**still, **moved}, speed), ROBOT.twin_joints)
     assert (finding.level is Level.FINE) == (text == "") and text in finding.advice
+
+
+@pytest.mark.parametrize(
+    ("real", "options", "words"),
+    [
+        ("127.0.0.1", {}, "./cell demo --robot mine"),
+        ("localhost", {"offline": True}, "./cell demo --robot mine"),
+        ("192.0.2.9", {}, "./cell up --robot mine --without emulator"),
+        ("192.0.2.9", {"host": "127.0.0.1"}, "./cell up --robot mine --without emulator"),
+        ("127.0.0.1", {"host": "192.0.2.9"}, "./cell up --robot mine --without emulator"),
+    ],
+)
+def test_a_real_robot_is_followed_by_no_demo(
+    real: str, options: dict[str, Any], words: str
+) -> None:
+    """It begins with the stand-in's pendant, and would lead the real robot by it."""
+    assert next_command("mine", True, real, **options) == words
+
+
+def test_what_was_wrong_is_asked_again_of_the_same_robot() -> None:
+    """With the address that was given."""
+    again = next_command("mine", False, "", host="192.0.2.9", port=502)
+    assert again.endswith("doctor --robot mine --host 192.0.2.9 --port 502")
+    assert next_command("mine", False, "", offline=True).endswith("--robot mine --offline")

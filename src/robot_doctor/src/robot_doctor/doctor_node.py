@@ -34,7 +34,7 @@ from twin_controller.config import TwinControllerConfig, load_twin_controller
 from twin_controller.modbus.port_io import LinkLostError
 from twin_controller.twin.rosbridge_access_io import read_access
 
-from robot_doctor.examine import EXAMPLE, RobotProfile, examine, mend
+from robot_doctor.examine import EXAMPLE, RobotProfile, examine, mend, next_command
 from robot_doctor.finding import Finding, Group, Level, is_healthy, note, wrong
 from robot_doctor.link_checks import check_answers
 from robot_doctor.new_arm_io import make_arm
@@ -97,8 +97,8 @@ def doctor(
         folder = Path(config_dir or config_directory())
         profile = read_profile(folder)
     except ConfigError as error:
-        hint = f"        -> a new robot: {new_command(chosen_robot())}"
-        raise ConfigError(f"{error}\n{hint}") from error
+        made = f"rosrun robot_doctor doctor new {chosen_robot()} --from {EXAMPLE}"
+        raise ConfigError(f"{error}\n        -> a new robot: {made}") from error
     if stops:
         raise typer.Exit(0 if _stops(console, profile, folder, host, port) else 1)
     findings = list(examine(profile))
@@ -106,8 +106,12 @@ def doctor(
     if not offline:
         findings += _links(profile, folder, host, port, twin_url, move)
     show(console, profile, findings, folder)
-    console.print(f"next: {next_command(is_healthy(findings), offline)}", markup=False)
-    raise typer.Exit(0 if is_healthy(findings) else 1)
+    real, healthy = "", is_healthy(findings)
+    if healthy:
+        real = load(locate("twin_controller.yaml", folder), TwinControllerConfig).real.host
+    then = next_command(chosen_robot(), healthy, real, offline, host, port)
+    console.print(f"next: {then}", markup=False)
+    raise typer.Exit(0 if healthy else 1)
 
 
 @app.command()
@@ -157,17 +161,6 @@ def new(
         f"next: rosrun robot_doctor doctor --robot {name} --offline",
         markup=False,
     )
-
-
-def new_command(name: str) -> str:
-    """Return what makes the files of a robot."""
-    return f"rosrun robot_doctor doctor new {name} --from {EXAMPLE}"
-
-
-def next_command(healthy: bool, offline: bool) -> str:
-    """Return what to type next."""
-    again = f"rosrun robot_doctor doctor --robot {chosen_robot()}{' --offline' * offline}"
-    return f"./cell demo --robot {chosen_robot()}" if healthy else f"correct this, then {again}"
 
 
 def other_files(folder: Path, profile: RobotProfile, found: list[Finding]) -> Iterator[Finding]:

@@ -101,6 +101,34 @@ def mend(what: str, robot: str) -> str:
     return f"correct {file}"
 
 
+def next_command(
+    name: str,
+    healthy: bool,
+    real: str,
+    offline: bool = False,
+    host: str | None = None,
+    port: int | None = None,
+) -> str:
+    """Return what to type next.
+
+    Args:
+        name: Of the robot.
+        healthy: Nothing is wrong.
+        real: The robot's address in twin_controller.yaml.
+        offline: As it was given, as are the next two.
+        host: Which robot was looked at, if not that one.
+        port: Likewise.
+    """
+    if not healthy:
+        given = {"host": host, "port": port}
+        words = "".join(f" --{key} {value}" for key, value in given.items() if value)
+        again = f"rosrun robot_doctor doctor --robot {name}{' --offline' * offline}{words}"
+        return f"correct this, then {again}"
+    # `demo` starts the stand-in, and leads whatever robot is at the address in the file.
+    here = all(each.startswith("127.") or each == "localhost" for each in (real, host or real))
+    return f"./cell demo --robot {name}" if here else f"./cell up --robot {name} --without emulator"
+
+
 def _simulation(profile: RobotProfile, robot: Robot) -> Iterator[Finding]:
     """Yield what concerns the twin."""
     if isinstance(profile.urdf, ConfigError):
