@@ -136,7 +136,11 @@ def test_programs_are_short_and_read_as_they_were_printed() -> None:
 
 
 def test_a_robot_of_another_maker_has_no_kit(tmp_path: Path) -> None:
-    """With the reason; nothing is made."""
+    """With the reason; nothing is made, written or read."""
+    (tmp_path / "system.va").write_text("")
+    for command, word in ((write, "127.0.0.1"), (read, str(tmp_path))):
+        done = CliRunner().invoke(command, [word, "--robot", "articulated_six"])
+        assert done.exit_code == 2 and "no variables of this maker" in done.output
     done = CliRunner().invoke(make, ["articulated_six", "--out", str(tmp_path / "kit")])
     assert done.exit_code == 2 and "no variables of this maker" in done.output
     assert not (tmp_path / "kit").exists()

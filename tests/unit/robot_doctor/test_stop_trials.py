@@ -16,6 +16,7 @@ from harness.processes import wait_until
 from msgspec.structs import replace
 from robot_doctor.finding import Level
 from robot_doctor.robot_probe_io import Mover
+from robot_doctor.set_up_checks import SetUp
 from robot_doctor.stop_trials import (
     MEANS,
     Look,
@@ -31,6 +32,7 @@ from robot_doctor.stop_trials import (
 from robot_doctor.stop_trials_io import StopTrials, UnexpectedError
 from scara_config import load_robot
 from twin_controller.config import load_twin_controller
+from twin_controller.modbus.port_io import LinkLostError
 from twin_controller.robot_sample import ProgramState
 from typer.testing import CliRunner
 
@@ -344,3 +346,16 @@ def test_a_program_that_is_too_slow_to_be_seen_is_told_so() -> None:
     ):
         first = next(trials.run())
     assert "1 deg/s or mm/s or more" in first.what and "more percent" in first.what
+
+
+def test_a_server_that_does_not_answer_is_told_in_one_line(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As one with another device_id."""
+
+    def silent(*_: object) -> SetUp:
+        raise LinkLostError("the robot at 192.0.2.9:502 did not answer in time")
+
+    monkeypatch.setattr(doctor_node, "probe_set_up", silent)
+    done = CliRunner().invoke(doctor_node.app, ["--stops", "--config-dir", str(CONFIG)])
+    assert done.exit_code == 2 and "192.0.2.9:502 did not answer" in done.output

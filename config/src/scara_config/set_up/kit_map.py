@@ -11,9 +11,10 @@ from __future__ import annotations
 
 import msgspec
 
+from scara_config.loader import ConfigError
 from scara_config.map_entries import ENTRIES, FAST_CLOCK, FAST_CLOCK_MS, INPUTS, OUTPUTS
 from scara_config.modbus_map import ModbusMap, Register
-from scara_config.set_up.slots import FREE
+from scara_config.set_up.slots import FREE, has_slots
 
 _STATE = (
     *("position", "position_valid", "clock_ms", "override_now"),
@@ -67,7 +68,20 @@ def kit_map(layout: ModbusMap, leads: bool = True) -> ModbusMap:
         layout: The robot's own modbus_map.yaml.
         leads: With the kit's programs and signals; else nothing of it is written, and no program
             is needed.
+
+    Raises:
+        ConfigError: The robot has variables of another maker, or it leads and the map is that of a
+            robot that is only followed.
     """
+    if not has_slots(layout):
+        raise ConfigError("modbus_map.yaml: its registers name no variables of this maker")
+    lacks = [name for name in INPUTS if leads and name not in layout.coils]
+    lacks += [name for name in OUTPUTS if leads and name not in layout.discrete_inputs]
+    if lacks:
+        raise ConfigError(
+            f"modbus_map.yaml: has no signal {lacks[0]}, as that of a robot that is only followed: "
+            "put the robot's own map back, or lead: false into robot.yaml"
+        )
     registers: dict[str, Register] = {}
     address = FREE.start
 

@@ -17,7 +17,7 @@ from scara_config.modbus_map import load_modbus_map
 from scara_config.profile import chosen_robot
 from scara_config.set_up.kit_map import kit_map
 from scara_config.set_up.kit_programs import texts as program_texts
-from scara_config.set_up.slots import has_slots, slot_problems
+from scara_config.set_up.slots import slot_problems
 from scara_ros.shell.command_line_io import CommandLine, ConfigDir, choose_robot
 from scara_ros.shell.program_io import WRONG
 
@@ -36,8 +36,6 @@ def make(
     """Print what a delivered controller needs."""
     choose_robot(robot)
     profile, own = load_robot(config_dir), load_modbus_map(config_dir)
-    if not has_slots(own):
-        raise ConfigError(f"{chosen_robot()}: its registers name no variables of this maker")
     layout = kit_map(own, profile.lead)
     for problem in slot_problems(layout):
         raise ConfigError(f"modbus_map.yaml: {problem}")

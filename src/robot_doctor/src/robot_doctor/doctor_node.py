@@ -59,7 +59,7 @@ all, and the robot is held.
 COLOURS = {Level.FINE: "green", Level.NOTE: "yellow", Level.WRONG: "bold red"}
 app = CommandLine(
     "doctor",
-    {ConfigError: WRONG},
+    {ConfigError: WRONG, LinkLostError: WRONG},
     help="Check a robot profile: robot, simulation, registers, links.",
     rich_markup_mode=None,
 )

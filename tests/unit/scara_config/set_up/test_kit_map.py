@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from harness.workspace import ROOT
+from scara_config import ConfigError
 from scara_config.map_entries import FAST_CLOCK, INPUTS, OUTPUTS
 from scara_config.modbus_map import ModbusMap, load_modbus_map, problems
 from scara_config.profile import CHOICE
@@ -30,6 +31,12 @@ def test_what_is_typed_is_a_whole_map(own: ModbusMap, leads: bool) -> None:
     assert kit_map(found, leads) == found and found.leads == leads
     assert not found.has_panel and not found.has_gripper
     assert found.shows_gripper == (leads and own.shows_gripper)
+
+
+def test_who_leads_wants_the_robots_own_map(own: ModbusMap) -> None:
+    """The kit's map of before, without a signal, has nothing to make it of."""
+    with pytest.raises(ConfigError, match=r"has no signal imstp.*put the robot's own map back"):
+        kit_map(kit_map(own, leads=False))
 
 
 def test_only_what_the_kits_programs_keep_is_asked_of_a_program(own: ModbusMap) -> None:
