@@ -12,6 +12,7 @@ from harness.emulated.served import CONFIG, LAYOUT, ROBOT, served
 from robot_doctor.doctor_node import _robot
 from robot_doctor.finding import Finding, Level
 from robot_doctor.profile_files_io import read_profile
+from robot_doctor.set_up_checks import _position
 from scara_config.frames import NO_FRAMES, FrameTable, TaughtFrame, find_frames
 from scara_config.set_up.settings import SETTINGS, setting
 from scara_config.set_up.slots import FRAMES, slot_table
@@ -111,6 +112,25 @@ def test_a_gap_is_named_with_its_menu_without_a_write_or_a_motion(
     assert seen.writes == 0 and not seen.moved
 
 
+@pytest.mark.parametrize(
+    ("low", "high", "whole"),
+    [
+        (0, 0x0000, False),
+        (0, 0x8000, False),
+        (0, 0x7FC0, False),
+        (0, 0xC120, False),
+        (1, 0x0000, True),
+        (0xFFFF, 0xFFFF, True),
+    ],
+)
+def test_a_position_of_zero_or_of_no_axis_is_no_whole_number(
+    low: int, high: int, whole: bool
+) -> None:
+    """A joint that counts against its motor stands at -0.0 in its zero position."""
+    said = _position((*([low, high] * 8), 0, 0x4120, 1))
+    assert said == ("holds whole numbers: $MULTIPLY must be 0" if whole else "")
+
+
 def test_a_ready_robot_has_no_gap() -> None:
     """And is polled as before; two settings that no client sees are named."""
     seen = look(READY)
@@ -156,7 +176,8 @@ def test_frames_of_robot_and_file_are_compared() -> None:
 
 def test_a_delivered_robot_is_led_through_gap_by_gap() -> None:
     """What is closed first is named first; behind the table all others show at once."""
-    assert "no Modbus server" in look("delivered").wrong[0].what
+    nobody = look("delivered").wrong[0].what
+    assert "no Modbus server" in nobody and "127.0.0.1:" in nobody
     assert "as delivered" in look("delivered, num_modbus: 8").wrong[0].what
     found = look("delivered, num_modbus: 8, slots: kit, programs: kit").wrong
     named = {row.key for row in SETTINGS for gap in found if row.menu in gap.advice}

@@ -18,8 +18,8 @@ from scara_config.set_up.slots import FRAMES, WATCHED, Assignment, frames_of, ow
 from robot_doctor.finding import Finding, Group, Level, fine, note
 
 Words = tuple[int, ...]
-_SMALL, _LARGE = 0x0DA24260, 0x7F800000
-"""1e-30 and infinity as bits of a float32."""
+_SMALL, _LARGE = 0x0DA24260, 0x7FC00000
+"""1e-30 and NaN, of an axis that is not there, as bits of a float32; -1 as int32 lies above."""
 _LEVELS = {0: "UI[1] *IMSTP", 1: "UI[2] *HOLD", 2: "UI[3] *SFSPD", 7: "UI[8] ENBL"}
 
 
@@ -28,6 +28,7 @@ class SetUp(msgspec.Struct, frozen=True):
 
     Attributes:
         served: So many of the clients that are needed were served at once; 0: nobody listens.
+        why: Nobody listens: what came instead, and where.
         needed: So many are needed.
         words: Of each slot of the map, at one time and a while later, by its address.
         watched: Words of the slots ``WATCHED``.
@@ -39,6 +40,7 @@ class SetUp(msgspec.Struct, frozen=True):
     words: Mapping[int, tuple[Words, Words]]
     watched: Words
     frames: Mapping[Kind, Words] = {}
+    why: str = ""
 
 
 def check_set_up(
@@ -100,7 +102,7 @@ def _gaps(layout: ModbusMap, found: SetUp) -> Iterator[tuple[Setting, str]]:
     if not found.served:
         yield (
             setting("num_modbus"),
-            "no Modbus server: $SNPX_PARAM.$NUM_MODBUS is 0, or nothing runs",
+            f"no Modbus server: $SNPX_PARAM.$NUM_MODBUS is 0, or nothing runs: {found.why}",
         )
         return
     if found.served < found.needed:
@@ -161,8 +163,9 @@ def _position(words: Words) -> str:
         return f"calls its position not valid ({words[18]})"
     numbers = [words[at] | words[at + 1] << 16 for at in range(0, 18, 2)]
     # A float32 of a usual size has bits in its exponent; a small whole number has none.
-    signs = [number & 0x7FFFFFFF for number in numbers if number]
-    if any(not _SMALL <= number <= _LARGE for number in signs):
+    # Without its sign: a joint that counts against its motor stands at -0.0 in its zero position.
+    sizes = [size for number in numbers if (size := number & 0x7FFFFFFF)]
+    if any(not _SMALL <= size <= _LARGE for size in sizes):
         return "holds whole numbers: $MULTIPLY must be 0"
     return ""
 

@@ -36,8 +36,8 @@ def probe_set_up(layout: ModbusMap, host: str, port: int, timeout: float, needed
     one = ModbusPort(host, port, layout.device_id, timeout)
     try:
         one.open()
-    except LinkLostError:
-        return SetUp(0, needed, {}, (0,) * WATCHED_COUNT)
+    except LinkLostError as error:
+        return SetUp(0, needed, {}, (0,) * WATCHED_COUNT, why=str(error))
     try:
         first, watched = _slots(one, layout), one.read_words(_WATCHED)
         time.sleep(LATER_S)
