@@ -16,6 +16,7 @@ from robot_doctor.profile_files_io import place_of, read_profile
 from scara_config import ConfigError, load_robot
 from scara_config.profile import CHOICE
 from scara_config.readers import check_files
+from scara_config.writer import Noted, write_values
 from typer.testing import CliRunner
 
 
@@ -45,6 +46,20 @@ def test_a_new_robot_is_healthy_under_its_own_name(
     else:
         assert not own_urdf.exists(), "one that is shared stays where it is"
         assert is_healthy(examine(read_profile(config)))
+
+
+def test_a_stop_that_was_tried_on_another_robot_is_not_copied(
+    config: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A new robot may come to stand at the address of the old one."""
+    path = config / "robots" / "articulated_six" / "robot.yaml"
+    tried = ("stopping", "tried", "hold"), ("stopping", "braking_delay_ms")
+    write_values(path, {tried[0]: Noted("192.168.1.10", "[chk] seen"), tried[1]: 60})
+    folder = make_profile(config, "mine", "articulated_six", tmp_path)
+    monkeypatch.setenv(CHOICE, "mine")
+    stopping = load_robot(config).stopping
+    assert set(stopping.tried.values()) == {"127.0.0.1"} and stopping.braking_delay_ms == 100.0
+    assert "192.168.1.10" not in (folder / "robot.yaml").read_text()
 
 
 @pytest.mark.parametrize(

@@ -20,10 +20,12 @@ from scara_config.writer import replace_file
 from scara_description.body import load_body, urdf_of
 from scara_description.inertia import largest_inertia
 
-from robot_doctor.new_scara import LIKE, ScaraSize, body_text, robot_text
+from robot_doctor.new_scara import LIKE, STOPPING, ScaraSize, body_text, robot_text
 from robot_doctor.scaled_files import of_joints, started, taught, two_points
 from scara_description.gazebo import CameraView, with_gazebo
 
+STAND_IN = "127.0.0.1"
+_STOPPING = re.compile(r"^stopping:.*\n(?: .*\n)*", re.MULTILINE)
 NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
 
 
@@ -50,6 +52,13 @@ def make_profile(config: Path, name: str, source: str, urdf_folder: Path | None 
             f"unknown robot {source!r}: {config / FOLDER} has {', '.join(known)}{hint}"
         )
     with new_folder(config, name, source) as folder:
+        # What stopped that robot at its address stops no other one that comes to stand there.
+        with chosen(name):
+            tried = load_robot(config).stopping.tried
+        if set(tried.values()) - {STAND_IN}:
+            path, stand_in = folder / "robot.yaml", STOPPING.partition("\n")[2]
+            text = path.read_text(encoding="utf-8")
+            replace_file(path, _STOPPING.sub(lambda _: stand_in, text))
         # A robot without a body shares the URDF of the one that was copied.
         if (folder / "body.yaml").is_file():
             with _own_urdf(config, name, urdf_folder):
