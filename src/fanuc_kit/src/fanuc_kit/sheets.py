@@ -180,7 +180,8 @@ def _acceptance(robot: Robot) -> Sheet:
 
 _MAP_HEAD = """\
 # What stands where on a robot that was set up by the kit: its slots and programs, nothing else.
-# Use: copy over config/robots/NAME/modbus_map.yaml.
+# Use: cp --remove-destination modbus_map.yaml config/robots/NAME/
+# That file may be a link to another robot's, which cp alone would write over.
 """
 
 
