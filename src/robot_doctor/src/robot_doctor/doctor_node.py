@@ -2,11 +2,11 @@
 
 The article's methodology as checks, in four groups: the robot, its simulation, its registers, the
 links. Without ``--move`` nothing is written to the robot. Exit code 0 nothing is wrong, 1 something
-is, 2 there is no such profile. ``doctor --stops`` tries what stops the robot, one means after the
-other and each after a question, and offers to write what it saw into robot.yaml. ``doctor new NAME
---from ROBOT`` copies the files of a robot that is there, renames it in them and writes its URDF;
-``doctor new NAME --scara 325 225 --stroke 150 --axes 4 --no-table`` makes those of a SCARA;
-``doctor new NAME --urdf FILE`` those of an arm that a URDF describes.
+is, 2 there is no such profile, or nobody answers ``--stops``. ``doctor --stops`` tries what stops
+the robot, one means after the other and each after a question, and offers to write what it saw into
+robot.yaml. ``doctor new NAME --from ROBOT`` copies the files of a robot that is there, renames it
+in them and writes its URDF; ``doctor new NAME --scara 325 225 --stroke 150 --axes 4 --no-table``
+makes those of a SCARA; ``doctor new NAME --urdf FILE`` those of an arm that a URDF describes.
 """
 
 from __future__ import annotations

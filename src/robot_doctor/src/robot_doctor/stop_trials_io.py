@@ -114,7 +114,7 @@ class StopTrials:
         What is not expected ends all: HOLD is taken away, and stays away.
         """
         try:
-            self._wait(FIRST_S, lambda: bool(self._looks))
+            self._wait(FIRST_S, self._heard.is_set)
             for trial in Trial:
                 result = self._try(trial)
                 self.results.append(result)
