@@ -139,7 +139,7 @@ def cell() -> str:
     )
     return picture(
         (1000, 475),
-        "All parts of the cell",
+        "The parts of the cell",
         Box("group", 10, 10, 200, 245, ("real side",)),
         Box("group", 345, 10, 200, 125, ("centre",)),
         Box("group", 665, 10, 325, 375, ("twin side (ROS)",)),
@@ -158,7 +158,7 @@ def cell() -> str:
             ((195, 82), (360, 82)), ("Modbus TCP", "", "samples, set", "points, signals"), (268, 68)
         ),
         Arrow(((530, 82), (680, 82)), ("web socket:", "rosbridge v2"), (605, 58)),
-        Arrow(((830, 82), (862, 82)), ("records everything",), (915, 132), dashed=True),
+        Arrow(((830, 82), (862, 82)), ("records topics",), (915, 132), dashed=True),
         Arrow(((750, 112), (750, 165)), ("topics, services",), (808, 150)),
         Arrow(((828, 257), (828, 305)), ("set points, joint states",), (906, 286)),
         Arrow(((445, 205), (445, 120)), ("twin_controller/command",), (537, 172), both=False),
@@ -167,7 +167,7 @@ def cell() -> str:
         Arrow(
             ((360, 335), (336, 335), (336, 108), (360, 108)), ("command",), (298, 326), both=False
         ),
-        Arrow(((445, 415), (445, 358)), ("zenoh: questions",), (505, 392), both=False),
+        Arrow(((445, 415), (445, 358)), ("zenoh",), (470, 392)),
     )
 
 
