@@ -40,7 +40,8 @@ SETTINGS = metrics_settings(EXPERIMENTS.metrics, ROBOT)
 
 def comparer(mechanism: Mechanism = MECHANISM) -> Comparer:
     """Return a comparer with the shipped numbers."""
-    return Comparer(mechanism, CONFIG, SETTINGS, EXPERIMENTS.metrics.moving_speed_percent)
+    percent, limits = EXPERIMENTS.metrics.moving_speed_percent, EXPERIMENTS.limits
+    return Comparer(mechanism, CONFIG, SETTINGS, percent, limits.excluded_percent)
 
 
 def motion(
@@ -213,3 +214,36 @@ def test_a_foreign_joint_moves_from_a_hundredth_of_the_speed_that_it_reached() -
     speeds = FOREIGN.moving_speeds((motion("real"), motion("twin", speed=2.0)), 5.0)
     reached = 2.0 * 15.0 / 8.0
     assert speeds == pytest.approx([0.01 * reached, 0.008 * reached, 1e-4, 1e-4], rel=1e-3)
+
+
+def holed(moved: Motion, begin: float, end: float) -> Motion:
+    """Return a motion that nobody recorded from ``begin`` to ``end`` [s]."""
+    kept = (moved.stamps <= begin) | (moved.stamps >= end)
+    return replace(
+        moved,
+        stamps=moved.stamps[kept],
+        positions=moved.positions[kept],
+        velocities=moved.velocities[kept],
+    )
+
+
+def test_a_hole_is_told_and_nothing_is_invented_in_it() -> None:
+    """The real side moved while nobody recorded it; the twin stood."""
+    twin = motion("twin")
+    still = replace(twin, positions=0.0 * twin.positions, velocities=0.0 * twin.velocities)
+    real = holed(motion("real"), 1.3, 3.2)
+    found = compare_tracks("x", [Track("a", "x", "real", real, still)], comparer())
+    (pair,) = found.pairs
+    assert "a: 38.0 % of the time has no samples, limit 1 %" in found.reasons[0]
+    assert [(gap.side, round(gap.duration, 6)) for gap in pair.gaps] == [("real", 1.9)]
+    seconds = len(twin.stamps) / 200.0
+    assert pair.fidelity.snapshots[0] < 0.65 * seconds * CONFIG.snapshots_hz
+
+
+def test_a_repeat_is_not_held_against_what_nobody_recorded() -> None:
+    """The cubic through a hole in the way there and back is off the path, and nobody was there."""
+    first, other = track(), track("b")
+    other = replace(other, real=holed(other.real, 1.7, 2.8))
+    found = compare_tracks("x", [first, other], comparer())
+    assert found.reasons[0].startswith("b: 22.")
+    assert found.runs[0].path_max < 0.1

@@ -12,7 +12,17 @@ from typing import Literal
 import numpy as np
 from twin_experiments.metrics.errors import Comparison, MetricsSettings, compare
 from twin_experiments.metrics.lag import estimate_lag
-from twin_experiments.metrics.series import Aligned, Array, MetricsError, Motion, align
+from twin_experiments.metrics.series import (
+    Aligned,
+    Array,
+    Mask,
+    MetricsError,
+    Motion,
+    SampleGap,
+    align,
+    find_gaps,
+    known_at,
+)
 from twin_experiments.metrics.tracks import (
     Mechanism,
     Track,
@@ -64,6 +74,9 @@ class PairDeviation:
             places.
         along_path: Distance along the leader's path: length so far, distances, both in the unit of
             the places.
+        excluded_percent: Share of the common time in which a side has no samples; no figure is of
+            that time.
+        gaps: These holes.
     """
 
     track: Track
@@ -75,6 +88,8 @@ class PairDeviation:
     begun: float
     over_time: tuple[Array, Array]
     along_path: tuple[Array, Array]
+    excluded_percent: float
+    gaps: tuple[SampleGap, ...]
 
 
 @dataclass(frozen=True)
@@ -115,6 +130,7 @@ class Comparer:
         config: ComparisonFile,
         settings: MetricsSettings,
         percent: float,
+        most_excluded_percent: float,
     ) -> None:
         """Take what all comparisons need.
 
@@ -123,7 +139,9 @@ class Comparer:
             config: comparison.yaml.
             settings: Of the tool's errors.
             percent: Speed from which a joint moves, of its largest.
+            most_excluded_percent: More of the time without samples is a reason.
         """
+        self.most_excluded_percent = most_excluded_percent
         self._mechanism, self._config, self._settings, self._percent = (
             mechanism,
             config,
@@ -142,6 +160,10 @@ class Comparer:
         )
         speeds = self._speeds([track])
         fidelity = self._fidelity(track.real, track.twin, speeds)
+        matched_mm = None
+        if self._mechanism.tool is not None and len(fidelity.pairs):
+            (real, twin), pairs = self._snapshots(track.real, track.twin)[0], fidelity.pairs
+            matched_mm = float(self._distance(real[pairs[:, 0]], twin[pairs[:, 1]]).mean())
         begun = onset(track.side(track.leader), speeds)
         distance = self._distance(aligned.real.positions, aligned.twin.positions)
         _, instants, length = along_path(
@@ -149,6 +171,7 @@ class Comparer:
         )
         # Where nothing moves, time counts from the first instant.
         zero = float(aligned.instants[0]) if begun is None else begun
+        known = self._known(instants, track.real, track.twin)
         # From SI to the units of the border.
         apart = (aligned.real.positions - aligned.twin.positions) / self._mechanism.scales
         leader, follower = aligned.real.velocities, aligned.twin.velocities
@@ -168,13 +191,15 @@ class Comparer:
             ),
             lag_s=self._behind(leader, follower, aligned, speeds),
             fidelity=fidelity,
-            mean_distance_mm=self._matched_distance(track, fidelity),
+            mean_distance_mm=matched_mm,
             begun=zero,
             over_time=(aligned.instants - zero, distance),
             along_path=(
-                np.linspace(0.0, length, len(instants)),
-                np.interp(instants, aligned.instants, distance),
+                np.linspace(0.0, length, len(instants))[known],
+                np.interp(instants[known], aligned.instants, distance),
             ),
+            excluded_percent=100.0 * aligned.excluded_share,
+            gaps=aligned.gaps,
         )
 
     def runs(self, first: Track, other: Track) -> tuple[RunDifference, RunDifference]:
@@ -219,9 +244,16 @@ class Comparer:
         aligned = align(first, other, self._settings.rate_hz, self._settings.longest_gap_s)
         in_time = self._distance(aligned.real.positions, aligned.twin.positions)
         count = self._config.path_points
-        reference, _, reference_length = along_path(self._mechanism, first, FINER * count)
-        places, _, length = along_path(self._mechanism, other, count)
+        # A hole of either is cut out of both: parts of a path's length are then the same places.
+        both = []
+        for motion in (first, other):
+            known = self._known(motion.stamps, first, other)
+            kept = motion.stamps[known], motion.positions[known], motion.velocities[known]
+            both.append(Motion(motion.side, *kept))
+        reference, _, reference_length = along_path(self._mechanism, both[0], FINER * count)
+        places, instants, length = along_path(self._mechanism, both[1], count)
         on_path = distance_from_path(places, reference, round(PATH_WINDOW * FINER * count))
+        on_path = on_path[self._known(instants, first, other)]
         return RunDifference(
             label=track.label,
             experiment=track.experiment,
@@ -279,12 +311,25 @@ class Comparer:
             settings.max_lag_s,
         )
 
+    def _known(self, instants: Array, one: Motion, other: Motion) -> Mask:
+        """Return at which instants neither motion has a hole."""
+        longest = self._settings.longest_gap_s
+        return known_at(instants, (*find_gaps(one, longest), *find_gaps(other, longest)))
+
+    def _snapshots(self, one: Motion, other: Motion) -> tuple[list[Array], list[Array]]:
+        """Return positions and velocities of both over their common time, holes left out."""
+        start = float(max(one.stamps[0], other.stamps[0]))
+        end = float(min(one.stamps[-1], other.stamps[-1]))
+        rate = self._config.snapshots_hz
+        traces = [resample(motion, rate, start, end) for motion in (one, other)]
+        known = self._known(start + np.arange(len(traces[0][0])) / rate, one, other)
+        return [positions[known] for positions, _ in traces], [
+            speeds[known] for _, speeds in traces
+        ]
+
     def _fidelity(self, one: Motion, other: Motion, speeds: Array) -> Fidelity:
         """Align the snapshots of two motions over the time they have in common."""
-        start, end = max(one.stamps[0], other.stamps[0]), min(one.stamps[-1], other.stamps[-1])
-        rate = self._config.snapshots_hz
-        traces = [resample(motion, rate, float(start), float(end)) for motion in (one, other)]
-        positions = [positions for positions, _ in traces]
+        positions, velocities = self._snapshots(one, other)
         joints = self._mechanism.joints
         if joints:
             accepted = self._config.accepted_of(list(joints))
@@ -292,19 +337,8 @@ class Comparer:
             # Joints without a profile: a share of their range of motion.
             moved = np.ptp(np.concatenate(positions), axis=0)
             accepted = np.maximum(FOREIGN_SHARE * moved, SMALLEST)
-        movings = (moving(traces[0][1], speeds), moving(traces[1][1], speeds))
-        band = round(self._config.longest_shift_s * rate)
+        movings = (moving(velocities[0], speeds), moving(velocities[1], speeds))
+        band = round(self._config.longest_shift_s * self._config.snapshots_hz)
         return measure_fidelity(
             positions[0], positions[1], accepted, movings, self._config.gap_penalty, band
         )
-
-    def _matched_distance(self, track: Track, fidelity: Fidelity) -> float | None:
-        """Return the mean distance of the tools in matched snapshots [mm]."""
-        if self._mechanism.tool is None or not len(fidelity.pairs):
-            return None
-        start = float(max(track.real.stamps[0], track.twin.stamps[0]))
-        end = float(min(track.real.stamps[-1], track.twin.stamps[-1]))
-        real, twin = (
-            resample(m, self._config.snapshots_hz, start, end)[0] for m in (track.real, track.twin)
-        )
-        return float(self._distance(real[fidelity.pairs[:, 0]], twin[fidelity.pairs[:, 1]]).mean())

@@ -101,6 +101,11 @@ def _pair(pair: PairDeviation) -> dict[str, Any]:
             for joint in pair.joints
         },
         "fidelity": {**_fidelity(pair.fidelity), "mean_distance_mm": pair.mean_distance_mm},
+        "excluded_percent": pair.excluded_percent,
+        "gaps": [
+            {"side": gap.side, "start_s": gap.start - pair.begun, "duration_s": gap.duration}
+            for gap in pair.gaps
+        ],
         "notes": list(pair.track.notes),
     }
 

@@ -114,9 +114,8 @@ def comparer_of(
     """
     metrics = first.experiments.metrics
     settings = metrics_settings(metrics, first.robot)
-    return Comparer(
-        mechanism, config, settings, metrics.moving_speed_percent
-    ), metrics.moving_speed_percent
+    percent, limits = metrics.moving_speed_percent, first.experiments.limits
+    return Comparer(mechanism, config, settings, percent, limits.excluded_percent), percent
 
 
 def compare_tracks(name: str, tracks: list[Track], comparer: Comparer) -> ExperimentComparison:
@@ -129,7 +128,14 @@ def compare_tracks(name: str, tracks: list[Track], comparer: Comparer) -> Experi
     reasons: list[str] = []
     for number, track in enumerate(tracks):
         try:
-            pairs.append(comparer.pair(track))
+            pair = comparer.pair(track)
+            pairs.append(pair)
+            excluded, most = pair.excluded_percent, comparer.most_excluded_percent
+            if excluded > most:
+                reasons.append(
+                    f"{track.label}: {excluded:.1f} % of the time has no samples, limit "
+                    f"{most:g} %: no figure says what happened then"
+                )
             if number:
                 runs += comparer.runs(tracks[0], track)
         # A recording that cannot be compared must not take the others with it.

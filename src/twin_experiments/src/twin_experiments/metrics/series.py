@@ -8,6 +8,7 @@ accuracy; across a hole it is not known and is left out.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -154,6 +155,14 @@ def find_gaps(motion: Motion, longest: float) -> tuple[SampleGap, ...]:
     )
 
 
+def known_at(instants: Array, gaps: Iterable[SampleGap]) -> Mask:
+    """Return which instants lie in no hole; the samples at both edges of a hole are known."""
+    known = np.ones(len(instants), dtype=bool)
+    for gap in gaps:
+        known &= (instants <= gap.start) | (instants >= gap.start + gap.duration)
+    return known
+
+
 def align(real: Motion, twin: Motion, rate: float, longest_gap: float) -> Aligned:
     """Interpolate both motions to common instants inside their common time span, holes left out.
 
@@ -186,10 +195,7 @@ def align(real: Motion, twin: Motion, rate: float, longest_gap: float) -> Aligne
         if gap.start < end and gap.start + gap.duration > start
     )
     # One side in a hole is enough: nothing can be compared there.
-    known = np.ones(len(instants), dtype=bool)
-    for gap in gaps:
-        # The samples at both edges of a hole are known.
-        known &= (instants <= gap.start) | (instants >= gap.start + gap.duration)
+    known = known_at(instants, gaps)
     if not known.any():
         raise MetricsError(
             f"nothing to compare: every instant lies in a hole longer than {longest_gap} s"
