@@ -23,10 +23,22 @@ Changes = Mapping[str, Mapping[tuple[str, ...], Any]]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run has left: its bag, and the figures of its experiments as in report.json."""
+    """What a run has left.
+
+    Attributes:
+        bag: Of the attempt that counts.
+        entries: Figures of its experiments as in report.json.
+        ended: Last words of each attempt before it, which left no report.
+    """
 
     bag: Path
     entries: list[dict[str, Any]]
+    ended: tuple[str, ...] = ()
+
+    @property
+    def note(self) -> str:
+        """Say what the attempts without a report said; empty if there were none."""
+        return "; ".join(self.ended)[:300]
 
 
 @contextlib.contextmanager
@@ -97,21 +109,23 @@ def experiment(folder: Path, delay_ms: tuple[float, float], changes: Changes) ->
 def run_experiments(cell: LiveCell, output: Path, name: str, repeat: int) -> Outcome:
     """Run an experiment some times at full speed on a running cell.
 
-    Once more if a busy machine has stopped the cell.
+    Once more if something has stopped the cell: a busy machine, or what is measured.
 
     Raises:
         RuntimeError: No report came out of any attempt; the text is the end of the log.
     """
+    ended: list[str] = []
     for attempt in range(ATTEMPTS):
         folder = output.with_name(f"{output.name}_{attempt}")
         said = _attempt(cell, folder, name, repeat)
         if (folder / "report.json").is_file():
             break
+        ended.append(said)
         recover(cell)
     else:
         raise RuntimeError(said)
     found = json.loads((folder / "report.json").read_text(encoding="utf-8"))["experiments"]
-    return Outcome(next(folder.glob("*.bag")), found)
+    return Outcome(next(folder.glob("*.bag")), found, tuple(ended))
 
 
 def recover(cell: LiveCell) -> None:

@@ -14,7 +14,7 @@ from pathlib import Path
 from harness.processes import wait_until
 from harness.wires.browser import chromium
 
-from bench.cells.cell_run import run_experiments, started
+from bench.cells.cell_run import Outcome, run_experiments, started
 from bench.cells.whole_cell import start_cell
 from bench.room import Room
 
@@ -31,10 +31,12 @@ class Looked:
     Attributes:
         rest: While nothing moves.
         moving: While the robot leads.
+        note: What attempts said that left no report.
     """
 
     rest: float
     moving: float
+    note: str
 
 
 def look(room: Room) -> Looked:
@@ -55,8 +57,10 @@ def look(room: Room) -> Looked:
         page.wait_for_function("document.querySelector('.scene-body canvas') !== null")
         room.say("at rest, then the robot's program twice, with a page open")
         rest = _share(lambda: page.wait_for_timeout(REST_S * 1e3))
-        moving = _share(partial(run_experiments, cell, folder / "run", "real_leads", repeat=2))
-        return Looked(rest, moving)
+        outcomes: list[Outcome] = []
+        lead = partial(run_experiments, cell, folder / "run", "real_leads", repeat=2)
+        moving = _share(lambda: outcomes.append(lead()))
+        return Looked(rest, moving, outcomes[0].note)
 
 
 def _share(action: Callable[[], object]) -> float:

@@ -44,7 +44,8 @@ class Cost:
 class Watched:
     """What was seen of a cell.
 
-    Seconds until it was ready, costs by node, ages of set points [s], why there are none.
+    Seconds until it was ready, costs by node, ages of set points [s], why there are none, what
+    attempts said that left no report.
     """
 
     starts: list[float] = field(default_factory=list)
@@ -52,6 +53,7 @@ class Watched:
     moving: dict[str, Cost] = field(default_factory=dict)
     ages: list[float] = field(default_factory=list)
     failure: str = ""
+    note: str = ""
 
 
 def watch(room: Room) -> Watched:
@@ -100,18 +102,13 @@ def start_cell(cell: LiveCell) -> float:
 
 def _lead(cell: LiveCell, seen: Watched) -> None:
     try:
-        seen.ages += _ages(cell)
+        outcome = run_experiments(cell, cell.folder / "run", "real_leads", repeat=2)
     except RuntimeError as error:
         seen.failure = str(error)
-
-
-def _ages(cell: LiveCell) -> list[float]:
-    """Let the robot lead and return the age of what the twin followed.
-
-    The age is that at arrival at the twin's simulator.
-    """
-    outcome = run_experiments(cell, cell.folder / "run", "real_leads", repeat=2)
-    return setpoint_ages(outcome.bag)
+    else:
+        # At arrival at the twin's simulator.
+        seen.ages += setpoint_ages(outcome.bag)
+        seen.note = outcome.note
 
 
 def setpoint_ages(file: Path) -> list[float]:

@@ -31,10 +31,15 @@ FROZEN_S = 60.0
 
 @dataclass(frozen=True)
 class Seen:
-    """Figures of one round: largest path error [percent], age of set points, p99 [ms]."""
+    """Figures of one round.
+
+    Largest path error [percent], age of set points, p99 [ms], last words of attempts that left no
+    report.
+    """
 
     error: float
     age: float
+    ended: tuple[str, ...]
 
 
 def measure(share: float, folder: Path, console: Console) -> list[Figure]:
@@ -72,7 +77,10 @@ def measure(share: float, folder: Path, console: Console) -> list[Figure]:
 
 
 def _compared(case: str, usual: list[Seen], now: list[Seen]) -> list[Figure]:
-    """Return how far error and age are from usual, in multiples of what usually differs."""
+    """Return how far error and age are from usual, in multiples of what usually differs.
+
+    A cell that the desk has stopped has neither: it is counted.
+    """
     found = []
     pick: Callable[[Seen], float]
     for what, pick in (("error", lambda s: s.error), ("age", lambda s: s.age)):
@@ -85,13 +93,16 @@ def _compared(case: str, usual: list[Seen], now: list[Seen]) -> list[Figure]:
         )
         value = apart / noise if noise else float(apart > 0.0)
         found.append(Figure(f"{case}: a cell's {what}", "x", 1.0, value, note=note))
+    ended = [text for s in now for text in s.ended]
+    what, note = f"{case}: runs that ended without a report", "; ".join(ended)[:300]
+    found.append(Figure(what, "", 0.0, float(len(ended)), note=note, always=True))
     return found
 
 
 def _lead(cell: LiveCell, name: str, repeats: int) -> Seen:
     outcome = run_experiments(cell, cell.folder / name, "real_leads", repeats)
     error = max(entry["path_error_max_percent"] for entry in outcome.entries)
-    return Seen(error, 1e3 * float(np.percentile(setpoint_ages(outcome.bag), 99)))
+    return Seen(error, 1e3 * float(np.percentile(setpoint_ages(outcome.bag), 99)), outcome.ended)
 
 
 @contextmanager

@@ -53,6 +53,7 @@ def _sync(
         spread_percent=100.0 * (max(ours) - min(ours)) / statistics.median(ours),
         baseline_spread_percent=100.0 * (max(held) - min(held)) / statistics.median(held),
         beside=(Beside("root mean square of our path error", statistics.median(rms), "mm"),),
+        note=outcome.note,
     )
 
 
@@ -153,7 +154,8 @@ def state_age(room: Room) -> Record:
             ),
         ),
         note="up to 2 ms of both is the robot's own: it latches its state every 2 ms; the "
-        "baseline's tail is mostly what the machine did meanwhile, hence the goal of our own",
+        "baseline's tail is mostly what the machine did meanwhile, hence the goal of our own"
+        + (f"; {seen.note}" if seen.note else ""),
     )
 
 
@@ -185,6 +187,7 @@ def cell_cost(room: Room) -> Record:
             Beside("sum of the resident sizes, as top shows them", resident, "MB"),
             *(_node(name, cost, seen.rest.get(name)) for name, cost in _by_cost(seen)),
         ),
+        note=seen.note,
     )
 
 

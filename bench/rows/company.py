@@ -34,6 +34,7 @@ def page_open(room: Room) -> Record:
                 seen.rest <= REST_PERCENT,
             ),
         ),
+        note=seen.note,
     )
 
 

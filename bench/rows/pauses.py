@@ -46,6 +46,7 @@ def stopped_twin_leads(room: Room) -> Record:
     folder = room.place("stopped_twin_leads")
     hit: list[float] = []
     errors: list[float] = []
+    ended: list[str] = []
     with running_cell(folder, {}) as cell:
         # It raises the robot's override, which is 10 % at power-up and would cap the twin.
         run_experiments(cell, folder / "before", "real_leads", repeat=1)
@@ -62,6 +63,7 @@ def stopped_twin_leads(room: Room) -> Record:
             if not found:
                 raise RuntimeError(f"{place}: none of {len(stops.done)} stops came in a move")
             hit += found
+            ended += outcome.ended
             errors += [entry["path_error_max_percent"] for entry in outcome.entries]
     return Record(
         "stopped_twin_leads",
@@ -79,7 +81,9 @@ def stopped_twin_leads(room: Room) -> Record:
         beside=(
             Beside("stops while the twin moved", float(len(hit)), ""),
             Beside("the longest of them", 1e3 * max(hit), "ms"),
+            Beside("runs that ended without a report", len(ended), "", "<= 0", not ended),
         ),
+        note="; ".join(ended)[:300],
     )
 
 

@@ -19,6 +19,7 @@ if str(ROOT) not in sys.path:
 
 from bench import demos, farm, page, run
 from bench.__main__ import main
+from bench.cells import cell_run
 from bench.demo_tables import demo_table, p95
 from bench.record import Beside, Goal, Record, interleaved, median, p99, spread_percent
 from bench.rows import GROUPS, names
@@ -175,3 +176,22 @@ def test_each_part_of_the_farm_can_be_asked_for_by_its_name() -> None:
     """The help names them all."""
     told = str(inspect.signature(main).parameters["farm"].annotation)
     assert " ".join(farm.PARTS) in told.replace('" "', "").replace("' '", "")
+
+
+def test_an_attempt_that_left_no_report_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The fault that is measured may have ended it."""
+
+    def attempt(cell: Any, folder: Path, name: str, repeat: int) -> str:
+        folder.mkdir()
+        if folder.name == "run_1":
+            (folder / "report.json").write_text('{"experiments": []}')
+            (folder / "run.bag").touch()
+        return "run_experiment ended with 3: STOPPED"
+
+    monkeypatch.setattr(cell_run, "_attempt", attempt)
+    monkeypatch.setattr(cell_run, "recover", lambda cell: None)
+    cell: Any = None
+    outcome = cell_run.run_experiments(cell, tmp_path / "run", "twin_leads", 1)
+    assert outcome.ended == ("run_experiment ended with 3: STOPPED",)
