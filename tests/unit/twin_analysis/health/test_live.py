@@ -26,7 +26,7 @@ from twin_analysis.health.live.weeks import (
 )
 from twin_analysis.health.live.weeks_io import read_weeks, write_weeks
 from twin_analysis.health.signs import CycleSignals, Signs
-from twin_analysis.health.trend import CONFIRMED, LEAST, WINDOW, JointFacts
+from twin_analysis.health.trend import LEAST, RECENT, JointFacts
 
 from scara_msgs.msg import TwinControllerState as M
 
@@ -118,11 +118,12 @@ def test_the_first_week_ends_with_enough_cycles_and_then_the_newest_are_held_aga
     assert told is not None and not told.kind.complete
     kept, told = weeks_of([5.0 + 0.01 * (k % 3) for k in range(LEAST)])
     assert told is not None and told.kind.complete and told.finding is None
-    for at in range(WINDOW + CONFIRMED - 1):
+    for at in range(RECENT):
         assert told.finding is None
         kept, told = with_cycle(kept, JOINTS, SHAPE, signs(9.0, 100.0 + at), LEAST - 1.0)
     assert told.finding is not None and told.finding.joint == "joint_2"
-    assert told.left_out == "joint_4 moved both ways in 0 of 12 cycles of its first week: left out"
+    out = "joint_4 moved both ways in 0 of 12 cycles of its first week: left out"
+    assert told.left_out.startswith(f"{out}; joints that moved both ways: 2, and 3 are needed:")
     assert judged(kept.kinds[0], JOINTS) == told
 
 
@@ -183,11 +184,15 @@ def test_what_is_kept_survives_and_a_broken_file_is_put_aside(tmp_path: Path) ->
 def test_the_node_says_what_wears_before_anything_else() -> None:
     """And what is wrong with itself, how far the first week is, and that all is well."""
     _, fresh = weeks_of([5.0] * 5)
-    _, well = weeks_of([5.0] * LEAST)
+    _, over = weeks_of([5.0] * LEAST)
+    _, well = weeks_of([5.0] * (LEAST + RECENT))
     kept, _ = weeks_of([5.0 + 0.01 * (k % 3) for k in range(LEAST)])
-    for at in range(WINDOW + CONFIRMED):
+    for at in range(RECENT + 1):
         kept, worn = with_cycle(kept, JOINTS, SHAPE, signs(9.0, 100.0 + at), LEAST - 1.0)
-    assert fresh is not None and well is not None and worn.finding is not None
+    assert fresh is not None and over is not None
+    assert well is not None and worn.finding is not None
+    assert over.kind.complete and over.finding is None
+    stood = replace(well, compared=False, left_out="no joint moved")
 
     def said(*told: KindVerdict, problem: str = "") -> tuple[int, str]:
         found = diagnose(WearStatus(told, 1, "", problem), "health_watch: wear")
@@ -195,7 +200,9 @@ def test_the_node_says_what_wears_before_anything_else() -> None:
 
     assert said() == (Level.OK, "no cycle was taken yet")
     assert said(fresh) == (Level.OK, "first week: 5 times the same cycle so far")
-    assert said(well) == (Level.OK, "as in its first week: PALLETISE of 20 s")
+    assert said(over) == (Level.OK, "the first week is over: 0 of 7 cycles behind it so far")
+    assert said(stood) == (Level.OK, "nothing can be compared: no joint moved")
+    assert said(well, over) == (Level.OK, "as in its first week: PALLETISE of 20 s")
     assert said(well, problem="the disk is full") == (Level.WARN, "the disk is full")
     assert said(well, worn, problem="the disk is full") == (Level.WARN, worn.finding.text)
     # A repair: another program runs since, for more than a week.

@@ -3,7 +3,8 @@
     rosrun twin_analysis health BAG BAG ... [--week 12]
 
 The first ``--week`` recordings are the healthy robot. Needs no cell and no ROS master. Exit code:
-0 nothing has changed, 1 something has, 2 a wrong profile, 3 a recording cannot be used.
+0 nothing has changed, 1 something has, 2 a wrong profile, 3 a recording cannot be used, or there
+are too few to tell.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from scara_ros.shell.program_io import UNUSABLE, WRONG
 
 from twin_analysis.health.cycle_reader_io import read_cycle
 from twin_analysis.health.signs import Signs, TorqueError, signs_of
-from twin_analysis.health.trend import LEAST, Baseline, Monitor, facts_of
+from twin_analysis.health.trend import LEAST, RECENT, Baseline, Monitor, facts_of
 
 CHANGED = 1
 
@@ -68,8 +69,15 @@ def health(
         if finding is not None and finding.text not in said:
             said.append(finding.text)
             print(f"{path.name}: {finding.text}")
+    behind = len(bags) - week
+    if behind < RECENT:
+        print(
+            f"health: {behind} recordings behind the first week's {week} cannot tell: "
+            f"a change shows from {RECENT} on"
+        )
+        raise typer.Exit(UNUSABLE)
     if not said:
-        print(f"health: {len(bags) - week} recordings are as the first week's {week}")
+        print(f"health: {behind} recordings are as the first week's {week}")
     raise typer.Exit(CHANGED if said else 0)
 
 

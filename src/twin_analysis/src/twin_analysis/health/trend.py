@@ -28,6 +28,10 @@ SPREAD = 2.0
 """So many times the first week's own scatter. Our choice."""
 LEAST = 12
 """Cycles that a first week has to have."""
+RECENT = WINDOW + CONFIRMED - 1
+"""Cycles behind the first week from which on a change can be told."""
+FEWEST = 3
+"""Joints that have to move: of two, what all do together is half of what one does."""
 CAUSES = {
     "friction": "friction: look at its grease, its bearings and what rubs on its cables",
     "payload": "the payload: look at what hangs at the tool, and what the robot was told of it",
@@ -127,6 +131,12 @@ class Baseline:
         )
         if not self._known.any():
             raise TorqueError(f"the first week has no {LEAST} cycles of a joint: {self.left_out}")
+        if (moving := int(self._known.sum())) < FEWEST:
+            few = (
+                f"joints that moved both ways: {moving}, and {FEWEST} are needed: friction or a "
+                "softer drive of one is told late or never"
+            )
+            self.left_out = "; ".join(filter(None, (self.left_out, few)))
         self.friction = self._mean([each.friction for each in week])
         self.forward = self._mean([each.forward for each in week])
         self.backward = self._mean([each.backward for each in week])

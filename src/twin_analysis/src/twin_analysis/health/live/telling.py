@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from scara_ros.diagnosis import Diagnosis, Level
 
 from twin_analysis.health.live.weeks import KindVerdict
+from twin_analysis.health.trend import RECENT
 
 RECENT_S = 7 * 24 * 3600.0
 """What a cycle said that was not seen for longer than the others no longer counts: after a repair
@@ -37,9 +38,10 @@ def diagnose(watched: WearStatus, name: str) -> Diagnosis:
     recent = [each for each in watched.told if newest - each.kind.newest <= RECENT_S]
     worst = worst_of(recent)
     complete = [each for each in recent if each.kind.complete]
+    compared = [each for each in complete if each.compared]
     values = {
         "taken": watched.taken,
-        "compared": len(complete),
+        "compared": len(compared),
         "cycle": cycle_words(worst) if worst is not None else "",
         "left_out": "; ".join(sorted({each.left_out for each in complete if each.left_out})),
         "note": watched.note,
@@ -49,8 +51,14 @@ def diagnose(watched: WearStatus, name: str) -> Diagnosis:
         level, message = Level.WARN, worst.finding.text
     elif watched.problem:
         level, message = Level.WARN, watched.problem
+    elif compared:
+        message = f"as in its first week: {', '.join(cycle_words(each) for each in compared)}"
     elif complete:
-        message = f"as in its first week: {', '.join(cycle_words(each) for each in complete)}"
+        fullest = max(complete, key=lambda each: len(each.kind.recent))
+        count = len(fullest.kind.recent)
+        message = f"the first week is over: {count} of {RECENT} cycles behind it so far"
+        if count >= RECENT:
+            message = f"nothing can be compared: {fullest.left_out}"
     elif recent:
         most = max(len(each.kind.week) for each in recent)
         message = f"first week: {most} times the same cycle so far"

@@ -16,17 +16,14 @@ import numpy as np
 from twin_analysis.health.live.taking import HeardCycle
 from twin_analysis.health.signs import Array, CycleSignals, Signs, TorqueError
 from twin_analysis.health.trend import (
-    CONFIRMED,
     LEAST,
-    WINDOW,
+    RECENT,
     Baseline,
     Finding,
     JointFacts,
     Monitor,
 )
 
-RECENT = WINDOW + CONFIRMED - 1
-"""So many of the newest cycles say whether something has changed."""
 MOST_CYCLES, MOST_KINDS = 200, 8
 """Of a first week, and of different cycles, that are kept. Our choice."""
 SAME, SAME_RANGE, SAME_S = 0.1, 0.01, 1.0
@@ -105,11 +102,13 @@ class KindVerdict:
         kind: It, with what is kept of it.
         finding: What has changed.
         left_out: Joints that stood in its first week, in words.
+        compared: Enough cycles were held against the first week to find a change.
     """
 
     kind: CycleKind
     finding: Finding | None = None
     left_out: str = ""
+    compared: bool = False
 
 
 def shape_of(
@@ -195,7 +194,7 @@ def judged(kind: CycleKind, joints: JointFacts) -> KindVerdict:
     monitor = Monitor(base)
     for each in kind.recent:
         finding = monitor.take(signs_from(each))
-    return KindVerdict(kind, finding, base.left_out)
+    return KindVerdict(kind, finding, base.left_out, len(kind.recent) >= RECENT)
 
 
 def kept_signs(time: float, signs: Signs) -> KeptSigns:
