@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +15,7 @@ RUNS = 20
 
 @dataclass(frozen=True)
 class Found:
-    """The largest figure of a group, and where it was found."""
+    """The largest figure of a group, and where it was found; infinite where one came to none."""
 
     figure: float
     where: str
@@ -99,7 +100,8 @@ def _line(wanted: Wanted) -> str:
         if found is None or goal is None:
             cells.append("" if goal is None else "not measured")
         else:
-            text = f"{found.figure:.2g}{unit} ({found.where})"
+            figure = f"{found.figure:.2g}{unit}" if math.isfinite(found.figure) else "no figure"
+            text = f"{figure} ({found.where})"
             cells.append(text if found.figure <= goal else f"**{text}**")
     return f"| {' | '.join(cells)} |"
 
@@ -115,33 +117,43 @@ def _largest(figures: Iterable[tuple[str, Found]]) -> dict[str, Found]:
 
 def _trials(trials: Sequence[Mapping[str, Any]], leader: str) -> list[tuple[str, Found]]:
     return [
-        (SHOWN[t["variant"]], Found(t["path_percent"], f"{t['robot']}, {t['speed_percent']:g} %"))
+        (SHOWN[t["variant"]], _found(t, "path_percent"))
         for t in trials
-        if t["variant"] in SHOWN and t["leader"] == leader and not t["ended"]
+        if t["variant"] in SHOWN and t["leader"] == leader
     ]
 
 
 def _rests(trials: Sequence[Mapping[str, Any]]) -> list[tuple[str, Found]]:
     return [
-        (SHOWN[t["variant"]], Found(t["rest_percent"], f"{t['robot']}, {t['speed_percent']:g} %"))
-        for t in trials
-        if t["variant"] in SHOWN and not t["ended"]
+        (SHOWN[t["variant"]], _found(t, "rest_percent")) for t in trials if t["variant"] in SHOWN
     ]
+
+
+def _found(trial: Mapping[str, Any], key: str) -> Found:
+    """Return a figure of a trial; one that ended is worse than any that did not."""
+    where = f"{trial['robot']}, {trial['speed_percent']:g} %"
+    if trial["ended"]:
+        return Found(math.inf, f"{where}: ended")
+    return Found(math.inf if trial[key] is None else trial[key], where)
 
 
 def _runs(demos: Sequence[Mapping[str, Any]], key: str) -> list[tuple[str, Found]]:
     """Return a figure of all demos of a series that has as many as are wanted."""
-    return [
-        (
-            "field" if "drawn" in series["series"] else "ideal",
-            Found(run[leader][key], f"{words}, {series['asked_percent']:g} %"),
-        )
-        for series in demos
-        if len(series["runs"]) >= RUNS
-        for run in series["runs"]
-        for leader, words in WORDS.items()
-        if leader in run and run[leader][key] is not None
-    ]
+    found = []
+    for series in demos:
+        plant = "field" if "drawn" in series["series"] else "ideal"
+        runs, failed = series["runs"], series["failed"]
+        if len(runs) + failed < RUNS:
+            continue
+        if failed:
+            told = f"{failed} of {len(runs) + failed} ended without a report"
+            found.append((plant, Found(math.inf, told)))
+        for run in runs:
+            for leader, words in WORDS.items():
+                figure = run.get(leader, {}).get(key)
+                where = f"{words}, {series['asked_percent']:g} %"
+                found.append((plant, Found(math.inf if figure is None else figure, where)))
+    return found
 
 
 def _ratio(rows: Sequence[Mapping[str, Any]], name: str) -> list[tuple[str, Found]]:

@@ -21,6 +21,7 @@ from bench import demos, farm, page, run
 from bench.__main__ import main
 from bench.cells import cell_run
 from bench.demo_tables import demo_table, p95
+from bench.goal_table import goal_table
 from bench.record import Beside, Goal, Record, interleaved, median, p99, spread_percent
 from bench.rows import GROUPS, names
 from bench.wear.table import BLOCKS
@@ -195,3 +196,44 @@ def test_an_attempt_that_left_no_report_is_told(
     cell: Any = None
     outcome = cell_run.run_experiments(cell, tmp_path / "run", "twin_leads", 1)
     assert outcome.ended == ("run_experiment ended with 3: STOPPED",)
+
+
+PERFECT = {"variant": "as it is", "leader": "real_leads", "robot": "fanuc_sr6ia", "ended": ""}
+PERFECT |= {"speed_percent": 50.0, "path_percent": 0.2, "rest_percent": 0.01}
+
+
+@pytest.mark.parametrize(
+    ("change", "path", "rest"),
+    [
+        ({}, "0.2 % (fanuc_sr6ia, 100 %)", "0.01 % (fanuc_sr6ia, 50 %)"),
+        (
+            {"ended": "FAULT: x", "path_percent": None, "rest_percent": None},
+            "**no figure (fanuc_sr6ia, 100 %: ended)**",
+            "**no figure (fanuc_sr6ia, 100 %: ended)**",
+        ),
+        (
+            {"rest_percent": None},
+            "0.2 % (fanuc_sr6ia, 100 %)",
+            "**no figure (fanuc_sr6ia, 100 %)**",
+        ),
+    ],
+)
+def test_a_trial_that_came_to_nothing_is_the_worst_of_all(
+    change: dict[str, Any], path: str, rest: str
+) -> None:
+    """Who ends does not make the largest of all smaller."""
+    other = {**PERFECT, "speed_percent": 100.0, "path_percent": 0.201} | change
+    told = goal_table({"plants": {"trials": [PERFECT, other]}})
+    assert f"| path, real leads | 0.3 % | {path} | 1 % | not measured |" in told
+    assert f"| 0.02 % | {rest} | 0.2 % | not measured |" in "\n".join(told)
+
+
+def test_demos_without_a_report_are_among_the_twenty() -> None:
+    """And the worst of them."""
+    led = {"path_percent": 1.0, "true_percent": 0.01}
+    runs = [{"real_leads": led, "twin_leads": led}] * 18
+    series = {"series": "kit_drawn_50", "asked_percent": 50.0, "failed": 2, "runs": runs}
+    told = "\n".join(goal_table({"demos": [series]}))
+    assert "| demo, path, worst of 20 |  |  | 5 % | **no figure (2 of 20 ended without a" in told
+    whole = {**series, "failed": 0, "runs": [*runs, *runs]}
+    assert "| 5 % | 1 % (real leads, 50 %) |" in "\n".join(goal_table({"demos": [whole]}))
