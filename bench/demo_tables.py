@@ -26,7 +26,8 @@ def demo_table(series: Sequence[Mapping[str, Any]]) -> list[str]:
                 ended = f"none of {demos['failed']} runs ended with a report"
                 lines.append(f"| {asked}: {words} | {ended} | | | | | | |")
                 continue
-            path = [run["path_percent"] for run in runs]
+            # What could not be compared is worse than anything that was.
+            path = [math.inf if (at := run["path_percent"]) is None else at for run in runs]
             speed = max(run["speed_percent"] for run in runs)
             cells = (
                 f"{asked}: {words}",

@@ -7,6 +7,7 @@ import math
 import os
 import subprocess
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,7 @@ DRAWN = "drawn"
 PLANTS = {"kit_ideal_50": "ideal", "kit_drawn_50": DRAWN}
 """Each series' plant."""
 NAMES = tuple(PLANTS)
+ENDED = "runs that ended without a report"
 
 
 def run(
@@ -52,7 +54,7 @@ def run(
         console: For progress.
 
     Returns:
-        The worst figure of each experiment against the article's.
+        The worst figure of each experiment against the article's, and how many runs came to none.
 
     Raises:
         ValueError: See :func:`label`.
@@ -66,9 +68,11 @@ def run(
         known = {each["series"]: each for each in page.so_far().get("demos", ())}
         known[name] = page.measured({"series": name, **entry}, load)
         page.write({**page.so_far(), "demos": [known[each] for each in NAMES if each in known]})
+        case = f"demo, {plant}, {ARTICLE_PERCENT:g} %, {KIT}"
+        rows.append(Row(case, ENDED, 0.0, float(entry["failed"])))
         rows += [
             Row(
-                f"demo, {plant}, {ARTICLE_PERCENT:g} %, {KIT}: {leader}",
+                f"{case}: {leader}",
                 what,
                 limit,
                 _worst(entry["runs"], leader, key),
@@ -84,7 +88,12 @@ def run(
 
 def _worst(runs: Sequence[dict[str, dict[str, Any]]], name: str, key: str) -> float:
     """Return the largest figure; without any run there is none that holds."""
-    return max((float(run[name][key]) for run in runs), default=math.inf)
+    return max((or_infinite(run.get(name, {}).get(key)) for run in runs), default=math.inf)
+
+
+def or_infinite(figure: float | None) -> float:
+    """Return a figure; infinite for what could not be compared."""
+    return math.inf if figure is None else figure
 
 
 def _series(plant: str, seeds: Sequence[int], folder: Path, console: Console) -> dict[str, Any]:
@@ -145,7 +154,8 @@ def _demo(folder: Path, plant: str) -> dict[str, Any] | None:
     asked = ["--plant", plant, "--output", str(folder / "run")]
     command = ["rosrun", "scara_bringup", "cell", "demo", *asked, *ports]
     environment = {**os.environ, "SCARA_CONFIG_DIR": str(config)}
-    with (folder / "demo.log").open("w") as log:
+    # Who hangs has no report, and is counted as such.
+    with suppress(subprocess.TimeoutExpired), (folder / "demo.log").open("w") as log:
         subprocess.run(
             command, env=environment, stdout=log, stderr=log, timeout=DEADLINE_S, check=False
         )

@@ -5,7 +5,9 @@ from __future__ import annotations
 import inspect
 import io
 import json
+import math
 import re
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -17,7 +19,7 @@ from rich.console import Console
 if str(ROOT) not in sys.path:
     sys.path.append(str(ROOT))
 
-from bench import demos, farm, page, run
+from bench import demos, farm, page, run, variations
 from bench.__main__ import main
 from bench.cells import cell_run
 from bench.demo_tables import demo_table, p95
@@ -237,3 +239,34 @@ def test_demos_without_a_report_are_among_the_twenty() -> None:
     assert "| demo, path, worst of 20 |  |  | 5 % | **no figure (2 of 20 ended without a" in told
     whole = {**series, "failed": 0, "runs": [*runs, *runs]}
     assert "| 5 % | 1 % (real leads, 50 %) |" in "\n".join(goal_table({"demos": [whole]}))
+
+
+def test_what_ended_without_a_report_holds_in_no_campaign(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nor does what could not be compared, nor a demo that hangs."""
+    silent = Console(file=io.StringIO())
+    entry = {"name": "real_leads", "path_error_max_percent": None}
+    report = {"experiments": [{**entry, "positioning_error_max_percent": None}]}
+    for made, count in ((None, 1), (report, 2)):
+        monkeypatch.setattr(variations, "_report", lambda *_, made=made: made)
+        rows = variations.run(tmp_path, silent)
+        assert len(rows) == count * len(variations.VARIATIONS)
+        assert not any(row.holds for row in rows)
+
+    def hangs(command: object, **_: object) -> None:
+        raise subprocess.TimeoutExpired("demo", 300.0)
+
+    monkeypatch.setattr(subprocess, "run", hangs)
+    figures = {"path_percent": None, "undisturbed_percent": None, "positioning_percent": None}
+    figures |= {"true_percent": None, "speed_percent": 50.0}
+    label = {"robot": "a robot", "plant": "plant ideal", "asked_percent": 50.0}
+    kept: list[Any] = []
+    monkeypatch.setattr(page, "commit", lambda: "abc1234")
+    monkeypatch.setattr(page, "write", kept.append)
+    rows = demos.run(1, 0, ["kit_ideal_50"], tmp_path, silent)
+    assert [row.measured for row in rows] == [1.0, *[math.inf] * 4]
+    assert kept[-1]["demos"][0]["failed"] == 1
+    series = {**label, "failed": 0, "runs": [{"real_leads": figures}]}
+    told = {"date": "2026-01-02", "commit": "abc1234", "machine": "a machine"}
+    assert "| inf % | inf % | inf % | not known |" in "\n".join(demo_table([{**series, **told}]))
