@@ -335,8 +335,9 @@ def main(
 
 def _refuse_changes() -> None:
     """End with exit code 2 where files differ from the commit: nobody could measure it again."""
-    from bench.page import changed
+    from bench.page import begun_at, changed
 
+    begun_at()
     if found := changed():
         more = f" and {len(found) - 3} more" if len(found) > 3 else ""
         typer.echo(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib.metadata
 import json
 import os
@@ -72,6 +73,12 @@ def commit() -> str:
     return "" if told == UNKNOWN else told
 
 
+@functools.cache
+def begun_at() -> str:
+    """Return the commit with which this process began to measure: asked before anything is."""
+    return commit()
+
+
 def changed() -> list[str]:
     """Return the files that differ from the commit, without the pages of figures."""
     found = changed_files(ROOT) - {RESULTS, PAGE, TABLES, README, HEALTH}
@@ -80,12 +87,15 @@ def changed() -> list[str]:
 
 def measured(row: dict[str, Any], load: float) -> dict[str, Any]:
     """Add to a row when, where and on what it was measured: rows may be of different days."""
-    here = machine()
+    here, told = machine(), commit()
+    if told != begun_at():
+        # Somebody has committed meanwhile: part of it may have run with the files of either.
+        told = f"{begun_at().rstrip('+')}+"
     return {
         **row,
         "date": here["date"],
         "machine": here["machine"],
-        "commit": commit(),
+        "commit": told,
         "load_before": round(load, 2),
     }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 from pathlib import Path
 
@@ -91,3 +92,13 @@ def test_a_page_that_was_written_makes_no_other_commit(monkeypatch: pytest.Monke
     assert page.commit() == "abc1234+"
     monkeypatch.setattr(page, "commit_of", lambda _: "unknown")
     assert page.commit() == ""
+
+
+def test_a_commit_that_came_meanwhile_is_not_the_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Files of both may have run: the figure is told to be in doubt, and of the first."""
+    told = iter(["abc1234", "abc1234", "def5678"])
+    monkeypatch.setattr(page, "commit_of", lambda _: next(told))
+    monkeypatch.setattr(page, "begun_at", functools.cache(page.begun_at.__wrapped__))
+    assert page.begun_at() == "abc1234"
+    assert page.measured({}, 0.0)["commit"] == "abc1234"
+    assert page.measured({}, 0.0)["commit"] == "abc1234+"
