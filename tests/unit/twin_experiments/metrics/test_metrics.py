@@ -207,6 +207,34 @@ def test_a_standstill_of_less_than_a_tenth_of_a_second_ends_no_move(
     assert [move.length_mm for move in found.moves] == pytest.approx(lengths, rel=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("hole", "percents"),
+    [
+        ((1.9, 2.6), [None, None]),
+        ((2.05, 2.45), [5.0, 5.0]),
+        ((0.5, 1.5), [None, 5.0]),
+        ((1.4, 1.6), [None, None, 5.0]),
+    ],
+)
+def test_a_hole_ends_a_move_and_adds_no_way(
+    hole: tuple[float, float], percents: list[float | None]
+) -> None:
+    """There and back, 10 mm apart: how far who moved in the hole went is not known."""
+    first, back = reach_and_hold("real"), reach_and_hold("real", at=2.5)
+    real = Motion(
+        "real", first.stamps, first.positions - back.positions, first.velocities - back.velocities
+    )
+    kept = (real.stamps <= hole[0]) | (real.stamps >= hole[1])
+    twin = Motion(
+        "twin", real.stamps[kept], real.positions[kept] + (0, 0.01, 0), real.velocities[kept]
+    )
+    found = both(real, twin)
+    assert [move.travelled_percent for move in found.moves] == [
+        percent and pytest.approx(percent, rel=1e-3) for percent in percents
+    ]
+    assert sum(move.length_mm for move in found.moves) < 400.1
+
+
 def test_a_hole_is_left_out_and_reported() -> None:
     """Between samples 0.3 s apart nothing is invented; both sides of the hole are compared."""
     real, twin = wave("real"), wave("twin")

@@ -184,15 +184,21 @@ def trace(real: Motion, twin: Motion, tool: ToolFunction, settings: MetricsSetti
 
 
 def find_moves(seen: Trace, leader_tool: Array, settings: MetricsSettings) -> tuple[Move, ...]:
-    """Split the trace into moves; give each one's error in percent of the leader's path."""
+    """Split the trace into moves; give each one's error in percent of the leader's path.
+
+    A hole ends a move. Who moved at its edge went further than is known, and gets no percent.
+    """
     moves = []
-    for first, last in _merged(
-        true_runs(seen.moving, seen.aligned.segments), round(MERGE_PAUSE_S * settings.rate_hz)
-    ):
+    pause, segments = round(MERGE_PAUSE_S * settings.rate_hz), seen.aligned.segments
+    begins, ends = {first for first, _ in segments[1:]}, {last for _, last in segments[:-1]}
+    runs = [run for one in segments for run in _merged(true_runs(seen.moving, (one,)), pause)]
+    for first, last in runs:
         # The leader's way: the follower's has its errors in it.
         length = float(np.linalg.norm(np.diff(leader_tool[first:last], axis=0), axis=1).sum() * MM)
         error = float(seen.deviation_mm[first:last].max())
-        percent = 100.0 * error / length if length >= settings.shortest_move_mm else None
+        whole = first not in begins and last not in ends
+        known = whole and length >= settings.shortest_move_mm
+        percent = 100.0 * error / length if known else None
         instants = seen.aligned.instants
         moves.append(
             Move(float(instants[first]), float(instants[last - 1]), length, error, percent)
