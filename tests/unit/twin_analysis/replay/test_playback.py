@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from fanuc_emulator.config import load_emulator
@@ -10,8 +12,10 @@ from harness.processes import free_port, wait_until
 from harness.workspace import ROOT
 from scara_config import load_robot
 from twin_analysis.replay.playback import Playback, PlaybackController, plan_playback
+from twin_analysis.replay.replay_to_twin_node import _live
 from twin_analysis.replay.stage_io import Stage, StageError
-from twin_experiments.metrics.series import Motion
+from twin_experiments.metrics.series import Motion, align
+from twin_experiments.metrics.tracks import Track
 from twin_experiments.report.record import RecordError
 
 ROBOT = load_robot(ROOT / "config")
@@ -172,3 +176,15 @@ def test_a_playing_robot_that_fails_says_why(monkeypatch: pytest.MonkeyPatch) ->
         wait_until(lambda: stage._loop.failure is not None, 5.0, "the failure")
         with pytest.raises(StageError, match="robot has failed: ValueError: no such row"):
             stage.ended  # noqa: B018
+
+
+def test_a_played_row_is_dated_as_the_controller_dates_a_reading() -> None:
+    """What shows late was true before: a twin that is led to where the robot is has no lag."""
+    latency, recorded, playback = 0.02, swing(), played()
+    # It is where the robot is now, ahead of what its registers show.
+    twin = replace(playback.motion(-latency, COLUMNS), side="twin")
+    track = Track("recorded", "x", "real", recorded, replace(recorded, side="twin"))
+    live = _live(ROBOT, playback, twin, latency)(track)
+    both = align(live.real, live.twin, 1000.0, 0.05)
+    assert both.span == pytest.approx(playback.duration, abs=0.01)
+    assert np.abs(both.real.positions - both.twin.positions).max() < 1e-6

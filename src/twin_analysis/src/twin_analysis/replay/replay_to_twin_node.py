@@ -152,11 +152,11 @@ def _run(
         twin = LiveTwin(mechanism.names)
         motion = _play(stage, playback, twin)
         begun = stage.begun
-    live = _live(robot, playback, motion.shifted(-begun))
+    live = _live(robot, playback, motion.shifted(-begun), place.sample_latency_ms * 1e-3)
     remarks = (
         *remarks_of([opened]),
-        f"{LIVE}: real is what was played of {source}, in "
-        f"{playback.duration:.1f} s; twin is {TWIN}",
+        f"{LIVE}: real is what was played of {source}, in {playback.duration:.1f} s, dated "
+        f"{place.sample_latency_ms:g} ms earlier, as the controller does; twin is {TWIN}",
         *(f"{LIVE}: {stop}" for stop in twin.stops),
     )
     # Hold the live pair beside the recorded one, experiment by experiment, and write it
@@ -202,16 +202,21 @@ def _play(stage: Stage, playback: Playback, live: LiveTwin) -> Motion:
     return live.recorded()
 
 
-def _live(robot: Robot, playback: Playback, twin: Motion) -> Callable[[Track], Track]:
+def _live(
+    robot: Robot, playback: Playback, twin: Motion, latency: float
+) -> Callable[[Track], Track]:
     """Return what makes the live track that belongs to a recorded one.
 
-    Times count from the first row.
+    Times count from when the first row was shown. A row is true ``latency`` [s] before it is shown:
+    the controller dates the robot's readings so, and leads the twin accordingly.
     """
     columns = [k for k, joint in enumerate(robot.joints) if joint.twin]
-    real = playback.motion(0.0, columns)
+    real = playback.motion(-latency, columns)
 
     def track_of(recorded: Track) -> Track:
-        start, end = (playback.played_at(float(at)) for at in recorded.real.stamps[[0, -1]])
+        start, end = (
+            playback.played_at(float(at)) - latency for at in recorded.real.stamps[[0, -1]]
+        )
         sides = [cut(motion, start, end) for motion in (real, twin)]
         return Track(LIVE, recorded.experiment, "real", sides[0], sides[1])
 
