@@ -30,7 +30,8 @@ from harness.workspace import ROOT
 
 BUILD = ROOT / "build"
 NIGHT = BUILD / "nightly.json"
-"""What ``begin`` keeps for ``write``."""
+REPORTS = BUILD / "night"
+"""What ``begin`` keeps for ``write``, and where pytest's reports are kept of a night."""
 PAGE = ROOT / "docs" / "nightly.md"
 CLIENTS = "clients"
 WEEK = 7
@@ -109,6 +110,7 @@ def page(
     codes: Mapping[str, int],
     parts: Mapping[str, Part | None],
     mutants: summary.Summary | None,
+    words: str = "",
 ) -> str:
     """Return the report.
 
@@ -117,6 +119,7 @@ def page(
         codes: Exit code of each command.
         parts: What each run of pytest found.
         mutants: What became of the mutants; None if nothing tells.
+        words: That chose a part of all this; empty: it is all of it.
     """
     return "\n".join(
         [
@@ -125,8 +128,9 @@ def page(
             "scenes and new examples, other people's programs with rosbridge_server beside the "
             "gateway, and mutants of the rooms whose turn it is.",
             "",
-            f"Begun {night.begun:%Y-%m-%d %H:%M} UTC at commit {night.commit} on {night.machine}. "
-            f"{_verdict(codes)}",
+            f"Begun {night.begun:%Y-%m-%d %H:%M} UTC at commit {night.commit} on {night.machine}.",
+            *([f"Only what these words choose: `{words}`."] if words else []),
+            _verdict(codes),
             *([f"Not committed: {', '.join(night.changed)}."] if night.changed else []),
             "",
             *_part_rows(parts),
@@ -188,8 +192,8 @@ def _took(seconds: float) -> str:
     return f"{minutes // 60}:{minutes % 60:02d}:{rest:02d}"
 
 
-def _report_of(part: str) -> Path:
-    return BUILD / f"test_{part}.xml"
+def _report_of(part: str, folder: Path) -> Path:
+    return folder / f"test_{part}.xml"
 
 
 def all_rooms() -> list[str]:
@@ -202,7 +206,9 @@ def begin() -> None:
     now = datetime.now(timezone.utc)
     machine = f"{processor_of(PROCESSORS)}, {os.cpu_count()} cores"
     night = Night(now, commit_of(ROOT), machine, tuple(changed_files("HEAD")))
-    for left in (summary.FILE, *map(_report_of, (*PARTS, CLIENTS))):
+    REPORTS.mkdir(parents=True, exist_ok=True)
+    reports = (_report_of(part, at) for part in (*PARTS, CLIENTS) for at in (BUILD, REPORTS))
+    for left in (summary.FILE, *reports):
         left.unlink(missing_ok=True)
     NIGHT.write_bytes(msgspec.json.encode(night))
     rooms = rooms_of(now.date(), all_rooms())
@@ -218,15 +224,16 @@ def write(
     clients: Annotated[int, typer.Option(help="Exit code of other people's programs.")],
     mutants: Annotated[int, typer.Option(help="Exit code of the mutants.")],
     file: Annotated[Path, typer.Option("--page", help="Where the report goes.")] = PAGE,
+    words: Annotated[str, typer.Option(help="That chose a part of it all.")] = "",
 ) -> None:
     """Write the report; end with 1 if anything failed."""
     night = msgspec.json.decode(NIGHT.read_bytes(), type=Night)
     codes = {"tests": tests, CLIENTS: clients, "mutants": mutants}
-    parts = {name: read_part(_report_of(name)) for name in (*PARTS, CLIENTS)}
+    parts = {name: read_part(_report_of(name, REPORTS)) for name in (*PARTS, CLIENTS)}
     found = None
     if summary.FILE.is_file():
         found = msgspec.json.decode(summary.FILE.read_bytes(), type=summary.Summary)
-    file.write_text(page(night, codes, parts, found), encoding="utf-8")
+    file.write_text(page(night, codes, parts, found, words), encoding="utf-8")
     print(f"night: {_verdict(codes)} The report: {file}")
     raise typer.Exit(1 if any(codes.values()) else 0)
 
