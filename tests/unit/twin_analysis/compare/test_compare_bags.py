@@ -97,6 +97,16 @@ def test_a_run_is_compared_experiment_by_experiment(make_bag: MakeBag) -> None:
 
 
 @pytest.mark.usefixtures("without_figures")
+def test_at_rest_the_tools_are_held_against_each_other_alone(make_bag: MakeBag) -> None:
+    """However far either is from its set position: that is the report's, and has another name."""
+    written = compare(make_bag(experiments=("real_leads",), offset=(0.0, 0.0, 0.0005, 0.0)))
+    document = json.loads((written.folder / "comparison.json").read_text())
+    (pair,) = document["experiments"][0]["real_twin"]
+    assert "positioning_error_max_mm" not in pair
+    assert pair["rest_apart_max_mm"] == pytest.approx(0.5, abs=0.01)
+
+
+@pytest.mark.usefixtures("without_figures")
 def test_recordings_are_held_against_the_first(make_bag: MakeBag) -> None:
     """A repeat whose twin is 0.5 mm higher is off by that.
 

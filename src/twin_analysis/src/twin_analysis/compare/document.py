@@ -92,7 +92,8 @@ def _pair(pair: PairDeviation) -> dict[str, Any]:
             "path_error_max_percent": path.max_percent,
             "path_error_rms_mm": path.rms_mm,
             "path_error_max_after_lag_mm": None if after is None else after.max_mm,
-            "positioning_error_max_mm": pair.comparison.positioning_max_mm,
+            # Between the tools alone: set positions are the report's.
+            "rest_apart_max_mm": pair.comparison.positioning_max_mm,
         }
     return entry | {
         "lag_s": pair.lag_s,
