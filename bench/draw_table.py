@@ -32,7 +32,7 @@ def figures(
 ) -> list[float]:
     """Return a figure of all draws; infinite for a trial that came to none."""
     return [
-        float("inf") if trial[key] is None else trial[key]
+        float("inf") if trial["ended"] or trial[key] is None else trial[key]
         for trial in measured["trials"]
         if (trial["robot"], trial["column"], trial["speed_percent"]) == (robot, words, speed)
     ]

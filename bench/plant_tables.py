@@ -52,10 +52,16 @@ def _cell(trials: Sequence[Mapping[str, Any]], variant: str, leader: str, speed:
     trial = _found(trials, variant, leader, speed)
     if trial is None or trial["ended"]:
         return _short(trial)
-    return (
-        f"{_short(trial)} ({trial['fastest_percent']:.0f} %), "
-        f"{abs(trial['lag_ms']):.0f} ms; {trial['rest_percent']:.3f} %"
-    )
+    lag, rest = trial["lag_ms"], trial["rest_percent"]
+    told = f"{_short(trial)} ({trial['fastest_percent']:.0f} %), "
+    told += "-" if lag is None else f"{abs(lag):.0f} ms"
+    return f"{told}; {_rest([rest])}"
+
+
+def _rest(found: Sequence[float | None]) -> str:
+    """Return the largest error at rest; of one that is not known nothing is known of all."""
+    known = [each for each in found if each is not None]
+    return f"{max(known):.3f} %" if known and len(known) == len(found) else "-"
 
 
 def _found(
@@ -91,8 +97,8 @@ def first_table(measured: Mapping[str, Any]) -> list[str]:
         for variant, plant in SHOWN.items():
             tried = [_found(of_it, variant, leader, v) for v in SPEEDS for leader in WORDS]
             rests = [one["rest_percent"] for one in tried if one and not one["ended"]]
-            rest = f"{max(rests):.3f} %" if rests else "-"
-            lines.append(f"| {robot}, {plant} | {' | '.join(map(_short, tried))} | {rest} |")
+            cells = [*map(_short, tried), _rest(rests)]
+            lines.append(f"| {robot}, {plant} | {' | '.join(cells)} |")
     return [
         *lines,
         "",

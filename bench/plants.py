@@ -66,7 +66,7 @@ def _words(trial: Trial) -> str:
 def _rows(trial: Trial) -> list[Row]:
     case = f"{trial.robot}, {trial.variant}, {trial.speed_percent:g} %: {WORDS[trial.leader]}"
     return [
-        Row(case, what, limit, float("inf") if figure is None else figure)
+        Row(case, what, limit, float("inf") if trial.ended or figure is None else figure)
         for what, limit, figure in (
             ("path error max [% of reach]", ARTICLE_PATH, trial.path_percent),
             ("positioning error max [% of reach]", ARTICLE_REST, trial.rest_percent),

@@ -49,12 +49,13 @@ class Trial:
         fastest_percent: What the leader's fastest joint reached, of its largest speed.
         path_percent: Largest distance of both tools at the same instant [percent of reach], from
             the first move on.
-        lag_ms: By how much the follower is behind.
-        rest_percent: Largest distance at rest, against the set position too.
+        lag_ms: By how much the follower is behind; None: no lag fits.
+        rest_percent: Largest distance at rest, against the set position too; None: both never stood
+            still for long enough.
         path_deg: Largest angle between both tools at the same instant.
         rest_deg: The same at rest.
         seconds: The experiment took so long, waits included.
-        ended: Why there are no figures; empty if there are.
+        ended: Why there are no figures, or only those of a part; empty if there are.
     """
 
     robot: str
@@ -110,15 +111,19 @@ def run_trial(
     if found is None or turned is None:
         return replace(trial, ended="; ".join(result.reasons))
     reach = files.robot.reach_mm
+    at_rest = found.positioning_max_mm
+    # Figures beyond limits are figures; behind noisy encoders nobody is seen to stand at a visit.
+    ended = "; ".join(reason for reason in result.reasons if "no samples" in reason)
     return replace(
         trial,
         fastest_percent=round(_fastest(cell, leader, begun), 1),
         path_percent=round(100.0 * found.path.max_mm / reach, 3),
-        lag_ms=round(1e3 * (found.lag_s or 0.0), 1),
-        rest_percent=round(100.0 * (found.positioning_max_mm or 0.0) / reach, 4),
+        lag_ms=None if found.lag_s is None else round(1e3 * found.lag_s, 1),
+        rest_percent=None if at_rest is None else round(100.0 * at_rest / reach, 4),
         path_deg=round(turned.path_max_deg, 3),
-        rest_deg=round(turned.rest_max_deg or 0.0, 4),
+        rest_deg=None if turned.rest_max_deg is None else round(turned.rest_max_deg, 4),
         seconds=round(cell.schedule.now - begun, 1),
+        ended=ended,
     )
 
 

@@ -92,7 +92,13 @@ def test_a_first_start_that_was_cut_off_gives_no_figure() -> None:
 def test_drawn_robots_are_told_by_median_and_worst_of_all() -> None:
     """A trial that came to no end is told beside the worst of the others, and counts as one."""
     trials = [
-        {"robot": robot, "column": words, "speed_percent": speed, "path_percent": value}
+        {
+            "robot": robot,
+            "column": words,
+            "speed_percent": speed,
+            "path_percent": value,
+            "ended": "" if value else "PAUSED: x",
+        }
         for words in ("real leads", "twin leads, PR[1] alone", "twin leads, ring")
         for speed in (50.0, 100.0)
         for robot, value in (("a", 0.1), ("b", 0.2), ("b", None if speed > 50.0 else 0.4))

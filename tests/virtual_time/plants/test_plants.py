@@ -5,10 +5,24 @@
 
 from __future__ import annotations
 
+import sys
+from dataclasses import asdict, replace
+
 import pytest
+from harness.plants import trials
 from harness.plants.trials import run_trial
-from harness.plants.variants import FIELD, ROUGH_FOLLOWER, ROUGH_LEADER, VARIANTS, Variant
+from harness.plants.variants import FIELD, IDEAL, ROUGH_FOLLOWER, ROUGH_LEADER, VARIANTS, Variant
 from harness.running.thorough import SEARCH, thorough
+from harness.virtual_cell.cell import VirtualCell
+from harness.virtual_cell.experiments import run_experiments
+from harness.workspace import ROOT
+from twin_experiments.report.analysis import Excess, Result
+
+if str(ROOT) not in sys.path:
+    sys.path.append(str(ROOT))
+
+from bench.plant_tables import first_table
+from bench.plants import _rows
 
 PATH_PERCENT, REST_PERCENT = 5.0, 2.0
 """The article's errors, percent of reach."""
@@ -64,3 +78,28 @@ def test_a_trial_that_ends_early_says_why() -> None:
     trial = run_trial("fanuc_sr6ia", BY_NAME["half the acceleration"], "twin_leads", 50.0)
     assert trial.path_percent is None
     assert trial.ended.startswith("PAUSED: the pair came apart")
+
+
+@pytest.mark.parametrize("missed", ["", "38.0 % of the time has no samples, limit 1 %"])
+def test_what_is_not_known_is_no_figure_and_a_hole_ends_a_trial(
+    missed: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing at rest is not 0.000 %; a figure beyond its limit alone ends nothing."""
+
+    def made(cell: VirtualCell, names: list[str]) -> dict[str, Result]:
+        (result,) = run_experiments(cell, names).values()
+        assert result.comparison is not None and not result.reasons
+        path = replace(result.comparison.path, max_percent=3.0)
+        found = replace(result.comparison, path=path, rests=(), lag_s=None)
+        beyond = Excess("path error", 3.0, cell.files.experiments.limits.path_error_percent)
+        noisy = "both stood still at P1, expected P1 P2"
+        reasons = tuple(filter(None, (beyond.text, noisy, missed)))
+        return {names[0]: replace(result, comparison=found, reasons=reasons)}
+
+    monkeypatch.setattr(trials, "run_experiments", made)
+    trial = run_trial.__wrapped__("fanuc_sr6ia", IDEAL, "real_leads", 50.0)
+    assert (trial.rest_percent, trial.lag_ms, trial.ended) == (None, None, missed)
+    (line, _) = first_table({"trials": [asdict(trial)], "date": "", "commit": ""})[3:5]
+    assert line.startswith("| fanuc_sr6ia, ideal | ") and line.endswith(" | - |"), "at rest"
+    path, rest = _rows(trial)
+    assert path.holds == (not missed) and not rest.holds
