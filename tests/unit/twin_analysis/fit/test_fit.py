@@ -18,6 +18,7 @@ from scara_simulation.config import load_gains, load_simulation
 from twin_analysis.fit.offline_twin_io import OfflineTwin, Packet
 from twin_analysis.fit.search import errors, fit_twin
 from twin_analysis.fit.twin_model import (
+    LOOP,
     Choice,
     FloatArray,
     TwinModel,
@@ -76,7 +77,7 @@ def test_detuned_gains_are_found_again() -> None:
     names = names_of(choice, NAMES, PLAIN)
     changed = np.array(
         [
-            -0.7 if name.endswith("gains") else 0.6 if name.endswith("damping") else 0.0
+            -0.7 if name.endswith(LOOP) else 0.6 if name.endswith("damping") else 0.0
             for name in names
         ]
     )
@@ -84,7 +85,7 @@ def test_detuned_gains_are_found_again() -> None:
     real = tool_path(PLAIN)
     found = fit_twin(start, choice, NAMES, real, int(0.6 * len(real)), tool_path, 40)
     back = np.array(found.vector) + changed
-    gains = [value for name, value in zip(names, back) if name.endswith("gains")]
+    gains = [value for name, value in zip(names, back) if name.endswith(LOOP)]
     assert found.before[1].rms_mm / found.after[1].rms_mm > 5.0
     assert np.max(np.abs(gains)) < 0.05
 

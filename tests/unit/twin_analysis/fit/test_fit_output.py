@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from io import StringIO
 from pathlib import Path
 from types import SimpleNamespace
@@ -15,6 +16,9 @@ from rich.console import Console
 from scara_config import load_robot
 from twin_analysis.fit import fit_twin_node as fit_twin
 from twin_analysis.fit.recording_io import FOLLOW, TRUTH, read_recording
+from twin_analysis.fit.search import Errors, FitResult
+from twin_analysis.fit.twin_model import Choice, apply_vector
+from typer.testing import CliRunner
 
 CONFIG = Path(__file__).resolve().parents[4] / "config"
 
@@ -50,3 +54,38 @@ def test_positions_that_begin_after_the_stream_are_no_recording(tmp_path: Path) 
     text = r"ground_truth is recorded from 0.20 to 0.49 s, but the twin follows from .* on: record"
     with open_bag(maker.write(tmp_path / "run.bag")) as bag, pytest.raises(BagError, match=text):
         read_recording(bag, names, 0.005)
+
+
+@pytest.mark.parametrize(
+    ("held_out_mm", "write", "said"),
+    [
+        (0.5, False, "nothing was written; --write does"),
+        (0.5, True, "written"),
+        (2.0, False, "nothing was written: on the held-out part the proposal is worse"),
+        (2.0, True, "nothing was written: on the held-out part the proposal is worse"),
+    ],
+)
+def test_what_is_worse_on_the_held_out_part_is_not_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, held_out_mm: float, write: bool, said: str
+) -> None:
+    """It judges. The factor that is told is of the loop's speed, of which p is the square."""
+    folder = tmp_path / "config"
+    shutil.copytree(CONFIG, folder)
+    robot = load_robot(folder)
+    start, choice = fit_twin.load_model(robot, folder), Choice((0,), False)
+    vector = np.array([np.log(1.5), 0.0, 0.0, 0.0])
+    model, one = apply_vector(start, choice, vector), Errors(1.0, 2.0)
+    after = (Errors(0.1, 0.2), Errors(held_out_mm, 2.0))
+    result = FitResult(model, tuple(vector), 7, (one, one), after)
+    monkeypatch.setattr(fit_twin, "read_recording", lambda *_: None)
+    monkeypatch.setattr(fit_twin, "choose", lambda *_: choice)
+    monkeypatch.setattr(fit_twin, "search", lambda *_: result)
+    bag = BagMaker().write(tmp_path / "run.bag")
+    gains = folder / "robots" / robot.name / "pid_gains.yaml"
+    before = gains.read_text()
+    words = [str(bag), "--config-dir", str(folder), *(["--write"] if write else [])]
+    done = CliRunner().invoke(fit_twin.app, words)
+    assert done.exit_code == int(write and said != "written") and said in done.output, done.output
+    assert "joint_1 loop speed" in done.output and "x 1.500" in done.output
+    assert model.gains[0].position.p == pytest.approx(2.25 * start.gains[0].position.p)
+    assert (gains.read_text() != before) is (said == "written")

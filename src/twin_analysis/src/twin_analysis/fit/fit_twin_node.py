@@ -2,8 +2,8 @@
 
 The recorded set points go through the twin's physics and loops in process, faster than real time;
 gains, damping, friction, bandwidth and delay are searched on the first part of the recording and
-judged on the rest. A YAML difference is proposed; only ``--write`` changes the files. No ROS master
-is needed.
+judged on the rest. A YAML difference is proposed; only ``--write`` changes the files, unless the
+rest is worse by it: exit code 1. No ROS master is needed.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ from twin_analysis.fit.search import FitResult, fit_twin
 from twin_analysis.fit.twin_model import Choice, FloatArray, TwinModel, names_of, yaml_values
 
 MOVED_BORDER_UNITS = 1.0
+WORSE = 1
 
 app = CommandLine("fit_twin", {ConfigError: WRONG, BagError: WRONG}, help=__doc__)
 
@@ -71,14 +72,16 @@ def fit(
     choice = choose(robot, recording)
     found = search(robot, folder, recording, start, choice, held_out, simulations, console)
     show(console, robot, choice, start, found)
-    propose(
-        console,
-        folder,
-        yaml_values(found.model, choice, [j.name for j in robot.twin_joints]),
-        write,
-    )
+    values = yaml_values(found.model, choice, [j.name for j in robot.twin_joints])
+    worse = found.after[1].rms_mm > found.before[1].rms_mm
+    propose(console, folder, values, write and not worse)
+    said = "written" if write else "nothing was written; --write does"
+    if worse:
+        said = "nothing was written: on the held-out part the proposal is worse than before"
+    console.print(said, style="bold", soft_wrap=True)
     if as_json:
         print(json.dumps(fitted(robot, choice, found)))
+    raise typer.Exit(WORSE if write and worse else 0)
 
 
 def load_model(robot: Robot, folder: Path) -> TwinModel:
@@ -222,7 +225,6 @@ def propose(
     if write:
         for name, text in texts.items():
             replace_file(places[name], text)
-    console.print("written" if write else "nothing was written; --write does", style="bold")
 
 
 main = app.run

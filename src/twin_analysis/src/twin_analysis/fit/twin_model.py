@@ -21,6 +21,8 @@ LARGEST_BANDWIDTH = 250.0
 Our choice.
 """
 
+LOOP = "loop speed"
+"""How much faster a joint's loop is: its gains change by powers of it."""
 LEAST_DAMPING, LEAST_FRICTION = 1e-3, 1e-3
 
 
@@ -57,7 +59,7 @@ class Choice(msgspec.Struct, frozen=True):
 def names_of(choice: Choice, joints: Sequence[str], model: TwinModel) -> list[str]:
     """Return the name of each entry of the vector."""
     per_joint = [
-        f"{joints[k]} {what}" for k in choice.columns for what in ("gains", "damping", "friction")
+        f"{joints[k]} {what}" for k in choice.columns for what in (LOOP, "damping", "friction")
     ]
     shared = (["bandwidth"] if _has_bandwidth(model) else []) + (["delay"] if choice.delay else [])
     return per_joint + shared
@@ -105,7 +107,7 @@ def bounds_of(
     upper = np.full(len(names), math.log(FACTOR))
     lower = -upper
     for k, name in enumerate(names):
-        if name.endswith("gains"):
+        if name.endswith(LOOP):
             # p goes with the square of it.
             upper[k], lower[k] = math.log(FACTOR) / 2, -math.log(FACTOR) / 2
         elif name == "bandwidth":
