@@ -11,6 +11,9 @@ from bench.plant_tables import SHOWN, WORDS
 
 RUNS = 20
 """So many demos say what the worst is."""
+SYNC_RATIOS = {"sync_error": 0.02, "sync_error_slow": 0.12}
+"""Goals of these rows: our error is at most such a part of that of a twin which holds the newest
+value. The rows take them from here: a figure has one goal."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +89,7 @@ def _wanted(content: Mapping[str, Any]) -> list[Wanted]:
         ),
         *(
             Wanted(name, "", {"ideal": limit}, _largest(_ratio(rows, name)))
-            for name, limit in (("sync_error", 0.02), ("sync_error_slow", 0.12))
+            for name, limit in SYNC_RATIOS.items()
         ),
     ]
 

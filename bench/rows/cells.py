@@ -17,6 +17,7 @@ from twin_controller.registers import RegisterCodec
 from bench.cells.cell_run import Changes, experiment
 from bench.cells.hold import held_errors_mm
 from bench.cells.whole_cell import STARTS, Cost, Watched, watch
+from bench.goal_table import SYNC_RATIOS
 from bench.record import Beside, Goal, Record, quantile
 from bench.room import Room
 
@@ -27,7 +28,7 @@ AGE_MS, AGE_P99_MS = 2.2, 3.5
 
 
 def _sync(
-    room: Room, name: str, delay_ms: tuple[float, float], changes: Changes, limit: float, rate: str
+    room: Room, name: str, delay_ms: tuple[float, float], changes: Changes, rate: str
 ) -> Record:
     """Compare the twin's error with that of a twin that holds the newest value.
 
@@ -42,7 +43,7 @@ def _sync(
         statistics.median(ours),
         statistics.median(held),
         "mm",
-        (Goal("ratio", limit),),
+        (Goal("ratio", SYNC_RATIOS[name]),),
         measured="largest distance of both tools at the same instant, robot leads ARTICLE at "
         f"override 100 %, {rate} poll, each web-socket packet {delay_ms[0]:g} to "
         f"{delay_ms[1]:g} ms late in both directions; ground truth of both sides",
@@ -59,7 +60,7 @@ def _sync(
 
 def sync_error(room: Room) -> Record:
     """About 100 Hz, 5 to 8 ms."""
-    return _sync(room, "sync_error", (5.0, 8.0), {}, 0.05, "100 Hz")
+    return _sync(room, "sync_error", (5.0, 8.0), {}, "100 Hz")
 
 
 def sync_error_slow(room: Room) -> Record:
@@ -70,7 +71,7 @@ def sync_error_slow(room: Room) -> Record:
     changes: Changes = {
         "twin_controller.yaml": {("real", "poll_period_ms"): 19.7, ("divergence", "pause"): False}
     }
-    return _sync(room, "sync_error_slow", (20.0, 30.0), changes, 0.20, "50 Hz")
+    return _sync(room, "sync_error_slow", (20.0, 30.0), changes, "50 Hz")
 
 
 def _watched(room: Room) -> Watched:

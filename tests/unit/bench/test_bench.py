@@ -23,7 +23,7 @@ from bench import demos, farm, page, run, variations
 from bench.__main__ import main
 from bench.cells import cell_run
 from bench.demo_tables import demo_table, p95
-from bench.goal_table import goal_table
+from bench.goal_table import SYNC_RATIOS, goal_table
 from bench.record import Beside, Goal, Record, interleaved, median, p99, spread_percent
 from bench.rows import GROUPS, names
 from bench.wear.table import BLOCKS
@@ -116,6 +116,16 @@ def test_tables_show_all_rows_that_results_hold() -> None:
     text = page.TABLES.read_text()
     assert [row["id"] for row in rows if f"\n| {row['id']} |" not in text] == []
     assert len(names()) == len(set(names())) == sum(map(len, GROUPS.values()))
+
+
+def test_a_figure_has_one_goal_on_all_pages() -> None:
+    """The first table and the rows do not contradict each other."""
+    rows = {row["id"]: row for row in json.loads(page.RESULTS.read_text())["rows"]}
+    told = {name: (rows[name]["goal"], rows[name]["holds"]) for name in SYNC_RATIOS}
+    goals = {name: Goal("ratio", limit) for name, limit in SYNC_RATIOS.items()}
+    assert told == {
+        name: (goal.text, goal.holds(None, rows[name]["ratio"])) for name, goal in goals.items()
+    }
 
 
 def test_page_is_what_its_script_writes() -> None:
