@@ -122,6 +122,23 @@ def test_the_last_part_of_a_killed_recorder_is_repaired(tmp_path: Path) -> None:
             assert "run.part0003.bag: is no readable bag" in str(bag.missing)
 
 
+def test_a_part_that_is_gone_from_the_middle_is_named(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Who copies a long recording may forget one; what is there needs no repair."""
+    path = recorded(tmp_path, minutes=6)
+    files = parts_of(path)
+    files[1].unlink()
+    with open_bag(path) as bag:
+        assert bag.count("number") == 300 and not bag.repaired
+        assert bag.missing == ["run.part0002.bag: there is no such part"]
+    assert "run.part0002.bag: there is no such part" in caplog.text
+    for file in files[3:5]:
+        file.unlink()
+    with open_bag(path) as bag:
+        assert bag.missing[1:] == ["run.part0004.bag to run.part0005.bag: there is no such part"]
+
+
 def test_a_recording_whose_first_part_is_gone_is_no_bag(tmp_path: Path) -> None:
     """What is missing is named."""
     path = recorded(tmp_path)

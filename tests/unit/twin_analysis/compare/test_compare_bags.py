@@ -212,6 +212,9 @@ def test_an_unfinished_bag_is_compared_from_a_repaired_copy(
     whole = make_bag(experiments=("real_leads",)).read_bytes()
     cut = tmp_path / "cut.bag"
     cut.write_bytes(whole[: int(len(whole) * 0.6)])
+    (tmp_path / "cut.part0003.bag").write_bytes(b"")
     written = compare(cut)
+    gone = "cut: The recording is damaged. Not read: cut.part0002.bag: there is no such part;"
+    assert any(remark.startswith(gone) for remark in written.remarks)
     assert any("a repaired copy was read" in remark for remark in written.remarks)
     assert written.experiments[0].pairs[0].fidelity.matched_percent > 98.0

@@ -7,6 +7,7 @@ recording are read as one.
 from __future__ import annotations
 
 import contextlib
+import itertools
 import logging
 import tempfile
 from collections.abc import Callable, Collection, Iterator
@@ -25,6 +26,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from cell_recorder.reading.bag_parts_io import BagParts
 from cell_recorder.reading.bag_repair_io import is_indexed, repair
+from cell_recorder.recording.recording import part_path
 from cell_recorder.recording.runs_folder_io import parts_of
 
 Array = NDArray[np.float64]
@@ -43,11 +45,11 @@ class Bag:
     Topics are asked for by their relative name, in any namespace of the cell.
     """
 
-    def __init__(self, path: Path, reader: BagParts, repaired: list[str] | None) -> None:
+    def __init__(self, path: Path, reader: BagParts, repaired: bool, lost: list[str]) -> None:
         """Wrap what is open; use :func:`open_bag`."""
         self.path = path
-        self.repaired = repaired is not None
-        self._lost = repaired or []
+        self.repaired = repaired
+        self._lost = lost
         self._reader = reader
         self._store = get_typestore(Stores.EMPTY)
         self._known: set[str] = set()
@@ -63,7 +65,7 @@ class Bag:
 
     @property
     def missing(self) -> list[str]:
-        """What could not be read, in words: by the repair, and of what has been read so far."""
+        """What could not be read, in words: parts, by the repair, and of what was read so far."""
         return self._lost + [
             f"{len(gone)} {'message' if len(gone) == 1 else 'messages'} of the chunk at byte "
             f"{position} of {Path(file).name}"
@@ -200,8 +202,9 @@ def open_bag(path: Path | str) -> Iterator[Bag]:
     """
     path = Path(path)
     with tempfile.TemporaryDirectory(prefix="bag_") as folder, contextlib.ExitStack() as opened:
-        readers, lost, repaired = [], [], False
-        for number, part in enumerate([path, *(p for p in parts_of(path) if p != path)]):
+        parts = [path, *(part for part in parts_of(path) if part != path)]
+        readers, lost, repaired = [], _gone(parts), False
+        for number, part in enumerate(parts):
             try:
                 reader = _try_index(part) if is_indexed(part) else None
                 if reader is None:
@@ -224,14 +227,25 @@ def open_bag(path: Path | str) -> Iterator[Bag]:
         if not readers:
             raise BagError(f"{path}: the recording was not finished and no whole message is in it")
         opened.pop_all()
-        parts = BagParts(readers)
-        bag = Bag(path, parts, lost if repaired else None)
+        reader_of_all = BagParts(readers)
+        bag = Bag(path, reader_of_all, repaired, lost)
         try:
             yield bag
         finally:
             for text in bag.missing[:_TOLD]:
                 _LOG.warning("%s: missing: %s", path, text)
-            parts.close()
+            reader_of_all.close()
+
+
+def _gone(parts: list[Path]) -> list[str]:
+    """Return which parts before the last one are not there, in words."""
+    numbers = [1, *(int(part.stem.rpartition(".part")[2]) for part in parts[1:])]
+    texts = []
+    for before, behind in itertools.pairwise(numbers):
+        if before + 1 < behind:
+            names = [part_path(parts[0], k).name for k in sorted({before + 1, behind - 1})]
+            texts.append(f"{' to '.join(names)}: there is no such part")
+    return texts
 
 
 def _try_index(path: Path) -> Reader | None:

@@ -45,6 +45,7 @@ class Opened:
     robot: Robot
     experiments: ExperimentsFile
     repaired: bool
+    missing: tuple[str, ...]
 
 
 def read_bag(path: Path, label: str, topics: Topics, config_directory: Path | None) -> Opened:
@@ -64,14 +65,20 @@ def read_bag(path: Path, label: str, topics: Topics, config_directory: Path | No
         if bag.count(MARKER):
             markers = [(at - bag.start, message.data) for at, message in bag.messages(MARKER)]
             spans = find_spans(markers, bag.end - bag.start)
+        sides = (
+            read_joint_topic(bag, real, "real"),
+            read_joint_topic(bag, topics.twin, "twin"),
+        )
         return Opened(
             label=label,
-            real=read_joint_topic(bag, real, "real"),
-            twin=read_joint_topic(bag, topics.twin, "twin"),
+            real=sides[0],
+            twin=sides[1],
             spans=spans,
             robot=chosen.robot,
             experiments=chosen.experiments,
             repaired=bag.repaired,
+            # Only who has read them knows what is missing of them.
+            missing=tuple(bag.missing),
         )
 
 

@@ -14,6 +14,7 @@ from twin_experiments.config import metrics_settings
 from twin_experiments.metrics.series import MetricsError
 from twin_experiments.metrics.tracks import Mechanism, Track
 from twin_experiments.report.figures_io import draw_chart, write_figures
+from twin_experiments.report.label.sentence import missing_sentence
 from twin_experiments.report.page_io import anchor, figure, render, table
 
 from twin_analysis.compare.charts import compared_charts
@@ -168,6 +169,8 @@ def remarks_of(opened: Sequence[Opened]) -> tuple[str, ...]:
     for bag in opened:
         if bag.repaired:
             remarks.append(f"{bag.label}: the recording was not finished, a repaired copy was read")
+        if bag.missing:
+            remarks.append(f"{bag.label}: {missing_sentence(bag.missing)}")
         remarks += [f"{bag.label}: {note}" for note in (*bag.real.notes, *bag.twin.notes)]
         remarks.append(f"{bag.label}: real is {bag.real.topic}, twin is {bag.twin.topic}")
     return tuple(remarks)
