@@ -194,6 +194,22 @@ def test_missing_and_wrong_topics_are_named_with_what_the_bag_has(
         compare(foreign(tmp_path), topics=topics)
 
 
+@pytest.mark.usefixtures("without_figures")
+def test_an_experiment_that_was_not_recorded_takes_no_other_with_it(
+    bag_maker: Any, tmp_path: Path
+) -> None:
+    """The recorder was ended as it began; all that was recorded is compared."""
+    maker = bag_maker()
+    for topic, late in (("arm/joint_states", 0.0), ("sim/joint_states", 0.02)):
+        maker.joint_states(topic, ("shoulder", "wrist"), TIMES, *swing(late))
+    for at, text in ((0.5, "start one"), (3.0, "end one"), (3.995, "start two")):
+        maker.marker(at, text)
+    written = compare(maker.write(tmp_path / "run.bag"), topics=TOPICS)
+    one, two = written.experiments
+    assert (one.name, len(one.pairs), one.reasons) == ("one", 1, ())
+    assert (two.name, two.pairs) == ("two", ()) and "samples between 3.9" in two.reasons[0]
+
+
 def test_bags_without_a_common_joint_cannot_be_compared(foreign: Foreign, tmp_path: Path) -> None:
     """What each has is named."""
     (tmp_path / "b").mkdir()

@@ -111,8 +111,10 @@ def find_mechanism(opened: Sequence[Opened]) -> Mechanism:
     )
 
 
-def tracks_of(opened: Opened, mechanism: Mechanism, percent: float) -> list[Track]:
-    """Return the experiments of one bag.
+def tracks_of(
+    opened: Opened, mechanism: Mechanism, percent: float
+) -> tuple[list[Track], list[tuple[str, str]]]:
+    """Return the experiments of one bag; and the names of others, with why they are not there.
 
     Args:
         opened: The bag.
@@ -120,7 +122,7 @@ def tracks_of(opened: Opened, mechanism: Mechanism, percent: float) -> list[Trac
         percent: Speed from which a joint moves, of its largest.
 
     Raises:
-        RecordError: A side has less than two samples, or a value is not finite.
+        RecordError: A value is not finite.
     """
     real, twin = (
         opened.real.motion("real", mechanism.names),
@@ -128,8 +130,14 @@ def tracks_of(opened: Opened, mechanism: Mechanism, percent: float) -> list[Trac
     )
     notes = (*opened.real.notes, *opened.twin.notes)
     found: list[Track] = []
+    lost: list[tuple[str, str]] = []
     for span in opened.spans:
-        sides = (cut(real, span.start, span.end), cut(twin, span.start, span.end))
+        try:
+            sides = (cut(real, span.start, span.end), cut(twin, span.start, span.end))
+        # The recording may have ended as this one began: the others are whole.
+        except RecordError as error:
+            lost.append((span.label, f"{opened.label}: {error}"))
+            continue
         # Who led: by the experiment's definition, else who moved first.
         experiment = opened.experiments.experiments.get(span.name)
         if experiment is not None:
@@ -137,4 +145,4 @@ def tracks_of(opened: Opened, mechanism: Mechanism, percent: float) -> list[Trac
         else:
             leader = first_to_move(*sides, mechanism.moving_speeds(sides, percent))
         found.append(Track(opened.label, span.label, leader, *sides, notes))
-    return found
+    return found, lost

@@ -84,10 +84,17 @@ def write_comparison(
     mechanism = find_mechanism(opened)
     # Compare real with twin in each recording, and each recording with the first one
     comparer, percent = comparer_of(opened[0], mechanism, config)
-    tracks = [track for bag in opened for track in tracks_of(bag, mechanism, percent)]
-    names = list(dict.fromkeys(track.experiment for track in tracks))
+    of_bags = [tracks_of(bag, mechanism, percent) for bag in opened]
+    tracks = [track for found, _ in of_bags for track in found]
+    lost = [each for _, gone in of_bags for each in gone]
+    names = dict.fromkeys([*(track.experiment for track in tracks), *(name for name, _ in lost)])
     compared = tuple(
-        compare_tracks(name, [track for track in tracks if track.experiment == name], comparer)
+        compare_tracks(
+            name,
+            [track for track in tracks if track.experiment == name],
+            comparer,
+            [text for about, text in lost if about == name],
+        )
         for name in names
     )
     named = {label: str(path) for label, path in labels.items()}
@@ -119,14 +126,16 @@ def comparer_of(
     return Comparer(mechanism, config, settings, percent, limits.excluded_percent), percent
 
 
-def compare_tracks(name: str, tracks: list[Track], comparer: Comparer) -> ExperimentComparison:
+def compare_tracks(
+    name: str, tracks: list[Track], comparer: Comparer, lost: Sequence[str] = ()
+) -> ExperimentComparison:
     """Compare one experiment of all recordings that have it.
 
-    The others are held against the first one.
+    The others are held against the first one. ``lost`` says why a recording is not among them.
     """
     pairs: list[PairDeviation] = []
     runs: list[RunDifference] = []
-    reasons: list[str] = []
+    reasons = list(lost)
     for number, track in enumerate(tracks):
         try:
             pair = comparer.pair(track)
@@ -142,7 +151,8 @@ def compare_tracks(name: str, tracks: list[Track], comparer: Comparer) -> Experi
         # A recording that cannot be compared must not take the others with it.
         except (MetricsError, FidelityError) as error:
             reasons.append(f"{track.label}: {error}")
-    return ExperimentComparison(name, tracks[0].label, tuple(pairs), tuple(runs), tuple(reasons))
+    first = tracks[0].label if tracks else ""
+    return ExperimentComparison(name, first, tuple(pairs), tuple(runs), tuple(reasons))
 
 
 def _labels(bags: Sequence[Path]) -> dict[str, Path]:

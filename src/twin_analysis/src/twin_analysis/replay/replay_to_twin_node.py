@@ -161,8 +161,9 @@ def _run(
     )
     # Hold the live pair beside the recorded one, experiment by experiment, and write it
     comparer, percent = comparer_of(opened, mechanism, load_comparison(directory))
-    compared = []
-    for track in tracks_of(opened, mechanism, percent):
+    tracks, lost = tracks_of(opened, mechanism, percent)
+    compared = [compare_tracks(name, [], comparer, [text]) for name, text in lost]
+    for track in tracks:
         beside = compare_tracks(track.experiment, [track, live(track)], comparer)
         # At another pace the same time after the start is another place: run against run says
         # nothing.
