@@ -67,6 +67,13 @@ def test_a_replay_begins_at_the_first_state(kept: Kept) -> None:
     assert result.outside == sum(key[0] < kept.inputs[120].stamp_ns for key in kept.decisions)
 
 
+def test_where_nothing_was_compared_nothing_is_exact(kept: Kept) -> None:
+    """A recording of half a second holds one state to begin with, and no decision."""
+    result = run(kept, list(kept.inputs[:30]), {})
+    assert result.messages and not result.lost and not result.differences
+    assert (result.decisions, result.snapshots, result.exact) == (0, 0, False)
+
+
 def test_an_input_that_was_different_is_found_by_the_next_state(kept: Kept) -> None:
     """One joint of one sample off by the smallest amount: the state check names it."""
     inputs = list(kept.inputs)

@@ -75,6 +75,7 @@ def test_step_without_room_is_refused_with_joint_value_and_limits(
     [
         ({"overshoot_percent": 2.0}, "overshoot 2.00 % is not below 2 %"),
         ({"steady_state_error": -0.011e-3}, "steady-state error 0.0110 mm is not below 0.01 mm"),
+        ({"settling_time": None}, "it is never within 2 % of the step for good"),
         ({"saturated": True}, "the effort reached its limit of 400 N"),
     ],
 )

@@ -137,8 +137,13 @@ class ReplayResult:
 
     @property
     def exact(self) -> bool:
-        """True if something was replayed, nothing was lost, and all of it was the same."""
-        return bool(self.messages) and not self.differences and not self.lost
+        """True if something was compared, nothing was lost, and all of it was the same."""
+        return self.compared and not self.differences and not self.lost
+
+    @property
+    def compared(self) -> bool:
+        """Whether there was a decision or a state to compare with."""
+        return bool(self.decisions or self.snapshots)
 
 
 Recorded = Mapping[tuple[int, int], RecordedDecision]

@@ -4,8 +4,8 @@ The recorded inputs through the actual core give the same decisions, bit for bit
 
     rosrun twin_analysis replay_decisions BAG
 
-Needs no cell and no ROS master. Exit code: 0 all the same, 1 a difference or lost messages, 2 wrong
-configuration in the bag, 3 the bag cannot be used.
+Needs no cell and no ROS master. Exit code: 0 all the same, 1 a difference, lost messages, or
+nothing to compare, 2 wrong configuration in the bag, 3 the bag cannot be used.
 """
 
 from __future__ import annotations
@@ -85,6 +85,8 @@ def _print(result: ReplayResult, repaired: bool, console: Console) -> None:
         f"{len(result.differences)} differences"
         + (f", messages are lost at {len(result.lost)} places" if result.lost else "")
     )
+    if not result.compared:
+        console.print("nothing was compared: record for longer, until a decision or a second state")
     if result.differences:
         console.print(f"first difference: {result.differences[0]}")
 

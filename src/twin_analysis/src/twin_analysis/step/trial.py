@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 from scara_config import Joint
 
-from twin_analysis.step.response import Kind, Step, StepFigures, StepResponseError, measure
+from twin_analysis.step.response import BAND, Kind, Step, StepFigures, StepResponseError, measure
 
 # Our choice: near the display's size of a small move, far from the effort limit of every joint.
 SIZES = {"deg": 5.0, "mm": 20.0}
@@ -113,6 +113,8 @@ def _no_room(joint: Joint, position: float, what: str) -> str:
 def reasons(trial: StepTrial, response: StepFigures) -> list[str]:
     """Return what is wrong with a response, nothing if all limits are kept."""
     found = []
+    if response.settling_time is None:
+        found.append(f"it is never within {100.0 * BAND:g} % of the step for good")
     limit, error = STEADY_ERROR[trial.kind], abs(response.steady_state_error) / trial.joint.scale
     if response.overshoot_percent >= OVERSHOOT_PERCENT:
         found.append(
