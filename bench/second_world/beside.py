@@ -6,6 +6,7 @@ Blocks without and with it take turns, so that what else the machine does falls 
 from __future__ import annotations
 
 import json
+import math
 import multiprocessing
 import os
 import statistics
@@ -67,7 +68,7 @@ def _added(late: dict[bool, list[float]], blocks: int) -> Figure:
         f"median of the p99 of each second, {blocks} blocks of {BLOCK_S:g} s each in turns: "
         f"{without:.3f} ms without, {beside:.3f} ms beside it"
     )
-    added = 100.0 * (beside / without - 1.0) if without > 0.0 else 0.0
+    added = 100.0 * (beside / without - 1.0) if without > 0.0 else math.inf
     return Figure("simulator's wake-ups late, p99", "% more", 10.0, added, note=note)
 
 
