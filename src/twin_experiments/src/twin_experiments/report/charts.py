@@ -156,7 +156,7 @@ def _rests(comparison: Comparison, start: float, reach_mm: float) -> dict[str, A
         "high": _four(top),
         "series": series,
         "percent_of": reach_mm,
-        "title": "positioning error after 0.5 s at rest",
+        "title": "positioning error at rest",
     }
 
 

@@ -63,9 +63,9 @@ LEGEND = (
     "Path error: distance of both tools at the same instant while either side moves, in mm and "
     "percent of reach, nothing compensated; after lag: the same with the follower's lag "
     "removed; of travelled: largest error of a move in percent of that move's length; lag > 0: "
-    "the follower is behind; positioning: after both stood still 0.5 s, the largest of real - "
-    "twin, real - set position, twin - set position. The article does not say what its percent "
-    "are of. "
+    "the follower is behind; positioning: after both stood still {rest_s:g} s, the largest of "
+    "real - twin, real - set position, twin - set position. The article does not say what its "
+    "percent are of. "
 )
 LEGEND_TRUTH = "Both sides are the simulators' own truth, not what the twin controller read."
 LEGEND_MEASURED = (
@@ -80,7 +80,7 @@ CAPTIONS = {
 }
 SHORT_LEGEND = (
     "Apart while moving: the largest distance of both tools at one instant. Apart at rest: the "
-    "largest after 0.5 s, between both tools or from the set position."
+    "largest after {rest_s:g} s, between both tools or from the set position."
 )
 
 
@@ -175,7 +175,7 @@ def _page(run: Run, report: Report, document: dict[str, Any]) -> str:
             f"{run.duration:.1f} s{repaired}",
             "verdict": (_word(report), verdict_sentence(report.results, reach_mm, limits)),
             "short": table(SHORT_HEADINGS, short_rows(report.results, reach_mm, limits, paper)),
-            "short_legend": SHORT_LEGEND,
+            "short_legend": SHORT_LEGEND.format(rest_s=config.metrics.rest_s),
             "missing": report.missing,
             "sentences": [
                 (_word(result), sentence(result, reach_mm, limits)) for result in report.results
@@ -183,7 +183,8 @@ def _page(run: Run, report: Report, document: dict[str, Any]) -> str:
             "label": report.made_with.rows(),
             "headings": HEADINGS,
             "rows": [*summary_rows(report.results, reach_mm), *paper_rows(limits, paper)],
-            "legend": LEGEND + (LEGEND_TRUTH if run.real_is_truth else LEGEND_MEASURED),
+            "legend": LEGEND.format(rest_s=config.metrics.rest_s)
+            + (LEGEND_TRUTH if run.real_is_truth else LEGEND_MEASURED),
             "experiments": [
                 {
                     "name": result.span.label,
