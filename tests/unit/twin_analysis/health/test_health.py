@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -237,6 +238,14 @@ def test_what_wears_is_found_on_a_drawn_robot_and_a_healthy_one_is_left_alone(
     assert {kind for each in trial.results for kind, _ in each.worn} == set(KINDS)
     for result in trial.results:
         assert result.right and 0 < result.after <= WITHIN, result
+
+
+def test_a_false_alarm_counts_as_often_as_it_comes(record: RobotRecord) -> None:
+    """While it stays it is one; the same joint again is another one."""
+    named = ("friction", "joint_3")
+    says = itertools.cycle([named, named, None, None])
+    week = replace(record, worn=(), healthy=record.healthy[:8])
+    assert judged(week, lambda of: lambda signs: next(says)).false_alarms == (named, named)
 
 
 def test_two_joints_that_wear_alike_are_two(record: RobotRecord) -> None:

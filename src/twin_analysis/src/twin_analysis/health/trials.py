@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -93,7 +94,7 @@ class Trial:
     """What became of one robot.
 
     Attributes:
-        false_alarms: What was named in a week in which nothing wore.
+        false_alarms: What was named in a week in which nothing wore, as often as it began to be.
         results: One of each case.
     """
 
@@ -152,14 +153,14 @@ def judged(record: RobotRecord, monitor: Callable[[RobotRecord], Watch] = ours) 
     """Return how a monitor did on one robot; it begins anew with each case."""
     results = []
     for wears, signs in record.worn:
-        said, after = _heard(monitor(record), signs)
+        watch = monitor(record)
+        heard = [watch(each) for each in signs]
+        # After how many cycles the first was named; 0: nothing was.
+        after = next((number for number, each in enumerate(heard, 1) if each is not None), 0)
+        said = tuple(dict.fromkeys(each for each in heard if each is not None))
         truth = tuple((wear.kind, wear.joint) for wear in wears)
         results.append(CaseResult(truth, said, after))
-    return Trial(_heard(monitor(record), record.healthy)[0], tuple(results))
-
-
-def _heard(watch: Watch, cycles: tuple[Signs, ...]) -> tuple[tuple[Named, ...], int]:
-    """Return what was named, each once, and after how many cycles the first was; 0: nothing."""
-    heard = [watch(signs) for signs in cycles]
-    after = next((number for number, each in enumerate(heard, 1) if each is not None), 0)
-    return tuple(dict.fromkeys(each for each in heard if each is not None)), after
+    watch = monitor(record)
+    # An alarm stays until it goes: what comes again is another one.
+    rings = itertools.groupby(watch(signs) for signs in record.healthy)
+    return Trial(tuple(named for named, _ in rings if named is not None), tuple(results))
