@@ -6,7 +6,7 @@ import json
 import signal
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from farm.desk.desk_io import Desk
 from farm.desk.history_io import History
 from farm.desk.reading_io import ask
 from farm.desk.roster import LOST, SILENT
+from harness.processes import Process
 from harness.ros import Ros
 from harness.yaml_files import copy_configuration
 from msgspec.structs import replace
@@ -76,7 +77,7 @@ def cell(ros: Ros) -> Iterator[Cell]:
 
 
 def test_link_shows_the_cell_tells_its_journal_and_takes_commands(cell: Cell) -> None:
-    """From the first desk to the link's end."""
+    """From the first desk to the link's end; the first STOP without a roscore."""
     name = cell.ros.namespace.strip("/")
     journal = cell.ros.folder / "journal" / name
     journal.mkdir(parents=True)
@@ -105,7 +106,8 @@ def test_link_shows_the_cell_tells_its_journal_and_takes_commands(cell: Cell) ->
         (answer,) = order(session, there, word, person, "desk_1", 2.0)
         return answer
 
-    stop = command("STOP", "bob")
+    with hanging(cell.ros.master.process):
+        stop = command("STOP", "bob")
     assert stop.answer is not None and stop.answer.accepted
     assert cell.calls == [("STOP", "/farm/bob@desk_1")]
     assert "remote switch of this cell is off" in command("RESUME", "ann").text
@@ -121,6 +123,16 @@ def test_link_shows_the_cell_tells_its_journal_and_takes_commands(cell: Cell) ->
     cell.ros.wait_until(lambda: desk.rows()[0].status == SILENT, DEADLINE_S, "the silence")
     cell.link.signal(signal.SIGKILL)
     cell.ros.wait_until(lambda: desk.rows()[0].status == LOST, DEADLINE_S, "the loss")
+
+
+@contextmanager
+def hanging(master: Process) -> Iterator[None]:
+    """Let the master answer nobody meanwhile."""
+    master.signal(signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        master.signal(signal.SIGCONT)
 
 
 def write(journal: Path, numbers: range) -> None:

@@ -13,6 +13,7 @@ outlives it; its own death ends nothing.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import socket
 import subprocess
@@ -28,7 +29,7 @@ from scara_config.rollout.kept import kept_file
 from scara_ros.diagnosis import Diagnosis, Level
 from scara_ros.diagnostics_node import PERIOD_S, Diagnostics
 from scara_ros.process.memory_io import keep_for_good
-from scara_ros.services.service_client_node import ServiceClient
+from scara_ros.services.service_client_node import ServiceClient, look_up
 from scara_ros.services.service_connection_io import ServiceError
 from scara_ros.shell.program_io import runs_folder
 from scara_ros.shell.ros_node import refusing, starting
@@ -52,6 +53,7 @@ from scara_msgs.msg import Audit, TwinControllerState
 from scara_msgs.srv import TwinCommand
 
 NAME = "farm_link"
+COMMAND = "twin_controller/command"
 JOURNAL = "journal"
 DOCTOR = ("rosrun", "robot_doctor", "doctor", "--offline", "--config-dir")
 DOCTOR_S = 20.0
@@ -71,6 +73,8 @@ class CellTopics:
         self._shown = ShownState(revision=int(time.time()))
         self._raw: bytes | None = None
         self._heard = 0.0
+        # Where the controller was last: a STOP must not need a master, which may have gone since.
+        self._address = ""
         self._remote = config.link.remote_at_start
         self._link: CellLink | None = None
         self._joints: dict[str, JointState] = {}
@@ -88,10 +92,11 @@ class CellTopics:
     def forward(self, command: Command) -> Answer:
         """Hand a command on to the twin controller, once."""
         client = ServiceClient(
-            "twin_controller/command",
+            COMMAND,
             TwinCommand,
             self._config.answer_ms * 1e-3,
             caller=caller_id(command),
+            address=self._address,
         )
         try:
             # The desk sees in the cell's state when both stand.
@@ -133,7 +138,9 @@ class CellTopics:
                 ]
 
     def say(self) -> None:
-        """Publish on /diagnostics what the link does."""
+        """Publish on /diagnostics what the link does, and find where the controller is now."""
+        with contextlib.suppress(ServiceError):
+            self._address = look_up(rospy.resolve_name(COMMAND), PERIOD_S)
         told = "shown to the farm" if self._link is not None else "waits for the desk"
         switch = "the farm may move this cell" if self._remote else "the farm may only stop it"
         name = rospy.resolve_name(NAME)
@@ -145,7 +152,7 @@ class CellTopics:
         state_period, joints_period = (
             1.0 / rate for rate in (self._config.state_rate_hz, self._config.joints_rate_hz)
         )
-        state_due = joints_due = spoken = 0.0
+        state_due = joints_due = 0.0
         while not rospy.is_shutdown():
             now = time.monotonic()
             if now >= state_due:
@@ -154,9 +161,6 @@ class CellTopics:
             if self._listeners and now >= joints_due:
                 joints_due = max(joints_due + joints_period, now)
                 self._show_joints(link)
-            if now >= spoken + PERIOD_S:
-                spoken = now
-                self.say()
             due = min(state_due, joints_due) if self._listeners else state_due
             time.sleep(max(0.0, due - time.monotonic()))
 
@@ -246,12 +250,9 @@ def _serve(
 ) -> None:
     ended = threading.Event()
     rospy.on_shutdown(ended.set)
-    waiting = threading.Thread(target=_say_waiting, args=(link, ended), daemon=True)
-    waiting.start()
+    threading.Thread(target=_keep_saying, args=(link, ended), daemon=True).start()
     with refusing(BusError):
         session = wait_for_desk(config.router, config.lease_ms, ended)
-    # It ends the thread that tells of the waiting, too.
-    ended.set()
     if session is None:
         return
     with (
@@ -264,8 +265,9 @@ def _serve(
         link.run(bus)
 
 
-def _say_waiting(link: CellTopics, ended: threading.Event) -> None:
-    """Publish that the link waits, until the desk is there."""
+def _keep_saying(link: CellTopics, ended: threading.Event) -> None:
+    """Publish what the link does until the node ends; a master that hangs holds no state up."""
     with until_shutdown():
-        while not ended.wait(PERIOD_S):
+        while not ended.is_set():
             link.say()
+            ended.wait(PERIOD_S)
