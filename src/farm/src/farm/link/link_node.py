@@ -81,6 +81,7 @@ class CellTopics:
         # Of the joints, while somebody at a desk looks at them.
         self._listeners: list[rospy.Subscriber] = []
         self._lock = threading.Lock()
+        self._turning = threading.Lock()
         self._diagnostics = Diagnostics("farm")
         self._audit = rospy.Publisher("twin_controller/audit", Audit, queue_size=10)
         self._service = rospy.Service("farm/remote", SetBool, self._switch)
@@ -157,7 +158,9 @@ class CellTopics:
             now = time.monotonic()
             if now >= state_due:
                 state_due = max(state_due + state_period, now)
-                link.show(self._state(time.time()))
+                # A state that was made before the switch was turned must not undo it.
+                with self._turning:
+                    link.show(self._state(time.time()))
             if self._listeners and now >= joints_due:
                 joints_due = max(joints_due + joints_period, now)
                 self._show_joints(link)
@@ -187,9 +190,10 @@ class CellTopics:
         link.show_joints(Joints(stamp, places.get("real", {}), places.get("twin", {})))
 
     def _switch(self, request: SetBool._request_class) -> SetBoolResponse:
-        self._remote = bool(request.data)
-        if self._link is not None:
-            self._link.switch(self._remote)
+        with self._turning:
+            self._remote = bool(request.data)
+            if self._link is not None:
+                self._link.switch(self._remote)
         text = "the farm may move this cell" if self._remote else "the farm may only stop this cell"
         rospy.loginfo("%s: %s, by %s", NAME, text, request._connection_header.get("callerid", ""))
         return SetBoolResponse(True, text)

@@ -1,0 +1,61 @@
+"""What the link's node shows of the cell's topics, without a master."""
+
+from __future__ import annotations
+
+import threading
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+import rospy
+from farm.config import load_farm
+from farm.link.link_node import CellTopics
+from farm.wire import CellState
+from harness.workspace import ROOT
+from msgspec.structs import replace
+
+
+class Bus:
+    """Stands for the cell's link: what it knows of the switch."""
+
+    remote = True
+
+    def show(self, state: CellState) -> None:
+        """Take the switch from a state."""
+        self.switch(state.remote)
+
+    def switch(self, remote: bool) -> None:
+        """Take the switch."""
+        self.remote = remote
+
+
+@pytest.fixture
+def topics(monkeypatch: pytest.MonkeyPatch) -> CellTopics:
+    """Give the node's topics without ROS; the farm may move the cell."""
+    for name in ("Publisher", "Service", "Subscriber"):
+        monkeypatch.setattr(rospy, name, lambda *_, **__: None)
+    config = load_farm(ROOT / "config")
+    return CellTopics(replace(config, link=replace(config.link, remote_at_start=True)))
+
+
+def test_a_switch_that_is_turned_off_stays_off(
+    topics: CellTopics, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A state that was made just before does not turn it on: somebody steps to the robot."""
+    bus: Any = Bus()
+    off = SimpleNamespace(data=False, _connection_header={})
+    turning = threading.Thread(target=topics._switch, args=(off,))
+    make = topics._state
+
+    def made_before(now: float) -> CellState:
+        state = make(now)
+        turning.start()
+        turning.join(0.1)
+        return state
+
+    monkeypatch.setattr(topics, "_state", made_before)
+    shutdown = iter([False, True])
+    monkeypatch.setattr(rospy, "is_shutdown", lambda: next(shutdown))
+    topics.run(bus)
+    turning.join()
+    assert not bus.remote
