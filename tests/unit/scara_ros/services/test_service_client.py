@@ -250,6 +250,23 @@ def test_a_service_that_hangs_ends_the_call_in_time(start: Start, keep: bool) ->
     client.close()
 
 
+def test_a_call_lasts_no_longer_than_its_time_where_both_hang(
+    start: Start, master: FakeMaster
+) -> None:
+    """The look-up is part of it: what is sent later than its time may move something."""
+    service = start()
+    client = ServiceClient(NAME, Trigger, 1.0)
+    client()
+    master.silent.set()
+    service.held.set()
+    for call in (client, lambda: service_type(NAME, 1.0, service.uri)):
+        begun = time.monotonic()
+        with pytest.raises(ServiceTimeoutError, match=r"did not answer within 1 s"):
+            call()
+        assert time.monotonic() - begun < 1.5
+        service.dead = True
+
+
 def test_a_missing_service_is_said_at_once(master: FakeMaster) -> None:
     """Unless the client was told to wait."""
     with pytest.raises(ServiceMissingError, match="service /s does not exist"):

@@ -180,12 +180,13 @@ class ServiceClient:
         until = time.monotonic() + self._wait
         while True:
             try:
-                service = rospy.resolve_name(self._name)
-                lookup_timeout = min(self._timeout, LOOKUP_TIMEOUT_S)
+                begun, service = time.monotonic(), rospy.resolve_name(self._name)
+                # The rest is for the call, at the last address where no master answers.
+                lookup_timeout = min(0.5 * self._timeout, LOOKUP_TIMEOUT_S)
                 self.address = look_up(service, lookup_timeout, self.address)
                 caller, md5sum = self._caller or rospy.get_caller_id(), self._kind._md5sum
                 return ServiceConnection(
-                    service, self.address, caller, self._timeout, md5sum, self._keep
+                    service, self.address, caller, self._timeout, md5sum, self._keep, begun
                 )
             except ServiceTimeoutError:
                 raise
@@ -228,10 +229,10 @@ def service_type(service: str, timeout: float, known: str = "") -> str:
     Raises:
         ServiceError: There is none, or it cannot be reached within ``timeout`` [s].
     """
-    service = rospy.resolve_name(service)
-    uri = look_up(service, min(timeout, LOOKUP_TIMEOUT_S), known)
-    with ServiceConnection(service, uri, rospy.get_caller_id(), timeout) as connection:
-        return connection.type
+    begun, service = time.monotonic(), rospy.resolve_name(service)
+    uri = look_up(service, min(0.5 * timeout, LOOKUP_TIMEOUT_S), known)
+    with ServiceConnection(service, uri, rospy.get_caller_id(), timeout, begun=begun) as line:
+        return line.type
 
 
 def is_offered(service: str, timeout: float) -> bool:

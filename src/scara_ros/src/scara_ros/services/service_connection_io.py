@@ -47,6 +47,7 @@ class ServiceConnection:
         timeout: float,
         md5sum: str | None = None,
         keep: bool = False,
+        begun: float | None = None,
     ) -> None:
         """Connect.
 
@@ -57,13 +58,14 @@ class ServiceConnection:
             timeout: Of connecting and calling together [s].
             md5sum: Of the type that the caller will send; None: only ask for the type.
             keep: Ask the service to leave the connection open for more than one call.
+            begun: Since when the time-out counts, by the monotonic clock [s]; None: now.
 
         Raises:
             ServiceError: The service's node cannot be reached or refuses.
         """
         self._service = service
         self._timeout = timeout
-        self._deadline = time.monotonic() + timeout
+        self._deadline = (time.monotonic() if begun is None else begun) + timeout
         address = urlparse(uri)
         try:
             self._socket = socket.create_connection(
