@@ -14,6 +14,7 @@ from farm.config import FarmConfig, load_farm
 from farm.desk.desk_io import Desk
 from farm.desk.history_io import History
 from farm.link.cell_link_io import CellLink
+from farm.link.changes_io import CellChanges
 from farm.link.recordings_io import RecordingFiles
 from farm.wire import Answer, Command, Event, Events
 from harness.processes import free_port
@@ -77,13 +78,21 @@ class Farm:
         forward: Callable[[Command], Answer] | None = None,
         cell: keys.CellName = CELL,
         runs: Path | None = None,
+        changes: CellChanges | None = None,
     ) -> CellLink:
         """Begin the link of a cell."""
         obey = forward or self.obey
         recordings = RecordingFiles(runs) if runs is not None else None
         return self.ends.enter_context(
             CellLink(
-                session, cell, self.config.link, journal, obey, self.watched.append, recordings
+                session,
+                cell,
+                self.config.link,
+                journal,
+                obey,
+                self.watched.append,
+                recordings,
+                changes,
             )
         )
 

@@ -15,7 +15,17 @@ from farm.desk.history_io import History, HistoryError
 from farm.desk.reading_io import AskingError, ask
 from farm.desk.roster import LOST, clock_warning
 from farm.link.newest_io import Newest
-from farm.wire import Answer, CellState, Command, Event, Joints, Level, decode, encode
+from farm.wire import (
+    Answer,
+    CellState,
+    Command,
+    Configuration,
+    Event,
+    Joints,
+    Level,
+    decode,
+    encode,
+)
 from harness.processes import wait_until
 from msgspec.structs import replace
 from unit.farm.conftest import CELL, Farm, Journal
@@ -181,6 +191,33 @@ def test_a_stop_waits_for_no_other_command(farm: Farm) -> None:
     assert answer.answer == Answer(True, "STOP")
     waiting.join()
     assert [a.answer for a in silent] == [None] and "NO ANSWER" in silent[0].text  # type: ignore[attr-defined]
+
+
+def test_a_stop_waits_for_no_disk(farm: Farm) -> None:
+    """Anybody may have the file of changes read, whose disk may hang."""
+    session, hang, reads = farm.router(), threading.Event(), threading.Event()
+    farm.ends.callback(hang.set)
+
+    class Hanging:
+        @property
+        def number(self) -> int:
+            reads.set()
+            hang.wait(DEADLINE_S)
+            return 0
+
+        def shown(self) -> Configuration:
+            return Configuration()
+
+    farm.link(farm.client(), Journal(), changes=Hanging())  # type: ignore[arg-type]
+    wait_until(lambda: bool(cells_there(session, "site", 1.0)), DEADLINE_S, "the cell")
+    examining = threading.Thread(
+        target=lambda: list(order(session, [CELL], "EXAMINE", "ann", "d", 0.5))
+    )
+    examining.start()
+    assert reads.wait(DEADLINE_S)
+    (answer,) = order(session, [CELL], "STOP", "ann", "d", 2.0)
+    assert answer.answer == Answer(True, "STOP received")
+    examining.join()
 
 
 def test_a_desk_that_was_off_catches_up(farm: Farm) -> None:

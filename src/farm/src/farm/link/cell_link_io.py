@@ -224,9 +224,10 @@ class CellLink:
         except WireError as error:
             return Answer(False, f"this is no command: {error}")
         changes = self._changes if command.command in CONFIGURING else None
+        # Read before: a STOP takes the lock too, and must not wait for a disk that hangs.
+        revision = changes.number if changes is not None else self._revision
         # Judging reads the ids and adds to them: of two equal questions one has to be the second.
         with self._lock:
-            revision = changes.number if changes is not None else self._revision
             guard = CommandRules(self._settings.rights, self._remote, revision, self._seen)
             why, self._seen = judge(command, guard, self._clock())
         if why:
