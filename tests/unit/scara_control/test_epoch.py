@@ -111,8 +111,31 @@ def test_gaps_that_follow_each_other_count_together() -> None:
     for at in (1.5, 1.51, 1.54):
         standstill.seen(at)
     assert standstill.earliest(1.545) == 1.0
-    assert standstill.earliest(1.54 + GAP_S) == 1.51
-    assert standstill.earliest(1.54 + 2 * WAITING_S) == 1.54
+    # Behind the first it ran for 10 ms at most.
+    for later in (GAP_S, 2 * WAITING_S):
+        assert standstill.earliest(1.54 + later) == 1.0
+
+
+@pytest.mark.parametrize("again", [0.03, 0.04, 0.07, 0.5])
+def test_behind_two_standstills_nothing_from_before_a_stop_begins(again: float) -> None:
+    """However long the second lasts, and whichever thread looks first."""
+    epoch, standstill = Epoch(1.0), Standstill(1.0)
+    stop(epoch, 1.5, 2.0)
+    standstill.seen(2.0)
+    assert standstill.earliest(2.0 + again) == 1.0
+    with pytest.raises(MotionRefusedError, match=CANCELLED):
+        epoch.begin(0.0, 2.0 + again)
+
+
+def test_a_node_that_rests_goes_back_by_two_rests() -> None:
+    """Each of them may have been a standstill, but something came of what waited in the first."""
+    standstill = Standstill(1.0)
+    for turn in range(100):
+        standstill.seen(1.0 + 0.1 * turn)
+    assert standstill.earliest(10.95) == pytest.approx(10.8)
+    for turn in range(10):
+        standstill.seen(10.95 + 0.01 * turn)
+    assert standstill.earliest(11.05) == 11.05
 
 
 @pytest.mark.parametrize("asked", [-1.0, math.nan, math.inf, 10.0, 1e300])

@@ -28,23 +28,22 @@ class Standstill:
 
     def seen(self, now: float) -> float:
         """Note that the process runs now; return the gap before it [s], 0 if it is short."""
-        last, gaps = self._known
-        gap = now - last
-        if gap >= GAP_S:
-            # Only those in whose wake something may still come.
-            kept = tuple(one for one in gaps if now - one[1] < WAITING_S)
-            self._known = (now, (*kept, (last, now)))
-            return gap
-        self._known = (max(now, last), gaps)
-        return 0.0
+        last, _ = self._known
+        self._known = (max(now, last), self._gaps(now))
+        return now - last if now - last >= GAP_S else 0.0
 
     def earliest(self, now: float) -> float:
         """Return since when what is found at ``now`` may have waited [s]; ``now``: it has not."""
+        gaps = self._gaps(now)
+        return gaps[0][0] if gaps and now - gaps[-1][1] < WAITING_S else now
+
+    def _gaps(self, now: float) -> tuple[tuple[float, float], ...]:
+        """Return the gaps up to ``now`` in whose wake something may still come."""
         last, gaps = self._known
-        begins = [begin for begin, end in gaps if now - end < WAITING_S]
-        if now - last >= GAP_S:
-            begins.append(last)
-        return min(begins, default=now)
+        if now - last < GAP_S:
+            return gaps
+        # As of its beginning: while this one lasted nothing was found of those before.
+        return (*(one for one in gaps if last - one[1] < WAITING_S), (last, now))
 
 
 def said(asked: float, now: float) -> bool:
