@@ -54,6 +54,10 @@ def test_a_cell_comes_is_shown_and_is_lost(farm: Farm) -> None:
     assert time.time() - desk.rows()[0].since < DEADLINE_S
 
 
+NOT_UTF_8 = b'{"number":2,"time":1,"kind":"\xff"}'
+TOO_DEEP = b'{"number":2,"time":1,"kind":"x","body":{"a":' + b"[" * 5000 + b"]" * 5000 + b"}}"
+
+
 class Sample(NamedTuple):
     """A message as the bus gives it."""
 
@@ -72,11 +76,13 @@ def test_a_message_is_what_its_key_says(farm: Farm, capsys: pytest.CaptureFixtur
             Sample(CELL.key(keys.EVENT), encode(state(2))),
             Sample("site/m/a/joints", encode(state(3))),
             Sample("site/other", b"{}"),
+            Sample(CELL.key(keys.EVENT), NOT_UTF_8),
+            Sample(CELL.key(keys.EVENT), TOO_DEEP),
             Sample(CELL.key(keys.STATE), encode(state(4))),
         ]
     )
     assert desk.counted()[CELL][0] == 2 and desk.progress()[CELL].last == 1
-    assert desk.unreadable == 3
+    assert desk.unreadable == 5
     assert "site/m/a/event: Event:" in capsys.readouterr().err
 
 

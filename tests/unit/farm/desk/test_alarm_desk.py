@@ -32,7 +32,7 @@ def test_a_desk_that_was_restarted_knows_who_has_looked(tmp_path: Path) -> None:
         assert not first.mark(MarksAsked(ACKNOWLEDGE, [NAME]), "ben@desk").accepted
         assert not first.mark(MarksAsked("forget", [NAME]), "ben@desk").accepted
         with file.open("ab") as stream:
-            stream.write(b'{"id": "m/')
+            stream.write(b'{"id": "\xff"}\n{"id": "m/')
         again = AlarmDesk(file, of_kinds(history.folder, ("alarm", "start")))
         (row,) = again.rows()
         assert (row.status, row.person) == (AlarmStatus.ACKNOWLEDGED, "ann@desk")

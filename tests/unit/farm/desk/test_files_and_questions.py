@@ -109,7 +109,7 @@ def test_names_that_mean_something_to_the_bus_are_refused(part: str) -> None:
         keys.owner("s/m/c")
 
 
-@pytest.mark.parametrize("data", [b"", b"{", b"[]", b'{"id": 1}', b"\xff"])
+@pytest.mark.parametrize("data", [b"", b"{", b"[]", b'{"id": 1}', b"\xff", b'{"id": "\xff"}'])
 def test_bytes_that_are_no_message_are_refused(data: bytes) -> None:
     """At the border."""
     with pytest.raises(WireError, match="Command: "):

@@ -13,7 +13,7 @@ import msgspec
 from farm.desk.alarms import AlarmBook, AlarmRow, Mark, MarkError
 from farm.desk.history_io import Kept
 from farm.keys import CellName
-from farm.wire import Answer, Event
+from farm.wire import Answer, Event, WireError, decode
 
 MARKS = "alarm_marks.jsonl"
 """File of the marks, in the desk's data: one JSON object a line, appended to only."""
@@ -57,8 +57,8 @@ class AlarmDesk:
             self._book.told(str(kept.cell), kept.event)
         for line in file.read_bytes().splitlines() if file.exists() else ():
             try:
-                self._book.read(msgspec.json.decode(line, type=Mark))
-            except msgspec.DecodeError:  # torn by a crash: the alarm asks for somebody again
+                self._book.read(decode(line, Mark))
+            except WireError:  # torn by a crash: the alarm asks for somebody again
                 continue
 
     def told(self, cell: CellName, event: Event) -> None:
