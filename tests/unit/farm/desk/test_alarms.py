@@ -94,6 +94,19 @@ def test_a_shelved_alarm_is_still_listed_and_comes_back_by_itself() -> None:
     assert taken_off.until == 0.0 and statuses(book, 21.0) == [AlarmStatus.RAISED]
 
 
+def test_a_shelf_does_not_hide_what_is_worse() -> None:
+    """Who has shelved a warning has not seen the error; an equal one stays shelved."""
+    book = told(said(1))
+    book.read(book.shelve(NAME, "ben@desk", 10.0, 60.0, "the fan comes tomorrow"))
+    book.told(CELL, said(11, active=False))
+    book.told(CELL, said(12))
+    assert statuses(book, 13.0) == [AlarmStatus.SHELVED]
+    book.told(CELL, said(14, level="error"))
+    assert statuses(book, 15.0) == [AlarmStatus.RAISED]
+    book.read(book.shelve(NAME, "ben@desk", 16.0, 60.0, "the fan comes tomorrow"))
+    assert statuses(book, 17.0) == [AlarmStatus.SHELVED]
+
+
 def test_a_journal_that_begins_again_clears_what_it_does_not_tell_again() -> None:
     """It stays on the list, because nobody has looked."""
     book = told(said(1), Event(2, 5.0, "start"))

@@ -43,6 +43,7 @@ class Mark(msgspec.Struct, frozen=True):
         until: Shelved until then; 0: this acknowledges, or takes off the shelf.
         why: Reason of the shelving.
         acknowledges: Whether it acknowledges.
+        level: Of the alarm then: the shelf of a warning hides no error. Older marks hide all.
     """
 
     id: str
@@ -53,6 +54,7 @@ class Mark(msgspec.Struct, frozen=True):
     until: float
     why: str
     acknowledges: bool
+    level: str = ERROR
 
 
 class AlarmRow(msgspec.Struct, frozen=True):
@@ -181,7 +183,8 @@ class AlarmBook:
         if seconds and not why.strip():
             raise MarkError(f"{name}: say why it is shelved: others will ask")
         until = now + seconds if seconds else 0.0
-        return Mark(name, person, now, known.raised, known.times, until, why.strip()[:300], False)
+        why = why.strip()[:300]
+        return Mark(name, person, now, known.raised, known.times, until, why, False, known.level)
 
     def rows(self, now: float) -> list[AlarmRow]:
         """Return what asks for somebody: raised ones first, then cleared, acknowledged, shelved."""
@@ -245,7 +248,8 @@ class AlarmBook:
             row = replace(
                 row, status=AlarmStatus.ACKNOWLEDGED, person=seen.person, marked=seen.time
             )
-        if shelf is not None and now < shelf.until:
+        worse = shelf is not None and known.level == ERROR != shelf.level
+        if shelf is not None and now < shelf.until and not worse:
             row = replace(
                 row,
                 status=AlarmStatus.SHELVED,
