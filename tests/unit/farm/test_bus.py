@@ -10,8 +10,9 @@ from typing import NamedTuple
 
 import pytest
 from farm.bus_io import BusError, open_client, open_router, wait_for_desk
+from farm.desk.alarms import LINK
 from farm.desk.commands_io import cells_there, order
-from farm.desk.history_io import History, HistoryError
+from farm.desk.history_io import History, HistoryError, Kept
 from farm.desk.reading_io import AskingError, ask
 from farm.desk.roster import LOST, clock_warning
 from farm.link.newest_io import Newest
@@ -56,6 +57,19 @@ def test_a_cell_comes_is_shown_and_is_lost(farm: Farm) -> None:
 
 NOT_UTF_8 = b'{"number":2,"time":1,"kind":"\xff"}'
 TOO_DEEP = b'{"number":2,"time":1,"kind":"x","body":{"a":' + b"[" * 5000 + b"]" * 5000 + b"}}"
+
+
+def test_a_lost_cell_whose_clock_was_ahead_is_an_alarm(
+    farm: Farm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The history knows by the cell's own clock when it was there last."""
+    from farm.desk import desk_io as module
+
+    monkeypatch.setattr(module, "COMING_S", 0.0)
+    with History(farm.folder, 4, 16.0) as history:
+        history.write([Kept(CELL, 0, Event(1, time.time() + 3600.0, "audit"))])
+    desk = farm.desk(farm.router())
+    wait_until(lambda: [row.source for row in desk.alarm_rows()] == [LINK], DEADLINE_S, "the alarm")
 
 
 class Sample(NamedTuple):

@@ -50,6 +50,8 @@ def test_a_cell_that_is_there_and_says_nothing_is_silent() -> None:
     assert (roster.rows(2.9)[0].status, roster.rows(2.5)[0].age_s) == ("working", 1.5)
     row = roster.rows(3.1)[0]
     assert (row.status, row.level, row.since) == (SILENT, Level.BAD, 1.0)
+    # The desk's clock was set back meanwhile.
+    assert roster.rows(-9.0)[0].status == SILENT
 
 
 def test_a_cell_of_the_history_is_lost_until_it_comes() -> None:

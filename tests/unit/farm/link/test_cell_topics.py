@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import threading
+import time
+from io import BytesIO
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,6 +15,8 @@ from farm.link.link_node import CellTopics
 from farm.wire import CellState
 from harness.workspace import ROOT
 from msgspec.structs import replace
+
+from scara_msgs.msg import TwinControllerState
 
 
 class Bus:
@@ -36,6 +40,21 @@ def topics(monkeypatch: pytest.MonkeyPatch) -> CellTopics:
         monkeypatch.setattr(rospy, name, lambda *_, **__: None)
     config = load_farm(ROOT / "config")
     return CellTopics(replace(config, link=replace(config.link, remote_at_start=True)))
+
+
+def test_a_dead_controller_is_silent_when_the_clock_is_set_back(
+    topics: CellTopics, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And when it is put forward a live one is none."""
+    buffer = BytesIO()
+    TwinControllerState(mode=TwinControllerState.IDLE).serialize(buffer)
+    topics._keep(SimpleNamespace(_buff=buffer.getvalue()))  # type: ignore[arg-type]
+    now = time.time()
+    assert topics._state(now + 3600.0).mode == TwinControllerState.IDLE
+    later = time.monotonic() + 10.0
+    monkeypatch.setattr(time, "monotonic", lambda: later)
+    for back in (0.0, 10.0, 3600.0):
+        assert "silent for 10 s" in topics._state(now - back).why
 
 
 def test_a_switch_that_is_turned_off_stays_off(

@@ -313,7 +313,9 @@ class Desk:
                 with self._lock:
                     lost = self._roster.lost()
                 now = time.time()
-                self.alarms.there({c: at for c, at in lost.items() if now - at > AWAY_S}, now)
+                # The clock may have been set back, or that of a cell of the history be ahead.
+                away = {cell: at for cell, at in lost.items() if abs(now - at) > AWAY_S}
+                self.alarms.there(away, now)
             try:
                 self._flush()
             # Of any kind: a writer that dies would be missed by nobody, nor a cell that is lost.

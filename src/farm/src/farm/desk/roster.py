@@ -186,7 +186,8 @@ class Roster:
         if not entry.alive:
             last = "" if state is None else f"last seen: {mode_title(state.mode or SILENT)}"
             return Level.BAD, LOST, entry.since, last
-        if now - entry.heard > self.silent_s:
+        # A clock that is set back does not let what is dead look alive.
+        if abs(now - entry.heard) > self.silent_s:
             return Level.BAD, SILENT, entry.heard, "its link is there and sends no state"
         if state is None:
             return Level.NOTE, "", entry.since, "no state yet"

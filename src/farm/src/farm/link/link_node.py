@@ -168,12 +168,14 @@ class CellTopics:
             time.sleep(max(0.0, due - time.monotonic()))
 
     def _keep(self, message: rospy.AnyMsg) -> None:
-        self._raw, self._heard = message._buff, time.time()
+        self._raw, self._heard = message._buff, time.monotonic()
 
     def _state(self, now: float) -> CellState:
-        raw, heard = self._raw, self._heard
-        if raw is None or now - heard > self._config.silent_ms * 1e-3:
-            self._shown, state = silent(self._shown, heard, now, self._remote)
+        # Not by the time of day: set back, it would let what is dead look alive.
+        raw, age = self._raw, time.monotonic() - self._heard
+        if raw is None or age > self._config.silent_ms * 1e-3:
+            since = now - age if raw is not None else 0.0
+            self._shown, state = silent(self._shown, since, now, self._remote)
             return state
         message = TwinControllerState()
         message.deserialize(raw)
