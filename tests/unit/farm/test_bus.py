@@ -22,6 +22,7 @@ from farm.wire import (
     Command,
     Configuration,
     Event,
+    Events,
     Joints,
     Level,
     decode,
@@ -271,31 +272,43 @@ def test_a_desk_that_was_off_catches_up(farm: Farm) -> None:
 def test_a_full_disk_loses_nothing(
     kind: type[Exception], farm: Farm, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What could not be written is asked for again; the desk says so meanwhile."""
+    """What could not be written is asked for again, told and counted once; the desk says so."""
     from farm.desk import desk_io as module
 
     monkeypatch.setattr(module, "AGAIN_S", 0.2)
-    journal, whole = Journal(), History.write
+    whole = History.write
+
+    class Dropped(Journal):
+        def read(self, since: int, limit: int) -> Events:
+            return super().read(max(since, 10), limit)
+
+    journal = Dropped()
     session = farm.router()
     farm.link(farm.client(), journal)
     desk = farm.desk(session)
 
-    def full(*_: object) -> None:
-        raise kind("No space left on device")
+    tries: list[int] = []
+
+    def full(_: History, batch: list[Kept]) -> None:
+        if batch:
+            tries.append(len(batch))
+            raise kind("No space left on device")
 
     monkeypatch.setattr(History, "write", full)
+    journal.add(15)
+    wait_until(lambda: len(tries) > 2, DEADLINE_S, "the trouble")
+    assert "No space left" in desk.trouble
     journal.add(5)
-    wait_until(lambda: "No space left" in desk.trouble, DEADLINE_S, "the trouble")
-    journal.add(5)
+    numbers = list(range(11, 21))
     monkeypatch.setattr(History, "write", whole)
     wait_until(lambda: not desk.trouble, DEADLINE_S, "the disk")
     wait_until(
-        lambda: (
-            [r[0] for r in ask(farm.folder, "SELECT number FROM events").rows] == list(range(1, 11))
-        ),
+        lambda: [r[0] for r in ask(farm.folder, "SELECT number FROM events").rows] == numbers,
         DEADLINE_S,
         "all events",
     )
+    assert [event.number for _, event in desk.recent] == numbers
+    assert desk.rows()[0].missing == 10
 
 
 def test_a_link_finds_the_desk_that_comes_later_and_again(farm: Farm) -> None:

@@ -72,6 +72,8 @@ class Desk:
         # What has come of each journal. It runs ahead of the disk; `_written` is what a desk that
         # is killed now would begin from.
         self._progress: dict[CellName, Progress] = {}
+        # Era and number of the newest event that people were told of.
+        self._told: dict[CellName, tuple[int, int]] = {}
         # Whose journal is being read: one question at a time for each, however many gaps show.
         self._asking: set[CellName] = set()
         # Waits for the next flush. Beyond MOST_UNWRITTEN no journal is read on.
@@ -250,13 +252,16 @@ class Desk:
 
     def _take(self, cell: CellName, taken: Taken) -> bool:
         """Keep what came; return whether to ask for more. The caller holds the lock."""
-        before = self._of(cell)
         self._progress[cell] = taken.progress
-        self._roster.missed(cell, taken.progress.missing - before.missing)
+        self._roster.missed(cell, taken.progress.missing)
         for event in taken.events:
             self._queue.append(Kept(cell, taken.progress.era, event))
-            self.recent.append((cell, event))
-            self.alarms.told(cell, event)
+            place = (taken.progress.era, event.number)
+            # Behind a disk that was full a journal is read once more: that is nothing new.
+            if place > self._told.get(cell, (-1, 0)):
+                self._told[cell] = place
+                self.recent.append((cell, event))
+                self.alarms.told(cell, event)
         return taken.ask
 
     def _ask(self, cell: CellName) -> None:

@@ -141,8 +141,8 @@ class Roster:
         entry.ahead.append(health.stamp - now)
 
     def missed(self, cell: CellName, count: int) -> None:
-        """Take in that so many events of a cell are gone for good."""
-        self._entry(cell).missing += count
+        """Take in that so many events of a cell are gone for good, since the desk's start."""
+        self._entry(cell).missing = count
 
     def lost(self) -> dict[str, float]:
         """Return the cells that are lost, and since when [s since 1970]."""
