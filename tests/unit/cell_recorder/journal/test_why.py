@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from cell_recorder.journal import why_node
 from cell_recorder.journal.day_files_io import DayFiles
 from cell_recorder.journal.entries import (
     KINDS,
@@ -252,6 +253,19 @@ def test_why_tells_every_kind_and_finds_the_only_cell(tmp_path: Path) -> None:
         "milk_2: 1 stop in 9 entries since 1h",
     ):
         assert words in text, text
+
+
+@pytest.mark.parametrize(("day", "hour"), [("2025-01-15", 7), ("2025-07-01", 6)])
+@pytest.mark.usefixtures("berlin")
+def test_why_means_a_time_as_clocks_showed_it_then(
+    day: str, hour: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the other half of the year it is another hour."""
+    write(tmp_path)
+    asked: list[Since] = []
+    monkeypatch.setattr(why_node, "wanted", lambda _, begin: asked.append(begin) or ())
+    run("--since", f"{day}T08:00", "--runs", str(tmp_path))
+    assert asked == [Since(datetime.fromisoformat(f"{day}T0{hour}:00+00:00").timestamp())]
 
 
 def test_why_shows_what_is_asked_for(tmp_path: Path) -> None:

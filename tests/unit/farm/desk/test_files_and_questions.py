@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from datetime import datetime, timedelta, timezone
+from pathlib import Path
 
 import pytest
 from farm.config import loopback_refusal
+from farm.desk.command_line_io import app
 from farm.desk.files import EventSpan, counting, to_join
-from farm.desk.questions import QuestionError, Wanted, query, since
-from farm.wire import Command, WireError, decode
+from farm.desk.history_io import History, Kept
+from farm.desk.questions import QuestionError, Wanted, query, since, week
+from farm.wire import Command, Event, WireError, decode
+from typer.testing import CliRunner
+from unit.farm.conftest import CELL
 
 from farm import keys
 
@@ -63,6 +68,25 @@ def test_only_the_small_ones_in_a_row_at_the_end_are_joined(
 def test_a_beginning_is_understood(text: str, moment: str) -> None:
     """In this machine's zone."""
     assert since(text, NOW) == datetime.fromisoformat(moment).timestamp()
+
+
+@pytest.mark.parametrize("day", ["2025-01-15", "2025-07-01"])
+@pytest.mark.usefixtures("berlin")
+def test_a_time_is_meant_as_clocks_showed_it_then(day: str, tmp_path: Path) -> None:
+    """In the other half of the year it is another hour."""
+    eight = datetime.fromisoformat(f"{day}T08:00").timestamp()
+    with History(tmp_path / "events", 4, 16.0) as history:
+        for number, at in enumerate((eight - 60.0, eight + 60.0), 1):
+            history.write([Kept(CELL, 0, Event(number, at, "audit"))])
+    words = ["events", "--since", f"{day}T08:00", "--folder", str(tmp_path)]
+    assert "1 rows" in CliRunner().invoke(app, words).output
+
+
+@pytest.mark.usefixtures("berlin")
+def test_a_week_in_which_clocks_change_is_an_hour_shorter() -> None:
+    """From Monday to Monday as people count."""
+    begin, end = week("2026-W13", datetime(2026, 11, 18, 12))
+    assert end - begin == 167 * 3600.0
 
 
 @pytest.mark.parametrize("text", ["", "12", "last week", "2026-13-01"])

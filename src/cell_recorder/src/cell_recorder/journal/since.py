@@ -38,7 +38,7 @@ def parse_since(text: str, now: datetime) -> Since:
 
     Args:
         text: See ``ALLOWED``.
-        now: With the time zone in which local times are meant.
+        now: With the zone in which local times are meant; none: this machine's, with its summers.
 
     Raises:
         SinceError: The text is none of these, or lies in the future.

@@ -73,7 +73,7 @@ def why(
     if unknown := sorted(set(words) - set(KINDS)):
         raise KindError(f"--kind {unknown[0]}: is none of {', '.join(KINDS)}")
     kinds = frozenset(words)
-    begin = parse_since(since, datetime.now().astimezone())
+    begin = parse_since(since, datetime.now())
     cell, folder = choose_journal(runs_folder(runs), name)
     entries = list(chain(wanted(folder, begin)))
     if as_json:

@@ -139,7 +139,7 @@ def events(
     folder: Folder = None,
 ) -> None:
     """List events that the desk has kept; times in UTC. It needs no running desk."""
-    begin = since(since_text, datetime.now().astimezone()) if since_text else None
+    begin = since(since_text, datetime.now()) if since_text else None
     asked = causes if by_cause else query
     _ask_history(_folder(folder), *asked(Wanted(begin, cell, kind, stops, limit)))
 

@@ -101,7 +101,7 @@ def compare_weeks(folder: Path, word: str, weeks: tuple[str, str], now: datetime
         folder: Of the history.
         word: CELL or MACHINE/CELL.
         weeks: See :func:`farm.desk.questions.week`.
-        now: The time, with its zone.
+        now: The time, in this machine's zone.
 
     Raises:
         AskingError: The history cannot be read, or the word means no cell of it, or several.

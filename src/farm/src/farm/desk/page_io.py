@@ -138,7 +138,7 @@ class Page:
 
     def _compare(self, a: str, b: str = "", begin: str = "7d") -> Response:
         """Compare two cells since ``begin``, or a cell's last two weeks; this runs in a thread."""
-        folder, now = self._desk.events_folder, datetime.now().astimezone()
+        folder, now = self._desk.events_folder, datetime.now()
         try:
             if b:
                 found = compare_cells(folder, (a, b), since(begin, now), now.timestamp())

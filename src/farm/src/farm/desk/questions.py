@@ -55,7 +55,7 @@ def since(text: str, now: datetime) -> float:
     Args:
         text: ``today``, ``yesterday``, a time ago (``90m``, ``12h``, ``2d``), or a date with or
             without a time, ``2026-05-01 22:00``, in this machine's zone.
-        now: The time, with its zone.
+        now: The time; without a zone in this machine's, whose summers count then.
 
     Raises:
         QuestionError: It is none of these.
@@ -86,7 +86,7 @@ def week(text: str, now: datetime) -> tuple[float, float]:
 
     Args:
         text: ``2026-W47`` as ISO 8601 counts, or how many weeks ago: 0 is this one.
-        now: The time, with its zone.
+        now: The time; without a zone in this machine's, whose summers count then.
 
     Raises:
         QuestionError: It is none, or has not begun.

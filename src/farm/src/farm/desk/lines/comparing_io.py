@@ -32,7 +32,7 @@ def compare(
     """Compare two cells, or two weeks of one; what differs by more than its scatter is marked."""
     if bool(other) == (weeks is not None):
         fail("compare: name a second cell, or --weeks A B of the one", WRONG)
-    history, now = events_folder(folder), datetime.now().astimezone()
+    history, now = events_folder(folder), datetime.now()
     if weeks is not None:
         show(compare_weeks(history, cell, weeks, now))
     else:

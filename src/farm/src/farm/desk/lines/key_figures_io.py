@@ -27,7 +27,7 @@ BARS = "▁▂▃▄▅▆▇█"
 @app.command()
 def kpi(since_text: Since = "1d", folder: Folder = None) -> None:
     """Show key figures of each cell and of all, as ISO 22400 calls them; empty: not known."""
-    begin = since(since_text, datetime.now().astimezone())
+    begin = since(since_text, datetime.now())
     planned = load_farm().desk.planned_run_time_s
     rows = figures_of(events_folder(folder), begin, time.time(), planned)
     names = (
@@ -65,7 +65,7 @@ def drift(
     if not found:
         fail(f"--span {span}: allowed are 10m, 6h, 1d, 1w", WRONG)
     seconds = float(found[1]) * UNITS[found[2]]
-    begin = since(since_text, datetime.now().astimezone())
+    begin = since(since_text, datetime.now())
     drifts = figures_over(events_folder(folder), begin, time.time(), seconds)
     away = [each for each in drifts if each.drifts]
     shown = drifts if every else away
@@ -76,7 +76,7 @@ def drift(
 @app.command("class")
 def class_(since_text: Since = "30d", folder: Folder = None) -> None:
     """Show a class: which exercises each learner has passed, and how often each was marked."""
-    begin = since(since_text, datetime.now().astimezone())
+    begin = since(since_text, datetime.now())
     rows = class_of(events_folder(folder), begin)
     marks: dict[tuple[str, str], dict[str, str]] = {}
     for row in rows:
