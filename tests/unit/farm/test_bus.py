@@ -23,6 +23,7 @@ from farm.wire import (
     Configuration,
     Event,
     Events,
+    Health,
     Joints,
     Level,
     decode,
@@ -30,6 +31,7 @@ from farm.wire import (
 )
 from harness.processes import wait_until
 from msgspec.structs import replace
+from scara_ros.journal_files_io import JournalBounds
 from unit.farm.conftest import CELL, Farm, Journal
 
 from bench.synthetic.invented import Invented
@@ -212,6 +214,31 @@ def test_a_stop_waits_for_no_other_command(farm: Farm) -> None:
     assert answer.answer == Answer(True, "STOP")
     waiting.join()
     assert [a.answer for a in silent] == [None] and "NO ANSWER" in silent[0].text  # type: ignore[attr-defined]
+
+
+def test_no_fault_of_a_journal_ends_what_the_link_tells(farm: Farm) -> None:
+    """Health says so, goes on, and events come when the fault has gone."""
+    faults = [ValueError("no number"), OSError(24, "Too many open files")] * 2
+
+    class Faulty(Journal):
+        def bounds(self) -> JournalBounds:
+            if faults and threading.current_thread().name == "journal":
+                raise faults.pop()
+            return super().bounds()
+
+    session = farm.router()
+    told: list[str] = []
+    looking = session.declare_subscriber(
+        CELL.key(keys.HEALTH),
+        lambda sample: told.append(decode(bytes(sample.payload), Health).journal),
+    )
+    desk, journal = farm.desk(session), Faulty()
+    farm.link(farm.client(), journal)
+    wait_until(lambda: not faults and told and not told[-1], DEADLINE_S, "the end of the faults")
+    assert {"no number", "[Errno 24] Too many open files"} & set(told)
+    journal.add(1)
+    wait_until(lambda: CELL in desk.progress(), DEADLINE_S, "the event")
+    looking.undeclare()
 
 
 def test_a_stop_waits_for_no_disk(farm: Farm) -> None:

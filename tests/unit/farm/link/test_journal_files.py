@@ -86,7 +86,8 @@ def test_a_new_day_whose_first_line_is_not_whole(tmp_path: Path) -> None:
 
 def test_a_bad_line_is_left_out(tmp_path: Path) -> None:
     """Its number is missing, and all others are there, also where it begins a day."""
-    text = line(1) + line(2) + "no JSON\n" + line(4) + '{"number": 5}\n'
+    odd = '{"number": 3, "time": 3.0, "kind": "cycle", "end": "x"}\n'
+    text = line(1) + line(2) + "no JSON\n" + odd + line(4) + '{"number": 5}\n'
     (tmp_path / "2026-05-01.jsonl").write_text(text)
     (tmp_path / "2026-05-02.jsonl").write_text("no JSON\n" + line(6))
     found = JournalFiles(tmp_path).read(0, 9)

@@ -169,14 +169,17 @@ class CellLink:
         cpu, at = time.process_time(), time.monotonic()
         while not self._ended.is_set():
             try:
-                told, fault = self._tell_events(told), ""
-            except JournalReadError as error:
+                now, used = time.monotonic(), time.process_time()
+                # First: a journal that cannot be read keeps no health back, which says so.
+                if now >= due:
+                    percent = 100.0 * (used - cpu) / max(now - at, 1e-3)
+                    cpu, at, due = used, now, now + 1.0 / self._settings.health_rate_hz
+                    self._tell_health(percent, fault)
+                    fault = ""
+                told = self._tell_events(told)
+            # Of any kind: a thread that dies would be missed by nobody.
+            except Exception as error:
                 fault = str(error)
-            now = time.monotonic()
-            if now >= due:
-                used = time.process_time()
-                self._tell_health(100.0 * (used - cpu) / max(now - at, 1e-3), fault)
-                cpu, at, due = used, now, now + 1.0 / self._settings.health_rate_hz
             self._ended.wait(EVENTS_PERIOD_S)
 
     def _tell_events(self, told: int) -> int:

@@ -70,9 +70,10 @@ class JournalFiles:
                     break
                 try:
                     body = msgspec.json.decode(line, type=dict[str, Any])
-                except (msgspec.DecodeError, UnicodeDecodeError):
+                    stop, text = describe(found.kind, body)
+                # The latter: it is no UTF-8, or a figure of it no number.
+                except (msgspec.DecodeError, ValueError, TypeError):
                     continue
-                stop, text = describe(found.kind, body)
                 events.append(Event(found.number, found.time, found.kind, stop, text, body))
         except OSError as error:
             raise JournalReadError(f"{self._folder}: {error.strerror}") from error
