@@ -122,20 +122,15 @@ class Persons:
         if name not in self._persons:
             known = ", ".join(self._persons)
             return f"person {shown!r} is not in persons.yaml: known are {known}"
-        if self._fits(name, token):
-            return ""
-        # It may have been made anew since.
+        # It may have been made anew since; the one before is good no more then.
         if read:
             self.trouble = self.read()
-            if self._fits(name, token):
-                return ""
-        if name not in self._tokens:
-            return f"no token of {shown} is known here: {self.trouble or self._place(name)}"
-        return f"wrong token of {shown}: {self._place(name)}"
-
-    def _fits(self, name: str, token: str) -> bool:
         known = self._tokens.get(name, "")
-        return bool(known) and hmac.compare_digest(known.encode(), token.encode())
+        if not known:
+            return f"no token of {shown} is known here: {self.trouble or self._place(name)}"
+        if hmac.compare_digest(known.encode(), token.encode()):
+            return ""
+        return f"wrong token of {shown}: {self._place(name)}"
 
     def _place(self, name: str) -> str:
         person = self._persons[name]
