@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from farm.desk.rollout import Do, next_step
 from farm.desk.roster import LOST, SILENT, Alike, Row, alike
 from farm.wire import Configuration, Level
@@ -72,6 +73,25 @@ def test_it_ends_where_a_cell_is_not_well() -> None:
     assert step(other, OWN, OWN)[0].cells == ("m/a",)
     gone = next_step(WANTED, CELLS, {"m/a": row("m/a", OWN)}, None, WAIT_S, 0.0)[0]
     assert (gone.do, gone.text) == (Do.END, "m/b is not there")
+
+
+@pytest.mark.parametrize(
+    ("b", "c", "ill", "said"),
+    [
+        (OWN, OWN, "m/b", "waits for m/b, which is not well: FAULT, SRVO-062"),
+        (RUNS, OWN, "m/b", "waits for m/b, which is not well: FAULT, SRVO-062"),
+        (OWN, OWN, "m/c", "m/a is well with it: m/b"),
+        (TRIED, OWN, "m/b", "m/a is well with it: m/c"),
+        (RUNS, RUNS, "m/b", "3 cells run with it"),
+    ],
+)
+def test_no_later_cell_gets_it_beside_one_that_is_not_well(
+    b: Configuration, c: Configuration, ill: str, said: str
+) -> None:
+    """Neither while it is the next one's turn, nor while another may have a fault of it."""
+    rows = {name: row(name, each) for name, each in zip(CELLS, (RUNS, b, c))}
+    rows[ill] = replace(rows[ill], level=Level.BAD, status="FAULT", text="SRVO-062")
+    assert next_step(WANTED, CELLS, rows, 0.0, WAIT_S, 60.0)[0].text == said
 
 
 def test_cells_are_grouped_by_what_differs() -> None:

@@ -78,6 +78,12 @@ def next_step(
         return RolloutStep(
             Do.WAIT, (), f"{first}: runs with it, looked at for {wait_s:.0f} s"
         ), since
+    # A fault of one that runs with it may come of it. Whoever starts anew is not judged.
+    judged = (rows[cell] for cell in rest if cell in left[:1] or _runs(shown[cell], wanted))
+    ill = next((row for row in judged if row.level is Level.BAD), None)
+    if left and ill is not None:
+        why = f"waits for {ill.name}, which is not well: {ill.status}, {ill.text}"
+        return RolloutStep(Do.WAIT, (), why), since
     if left:
         # One at a time: where it refuses, the others are not asked.
         return RolloutStep(Do.OFFER, left[:1], f"{first} is well with it: {left[0]}"), since
