@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -15,6 +16,7 @@ from geometry_msgs.msg import PointStamped
 from scara_config.payload import Payload
 from scara_control.motion.idle_node import HOLD_S, STATE_HOLD_S, Attention
 from scara_ros.names import part_name
+from scara_ros.shell.ros_node import own_frame
 from scara_ros.starting.xmlrpc_guard_io import harden_process
 from sensor_msgs.msg import JointState
 from visualization_msgs.msg import MarkerArray
@@ -26,13 +28,14 @@ from what_if.handling import found_part
 from what_if.world import Lag, World
 
 JOINTS, STATE = "twin/joint_states", "twin_controller/state"
+PEOPLE = "people/nearest"
 TOPICS = {
     JOINTS: JointState,
     "twin/gripper": GripperState,
     "twin/parts": MarkerArray,
     "twin/payload": PayloadState,
     STATE: TwinControllerState,
-    "people/nearest": PointStamped,
+    PEOPLE: PointStamped,
 }
 HOLD = {JOINTS: HOLD_S, STATE: STATE_HOLD_S}
 """What comes all the time is read so often while nobody asks [s], as every resting node does."""
@@ -64,6 +67,8 @@ class LiveWorld:
         self._base, self._models = base, models
         self._lock = threading.Lock()
         self._newest: dict[str, tuple[float, Any]] = {}
+        # Of each sender: none takes away whom another sees, and a stranger can only add somebody.
+        self._people: dict[str, tuple[float, tuple[float, float, float]]] = {}
         self._heard = threading.Condition(self._lock)
         self.is_idle: Callable[[], bool] = lambda: True
         self._attention = {
@@ -86,7 +91,7 @@ class LiveWorld:
             deadline: At most so long [s].
         """
         # Where nobody is near, nobody may ever be told of.
-        wanted = set(TOPICS) - {"people/nearest"}
+        wanted = set(TOPICS) - {PEOPLE}
         if self._base.cell.work is None:
             wanted -= {"twin/gripper", "twin/parts"}
         with self._heard:
@@ -104,6 +109,12 @@ class LiveWorld:
         with self._heard:
             self._heard.wait_for(lambda: self._is_fresh(asked), FRESH_S)
             newest = dict(self._newest)
+            self._people = {
+                sender: (at, place)
+                for sender, (at, place) in self._people.items()
+                if asked - at <= PERSON_S
+            }
+            people = tuple(place for _, place in self._people.values())
         if JOINTS not in newest:
             return None
         # A joint that is not named stands where it stood at the beginning.
@@ -128,19 +139,25 @@ class LiveWorld:
             gripper = newest.get("twin/gripper")
             held = gripper[1].part if gripper else ""
             world = self._with_parts(world, newest["twin/parts"][1], held)
-        if "people/nearest" in newest:
-            seen_at, person = newest["people/nearest"]
-            if time.monotonic() - seen_at <= PERSON_S:
-                point = person.point
-                world = replace(world, people=((point.x, point.y, point.z),))
-        return world
+        return replace(world, people=people)
 
     def _keep(self, message: Any, topic: str) -> None:
         with self._heard:
-            self._newest[topic] = (time.monotonic(), message)
+            if topic == PEOPLE:
+                self._see(message)
+            else:
+                self._newest[topic] = (time.monotonic(), message)
             self._heard.notify_all()
         if topic in self._attention:
             self._attention[topic].hold()
+
+    def _see(self, message: PointStamped) -> None:
+        """Keep a sighting; in another cell's frame or without a place it is none."""
+        place = (message.point.x, message.point.y, message.point.z)
+        frame = own_frame(self._base.cell.robot.base_frame)
+        if message.header.frame_id.lstrip("/") == frame and all(map(math.isfinite, place)):
+            sender = message._connection_header.get("callerid", "")
+            self._people[sender] = (time.monotonic(), place)
 
     def _is_fresh(self, asked: float) -> bool:
         """Say whether what comes all the time was read about when it was asked for, or since."""
