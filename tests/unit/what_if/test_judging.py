@@ -22,7 +22,10 @@ from what_if.motions import JointTarget, Motion, Recorded, ToolTarget
 from what_if.verdict import Cause, Outcome
 from what_if.world import Obstacle, World
 
+from scara_description.urdf import parse_urdf
+
 HOME = (0.0, 0.0, -0.16, 0.0)
+POST = (0.108, 0.168, 0.0)
 WALL = KeepOut("wall", (400.0, 200.0, -300.0), (420.0, 500.0, 500.0))
 
 
@@ -96,6 +99,25 @@ def test_what_stands_in_the_way_is_told(
     first = verdict.reasons[0]
     assert 0.0 < first.time_s < verdict.duration_s and first.place_mm is not None
     assert 100.0 < np.hypot(*first.place_mm[:2]) < 750.0, "between the arm and what it hits [mm]"
+
+
+@pytest.mark.parametrize("is_in_urdf", [False, True])
+def test_a_folded_arm_hits_a_post_with_its_first_link(world: World, is_in_urdf: bool) -> None:
+    """Whether a post stands in the URDF or comes later: only its own foot is in nobody's way."""
+    q, end = (0.0, -2.5, -0.01, 0.0), JointTarget((1.4, -2.5, -0.01, 0.0))
+    assert judge(replace(world, q=q), end).outcome is Outcome.OK
+    there = replace(world, q=q, obstacles=(Obstacle("post", "cylinder", (0.01, 0.4), POST),))
+    if is_in_urdf:
+        text = world.cell.robot.description.read_text(encoding="utf-8")
+        shape = '<collision><geometry><cylinder radius="0.01" length="0.4"/></geometry></collision>'
+        joint = '<joint name="foot" type="fixed"><parent link="base_link"/><child link="post"/>'
+        place = f'<origin xyz="{" ".join(map(str, POST))}"/></joint>'
+        more = f'<link name="post">{shape}</link>{joint}{place}</robot>'
+        model = parse_urdf(text.replace("</robot>", more), seen=False)
+        there = replace(world, q=q, cell=replace(world.cell, description=model))
+    verdict = judge(there, end)
+    assert verdict.outcome is Outcome.REFUSED
+    assert "link_1 would hit post" in verdict.sentence
 
 
 def test_a_way_that_was_free_with_an_empty_hand_is_looked_at_again_with_a_part(

@@ -11,13 +11,15 @@ from harness.running.thorough import examples, thorough
 from harness.yaml_files import CONFIG
 from scara_config.profile import CHOICE
 from what_if.cell_files_io import read_cell
-from what_if.geometry.bodies import Body, FloatArray, Kind, upright
+from what_if.geometry.bodies import Body, FloatArray, Kind, bodies_of, upright
 from what_if.geometry.pairs import watched_pairs
 from what_if.geometry.scene import Press, Scene
 from what_if.geometry.sweep import sweep
 from what_if.geometry.tree import Tree
 from what_if.geometry.way import Way, straight
 from what_if.world import Cell, World
+
+from scara_description.urdf import parse_urdf
 
 NEARER = 1e-3
 ROBOTS = ("fanuc_sr6ia", "fanuc_sr3ia", "articulated_six")
@@ -237,3 +239,45 @@ def test_a_pair_is_watched_whatever_order_the_bodies_stand_in(cell: Cell) -> Non
     bodies = list(cell.bodies)
     mixed = [bodies[k] for k in np.random.default_rng(4).permutation(len(bodies))]
     assert named(bodies) == named(mixed) == named(bodies[::-1])
+
+
+@pytest.mark.parametrize(
+    ("carrier", "kind", "watched"),
+    [
+        ("link_2", Kind.ARM, {"base_link", "pallet", "stand_1", "cell_plate"}),
+        ("tool0", Kind.ARM, {"base_link", "link_1", "pallet", "stand_1", "cell_plate"}),
+        ("table_link", Kind.CELL, {"link_1", "link_2", "tool0"}),
+        ("base_link", Kind.CELL, {"link_1", "link_2", "tool0"}),
+    ],
+)
+def test_what_hangs_on_the_arm_beside_the_way_to_its_tool_is_arm(
+    world: World, carrier: str, kind: Kind, watched: set[str]
+) -> None:
+    """A camera is watched against all that its carrier may hit; where the arm moves nothing: cell.
+
+    One joint lies between a camera on link_2 and link_1: it was watched as if it stood there.
+    """
+    robot = world.cell.robot
+    shape = '<collision><geometry><box size="0.05 0.05 0.25"/></geometry></collision>'
+    joint = f'<joint name="holder" type="fixed"><parent link="{carrier}"/><child link="camera"/>'
+    text = robot.description.read_text(encoding="utf-8").replace(
+        "</robot>", f'<link name="camera">{shape}</link>{joint}</joint></robot>'
+    )
+    model = parse_urdf(text, seen=False)
+    bodies = bodies_of(model, robot.tool_frame, [])
+    tree = Tree(model, world.cell.tree.joints, [1.0] * len(world.q))
+    assert {body.kind for body in bodies if body.name == "camera"} == {kind}
+    pairs = [{bodies[p.first].name, bodies[p.second].name} for p in watched_pairs(tree, bodies)]
+    against = {name for pair in pairs if "camera" in pair for name in pair - {"camera"}}
+    assert watched <= against
+    assert ("link_1" in against) is ("link_1" in watched)
+
+
+def test_the_first_link_is_watched_against_all_that_does_not_carry_it(cell: Cell) -> None:
+    """It turns in the base; the plate under it stands beside, wherever the URDF hangs it."""
+    bodies = cell.bodies
+    pairs = [
+        {bodies[p.first].name, bodies[p.second].name} for p in watched_pairs(cell.tree, bodies)
+    ]
+    assert {"link_1", "base_link"} not in pairs
+    assert {"link_1", "cell_plate"} in pairs

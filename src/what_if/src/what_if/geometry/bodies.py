@@ -74,13 +74,13 @@ def bodies_of(model: Model, tool_frame: str, rests: Sequence[str]) -> tuple[Body
 
     Args:
         model: The description with its collision shapes.
-        tool_frame: The link at the end of the arm; what moves on its chain is the arm.
+        tool_frame: The link at the end of the arm; what a joint on its chain carries is the arm.
         rests: Names of the links on which parts may lie.
     """
-    chain = model.chain(tool_frame)
-    # What hangs before the first moving joint stands still: it belongs to the cell, not to the arm.
-    first = next((k for k, joint in enumerate(chain) if joint.moves), len(chain))
-    arm = {joint.child for joint in chain[first:]}
+    moved_by = {joint.name for joint in model.chain(tool_frame) if joint.moves}
+    # All that a joint of the arm carries, also beside the way to the tool: a camera, a hose. What
+    # hangs before the first moving joint stands still and belongs to the cell.
+    arm = {link for link in model.shapes if any(j.name in moved_by for j in model.chain(link))}
 
     def kind(link: str) -> Kind:
         # Asked before the arm: the tool's link is at the end of the same chain.

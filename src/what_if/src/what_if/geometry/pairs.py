@@ -72,10 +72,12 @@ def _touching(tree: Tree, first: Body, second: Body) -> Touching | None:
         outside = kinds & {Kind.PERSON, Kind.OBSTACLE}
         return Touching.NEVER if outside else None
     other = second if arm[0] is first else first
-    # A body of the arm that hangs by one joint on the root turns in the robot's foot.
-    in_foot = arm[0].kind is Kind.ARM and len(tree.movers[arm[0].link]) <= NEIGHBOURS
-    if other.kind is Kind.CELL and not tree.movers[other.link] and in_foot:
-        return None
+    if other.kind is Kind.CELL and arm[0].kind is Kind.ARM:
+        # The first link of the arm turns in what carries it: in that alone, not in all that stands.
+        hangs_by = len(tree.movers[arm[0].link])
+        carriers = {joint.parent for joint in tree.model.chain(arm[0].link)}
+        if hangs_by <= NEIGHBOURS and other.link in carriers:
+            return None
     if kinds == {Kind.NOZZLE, Kind.PART}:
         return Touching.GRIP
     return Touching.LAY if kinds == {Kind.HELD, Kind.REST} else Touching.NEVER
