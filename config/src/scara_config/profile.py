@@ -99,6 +99,7 @@ def files_in_force(directory: Path | str | None = None) -> dict[str, Path]:
         path.name: path
         for place in (folder, robot_folder(folder))
         for path in sorted(place.glob("*.yaml"))
+        if path.exists()  # a cell's copy names frames.yaml before anybody has taught a frame
     }
     endings = {PROGRAMS: PROGRAM_ENDING, PLANTS: ".yaml", SETTINGS: ".yaml", FARM: ".yaml"}
     for kind, ending in endings.items():

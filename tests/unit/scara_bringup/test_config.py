@@ -7,10 +7,13 @@ from pathlib import Path
 
 import pytest
 from harness.workspace import ROOT
-from harness.yaml_files import shipped
+from harness.yaml_files import copy_configuration, shipped
 from scara_bringup.config import Ports, load_bringup, load_doors
-from scara_bringup.processes.configuration_io import copy_with_ports
+from scara_bringup.processes.configuration_io import copy_with_ports, link_taught
 from scara_config import ConfigError, files_in_force, load
+from scara_config.frames import TaughtFrame, find_frames, save_frame
+from scara_config.programs.files import program_files
+from scara_config.programs.keeping import keep_program
 
 CONFIG = ROOT / "config"
 
@@ -62,3 +65,28 @@ def test_copy_without_wishes_is_the_original(tmp_path: Path) -> None:
     copied = copy_with_ports(CONFIG, tmp_path / "config")
     for name, file in files_in_force(CONFIG).items():
         assert (copied / name).read_bytes() == file.read_bytes()
+
+
+@pytest.mark.parametrize("taught_before", [True, False])
+def test_what_is_taught_in_a_copy_is_there_at_the_next_start(
+    tmp_path: Path, taught_before: bool
+) -> None:
+    """A cell with a name or a port reads a copy; frames and programs are saved in the original."""
+    (tmp_path / "source").mkdir()
+    source = copy_configuration(tmp_path / "source")
+    if not taught_before:
+        (source / "frames.yaml").unlink()
+    known = files_in_force(source).keys()
+    copied = copy_with_ports(source, tmp_path / "config", Ports(gateway=19091))
+    link_taught(source, copied)
+    assert files_in_force(copied).keys() == known
+    assert find_frames(copied) == find_frames(source)
+    frame = TaughtFrame("corner", (1.0, 2.0, 3.0))
+    save_frame(copied, "user", 3, frame)
+    text = program_files(copied)["ARTICLE"].read_text().replace("/PROG  ARTICLE", "/PROG  MINE")
+    keep_program("MINE", text, copied)
+    again = copy_with_ports(source, tmp_path / "again")
+    for folder in (source, copied, again):
+        assert find_frames(folder).numbered("user")[3] == frame
+        assert program_files(folder)["MINE"].read_text() == text
+    assert load_doors(source).gateway.port != 19091

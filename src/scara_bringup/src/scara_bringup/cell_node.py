@@ -52,7 +52,12 @@ from scara_bringup.options_node import (
     Without,
 )
 from scara_bringup.plan import NOT_OF_THE_TWIN, PANEL, PENDANT_PAGE, cell_plan, experiment_plan
-from scara_bringup.processes.configuration_io import begin_with_change, copy_with_ports, got_ready
+from scara_bringup.processes.configuration_io import (
+    begin_with_change,
+    copy_with_ports,
+    got_ready,
+    link_taught,
+)
 from scara_bringup.processes.forked_io import WarmParent, WarmParentError
 from scara_bringup.processes.master_io import MasterProbe
 from scara_bringup.processes.output_io import make_output, runs_of
@@ -312,6 +317,8 @@ def own_configuration(wishes: Wishes, folder: Path) -> Path | None:
         if change is not None:
             apply_change(change, source, copied)
             screen.say(f"cell: configuration changed by the farm: {change.text}, by {kept.by}")
+        if wishes.people:
+            link_taught(source, copied)
         os.environ["SCARA_CONFIG_DIR"] = str(copied)
     return file if change is not None else None
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
 import msgspec
 from ruamel.yaml import YAML
-from scara_config.profile import copy_in_force
+from scara_config.frames import FILE as FRAMES
+from scara_config.profile import PROGRAMS, copy_in_force, locate
 from scara_config.rollout.kept import Kept, faults_of, read_kept, write_kept
 
 from scara_bringup.config import DOOR_FILES, Ports
@@ -31,6 +33,20 @@ def copy_with_ports(source: Path, target: Path, ports: Ports = NO_PORTS) -> Path
     if ports.gateway is not None:
         _change(target / "twin_controller.yaml", ["twin", "url"], f"ws://127.0.0.1:{ports.gateway}")
     return target
+
+
+def link_taught(source: Path, copied: Path) -> None:
+    """Let what people teach, frames and programs, be saved where the next start reads it.
+
+    Args:
+        source: Folder of the configuration that was copied.
+        copied: The copy, in which nothing else changes.
+    """
+    shutil.rmtree(copied / PROGRAMS, ignore_errors=True)
+    (copied / FRAMES).unlink(missing_ok=True)
+    # A robot of which nobody taught any frame has no file yet: the first Save makes it there.
+    for name in (PROGRAMS, FRAMES):
+        (copied / name).symlink_to(locate(name, source).resolve())
 
 
 def begin_with_change(file: Path, source: Path) -> Kept:
