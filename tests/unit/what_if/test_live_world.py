@@ -1,18 +1,24 @@
-"""What a running cell's topics make of the world: nobody whom a sensor sees is lost."""
+"""What a running cell makes of the world: whom a sensor sees, and where the vehicle stands."""
 
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
 
 import pytest
 import rospy
 from geometry_msgs.msg import Point, PointStamped
+from harness.yaml_files import copy_configuration
+from scara_config.frames import TaughtFrame, save_frame
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 from what_if.live_world_node import JOINTS, PEOPLE, PERSON_S, LiveWorld
+from what_if.what_if_node import WhatIfServer
 from what_if.world import World
+
+from scara_msgs.srv import JudgeMotionRequest
 
 NEAR, FAR = (0.5, 0.6, 0.0), (4.0, 0.0, 0.0)
 
@@ -76,3 +82,40 @@ def test_a_sensor_says_where_its_person_went_and_forgets_after_a_while(
     assert topics.people() == (FAR,)
     monkeypatch.setattr("what_if.live_world_node.PERSON_S", -PERSON_S)
     assert topics.people() == ()
+
+
+@pytest.fixture
+def server(topics: Topics, world: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """A judge of a configuration of its own."""
+    for name in ("Service", "Publisher", "logwarn_throttle"):
+        monkeypatch.setattr(rospy, name, Mock())
+    monkeypatch.setattr("what_if.live_world_node.PERSON_S", -PERSON_S)
+    server = WhatIfServer(topics.live, world.cell, copy_configuration(tmp_path))
+    server.learning = Mock()
+    return server
+
+
+def test_the_vehicle_is_judged_where_it_was_taught_last(
+    server: Any, topics: Topics, tmp_path: Path
+) -> None:
+    """Taught anew, it is in the way or no longer; a wrong file leaves it where it stood."""
+
+    def said() -> str:
+        topics.people()  # the joints are known
+        turn = JudgeMotionRequest(motion="MOVE_JOINTS", joint_positions=(1.4, 0.0, -0.05, 0.0))
+        return str(server._answer(turn).message)
+
+    def teach(height: float) -> None:
+        save_frame(tmp_path, "user", 2, TaughtFrame("vehicle", (-50.0, 350.0, height)))
+
+    assert said().startswith("OK")
+    teach(150.0)
+    assert "would hit vehicle" in said()
+    (tmp_path / "frames.yaml").write_text("user: wrong\n")
+    assert "would hit vehicle" in said()
+    (tmp_path / "frames.yaml").unlink()
+    assert said().startswith("OK")
+    teach(150.0)
+    assert "would hit vehicle" in said()
+    teach(-40.0)
+    assert said().startswith("OK")

@@ -7,16 +7,16 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from fanuc_emulator.tp.rehearsal import read_program
-from scara_config import config_directory, load_robot
+from scara_config import Robot, config_directory, load_robot
 from scara_config.frames import find_frames
-from scara_config.palletise import find_palletise
+from scara_config.palletise import Palletise, find_palletise
 from scara_config.payload import Payload, Payloads, load_payloads
 from scara_config.programs.files import ProgramSteps, program_path
 from scara_control.config import load_motion
 from scara_control.dynamics.arm_model_io import ArmModel
 from scara_description.vehicle import with_vehicle
 
-from scara_description.urdf import parse_urdf
+from scara_description.urdf import Model, parse_urdf
 from what_if.config import load_limits, load_what_if
 from what_if.handling import parts_at_start
 from what_if.world import Cell, Lag, World
@@ -33,18 +33,27 @@ def read_cell(directory: Path | str | None = None) -> Cell:
     """
     folder = Path(directory or config_directory())
     robot, work = load_robot(folder), find_palletise(folder)
-    text = robot.description.read_text(encoding="utf-8")
-    if work is not None:
-        text = with_vehicle(text, work, find_frames(folder))
     return Cell(
         robot,
-        parse_urdf(text, seen=False),
+        description_of(robot, work, folder),
         load_what_if(folder),
         load_motion(folder),
         *load_limits(folder),
         work,
         load_payloads(folder).rated_kg,
     )
+
+
+def description_of(robot: Robot, work: Palletise | None, folder: Path) -> Model:
+    """Return the robot's URDF, with the vehicle where frames.yaml has it.
+
+    Raises:
+        ConfigError: frames.yaml is wrong.
+    """
+    text = robot.description.read_text(encoding="utf-8")
+    if work is not None:
+        text = with_vehicle(text, work, find_frames(folder))
+    return parse_urdf(text, seen=False)
 
 
 class Models:

@@ -25,7 +25,7 @@ from scara_msgs.msg import GripperState, PayloadState, TwinControllerState
 from what_if.cell_files_io import Models
 from what_if.geometry.bodies import FloatArray
 from what_if.handling import found_part
-from what_if.world import Lag, World
+from what_if.world import Cell, Lag, World
 
 JOINTS, STATE = "twin/joint_states", "twin_controller/state"
 PEOPLE = "people/nearest"
@@ -78,6 +78,10 @@ class LiveWorld:
             rospy.Subscriber(topic, kind, self._keep, topic, queue_size=1, tcp_nodelay=True)
             for topic, kind in TOPICS.items()
         ]
+
+    def stand_in(self, cell: Cell) -> None:
+        """Make worlds of this cell from now on."""
+        self._base = replace(self._base, cell=cell)
 
     def close(self) -> None:
         """Listen no longer."""

@@ -19,13 +19,14 @@ from __future__ import annotations
 import os
 import threading
 import traceback
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import rospy
 from geometry_msgs.msg import Point
 from scara_config import ConfigError
-from scara_config.frames import find_frames
+from scara_config.frames import TaughtFrame, find_frames
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.kinematics.base_targets import BaseTargetError, BaseTargets
 from scara_ros.diagnosis import Diagnosis, Level
@@ -39,7 +40,7 @@ from scara_msgs.srv import (
     JudgeMotion,
     JudgeMotionResponse,
 )
-from what_if.cell_files_io import find_program, resting_cell
+from what_if.cell_files_io import description_of, find_program, resting_cell
 from what_if.converting import converted_text
 from what_if.errors import WhatIfError
 from what_if.judging import judge
@@ -64,6 +65,7 @@ class WhatIfServer:
         """Advertise the service."""
         self._live, self._cell, self._folder = live, cell, folder
         self._places = BaseTargets(cell.robot, cell.kinematics.tool)
+        self._docked = self._dock_frame()
         self._lock = threading.Lock()
         self._judged = 0
         self._seen = self._rested = 0  # questions when it was looked last, when memory went back
@@ -88,6 +90,7 @@ class WhatIfServer:
     def _answer(self, request: JudgeMotion._request_class) -> JudgeMotionResponse:
         try:
             with self._lock:
+                self._dock()
                 world = self._live.now()
                 if world is None:
                     text = "where the twin stands is not known: wait for twin/joint_states"
@@ -123,6 +126,28 @@ class WhatIfServer:
         except Exception as error:
             return ConvertProgramResponse(success=False, message=_failure("what_if/convert", error))
         return ConvertProgramResponse(success=True, message="; ".join(kept), text=text)
+
+    def _dock_frame(self) -> TaughtFrame | None:
+        """Return the frame that tells where the vehicle stands; None: there is none, or no frame.
+
+        Raises:
+            ConfigError: frames.yaml is wrong.
+        """
+        vehicle = self._cell.work.vehicle if self._cell.work else None
+        return find_frames(self._folder).numbered("user").get(vehicle.frame) if vehicle else None
+
+    def _dock(self) -> None:
+        """Let the vehicle stand where its frame was taught since; a wrong file changes nothing."""
+        try:
+            frame = self._dock_frame()
+            if frame == self._docked:
+                return
+            moved = description_of(self._cell.robot, self._cell.work, self._folder)
+        except ConfigError as error:
+            rospy.logwarn_throttle(60.0, f"the vehicle is judged where it stood: {error}")
+            return
+        self._docked, self._cell = frame, replace(self._cell, description=moved)
+        self._live.stand_in(self._cell)
 
     def _of_arm(self, q: tuple[float, ...]) -> list[float]:
         robot = self._cell.robot
