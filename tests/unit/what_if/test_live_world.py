@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -10,10 +11,12 @@ from unittest.mock import Mock
 import pytest
 import rospy
 from geometry_msgs.msg import Point, PointStamped
+from harness.processes import wait_until
 from harness.yaml_files import copy_configuration
 from scara_config.frames import TaughtFrame, save_frame
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
+from what_if.geometry.sweep import Swept, sweep
 from what_if.live_world_node import JOINTS, PEOPLE, PERSON_S, LiveWorld
 from what_if.what_if_node import WhatIfServer
 from what_if.world import World
@@ -119,3 +122,37 @@ def test_the_vehicle_is_judged_where_it_was_taught_last(
     assert "would hit vehicle" in said()
     teach(-40.0)
     assert said().startswith("OK")
+
+
+def test_a_move_does_not_wait_for_a_preview(
+    server: Any, topics: Topics, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Who only looks gives way between two legs; a question of the gate is answered to its end."""
+    topics.people()
+    answers: dict[bool, Any] = {}
+
+    def ask(looks: bool) -> None:
+        program = JudgeMotionRequest(motion="PROGRAM", program="PALLETISE", samples=2 * looks)
+        answers[looks] = server._answer(program)
+
+    threads = {looks: threading.Thread(target=ask, args=(looks,)) for looks in (True, False)}
+    swept: list[object] = []
+
+    def sweep_beside_a_move(*words: Any) -> Swept:
+        if not swept:
+            threads[False].start()
+            wait_until(lambda: server._waiting, 10.0, "the move's question")
+        swept.append(words)
+        return sweep(*words)
+
+    monkeypatch.setattr("what_if.judging.sweep", sweep_beside_a_move)
+    threads[True].start()
+    for thread in threads.values():
+        thread.join(60.0)
+    assert (answers[True].success, answers[True].message) == (
+        False,
+        "a move is judged first: ask again",
+    )
+    assert answers[False].verdict == "OK" and len(answers[False].placed) == 9
+    ask(True)
+    assert answers[True].verdict == "OK"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -25,21 +25,29 @@ LIMITING = (Cause.SPEED, Cause.EFFORT)
 """What makes a motion slower, but does not forbid it."""
 
 
-def judge(world: World, motion: Motion) -> Verdict:
+def judge(world: World, motion: Motion, go_on: Callable[[], None] = lambda: None) -> Verdict:
     """Judge what would come of a motion that begins in a world as it is.
 
     Args:
         world: The cell now.
         motion: What is asked for.
+        go_on: Is called before each leg; what it raises ends the judging.
 
     Raises:
         WhatIfError: The question itself is wrong: an unknown joint, a speed out of range.
     """
-    return judge_planned(world, plan(world, motion))[0]
+    return judge_planned(world, plan(world, motion), go_on)[0]
 
 
-def judge_planned(world: World, planned: Planned) -> tuple[Verdict, dict[str, float]]:
+def judge_planned(
+    world: World, planned: Planned, go_on: Callable[[], None] = lambda: None
+) -> tuple[Verdict, dict[str, float]]:
     """Judge a motion that is planned, and say how near bodies come in each of its steps.
+
+    Args:
+        world: The cell now.
+        planned: Its legs.
+        go_on: As of :func:`judge`.
 
     Returns:
         The verdict, and of each step in words the smallest clearance [m], where there is one.
@@ -48,6 +56,7 @@ def judge_planned(world: World, planned: Planned) -> tuple[Verdict, dict[str, fl
         return Verdict(Outcome.REFUSED, planned.reasons), {}
     trial = _Trial(world, list(planned.reasons))
     for leg in planned.legs:
+        go_on()
         trial.take(leg)
     return trial.verdict(planned.legs), trial.near
 

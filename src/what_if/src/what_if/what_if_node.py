@@ -67,6 +67,7 @@ class WhatIfServer:
         self._places = BaseTargets(cell.robot, cell.kinematics.tool)
         self._docked = self._dock_frame()
         self._lock = threading.Lock()
+        self._waiting: set[object] = set()  # questions of what moves as soon as it is answered
         self._judged = 0
         self._seen = self._rested = 0  # questions when it was looked last, when memory went back
         self.learning = Learning(cell, cell.config.learning, self._lock)
@@ -88,8 +89,12 @@ class WhatIfServer:
         self._seen = self._judged
 
     def _answer(self, request: JudgeMotion._request_class) -> JudgeMotionResponse:
+        question, looks = object(), bool(request.samples or request.picture)
+        if not looks:
+            self._waiting.add(question)
         try:
             with self._lock:
+                self._waiting.discard(question)
                 self._dock()
                 world = self._live.now()
                 if world is None:
@@ -98,7 +103,7 @@ class WhatIfServer:
                 motion = self._motion(request, world.q)
                 self._judged += 1
                 samples = samples_of(world, motion, request.samples) if request.samples else None
-                verdict = judge(world, motion)
+                verdict = judge(world, motion, self._give_way) if looks else judge(world, motion)
                 self.learning.asked(world, motion, verdict)
                 moment = worst_moment(world, motion, verdict) if request.picture else None
             answer = answer_of(verdict, self._cell, samples)
@@ -114,6 +119,15 @@ class WhatIfServer:
         # A gate waits for the answer: it gets one with the reason, whatever has failed.
         except Exception as error:
             return JudgeMotionResponse(success=False, message=_failure("what_if/judge", error))
+
+    def _give_way(self) -> None:
+        """End the answer to somebody who only looks where a move waits, which has less patience.
+
+        Raises:
+            WhatIfError: One waits.
+        """
+        if self._waiting:
+            raise WhatIfError("a move is judged first: ask again")
 
     def _convert(self, request: ConvertProgram._request_class) -> ConvertProgramResponse:
         frame = None if request.frame < 0 else request.frame
