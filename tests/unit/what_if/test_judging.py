@@ -146,6 +146,12 @@ def test_what_cannot_be_planned_takes_no_time_and_no_energy(world: World) -> Non
     assert (verdict.energy_j, verdict.tool_speed_mm_s) == (0.0, 0.0)
 
 
+def test_a_program_without_a_motion_is_free(world: World) -> None:
+    """It sets registers only: no sentence says OK where the outcome is another."""
+    verdict = judge(world, steps())
+    assert (verdict.outcome, verdict.sentence) == (Outcome.OK, "OK: takes 0.00 s")
+
+
 def test_reasons_come_in_the_order_of_their_time(world: World) -> None:
     """Whatever order the zones stand in; the sentence tells the first one."""
     far = KeepOut("far", (100.0, 600.0, -300.0), (120.0, 700.0, 500.0))

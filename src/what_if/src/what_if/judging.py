@@ -53,7 +53,8 @@ def judge_planned(
         The verdict, and of each step in words the smallest clearance [m], where there is one.
     """
     if not planned.legs:
-        return Verdict(Outcome.REFUSED, planned.reasons), {}
+        # A program that only counts moves nothing, and nothing is against it.
+        return Verdict(Outcome.REFUSED if planned.reasons else Outcome.OK, planned.reasons), {}
     trial = _Trial(world, list(planned.reasons))
     for leg in planned.legs:
         go_on()
