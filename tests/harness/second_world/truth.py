@@ -170,8 +170,8 @@ def things_of(world: World) -> list[Thing]:
         size = (cell.work.parts.radius, cell.work.parts.height)
         found += [Thing(p.name, p.link, p.pose, "cylinder", size) for p in world.parts]
     found += [_obstacle(thing) for thing in world.obstacles]
-    floor = cell.work.floor_mm * 1e-3 if cell.work else 0.0
-    height = config.person_height_mm * 1e-3
+    floor, height = cell.floor, config.person_height_mm * 1e-3
+    height -= 0.0 if cell.work else floor
     for k, (x, y, _) in enumerate(world.people):
         size = (config.person_radius_mm * 1e-3, height)
         found.append(Thing(f"person_{k}", "", _at((x, y, floor + 0.5 * height)), "cylinder", size))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from harness.pair import SETUP
 from harness.yaml_files import CONFIG
 from scara_config import KeepOut
 from scara_config.payload import load_payloads
+from scara_config.profile import CHOICE
 from scara_config.programs.files import ProgramSteps
 from scara_config.programs.steps import GripperStep, MoveStep, WaitStep
 from scara_control.dynamics.planner import Planner
@@ -17,6 +19,8 @@ from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.keep_out.zones import judge_way
 from what_if.cell_files_io import find_program, resting_cell
 from what_if.errors import WhatIfError
+from what_if.geometry.bodies import Kind
+from what_if.geometry.furnishing import furnished
 from what_if.judging import judge
 from what_if.motions import JointTarget, Motion, Recorded, ToolTarget
 from what_if.verdict import Cause, Outcome
@@ -99,6 +103,30 @@ def test_what_stands_in_the_way_is_told(
     first = verdict.reasons[0]
     assert 0.0 < first.time_s < verdict.duration_s and first.place_mm is not None
     assert 100.0 < np.hypot(*first.place_mm[:2]) < 750.0, "between the arm and what it hits [mm]"
+
+
+def test_a_person_stands_on_the_floor_where_no_file_tells_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """On the plate that is 250 mm below this robot's base, beside the table that turns there."""
+    monkeypatch.setitem(os.environ, CHOICE, "fanuc_sr3ia")
+    with resting_cell(CONFIG) as (world, _):
+        turned = tuple(
+            1.0 if joint.name == "table_joint" else q
+            for joint, q in zip(world.cell.robot.twin_joints, world.q)
+        )
+        assert judge(world, JointTarget(turned)).outcome is Outcome.OK
+        verdict = judge(replace(world, people=((0.299, 0.42, 0.0),)), JointTarget(turned))
+        assert verdict.outcome is Outcome.REFUSED
+        assert "person 1 would hit table_link" in verdict.sentence
+        assert verdict.reasons[0].place_mm is not None and verdict.reasons[0].place_mm[2] < 0.0
+        person = next(
+            body
+            for body in furnished(replace(world, people=((9.0, 0.0, 0.0),)), ()).bodies
+            if body.kind is Kind.PERSON
+        )
+        low, high = person.corners[:, 2].min(), person.corners[:, 2].max()
+        assert low < -0.24 and high == pytest.approx(world.cell.config.person_height_mm * 1e-3)
 
 
 @pytest.mark.parametrize("is_in_urdf", [False, True])

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
 from scara_config import KeepOut, Robot
 from scara_config.palletise import Palletise
 from scara_config.payload import Payload
@@ -67,6 +68,17 @@ class Cell:
         """The description's bodies."""
         rests = [*self.work.table.stands_mm, "pallet", VEHICLE] if self.work else []
         return bodies_of(self.description, self.robot.tool_frame, rests)
+
+    @cached_property
+    def floor(self) -> float:
+        """Height of the floor that people stand on, in the base frame [m]."""
+        if self.work is not None:
+            return self.work.floor_mm * 1e-3
+        # No file tells it: it is not above the lowest of what stands there.
+        poses = self.tree.poses(np.zeros((1, len(self.tree.joints))))[0]
+        still = [body for body in self.bodies if not self.tree.movers[body.link]]
+        at = [(poses[self.tree.index[body.link]], body.corners) for body in still]
+        return min([0.0, *(float((c @ pose[2, :3]).min() + pose[2, 3]) for pose, c in at)])
 
 
 @dataclass(frozen=True)

@@ -36,12 +36,14 @@ def furnished(world: World, parts: Sequence[Part]) -> Scene:
         bodies.append(
             upright(thing.name, Kind.OBSTACLE, root, thing.shape, thing.size, thing.middle)
         )
-    # A cell without palletise.yaml tells no floor: that of the base frame is taken.
-    floor = cell.work.floor_mm * MM if cell.work else 0.0
-    size = (config.person_radius_mm * MM, config.person_height_mm * MM)
+    floor, height = cell.floor, config.person_height_mm * MM
+    if cell.work is None:
+        # What stands below the base need not be their floor: on the base's they are as tall.
+        height -= floor
+    size = (config.person_radius_mm * MM, height)
     # Heights do not count: whatever part of a person was seen, the person stands on the floor.
     for number, (x, y, _) in enumerate(world.people, 1):
-        middle = (x, y, floor + 0.5 * size[1])
+        middle = (x, y, floor + 0.5 * height)
         bodies.append(upright(f"person {number}", Kind.PERSON, root, "cylinder", size, middle))
     for zone in world.zones:
         low, high = (np.array(corner) * MM for corner in (zone.lower_mm, zone.upper_mm))
