@@ -87,6 +87,14 @@ def test_a_sensor_says_where_its_person_went_and_forgets_after_a_while(
     assert topics.people() == ()
 
 
+def test_of_a_twin_that_is_gone_nothing_is_known(
+    topics: Topics, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its last pose is not where the twin stands; a preview from there would be of another way."""
+    monkeypatch.setattr("what_if.live_world_node.WAIT_S", -1.0)
+    assert topics.live.now() is None
+
+
 @pytest.fixture
 def server(topics: Topics, world: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     """A judge of a configuration of its own."""
@@ -128,6 +136,7 @@ def test_a_move_does_not_wait_for_a_preview(
     server: Any, topics: Topics, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Who only looks gives way between two legs; a question of the gate is answered to its end."""
+    monkeypatch.setattr("what_if.live_world_node.WAIT_S", 60.0)  # however slow this machine is
     topics.people()
     answers: dict[bool, Any] = {}
 

@@ -47,7 +47,8 @@ PERSON_S = 5.0
 """A person who was seen so long ago is no longer there; our choice. With monitoring on, the twin
 controller stops the pair long before."""
 WAIT_S = 2.0
-"""A cell that runs publishes its joints and its state within this time."""
+"""A cell that runs publishes its joints and its state within this time; joints that are older are
+not known."""
 
 
 class LiveWorld:
@@ -103,7 +104,7 @@ class LiveWorld:
             return JOINTS in self._newest
 
     def now(self) -> World | None:
-        """Return the world; None while no joint state was heard.
+        """Return the world; None while no joint state is heard.
 
         It waits a little for the newest joints and state, where it has not been looking.
         """
@@ -119,7 +120,8 @@ class LiveWorld:
                 if asked - at <= PERSON_S
             }
             people = tuple(place for _, place in self._people.values())
-        if JOINTS not in newest:
+        # Of a twin that is gone the last pose tells nothing.
+        if JOINTS not in newest or asked - newest[JOINTS][0] > WAIT_S:
             return None
         # A joint that is not named stands where it stood at the beginning.
         at = dict(zip(newest[JOINTS][1].name, newest[JOINTS][1].position))
@@ -147,21 +149,18 @@ class LiveWorld:
 
     def _keep(self, message: Any, topic: str) -> None:
         with self._heard:
-            if topic == PEOPLE:
-                self._see(message)
-            else:
+            if topic != PEOPLE:
                 self._newest[topic] = (time.monotonic(), message)
+            else:
+                place = (message.point.x, message.point.y, message.point.z)
+                frame = own_frame(self._base.cell.robot.base_frame)
+                # In another cell's frame, or without a place, it is no sighting.
+                if message.header.frame_id.lstrip("/") == frame and all(map(math.isfinite, place)):
+                    sender = message._connection_header.get("callerid", "")
+                    self._people[sender] = (time.monotonic(), place)
             self._heard.notify_all()
         if topic in self._attention:
             self._attention[topic].hold()
-
-    def _see(self, message: PointStamped) -> None:
-        """Keep a sighting; in another cell's frame or without a place it is none."""
-        place = (message.point.x, message.point.y, message.point.z)
-        frame = own_frame(self._base.cell.robot.base_frame)
-        if message.header.frame_id.lstrip("/") == frame and all(map(math.isfinite, place)):
-            sender = message._connection_header.get("callerid", "")
-            self._people[sender] = (time.monotonic(), place)
 
     def _is_fresh(self, asked: float) -> bool:
         """Say whether what comes all the time was read about when it was asked for, or since."""

@@ -23,13 +23,14 @@ from what_if.verdict import Cause, Reason
 from what_if.world import World
 
 SMOOTHING_S = 0.12
-"""What was recorded is smoothed over this time before accelerations are taken of it (our choice:
-the shortest ramps of the three robots take as long)."""
+"""What was recorded is smoothed over this time before it is judged (our choice: the shortest ramps
+of the three robots take as long)."""
 
 
 MOST_SAMPLES = 20000
 """A trajectory that lasts longer than so many samples is looked at less often (our choice: 80 s at
-4 ms). The slack between two samples grows with it, so nothing is missed."""
+4 ms). The slack between two samples grows with it, by the accelerations at the samples: what lies
+wholly between two is bounded by trajectory_server's own limits alone."""
 
 
 def plan(world: World, motion: Motion) -> Planned:
@@ -154,7 +155,7 @@ def _destination(world: World, motion: ToolTarget | JointTarget) -> tuple[float,
 
 
 def _recorded(world: World, motion: Recorded) -> Planned:
-    """Take the way of a bag; speeds and accelerations are taken from smoothed positions.
+    """Take the way of a bag, smoothed: its positions, speeds and accelerations.
 
     Raises:
         WhatIfError: A joint is unknown, there are too few positions, or they last too short a time.
