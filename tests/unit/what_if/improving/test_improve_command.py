@@ -13,7 +13,8 @@ from scara_config.programs.tp.listing import MotionLine
 from typer.testing import CliRunner
 from what_if.improving.improve_node import app
 from what_if.improving.telling import Proof
-from what_if.verdict import Outcome, Verdict
+from what_if.uncertainty.chances import Tried, chances_of
+from what_if.verdict import Cause, Outcome, Verdict
 
 PLANT = re.compile(r"^(ideal|field) .* ([\d.]+) % quicker$", re.MULTILINE)
 
@@ -73,6 +74,15 @@ def test_a_program_that_a_plant_does_not_end_is_not_proven() -> None:
     fine = Verdict(Outcome.OK)
     proof = Proof({"field": (None, None)}, fine, fine, (1.0, 1.0), None, None, 0.5)
     assert proof.fault == "field: the program does not come to its end"
+
+
+def test_a_program_that_drops_a_part_in_some_worlds_is_not_proven() -> None:
+    """Nothing hits anything there, and still it is refused."""
+    fine = Verdict(Outcome.OK)
+    found = [Tried((), "", 2.0, 1.0)] * 3 + [Tried((Cause.DROP,), "", 2.0, 1.0)]
+    worlds = chances_of(found, (), 0)
+    proof = Proof({}, fine, fine, (1.0, 1.0), None, worlds, 0.5)
+    assert proof.fault == "25 % of the worlds: drop"
 
 
 @pytest.mark.thorough

@@ -68,8 +68,10 @@ class Proof(msgspec.Struct, frozen=True):
                 return f"{plant}: a part lies {two.off_mm:.2f} mm from its place"
         if self.physics is not None and self.physics.outcome is Outcome.REFUSED:
             return f"in the simulated world: {self.physics.sentence}"
-        if self.worlds is not None and self.worlds.collision > 0.0:
-            return f"{100.0 * self.worlds.collision:.0f} % of the worlds: {self.worlds.likeliest}"
+        if self.worlds is not None and self.worlds.refused > 0.0:
+            # A part that drops, or a zone that is come too near to, counts as much as a hit.
+            why = self.worlds.likeliest or ", ".join(self.worlds.causes)
+            return f"{100.0 * self.worlds.refused:.0f} % of the worlds: {why}"
         return ""
 
 
