@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 from harness.opponents.modbus_robot import COMMAND, Robot
 from harness.processes import free_port, wait_until
+from twin_controller.modbus import robot_link_io
 from twin_controller.modbus.link_io import ModbusLink, NotWritableError
 from twin_controller.robot.signals import Number, Pulse, Signal
 
@@ -59,6 +60,18 @@ def test_the_end_does_not_wait_for_a_robot_that_confirms_nothing(
         link.send(Signal("hold", False))
     assert owner.rejects == ["hold: the robot did not confirm command 3 in 5 attempts"]
     assert robot.written[-1] == (16, 11069, (0,))
+
+
+def test_the_end_names_the_commands_that_it_does_not_wait_for(
+    robot: Robot, owner: Owner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nobody sends them any more: whoever reads the log learns which signals are not set."""
+    monkeypatch.setattr(robot_link_io, "END_WAIT", 0.1)
+    with owner.link(robot.port, numbered=True) as link:
+        owner.wait_for(UP)
+        link.send(Signal("hold", False), Pulse("cstopi"), Signal("hold", True))
+    told = ["the link has ended, not sent or not confirmed: hold, cstopi, hold"]
+    assert owner.rejects == told
 
 
 def test_a_set_point_goes_out_in_one_request_with_the_heartbeat(robot: Robot, owner: Owner) -> None:

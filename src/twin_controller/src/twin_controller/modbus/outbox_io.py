@@ -163,6 +163,12 @@ class Outbox:
             return self._ahead is not None or bool(setpoints and setpoints[0].send_at <= now)
 
     @property
+    def left(self) -> list[str]:
+        """Names of the commands that wait."""
+        with self._changed:
+            return [command.name for command in self._commands]
+
+    @property
     def unfinished(self) -> bool:
         """Commands wait, or ends of pulses."""
         return bool(self._commands or self._releases)

@@ -35,6 +35,8 @@ from twin_controller.robot.link import (
 )
 from twin_controller.robot_sample import RobotSample, SampleError, told_outputs
 
+END_WAIT = 2.0
+"""How long the end waits for what was left to be written [s]."""
 _STATUS_SIGNALS = frozenset(("fault", "progrun", "paused"))
 
 
@@ -103,10 +105,15 @@ class ModbusRobotLink:
         self._thread.start()
 
     def close(self, disarm: bool = True) -> None:
-        """End the link; ``disarm`` the robot's watchdog first, so that the end is no alarm."""
+        """End the link; ``disarm`` the robot's watchdog first, so that the end is no alarm.
+
+        The listener hears of commands that the robot has not taken by then: nobody sends them.
+        """
         self._disarm = disarm
         self._outbox.close()
-        self._thread.join(timeout=2.0)
+        self._thread.join(END_WAIT)
+        if left := self._writer.left:
+            self._listener.rejected(f"the link has ended, not sent or not confirmed: {left}")
 
     def write_setpoint(self, setpoint: StreamReal) -> None:
         """Write a set point of all joints at its time; forget those for then or later."""

@@ -129,6 +129,13 @@ class CommandQueue:
             return None
         return self._pending.due_at if self._pending is not None else 0.0
 
+    @property
+    def left(self) -> list[str]:
+        """Names of those that the robot has not confirmed; any thread may ask."""
+        pending = self._pending
+        first = [pending.wanted.name] if pending is not None else []
+        return [*first, *(name for name, _, _ in tuple(self._waiting))]
+
     def discard(self) -> int:
         """Forget everything, as after a reconnect; return how many commands that were."""
         lost = len(self._waiting) + (self._pending is not None)

@@ -106,6 +106,12 @@ class Writer:
         """Nothing is written any longer, or not yet."""
         return self._thread is None or self._ended.is_set()
 
+    @property
+    def left(self) -> str:
+        """Names of the commands that the robot has not taken, in their order."""
+        numbered = self._commands.left if self._commands is not None else []
+        return ", ".join([*numbered, *self._outbox.left])
+
     def open(self) -> None:
         """Connect and begin to write; drop what was left while there was no connection, and say so.
 
