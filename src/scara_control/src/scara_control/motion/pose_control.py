@@ -108,7 +108,9 @@ class PoseController:
         try:
             begins = self._stream.take(packet, self._feedback, self._other_command(), now)
         except MotionRefusedError as error:
-            self._message = f"follow: refused {self._stream.refused}: {error}"
+            # What comes late of a stream that was stopped does not hide why it was.
+            if not (self._estopped or self._phase is Phase.STOPPING or self._stream.barred):
+                self._message = f"follow: refused {self._stream.refused}: {error}"
             raise
         if begins:
             # The last jogs of a trim may be late.

@@ -54,7 +54,7 @@ def test_following_refuses_moves_and_moving_refuses_streams():
 
 
 def test_stop_while_following_is_not_undone_by_the_rest_of_the_stream():
-    """The stream is heard again only after it has paused."""
+    """The stream is heard again only after it has paused; the stop's reason stays until then."""
     bench = Bench()
     for k in range(20):
         bench.tick()
@@ -67,10 +67,34 @@ def test_stop_while_following_is_not_undone_by_the_rest_of_the_stream():
             MotionRefusedError, match="stopped: packets are ignored until they pause"
         ):
             bench.stream((0.02 * k, 0.0, -0.16, 0.0), (2.0, 0.0, 0.0, 0.0))
+        assert bench.report.message == "aborted by STOP: enough"
     assert bench.report.state == "idle" and smooth(bench.setpoints)
     bench.tick(15)
     bench.stream(bench.q)
     assert bench.report.state == "following"
+
+
+@pytest.mark.parametrize(
+    ("state", "why"),
+    [
+        ("estopped", "aborted by ESTOP: the red button"),
+        ("stopping", "follow: no packet for 100 ms"),
+    ],
+)
+def test_a_late_packet_does_not_hide_why_the_stream_was_ended(state: str, why: str):
+    """Who streams reads the reason there, perhaps before the stop itself."""
+    bench = Bench()
+    for k in range(30):
+        bench.tick()
+        bench.stream((0.04 * k, 0.0, -0.16, 0.0), (4.0 if k else 0.0, 0.0, 0.0, 0.0))
+    if state == "estopped":
+        bench.command(Command.ESTOP, "the red button")
+        bench.tick(30)
+    else:
+        bench.tick(12)
+    with pytest.raises(MotionRefusedError, match=r"emergency stop is latched|still stopping"):
+        bench.stream(bench.q)
+    assert (bench.report.state, bench.report.message) == (state, why)
 
 
 def test_a_stream_far_from_the_joints_is_refused_with_align_first():

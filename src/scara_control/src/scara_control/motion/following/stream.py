@@ -143,12 +143,12 @@ class StreamGate:
         self._what = what
         self._timeout = timeout
         self._heard = -math.inf
-        self._barred = False
+        self.barred = False
 
     def bar(self, now: float) -> None:
         """Listen no more to the stream that is running now."""
         # What has paused already is no longer the stream that the stop was for.
-        self._barred = now - self._heard <= self._timeout
+        self.barred = now - self._heard <= self._timeout
 
     def forgive(self, gap: float) -> None:
         """Leave out a gap [s] in which nobody listened: it is no pause of who streams."""
@@ -162,8 +162,8 @@ class StreamGate:
         """
         # A packet that is refused counts as heard: only silence opens the gate.
         pause, self._heard = now - self._heard, now
-        self._barred = self._barred and pause <= self._timeout
-        if self._barred:
+        self.barred = self.barred and pause <= self._timeout
+        if self.barred:
             raise MotionRefusedError(
                 f"stopped: {self._what} are ignored until they pause for "
                 f"{self._timeout * 1e3:.0f} ms"
@@ -210,6 +210,11 @@ class SetpointStream:
             self.refused += 1
             raise
         return True
+
+    @property
+    def barred(self) -> bool:
+        """Whether it was stopped and has not paused since."""
+        return self._gate.barred
 
     def forgive(self, gap: float) -> None:
         """Leave out a gap [s] in which nobody listened; see :class:`StreamGate`."""
