@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import pytest
 from harness.pair import HOME, SETUP
@@ -13,38 +13,83 @@ from scara_control.joint_motion import JointMotion
 from twin_controller.core.actions import OverrideReal
 from twin_controller.core.events import RealMeasured
 from twin_controller.core.orders.speed import NOT_HELD, Leader, Speeds, cap_speeds, hear_override
+from twin_controller.core.safety.separation import Distance
 from twin_controller.core.safety.watch import Safety
 from twin_controller.core.sides.side import RealSide, Sides, TwinSide
 
 PERCENT = st.integers(1, 100)
-DEEDS = st.lists(
-    st.one_of(
-        st.tuples(st.just("person"), PERCENT),
-        st.tuples(st.just("same"), st.none()),
-        st.tuples(st.just("cap"), PERCENT),
-        st.tuples(st.just("program"), st.booleans()),
-        st.tuples(st.just("wait"), st.integers(1, 40)),
-    ),
-    min_size=1,
-    max_size=30,
-)
+NO_CAP = [
+    st.tuples(st.just("person"), PERCENT),
+    st.tuples(st.just("same"), st.none()),
+    st.tuples(st.just("zone"), PERCENT),
+    st.tuples(st.just("program"), st.booleans()),
+    st.tuples(st.just("wait"), st.integers(1, 40)),
+]
+DEEDS = st.lists(st.one_of(*NO_CAP, st.tuples(st.just("cap"), PERCENT)), min_size=1, max_size=30)
 STEP_S = 0.01
+LATE = st.integers(0, 40)  # [steps]
+WRITES = st.lists(st.one_of(LATE, st.none()), max_size=8)
+"""How late each write reaches the robot; None: it is lost. Those behind the last are at once."""
+RETRY = round(SETUP.config.speed.retry_ms * 1e-3 / STEP_S)
+MEMORY = 100
+"""For so many steps a value that was written and one that a person has set look the same."""
+QUIET = 400
+"""Steps after which all that was sent has come, and what was lost has been sent again."""
 
 
 class Register:
-    """The robot's override, a person who sets it, and the controller's caps."""
+    """The robot's override, a person who sets it, and the controller's caps.
 
-    def __init__(self) -> None:
-        self.shown = self.persons = 100.0
+    Writes come in the order in which they were sent, late or never; readings are
+    ``late`` steps old.
+    """
+
+    def __init__(self, writes: Iterable[int | None] = (), late: int = 0) -> None:
+        self.value = self.shown = 100.0
+        # What a person has set and the controller could see; ``sure``: nothing else looks like it.
+        self.persons, self.sure = 100.0, True
         self.program = False
+        self.zone = 100.0
         self.speeds = Speeds()
-        self.now = 10.0
+        self.steps, self.unsure = 1000, 0
+        self.set_there = False
+        self.delays = iter(writes)
+        self.coming: list[tuple[int, float]] = []
+        self.readings = [(self.value, False)] * late
+        self.written: list[tuple[int, float]] = []
         # What was told: when, from what, to what.
         self.told: list[tuple[float, float, float]] = []
 
+    @property
+    def now(self) -> float:
+        """Time [s]."""
+        return self.steps * STEP_S
+
+    @property
+    def recent(self) -> set[float]:
+        """What was written so recently that the robot may show it yet."""
+        return {value for at, value in self.written if self.steps - at <= MEMORY}
+
+    @property
+    def seen(self) -> bool:
+        """Whether the newest reading shows what the robot has."""
+        return self.shown == self.value and not self.coming
+
     def step(self) -> Iterator[float]:
         """Let one reading pass; yield what the controller writes."""
-        self.now += STEP_S
+        self.steps += 1
+        while self.coming and self.coming[0][0] <= self.steps:
+            self.value, self.set_there = self.coming.pop(0)[1], False
+        self.readings.append((self.value, self.set_there))
+        before = self.shown
+        self.shown, by_person = self.readings.pop(0)
+        if by_person and self.shown != before:
+            if self.shown in self.recent:
+                self.unsure = self.steps + MEMORY
+            self.sure = self.steps > self.unsure
+            # Else what is still to come of ours may look like a person's, too.
+            most = max(self.persons, self.shown, *self.recent)
+            self.persons = self.shown if self.sure else most
         flags = RealMeasured(
             self.now,
             self.now,
@@ -59,66 +104,108 @@ class Register:
             self.told.append((self.now, was, self.shown))
         sides = Sides(RealSide(flags=flags, connected=True), TwinSide())
         leader = Leader("real" if self.program else "", "")
+        safety = Safety(separation=Distance(cap=self.zone))
         self.speeds, actions = cap_speeds(
-            SETUP, self.speeds, sides, Safety(), leader, NOT_HELD, self.now
+            SETUP, self.speeds, sides, safety, leader, NOT_HELD, self.now
         )
         for action in actions:
             assert isinstance(action, OverrideReal)
             yield action.speed_percent
-            self.shown = action.speed_percent
+            self._write(action.speed_percent)
+
+    def _write(self, value: float) -> None:
+        self.written.append((self.steps, value))
+        delay = next(self.delays, 0)
+        if delay == 0 and not self.coming:
+            self.value, self.set_there = value, False
+        elif delay is not None:
+            first = self.coming[-1][0] if self.coming else 0
+            self.coming.append((max(first, self.steps + delay), value))
 
     def do(self, what: str, value: object) -> None:
         """Carry out one deed."""
         if what == "person":
-            self.shown = self.persons = float(str(value))
-        elif what == "same":
-            self.persons = self.shown
+            self.value, self.set_there = float(str(value)), True
+            self.sure &= self.value != self.shown
+        elif what == "same" and self.zone == 100.0 and not self.recent and self.seen:
+            # Beside a zone this cannot be seen.
+            self.persons = self.value
         elif what == "cap":
             self.speeds = replace(self.speeds, cap=float(str(value)))
+        elif what == "zone":
+            self.zone = float(str(value))
         elif what == "program":
             self.program = bool(value)
 
 
-@example(
-    deeds=[("person", 5), ("program", True), ("cap", 1), ("wait", 3), ("same", None), ("cap", 100)]
-)
-@example(deeds=[("person", 5), ("cap", 1), ("wait", 3), ("person", 1), ("cap", 100), ("wait", 40)])
-@given(deeds=DEEDS)
-def test_what_a_person_has_set_is_never_raised(deeds: list[tuple[str, object]]) -> None:
-    """Whatever the cap does; a program of the robot's own still gets no more than the cap."""
-    robot = Register()
-    for what, value in deeds:
+def slow_robot(
+    deeds: list[tuple[str, object]], writes: Iterable[int | None], late: int
+) -> Register:
+    """Return a robot after the deeds and some quiet: nothing written was more than a person set."""
+    robot = Register(writes, late)
+    for what, value in [*deeds, ("wait", QUIET)]:
         robot.do(what, value)
         for _ in range(int(str(value)) if what == "wait" else 2):
             for written in robot.step():
                 assert written <= robot.persons, "raised above what the person has set"
-        if robot.program and what == "wait":
-            assert robot.shown <= robot.speeds.cap
+                last = robot.written[-1] if robot.coming else (0, 0.0)
+                assert written != last[1] or robot.steps - last[0] >= RETRY, "told twice"
+    assert robot.value <= robot.persons
+    return robot
 
 
-@given(deeds=DEEDS)
+@example(
+    deeds=[("person", 5), ("program", True), ("cap", 1), ("wait", 3), ("same", None), ("cap", 100)],
+    writes=[],
+    late=0,
+)
+@example(
+    deeds=[("person", 5), ("cap", 1), ("wait", 3), ("person", 1), ("cap", 100), ("wait", 40)],
+    writes=[],
+    late=0,
+)
+@given(deeds=DEEDS, writes=WRITES, late=LATE)
+def test_what_a_person_has_set_is_never_raised(
+    deeds: list[tuple[str, object]], writes: list[int | None], late: int
+) -> None:
+    """Whatever cap and zone do, and however late the robot; both limit a program of its own."""
+    robot = slow_robot(deeds, writes, late)
+    if robot.program:
+        assert robot.value <= min(robot.speeds.cap, robot.zone)
+
+
+@given(deeds=st.lists(st.one_of(NO_CAP), max_size=30), writes=WRITES, late=LATE)
+def test_what_a_zone_has_taken_comes_back_however_late(
+    deeds: list[tuple[str, object]], writes: list[int | None], late: int
+) -> None:
+    """And no write that is lost keeps the robot slow."""
+    robot = slow_robot([*deeds, ("zone", 100)], writes, late)
+    assert robot.value == robot.persons or not robot.sure
+    assert robot.speeds.own_override is None and not robot.speeds.under_way
+
+
+@given(deeds=DEEDS, writes=WRITES, late=LATE)
 def test_what_a_person_changes_is_told_once_and_what_we_change_never(
-    deeds: list[tuple[str, object]],
+    deeds: list[tuple[str, object]], writes: list[int | None], late: int
 ) -> None:
     """What is set while nothing of ours is under way is told at once, all else at most once."""
-    robot = Register()
+    robot = Register(writes, late)
     list(robot.step())
-    unheard: set[float] = set()
-    for what, value in deeds:
-        order, seen = robot.speeds.real, robot.shown
-        quiet = order is None or order.sent <= robot.speeds.obeyed
+    unheard: list[float] = []
+    for what, value in [*deeds, ("wait", QUIET)]:
+        seen, quiet = robot.shown, not robot.speeds.under_way and not late
         robot.do(what, value)
         before = len(robot.told)
         if what == "person":
-            unheard.add(robot.shown)
+            unheard.append(robot.value)
             list(robot.step())
             if quiet and robot.told[before:] != [(robot.now, seen, float(str(value)))]:
                 assert seen == value, "a change was not told"
         for _ in range(int(str(value)) if what == "wait" else 2):
             list(robot.step())
         for _, _, told in robot.told[before:]:
-            assert told in unheard, "told as a person's"
-            unheard.discard(told)
+            assert told in unheard or not robot.sure, "told as a person's"
+            unheard = unheard[unheard.index(told) + 1 :] if told in unheard else unheard
 
 
 def test_without_a_program_of_its_own_the_override_is_the_persons_alone() -> None:

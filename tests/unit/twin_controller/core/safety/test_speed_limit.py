@@ -12,8 +12,9 @@ from harness.emulated.emulated_pair import EmulatedPair, moves
 from harness.pair import HOME, ROBOT, SETUP, Pair, idle_pair, ramp, seen_pair, shifted
 from harness.running.thorough import thorough
 from msgspec.structs import replace
-from twin_controller.core.actions import CapTwin, OverrideReal
+from twin_controller.core.actions import AnyAction, CapTwin, OverrideReal
 from twin_controller.core.lead.modes import Mode
+from twin_controller.core.orders.speed import GIVEN_BACK
 from twin_controller.core.safety.fastest import fastest_point, fastest_speed
 from twin_controller.core.setup import Setup
 
@@ -146,6 +147,29 @@ def test_what_was_set_at_the_robot_last_is_given_back() -> None:
         assert abs(pair.override - beside) <= 1.0
     pair.see(12.0, 1.0)
     assert pair.override == 70.0
+
+
+def test_an_override_that_was_given_back_in_vain_is_given_back_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Three writes are lost; until the robot has its own again, the state says what slows it."""
+    pair = beside_a_robot()
+    pair.see(2.2, 1.0)
+    beside, obey, lost = pair.override, pair._obey, list[float]()
+
+    def lossy(action: AnyAction) -> None:
+        if isinstance(action, OverrideReal) and action.speed_percent > beside and len(lost) < 3:
+            lost.append(action.speed_percent)
+        else:
+            obey(action)
+
+    monkeypatch.setattr(pair, "_obey", lossy)
+    pair.see(12.0, 0.5)
+    speeds = pair.state.orders.speeds
+    assert pair.override == beside and speeds.limited and speeds.reason == GIVEN_BACK
+    pair.see(12.0, 1.0)
+    assert len(lost) == 3 and pair.override == 100.0 and not pair.state.orders.speeds.limited
+    assert "OVERRIDE" not in pair.triggers()
 
 
 def test_speed_lower_than_the_persons_cap_stays() -> None:

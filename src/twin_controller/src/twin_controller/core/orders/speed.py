@@ -19,6 +19,9 @@ from twin_controller.core.sides.side import Sides
 replace = msgspec.structs.replace
 SpeedOrder = Order[float]
 """A cap of the twin, or an override of the real robot [percent]; it is never given up."""
+UNDER_WAY_PERIODS = 5
+"""For so many periods of repetition the robot may still show an override: longer than a link lives
+without an answer (``real_stale_ms``)."""
 
 
 class Speeds(msgspec.Struct, frozen=True):
@@ -36,12 +39,12 @@ class Speeds(msgspec.Struct, frozen=True):
     twin: SpeedOrder | None = None
     # The override that the real robot was sent last.
     real: SpeedOrder | None = None
-    # The robot's own override before we lowered it; None once it has that back.
+    # Those that it may still show, oldest first: what it shows of them is nobody else's.
+    under_way: tuple[SpeedOrder, ...] = ()
+    # What the robot is to have once nothing limits it: what was set there last; None: it has that.
     own_override: float | None = None
     # The robot's override as it was seen last; 0: it was not told yet.
     seen_override: float = 0.0
-    # When that order was sent which the robot has shown last [s].
-    obeyed: float = -math.inf
 
 
 def speed_patience(config: SpeedOrders) -> Patience:
@@ -64,20 +67,29 @@ def hear_override(
 ) -> tuple[Speeds, float | None]:
     """Return what the override was before somebody else changed it [percent], else None.
 
-    What the robot shows of our own order, once, is no news; while one is under way nothing is told.
+    What the robot shows of our own orders is no news. It shows them in the order in which they were
+    sent, late or, with a link that ends, never.
     """
-    shown, was, order = flags.override_percent, speeds.seen_override, speeds.real
-    awaited = order is not None and order.sent > speeds.obeyed
-    if order is not None and awaited and shows_override(order.wanted, shown, config):
-        return replace(speeds, seen_override=shown, obeyed=order.sent), None
-    if shown in (0.0, was) or (awaited and fresh(order, flags.now)):
+    shown, was, ours = flags.override_percent, speeds.seen_override, speeds.under_way
+    own, news = speeds.own_override, None
+    if shown not in (0.0, was):
+        k = next((k for k, one in enumerate(ours) if shows_override(one.wanted, shown, config)), -1)
+        if k < 0:
+            own, news = shown, was or None
+        # What was sent before it is overtaken.
+        ours = ours[k + 1 :]
+    elif not ours:
         return speeds, None
-    return replace(speeds, seen_override=shown), was or None
+    late = UNDER_WAY_PERIODS * speed_patience(config).period
+    ours = tuple(order for order in ours if flags.now - order.sent < late)
+    seen = shown or was
+    return replace(speeds, seen_override=seen, own_override=own, under_way=ours), news
 
 
 OPERATORS_SPEED = "the operator's SPEED"
 ZONE_AHEAD = "a keep-out zone is ahead, and a slower robot can stop before it"
 ZONE_BESIDE = "it stands beside a keep-out zone, and a slower start can be stopped before it"
+GIVEN_BACK = "its own override is given back, and it does not show that yet"
 
 
 NOT_HELD = Cap(100.0, "")
@@ -136,11 +148,12 @@ def _judged(
         requested = applied = flags.speed_percent
         limited = False
         ours = speeds.real is not None and speeds.real.wanted >= flags.override_percent
-        if speeds.own_override is not None and speeds.real is not None:
-            limited, reason = True, held.reason
+        own, order = speeds.own_override or 0.0, speeds.real
+        if order is not None and own > min(order.wanted, flags.override_percent):
+            limited, reason = True, held.reason if held.percent < own else GIVEN_BACK
             if requested is not None:
-                applied = min(requested, speeds.real.wanted)
-                requested = max(requested, speeds.own_override)
+                applied = min(requested, order.wanted)
+                requested = max(requested, own)
         elif ours and held.percent <= flags.override_percent < 100.0:
             limited, reason = True, held.reason
     else:
@@ -240,36 +253,25 @@ def _override_real(
     Only what zones and people took is given back. The operator's cap is not: a person who sets the
     same value meanwhile changes nothing that could be seen.
     """
-    config, order, own = setup.config.speed, speeds.real, speeds.own_override
-    shown, waits = flags.override_percent, fresh(order, now)
-    most = _whole(speeds.cap) if flags.own_program else 100.0
-    if allowed < shown - config.step_percent:
-        # Lower it at once, before the robot moves too; but not twice for the same limit.
-        if order is not None and waits and allowed >= order.wanted:
-            return speeds, []
-        if order is None or not (waits or shows_override(order.wanted, shown, config)):
-            # Somebody at the robot set it: that is given back afterwards, nothing older.
-            own = shown
-        elif own is None:
-            own = order.wanted
-        own, wanted = min(own, most), allowed
-    elif waits:
+    config, order, shown = setup.config.speed, speeds.real, speeds.seen_override
+    if not shown:
         return speeds, []
-    elif order is None or own is None or not shows_override(order.wanted, shown, config):
-        # Nothing is owed to the robot, or somebody at the robot has set it meanwhile.
-        return replace(speeds, own_override=None), []
-    else:
-        # Give it back in steps: between two sightings of a person the cap falls and rises a little.
-        own = min(own, most)
-        speeds = replace(speeds, own_override=None if own <= shown else own)
-        wanted = min(own, allowed)
-        if wanted < min(own, shown + config.raise_step_percent):
-            return speeds, []
-    if shows_override(wanted, shown, config):
-        return speeds, []
-    kept = None if wanted >= own else own
-    order = tell(speeds.real, wanted, speed_patience(config), now)
-    return replace(speeds, real=order, own_override=kept), [OverrideReal(wanted)]
+    own = shown if speeds.own_override is None else speeds.own_override
+    own = min(own, _whole(speeds.cap) if flags.own_program else 100.0)
+    wanted = min(own, allowed)
+    coming, waits = shown, fresh(order, now)
+    if order is not None and waits and order in speeds.under_way:
+        coming = order.wanted
+    # Lower it at once, before the robot moves too; but not twice for the same limit. Give it back
+    # in steps: between two sightings of a person the cap falls and rises a little.
+    later = wanted > coming and (waits or wanted < min(own, shown + config.raise_step_percent))
+    if later or shows_override(wanted, coming, config):
+        # It is owed until it is shown, and nothing lower can come behind it.
+        has = shows_override(own, shown, config) and not speeds.under_way
+        return replace(speeds, own_override=None if has else own), []
+    order = tell(order, wanted, speed_patience(config), now)
+    ours = (*speeds.under_way, order)
+    return replace(speeds, real=order, under_way=ours, own_override=own), [OverrideReal(wanted)]
 
 
 def speed_answer(speeds: Speeds, flags: RealMeasured | None, allowed: Cap) -> str:
