@@ -121,10 +121,7 @@ class PoseController:
         return packet.select(self._commanded) if self._commanded != packet.names else packet
 
     def end_follow(self) -> None:
-        """End the stream because its source says so.
-
-        What still moves is stopped, and a move is possible at once.
-        """
+        """End the stream by its source: what still moves stops, and a move is possible at once."""
         if self._stream.session is not None:
             self._stop("follow: ended by its source")
 
