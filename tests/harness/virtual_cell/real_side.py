@@ -217,7 +217,7 @@ class RealSide:
             off_ms = self.stamps_off_ms()
             sample = msgspec.structs.replace(sample, clock_ms=sample.clock_ms + off_ms)
             self._paused, self._here = "paused" in sample.outputs, sample.motion.q
-            if sample.control_type is not ControlType.STREAM or not self._idle:
+            if sample.control_type is not ControlType.STREAM or self._paused or not self._idle:
                 self._idle = sample.motion.q
             decide = partial(self._hand_over, sample, sent, received)
             self._schedule.after(self._delays.decision, decide)

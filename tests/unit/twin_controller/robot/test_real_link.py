@@ -6,7 +6,7 @@ import threading
 
 import msgspec
 import pytest
-from harness.opponents.memory_robot import MemoryCell
+from harness.opponents.memory_robot import STANDS, MemoryCell
 from harness.sides import ROBOT
 from twin_controller.core.actions import Command, RobotSetpoint, StreamReal
 from twin_controller.core.events import RealAlarm, RealMeasured
@@ -179,6 +179,23 @@ def test_the_end_writes_nothing_to_a_robot_that_is_only_followed() -> None:
         show(cell, ControlType.STREAM, "progrun")
         cell.asked.clear()
     assert [asked[0] for asked in cell.asked] == ["close"]
+
+
+def test_a_joint_without_a_twin_stays_where_it_was_turned_in_a_pause(cell: MemoryCell) -> None:
+    """Somebody has turned it at the pendant: the stream must not turn it back by itself."""
+    show(cell, ControlType.STREAM, "progrun")
+    turned = list(STANDS.motion.q)
+    turned[3] += 0.005
+    assert cell.robot.show(
+        *turned, control_type=ControlType.STREAM, outputs=frozenset({"sysrdy", "paused"})
+    )
+    assert cell.robot.show(
+        *STANDS.motion.q, control_type=ControlType.STREAM, outputs=frozenset({"progrun"})
+    )
+    cell.link.stream(StreamReal(RobotSetpoint((0.1, 0.2, -0.05, 0.4)), 50.0, 0.0))
+    (_, written), *_ = cell.asked
+    assert isinstance(written, StreamReal)
+    assert written.setpoint.q[3] == pytest.approx(turned[3])
 
 
 def test_an_error_that_ended_the_link_is_kept(cell: MemoryCell) -> None:

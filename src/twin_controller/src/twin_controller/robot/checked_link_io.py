@@ -127,7 +127,7 @@ class CheckedLink:
     def write_setpoint(self, action: StreamReal) -> None:
         """Write a set point of the twin's joints at its time.
 
-        Joints that the twin does not have stay where they were when the stream began.
+        Joints that the twin does not have stay where they were when the stream began or went on.
         """
         try:
             whole = replace(action, setpoint=self._whole(action.setpoint))

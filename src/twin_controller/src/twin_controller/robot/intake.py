@@ -34,8 +34,8 @@ class Intake(msgspec.Struct, frozen=True):
 
     Attributes:
         plausible: The last reading that was believed; begins anew with each connection.
-        resting: Where the robot's joints were when the stream began, those without a twin too
-            [rad or m]. Empty while unknown. It outlives a connection.
+        resting: Where the robot's joints were when the stream began or went on, those without a
+            twin too [rad or m]. Empty while unknown. It outlives a connection.
     """
 
     plausible: Plausibility = Plausibility()
@@ -64,7 +64,8 @@ def take(
     reading = Reading(sample.motion, received)
     plausible, verdict = judge(intake.plausible, reading, joints, wrap=1e-3 * CLOCK_WRAP_MS)
     resting = intake.resting
-    streams = sample.control_type is ControlType.STREAM
+    # In a pause somebody may turn a joint at the pendant: the stream goes on from where it is then.
+    streams = sample.control_type is ControlType.STREAM and not is_paused(sample)
     if verdict is Verdict.ACCEPTED and not (streams and resting):
         resting = sample.motion.q
     return Intake(plausible, resting), verdict
