@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 
 import msgspec
 import pytest
@@ -26,6 +27,13 @@ from twin_controller.robot_sample import (
 def cell() -> MemoryCell:
     """Return the shared side with the shipped robots' table."""
     return MemoryCell(UI_SIGNALS, has_gripper=True)
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the end wait for nothing for long."""
+    monkeypatch.setattr(real_link_io, "REST", 0.01)
+    monkeypatch.setattr(real_link_io, "PULSES", 0.0)
 
 
 def show(cell: MemoryCell, control: ControlType, *signals: str) -> None:
@@ -112,6 +120,7 @@ def test_a_robot_whose_watchdog_holds_it_is_a_fault_with_a_reason(cell: MemoryCe
         assert last.fault is (state is WatchdogState.EXPIRED)
 
 
+@pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize(
     ("control", "stopped"), [(ControlType.STREAM, True), (ControlType.PROGRAM, False)]
 )
@@ -128,6 +137,29 @@ def test_the_end_stops_a_stream_of_ours_and_no_program_of_the_robot(
     assert cell.asked[-1][0] == "close", "nothing is streamed after the end"
 
 
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize(
+    ("shown", "stopped"),
+    [
+        ([], True),
+        ([(ControlType.PROGRAM, "progrun")], False),
+        ([(ControlType.STREAM, "progrun"), (ControlType.NONE, "sysrdy")], False),
+    ],
+    ids=["not shown yet", "a program of the robot", "it has ended"],
+)
+def test_the_end_stops_a_stream_that_was_asked_for_and_is_not_shown_yet(
+    cell: MemoryCell, shown: list[tuple[ControlType, str]], stopped: bool
+) -> None:
+    """It would start behind the end, with a valid set point and no watchdog."""
+    with cell.link:
+        show(cell, ControlType.NONE)
+        cell.link.perform(Command.START_STREAM)
+        for each in shown:
+            show(cell, *each)
+    assert (("pulse", "cstopi", False) in cell.asked) is stopped
+    assert (("take_back_setpoints",) in cell.asked) is stopped
+
+
 @pytest.mark.parametrize(
     ("commands", "given"),
     [
@@ -138,9 +170,13 @@ def test_the_end_stops_a_stream_of_ours_and_no_program_of_the_robot(
     ],
 )
 def test_the_end_gives_a_hold_of_ours_back_to_a_robot_that_stands(
-    cell: MemoryCell, commands: tuple[Command, ...], given: bool
+    cell: MemoryCell, monkeypatch: pytest.MonkeyPatch, commands: tuple[Command, ...], given: bool
 ) -> None:
-    """Else its pendant starts nothing, and nobody says why; an emergency stop stays."""
+    """Else its pendant starts nothing, and nobody says why; an emergency stop stays.
+
+    A START that is on its way acts at the end of its pulse: it must find HOLD away.
+    """
+    monkeypatch.setattr(time, "sleep", lambda t: cell.asked.append(("sleep", t)))
 
     def stand() -> None:
         while ("close", True) not in cell.asked and not done.wait(0.01):
@@ -156,15 +192,16 @@ def test_the_end_gives_a_hold_of_ours_back_to_a_robot_that_stands(
         robot.start()
     done.set()
     robot.join()
-    assert (("set_signal", "hold", True) in cell.asked) is given
+    ended = [("sleep", real_link_io.PULSES), ("set_signal", "hold", True)]
+    assert [each for each in cell.asked if each in ended] == (ended if given else [])
     assert ("pulse", "cstopi", False) not in cell.asked
 
 
+@pytest.mark.usefixtures("quick")
 def test_a_hold_of_ours_stays_away_from_a_robot_that_was_not_seen_to_stand(
-    cell: MemoryCell, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+    cell: MemoryCell, caplog: pytest.LogCaptureFixture
 ) -> None:
     """It may still move: the log says what keeps START from it."""
-    monkeypatch.setattr(real_link_io, "REST", 0.01)
     with cell.link:
         show(cell, ControlType.PROGRAM, "progrun")
         cell.link.perform(Command.HOLD_REAL)

@@ -45,6 +45,8 @@ from twin_controller.robot_sample import (
 _LOG = logging.getLogger("rosout.real_link")
 REST = 1.0
 """A stream that ends with the controller has so long to come to rest [s]. Our choice."""
+PULSES = 0.15
+"""Then HOLD stays away so long first [s]: START and RSR pulses of 120 ms have ended. Our choice."""
 OnData = Callable[[RobotSample, str, str, int], None]
 
 
@@ -83,6 +85,8 @@ class RealLink:
         self._paused = False
         # Our stream program runs, as of the last sample; once the link ends nothing is streamed.
         self._streams = self._ends = False
+        # It was asked for, and no sample has shown it, or another program, since then.
+        self._asked_stream = False
         # What took HOLD away last, an emergency stop before all others; None: it is there.
         self._held_by: Command | None = None
         self._before: JointMotion | None = None
@@ -112,11 +116,13 @@ class RealLink:
         """
         # First of all: the engine still runs, and would go on to stream.
         self._ends = True
-        if self._streams or self._held_by in (Command.STOP_REAL, Command.HOLD_REAL):
+        streams = self._streams or self._asked_stream
+        if streams or self._held_by in (Command.STOP_REAL, Command.HOLD_REAL):
+            if streams:
+                self.perform(Command.STOP_REAL)
+            time.sleep(PULSES)
             # An older sample at rest says nothing of this stop.
             self._rests.clear()
-            if self._streams:
-                self.perform(Command.STOP_REAL)
             if self._rests.wait(REST):
                 self.perform(Command.GIVE_HOLD_BACK)
             else:
@@ -159,11 +165,17 @@ class RealLink:
             self._held_by = None
         elif command in TAKES_HOLD and self._held_by is not Command.ESTOP_REAL:
             self._held_by = command
+        if command in (Command.START_STREAM, Command.CONTINUE_STREAM):
+            self._asked_stream = True
+        elif command in (*TAKES_HOLD, Command.END_AT_REST):
+            self._asked_stream = False
 
     def _sampled(self, sample: RobotSample, sent: float, received: float) -> None:
         self._paused = is_paused(sample)
         # A robot that is only followed may be streamed to by another master: none of ours.
         self._streams = self._robot.lead and sample.moved_by is ControlType.STREAM
+        if sample.moved_by is not ControlType.NONE:
+            self._asked_stream = False
         before, self._before = self._before or sample.motion, sample.motion
         if "progrun" not in sample.outputs and stands(before, sample.motion, self._robot.joints):
             self._rests.set()
