@@ -64,6 +64,7 @@ class MemoryCell:
         self.events: list[AnyEvent] = []
         self.changes: list[tuple[str, bool, str]] = []
         self.words: list[tuple[str, str, int]] = []
+        self.alive = True
         self.robot: MemoryLink
 
         def connect(listener: RobotListener) -> MemoryLink:
@@ -77,7 +78,7 @@ class MemoryCell:
             self.events.append,
             lambda *change: self.changes.append(change),
             lambda sample, *words: self.words.append(words),
-            lambda: True,
+            lambda: self.alive,
             table,
         )
         self.robot.start()

@@ -69,9 +69,11 @@ def test_engine_that_dies_keeps_the_reason(monkeypatch: pytest.MonkeyPatch) -> N
     listener = Listener()
     listener.fails = True
     with Engine(SETUP, Links(), Links(), listener.stepped) as engine:
+        wait_until(lambda: engine.alive, 2.0, "a living engine")
         engine.link_changed("real", False, "cut")
-        wait_until(lambda: not engine.running, 10.0, "the end of the engine")
+        wait_until(lambda: engine.failure is not None, 10.0, "the end of the engine")
         assert isinstance(engine.failure, RuntimeError) and not engine.alive
+        wait_until(lambda: not engine.running, 2.0, "the end of its thread")
 
 
 class OneGap:

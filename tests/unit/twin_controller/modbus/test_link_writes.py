@@ -20,8 +20,9 @@ UP, DOWN = True, False
 pytestmark = pytest.mark.usefixtures("patient")
 
 
+@pytest.mark.parametrize("disarm", [True, False])
 def test_what_was_left_before_the_end_is_written_before_the_farewell(
-    robot: Robot, owner: Owner
+    robot: Robot, owner: Owner, disarm: bool
 ) -> None:
     """A stop that was asked for last reaches the robot, its pulse ends, then the watchdog rests."""
     with owner.link(robot.port) as link:
@@ -29,6 +30,7 @@ def test_what_was_left_before_the_end_is_written_before_the_farewell(
         link.send(Pulse("cstopi"))
         link.send(Number("setpoint_valid", 0))
         link.send(Signal("hold", True))
+        link.close(disarm)
     written = [(at, values) for _, at, values in robot.written]
     assert [each for each in written if each[0] != 11069][-4:] == [
         (6003, (0xFF00,)),
@@ -36,19 +38,21 @@ def test_what_was_left_before_the_end_is_written_before_the_farewell(
         (6001, (0xFF00,)),
         (6003, (0,)),
     ]
-    assert written[-1] == (11069, (0,))
+    assert ((11069, (0,)) in written) is disarm
 
 
+@pytest.mark.parametrize("disarm", [True, False])
 def test_numbered_commands_that_were_left_before_the_end_are_written_before_the_farewell(
-    robot: Robot, owner: Owner
+    robot: Robot, owner: Owner, disarm: bool
 ) -> None:
     """The robot is still asked which it has taken: the next one waits for that."""
     robot.echoes = True
     with owner.link(robot.port, numbered=True) as link:
         owner.wait_for(UP)
         link.send(Signal("hold", False), Pulse("cstopi"), Signal("hold", True))
+        link.close(disarm)
     assert robot.writes(COMMAND) == [(3, 1), (10, 3), (4, 5)] and owner.rejects == []
-    assert robot.written[-1] == (16, 11069, (0,))
+    assert ((16, 11069, (0,)) in robot.written) is disarm
 
 
 def test_the_end_does_not_wait_for_a_robot_that_confirms_nothing(

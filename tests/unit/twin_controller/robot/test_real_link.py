@@ -201,12 +201,25 @@ def test_the_end_gives_a_hold_of_ours_back_to_a_robot_that_stands(
 def test_a_hold_of_ours_stays_away_from_a_robot_that_was_not_seen_to_stand(
     cell: MemoryCell, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """It may still move: the log says what keeps START from it."""
+    """It may still move: the log says what keeps START from it, and its watchdog stays armed."""
     with cell.link:
         show(cell, ControlType.PROGRAM, "progrun")
         cell.link.perform(Command.HOLD_REAL)
     assert ("set_signal", "hold", True) not in cell.asked
-    assert "its HOLD stays away" in caplog.text
+    assert "its HOLD stays away, and its watchdog armed" in caplog.text
+    assert cell.asked[-1] == ("close", False)
+
+
+@pytest.mark.parametrize("control", [ControlType.PROGRAM, ControlType.NONE])
+def test_the_end_disarms_the_watchdog_unless_nobody_decides_any_longer(
+    cell: MemoryCell, control: ControlType
+) -> None:
+    """A program of the robot's own goes on; an error of ours stops it, as if we had been killed."""
+    for alive in (True, False):
+        cell.alive = alive
+        with cell.link:
+            show(cell, control, "progrun")
+        assert cell.asked[-1] == ("close", alive)
 
 
 def test_the_end_writes_nothing_to_a_robot_that_is_only_followed() -> None:

@@ -101,7 +101,7 @@ class Engine:
     @property
     def alive(self) -> bool:
         """Whether the engine has decided a moment ago; it may hang in what it publishes or logs."""
-        return time.monotonic() - self._looped < ALIVE
+        return self.failure is None and time.monotonic() - self._looped < ALIVE
 
     def asked(self, asked: float, now: float) -> float:
         """Return when a command was asked for, or the earliest time at which that may have been.

@@ -204,14 +204,16 @@ class ModbusRobotLink:
                     pause = self._retry
                     self._retry = min(2.0 * pause, self._settings.retry_last)
                     self._outbox.pause(time.monotonic() + pause)
-            numbered = self._disarm and self._layout.command_word is not None
+            numbered = self._layout.command_word is not None
             # Each one that is left waits until the robot shows the one before. Where that cannot be
             # read, the writer gives it up after its attempts.
             with contextlib.suppress(LinkLostError):
                 while numbered and not self._writer.ended:
                     self._writer.wait(time.monotonic() + self._settings.poll_period)
                     self._read_state()
-            self._writer.end(farewell=self._disarm)
+            # An armed watchdog ends what runs, and a stop that was left goes before it.
+            self._writer.beats = self._writer.beats and self._disarm
+            self._writer.end(farewell=True)
         except BaseException as error:
             self._listener.died(error)
             raise

@@ -61,7 +61,8 @@ class Writer:
     Attributes:
         echo: Number of the command that the robot has taken last, of a map with numbered commands.
         beat: The heartbeat that was written last, or is being written; 0 before the first.
-        beats: Heartbeats are written. Not while somebody else writes them.
+        beats: Heartbeats are written. Not while somebody else writes them,
+            nor behind an end that leaves the watchdog armed.
     """
 
     def __init__(
@@ -147,7 +148,7 @@ class Writer:
         """Disconnect if connected.
 
         With ``farewell`` what was left in the closed outbox is written first, the end of its pulses
-        too, and the robot's watchdog disarmed.
+        too, and the robot's watchdog disarmed where there were heartbeats.
         """
         if self._thread is None:
             return

@@ -77,6 +77,7 @@ class RealLink:
             table: What each command does on the robot's signals.
         """
         self._robot, self._has_gripper, self._table = robot, has_gripper, table
+        self._alive = alive
         self._put, self._on_data = put, on_data
         self._program = self._alarm = self._program_name = ""
         self._alarm_number = 0
@@ -112,10 +113,12 @@ class RealLink:
 
         A program of the robot's own goes on. HOLD is given back to a robot that has stopped, for
         nobody else would; a paused program stays paused by it. One that was not seen to stop keeps
-        it away, and an emergency stop stays.
+        it away and its watchdog armed, and an emergency stop stays. Where nobody decides any longer
+        the watchdog stays armed too, and ends what runs.
         """
         # First of all: the engine still runs, and would go on to stream.
         self._ends = True
+        disarm = self._alive()
         streams = self._streams or self._asked_stream
         if streams or self._held_by in (Command.STOP_REAL, Command.HOLD_REAL):
             if streams:
@@ -123,11 +126,14 @@ class RealLink:
             time.sleep(PULSES)
             # An older sample at rest says nothing of this stop.
             self._rests.clear()
-            if self._rests.wait(REST):
+            disarm = self._rests.wait(REST)
+            if disarm:
                 self.perform(Command.GIVE_HOLD_BACK)
             else:
-                _LOG.warning("real robot: not seen to stand; its HOLD stays away")
-        self._link.close()
+                _LOG.warning(
+                    "real robot: not seen to stand; its HOLD stays away, and its watchdog armed"
+                )
+        self._link.close(disarm)
 
     @property
     def failure(self) -> BaseException | None:
