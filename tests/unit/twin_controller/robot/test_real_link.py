@@ -174,9 +174,16 @@ def test_the_end_gives_a_hold_of_ours_back_to_a_robot_that_stands(
 ) -> None:
     """Else its pendant starts nothing, and nobody says why; an emergency stop stays.
 
-    A START that is on its way acts at the end of its pulse: it must find HOLD away.
+    A START that is on its way acts at the end of its pulse: it must find HOLD away. The engine goes
+    on meanwhile: it starts nothing, and takes no HOLD away that nobody would give back.
     """
-    monkeypatch.setattr(time, "sleep", lambda t: cell.asked.append(("sleep", t)))
+
+    def sleep(seconds: float) -> None:
+        cell.asked.append(("sleep", seconds))
+        cell.link.perform(Command.START_STREAM)
+        cell.link.perform(Command.STOP_REAL)
+
+    monkeypatch.setattr(time, "sleep", sleep)
 
     def stand() -> None:
         while ("close", True) not in cell.asked and not done.wait(0.01):
@@ -193,8 +200,16 @@ def test_the_end_gives_a_hold_of_ours_back_to_a_robot_that_stands(
     done.set()
     robot.join()
     ended = [("sleep", real_link_io.PULSES), ("set_signal", "hold", True)]
-    assert [each for each in cell.asked if each in ended] == (ended if given else [])
-    assert ("pulse", "cstopi", False) not in cell.asked
+    assert (ended[1] in cell.asked) is given
+    if given:
+        assert [each for each in cell.asked if each in ended] == ended
+    stops = cell.asked.count(("pulse", "cstopi", False))
+    assert stops == cell.asked.count(ended[0]), "the engine's stop is obeyed, and there is no other"
+    assert ("pulse", "rsr1", True) not in cell.asked
+    for command, obeyed in ((Command.STOP_REAL, not given), (Command.ESTOP_REAL, True)):
+        cell.asked.clear()
+        cell.link.perform(command)
+        assert bool(cell.asked) is obeyed
 
 
 @pytest.mark.usefixtures("quick")

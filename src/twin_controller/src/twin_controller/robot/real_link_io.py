@@ -84,13 +84,17 @@ class RealLink:
         self._alarm_status, self._heartbeat_lost = AlarmStatus(0, 0, "", "", ""), False
         # As of the last sample: START must not run a program that is not paused.
         self._paused = False
-        # Our stream program runs, as of the last sample; once the link ends nothing is streamed.
-        self._streams = self._ends = False
+        # Our stream program runs, as of the last sample.
+        self._streams = False
         # It was asked for, and no sample has shown it, or another program, since then.
         self._asked_stream = False
         # What took HOLD away last, an emergency stop before all others; None: it is there.
         self._held_by: Command | None = None
         self._before: JointMotion | None = None
+        # A command is several writes: those of two threads must not mix.
+        self._turn = threading.Lock()
+        # Once the link ends only what stops the robot, in the end an emergency stop alone.
+        self._obeyed = tuple(Command)
         # A sample was read that showed the robot stopped.
         self._rests = threading.Event()
         self._link = CheckedLink(
@@ -116,20 +120,23 @@ class RealLink:
         it away and its watchdog armed, and an emergency stop stays. Where nobody decides any longer
         the watchdog stays armed too, and ends what runs.
         """
-        # First of all: the engine still runs, and would go on to stream.
-        self._ends = True
+        with self._turn:
+            # First of all: the engine still runs, and would go on to stream.
+            self._obeyed = TAKES_HOLD
+            if self._streams or self._asked_stream:
+                self._do(Command.STOP_REAL)
         disarm = self._alive()
-        streams = self._streams or self._asked_stream
-        if streams or self._held_by in (Command.STOP_REAL, Command.HOLD_REAL):
-            if streams:
-                self.perform(Command.STOP_REAL)
+        if self._held_by is not None:
             time.sleep(PULSES)
             # An older sample at rest says nothing of this stop.
             self._rests.clear()
             disarm = self._rests.wait(REST)
-            if disarm:
-                self.perform(Command.GIVE_HOLD_BACK)
-            else:
+            with self._turn:
+                if disarm and self._held_by is not Command.ESTOP_REAL:
+                    # The engine hears that the stream is gone, and would stop the pair for it.
+                    self._obeyed = (Command.ESTOP_REAL,)
+                    self._do(Command.GIVE_HOLD_BACK)
+            if not disarm:
                 _LOG.warning(
                     "real robot: not seen to stand; its HOLD stays away, and its watchdog armed"
                 )
@@ -148,13 +155,15 @@ class RealLink:
 
     def stream(self, action: StreamReal) -> None:
         """Write one set point at its time."""
-        if not self._ends:
-            self._link.write_setpoint(action)
+        with self._turn:
+            if Command.START_STREAM in self._obeyed:
+                self._link.write_setpoint(action)
 
     def stream_ahead(self, action: StreamAhead) -> None:
         """Write set points ahead of their time."""
-        if not self._ends:
-            self._link.write_ahead(action)
+        with self._turn:
+            if Command.START_STREAM in self._obeyed:
+                self._link.write_ahead(action)
 
     def override(self, speed_percent: float) -> None:
         """Set the override."""
@@ -166,6 +175,11 @@ class RealLink:
 
     def perform(self, command: Command) -> None:
         """Carry out one command on the robot's signals."""
+        with self._turn:
+            if command in self._obeyed:
+                self._do(command)
+
+    def _do(self, command: Command) -> None:
         self._link.send(*steps(self._table, command, self._paused))
         if command in GIVES_HOLD:
             self._held_by = None
