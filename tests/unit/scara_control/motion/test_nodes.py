@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from types import SimpleNamespace
 from typing import Any
 from unittest.mock import MagicMock
@@ -12,12 +13,13 @@ import pytest
 import rospy
 from scara_config import load_robot
 from scara_control.config import load_motion
+from scara_control.motion.jogging.joint_vel_controller_node import JointVelController
 from scara_control.motion.joint_pose_controller_node import JointPoseController
 from scara_control.trajectory.goal import Code
 from scara_control.trajectory.trajectory_server_node import TrajectoryServer
 from sensor_msgs.msg import JointState
 
-from control_msgs.msg import FollowJointTrajectoryGoal
+from control_msgs.msg import FollowJointTrajectoryGoal, JointJog
 from scara_msgs.msg import MotionCommand
 
 ROBOT, CONFIG = load_robot(), load_motion()
@@ -101,3 +103,25 @@ def test_the_trajectory_server_ignores_an_unknown_command() -> None:
     server._on_command(MotionCommand(command=99, id=1))
     server._on_command(MotionCommand(command=MotionCommand.STOP, id=1))
     assert server._epoch._number == 1
+
+
+@pytest.mark.parametrize("stamped", [True, False])
+def test_a_key_that_is_held_through_a_stop_jogs_no_longer(
+    monkeypatch: pytest.MonkeyPatch, stamped: bool
+) -> None:
+    """The STOP comes while the first jog waits for the twin controller: none was heard before."""
+    controller = JointVelController(ROBOT, CONFIG)
+    stops = [MotionCommand(command=MotionCommand.STOP, id=1)]
+
+    def say(message: JointJog, goes_on: bool) -> None:
+        while stops:
+            controller._on_command(stops.pop())
+
+    monkeypatch.setattr(controller._lending, "say", say)
+    jog = JointJog(joint_names=NAMES[:1], velocities=[0.1])
+    for _ in range(3):
+        jog.header.stamp = rospy.Time.from_sec(time.time()) if stamped else rospy.Time()
+        controller._reader(reading(HERE, STILL))
+        controller._on_jog(jog)
+        assert controller._core.is_idle
+    assert "commands are ignored until they pause" in controller._core.report()

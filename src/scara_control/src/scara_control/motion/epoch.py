@@ -19,6 +19,10 @@ from scara_control.motion.commands import Command, MotionRefusedError
 ENDING = (Command.STOP, Command.ESTOP, Command.PAUSE, Command.YIELD)
 
 
+class CancelledError(MotionRefusedError):
+    """A request is older than a stop, or may be."""
+
+
 class AskedAt(NamedTuple):
     """A request that was taken in.
 
@@ -81,19 +85,19 @@ class Epoch:
             stream: It begins a stream, for which YIELD makes room.
 
         Raises:
-            MotionRefusedError: A stop was given after it was asked for, or may have been.
+            CancelledError: A stop was given after it was asked for, or may have been.
         """
         self.ran(now)
         at = asked if said(asked, now) else self._standstill.earliest(now)
         if at < (self._stopped if stream else self._ended):
-            raise MotionRefusedError(f"cancelled by {self._why}, before it began")
+            raise CancelledError(f"cancelled by {self._why}, before it began")
         return AskedAt(at, self._number)
 
     def check(self, request: AskedAt) -> None:
         """Judge a request that has waited for something, before it begins to move.
 
         Raises:
-            MotionRefusedError: A stop or a pause was heard meanwhile.
+            CancelledError: A stop or a pause was heard meanwhile.
         """
         if request.number != self._number:
-            raise MotionRefusedError(f"cancelled by {self._why}, before it began")
+            raise CancelledError(f"cancelled by {self._why}, before it began")

@@ -150,6 +150,10 @@ class StreamGate:
         # What has paused already is no longer the stream that the stop was for.
         self.barred = now - self._heard <= self._timeout
 
+    def cancel(self, now: float) -> None:
+        """Note that a packet from before a stop came: what it belongs to is not listened to."""
+        self._heard, self.barred = now, True
+
     def forgive(self, gap: float) -> None:
         """Leave out a gap [s] in which nobody listened: it is no pause of who streams."""
         self._heard += gap

@@ -14,6 +14,7 @@ from scara_control.config import MotionConfig, in_si
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.limits import check_joint_vector
 from scara_control.motion.commands import Command, MotionRefusedError, Ownership, taken_text
+from scara_control.motion.epoch import CancelledError
 from scara_control.motion.feedback import Feedback
 from scara_control.motion.following.stream import StreamGate
 from scara_control.motion.jogging.waiting import JogQueue
@@ -111,7 +112,7 @@ class JogController:
             self._gate.check(now)
             named = self._check(names, velocities, displacements, duration, now)
         except ValueError as error:
-            self.refuse(error)
+            self.refuse(error, now)
             raise
         if begins:
             self._waits = 0.0 if prompt else self._follower
@@ -217,8 +218,11 @@ class JogController:
             return None
         return self._queue.setpoints(self._joints, measured.extrapolated(now), now)
 
-    def refuse(self, error: ValueError) -> None:
+    def refuse(self, error: ValueError, now: float) -> None:
         """Tell why a command was refused, here or before it came here."""
+        if isinstance(error, CancelledError):
+            # Its key may still be held, and the stop barred only what had been heard before.
+            self._gate.cancel(now)
         self._message = f"refused: {error}"
 
     def report(self) -> str:

@@ -141,32 +141,42 @@ class JointVelController:
             self._show()
 
     def _on_jog(self, message: JointJog) -> None:
-        # Asked before the stops are heard: an answer takes a while, and one may come meanwhile.
+        try:
+            self._take_jog(message)
+        except ScaraControlError as error:
+            with self._lock:
+                self._core.refuse(error, self._clock.now())
+                self._show()
+            rospy.logwarn_throttle(_LOG_PERIOD, f"jog: refused: {error}")
+
+    def _take_jog(self, message: JointJog) -> None:
+        """Jog, unless a stop is heard before the jog begins."""
+        self._stops.hear_first()
+        with self._lock:
+            asked = self._clock.asked(message.header.stamp)
+            request = self._epoch.begin(asked, time.monotonic())
+        # The answer takes a while: a stop that comes meanwhile is heard right after.
         self._lending.say(message, goes_on=not self._core.is_idle)
         self._stops.hear_first()
         if self._core.is_idle:
             # A reading of a node at rest may be HOLD_S old.
             self._reader.catch_up()
         with self._lock:
-            try:
-                self._epoch.begin(self._clock.asked(message.header.stamp), time.monotonic())
-                now = self._clock.now()
-                if self._core.is_idle:
-                    self._core.tick(now)  # the loop rests: the ramp begins now
-                self._core.command(
-                    message.joint_names,
-                    message.velocities,
-                    message.displacements,
-                    message.duration,
-                    now,
-                    prompt=message.header.frame_id == TRIM,
-                )
-                self._movers.asked("joint_vel_controller/command", message)
-                self._rest.wake()
-                self._reader.rouse()
-            except ScaraControlError as error:
-                self._core.refuse(error)
-                rospy.logwarn_throttle(_LOG_PERIOD, f"jog: refused: {error}")
+            self._epoch.check(request)
+            now = self._clock.now()
+            if self._core.is_idle:
+                self._core.tick(now)  # the loop rests: the ramp begins now
+            self._core.command(
+                message.joint_names,
+                message.velocities,
+                message.displacements,
+                message.duration,
+                now,
+                prompt=message.header.frame_id == TRIM,
+            )
+            self._movers.asked("joint_vel_controller/command", message)
+            self._rest.wake()
+            self._reader.rouse()
             self._show()
 
     def _on_mode(self, message: TwinControllerState) -> None:
