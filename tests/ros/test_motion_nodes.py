@@ -279,6 +279,24 @@ def test_stop_cancels_move_to_with_its_reason(cell):
     cell.still()
 
 
+@pytest.mark.parametrize(
+    ("held", "text"), [(True, "paused: RESUME"), (False, "speed_mm_s: a joint")]
+)
+def test_a_newer_move_to_that_is_refused_ends_the_older_one_too(cell, held, text):
+    """Both callers have their answers then: nothing may move on, and nothing after RESUME."""
+    older = cell.background(cell.move_to, x=0.3, y=0.4, z=0.1, speed_percent=5.0)
+    cell.state("moving")
+    if held:
+        cell.command("PAUSE")
+    newer = cell.move_to(x=0.51, y=0.16, z=0.1, speed_mm_s=5.0 * (not held))
+    assert not newer.success and text in newer.message
+    assert cell.answer(older).message == "replaced by a newer request"
+    cell.state("idle", 1.0)
+    cell.command("RESUME")
+    cell.still()
+    assert cell.states[-1].state == "idle"
+
+
 def test_emergency_stop_is_latched_until_reset(cell):
     """Moves, streams and jogs are refused; RESET moves nothing."""
     answers = cell.background(cell.move, joint_positions=FAR, speed_percent=5.0)

@@ -4,10 +4,12 @@ Drives the twin's tool to a point, through both joint controllers, until it is t
 
 Parameters: ``~config_dir`` (robot.yaml, motion.yaml; default: the package scara_config).
 Services: ``move_to`` (scara_msgs/MoveTo). Joints that do not move the tool hold. A newer request
-replaces a running one once its point has proved reachable; STOP and ESTOP cancel.
+replaces a running one once its point has proved reachable, and stops the twin if it is refused
+then; STOP and ESTOP cancel.
 Calls: ``joint_pose_controller/move``, ``twin_controller/control`` (for whom it moves the twin).
 Subscribes: ``twin/joint_states``, ``motion_command``.
-Publishes: ``motion_command`` (a STOP that was overtaken by our own move).
+Publishes: ``motion_command`` (a STOP that was overtaken by our own move, or of a move that
+was not replaced).
 """
 
 from __future__ import annotations
@@ -64,6 +66,7 @@ class RunningGoal:
 
     asked: float
     number: int
+    replaces: bool
     target: tuple[float, ...]
     speed_percent: float
     request: Any
@@ -187,18 +190,22 @@ class MotionServer:
             request.x, request.y, request.z = point
             request.frame = request.tool = 0
         target = self._tool.inverse(*point, elbow, seed, yaw).chosen.q
-        with self._begun(asked) as number:
-            goal = RunningGoal(asked.at, number, target, request.speed_percent, request)
+        with self._begun(asked) as (number, replaces):
+            goal = RunningGoal(asked.at, number, replaces, target, request.speed_percent, request)
             self._drive(goal)
         q = self._feedback.fresh(self._clock.now()).q
         return tool_error(self._tool, q, point), yaw_error(self._tool, q, target)
 
     @contextmanager
-    def _begun(self, asked: AskedAt) -> Iterator[int]:
-        """Replace the running request, wait until it has let go, and let go in the end."""
+    def _begun(self, asked: AskedAt) -> Iterator[tuple[int, bool]]:
+        """Replace the running request, wait until it has let go, and let go in the end.
+
+        Yield the own number, and whether there was one to replace.
+        """
         self._stops_heard.hear_first()
         with self._lock:
             self._epoch.check(asked)
+            replaces = self._requests.oldest is not None
             number = self._requests.begin()
             if not self._lock.wait_for(
                 lambda: self._requests.oldest == number, self._config.trim.timeout
@@ -206,7 +213,7 @@ class MotionServer:
                 self._requests.end(number)
                 raise MotionRefusedError("an older request does not end")
         try:
-            yield number
+            yield number, replaces
         finally:
             with self._lock:
                 self._requests.end(number)
@@ -247,6 +254,12 @@ class MotionServer:
         answer = call.result()
         self._check(goal)
         if not answer.success:
+            # Only what has begun answers with positions. A move that is refused ends no older one,
+            # whose caller was told by us that it is replaced: nobody would wait for its end.
+            if goal.replaces and not answer.joint_positions:
+                self._tell_stop(
+                    "a move_to that was to replace this one was refused", time.monotonic()
+                )
             raise MotionRefusedError(answer.message)
 
     def _let_go(self, call: StartedCall, why: str) -> None:
@@ -257,16 +270,18 @@ class MotionServer:
         if not why.startswith("cancelled by"):
             return
         deadline = self._clock.now() + self._config.trim.service_timeout
+        # What is asked for from now on is not meant.
         cancelled = time.monotonic()
         while not call.ended.wait(_REPEAT_STOP) and self._clock.now() < deadline:
-            self._stops += 1
-            # What is asked for from now on is not meant.
-            stop = MotionCommand(
-                command=MotionCommand.STOP, id=self._stops, reason=why, asked=cancelled
-            )
-            stop.header.frame_id = _NAME
-            stop.header.stamp = rospy.Time.now()
-            self._command.publish(stop)
+            self._tell_stop(why, cancelled)
+
+    def _tell_stop(self, why: str, asked: float) -> None:
+        """Stop the twin."""
+        self._stops += 1
+        stop = MotionCommand(command=MotionCommand.STOP, id=self._stops, reason=why, asked=asked)
+        stop.header.frame_id = _NAME
+        stop.header.stamp = rospy.Time.now()
+        self._command.publish(stop)
 
 
 def main() -> None:
