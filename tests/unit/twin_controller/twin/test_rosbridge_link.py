@@ -195,7 +195,10 @@ def test_call_without_an_answer_fails_in_time(
 ) -> None:
     """Each call gets one answer, if need be our own."""
     link.call_service("/move_to", {}, owner.answer, timeout=0.05)
-    assert owner.answers.get(timeout=DEADLINE)[:2] == (False, "/move_to: no answer in time")
+    assert owner.answers.get(timeout=DEADLINE)[:2] == (
+        False,
+        "/move_to: no answer in time, it may still go on",
+    )
 
 
 def test_lost_link_fails_its_calls(server: Server, owner: Owner, link: RosbridgeLink) -> None:

@@ -14,7 +14,8 @@ import pytest
 from harness.opponents.lying_twin import true_message
 from harness.pair import SETUP
 from harness.processes import wait_until
-from twin_controller.core.actions import Command, SendTwin
+from rosbridge_gateway.config import load_gateway_config
+from twin_controller.core.actions import Command, MoveTwin, SendTwin
 from twin_controller.core.events import AnyEvent, TwinMeasured, TwinMotion
 from twin_controller.twin.twin_link_io import TwinLink
 from websockets.exceptions import ConnectionClosed
@@ -30,6 +31,7 @@ class Twin:
         self.listens = True
         self.heard: list[int] = []
         self.sent: list[int] = []
+        self.calls: dict[str, float] = {}
         self.readings: list[dict[str, Any]] = []
         self.reports = 0
         self._server = serve(self._attend, "127.0.0.1", 0, compression=None, ping_interval=None)
@@ -66,6 +68,8 @@ class Twin:
                 packet = json.loads(line.recv(timeout=left))
             except TimeoutError:
                 return
+            if packet["op"] == "call_service":
+                self.calls[packet["service"]] = packet["timeout"]
             if packet["op"] == "publish" and packet["topic"] == "motion_command":
                 self.sent.append(packet["msg"]["id"])
                 self.heard += [packet["msg"]["id"]] if self.listens else []
@@ -226,3 +230,11 @@ def test_a_stop_goes_past_a_line_that_is_lost_under_the_same_number(twin: Twin) 
             link.perform(SendTwin(command, "", number), BOOT, False)
     assert [packet["id"] for packet in beside] == [8, 9, 10, 11]
     assert beside[0]["reason"] == "the line is silent"
+
+
+def test_a_move_is_waited_for_as_long_as_the_gateway_lets_it(twin: Twin) -> None:
+    """It may be paused for some minutes, or slow; RESUME then moves what must not have failed."""
+    with linked(twin) as (link, _):
+        link.move(MoveTwin("MOVE", (0.5, 0.1, 0.1), 1.0, ""), lambda *_: None)
+        wait_until(lambda: "move_to" in twin.calls, 5.0, "the call")
+    assert twin.calls["move_to"] == load_gateway_config().service_timeout_max

@@ -57,7 +57,7 @@ class PendingCalls:
         # Without the lock: this is asked behind each packet, and mostly no call is open.
         if not self._calls:
             return []
-        return self._end("no answer in time", now)
+        return self._end("no answer in time, it may still go on", now)
 
     def abandon(self, reason: str) -> list[Answer]:
         """Return failed answers for all calls."""

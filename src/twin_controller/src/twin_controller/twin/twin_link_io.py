@@ -48,7 +48,9 @@ from twin_controller.twin.rosbridge_link_io import RosbridgeLink
 from twin_controller.twin.rosbridge_socket_io import LinkSettings
 
 _LOG = logging.getLogger("rosout.twin_link")
-MOVE_TIMEOUT_S = 120.0
+MOVE_TIMEOUT_S = 600.0
+"""As long as gateway.yaml lets a call last: a move that is paused, or slow, has not failed. A lost
+line and the twin's nodes answer before that."""
 GRIP_TIMEOUT_S = 2.0
 FIRST_PROBES_S = 0.02
 HERE = ("127.0.0.1", "localhost", "::1")
