@@ -221,7 +221,7 @@ class PoseController:
             self._end_move("aborted: the clock went back")
             self._driver.drive = self._stream.session = None
             self._setpoint = self._feedback.measured = None
-            self._phase, self._driver.time = Phase.GOING, now
+            self._phase, self._driver.time, self._cap = Phase.GOING, now, SpeedCap(self._cap.newest)
         elif self._driver.is_past(now):
             return None
         self._driver.advance(now, self._wanted_scale)

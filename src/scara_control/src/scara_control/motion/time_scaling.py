@@ -56,9 +56,9 @@ class SpeedCap:
     the path before that would find the robot ahead of it.
     """
 
-    def __init__(self) -> None:
-        """Begin with all of it."""
-        self._rows = [(-math.inf, 100.0)]
+    def __init__(self, percent: float = 100.0) -> None:
+        """Begin with a cap [percent] that holds at any time."""
+        self._rows = [(-math.inf, percent)]
 
     @property
     def newest(self) -> float:

@@ -23,12 +23,14 @@ def test_a_late_loop_does_not_make_the_twin_jump():
 
 
 def test_a_clock_that_goes_back_ends_all_motion():
-    """After a reset of the simulation nothing of the old time axis is left."""
+    """After a reset of the simulation nothing of the old time axis is left but the newest cap."""
     bench = Bench()
     bench.move()
+    bench.core.limit_speed(50.0, bench.now)
     bench.tick(20)
     bench.now = 0.0
     bench.tick()
+    assert bench.report.speed_limit_percent == 50.0
     assert [outcome.message for outcome in bench.outcomes] == ["aborted: the clock went back"]
     assert bench.report.state == "idle"
     bench.tick()
