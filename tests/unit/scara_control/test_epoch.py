@@ -138,6 +138,21 @@ def test_a_node_that_rests_goes_back_by_two_rests() -> None:
     assert standstill.earliest(11.05) == 11.05
 
 
+@pytest.mark.parametrize("rests", [(), (0.3,), (0.9, 1.9)])
+def test_what_waited_behind_another_request_is_as_old_as_that(rests: tuple[float, ...]) -> None:
+    """Its reader was busy, while the node itself ran all the time, or rested now and then."""
+    standstill = Standstill(1.0)
+    for at in range(100, 201):
+        if not any(begin < 0.01 * at < begin + 0.09 for begin in rests):
+            standstill.seen(0.01 * at)
+    standstill.blocked(1.2, 2.0)
+    assert standstill.earliest(2.001) == 1.2
+    for at in range(200, 211):
+        standstill.seen(0.01 * at)
+    standstill.blocked(2.105 - 0.5 * GAP_S, 2.105)
+    assert standstill.earliest(2.105) == 2.105
+
+
 @pytest.mark.parametrize("asked", [-1.0, math.nan, math.inf, 10.0, 1e300])
 def test_another_clock_says_nothing(asked: float) -> None:
     """A stamp in the future is never newer than a stop, and never an older stop either."""

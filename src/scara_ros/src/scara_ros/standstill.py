@@ -18,7 +18,8 @@ WAITING_S = 0.05
 class Standstill:
     """Keeps the newest gaps between signs of life.
 
-    :meth:`seen` wants one caller at a time, :meth:`earliest` may be called beside it.
+    :meth:`seen` and :meth:`blocked` want one caller at a time, :meth:`earliest` may be called
+    beside it.
     """
 
     def __init__(self, now: float) -> None:
@@ -31,6 +32,13 @@ class Standstill:
         last, _ = self._known
         self._known = (max(now, last), self._gaps(now))
         return now - last if now - last >= GAP_S else 0.0
+
+    def blocked(self, begin: float, now: float) -> None:
+        """Note that a reader was busy since ``begin`` [s]: what it reads next may have waited."""
+        last, gaps = self._known
+        if now - begin >= GAP_S:
+            older = [one for one in gaps if one[0] < begin < one[1] + WAITING_S]
+            self._known = (last, (*older, (begin, now)))
 
     def earliest(self, now: float) -> float:
         """Return since when what is found at ``now`` may have waited [s]; ``now``: it has not."""

@@ -125,3 +125,33 @@ def test_a_key_that_is_held_through_a_stop_jogs_no_longer(
         controller._on_jog(jog)
         assert controller._core.is_idle
     assert "commands are ignored until they pause" in controller._core.report()
+
+
+def test_a_target_that_waited_behind_another_does_not_begin_after_a_stop(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Without a stamp: a connection is read in the thread that asks for the one before."""
+    clock = SimpleNamespace(now=100.0)
+    monkeypatch.setattr(time, "monotonic", lambda: clock.now)
+    controller = JointPoseController(ROBOT, CONFIG)
+    monkeypatch.setattr(controller._gate, "ask", MagicMock())
+
+    def say(message: JointState) -> None:
+        for turn in range(40):
+            clock.now += 0.01
+            controller._tick(clock.now)
+            if turn == 20 and clock.now < 100.5:
+                controller._on_command(MotionCommand(command=MotionCommand.STOP, id=1))
+        controller._reader(reading(HERE, STILL))
+
+    monkeypatch.setattr(controller._lending, "say", say)
+    controller._reader(reading(HERE, STILL))
+    target = JointState(name=NAMES[:1], position=[0.3])
+    for _ in range(2):
+        controller._on_target(target)
+        assert controller._core.is_idle
+    for _ in range(10):
+        clock.now += 0.01
+        controller._tick(clock.now)
+    controller._on_target(target)
+    assert not controller._core.is_idle

@@ -53,6 +53,10 @@ class Epoch:
         """Note that the node runs; return the gap before, in which it may have stood still [s]."""
         return self._standstill.seen(now)
 
+    def blocked(self, begin: float, now: float) -> None:
+        """Note that a reader was busy since ``begin``: its next request may be as old as that."""
+        self._standstill.blocked(begin, now)
+
     def hear(self, command: Command, reason: str, asked: float, now: float) -> bool:
         """Take a motion command in; return whether it is to be obeyed.
 

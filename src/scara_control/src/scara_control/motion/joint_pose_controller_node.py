@@ -247,12 +247,15 @@ class JointPoseController:
             (rospy.loginfo if outcome.success else rospy.logwarn)("target: %s", outcome.message)
 
         asked = self._clock.asked(message.header.stamp)
+        begun = time.monotonic()
         refusal = self._begin(message, message.name, message.position, speed, asked, log)
+        with self._lock:
+            # Its sender's next target lies in the socket until we return.
+            self._epoch.blocked(begun, time.monotonic())
+            if not refusal:
+                self._movers.asked("joint_pose_controller/target", message)
         if refusal:
             rospy.logwarn("target: refused: %s", refusal)
-            return
-        with self._lock:
-            self._movers.asked("joint_pose_controller/target", message)
 
     def _on_move(self, request: Any) -> MoveJointsResponse:
         ended = threading.Event()
