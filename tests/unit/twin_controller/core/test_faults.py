@@ -20,6 +20,7 @@ from twin_controller.core.step import step
 replace = msgspec.structs.replace
 AWAY = shifted(HOME, 20.0, -30.0, 40.0, 10.0)
 PLAIN, LATE = (0.0, 0.0), (0.03, 0.02)
+RESET_S = SETUP.config.reset.timeout_ms * 1e-3 + 0.5
 
 
 @pytest.fixture(params=[*thorough((PLAIN,)), LATE], ids=["at once", "late"])
@@ -60,12 +61,23 @@ def test_an_emergency_stop_that_persists_cannot_be_reset(pair: Pair) -> None:
     pair.press_estop()
     pair.run(0.2)
     assert pair.mode is Mode.ESTOP and pair.motion == "estopped"
-    pair.do("RESET", 2.5)
+    pair.do("RESET", RESET_S)
     assert pair.mode is Mode.ESTOP and "cause persists" in pair.why
     pair.estop_pressed = False
     pair.run(1.0)
     assert pair.mode is Mode.ESTOP, "releasing alone changes nothing"
     pair.do("RESET", 1.0)
+    assert pair.mode is Mode.STOPPED
+
+
+def test_a_reset_waits_for_drives_that_take_two_seconds(pair: Pair) -> None:
+    """So long a real controller may take to switch servo power on: B-83284EN/09, figure 3.8."""
+    pair.press_estop()
+    pair.run(0.2)
+    pair.do("RESET", 2.2)
+    assert pair.mode is Mode.ESTOP and "cause persists" not in pair.why
+    pair.estop_pressed, pair.drives = False, True
+    pair.run(0.5)
     assert pair.mode is Mode.STOPPED
 
 
