@@ -22,7 +22,7 @@ from fanuc_emulator.tp.registers import FRAMES, NO_SHIFT, Registers
 from fanuc_emulator.uop import UI, UO, Outputs
 
 _PANEL = {1: "panel_reset", 3: "panel_hold", 6: "panel_start"}
-"""SI[n], the operator's panel. Source: B-83284EN/09, section 3.8."""
+"""SI[n], the operator's panel. Source: B-83284EN/09, section 3.4."""
 
 
 class Signals(NamedTuple):

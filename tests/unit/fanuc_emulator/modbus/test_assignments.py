@@ -15,6 +15,7 @@ from fanuc_emulator.settings import ControllerSettings, load_settings
 from fanuc_emulator.snpx.access import AssignedRegisters
 from fanuc_emulator.snpx.assignments import AssignmentError, AssignmentTable, power_up
 from fanuc_emulator.snpx.variables import parse
+from fanuc_emulator.uop import INPUTS
 from harness.yaml_files import CONFIG
 from hypothesis import given
 from hypothesis import strategies as st
@@ -196,13 +197,25 @@ def test_a_drivers_own_layout_is_read(client: Client) -> None:
         ("$RMT_MASTER", 1.0, {"rmt_master": 2}, [*int32(2), 0, 0]),
         ("$SNPX_PARAM.$NUM_ASG", 1.0, {}, [*int32(80), 0, 0]),
         ("$SNPX_PARAM.$NUM_MODBUS", 1.0, {}, [*int32(5), 0, 0]),
-        ("SI[0]", 1.0, {}, [0, 0, 1, *[0] * 5, 1, 1, *[0] * 6, 0]),
-        ("SI[0]", 1.0, {"mode": "T1"}, [0, 0, 1, *[0] * 14]),
-        ("SI[0]", 1.0, {"mode": "T2", "remote": False}, [*[0] * 9, 1, *[0] * 7]),
+        ("SI[0]", 1.0, {}, [0, 0, 1, 1, *[0] * 4, 1, 1, *[0] * 6, 0]),
+        ("SI[0]", 1.0, {"mode": "T1"}, [0, 0, 1, 1, *[0] * 13]),
+        ("SI[0]", 1.0, {"mode": "T2", "remote": False}, [0, 0, 0, 1, *[0] * 5, 1, *[0] * 7]),
+        ("SI[3]", 1.0, {"panel_hold": False}, [0]),
+        # UI[2] is another input than the panel's, and SO[2] shows both.
+        ("SI[3]", 1.0, {"hold": False}, [1]),
         ("SO[0]", 1.0, {}, [1, *[0] * 16]),
         ("SO[0]", 1.0, {"tp_enabled": True}, [*[0] * 7, 1, *[0] * 9]),
-        # SO[3] is the lamp of a fault, RO[1] the gripper; nothing else of RI and RO is wired here.
+        ("SO[1]", 1.0, {"panel_run1": True}, [1]),
+        ("SO[1]", 1.0, {"panel_run1": True, "uop": "none"}, [1]),
+        ("SO[2]", 1.0, {"panel_hold": False}, [1]),
+        ("SO[2]", 1.0, {"hold": False}, [1]),
+        ("SO[2]", 1.0, {"panel_hold": False, "uop": "none"}, [1]),
+        # SO[3] is the lamp of a fault, as UO[6]: a start that is refused lights neither.
         ("SO[3]", 1.0, {"imstp": False}, [1]),
+        ("SO[3]", 1.0, {"panel_imstp": False, "uop": "none"}, [1]),
+        ("SO[3]", 1.0, {"mode": "T1", "rsr1": True}, [0]),
+        ("UO[6]", 1.0, {"mode": "T1", "rsr1": True}, [0]),
+        # RO[1] is the gripper; nothing else of RI and RO is wired here.
         ("RO[1]", 1.0, {"gripper": True}, [1, *[0] * 7]),
         ("RI[1]", 1.0, {"gripper": True}, [0] * 8),
     ],
@@ -211,10 +224,12 @@ def test_a_variable_is_read_by_its_form(
     bench: Bench, name: str, multiply: float, changes: dict[str, object], words: list[int]
 ) -> None:
     """By 0 a float32, else int32 of the value times it; signals one or sixteen a word."""
-    signals = {key: changes[key] for key in changes if key in ("imstp", "gripper")}
+    signals = {key: changes[key] for key in changes if key in (*INPUTS, "gripper")}
     settings = {key: changes[key] for key in changes if key not in signals}
     client = Client(bench, msgspec.structs.replace(SETTINGS, **settings))
     client.inputs[2] = True
+    # The axes come to rest first: until then SO[1] says busy.
+    client.bench.run(0.1)
     for signal, level in signals.items():
         client.bench.controller.write_input(signal, level)
         client.bench.run(0.01)

@@ -258,8 +258,8 @@ class AssignedRegisters:
         if self._settings is not None and family in ("SI", "SO"):
             at, there = snapshot.mode, snapshot.tp_enabled
             now = msgspec.structs.replace(self._settings, mode=at, tp_enabled=there)
-            lit = panel_inputs(now) if family == "SI" else panel_outputs(now, snapshot)
-            return index in lit
+            shown = panel_inputs if family == "SI" else panel_outputs
+            return index in shown(now, snapshot)
         if family == "DI":
             return index <= len(self._digital_inputs) and self._digital_inputs[index - 1]
         wired = {"RO": snapshot.outputs.gripper, "RI": snapshot.outputs.vacuum}

@@ -1,7 +1,7 @@
 """What clients read of the controller's settings: its system variables, and its panel's signals.
 
 Source:
-    B-83284EN/09, section 3.8 (SI, SO); the variables' names: docs/sources.md.
+    B-83284EN/09, section 3.4 (SI, SO); the variables' names: docs/sources.md.
 """
 
 from __future__ import annotations
@@ -9,8 +9,10 @@ from __future__ import annotations
 from scara_config.map_entries import MODE_BITS
 from scara_config.set_up.slots import SLOTS
 
+from fanuc_emulator.alarms import Severity
 from fanuc_emulator.settings import ControllerSettings
 from fanuc_emulator.snapshot import Snapshot
+from fanuc_emulator.tp.executor import ProgramState
 
 
 def variable(settings: ControllerSettings, family: str, index: int) -> int | None:
@@ -40,14 +42,26 @@ def variable(settings: ControllerSettings, family: str, index: int) -> int | Non
     return values.get(family)
 
 
-def panel_inputs(settings: ControllerSettings) -> frozenset[int]:
-    """Return which of SI[0..15] are on: 2 remote, 8 and 9 by the mode switch."""
+def panel_inputs(settings: ControllerSettings, snapshot: Snapshot) -> frozenset[int]:
+    """Return which of SI[0..15] are on: 2 remote, 3 ``*HOLD``, 8 and 9 by the mode switch."""
     b0, b1 = MODE_BITS[settings.mode]
-    lit = {2: settings.remote, 8: b0, 9: b1}
+    lit = {2: settings.remote, 3: "panel_hold" in snapshot.inputs, 8: b0, 9: b1}
     return frozenset(number for number, on in lit.items() if on)
 
 
 def panel_outputs(settings: ControllerSettings, snapshot: Snapshot) -> frozenset[int]:
-    """Return which of SO[0..15] are on: 0 remote, 3 fault, 7 the teach pendant's switch."""
-    lit = {0: not settings.local, 3: snapshot.alarm is not None, 7: settings.tp_enabled}
+    """Return which of SO[0..15] are on.
+
+    They are 0 remote, 1 busy, 2 held, 3 fault, 7 the teach pendant's switch. How UO are allocated
+    does not matter to them.
+    """
+    alarm = snapshot.alarm
+    lit = {
+        0: not settings.local,
+        1: snapshot.outputs.busy or snapshot.program_state is ProgramState.RUNNING,
+        2: not {"hold", "panel_hold"} <= snapshot.inputs,
+        # An alarm that stops is shown before a warning, which lights nothing.
+        3: alarm is not None and alarm.code.severity > Severity.WARN,
+        7: settings.tp_enabled,
+    }
     return frozenset(number for number, on in lit.items() if on)
