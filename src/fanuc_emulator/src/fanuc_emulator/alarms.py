@@ -26,7 +26,7 @@ class Severity(IntEnum):
     SYSTEM = 6
 
 
-FACILITIES = {11: "SRVO", 12: "INTP", 15: "MOTN", 24: "SYST"}
+FACILITIES = {11: "SRVO", 12: "INTP", 15: "MOTN", 16: "VARS", 24: "SYST"}
 
 
 class AlarmCode(msgspec.Struct, frozen=True):
@@ -71,6 +71,7 @@ class Alarm(msgspec.Struct, frozen=True):
 
 PANEL_ESTOP = AlarmCode(11, 1, Severity.SERVO, "Operator panel E-stop")
 IMSTP = AlarmCode(11, 37, Severity.SERVO, "IMSTP input")
+PR_LOCKED = AlarmCode(12, 128, Severity.STOP, "Pos reg is locked")
 USER_ALARM = AlarmCode(12, 213, Severity.STOP, "UALM")
 NO_VACUUM = AlarmCode(12, 215, Severity.PAUSE, "UALM gripper does not answer")
 LINE_REFUSED = AlarmCode(12, 216, Severity.ABORT, "UALM line cannot be executed")
@@ -79,6 +80,7 @@ NOT_REACHABLE = AlarmCode(15, 18, Severity.STOP, "Position not reachable")
 SINGULARITY = AlarmCode(15, 23, Severity.STOP, "In singularity")
 CONFIG_CHANGE = AlarmCode(15, 63, Severity.STOP, "Position config change")
 POSITION_INVALID = AlarmCode(12, 311, Severity.STOP, "Uninitialized data PR[1]")
+PR_KEPT = AlarmCode(16, 37, Severity.WARN, "Pos reg is locked")
 START_REFUSED = AlarmCode(24, 11, Severity.WARN, "Start refused")
 RESET_REFUSED = AlarmCode(24, 12, Severity.WARN, "Reset refused")
 MODE_SELECTED = {

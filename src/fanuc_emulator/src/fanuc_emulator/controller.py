@@ -63,9 +63,8 @@ class Controller:
         ring_places: int = 0,
     ) -> None:
         self.parts, self._gripper = parts, False
-        self._config, self._settings = config, config.settings
-        self._robot, self._boot_seconds = robot, boot_seconds
-        self._dt, self._period_ms = config.dt, config.plant.servo_period_ms
+        self._config, self._settings, self._boot_seconds = config, config.settings, boot_seconds
+        self._tick, self._dt, self._period_ms = 0, config.dt, config.plant.servo_period_ms
         self._home = joint_positions(config.start_position, robot, lambda _: "start_position")
         plant = config.plant
         self._motion, planner = motion_of(plant, robot, self._home)
@@ -85,6 +84,7 @@ class Controller:
         self._executor = Executor(self.registers, {each.name: each for each in programs.values()})
         numbered = {**programs, STREAM_RSR: stream_program(config.rsr_programs[0])}
         starts = plant.start_delay_ms / 1000.0, config.settings.start_for_continue
+        self.registers.locked = lambda: self._executor.locks
         self._jobs = Jobs(numbered, self._executor, *starts, self._start_obstacle)
         self.take_programs = self._jobs.take
         self._inputs = Inputs(config.settings)
@@ -94,8 +94,7 @@ class Controller:
         self._background = Background(self.registers, config.heartbeat_timeout_ms, there)
         # Inputs that were on and off again since the background program looked.
         self._pulsed: set[str] = set()
-        self._override = config.cold_start_override_percent
-        self._aborting, self._tick = False, 0
+        self._override, self._aborting = config.cold_start_override_percent, False
         # The drives were cut on the way of a move: whoever resumes it plans the rest anew.
         self._cut = False
         for name in config.settings.unwired:
@@ -179,7 +178,10 @@ class Controller:
 
     def write_setpoint(self, positions: Sequence[float]) -> None:
         """Set PR[1] [rad or m], in the order of robot.yaml; it is judged when it is used."""
-        self.source.write(positions)
+        if self._executor.locks:
+            self._raise(alarms.PR_KEPT, "PR[1] was written while a program has locked it")
+        else:
+            self.source.write(positions)
 
     def write_setpoint_valid(self, valid: bool) -> None:
         """Say whether PR[1] is complete; an incomplete one is not used."""
@@ -364,10 +366,8 @@ class Controller:
         self._pause()
         self._jobs.clear()
         self._executor.beside.clear()
-        if self._executor.state is ProgramState.ABORTED:
-            return
-        self._aborting = True
-        if not self._motion.powered:
+        self._aborting = not self._executor.ended
+        if self._aborting and not self._motion.powered:
             self._end()
 
     def _end(self) -> None:

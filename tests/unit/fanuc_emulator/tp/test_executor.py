@@ -14,7 +14,7 @@ from scara_config.programs.steps import MoveStep, WaitStep
 from scara_config.programs.tp.execution import flow_of
 from scara_config.programs.tp.lines import read_line
 from scara_config.programs.tp.listing import Indexed, Program
-from scara_config.programs.tp.values import ExecutionError
+from scara_config.programs.tp.values import ExecutionError, Pose
 
 if TYPE_CHECKING:
     from conftest import Bench
@@ -275,6 +275,30 @@ def test_a_program_without_motion_runs_beside() -> None:
     before = clock.of("R")
     clock.run(executor, 0.5)
     assert clock.of("R") == before
+
+
+@pytest.mark.parametrize(
+    ("lines", "locked"),
+    [
+        (["LOCK PREG", "PAUSE"], True),
+        (["CALL OTHER", "PAUSE"], True),
+        (["RUN OTHER", "PAUSE"], False),
+        (["LOCK PREG", "UNLOCK PREG", "UNLOCK PREG", "PAUSE"], False),
+        (["LOCK PREG"], False),
+    ],
+)
+def test_position_registers_are_locked_until_the_program_ends(
+    lines: list[str], locked: bool
+) -> None:
+    """A program that was called locks for the one that called it; its own end unlocks nothing."""
+    memory = Registers()
+    executor = run(*lines, memory=memory, called=taught("LOCK PREG", name="OTHER"))
+    memory.locked = lambda: executor.locks
+    stepped(executor, 3)
+    executor.advance_beside(DT)
+    assert executor.locks is locked
+    executor.abort()
+    memory.write(Indexed("PR", (1.0,)), Pose((0.0,) * 9))
 
 
 def test_two_programs_that_move_do_not_run_beside_each_other() -> None:

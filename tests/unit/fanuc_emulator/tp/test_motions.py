@@ -154,6 +154,31 @@ def test_a_position_register_is_read_ahead_only_while_it_is_locked(
     assert np.allclose(stage.told[-1][1], np.radians([60, 90, 0, 0, 0]) + [0, 0, -0.06, 0, 0])
 
 
+@pytest.mark.parametrize("line", ["PR[2]=P[1]", "PR[1,1]=0"])
+def test_a_locked_position_register_keeps_its_value(run: Run, line: str) -> None:
+    """The program pauses with INTP-128, a client's write is lost, and the end of it unlocks."""
+    lines = ["PR[1]=P[2]", "PR[2]=P[3]", "J P[1] 50% FINE", "LOCK PREG", "LOCK PREG", line]
+    stage = run([*lines, "J PR[2] 50% FINE"], CORNER)
+    memory, places = stage.controller.registers, [Indexed("PR", (1.0,)), Indexed("PR", (2.0,))]
+    kept, robot = [memory.read(place) for place in places], stage.told[-1][1]
+    seen = []
+    for key in ("panel_reset", "panel_start"):
+        assert stage.now.alarm is not None
+        seen.append(stage.now.alarm.code)
+        assert stage.now.program_state is ProgramState.PAUSED and stage.now.program_line == 3
+        stage.controller.pulse_input(key)
+        stage.controller.write_setpoint([0.0] * 4)
+        stage.end()
+    assert seen == [alarms.PR_LOCKED, alarms.PR_KEPT]
+    assert stage.now.alarm is not None and stage.now.alarm.code is alarms.PR_LOCKED
+    assert f"line 6 of TEST: {line}: PR[" in stage.now.alarm.cause
+    assert kept == [memory.read(place) for place in places]
+    assert np.array_equal(robot, stage.told[-1][1]), "no motion is made twice"
+    stage.controller.pulse_input("panel_abort")
+    stage.end()
+    memory.write(places[0], Pose((0.0,) * 9))
+
+
 @pytest.mark.parametrize("speed", ["1.2sec", "1200msec", "R[5]sec"])
 def test_a_motion_takes_the_time_that_it_is_told(run: Run, speed: str) -> None:
     """J, L and C, in sec or msec; CNT0 ends with the path."""
@@ -260,16 +285,16 @@ def test_what_the_tool_cannot_do_is_an_alarm_before_it_moves(
 @pytest.mark.parametrize("ends", ["FINE", "CNT100"])
 def test_a_motion_that_was_refused_is_made_when_the_program_goes_on(run: Run, ends: str) -> None:
     """STOP: paused before that line, whose corner is not rounded; RESET and START make it again."""
-    lines = ["PR[2]=P[1]", "PR[2,3]=400", "LOCK PREG", f"L P[2] 200mm/sec {ends}"]
-    stage = run(["J P[1] 50% FINE", *lines, "L PR[2] 200mm/sec FINE", "WAIT .1(sec)"], ARC)
+    places = ["PR[2]=P[1]", "PR[2,3]=400", "PR[3]=P[1]", "PR[3,3]=80", "R[51]=2"]
+    lines = [*places, "LOCK PREG", f"L P[2] 200mm/sec {ends}", "L PR[R[51]] 200mm/sec FINE"]
+    stage = run(["J P[1] 50% FINE", *lines, "WAIT .1(sec)"], ARC)
     now = stage.now
     assert now.program_state is ProgramState.PAUSED and now.outputs.fault
     assert now.alarm is not None and now.alarm.code is alarms.POSITION_LIMIT
-    there = stage.flange(5)[-1, :3, 3] if ends == "FINE" else None
+    there = stage.flange(8)[-1, :3, 3] if ends == "FINE" else None
     for mended in (False, True):
         if mended:
-            place = Indexed("PR", (2.0, 3.0))
-            stage.controller.registers.write(place, 80.0)
+            stage.controller.registers.write(Indexed("R", (51.0,)), 3.0)
         for key in ("panel_reset", "panel_start"):
             stage.controller.pulse_input(key)
             stage.end()

@@ -123,6 +123,11 @@ class Executor:
         return self.state is ProgramState.ABORTED
 
     @property
+    def locks(self) -> bool:
+        """This program, or one beside it, has locked the position registers and has not ended."""
+        return (self._locked and not self.ended) or any(task.locks for task in self.beside)
+
+    @property
     def frame(self) -> CallFrame:
         """The program that runs, of those that have called each other."""
         return self._frames[-1]
@@ -181,6 +186,7 @@ class Executor:
 
         Raises:
             ExecutionError: A line cannot be executed; the text names program and line.
+            RefusedError: A line raises an alarm that stops; the text names program and line.
         """
         if self.state is not ProgramState.RUNNING:
             return None
@@ -210,7 +216,13 @@ class Executor:
             if here >= len(lines):
                 self._return()
             else:
-                frame.index, line = execute(frame.program.flow, here, frame.memory)
+                try:
+                    frame.index, line = execute(frame.program.flow, here, frame.memory)
+                except RefusedError as refused:
+                    # This line comes again, and not the motion that began last.
+                    self._began = None
+                    where = frame.program.flow.named(here, str(refused))
+                    raise RefusedError(refused.code, where) from refused
                 if line is not None:
                     self._begin(frame, line, here)
             if self._step is not None or self.state is not ProgramState.RUNNING:

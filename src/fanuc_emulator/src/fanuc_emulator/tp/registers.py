@@ -18,6 +18,9 @@ from scara_config.programs.tp.values import (
     as_number,
 )
 
+from fanuc_emulator import alarms
+from fanuc_emulator.alarms import RefusedError
+
 HIGHEST = 200
 """Index of the last register [our]: as many as the stand-in shows."""
 NUMBERS = ("R", "TIMER", "GI", "GO", "AI", "AO")
@@ -42,6 +45,9 @@ class Registers:
         writes: What setting such a place does; one that is in ``reads`` alone cannot be set.
         now: The controller's own clock [s].
         table: Frames that were taught.
+
+    Attributes:
+        locked: Tells whether LOCK PREG keeps the position registers as they are.
     """
 
     def __init__(
@@ -52,6 +58,7 @@ class Registers:
         table: FrameTable = NO_FRAMES,
     ) -> None:
         self._now = now
+        self.locked: Callable[[], bool] = lambda: False
         # What each timer had counted when it was stopped last, and since when it runs [s].
         self._timers: dict[Place, tuple[float, float | None]] = {}
         # Outputs that are on for a while, and until when.
@@ -95,6 +102,7 @@ class Registers:
 
         Raises:
             ExecutionError: It cannot be set.
+            RefusedError: It is a position register, and these are locked.
         """
         write = self._writes.get(place)
         if place in self._numbers and value.__class__ is float:
@@ -104,6 +112,9 @@ class Registers:
             self._pulse(place, value)
         elif isinstance(value, Name):
             self._time(place, value.word)
+        elif isinstance(place, Indexed) and place.kind == "PR" and self.locked():
+            why = f"{print_expression(place)} cannot be set between LOCK PREG and UNLOCK PREG"
+            raise RefusedError(alarms.PR_LOCKED, why)
         elif write is not None:
             write(value)
         elif isinstance(place, Indexed) and place.kind in ("PR", *FRAMES):

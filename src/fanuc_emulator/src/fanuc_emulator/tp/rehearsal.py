@@ -223,7 +223,7 @@ def rehearse(program: Taught, robot: Robot, library: Mapping[str, Taught]) -> It
         name = executor.frame.program.name
         return executor.frame.index + 1, "" if name == program.name else name
 
-    memory.place = place
+    memory.place, memory.locked = place, lambda: executor.locks
     for step in _steps(executor, memory):
         if isinstance(step, MOVES):
             memory.moves.append(step)
