@@ -148,6 +148,28 @@ def test_a_paused_program_goes_on_in_remote_alone(bench: Bench) -> None:
     assert robot.now.program_state is ProgramState.RUNNING
 
 
+@pytest.mark.parametrize("change", [{"mode": "T1"}, {"tp_enabled": True}, {}])
+def test_a_strobe_selects_a_program_in_remote_alone(
+    bench: Bench, change: dict[str, object]
+) -> None:
+    """A START that comes when the robot is in AUTO starts nothing that was selected in T1."""
+    simple = {"uop": "simple", "start_for_continue": False}
+    robot = robot_of(bench, msgspec.structs.replace(READY, **simple, **change))
+    robot.controller.write_input("rsr2", True)
+    robot.controller.write_input("pnstrobe", True)
+    robot.run(0.3)
+    robot.controller.write_input("rsr2", False)
+    robot.controller.write_input("pnstrobe", False)
+    for key in ("panel_t1", "panel_auto", "panel_reset"):
+        robot.pulse(key)
+        robot.run(0.5)
+    robot.pulse("start")
+    robot.run(0.2)
+    assert (robot.now.program_name, robot.now.program_state) == (
+        ("", ProgramState.ABORTED) if change else ("ARTICLE", ProgramState.RUNNING)
+    )
+
+
 @pytest.mark.parametrize(
     ("change", "held"),
     [({"enable_ui": False}, False), ({"uop": "none"}, False), ({}, True)],

@@ -18,7 +18,7 @@ from fanuc_emulator.uop import UopRequest, UopSettings
 
 Mode = Literal["AUTO", "T1", "T2"]
 MODES: tuple[Mode, ...] = ("AUTO", "T1", "T2")
-_RemoteStart = (UopRequest.QUEUE, UopRequest.START, UopRequest.START_FIRST)
+_REMOTE = (UopRequest.QUEUE, UopRequest.SELECT, UopRequest.START, UopRequest.START_FIRST)
 
 
 class ControllerSettings(UopSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -76,14 +76,14 @@ class ControllerSettings(UopSettings, frozen=True, forbid_unknown_fields=True, k
         return msgspec.structs.replace(self, mode=mode, tp_enabled=mode != "AUTO")
 
     def refuses(self, request: UopRequest, number: int, stream: int) -> str:
-        """Say why a signal may not start a program now, or an empty text.
+        """Say why a signal may not start or select a program now, or an empty text.
 
         Args:
             request: What the signal asks for.
             number: Of the RSR.
             stream: The RSR of the stream program.
         """
-        if request not in _RemoteStart:
+        if request not in _REMOTE:
             return ""
         if self.local or request is not UopRequest.QUEUE:
             return self.local
