@@ -192,7 +192,10 @@ def test_reset_while_still_braking_is_refused(bench: Bench) -> None:
 
 
 def test_open_fence_pauses_caps_the_override_and_forbids_a_start(bench: Bench) -> None:
-    """*SFSPD off: as with HOLD the robot stands and its program waits; closed, START goes on."""
+    """*SFSPD off: as with HOLD the robot stands and its program waits; closed, START goes on.
+
+    The override stays as low until somebody sets it.
+    """
     bench.start_moving()
     bench.controller.write_input("sfspd", False)
     bench.run(0.4)
@@ -200,9 +203,14 @@ def test_open_fence_pauses_caps_the_override_and_forbids_a_start(bench: Bench) -
     assert bench.now.program_state is ProgramState.PAUSED
     assert not any(bench.now.velocities)
     assert not bench.now.outputs.cmdenbl
-    bench.controller.write_input("sfspd", True)
-    bench.run(0.1)
-    assert bench.now.override == 100 and not any(bench.now.velocities)
+    bench.controller.write_override(80)
+    for closed in (False, True):
+        bench.controller.write_input("sfspd", closed)
+        bench.run(0.1)
+        assert bench.now.override == bench.config.safety_speed_percent
+        assert not any(bench.now.velocities)
+    bench.controller.write_override(80)
+    assert bench.run(0.1).override == 80
     bench.pulse("start")
     assert bench.now.program_state is ProgramState.RUNNING
 

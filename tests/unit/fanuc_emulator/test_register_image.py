@@ -217,6 +217,20 @@ def test_what_was_written_is_read_back_whatever_older_snapshot_comes(
     assert at(image, layout, "override") == (60,)
 
 
+@pytest.mark.parametrize(("percent", "shown"), [(80, 5), (3, 3)])
+def test_an_override_that_an_open_fence_caps_is_read_as_it_is(
+    image: RegisterImage, layout: ModbusMap, bench: Bench, percent: int, shown: int
+) -> None:
+    """Also once the fence is closed."""
+    assert bench.config.safety_speed_percent == 5
+    bench.controller.write_input("sfspd", False)
+    image.apply(bench.controller, image.take(11100, [percent, 0]))
+    for closed in (False, True):
+        bench.controller.write_input("sfspd", closed)
+        image.show(bench.run(bench.config.dt))
+        assert at(image, layout, "override") == at(image, layout, "override_now") == (shown,)
+
+
 def test_a_delivered_robot_shows_its_own_clock_and_no_register_of_a_program(bench: Bench) -> None:
     """$FAST_CLOCK counts whole ticks of 2 ms; speeds, echo and watchdog have no register."""
     image = RegisterImage(FOLLOW_MAP, bench.robot)

@@ -50,6 +50,7 @@ class Controller:
 
     Attributes:
         source: Set points of the stream program, PR[1] and those ahead.
+        override: The general override, in force [percent].
     """
 
     def __init__(
@@ -94,18 +95,12 @@ class Controller:
         self._background = Background(self.registers, config.heartbeat_timeout_ms, there)
         # Inputs that were on and off again since the background program looked.
         self._pulsed: set[str] = set()
-        self._override, self._aborting = config.cold_start_override_percent, False
+        self.override, self._aborting = config.cold_start_override_percent, False
         # The drives were cut on the way of a move: whoever resumes it plans the rest anew.
         self._cut = False
         for name in config.settings.unwired:
             self.write_input(name, False)
         self._show()
-
-    @property
-    def override(self) -> int:
-        """Override in force [percent]."""
-        safe = self._config.safety_speed_percent
-        return self._override if self._inputs["sfspd"] else min(self._override, safe)
 
     def write_input(self, name: str, value: bool) -> None:
         """Set UI signal ``name``; a background program copies each ``gripper`` to RO[1]."""
@@ -128,6 +123,8 @@ class Controller:
                     stops = {cut: self._cut_drives, hold: self._pause, end: self._abort}
                     self._try(self._jobs.forget_here)
                     stops[request]()
+                    # *SFSPD off lowers the override; only who sets one raises it again.
+                    self.write_override(self.override)
                 case UopRequest.CYCLE_STOP:
                     self._jobs.clear()
                     if self._settings.cstopi_for_abort:
@@ -173,8 +170,9 @@ class Controller:
                 self._refuse(refused)
 
     def write_override(self, percent: int) -> None:
-        """Set the general override, 1..100."""
-        self._override = percent
+        """Set the general override, 1..100; while ``*SFSPD`` is off it cannot be higher."""
+        safe = 100 if self._inputs["sfspd"] else self._config.safety_speed_percent
+        self.override = min(percent, safe)
 
     def write_setpoint(self, positions: Sequence[float]) -> None:
         """Set PR[1] [rad or m], in the order of robot.yaml; it is judged when it is used."""
@@ -242,7 +240,7 @@ class Controller:
             control_type=self._control_type,
             program_speed=self._program_speed,
             override=self.override,
-            general_override=self._override,
+            general_override=self.override,
             heartbeat=self._background.echo,
             watchdog_state=self._background.state,
             program_name=program.name if program else "",

@@ -69,8 +69,8 @@ class RegisterImage:
         held = layout.holding_registers.values()
         self._writable = _offsets(register for register in held if register.write)
         self._shown: Snapshot | None = None
-        # The override was written, and no snapshot has shown it yet.
-        self._override_waits = False
+        # The override that was written, until a snapshot shows it.
+        self._override_awaited: int | None = None
         self._sequence = 0
         self._codes = _codes(layout)
         # A controller's plain clock goes on between two readings.
@@ -101,9 +101,11 @@ class RegisterImage:
                 number -= number % self._tick_ms if name == "clock_ms" else 0
                 self._put(name, (number,))
         percent = snapshot.general_override
-        if self._override_waits:
+        if self._override_awaited is not None:
             # A tick that did not know what was written last changes nothing.
-            self._override_waits = round(float(self._get("override")[0])) != percent
+            if self._override_awaited == percent:
+                self._override_awaited = None
+                self._put("override", (percent,))
         elif before is None or before.general_override != percent:
             self._put("override", (percent,))
         self._show_signals(snapshot)
@@ -160,7 +162,8 @@ class RegisterImage:
                     raise RegisterError(f"{name} = {value[0]} is outside [{low}, {high}]")
                 touched.append((name, value))
         written = dict(touched)
-        self._override_waits |= "override" in written
+        if "override" in written:
+            self._override_awaited = round(float(written["override"][0]))
         word = self._layout.command_word
         # A command counts by its number, whoever wrote the code when.
         if word is not None and word.sequence in written:
@@ -185,7 +188,10 @@ class RegisterImage:
                 case "stream_speed":
                     controller.source.speed_percent = round(float(value[0]))
                 case "override":
-                    controller.write_override(round(float(value[0])))
+                    controller.write_override(percent := round(float(value[0])))
+                    if controller.override != percent:
+                        # *SFSPD is off: what was written will not be shown.
+                        self._override_awaited = controller.override
                 case "ring_setpoint":
                     axes = self._registers["setpoint"].count
                     rows = [value[at : at + axes] for at in range(0, len(value), axes)]
