@@ -95,7 +95,7 @@ def test_the_lag_of_a_stream_is_what_the_description_says(field: Controller) -> 
 def test_a_hold_stops_a_stream_at_once(field: Controller) -> None:
     """What the interpreter has planned does not come out after it: the ramp, and no lag."""
     home, dt = begin_stream(field), field._config.dt
-    speed = 0.2 * field._robot.joints[0].velocity
+    speed = 0.2 * load_robot(CONFIG).joints[0].velocity
     for tick in range(round(0.6 / dt)):
         q = home.copy()
         q[0] += speed * tick * dt * (1.0 if home[0] <= 0.0 else -1.0)
@@ -103,7 +103,7 @@ def test_a_hold_stops_a_stream_at_once(field: Controller) -> None:
         now = field.step()
     assert abs(now.velocities[0]) == pytest.approx(speed, rel=0.05)
     field.write_input("hold", False)
-    ramp = speed / (1.3 * field._robot.joints[0].acceleration)
+    ramp = speed / (1.3 * load_robot(CONFIG).joints[0].acceleration)
     for _ in range(round((ramp + 0.06) / dt)):
         now = field.step()
     assert now.program_state is ProgramState.PAUSED
@@ -112,7 +112,7 @@ def test_a_hold_stops_a_stream_at_once(field: Controller) -> None:
 
 def test_a_stream_goes_straight_at_the_override_times_its_own_speed(field: Controller) -> None:
     """R[2] of 50 % at an override of 50 %: a quarter, and no joint is there before the others."""
-    home, velocity = begin_stream(field), field._robot.joints[0].velocity
+    home, velocity = begin_stream(field), load_robot(CONFIG).joints[0].velocity
     field.source.speed_percent = 50
     field.write_override(50)
     begin = np.array(field._motion.commands)
@@ -128,7 +128,7 @@ def test_a_stream_goes_straight_at_the_override_times_its_own_speed(field: Contr
 
 def test_truth_and_encoders_are_apart_by_the_zero_offset(field: Controller) -> None:
     """At rest they differ by that, by noise and by half a count."""
-    joints, axes = field._robot.joints, field._config.plant.axes
+    joints, axes = load_robot(CONFIG).joints, field._config.plant.axes
     now = field.step()
     for k, joint in enumerate(joints):
         offset = getattr(axes[joint.name], f"zero_offset_{joint.unit}") * joint.scale
