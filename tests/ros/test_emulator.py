@@ -184,12 +184,13 @@ def test_pendant_waits_for_the_end_of_a_program(cell: Cell) -> None:
     assert "ARTICLE line 4 running" in text and text.endswith("ARTICLE ended\n")
 
 
-def test_pendant_says_what_caps_an_override(cell: Cell) -> None:
-    """It was set all the same, and counts once the cap is gone."""
+def test_pendant_says_what_the_override_is_beside_an_open_fence(cell: Cell) -> None:
+    """It stays low, and is set anew once the fence is closed."""
     cell.client.write_coil(6002, False)
-    assert cell.pendant("override", "50") == (0, "override 50 %, capped at 5 % now\n")
+    assert cell.pendant("override", "50") == (0, "override 50 % asked for, the robot has 5 %\n")
     cell.client.write_coil(6002, True)
-    wait_until(lambda: cell.words(11044) == [50], 5.0, "the override")
+    assert cell.words(11044) == [5]
+    assert cell.pendant("override", "50") == (0, "override 50 %\n")
 
 
 def test_pendant_says_why_it_cannot(cell: Cell) -> None:

@@ -58,6 +58,7 @@ TIMED = (
     "tests/unit/farm/desk/test_example.py",
     "tests/unit/farm/desk/test_figures.py",
     "tests/unit/farm/desk/test_recordings.py",
+    "tests/unit/farm/link/test_cell_topics.py",
     "tests/unit/farm/security/test_strangers.py",
     "tests/unit/farm/test_bus.py",
     "tests/unit/harness/storm/",
@@ -75,6 +76,7 @@ TIMED = (
     "tests/unit/operator_panel/retelling/test_bag_length.py",
     "tests/unit/operator_panel/retelling/test_run_folders.py",
     "tests/unit/operator_panel/view/test_live.py",
+    "tests/unit/robot_doctor/test_robot_probe.py",
     "tests/unit/robot_doctor/test_set_up.py",
     "tests/unit/robot_doctor/test_stop_trials.py",
     "tests/unit/rosbridge_gateway/admission/",
@@ -104,6 +106,7 @@ TIMED = (
     "tests/unit/twin_controller/twin/test_rosbridge_access.py",
     "tests/unit/twin_controller/twin/test_rosbridge_link.py",
     "tests/unit/twin_controller/twin/test_twin_link.py",
+    "tests/unit/what_if/test_live_world.py",
 )
 """Unit tests with sockets, threads or processes: they wait for answers, and for time to pass."""
 SLOW = (

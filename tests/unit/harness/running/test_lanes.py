@@ -13,6 +13,7 @@ from harness.workspace import ROOT
 WAITS = re.compile(r"^(?:import|from) (?:asyncio|socket|threading|subprocess)\b", re.MULTILINE)
 """What a test imports that waits for somebody else."""
 ONLY_COMPUTES = {
+    "tests/unit/bench/test_bench.py": "no process: it only raises the error of one that hangs",
     "tests/unit/operator_panel/page/test_leading.py": "a loop that waits for nobody else",
     "tests/unit/operator_panel/teach/test_kept.py": "a loop that waits for the disk",
     "tests/unit/scara_control/dynamics/test_cleared_memory.py": "a process, whose end it waits for",

@@ -142,10 +142,13 @@ def override(
     """Set the general override to PERCENT of every programmed speed."""
     with _robot(host, port, config_dir) as (link, _, _):
         link.write("override", [percent])
-        # A client may lower it at once, as beside a zone.
+        # A client may lower it at once, as beside a zone, and an open fence keeps it low.
         _comes(lambda: link.read("override_now")[0] == percent)
         now = link.read("override_now")[0]
-        typer.echo(f"override {percent} %" + (f", capped at {now} % now" if now != percent else ""))
+        typer.echo(
+            f"override {percent} %"
+            + (f" asked for, the robot has {now} %" if now != percent else "")
+        )
 
 
 @app.command()
