@@ -159,10 +159,10 @@ class Comparer:
             track.real, track.twin, self._settings.rate_hz, self._settings.longest_gap_s
         )
         speeds = self._speeds([track])
-        fidelity = self._fidelity(track.real, track.twin, speeds)
-        matched_mm = None
+        snapshots = self._snapshots(track.real, track.twin)
+        fidelity, matched_mm = self._fidelity(*snapshots, speeds), None
         if self._mechanism.tool is not None and len(fidelity.pairs):
-            (real, twin), pairs = self._snapshots(track.real, track.twin)[0], fidelity.pairs
+            (real, twin), pairs = snapshots[0], fidelity.pairs
             matched_mm = float(self._distance(real[pairs[:, 0]], twin[pairs[:, 1]]).mean())
         begun = onset(track.side(track.leader), speeds)
         distance = self._distance(aligned.real.positions, aligned.twin.positions)
@@ -265,7 +265,7 @@ class Comparer:
             length_percent=100.0 * (length / reference_length - 1.0)
             if reference_length > 0.0
             else 0.0,
-            fidelity=self._fidelity(first, other, speeds),
+            fidelity=self._fidelity(*self._snapshots(first, other), speeds),
         )
 
     def _speeds(self, tracks: Sequence[Track]) -> Array:
@@ -327,9 +327,8 @@ class Comparer:
             speeds[known] for _, speeds in traces
         ]
 
-    def _fidelity(self, one: Motion, other: Motion, speeds: Array) -> Fidelity:
-        """Align the snapshots of two motions over the time they have in common."""
-        positions, velocities = self._snapshots(one, other)
+    def _fidelity(self, positions: list[Array], velocities: list[Array], speeds: Array) -> Fidelity:
+        """Align the snapshots of two motions; see :meth:`_snapshots`."""
         joints = self._mechanism.joints
         if joints:
             accepted = self._config.accepted_of(list(joints))
