@@ -63,6 +63,11 @@ class FreeSpace:
         return not judged.violation and self.touches_nothing(rows)
 
 
+def moved(q: tuple[float, ...], index: int, way: float) -> tuple[float, ...]:
+    """Return positions in which one joint stands ``way`` farther [rad or m]."""
+    return (*q[:index], q[index] + way, *q[index + 1 :])
+
+
 def free_way(
     robot: Robot,
     points: Sequence[WatchedPoint],
@@ -86,7 +91,7 @@ def free_way(
     if start[index] >= 0.5 * (joint.lower + joint.upper):
         way = -way
     for each in (way, -way):
-        away, why = (*start[:index], start[index] + each, *start[index + 1 :]), ""
+        away, why = moved(start, index, each), ""
         if not joint.lower <= away[index] <= joint.upper:
             why = "it would leave its range"
         elif robot.keep_out:

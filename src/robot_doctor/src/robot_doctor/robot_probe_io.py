@@ -27,7 +27,7 @@ from twin_controller.robot_sample import (
 
 from robot_doctor.delay_checks import DelayStretch, check_delays
 from robot_doctor.finding import Finding, Group, note, wrong
-from robot_doctor.free_space import free_way
+from robot_doctor.free_space import free_way, moved
 from robot_doctor.link_checks import MOVED_LEAST, Answer, Nudge, check_nudge
 
 HAIR = {"deg": 0.5, "mm": 1.0}
@@ -244,7 +244,7 @@ class Mover:
         else:
             return f"no joint is moved: {why}", 0.0
         joint = self._joints[index]
-        away = (*start[:index], start[index] + asked, *start[index + 1 :])
+        away = moved(start, index, asked)
         self._go(start, away, index, 1.0, 100.0)
         there = self._positions()[index] - start[index]
         self._go(away, start, index, 1.0, 100.0)
@@ -328,7 +328,7 @@ class Mover:
     def _nudge(self, index: int, joint: Joint, asked: float) -> Nudge:
         """Send one joint away and back."""
         start = self._positions()
-        away = tuple(q + asked * (k == index) for k, q in enumerate(start))
+        away = moved(start, index, asked)
         speed = self._go(start, away, index)
         there = self._positions()
         self._go(away, start, index)
