@@ -7,6 +7,8 @@ import statistics
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from bench.record import or_infinite
+
 EXPERIMENTS = {"real_leads": "the real robot leads", "twin_leads": "the twin leads"}
 
 
@@ -27,7 +29,7 @@ def demo_table(series: Sequence[Mapping[str, Any]]) -> list[str]:
                 lines.append(f"| {asked}: {words} | {ended} | | | | | | |")
                 continue
             # What could not be compared is worse than anything that was.
-            path = [math.inf if (at := run["path_percent"]) is None else at for run in runs]
+            path = [or_infinite(run["path_percent"]) for run in runs]
             speed = max(run["speed_percent"] for run in runs)
             cells = (
                 f"{asked}: {words}",

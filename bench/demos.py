@@ -25,6 +25,7 @@ from twin_experiments.report.record import cut
 from twin_experiments.report.run_reader_io import read_run
 
 from bench import page
+from bench.record import or_infinite
 
 ROOT = Path(__file__).resolve().parents[1]
 DEADLINE_S = 300.0
@@ -89,11 +90,6 @@ def run(
 def _worst(runs: Sequence[dict[str, dict[str, Any]]], name: str, key: str) -> float:
     """Return the largest figure; without any run there is none that holds."""
     return max((or_infinite(run.get(name, {}).get(key)) for run in runs), default=math.inf)
-
-
-def or_infinite(figure: float | None) -> float:
-    """Return a figure; infinite for what could not be compared."""
-    return math.inf if figure is None else figure
 
 
 def _series(plant: str, seeds: Sequence[int], folder: Path, console: Console) -> dict[str, Any]:

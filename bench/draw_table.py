@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from bench.plant_tables import MADE
+from bench.record import or_infinite
 
 LEADS = (
     ("real leads", "real_leads", True),
@@ -32,7 +33,7 @@ def figures(
 ) -> list[float]:
     """Return a figure of all draws; infinite for a trial that came to none."""
     return [
-        float("inf") if trial["ended"] or trial[key] is None else trial[key]
+        or_infinite(None if trial["ended"] else trial[key])
         for trial in measured["trials"]
         if (trial["robot"], trial["column"], trial["speed_percent"]) == (robot, words, speed)
     ]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from bench.plant_tables import SHOWN, WORDS
+from bench.record import or_infinite
 
 RUNS = 20
 """So many demos say what the worst is."""
@@ -137,7 +138,7 @@ def _found(trial: Mapping[str, Any], key: str) -> Found:
     where = f"{trial['robot']}, {trial['speed_percent']:g} %"
     if trial["ended"]:
         return Found(math.inf, f"{where}: ended")
-    return Found(math.inf if trial[key] is None else trial[key], where)
+    return Found(or_infinite(trial[key]), where)
 
 
 def _runs(demos: Sequence[Mapping[str, Any]], key: str) -> list[tuple[str, Found]]:
@@ -155,7 +156,7 @@ def _runs(demos: Sequence[Mapping[str, Any]], key: str) -> list[tuple[str, Found
             for leader, words in WORDS.items():
                 figure = run.get(leader, {}).get(key)
                 where = f"{words}, {series['asked_percent']:g} %"
-                found.append((plant, Found(math.inf if figure is None else figure, where)))
+                found.append((plant, Found(or_infinite(figure), where)))
     return found
 
 

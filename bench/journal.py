@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-import math
 import subprocess
 from collections import defaultdict
 from pathlib import Path
 from typing import Any
 
 from harness.faults.rows import Row
+
+from bench.record import or_infinite
 
 NAME = "scenarios.jsonl"
 MEASURED = ("bench", "config", "src", "tests/harness")
@@ -97,9 +98,7 @@ def unfinished(runs: Path) -> Path:
 def _row(record: dict[str, Any]) -> Row:
     """Return the row of a record, whose infinite figure is null."""
     fields = {key: value for key, value in record.items() if key != "holds"}
-    return Row(
-        **{**fields, "measured": math.inf if record["measured"] is None else record["measured"]}
-    )
+    return Row(**{**fields, "measured": or_infinite(record["measured"])})
 
 
 def _git(root: Path, *words: str) -> str:

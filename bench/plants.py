@@ -13,6 +13,7 @@ from rich.console import Console
 
 from bench import page
 from bench.plant_tables import ARTICLE_PATH, ARTICLE_REST, SPEEDS, WORDS
+from bench.record import or_infinite
 
 ROBOTS = ("fanuc_sr6ia", "fanuc_sr3ia", "articulated_six")
 
@@ -66,7 +67,7 @@ def _words(trial: Trial) -> str:
 def _rows(trial: Trial) -> list[Row]:
     case = f"{trial.robot}, {trial.variant}, {trial.speed_percent:g} %: {WORDS[trial.leader]}"
     return [
-        Row(case, what, limit, float("inf") if trial.ended or figure is None else figure)
+        Row(case, what, limit, or_infinite(None if trial.ended else figure))
         for what, limit, figure in (
             ("path error max [% of reach]", ARTICLE_PATH, trial.path_percent),
             ("positioning error max [% of reach]", ARTICLE_REST, trial.rest_percent),

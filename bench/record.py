@@ -12,6 +12,11 @@ Rounds = list[list[float]]
 """Samples of each round."""
 
 
+def or_infinite(figure: float | None) -> float:
+    """Return a figure; infinite for one that there is not: it keeps no limit."""
+    return math.inf if figure is None else figure
+
+
 @dataclass(frozen=True)
 class Goal:
     """A limit of the ratio ours / baseline, or of our own value."""

@@ -18,7 +18,8 @@ from rich.console import Console
 from scara_bringup.processes.configuration_io import copy_with_ports
 from scara_config.writer import write_values
 
-from bench.demos import ENDED, or_infinite
+from bench.demos import ENDED
+from bench.record import or_infinite
 
 ROOT = Path(__file__).resolve().parents[1]
 DEADLINE_S = 300.0
