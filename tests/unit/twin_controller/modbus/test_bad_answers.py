@@ -127,6 +127,19 @@ def test_nothing_is_asked_behind_a_part_of_an_answer(robot: Robot, port: ModbusP
         port.read_words(FIRST)
 
 
+def test_doubt_leaves_time_for_two_lost_answers(robot: Robot, port: ModbusPort) -> None:
+    """Late answers make the port patient; what is lost then is still asked for a third time."""
+    for _ in range(4):
+        robot.once[READ].append("late")
+        port.read_words(FIRST)
+        time.sleep(LATE)
+        port.read_words(FIRST)
+    robot.once[READ].extend(["lost"] * 2)
+    begun = time.monotonic()
+    assert port.read_words(SECOND) == [3, 4] and port.tally["lost"] == 2
+    assert time.monotonic() - begun < 0.8 * TIMEOUT
+
+
 def test_a_slow_robot_is_not_asked_twice(robot: Robot, port: ModbusPort) -> None:
     """How long an answer takes is learned."""
     robot.delay = 1.5 * WAIT

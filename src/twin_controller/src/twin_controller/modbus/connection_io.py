@@ -138,11 +138,12 @@ class Connection:
 
     def _wait(self) -> float:
         """Return how long an answer is waited for before the same is asked again [s]."""
-        # Within the time-out each question can be asked a second time.
-        longest = 0.5 * self._timeout
         if self._usual is None:
-            return longest
+            return 0.5 * self._timeout
         mean, deviation = self._usual
+        # A robot's own pace is waited for as long as a second question fits into the time-out. What
+        # comes on top is doubt: one late answer may not use up the time that two lost ones need.
+        longest = max(self._timeout / 3.0, min(0.5 * self._timeout, mean + deviation))
         # RFC 6298: four deviations above the mean; the gains in _count are its 1/4 and 1/8.
         usual = max(SHORTEST_WAIT, mean + 4.0 * deviation)
         return min(longest, usual * 2.0 ** min(self._unanswered, MOST_DOUBLINGS))
