@@ -8,6 +8,7 @@ a source is named.
 
 from __future__ import annotations
 
+import ipaddress
 from typing import Annotated
 
 from msgspec import Meta, Struct
@@ -261,6 +262,22 @@ PalletCount = Annotated[int, Meta(ge=1, le=20)]
 # Names.
 HostName = Annotated[str, Meta(min_length=1, max_length=255)]
 """Name or IP address of a machine."""
+
+
+def is_this_machine(host: str) -> bool:
+    """Return whether a host is this machine and no other, by its letters: no name is looked up.
+
+    Example:
+        >>> is_this_machine("localhost"), is_this_machine("127.0.0.2"), is_this_machine("::1")
+        (True, True, True)
+        >>> is_this_machine("0.0.0.0"), is_this_machine("127.0.0.1.example")
+        (False, False)
+    """
+    try:
+        return host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
 
 PersonName = Annotated[str, Meta(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,31}\Z")]
 """As it stands in messages and journals."""

@@ -14,12 +14,21 @@ from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
 
 import pytest
 from harness.processes import free_port, is_alive, wait_until
-from scara_bringup.plan import NodePlan
+from scara_bringup.cell_node import Wishes, run
+from scara_bringup.config import Ports, load_doors
+from scara_bringup.plan import CONTROLLER, EMULATOR, NodePlan, cell_plan
+from scara_bringup.processes.configuration_io import copy_with_ports
 from scara_bringup.processes.master_io import MasterAddress, MasterProbe
 from scara_bringup.processes.output_io import make_output, runs_of
 from scara_bringup.processes.ports_io import listening_ports, owner_of
-from scara_bringup.processes.preflight_io import CannotStartError, check_before_start
+from scara_bringup.processes.preflight_io import (
+    CannotStartError,
+    check_before_start,
+    refuse_two_robots,
+)
 from scara_bringup.processes.processes_io import Processes, command_of
+from scara_config import config_directory
+from scara_ros.shell.program_io import FAILED
 
 
 def plain(name: str, *arguments: str) -> NodePlan:
@@ -226,6 +235,38 @@ def test_a_port_that_two_want_is_refused() -> None:
     nodes = [NodePlan("gateway", "p", "e", port=master)]
     with pytest.raises(CannotStartError, match="wanted by gateway and by the ROS master"):
         check_before_start(nodes, MasterProbe(f"http://127.0.0.1:{master}"))
+
+
+@pytest.mark.parametrize("host", ["192.0.2.9", "robot.example", "127.0.0.1.example"])
+def test_a_stand_in_beside_a_robot_elsewhere_is_refused(host: str) -> None:
+    """`./cell demo` would lead that robot; either one by itself is what somebody means."""
+    both = cell_plan(load_doors(), ())
+    with pytest.raises(CannotStartError, match=rf"real\.host is {host}, .*--without emulator"):
+        refuse_two_robots(both, host)
+    refuse_two_robots(cell_plan(load_doors(), (EMULATOR,)), host)
+    refuse_two_robots(cell_plan(load_doors(), (CONTROLLER,)), host)
+    for here in ("127.0.0.1", "localhost"):
+        refuse_two_robots(both, here)
+
+
+def test_a_demo_beside_a_real_robots_address_starts_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As somebody starts it after a day with the robot."""
+    copied = copy_with_ports(config_directory(), tmp_path / "config")
+    file = copied / "twin_controller.yaml"
+    text = file.read_text(encoding="utf-8")
+    file.write_text(text.replace("host: 127.0.0.1", "host: 192.0.2.9", 1), encoding="utf-8")
+    # What the command leaves there is put back.
+    for name in ("ROS_IP", "ROS_HOSTNAME", "ROS_NAMESPACE", "ROS_MASTER_URI"):
+        monkeypatch.setenv(name, os.environ.get(name, ""))
+    monkeypatch.setenv("SCARA_CONFIG_DIR", str(copied))
+    output = tmp_path / "run"
+    wishes = Wishes(
+        None, None, output, (), free_port(), Ports(), False, experiments=("real_leads",)
+    )
+    assert run(wishes) == (FAILED, None)
+    assert "real.host is 192.0.2.9" in capsys.readouterr().err and not output.exists()
 
 
 def test_second_cell_in_one_namespace_is_refused(fake_master: str) -> None:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import ipaddress
 from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
 from msgspec import Meta
 from scara_config import ConfigError, load, locate
-from scara_config.quantities import BusRateHz, BusSilenceMs, Port
+from scara_config.quantities import BusRateHz, BusSilenceMs, Port, is_this_machine
 
 from farm.keys import NAME
 from farm.link.rights import Rights
@@ -181,12 +180,9 @@ def loopback_refusal(host: str) -> str:
         >>> loopback_refusal("0.0.0.0")
         'allowed is only this machine (127.0.0.1): others come in with certificates (--listen)'
     """
-    try:
-        # Of names localhost alone: nobody knows where another one leads.
-        if host == "localhost" or ipaddress.ip_address(host).is_loopback:
-            return ""
-    except ValueError:
-        pass
+    # Of names localhost alone: nobody knows where another one leads.
+    if is_this_machine(host):
+        return ""
     return "allowed is only this machine (127.0.0.1): others come in with certificates (--listen)"
 
 

@@ -9,6 +9,7 @@ import msgspec
 from scara_config import ConfigError, Robot
 from scara_config.modbus_map import ModbusMap
 from scara_config.programs.tp.listing import Program
+from scara_config.quantities import is_this_machine
 
 from robot_doctor.chain import DescribedArmError, read_description
 from robot_doctor.finding import Finding, Group, Places, fine, write_urdf, wrong
@@ -125,7 +126,7 @@ def next_command(
         again = f"rosrun robot_doctor doctor --robot {name}{' --offline' * offline}{words}"
         return f"correct this, then {again}"
     # `demo` starts the stand-in, and leads whatever robot is at the address in the file.
-    here = all(each.startswith("127.") or each == "localhost" for each in (real, host or real))
+    here = is_this_machine(real) and is_this_machine(host or real)
     return f"./cell demo --robot {name}" if here else f"./cell up --robot {name} --without emulator"
 
 

@@ -26,7 +26,7 @@ from scara_ros.shell.program_io import FAILED, WRONG, link_latest
 from scara_ros.starting.xmlrpc_guard_io import harden_process
 
 from scara_bringup.cell_shell_node import CellShell, Shown
-from scara_bringup.config import Ports, load_bringup, load_doors
+from scara_bringup.config import Ports, load_bringup, load_coupled, load_doors
 from scara_bringup.named.install_node import install_cell
 from scara_bringup.named.named_node import ask_why, refuse_second, refuse_without_room, take_turn
 from scara_bringup.named.naming import free_ports, namespace_by_name
@@ -67,6 +67,7 @@ from scara_bringup.processes.preflight_io import (
     check_before_start,
     namespace,
     node_address,
+    refuse_two_robots,
 )
 from scara_bringup.processes.processes_io import Processes
 from scara_bringup.processes.warm_parent_io import PAGES
@@ -205,6 +206,7 @@ def install(
     name: Annotated[str, typer.Argument(help="Of the cell, as for --name.")],
     robot: RobotName = None,
     plant: PlantName = None,
+    without: Without = None,
     farm: Farm = False,
     machine: Annotated[
         bool, typer.Option("--machine", help="A unit of the machine, for who calls; needs root.")
@@ -217,6 +219,7 @@ def install(
     """Write a service unit, so that a cell comes back after a reboot; nothing is enabled."""
     options = [] if robot is None else ["--robot", robot]
     options += [] if plant is None else ["--plant", plant]
+    options += [word for left_out in without or () for word in ("--without", left_out)]
     options += ["--farm"] if farm else []
     raise typer.Exit(install_cell(name, options, machine, folder, remove))
 
@@ -259,6 +262,7 @@ def run(wishes: Wishes) -> tuple[int, Path | None]:
         nodes = cell_plan(
             doors, wishes.without, wishes.people, with_farm=wishes.farm, with_health=health
         )
+        refuse_two_robots(nodes, load_coupled().real.host)
         own_master = check_before_start(nodes, MasterProbe(os.environ["ROS_MASTER_URI"]))
         folder = prepare(wishes.output)
         change = own_configuration(wishes, folder)

@@ -62,6 +62,21 @@ class Doors(msgspec.Struct, frozen=True):
     pendant: ServerAddress
 
 
+class Coupled(msgspec.Struct, frozen=True):
+    """What the twin controller couples the twin with; the rest of the file is its business."""
+
+    real: ServerAddress
+
+
+def load_coupled(directory: Path | str | None = None) -> Coupled:
+    """Read where the real robot is from twin_controller.yaml of ``directory``.
+
+    Raises:
+        ConfigError: The file is missing, or host or port does not fit.
+    """
+    return load(locate("twin_controller.yaml", directory), Coupled)
+
+
 def load_bringup(directory: Path | str | None = None) -> Bringup:
     """Read bringup.yaml of ``directory`` (default: the package scara_config).
 

@@ -39,13 +39,14 @@ class NodePlan:
 MASTER = NodePlan("rosmaster", "scara_bringup", "master", leaves=5)
 ROSOUT = NodePlan("rosout", "scara_bringup", "rosout", topics=("/rosout_agg",), leaves=4)
 CONTROLLER = "twin_controller"
+EMULATOR = "emulator"
 PANEL = "operator_panel"
 PENDANT_PAGE = "pendant_page"
 JUDGE = "what_if"
 HEALTH = "health_watch"
 POSE = "joint_pose_controller"
 MODELS = "robot_state_publisher"
-NOT_OF_THE_TWIN = ("emulator", CONTROLLER, PANEL, PENDANT_PAGE, JUDGE, HEALTH, "farm_link")
+NOT_OF_THE_TWIN = (EMULATOR, CONTROLLER, PANEL, PENDANT_PAGE, JUDGE, HEALTH, "farm_link")
 """What a twin by itself does without: the real side, what couples the two, and who speaks to it."""
 DESK_LINKS = ("_links:=desk",)
 """Robot and twin share this machine: a late process is no lost link.
@@ -81,9 +82,9 @@ def cell_plan(
     Raises:
         ValueError: ``without`` names a node that is not in the plan; the text lists those that are.
     """
-    links = () if "emulator" in without else DESK_LINKS
+    links = () if EMULATOR in without else DESK_LINKS
     nodes = [
-        NodePlan("emulator", "fanuc_emulator", "emulator", links, port=doors.modbus.port),
+        NodePlan(EMULATOR, "fanuc_emulator", "emulator", links, port=doors.modbus.port),
         NodePlan(
             "simulator",
             "scara_simulation",
@@ -133,7 +134,7 @@ def cell_plan(
         ),
     ]
     if with_panel:
-        nodes += _for_people(doors, runs, with_pendant="emulator" not in without)
+        nodes += _for_people(doors, runs, with_pendant=EMULATOR not in without)
     if with_panel and with_health:
         nodes.append(
             NodePlan(

@@ -33,6 +33,7 @@ from geometry_msgs.msg import PointStamped
 from scara_config import Robot, files_in_force, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 from scara_config.profile import PLANTS
+from scara_config.quantities import is_this_machine
 from scara_ros.diagnostics_node import PERIOD_S
 from scara_ros.gate.settings import GateSettings, load_gate
 from scara_ros.pacing import Pace
@@ -306,8 +307,7 @@ def main() -> None:
         rospy.logwarn("the robot is followed, and never led: %s", only_followed)
     publisher, configuration = _publish_configuration(folder, config)
     # A stand-in on this machine is another robot with each start.
-    stand_in = host.startswith("127.") or host == "localhost"
-    usual = "" if stand_in else token_folder(os.environ) / "learned"
+    usual = "" if is_this_machine(host) else token_folder(os.environ) / "learned"
     place = str(rospy.get_param("~learned", str(usual)))
     kept = learned_file(Path(place), robot.name, host, port) if place and robot.lead else None
     node = Node(robot, config, layout, configuration, url, access, persons, gate, kept)

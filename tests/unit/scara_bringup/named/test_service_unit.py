@@ -7,12 +7,14 @@ from pathlib import Path
 
 import pytest
 from harness.workspace import ROOT
+from scara_bringup.cell_node import app
 from scara_bringup.named import install_node
 from scara_bringup.named import service_file_io as service_file
 from scara_bringup.named.install_node import install_cell
 from scara_bringup.named.service_file_io import InstallError, refusal, remove_unit, write_unit
 from scara_bringup.named.service_unit import Service, unit_text
 from scara_config.profile import CHOICE
+from typer.testing import CliRunner
 
 MILK = Service("milk_2", ROOT, ("--farm",))
 
@@ -67,6 +69,18 @@ def test_install_says_what_to_do_next_and_enables_nothing(
     assert install_cell("milk_2", [], False, tmp_path, True) == 1
     assert install_cell("two words", [], False, tmp_path, False) == 2
     assert install_cell("milk_2", ["--robot", "nobody"], False, tmp_path, False) == 2
+
+
+def test_the_unit_of_a_real_robots_cell_leaves_out_the_stand_in(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As `up` does; the cell would be refused at each start."""
+    monkeypatch.setenv("CELL_ROOT", str(ROOT))
+    words = ["install", "milk_2", "--without", "emulator", "--farm", "--folder", str(tmp_path)]
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 0, done.output
+    text = (tmp_path / "cell-milk_2.service").read_text(encoding="utf-8")
+    assert "--name milk_2 --no-browser --without emulator --farm\n" in text
 
 
 @pytest.mark.parametrize(

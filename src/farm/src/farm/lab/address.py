@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import ipaddress
+from scara_config.quantities import is_this_machine
 
 PORT = 8786
 """dask's usual port of a scheduler."""
@@ -31,11 +31,7 @@ def scheduler_address(text: str) -> str:
         raise AddressError(f"{text}: allowed is HOST:PORT, for example 127.0.0.1:{PORT}")
     if is_secure(text):
         return f"{TLS}{host}:{port}"
-    try:
-        here = host == "localhost" or ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        here = False
-    if not here:
+    if not is_this_machine(host):
         raise AddressError(
             f"{text}: without certificates allowed is only this machine (127.0.0.1): who reaches a "
             f"scheduler can run any program on its workers. Give {TLS}{host}:{port}, where both "

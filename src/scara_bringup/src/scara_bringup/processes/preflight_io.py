@@ -9,9 +9,10 @@ import os
 from collections.abc import Mapping
 
 import rosgraph
+from scara_config.quantities import is_this_machine
 from scara_ros.names import NamespaceError, namespace_of, resolve
 
-from scara_bringup.plan import NodePlan
+from scara_bringup.plan import CONTROLLER, EMULATOR, NodePlan
 from scara_bringup.processes.master_io import MasterAddress, MasterProbe
 from scara_bringup.processes.ports_io import listening_ports, owner_of
 
@@ -65,6 +66,25 @@ def check_before_start(nodes: list[NodePlan], master: MasterProbe) -> bool:
                 "end them, or give the second cell a name (cell up --name)"
             )
     return not answers
+
+
+def refuse_two_robots(nodes: list[NodePlan], host: str) -> None:
+    """Refuse a stand-in beside a robot that is somewhere else: who is told to move would be unsaid.
+
+    Args:
+        nodes: Of the cell.
+        host: Of the robot that the twin controller couples the twin with.
+
+    Raises:
+        CannotStartError: The cell would start the stand-in and couple another robot.
+    """
+    names = {node.name for node in nodes}
+    if {EMULATOR, CONTROLLER} <= names and not is_this_machine(host):
+        raise CannotStartError(
+            f"twin_controller.yaml: real.host is {host}, a robot that is no stand-in of this "
+            "machine: `./cell up --without emulator` couples that robot; for the stand-in, and for "
+            "`./cell demo`, set real.host to 127.0.0.1"
+        )
 
 
 def node_address(env: Mapping[str, str], network: bool) -> dict[str, str]:

@@ -19,6 +19,7 @@ from urllib.parse import urlsplit
 
 import rosgraph
 from rosgraph.xmlrpc import SilenceableXMLRPCRequestHandler
+from scara_config.quantities import is_this_machine
 
 from scara_ros.pacing import Pace
 from scara_ros.starting.full_disk_io import outlive_full_disk
@@ -43,7 +44,7 @@ def refusal(headers: Mapping[str, str], own_names: frozenset[str]) -> str:
         name = urlsplit(f"//{host}").hostname or ""
     except ValueError:
         name = ""
-    if name in own_names or _is_loopback(name):
+    if name in own_names or is_this_machine(name):
         return ""
     return f"it asks for the host {host[:SHOWN]!r}, which is not this machine's name in ROS"
 
@@ -86,14 +87,6 @@ class _Teller:
         logging.getLogger("rosout").warning(
             "refused %d requests to this process's XML-RPC server; the last one: %s", count, reason
         )
-
-
-def _is_loopback(name: str) -> bool:
-    """Return whether ``name`` is loopback by its letters; no name is looked up."""
-    if name in ("localhost", "::1"):
-        return True
-    parts = name.split(".")
-    return len(parts) == 4 and parts[0] == "127" and all(part.isdecimal() for part in parts)
 
 
 def _own_names(connection: socket.socket) -> frozenset[str]:

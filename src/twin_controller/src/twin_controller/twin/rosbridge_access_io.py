@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import ipaddress
 import select
 import ssl
 import threading
@@ -13,6 +12,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from scara_config import ConfigError
+from scara_config.quantities import is_this_machine
 from scara_ros.page.token_file_io import (
     TWIN_CONTROLLER_FILE,
     TWIN_CONTROLLER_VARIABLE,
@@ -106,8 +106,7 @@ def shown(url: str) -> str:
 def _is_of_this_machine(url: str) -> bool:
     """Return whether a URL names this machine by a loopback address."""
     with contextlib.suppress(ValueError):  # no address but a name, or no URL at all
-        host = urlsplit(url).hostname or ""
-        return host == "localhost" or ipaddress.ip_address(host).is_loopback
+        return is_this_machine(urlsplit(url).hostname or "")
     return False
 
 
