@@ -89,3 +89,9 @@ def served(
 
         store.async_setValues = counted  # type: ignore[method-assign]
         yield port, loop, written
+
+
+def last_beat(written: list[Any]) -> int:
+    """Return the heartbeat that was written last to a stand-in that was served; 0 disarms."""
+    at = LAYOUT.holding_registers["heartbeat"].offset
+    return int([words for _, _, offset, words in written if offset == at][-1][0])

@@ -6,7 +6,7 @@ import itertools
 import math
 
 import pytest
-from harness.emulated.served import CONFIG, LAYOUT, ROBOT, served
+from harness.emulated.served import CONFIG, LAYOUT, ROBOT, last_beat, served
 from harness.processes import wait_until
 from msgspec.structs import replace
 from robot_doctor.finding import Group, Level, note
@@ -34,6 +34,7 @@ def test_who_moves_a_joint_begins_with_a_set_point_and_sees_the_robot_stand(abor
         assert mover.rests and not loop.snapshot.outputs.progrun
         # What is written last counts from the next tick on.
         wait_until(lambda: "hold" in loop.snapshot.inputs, 2.0, "HOLD, given back")
+    assert last_beat(written) == 0, "no alarm at a good end"
     asked = [at for _, _, at, *_ in written]
     first = asked.index(LAYOUT.holding_registers["ring_setpoint"].offset)
     assert first < asked.index(LAYOUT.coils["rsr1"].offset)
@@ -48,9 +49,10 @@ def test_a_robot_that_goes_on_after_a_stop_is_told_and_stays_held(
     # All joints would take half a minute.
     monkeypatch.setattr(Mover, "nudge_all", lambda mover: [note(Group.LINKS, *mover.try_stream())])
     profile = replace(read_profile(CONFIG), robot=ROBOT, layout=LAYOUT)
-    with served("ready") as (port, loop, _):
+    with served("ready") as (port, loop, written):
         found = list(doctor_node._robot(profile, LAYOUT, CONTROLLER, (HERE, port), True))
         assert "hold" not in loop.snapshot.inputs
+    assert last_beat(written), "its watchdog stays armed, and ends what runs"
     assert "NOT SEEN TO STAND" in found[-1].what and found[-1].level is Level.WRONG, found
 
 

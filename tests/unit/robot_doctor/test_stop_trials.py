@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from fanuc_emulator.drives.servo_loop_io import ServoLoop
-from harness.emulated.served import CONFIG, LAYOUT, ROBOT, served
+from harness.emulated.served import CONFIG, LAYOUT, ROBOT, last_beat, served
 from harness.processes import wait_until
 from msgspec.structs import replace
 from robot_doctor.finding import Level
@@ -297,10 +297,11 @@ def test_a_robot_whose_program_runs_on_is_not_told_to_stand(
     for module in ("stop_trials", "stop_trials_io"):
         monkeypatch.setattr(f"robot_doctor.{module}.stands", still)
     with (
-        served("ready, uop: none") as (port, loop, _),
+        served("ready, uop: none") as (port, loop, written),
         quick(ROBOT, LAYOUT, CONTROLLER, (HERE, port), person(loop)) as trials,
     ):
         (told,) = trials.run()
+    assert last_beat(written), "its watchdog stays armed: the doctor's end would leave nothing else"
     assert "it stands, but its program runs on" in told.what
     assert "NOT SEEN TO STAND" in told.advice
 

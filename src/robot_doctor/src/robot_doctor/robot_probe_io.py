@@ -155,14 +155,15 @@ class Mover:
     def __exit__(self, *_: object) -> None:
         """Stop what it started, as the twin controller does, and see the robot stand; disconnect.
 
-        Not every controller ends a program by CSTOPI, and one that nobody watches may go on.
+        Not every controller ends a program by CSTOPI, and one that nobody watches may go on: then
+        the watchdog stays armed.
         """
         if self._begun:
             self._link.send(*STOP)
             self.rests = self._comes_to_rest()
             if self.rests:
                 self._link.send(*GIVE_HOLD_BACK)
-        self._link.close()
+        self._link.close(disarm=self.rests)
 
     def _comes_to_rest(self) -> bool:
         """Return whether the next answers show the robot at rest, its program not running."""

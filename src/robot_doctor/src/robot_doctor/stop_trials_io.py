@@ -95,6 +95,7 @@ class StopTrials:
         self._state = ProgramState.ABORTED
         # Of the program, by the link that is open now.
         self._heard = threading.Event()
+        self._rests = True  # as far as was seen
         self._link = self._connect(heartbeat=True)
 
     def __enter__(self) -> StopTrials:
@@ -103,10 +104,13 @@ class StopTrials:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        """Disconnect; whatever went wrong, HOLD is taken away before."""
+        """Disconnect; whatever went wrong, HOLD is taken away before.
+
+        The watchdog of a robot that was not seen to stand stays armed, and ends what runs.
+        """
         if kind is not None:
             self._link.send(Signal("hold", False))
-        self._link.close()
+        self._link.close(disarm=kind is None and self._rests)
 
     def run(self) -> Iterator[Finding]:
         """Ask for each trial, make it, and yield what came of it.
@@ -121,12 +125,12 @@ class StopTrials:
                 yield result.finding()
         except (UnexpectedError, KeyboardInterrupt) as why:
             self._link.send(Signal("hold", False))
-            stopped = self._holds()
+            self._rests = self._holds()
             yield wrong(
                 Group.LINKS,
                 f"ended: {str(why) or 'interrupted'}; HOLD was taken away and stays away",
                 "the robot stands; RESET on the page gives HOLD back"
-                if stopped
+                if self._rests
                 else "THE ROBOT IS NOT SEEN TO STAND: press its emergency stop",
             )
 
