@@ -350,3 +350,17 @@ def test_a_held_key_stays_barred_though_the_node_stood_still_before_the_stop():
     bench.core.obey(Command.STOP, "enough", bench.now)
     with pytest.raises(MotionRefusedError, match="stopped: commands are ignored until they pause"):
         bench.jog(["joint_1"], [0.5])
+
+
+def test_a_clock_that_goes_back_ends_a_jog_and_bars_no_new_one():
+    """Its time-out would come when the time is again where it was, and so would a stop's end."""
+    bench = Bench()
+    bench.jog(["table_joint"], [0.3])
+    bench.tick(10)
+    bench.now = 0.0
+    bench.tick(100)
+    assert bench.sent[-1] == {} and bench.core.report() == "idle: the clock went back"
+    bench.core.obey(Command.STOP, "by hand", bench.now + 100.0)
+    bench.tick()
+    bench.jog(["table_joint"], [0.3])
+    assert bench.tick()["table_joint"] > 0.0

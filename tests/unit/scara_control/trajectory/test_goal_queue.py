@@ -418,3 +418,23 @@ def test_a_late_robot_with_a_ring_gets_its_trajectories(bench: Bench) -> None:
     bench.desk.accept("a", GOAL, bench.now)
     assert bench.until_ended().code is Code.SUCCESSFUL
     assert bench.refused == 0
+
+
+@pytest.mark.parametrize("stopped", [False, True])
+def test_a_clock_that_goes_back_ends_a_goal_and_delays_no_new_one(
+    bench: Bench, stopped: bool
+) -> None:
+    """As where a simulation begins anew; neither the mode nor a stop of before counts."""
+    bench.mode = "OPERATOR_LEADS"
+    assert bench.desk.accept("old", GOAL, bench.now)
+    bench.run(0.2)
+    if stopped:
+        bench.desk.command(Command.STOP)
+        bench.until_ended()
+    bench.now, bench.mode = 1.0, ""
+    bench.run(2.0)
+    assert [key for key, _ in bench.ended] == ["old"]
+    assert stopped or "the clock went back" in bench.ended[0][1].text
+    assert bench.desk.accept("new", GOAL, bench.now), "it begins at once"
+    bench.until_ended(2)
+    assert bench.ended[1][1].code == Code.SUCCESSFUL

@@ -16,7 +16,7 @@ from scara_control.motion.time_scaling import SAME_TIME, ScaleBounds, TimeBase, 
 _LONGEST_DELAY, _LONGEST_AHEAD = 0.5, 0.5
 """No follower is believed to be later, or to take set points further ahead [s]: they would look
 ahead for ever."""
-_RESET_S = 1.0
+RESET_S = 1.0
 """A clock that goes back by less is a loop that was held; our choice: a loop that is 0.2 s late
 begins its grid anew."""
 
@@ -133,7 +133,7 @@ class PathDriver:
 
     def went_back(self, now: float) -> bool:
         """Say whether the clock went back."""
-        return now < self.time - _RESET_S
+        return now < self.time - RESET_S
 
     def is_past(self, now: float) -> bool:
         """Say whether the grid is past ``now``: a request went on while the loop was held."""

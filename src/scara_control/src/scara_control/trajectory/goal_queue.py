@@ -14,7 +14,7 @@ from scara_control.config import MotionConfig
 from scara_control.dynamics.effort import Load
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.motion.commands import Command, State
-from scara_control.motion.drive import Follower, believed
+from scara_control.motion.drive import RESET_S, Follower, believed
 from scara_control.motion.epoch import ENDING
 from scara_control.trajectory.execution import Ended, Execution, TrajectoryFeedback
 from scara_control.trajectory.goal import Code, Goal, GoalError
@@ -94,7 +94,7 @@ class GoalQueue:
         self._others_only = ""
         self._follower = Follower()
         self._load: Load | None = None
-        self._quiet_until = -float("inf")
+        self._quiet_until = self._time = -float("inf")
         self._running: _Running | None = None
         # Its key, the goal, since when it waits, and whether it is that of who holds control.
         self._waiting: tuple[Hashable, Goal, float, bool] | None = None
@@ -173,6 +173,7 @@ class GoalQueue:
         Raises:
             GoalError: It is rejected; the text says why.
         """
+        self._go_on_to(now)
         if self._running is not None:
             # Judged and planned first: a goal that is refused must not end the one that runs.
             self._judge_mode(now, own)
@@ -224,9 +225,25 @@ class GoalQueue:
 
     def tick(self, now: float) -> Turn:
         """Go on to ``now``."""
+        self._go_on_to(now)
         turn, refused = self._turn(now), self._refused
         self._refused = []
         return replace(turn, rejected=[*refused, *turn.rejected]) if refused else turn
+
+    def _go_on_to(self, now: float) -> None:
+        """Keep the time; where the clock went back all goals end, for no time of before comes."""
+        before, self._time = self._time, now
+        if now >= before - RESET_S:
+            return
+        self._quiet_until = self._mode_at = -float("inf")
+        if self._waiting is not None:
+            gone = GoalError(Code.INVALID_GOAL, "cancelled before it began: the clock went back")
+            self._refused.append((self._waiting[0], gone))
+            self._waiting = None
+        if self._running is not None:
+            self._give_up(self._running, "the clock went back")
+            self._running.held_since = now
+            self._running.closed_at = None if self._running.closed_at is None else now
 
     def _turn(self, now: float) -> Turn:
         running = self._running

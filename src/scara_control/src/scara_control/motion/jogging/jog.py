@@ -14,6 +14,7 @@ from scara_control.config import MotionConfig, in_si
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.limits import check_joint_vector
 from scara_control.motion.commands import Command, MotionRefusedError, Ownership, taken_text
+from scara_control.motion.drive import RESET_S
 from scara_control.motion.epoch import CancelledError
 from scara_control.motion.feedback import Feedback
 from scara_control.motion.following.stream import StreamGate
@@ -186,6 +187,12 @@ class JogController:
 
         They are those of moving joints, and a few zeros at the end.
         """
+        if now < self._time - RESET_S:
+            # No time-out of before ends anything now, nor does a stop of before bar it.
+            self._halt("the clock went back")
+            self._wait_no_longer()
+            self._gate = StreamGate("commands", self._config.jog.timeout)
+            self._feedback.measured = None
         # After a loop was held up the ramp goes on from where it was, and makes no step.
         dt = min(max(now - self._time, 0.0), 2.0 * self._config.period)
         self._time = now
