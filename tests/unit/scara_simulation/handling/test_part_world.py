@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from scara_config import load_robot
 from scara_config.palletise import load_palletise
+from scara_config.payload import Payload
 from scara_control.kinematics.scara import Elbow, Scara, solve_elbow
 from scara_simulation.config import load_gains, load_simulation
 from scara_simulation.handling.part_world_io import PartWorld
@@ -117,6 +118,15 @@ def test_reset_takes_the_part_off_the_gripper_and_back_to_its_stand(cell: Cell) 
     assert not cell.world.suction.commanded and not cell.world.suction.held
     x, y = WORK.pallet.places()[0]
     assert math.dist(carry(cell)[:2], (x, y)) < WORK.task.tolerance_mm * 1e-3
+
+
+def test_what_sets_the_twin_right_leaves_the_suction_as_it_was_commanded(cell: Cell) -> None:
+    """Off is passed on: the real robot would drop its part."""
+    cell.world.grip(True)
+    cell.wait(0.1)
+    assert cell.world.put_parts_back() == "" and cell.world.suction.commanded
+    cell.world.mount(Payload(2, "part", 0.5))
+    assert cell.world.suction.commanded
 
 
 def test_part_let_go_in_the_air_is_reported_as_dropped_once(cell: Cell) -> None:

@@ -133,8 +133,8 @@ class PartWorld(World):
             index = self._infos[index][16]
         raise ConfigError(f"{self._urdf}: no joint turns {link}")
 
-    def _begin(self) -> None:
-        self._suction, self._message = Suction(), ""
+    def _begin(self, commanded: bool = False) -> None:
+        self._suction, self._message = command(Suction(), commanded), ""
         self._ledger = Ledger(self._work.watch.drop_mm * MM)
         self._touches.reset()
         # Of the last look: they give the table's acceleration and the tool's way since then.
@@ -153,6 +153,15 @@ class PartWorld(World):
         self._bodies.reset()
         super().reset(positions, velocities)
         self._begin()
+
+    def mount(self, payload: Payload) -> None:
+        """Hang another payload at the tool, see :meth:`World.mount`; the suction stays on or off.
+
+        One that goes off by itself is passed on, and the real robot drops its part.
+        """
+        commanded = self._suction.commanded
+        super().mount(payload)
+        self.grip(commanded)
 
     @property
     def suction(self) -> Suction:
@@ -192,7 +201,8 @@ class PartWorld(World):
         if self._suction.held:
             return f"{self._suction.held} is held"
         self._bodies.reset()
-        self._begin()
+        # As for a payload: off would be passed on.
+        self._begin(self._suction.commanded)
         return ""
 
     def step(self, efforts: Sequence[float]) -> None:
