@@ -115,10 +115,13 @@ class Simulation:
         self.reset()
 
     def skip(self, duration_ns: int) -> None:
-        """Let the nominal time jump; set points keep their due times."""
+        """Let the nominal time jump; set points keep their due times.
+
+        Where it jumps back, they were sent by the clock of before and go with it.
+        """
         self._base_ns += duration_ns
         if duration_ns < 0:
-            self.control.set_back(duration_ns * 1e-9)
+            self.control.postpone(duration_ns * 1e-9)
 
     def thaw(self, duration_ns: int) -> None:
         """Go on after a pause of ``duration_ns``.

@@ -106,6 +106,16 @@ def test_velocity_ends_in_time_though_the_clock_is_set_back(simulation):
     assert simulation.advance(1000)[-1].velocities[0] == pytest.approx(0.0, abs=1e-6)
 
 
+def test_clock_that_is_set_back_leaves_the_joint_where_it_is(simulation):
+    """It went back to where its set points began, and made the motion again an hour later."""
+    simulation.control.command_track(["slide"], moving())
+    end = simulation.advance(3000)[-1].positions[0]
+    simulation.skip(-3_600_000 * MS)
+    assert simulation.advance(500)[-1].positions[0] == pytest.approx(end, abs=1e-4)
+    simulation.skip(3_596_000 * MS)
+    assert simulation.advance(4000)[-1].positions[0] == pytest.approx(end, abs=1e-4)
+
+
 def test_paused_time_moves_stamps_and_due_times(simulation):
     """After a pause the motion goes on where it stood, without a jump."""
     simulation.control.command_track(["slide"], moving())

@@ -135,11 +135,6 @@ class JointControl:
         for loop in self.loops:
             loop.postpone(duration)
 
-    def set_back(self, duration: float) -> None:
-        """Let velocities end no later although the clock jumps by ``duration`` [s], below 0."""
-        for loop in self.loops:
-            loop.set_back(duration)
-
     def start(self, start: Sequence[float]) -> None:
         """Hold another pose from the next :meth:`reset` on, shape (n,): [rad], prismatic [m]."""
         self._start = tuple(start)

@@ -183,10 +183,6 @@ class JointLoop(Cells):
         self.keep_piece(None)
         self._velocity_until += duration
 
-    def set_back(self, duration: float) -> None:
-        """Let a velocity last no longer although the clock jumps by ``duration`` [s], below 0."""
-        self._velocity_until += duration
-
     def reference(self, t: float, q: float, qdot: float, dt: float) -> AxisMotion:
         """Return the motion at time ``t`` that the inverse dynamics shall be computed for.
 
