@@ -393,6 +393,20 @@ def test_numbers_go_on_where_somebody_removed_the_file(tmp_path: Path) -> None:
     assert numbers(tmp_path) == [3, 4]
 
 
+def test_a_file_that_was_removed_in_the_night_is_begun_anew(tmp_path: Path) -> None:
+    """The next day's first entry finds it; nobody else would close it."""
+    with opened(tmp_path) as files:
+        write(files, said(NOON))
+        files.sync()
+        files.path.unlink()
+        with pytest.raises(JournalError, match="was removed"):
+            files.append([said(NOON + DAY)], NOON + DAY)
+        assert not files.is_open
+        files.open(NOON + DAY)
+        write(files, *files.told, said(NOON + DAY))
+    assert numbers(tmp_path) == [2, 3]
+
+
 def test_texts_of_any_kind_fit_into_a_line(tmp_path: Path) -> None:
     """What a client sends may be long, or no text at all."""
     with opened(tmp_path) as files:

@@ -162,15 +162,21 @@ class DayFiles:
 
         Raises:
             JournalError: Somebody has removed the file.
-            OSError: The disk failed; nobody knows what it holds, so open the journal again.
+            OSError: The disk failed; nobody knows what it holds. In both cases the journal is
+                closed, and looks at it when it is opened again.
         """
         if self._fd is None:
             return
-        os.fdatasync(self._fd)
-        if os.fstat(self._fd).st_nlink == 0:
-            text = f"{self.path} was removed by somebody while it was written; it begins anew"
-            self.told.append(Gap(why=text, removed=[self.path.name]))
-            raise JournalError(text)
+        try:
+            os.fdatasync(self._fd)
+            if os.fstat(self._fd).st_nlink == 0:
+                text = f"{self.path} was removed by somebody while it was written; it begins anew"
+                self.told.append(Gap(why=text, removed=[self.path.name]))
+                raise JournalError(text)
+        except OSError:
+            # A disk tells its fault once only: whoever asks again would take all for safe.
+            self.close()
+            raise
 
     def close(self) -> None:
         """Let go of the files; the next ``open`` goes on behind the newest entry."""

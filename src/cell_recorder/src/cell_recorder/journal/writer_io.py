@@ -200,12 +200,7 @@ class JournalWriter:
     def _sync(self) -> None:
         """Make all entries safe."""
         begun = time.monotonic()
-        try:
-            self._files.sync()
-        except OSError:
-            # What the disk holds is not known any more: look at it again, and ask again.
-            self._files.close()
-            raise
+        self._files.sync()
         self._unsafe_since = None
         self._slowest = max(self._slowest, time.monotonic() - begun)
 
