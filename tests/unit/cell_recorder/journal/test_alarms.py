@@ -94,6 +94,17 @@ def test_clock_that_is_set_forward_makes_no_node_silent() -> None:
     assert [each.source for each in book.look(3615.0)] == [NODE]
 
 
+def test_node_that_dies_with_a_warning_of_its_own_name_is_told() -> None:
+    """The recorder's status bears its node's name; the death is another alarm than the warning."""
+    book = ActiveAlarms(2.0, 5.0)
+    for now in range(3):
+        book.heard(float(now), NODE)
+        book.say(float(now), NODE, NODE, WARN, "messages lost")
+        assert book.look(float(now)) == []
+    told = [each for now in range(3, 12) for each in book.look(float(now))]
+    assert [(each.level, each.source) for each in told] == [("error", NODE)]
+
+
 @given(st.lists(st.sampled_from([OK, WARN, ERROR]), max_size=40))
 def test_raised_and_cleared_take_turns(levels: list[int]) -> None:
     """Whatever is said: never cleared twice, and cleared only what was raised."""

@@ -10,6 +10,8 @@ from scara_ros.diagnosis import Level
 
 from cell_recorder.journal.entries import ERROR, WARNING, Alarm
 
+SILENCE = ""
+"""Source of the alarm that a node says nothing: a status may bear its node's own name."""
 _NUMBER = re.compile(r"\d+(?:[.,]\d+)*")
 
 
@@ -75,7 +77,7 @@ class ActiveAlarms:
     def heard(self, now: float, node: str) -> None:
         """Take that a node has spoken."""
         self._heard[node] = now
-        silent = self._raised.get((node, node))
+        silent = self._raised.get((node, SILENCE))
         if silent is not None and silent.away_since is None:
             silent.away_since = now
 
@@ -89,19 +91,19 @@ class ActiveAlarms:
         for node, last in list(self._heard.items()):
             # A clock that was set back must not keep a node from ever being silent.
             self._heard[node] = last = min(last, now)
-            if now - last >= self._silent_s and (node, node) not in self._raised:
+            if now - last >= self._silent_s and (node, SILENCE) not in self._raised:
                 known = _Raised(
                     Level.ERROR,
                     "says nothing any longer: has it ended, or does it hang? See ./cell status",
                     last,
                 )
-                self._raised[node, node] = known
+                self._raised[node, SILENCE] = known
                 told.append(_entry(now, node, known))
         for (node, source), known in list(self._raised.items()):
             away = known.away_since
             if away is not None and not 0.0 <= now - away < self._hold_s:
                 del self._raised[node, source]
-                told.append(_entry(now, source, known))
+                told.append(_entry(now, source or node, known))
         return told
 
 
