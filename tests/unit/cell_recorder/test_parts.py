@@ -112,6 +112,7 @@ def test_the_last_part_of_a_killed_recorder_is_repaired(tmp_path: Path) -> None:
         numbers = [message.data for _, message in bag.messages("number")]
         assert bag.repaired and 120 < len(numbers) < 180
         assert numbers == list(range(len(numbers)))
+        assert [message.data for _, message in bag.messages("configuration")] == [-1.0]
     last.write_bytes(whole[:4200])
     with open_bag(path) as bag:
         assert bag.count("number") == 120

@@ -96,6 +96,9 @@ class _Copy:
                     fields.get_string("type").replace("/", "/msg/"),
                     msgdef=fields.get_string("message_definition"),
                     md5sum=fields.get_string("md5sum"),
+                    # Else what a recorder repeats in each part would count as said again.
+                    callerid=fields.get_string("callerid") if "callerid" in fields else None,
+                    latching=int(fields.get_string("latching")) if "latching" in fields else None,
                 )
             elif kind == RecordType.MSGDATA and number in self._connections:
                 self._writer.write(self._connections[number], header.get_time("time"), data)
