@@ -6,7 +6,7 @@ from concurrent.futures import Future
 from typing import Any
 
 import pytest
-from harness.opponents.graph_and_clients import DEADLINE, Cell, MakeCell
+from harness.opponents.graph_and_clients import DEADLINE, TWIN_CONTROLLER, Cell, MakeCell
 from harness.processes import wait_until
 from rosbridge_gateway.graph.graph_io import GraphError
 from rosbridge_gateway.rosapi import answers
@@ -130,6 +130,22 @@ def test_calls_are_limited_per_client_and_together(make_cell: MakeCell) -> None:
     first.say(op="call_service", id="again", service="s")
     cell.graph.calls.get(timeout=DEADLINE).end.put({})
     assert first.hear()["id"] == "again"
+
+
+def test_hanging_calls_of_programs_leave_the_twin_controller_its_own(make_cell: MakeCell) -> None:
+    """Else the real robot grips and the twin does not."""
+    cell = make_cell(limits={"calls": 2})
+    program = cell.client()
+    for _ in range(2):
+        program.say(op="call_service", service="s")
+    hanging = [cell.graph.calls.get(timeout=DEADLINE) for _ in range(2)]
+    own = cell.client(header=[f"Authorization: Bearer {TWIN_CONTROLLER}"])
+    own.say(op="call_service", service="s")
+    cell.graph.calls.get(timeout=DEADLINE).end.put({"success": True})
+    assert own.hear()["result"]
+    assert "2 of 2 calls of all" in program.ask(op="call_service", service="s")["values"]
+    for call in hanging:
+        call.end.put({})
 
 
 def ask_client(cell: Cell, args: dict[str, Any]) -> Future[dict[str, Any]]:

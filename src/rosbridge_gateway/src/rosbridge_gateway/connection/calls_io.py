@@ -142,15 +142,25 @@ class Calls:
             await asyncio.wait_for(event.wait(), self._shared.config.begin_timeout)
 
     def _check_limits(self, name: str) -> None:
-        shared, is_page = self._shared, self._client.visitor.is_page
+        shared = self._shared
         own_limit = shared.config.roles[self._client.visitor.role].takes.calls
         limit = shared.config.limits.calls
-        together = 0 if is_page else shared.calls  # pages have threads of their own
+        together = shared.calls if self._is_counted else 0
         if len(self._running) >= own_limit or together >= limit:
             raise GraphError(
                 f"{len(self._running)} of {own_limit} calls of this client and {together} of "
                 f"{limit} calls of all run: {name} refused; call again when one has ended"
             )
+
+    @property
+    def _is_counted(self) -> bool:
+        """Whether its calls count among those of all.
+
+        Pages, and roles with places of their own, have threads for theirs: no call of others that
+        hangs may keep the twin controller from moving the twin.
+        """
+        visitor = self._client.visitor
+        return not (visitor.is_page or self._shared.config.roles[visitor.role].places)
 
     def _free_a_thread(self) -> None:
         """Give up the answer of the oldest stop that has gone to its service, if many wait."""
@@ -185,11 +195,11 @@ class Calls:
         stops: bool = False,
     ) -> None:
         task = self._loop.create_task(self._run(packet, name, ask, tell, before, stops))
-        self._shared.calls += not self._client.visitor.is_page
+        self._shared.calls += self._is_counted
         self._running[task] = call
 
         def ended(_: asyncio.Task[None]) -> None:
-            self._shared.calls -= not self._client.visitor.is_page
+            self._shared.calls -= self._is_counted
             self._running.pop(task, None)
             if call is not None:
                 self._stops.pop(call, None)

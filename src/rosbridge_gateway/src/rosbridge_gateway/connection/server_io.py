@@ -91,7 +91,8 @@ class GatewayServer:
         # One thread, so that what a client asks of the graph happens in its order.
         self.graph_thread = ThreadPoolExecutor(1, "gateway_graph")
         # Calls may hang until their deadline; pages cannot take the threads of programs.
-        self.call_threads = ThreadPoolExecutor(config.limits.calls, "gateway_call")
+        own = sum(role.places * role.takes.calls for role in config.roles.values())
+        self.call_threads = ThreadPoolExecutor(config.limits.calls + own, "gateway_call")
         self.page_call_threads = ThreadPoolExecutor(config.limits.page_calls, "gateway_page_call")
         self.person_services = frozenset(
             resolve(name, namespace) for name in config.person_services
