@@ -86,6 +86,13 @@ def test_long_text_goes_out_in_pieces_and_cbor_never() -> None:
     assert len(message.frames(Form("t", "cbor", 64)).parts) == 1
 
 
+def test_a_message_that_is_kept_does_not_grow_with_the_wishes_of_clients() -> None:
+    """A latched one stays, and clients with other lengths of pieces come and go."""
+    message = outgoing(Encoders())
+    assert all(message.frames(Form("t", "none", size)).parts for size in range(1000, 1100))
+    assert len(message._frames) <= 8
+
+
 def test_each_encoding_is_made_once_for_all_clients() -> None:
     """Names and sizes differ, the message does not."""
     encoders = Encoders()

@@ -52,6 +52,9 @@ class Encoders(Protocol):
         """Return a text as base64 of an image."""
 
 
+_FORMS = 8  # our choice: in so many forms a message is kept
+
+
 class Outgoing:
     """A message that is encoded once for each form, whoever asks first."""
 
@@ -84,6 +87,9 @@ class Outgoing:
             if form.compression == "png":
                 packet = msgspec.json.encode({"op": "png", "data": self._encoders.png(packet)})
             made = Frames(split(packet, form.fragment_size, f"publish:{self._number}"))
+        if len(self._frames) >= _FORMS:
+            # Of a latched message: clients come and go, each with other wishes.
+            self._frames.clear()
         self._frames[form] = made
         return made
 
