@@ -29,7 +29,7 @@ def source(outbox: Outbox, times: list[float]) -> Iterator[tuple[float, float]]:
 
 def test_answers_go_before_messages_and_in_order() -> None:
     """An answer must not wait behind a stream."""
-    outbox = Outbox(10)
+    outbox = Outbox(10, 1000, len)
     outbox.subscribe("t", 0.0, 0)
     outbox.put_message("t", b"message", 0.0)
     outbox.put_answer(b"first")
@@ -39,7 +39,7 @@ def test_answers_go_before_messages_and_in_order() -> None:
 
 def test_slow_client_gets_the_newest_message_of_each_topic() -> None:
     """What a client has not taken is replaced by what is newer, and counted."""
-    outbox = Outbox(10)
+    outbox = Outbox(10, 1000, len)
     for topic in ("a", "b"):
         outbox.subscribe(topic, 0.0, 0)
         for number in range(100):
@@ -50,7 +50,7 @@ def test_slow_client_gets_the_newest_message_of_each_topic() -> None:
 
 def test_queue_length_keeps_so_many_messages() -> None:
     """A client that wants every message asks for a queue; the oldest give way."""
-    outbox = Outbox(10)
+    outbox = Outbox(10, 1000, len)
     outbox.subscribe("t", 0.0, 3)
     for number in range(5):
         outbox.put_message("t", str(number).encode(), 0.0)
@@ -60,7 +60,7 @@ def test_queue_length_keeps_so_many_messages() -> None:
 
 def test_topics_take_turns() -> None:
     """A topic with a long queue does not hold up another one."""
-    outbox = Outbox(10)
+    outbox = Outbox(10, 1000, len)
     outbox.subscribe("a", 0.0, 5)
     outbox.subscribe("b", 0.0, 5)
     for number in range(2):
@@ -71,7 +71,7 @@ def test_topics_take_turns() -> None:
 
 def test_throttled_fast_source_is_not_aged() -> None:
     """Every second message of 200 Hz goes out at 100 Hz as it comes, whatever the jitter."""
-    outbox = Outbox(10)
+    outbox = Outbox(10, 1000, len)
     outbox.subscribe("t", 0.010, 1)
     times = [0.005 * k + (0.0002 if k % 3 else -0.0002) for k in range(200)]
     sent = list(source(outbox, times))
@@ -82,7 +82,7 @@ def test_throttled_fast_source_is_not_aged() -> None:
 
 def test_last_message_of_a_throttled_topic_arrives() -> None:
     """A message that came too early is sent later when no newer one comes."""
-    outbox = Outbox(10)
+    outbox = Outbox(10, 1000, len)
     outbox.subscribe("t", 0.1, 0)
     outbox.put_message("t", b"first", 0.0)
     assert drained(outbox, 0.0) == [b"first"]
@@ -96,7 +96,7 @@ def test_last_message_of_a_throttled_topic_arrives() -> None:
 
 def test_throttled_queue_goes_out_at_the_interval() -> None:
     """queue_length with throttle_rate: nothing is lost, one message per interval."""
-    outbox = Outbox(10)
+    outbox = Outbox(10, 1000, len)
     outbox.subscribe("t", 0.1, 10)
     sent = list(source(outbox, [0.0, 0.001, 0.002, 0.003]))
     assert [came for _, came in sent] == [0.0, 0.001, 0.002, 0.003]
@@ -108,7 +108,7 @@ def test_throttle_keeps_its_rate_and_loses_no_last_message(
     times: list[float], interval: float
 ) -> None:
     """Over any span at most span / interval + 1.2 messages go out, and the last one always does."""
-    outbox = Outbox(10)
+    outbox = Outbox(10, 1000, len)
     outbox.subscribe("t", interval, 0)
     sent = list(source(outbox, sorted(times)))
     assert sent[-1][1] == max(times)
@@ -120,7 +120,7 @@ def test_throttle_keeps_its_rate_and_loses_no_last_message(
 
 def test_a_throttled_topic_that_was_silent_has_nothing_to_make_up_for() -> None:
     """After a pause the messages of a burst go out at the interval too."""
-    outbox = Outbox(10)
+    outbox = Outbox(10, 1000, len)
     outbox.subscribe("t", 0.1, 10)
     sent = list(source(outbox, [0.0, 5.0, 5.001, 5.002, 5.003]))
     assert [now for now, _ in sent[1:]] == pytest.approx([5.0, 5.1, 5.2, 5.3])
@@ -128,13 +128,13 @@ def test_a_throttled_topic_that_was_silent_has_nothing_to_make_up_for() -> None:
 
 def test_answers_are_bounded() -> None:
     """A client that takes no answers cannot make the gateway grow."""
-    outbox = Outbox(2)
+    outbox = Outbox(2, 1000, len)
     assert outbox.put_answer(b"1") and outbox.put_answer(b"2") and not outbox.put_answer(b"3")
 
 
 def test_unsubscribed_topic_leaves_nothing_behind() -> None:
     """What waits of a topic goes with its subscription."""
-    outbox = Outbox(10)
+    outbox = Outbox(10, 1000, len)
     outbox.subscribe("t", 0.0, 5)
     outbox.put_message("t", b"1", 0.0)
     outbox.unsubscribe("t")
@@ -144,10 +144,27 @@ def test_unsubscribed_topic_leaves_nothing_behind() -> None:
 
 def test_changed_subscription_keeps_its_turn() -> None:
     """Subscribing again does not circumvent the throttle."""
-    outbox = Outbox(10)
+    outbox = Outbox(10, 1000, len)
     outbox.subscribe("t", 1.0, 0)
     outbox.put_message("t", b"1", 0.0)
     assert drained(outbox, 0.0) == [b"1"]
     outbox.subscribe("t", 1.0, 0)
     outbox.put_message("t", b"2", 0.5)
     assert drained(outbox, 0.5) == [] and drained(outbox, 1.5) == [b"2"]
+
+
+def test_a_long_queue_is_bounded_in_bytes_too() -> None:
+    """A page that asks for 10,000 pictures an hour apart would fill the memory."""
+    outbox = Outbox(10, 1000, len)
+    outbox.subscribe("t", 3600.0, 10_000)
+    for number in range(100):
+        outbox.put_message("t", b"%100d" % number, float(number))
+    outbox.subscribe("big", 0.0, 10)
+    for number in range(3):
+        outbox.put_message("big", b"%2000d" % number, 0.0)
+    kept = [int(data) for data in drained(outbox, 1e9)]
+    assert kept == [*range(90, 100), 2] or kept == [2, *range(90, 100)]
+    outbox.unsubscribe("t")
+    for number in range(20):
+        outbox.put_message("big", b"%100d" % number, 1e9)
+    assert len(drained(outbox, 2e9)) == 10, "what was taken takes no room"

@@ -27,6 +27,7 @@ LIMITS = Limits(
     calls=2,
     page_calls=1,
     waiting_answers=10,
+    waiting_bytes=1 << 20,
     send_buffer_bytes=1024,
 )
 LOOKS = msgspec.structs.replace(TAKES, packet_bytes=2000, shortest_fragment=50)

@@ -127,6 +127,7 @@ class Limits(Struct, frozen=True, forbid_unknown_fields=True):
     calls: Annotated[int, Meta(ge=1, le=256)]
     page_calls: Annotated[int, Meta(ge=1, le=256)]
     waiting_answers: Annotated[int, Meta(ge=10, le=100_000)]
+    waiting_bytes: Annotated[int, Meta(ge=1 << 16, le=1 << 28)]
     send_buffer_bytes: Annotated[int, Meta(ge=4096, le=1 << 24)]
 
 

@@ -21,8 +21,11 @@ class Sending:
 
     def __init__(self, line: Line, config: GatewayConfig, drop: Callable[[str], None]) -> None:
         """Take the connection, and what ends it with a reason."""
-        self.outbox: Outbox[Frames] = Outbox(config.limits.waiting_answers)
-        self._line, self._limits, self._drop = line, config.limits, drop
+        limits = config.limits
+        self.outbox = Outbox[Frames](
+            limits.waiting_answers, limits.waiting_bytes, lambda frames: sum(map(len, frames.parts))
+        )
+        self._line, self._limits, self._drop = line, limits, drop
         self._stall_timeout = config.stall_timeout
         self._loop = asyncio.get_running_loop()
         self._timer: asyncio.TimerHandle | None = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -14,13 +15,14 @@ _LATE_PART = 0.3
 
 @dataclass(slots=True)
 class _Topic(Generic[Item]):
-    """The waiting messages of one subscription.
+    """The waiting messages of one subscription, ``most`` of them.
 
     ``turn`` is when the next message is due by the throttle rate, ``due`` when the oldest waiting
     one may go out.
     """
 
     interval: float
+    most: int
     waiting: deque[Item]
     turn: float = float("-inf")
     due: float = float("-inf")
@@ -29,8 +31,8 @@ class _Topic(Generic[Item]):
 class Outbox(Generic[Item]):
     """Packets that a client has not taken yet, bounded whatever the client does.
 
-    Each topic keeps its newest ``queue_length`` messages (at least one); answers are kept in order
-    up to a number.
+    Each topic keeps its newest ``queue_length`` messages (at least one), fewer where those of all
+    topics come to too many bytes; answers are kept in order up to a number.
 
     A throttled topic sends a message the moment it comes when its turn is near, and keeps an early
     one a little beyond the turn, because a newer one may come just then: otherwise a source at
@@ -38,10 +40,13 @@ class Outbox(Generic[Item]):
     kept.
     """
 
-    def __init__(self, max_answers: int) -> None:
+    def __init__(self, max_answers: int, max_bytes: int, size: Callable[[Item], int]) -> None:
+        """Keep at most so many answers, and so many bytes of messages by the ``size`` of each."""
         self.dropped = 0
         """Messages replaced by newer ones because the client did not take them in time."""
-        self._max_answers = max_answers
+        self._max_answers, self._max_bytes, self._size = max_answers, max_bytes, size
+        # Bytes of all messages that wait.
+        self._held = 0
         self._answers: deque[Item] = deque()
         self._topics: dict[str, _Topic[Item]] = {}
         self._pending: dict[str, None] = {}
@@ -51,13 +56,16 @@ class Outbox(Generic[Item]):
 
         A repeated call changes both numbers.
         """
-        before = self._topics.get(topic)
-        waiting = deque(before.waiting if before else (), maxlen=max(queue_length, 1))
-        self._topics[topic] = _Topic(interval, waiting, before.turn if before else float("-inf"))
+        entry = self._topics.get(topic) or _Topic(interval, 1, deque())
+        entry.interval, entry.most, entry.due = interval, max(queue_length, 1), float("-inf")
+        while len(entry.waiting) > entry.most:
+            self._take(entry)
+        self._topics[topic] = entry
 
     def unsubscribe(self, topic: str) -> None:
         """Forget ``topic`` and what waits of it."""
-        self._topics.pop(topic, None)
+        if entry := self._topics.pop(topic, None):
+            self._held -= sum(map(self._size, entry.waiting))
         self._pending.pop(topic, None)
 
     def put_answer(self, data: Item) -> bool:
@@ -75,10 +83,15 @@ class Outbox(Generic[Item]):
         entry = self._topics.get(topic)
         if entry is None:
             return
-        # One that gives way before it was due is what the client has asked for, and no loss.
-        if len(entry.waiting) == entry.waiting.maxlen and entry.due <= now:
-            self.dropped += 1
+        size = self._size(data)
+        while entry.waiting and (
+            len(entry.waiting) >= entry.most or self._held + size > self._max_bytes
+        ):
+            # One that gives way before it was due is what the client has asked for, and no loss.
+            self.dropped += entry.due <= now
+            self._take(entry)
         entry.waiting.append(data)
+        self._held += size
         if now >= entry.turn - _EARLY_PART * entry.interval:
             entry.due = now
         else:
@@ -100,7 +113,7 @@ class Outbox(Generic[Item]):
                 entry.due = entry.turn
                 if len(entry.waiting) > 1:
                     self._pending[topic] = None
-                return entry.waiting.popleft()
+                return self._take(entry)
         return None
 
     def next_due(self) -> float | None:
@@ -108,3 +121,9 @@ class Outbox(Generic[Item]):
         if self._answers:
             return float("-inf")
         return min((self._topics[topic].due for topic in self._pending), default=None)
+
+    def _take(self, entry: _Topic[Item]) -> Item:
+        """Take the oldest message of a topic."""
+        data = entry.waiting.popleft()
+        self._held -= self._size(data)
+        return data
