@@ -25,9 +25,10 @@ def measure(count: int, folder: Path, console: Console) -> list[Figure]:
     rospy.init_node("bench", disable_signals=True)
     ros = Ros(master, folder / "nodes", "wire")
     try:
-        cell, wrong = GatedNodes(ros, folder / "config"), []
+        cell, wrong, judged = GatedNodes(ros, folder / "config"), list[str](), 0
         for begin in range(0, count, LOT):
-            wrong += cell.refuse(targets[begin : begin + LOT])
+            more, refused = cell.refuse(targets[begin : begin + LOT])
+            wrong, judged = wrong + more, judged + refused
             sent = len(cell.setpoints)
             console.print(f"{begin + LOT} refused commands: {sent} set points")
     finally:
@@ -35,5 +36,6 @@ def measure(count: int, folder: Path, console: Console) -> list[Figure]:
         rospy.signal_shutdown("measured")
         master.close()
     (folder / "what_if_wire.txt").write_text("\n".join(wrong) + "\n", encoding="utf-8")
-    note = f"{count} commands, half by service, half as goals; {len(wrong)} with another answer"
+    note = f"{count} commands, half by service, half as goals; {judged} refused by the judge, "
+    note += f"{len(wrong)} with another answer"
     return [Figure("refused commands, set points sent", "", 0.0, sent, note=note, always=True)]
