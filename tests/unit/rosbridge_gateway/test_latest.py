@@ -154,16 +154,16 @@ def test_changed_subscription_keeps_its_turn() -> None:
 
 
 def test_a_long_queue_is_bounded_in_bytes_too() -> None:
-    """A page that asks for 10,000 pictures an hour apart would fill the memory."""
+    """A page that asks for 10,000 pictures and takes one an hour would fill the memory."""
     outbox = Outbox(10, 1000, len)
-    outbox.subscribe("t", 3600.0, 10_000)
+    outbox.subscribe("t", 0.0, 10_000)
     for number in range(100):
         outbox.put_message("t", b"%100d" % number, float(number))
     outbox.subscribe("big", 0.0, 10)
     for number in range(3):
         outbox.put_message("big", b"%2000d" % number, 0.0)
-    kept = [int(data) for data in drained(outbox, 1e9)]
-    assert kept == [*range(90, 100), 2] or kept == [2, *range(90, 100)]
+    kept = {int(data) for data in drained(outbox, 1e9)}
+    assert kept == {*range(90, 100), 2}, "the newest of each topic"
     outbox.unsubscribe("t")
     for number in range(20):
         outbox.put_message("big", b"%100d" % number, 1e9)
