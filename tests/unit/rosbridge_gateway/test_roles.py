@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 from harness.opponents.graph_and_clients import SHIPPED, TAKES
 from harness.workspace import ROOT
 from rosbridge_gateway.config import Reserved, RoleRules
-from rosbridge_gateway.protocol.roles import Roles, taken
+from rosbridge_gateway.protocol.roles import HIDDEN, Roles, taken, with_person, without_token
 
 COMMANDS = {"motion_command", "joint_vel_controller/command"}
 COMMANDS |= {"twin/joint_1_velocity_controller/command"}
@@ -96,3 +97,33 @@ def test_all_that_the_cells_nodes_publish_and_offer_is_reserved(kind: str, op: s
     assert free == (COMMANDS if op == "publish" else set())
     several = {n for n in SHARED if roles.is_exempt("operator", "publish", f"/cell/{n}")}
     assert several == SHARED, "given by several"
+
+
+PROOF = {"person": "fitter", "token": "fitters-own"}
+
+
+@pytest.mark.parametrize(
+    ("args", "after"),
+    [
+        (None, {**PROOF, "session": "gateway 3"}),
+        ({"session": "mine"}, {**PROOF, "session": "gateway 3"}),
+        ({"person": "foreman", "token": "x"}, {"person": "foreman", "token": "x"}),
+        (["HOME"], ["HOME"]),
+    ],
+)
+def test_what_a_call_of_a_person_becomes(args: Any, after: Any) -> None:
+    """A client may prove another person itself; a list has no names to fill in."""
+    assert with_person(args, "fitter", "fitters-own", 3) == after
+    assert with_person(args, "", "", 3) == args
+
+
+def test_arguments_without_a_token_are_shown_as_they_are() -> None:
+    """Nothing else is hidden."""
+    assert without_token({"x": 1}) == {"x": 1}
+    assert without_token(["a"]) == ["a"]
+
+
+def test_a_token_in_a_list_of_arguments_is_hidden() -> None:
+    """No field has a name there: only the command, and what is no text, is shown."""
+    shown = without_token(["TAKE", "anna", "SECRET", "", 3.0, True])
+    assert shown == ["TAKE", HIDDEN, HIDDEN, "", 3.0, True]

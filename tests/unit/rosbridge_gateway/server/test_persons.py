@@ -6,7 +6,6 @@ from typing import Any
 
 import pytest
 from harness.opponents.graph_and_clients import DEADLINE, Cell
-from rosbridge_gateway.protocol.roles import HIDDEN, with_person, without_token
 
 COMMAND = "twin_controller/command"
 PROOF = {"person": "fitter", "token": "fitters-own"}
@@ -53,30 +52,3 @@ def test_token_that_a_client_gives_itself_is_in_no_audit(cell: Cell) -> None:
     client.hear()
     _, entry = cell.graph.audited.get(timeout=DEADLINE)
     assert "fitters-own" not in entry.what and '"token":"***"' in entry.what
-
-
-@pytest.mark.parametrize(
-    ("args", "after"),
-    [
-        (None, {**PROOF, "session": "gateway 3"}),
-        ({"session": "mine"}, {**PROOF, "session": "gateway 3"}),
-        ({"person": "foreman", "token": "x"}, {"person": "foreman", "token": "x"}),
-        (["HOME"], ["HOME"]),
-    ],
-)
-def test_what_a_call_of_a_person_becomes(args: Any, after: Any) -> None:
-    """A client may prove another person itself; a list has no names to fill in."""
-    assert with_person(args, "fitter", "fitters-own", 3) == after
-    assert with_person(args, "", "", 3) == args
-
-
-def test_arguments_without_a_token_are_shown_as_they_are() -> None:
-    """Nothing else is hidden."""
-    assert without_token({"x": 1}) == {"x": 1}
-    assert without_token(["a"]) == ["a"]
-
-
-def test_a_token_in_a_list_of_arguments_is_hidden() -> None:
-    """No field has a name there: only the command, and what is no text, is shown."""
-    shown = without_token(["TAKE", "anna", "SECRET", "", 3.0, True])
-    assert shown == ["TAKE", HIDDEN, HIDDEN, "", 3.0, True]

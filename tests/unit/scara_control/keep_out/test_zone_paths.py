@@ -306,3 +306,9 @@ def test_the_boxes_around_paths_lose_no_zone_at_their_edge(axis: int, side: floa
         (low if side > 0.0 else high)[axis] = side * (610.0 - depth_mm)
         zone = KeepOut("wall", tuple(low), tuple(high))
         assert zones._near(path, [zone], np.full((1, 3), 0.01))[0] == close
+
+
+def test_each_piece_of_a_way_is_cut_by_the_largest_turn_of_any() -> None:
+    """Not by how far it is from where the way began."""
+    rows = np.array([[0.0, 0.0], [-6.0, 3.0], [6.0, -3.0]])
+    assert zones._fewest_steps(rows).tolist() == [12, 12]

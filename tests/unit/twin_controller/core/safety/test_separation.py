@@ -82,6 +82,13 @@ def test_a_robot_at_rest_may_have_somebody_as_near_as_its_distance_at_rest(age: 
     assert not judge(person(near, age), speed=noise).too_close
 
 
+def test_a_sighting_of_a_clock_that_is_ahead_is_one_of_now() -> None:
+    """The way that the person may go meanwhile is never taken for a way back."""
+    kept = protective_distance(0.0, TERMS, 0.0)
+    assert judge(person(kept - 1e-3, age=-0.5)).too_close
+    assert judge(person(2.0, age=-0.5)) == judge(person(2.0))
+
+
 def test_nobody_near_and_nobody_watched_for_slow_nothing_down() -> None:
     """The cap is all of the program's speed, never more, and no distance is asked for."""
     assert judge(person(50.0)).cap == 100.0
