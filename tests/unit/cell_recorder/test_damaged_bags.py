@@ -11,6 +11,7 @@ import genpy
 import pytest
 import rosbag
 from cell_recorder.reading.bag_reader_io import BagError, open_bag
+from cell_recorder.reading.bag_repair_io import is_indexed
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, String
 
@@ -198,3 +199,9 @@ def test_definition_that_cannot_be_read_is_a_bag_error(
     path.write_bytes(whole["none"].replace(b"float64 data", b"float64 [[ta"))
     with open_bag(path) as bag, pytest.raises(BagError, match=r"/a: the definition of .*Float64"):
         next(iter(bag.messages("a")))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_only_a_finished_recording_is_expected_to_have_an_index(tmp_path: Path, kind: str) -> None:
+    """A killed recorder's bag is repaired, and not first called damaged."""
+    assert is_indexed(write(tmp_path, kind)) is ("unfinished" not in kind)

@@ -71,7 +71,8 @@ def test_a_joint_may_leave_its_range_by_noise_alone(world: World, sign: float) -
 
 def test_a_motion_is_looked_at_as_often_as_the_settings_say(world: World) -> None:
     """Nothing between two samples is longer, and there are no more of them than that takes."""
-    point = Setpoints(("joint_1",), (JointMotion((1.0,), (), (), 1.0),))
+    # No whole number of samples.
+    point = Setpoints(("joint_1",), (JointMotion((1.0,), (), (), 1.001),))
     sample = world.cell.config.sample_ms * 1e-3
     for motion in (JointTarget(THERE, 100.0), point):
         times = plan(world, motion).legs[0].course.times

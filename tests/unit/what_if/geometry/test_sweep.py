@@ -281,3 +281,9 @@ def test_the_first_link_is_watched_against_all_that_does_not_carry_it(cell: Cell
     ]
     assert {"link_1", "base_link"} not in pairs
     assert {"link_1", "cell_plate"} in pairs
+
+
+def test_a_way_on_which_nothing_goes_anywhere_is_looked_at_on_both_ends() -> None:
+    """As where a joint turns that carries no point."""
+    assert straight((0.0, 0.0), (0.0, 1.0)).grid(np.array([1.0, 0.0]), 0.01).tolist() == [0.0, 1.0]
+    assert Way(np.array([(1.0, 2.0)])).grid(np.ones(2), 0.01).tolist() == [0.0]
