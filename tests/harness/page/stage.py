@@ -215,7 +215,7 @@ class StageDoor:
         """Move nothing, and remember what would move."""
         self.jogged.append(dict(velocities))
 
-    async def grip(self, close: bool) -> Answer:
+    async def grip(self, close: bool, asked: float) -> Answer:
         """Grip nothing."""
         return Answer(True, "the gripper is closed" if close else "the gripper is open")
 
@@ -238,7 +238,7 @@ class StageDoor:
         """Put nothing back."""
         return Answer(True, "the parts of both cells stand where they stood at the start")
 
-    async def pendant(self, *words: str) -> Answer:
+    async def pendant(self, *words: str, asked: float) -> Answer:
         """Press nothing."""
         return Answer(True, " ".join(words))
 

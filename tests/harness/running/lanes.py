@@ -67,6 +67,7 @@ TIMED = (
     "tests/unit/operator_panel/control/test_desk.py",
     "tests/unit/operator_panel/control/test_desk_jog.py",
     "tests/unit/operator_panel/control/test_stop_line.py",
+    "tests/unit/operator_panel/link/test_cell_link.py",
     "tests/unit/operator_panel/link/test_listening.py",
     "tests/unit/operator_panel/link/test_register_reader.py",
     "tests/unit/operator_panel/page/test_landmarks.py",

@@ -210,7 +210,7 @@ def target(hand: Hand) -> None:
     title = "Move in a line to x 200 y 200 z 200 mm in user frame 1 for tool frame 1"
     hand.command(hand.button("Move", panel), title, "done")
     for name in ("Grip", "Let go"):
-        hand.command(hand.button(name, panel), name)
+        hand.command(hand.button(name, panel), name, "done")
 
 
 def programs(hand: Hand) -> None:

@@ -133,8 +133,8 @@ class CellDoor(Protocol):
     def jog(self, velocities: Mapping[str, float]) -> None:
         """Send joint velocities [rad/s] or [m/s]."""
 
-    async def grip(self, close: bool) -> Answer:
-        """Close or open the twin's gripper; the real robot's follows."""
+    async def grip(self, close: bool, asked: float) -> Answer:
+        """Close or open the twin's gripper; the real robot's follows. As old as :meth:`command`."""
 
     async def registers(self) -> tuple[Sequence[Entry], str]:
         """Read the robot's registers and signals once; with it why that failed, or nothing."""
@@ -145,5 +145,5 @@ class CellDoor(Protocol):
     async def put_parts_back(self) -> Answer:
         """Put the parts of both sides where they stood at the start."""
 
-    async def pendant(self, *words: str) -> Answer:
-        """Press a key of the real robot's pendant."""
+    async def pendant(self, *words: str, asked: float) -> Answer:
+        """Press a key of the real robot's pendant; ``run`` is as old as ``asked``."""

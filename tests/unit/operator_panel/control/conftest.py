@@ -47,6 +47,7 @@ class Door:
         self.asked: list[tuple[str, str, bool]] = []
         self.mode = "IDLE"
         self.commands: list[str] = []
+        self.when: list[float] = []
         self.jogs: list[dict[str, float]] = []
         self.position: dict[str, float] = {}
 
@@ -65,8 +66,9 @@ class Door:
         )
         return Snapshot(master=True, state=state, received=math.inf)
 
-    async def command(self, seat: Seat, command: str, **_: Any) -> Answer:
+    async def command(self, seat: Seat, command: str, **fields: Any) -> Answer:
         """Remember what the holder commands."""
+        self.when.append(fields["asked"])
         if seat.name != self.holder and command != "PAUSE":
             return Answer(False, f"{self.holder} holds control")
         self.commands.append(command)

@@ -22,6 +22,20 @@ def test_first_command_takes_control_and_the_pages_others_wait(desk: PageDesk, d
     assert len(door.asked) == 1, "nothing is taken twice, or from anybody"
 
 
+def test_command_is_as_old_as_its_press(desk: PageDesk, door: Door, clock: Clock) -> None:
+    """A stop that comes while control is taken is newer."""
+    pressed, control = clock.now, door.control
+    door.holder = ""
+
+    async def slow(seat: Seat, action: str, moves: bool) -> Answer:
+        clock.now += 1.0
+        return await control(seat, action, moves)
+
+    door.control = slow  # type: ignore[method-assign]
+    assert command(desk, "b", "ALIGN").success
+    assert door.when[-1] == pressed and clock.now > pressed
+
+
 @pytest.mark.parametrize("name", ["PAUSE", "STOP", "ESTOP"])
 def test_what_ends_a_motion_takes_no_control(desk: PageDesk, door: Door, name: str) -> None:
     """Whoever stops need not answer for what moves next."""

@@ -6,7 +6,7 @@ import asyncio
 import itertools
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
 
@@ -67,7 +67,7 @@ class Cell(Door):
             self.mode, self.left = "OPERATOR_LEADS", MOVING
         return Answer(True, "done")
 
-    async def grip(self, close: bool) -> Answer:
+    async def grip(self, close: bool, asked: float) -> Answer:
         """Do it at once."""
         self.gripper = "on" if close else "off"
         return Answer(True, "done")
@@ -145,6 +145,24 @@ class Scene:
 def scene(tmp_path: Path) -> Scene:
     """Give a page in control, and a draft."""
     return Scene(tmp_path)
+
+
+@pytest.mark.parametrize("press", [Leading.step, Leading.go_here])
+def test_a_motion_is_as_old_as_its_press(
+    scene: Scene, press: Callable[[Leading], Awaitable[object]]
+) -> None:
+    """A STOP that comes while it is judged is newer, and so refuses it."""
+    stopped: list[float] = []
+
+    async def slow(motion: str, **fields: Any) -> Answer:
+        stopped.append(time.monotonic())
+        return Answer(False, "no judge runs")
+
+    scene.cell.try_motion = slow  # type: ignore[method-assign]
+    scene.leading.choose(0 if press is Leading.step else 1)
+    asyncio.run(press(scene.leading))  # type: ignore[arg-type]
+    ((_, fields),) = scene.cell.sent
+    assert fields["asked"] <= stopped[0]
 
 
 def test_each_motion_is_sent_once_the_one_before_has_ended(scene: Scene) -> None:

@@ -47,3 +47,15 @@ def test_a_peak_between_two_looks_is_kept_for_the_next_one() -> None:
     later = SimpleNamespace(**{**OLD, **tools, "deviation_mm": 0.1})
     at = 1.1 + RECENT_S
     assert with_state(snapshot, later, at, "12:00:00").apart == ((at, 0.1),)
+
+
+def test_when_a_stop_was_seen_last_is_kept_while_its_mode_is_gone() -> None:
+    """What was asked for before it is older, even if the pair has been aligned meanwhile."""
+    snapshot = Snapshot()
+    seen = []
+    modes = ("STOPPED", "IDLE", "TWIN_LEADS", "STOPPED", "STOPPED", "ALIGNING", "IDLE", "ESTOP")
+    for at, mode in enumerate(modes):
+        told = SimpleNamespace(**{**OLD, "mode": mode})
+        snapshot = with_state(snapshot, told, float(at), "12:00:00")
+        seen.append(snapshot.ended)
+    assert seen == [-math.inf, -math.inf, -math.inf, 3.0, 3.0, 3.0, 3.0, 7.0]

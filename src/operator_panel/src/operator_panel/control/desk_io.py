@@ -105,8 +105,7 @@ class PageDesk:
         self._silent_s = silent_s
         # The jog runs in a thread of its own, so that a busy page cannot keep a joint moving.
         self._lock = threading.Lock()
-        # Ends a wait for the next sign of life: a holder that is back, or begins to jog, is told
-        # at once.
+        # Ends a wait for the next sign of life, for a holder that is back or begins to jog.
         self._wake = asyncio.Event()
         # Wakes the jog, which sleeps while no button is held.
         self._pressed = threading.Event()
@@ -271,6 +270,8 @@ class PageDesk:
         self, page: str, command: str, title: str = "", **fields: Any
     ) -> tuple[int, Answer]:
         """Do as :meth:`command`; return its number in the log too, to follow its motion."""
+        # As old as its press: a stop may come while control is taken.
+        asked = fields.pop("asked", time.monotonic())
         number = self.begin(page, command, title or words.command_title(command, fields))
         session = self.sessions.get(page)
         refused = "" if command in ENDING else await self.take(page)
@@ -278,7 +279,7 @@ class PageDesk:
             answer = Answer(False, refused or self.refusal(page))
         else:
             self._say(f"{session.name}: {command} {fields or ''}".rstrip())
-            answer = await self._door.command(session.seat, command, **fields)
+            answer = await self._door.command(session.seat, command, asked=asked, **fields)
         self.ended(number, answer)
         return number, answer
 

@@ -24,6 +24,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from control_msgs.msg import JointJog
 from operator_panel.config import PanelConfig, Surroundings
+from operator_panel.control.authority import ENDING
 from operator_panel.control.calling_node import Lane, as_answer
 from operator_panel.control.program_gate_node import ProgramGate, tried, with_note
 from operator_panel.control.stop_line_io import StopLine
@@ -99,6 +100,8 @@ class CellLink:
         }
         self._tuning = TuningLink([joint.name for joint in robot.twin_joints], timeout)
         self._camera = CameraLink()
+        # When a page has pressed a stop or a pause last: a mode shows that later, or never.
+        self._stopped_at = float("-inf")
         self._jog: Any = None
 
     def connect(self, ended: threading.Event) -> None:
@@ -148,6 +151,8 @@ class CellLink:
     async def command(self, seat: Seat, command: str, **fields: Any) -> Answer:
         """Send a command to the twin controller; it is as old as this call, not as its turn."""
         who, asked = self._who(seat), fields.pop("asked", time.monotonic())
+        if command in ENDING:
+            self._stopped_at = asked
         # The page shows by itself when both stand; what comes behind a PAUSE does not wait for it.
         response = await self._commands.call(
             command=command, asked=asked, at_once=True, **who, **fields
@@ -163,6 +168,7 @@ class CellLink:
 
     def stop(self, seat: Seat, command: str) -> Awaitable[Answer]:
         """Send STOP or ESTOP now, over connections of its own."""
+        self._stopped_at = time.monotonic()
         return asyncio.wrap_future(self._stops.send(command, **self._who(seat)))
 
     def _who(self, seat: Seat) -> dict[str, str]:
@@ -229,8 +235,16 @@ class CellLink:
             message.header.stamp = rospy.get_rostime()
             self._jog.publish(message)
 
-    async def grip(self, close: bool) -> Answer:
+    def _stopped(self, asked: float) -> str:
+        """Return why what was asked for at ``asked`` may no longer begin, or an empty text."""
+        if max(self._stopped_at, self._listening.snapshot().ended) < asked:
+            return ""
+        return "a stop or a pause came after it was pressed: press it again"
+
+    async def grip(self, close: bool, asked: float) -> Answer:
         """Switch the twin's gripper; the twin controller passes it on to the real robot."""
+        if why := self._stopped(asked):
+            return Answer(False, why)
         self.say(f"gripper {'closed' if close else 'opened'}")
         return as_answer(await self._gripper.call(data=close))
 
@@ -261,13 +275,20 @@ class CellLink:
                 return Answer(False, f"{side}: {answer.message}", lost=answer.lost)
         return Answer(True, "the parts of both cells stand where they stood at the start")
 
-    async def pendant(self, *words: str) -> Answer:
+    async def pendant(self, *words: str, asked: float) -> Answer:
         """Press a key of the real robot's pendant."""
+
+        def stopped() -> str:
+            return self._stopped(asked) if words[0] == "run" else ""
+
         self.say(f"pendant {' '.join(words)}")
         found = await self._program_gate.judge(*words)
         if not found.allowed:
             return Answer(False, found.text)
-        return with_note(await self._pendant.press(words), found)
+        # The judge takes seconds; nothing else asks whether a stop came meanwhile.
+        if why := stopped():
+            return Answer(False, why)
+        return with_note(await self._pendant.press(words, stopped), found)
 
 
 def _find_command() -> tuple[str, str]:

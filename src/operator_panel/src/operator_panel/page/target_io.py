@@ -78,8 +78,7 @@ class _TargetForm:
         with ui.element("div").classes("row-line gripper"):
             plain("Gripper", "field-title")
             for text, close in (("Grip", True), ("Let go", False)):
-                switch = partial(view.door.grip, close)
-                view.button(text, "MOVE", "", partial(view.act, "GRIPPER", text, switch))
+                view.button(text, "MOVE", "", partial(view.grip, text, close))
             live("gripper", "row-text")
 
     def _numbers(self, label: str, none: str, frames: dict[int, TaughtFrame]) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Awaitable, Callable
 from typing import Any
 
@@ -91,6 +92,11 @@ class PageView:
         answer = Answer(False, refused) if refused else await act()
         self.desk.ended(number, answer)
         return answer
+
+    async def grip(self, text: str, close: bool, asked: float | None = None) -> Answer:
+        """Switch the gripper, at a press of now or of ``asked`` [s]: a newer stop refuses it."""
+        pressed = time.monotonic() if asked is None else asked
+        return await self.act("GRIPPER", text, lambda: self.door.grip(close, asked=pressed))
 
     async def send(self, command: str, title: str = "", **fields: Any) -> Answer:
         """Send a command; its place on the page shows what becomes of it, under ``title``."""

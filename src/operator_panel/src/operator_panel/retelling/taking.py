@@ -26,10 +26,13 @@ from operator_panel.view.snapshot import (
     Sighting,
     Snapshot,
 )
+from scara_msgs.msg import TwinControllerState as Mode
 
 DECISIONS_KEPT = 30
 CLOCK = "%H:%M:%S"
 TOOLS = ("real_tool", "twin_tool")
+ENDED = (Mode.PAUSED, Mode.STOPPED, Mode.STANDSTILL, Mode.ESTOP, Mode.FAULT, Mode.OFFLINE)
+"""What was asked for before one of these modes began does not begin in it, nor after it."""
 PERSON_DIGITS = 2  # our choice: a centimetre
 PLACE_DIGITS = 4  # our choice: a tenth of a millimetre, so that what rests is not sent again
 
@@ -49,8 +52,11 @@ def with_state(snapshot: Snapshot, message: Any, now: float, clock: str) -> Snap
     apart = tuple(one for one in snapshot.apart if now - one[0] <= RECENT_S)
     if state.leader and math.isfinite(state.deviation_mm):
         apart = (*apart, (now, state.deviation_mm))
+    before, ended = snapshot.state, snapshot.ended
+    if before is not None and before.mode != state.mode and state.mode in ENDED:
+        ended = now
     return msgspec.structs.replace(
-        snapshot, state=state, received=now, silent_since=clock, apart=apart
+        snapshot, state=state, received=now, ended=ended, silent_since=clock, apart=apart
     )
 
 

@@ -115,6 +115,7 @@ class Snapshot(msgspec.Struct, frozen=True):
         master: Whether the panel is a node of a ROS master.
         state: Newest twin_controller/state.
         received: When it came.
+        ended: When a stop, a pause, a fault or a lost link was seen last, as a change of the mode.
         apart: Of the last ``RECENT_S``, when each state came in which a side led, and how far the
             tools were apart in it [mm]: a peak is shorter than the time between two looks.
         silent_since: Time of day of the last one, as text, for people.
@@ -131,6 +132,7 @@ class Snapshot(msgspec.Struct, frozen=True):
     master: bool = False
     state: CellState | None = None
     received: float = -math.inf
+    ended: float = -math.inf
     apart: tuple[tuple[float, float], ...] = ()
     silent_since: str = ""
     package: RobotPackage | None = None

@@ -87,6 +87,7 @@ class Leading:
 
     async def step(self) -> Said | None:
         """Execute the next line."""
+        asked = time.monotonic()
         draft, walk = await self._in_joints(), self._walk
         if walk is None or walk.draft != draft:
             walk = Walk(draft, self._view.robot, self.chosen)
@@ -96,9 +97,9 @@ class Leading:
         number, text = walk.at, walk.text
         match act:
             case LedMove():
-                await self._go(number, act)
+                await self._go(number, act, asked)
             case GripperStep():
-                await self._grip(act.on, text)
+                await self._grip(act.on, text, asked)
             case WaitUntil() if not self._holds(walk):
                 raise TeachError(f"{text}: that is not so yet")
         self.chosen, self._walk = number, walk
@@ -106,14 +107,16 @@ class Leading:
 
     async def step_back(self) -> None:
         """Go to the position of the nearest motion above."""
-        number = motion_above(self._lesson.draft, self.chosen)
-        await self._go(number, motion_to(await self._in_joints(), self._view.robot, number))
+        number, asked = motion_above(self._lesson.draft, self.chosen), time.monotonic()
+        move = motion_to(await self._in_joints(), self._view.robot, number)
+        await self._go(number, move, asked)
         self.choose(number)
 
     async def go_here(self) -> None:
         """Go to the position of the chosen line."""
-        number = self.chosen
-        await self._go(number, motion_to(await self._in_joints(), self._view.robot, number))
+        number, asked = self.chosen, time.monotonic()
+        move = motion_to(await self._in_joints(), self._view.robot, number)
+        await self._go(number, move, asked)
 
     async def _in_joints(self) -> Draft:
         """Return the draft with its Cartesian positions in joints; its lines are the same.
@@ -131,8 +134,10 @@ class Leading:
             self._solved = draft, draft_of(answer.values["text"], self._view.robot)
         return self._solved[1]
 
-    async def _go(self, number: int, move: LedMove) -> None:
+    async def _go(self, number: int, move: LedMove, asked: float) -> None:
         """Judge one motion, show its verdict, and send it unless the gate would refuse it.
+
+        It is as old as its press, at ``asked`` [s]: a stop may come while it is judged.
 
         Raises:
             TeachError: It was refused.
@@ -143,14 +148,12 @@ class Leading:
         self.verdicts[number] = (found.tone, found.sentence)
         if found.is_refused and self._view.door.snapshot().gate == "refuse":
             raise TeachError(found.sentence)
-        answer = await self._view.send("MOVE_JOINTS", title, **move.fields)
+        answer = await self._view.send("MOVE_JOINTS", title, asked=asked, **move.fields)
         if not answer.success:
             raise TeachError(answer.message)
 
-    async def _grip(self, close: bool, text: str) -> None:
-        answer = await self._view.act(
-            "GRIPPER", "Grip" if close else "Let go", lambda: self._view.door.grip(close)
-        )
+    async def _grip(self, close: bool, text: str, asked: float) -> None:
+        answer = await self._view.grip("Grip" if close else "Let go", close, asked)
         if not answer.success:
             raise TeachError(f"{text}: {answer.message}")
 
@@ -185,7 +188,7 @@ class Leading:
                 await self._moved(walk, act)
             case GripperStep():
                 await self._ready(walk)
-                await self._grip(act.on, walk.text)
+                await self._grip(act.on, walk.text, self._asked())
             case WaitStep():
                 await self._passed(walk, act.seconds)
             case WaitUntil():
@@ -206,11 +209,9 @@ class Leading:
     async def _moved(self, walk: Walk, move: LedMove) -> None:
         """Send a motion and wait for its end."""
         view = self._view
-        # As old as the state that it is sent by, and older: a stop that is not seen yet refuses it.
-        asked = view.door.snapshot().received - SEEN_S
         title = f"Line {walk.at} of {walk.draft.program.name}"
         number, answer = await view.desk.begin_command(
-            view.session.page, "MOVE_JOINTS", title, asked=asked, **move.fields
+            view.session.page, "MOVE_JOINTS", title, asked=self._asked(), **move.fields
         )
         if not answer.success:
             raise TeachError(f"{walk.text}: {answer.message}")
@@ -219,6 +220,10 @@ class Leading:
             await self._next_look()
         if found is None or found.outcome is not Fate.DONE:
             raise TeachError(f"{walk.text}: {found.text if found else 'lost sight of it'}")
+
+    def _asked(self) -> float:
+        """Return how old a run's next act is: a stop that is not seen yet must refuse it."""
+        return self._view.door.snapshot().received - SEEN_S
 
     async def _passed(self, walk: Walk, seconds: float) -> None:
         until = time.monotonic() + seconds

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from functools import partial
 
 from nicegui import ui
@@ -152,4 +153,5 @@ async def _say(view: PageView, *keys: str) -> None:
     """Press a key of the pendant, if this page is in control."""
     kind, title = KEYS.get(keys[0], (keys[0], keys[0].capitalize()))
     title = f"{title} {' '.join(keys[1:])}".strip()
-    await view.act(kind, title, lambda: view.door.pendant(*keys))
+    asked = time.monotonic()
+    await view.act(kind, title, lambda: view.door.pendant(*keys, asked=asked))

@@ -1,0 +1,116 @@
+"""A program's key takes seconds to be pressed: a stop that comes meanwhile ends that."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import time
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+
+import pytest
+from harness.workspace import ROOT
+from operator_panel.config import load_panel, load_surroundings
+from operator_panel.door import Answer
+from operator_panel.link.cell_link_node import CellLink
+from scara_config import load_robot
+from scara_ros.gate.permit import Permit
+from scara_ros.names import Seat
+
+FOLDER = ROOT / "config"
+KEY = '#!/bin/sh\necho begun > "{0}/begun"\nsleep {1}\necho "$3" > "{0}/pressed"\n'
+"""A pendant: it needs a while until the key is down."""
+SLOW_S = 5.0
+Press = Callable[[CellLink], Awaitable[None]]
+
+
+def link_with(folder: Path, monkeypatch: pytest.MonkeyPatch, takes: float) -> CellLink:
+    """Return a link without a master, whose pendant takes ``takes`` [s]."""
+    program = folder / "rosrun"
+    program.write_text(KEY.format(folder, takes))
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(folder), prepend=":")
+    robot = load_robot(FOLDER)
+    around = load_surroundings(robot, FOLDER)
+    return CellLink(robot, load_panel(FOLDER), around, FOLDER, {})
+
+
+async def until(condition: Callable[[], bool]) -> None:
+    """Let the others run until ``condition`` holds."""
+    deadline = time.monotonic() + 10.0
+    while not condition():
+        assert time.monotonic() < deadline
+        await asyncio.sleep(0.005)
+
+
+async def stop(link: CellLink) -> None:
+    """Press STOP; there is no twin controller that would answer."""
+    await link.stop(Seat(), "STOP")
+
+
+async def pause(link: CellLink) -> None:
+    """Press PAUSE likewise."""
+    await link.command(Seat(), "PAUSE")
+
+
+async def stop_elsewhere(link: CellLink) -> None:
+    """Another client's stop shows in the mode."""
+    link._listening._change(ended=time.monotonic())
+
+
+@pytest.mark.parametrize("press", [stop, pause, stop_elsewhere])
+@pytest.mark.parametrize("when", ["judged", "started"])
+def test_a_program_that_was_asked_for_before_a_stop_is_not_started_after_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, press: Press, when: str
+) -> None:
+    """While the judge works, and while the pendant starts; the next press counts again."""
+    link = link_with(tmp_path, monkeypatch, SLOW_S)
+    judged = asyncio.Event()
+
+    async def judge(*_: str) -> Permit:
+        await judged.wait()
+        return Permit(True, "")
+
+    async def scene() -> Answer:
+        running = asyncio.create_task(link.pendant("run", "X", asked=time.monotonic()))
+        await asyncio.sleep(0)
+        if when == "started":
+            judged.set()
+            await until((tmp_path / "begun").exists)
+        await press(link)
+        judged.set()
+        return await asyncio.wait_for(running, SLOW_S)
+
+    monkeypatch.setattr(link._program_gate, "judge", judge)
+    answer = asyncio.run(scene())
+    assert not answer.success and "a stop or a pause came" in answer.message
+    assert (tmp_path / "begun").exists() == (when == "started")
+    assert not (tmp_path / "pressed").exists()
+
+
+@pytest.mark.parametrize("words", [("run", "X"), ("override", "50")])
+def test_a_key_is_pressed_unless_a_program_is_older_than_a_stop(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, str]
+) -> None:
+    """An override moves nothing, and whoever presses Run behind a stop knows of it."""
+    link = link_with(tmp_path, monkeypatch, 0.0)
+
+    async def scene() -> Answer:
+        asked = time.monotonic()
+        await stop(link)
+        if words[0] == "run":
+            asked = time.monotonic()
+        return await link.pendant(*words, asked=asked)
+
+    assert asyncio.run(scene()).success
+    assert (tmp_path / "pressed").read_text() == f"{words[0]}\n"
+
+
+def test_the_gripper_is_not_switched_behind_a_newer_stop(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A part would fall, or a hand be gripped."""
+    link = link_with(tmp_path, monkeypatch, 0.0)
+    link._listening._change(ended=math.inf)
+    answer = asyncio.run(link.grip(True, asked=time.monotonic()))
+    assert "a stop or a pause came" in answer.message
