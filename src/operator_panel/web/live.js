@@ -3,6 +3,7 @@ const RETRY_MS = 1000;
 const SILENT_MS = 1000; // the server sends 20 frames a second
 const LOOK_MS = 200;
 const AGAIN_MS = 5000; // our choice: a connection through two lost packets takes 3 s
+const SIGN_MS = 1000; // the server misses a page from which nothing comes for 4 s
 const UNKNOWN_PAGE = 4404;
 
 export class Live {
@@ -11,6 +12,7 @@ export class Live {
     this.handlers = handlers;
     this.heard = performance.now();
     this.lostSince = null;
+    this.signed = 0;
     this.connect();
     setInterval(() => this.look(), LOOK_MS);
   }
@@ -31,6 +33,11 @@ export class Live {
     if (this.lostSince !== null) {
       this.lostSince = null;
       this.handlers.back();
+    }
+    // By what is heard and no timer: those of a tab in the background are slowed down.
+    if (this.heard - this.signed > SIGN_MS) {
+      this.signed = this.heard;
+      this.send({ alive: 1 });
     }
     for (const [kind, content] of Object.entries(packet)) this.handlers[kind](content);
   }

@@ -94,11 +94,14 @@ class StandIn:
 
 
 @contextlib.contextmanager
-def in_control(panel: Panel, stand_in: StandIn) -> Iterator[ClientConnection]:
-    """Open a page with the token that has touched a button: it holds control, and keeps it."""
+def in_control(panel: Panel, stand_in: StandIn, signs: bool = True) -> Iterator[ClientConnection]:
+    """Open a page with the token that has touched a button: it holds control, and keeps it.
+
+    Without ``signs`` it says nothing more.
+    """
     stand_in.state.holder = ""
     before = len(stand_in.asked)
-    with panel.live(panel.enter()) as live:
+    with panel.live(panel.enter(), signs=signs) as live:
         live.send('{"hold": 0, "joint": "joint_1", "direction": 1, "percent": 3}')
         wait_until(
             lambda: "KEEP" in [action for _, action, _ in stand_in.asked[before:]], 20.0, "KEEP"

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import http.client
 import json
 import re
+import threading
 import time
+from collections.abc import Iterator
 from typing import Any
 
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from harness.processes import Process, free_port, wait_until
@@ -18,6 +22,8 @@ VARIABLE = "OPERATOR_PANEL_TOKEN"
 CLOSE_S = 0.1
 """A page that is closed waits for nobody; the library's client would wait 10 s for an answer that
 stands behind frames that the test does not read."""
+SIGN_S = 1.0
+"""So often a page says that it is there."""
 
 
 class Panel:
@@ -56,12 +62,27 @@ class Panel:
         assert isinstance(told, dict)
         return told
 
-    def live(self, cookie: str = "", page: str = "") -> ClientConnection:
-        """Open the live connection of a page, of a new one unless ``page`` says which."""
-        return connect(
-            f"ws://127.0.0.1:{self.port}/live?page={page or self.told(cookie)['page']}&tab=t",
-            close_timeout=CLOSE_S,
-        )
+    @contextlib.contextmanager
+    def live(
+        self, cookie: str = "", page: str = "", signs: bool = True
+    ) -> Iterator[ClientConnection]:
+        """Open the live connection of a page, of a new one unless ``page`` says which.
+
+        Without ``signs`` it does not say that it is there, as one whose network is gone.
+        """
+        url = f"ws://127.0.0.1:{self.port}/live?page={page or self.told(cookie)['page']}&tab=t"
+        with connect(url, close_timeout=CLOSE_S) as made:
+            if signs:
+                threading.Thread(target=_give_signs, args=(made,), daemon=True).start()
+            yield made
+
+
+def _give_signs(live: ClientConnection) -> None:
+    """Say that a page is there, until its connection is closed."""
+    with contextlib.suppress(ConnectionClosed, OSError):
+        while True:
+            live.send('{"alive": 1}')
+            time.sleep(SIGN_S)
 
 
 def wait_until_served(panel: Process) -> None:

@@ -180,6 +180,20 @@ def test_lost_page_stops_its_joint(ros_module: Ros, panel: Panel, stand_in: Stan
     wait_until(lambda: jogs[-1].velocities == (0.0,), 5.0, "the zero")
 
 
+def test_page_that_vanished_without_a_word_keeps_no_control(
+    panel: Panel, stand_in: StandIn
+) -> None:
+    """Its connection stays open, as when a network is gone; it reads nothing and says nothing."""
+    with in_control(panel, stand_in, signs=False):
+
+        def given_up() -> bool:
+            told = len(stand_in.asked)
+            time.sleep(1.0)  # five times the period of the signs of life
+            return len(stand_in.asked) == told
+
+        wait_until(given_up, 15.0, "the end of its signs of life", period=0.0)
+
+
 def test_report_is_served_and_the_token_of_a_run_is_not(ros_module: Ros, panel: Panel) -> None:
     """A run's folder holds more than is for everybody."""
     run = ros_module.folder / "runs" / "one"

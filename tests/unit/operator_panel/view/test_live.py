@@ -11,6 +11,8 @@ from typing import Any, cast
 import pytest
 from harness.workspace import ROOT
 from operator_panel.config import load_panel
+from operator_panel.door import Answer
+from operator_panel.view import live_io
 from operator_panel.view.frame import Frame, FrameMaker, Points
 from operator_panel.view.live_io import Live
 from operator_panel.view.progress import CommandLog
@@ -60,15 +62,18 @@ class Desk:
 
     def __init__(self) -> None:
         self.log = CommandLog()
+        self.there: list[str] = []
 
     def tick(self) -> None:
         """Do nothing."""
 
     def arrived(self, page: str, tab: str) -> None:
-        """Do nothing."""
+        """Remember."""
+        self.there.append(page)
 
     def left(self, page: str) -> None:
-        """Do nothing."""
+        """Remember."""
+        self.there.remove(page)
 
 
 class Socket:
@@ -78,6 +83,7 @@ class Socket:
         self.query_params = {"page": page}
         self.sent: list[str] = []
         self.closed = asyncio.Event()
+        self.said: asyncio.Queue[Any] = asyncio.Queue()
 
     async def accept(self) -> None:
         """Do nothing."""
@@ -87,17 +93,21 @@ class Socket:
         self.sent.append(text)
 
     async def receive_json(self) -> Any:
-        """Say nothing until the page is closed."""
-        await self.closed.wait()
+        """Say what a test says, until the page is closed."""
+        said, closed = (asyncio.ensure_future(one) for one in (self.said.get(), self.closed.wait()))
+        await asyncio.wait({said, closed}, return_when=asyncio.FIRST_COMPLETED)
+        if said.done():
+            return said.result()
+        said.cancel()
         raise WebSocketDisconnect
 
 
 @pytest.fixture
 def parts() -> SimpleNamespace:
     """Return a live connection and what is around it."""
-    found = SimpleNamespace(maker=Maker(), door=Door())
+    found = SimpleNamespace(maker=Maker(), door=Door(), desk=Desk())
     maker = cast(FrameMaker, found.maker)
-    found.live = Live(cast(Any, found.door), cast(Any, Desk()), maker, CONFIG)
+    found.live = Live(cast(Any, found.door), cast(Any, found.desk), maker, CONFIG)
     return found
 
 
@@ -147,4 +157,39 @@ def test_the_first_page_wakes_the_frames_and_the_last_ends_them(parts: SimpleNam
         assert parts.maker.frames <= made + 1  # one step may have been waiting for its time
         running.cancel()
 
+    asyncio.run(scene())
+
+
+def test_a_page_from_which_nothing_comes_is_not_there_until_it_speaks_again(
+    parts: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As when a network is gone without a word: it keeps no control, and its STOP still counts."""
+    monkeypatch.setattr(live_io, "AWAY_S", 0.1)
+    create = "operator_panel.view.live_io.background_tasks.create"
+    monkeypatch.setattr(create, asyncio.create_task)
+    stopped: list[str] = []
+
+    async def stop(page: str, command: str) -> Answer:
+        stopped.append(command)
+        return Answer(True, "both are stopped", {"confirmed": True})
+
+    async def scene() -> None:
+        running = asyncio.create_task(parts.live.run())
+        page = Socket("a")
+        serving = asyncio.create_task(parts.live._serve(cast(Any, page)))
+        await until(lambda: parts.desk.there == ["a"])
+        await until(lambda: parts.desk.there == [])
+        page.said.put_nowait({"stop": "STOP", "press": 1})
+        await until(lambda: parts.desk.there == ["a"] and stopped == ["STOP"])
+        begun = time.monotonic()
+        while time.monotonic() < begun + 0.4:
+            page.said.put_nowait({"alive": 1})
+            await asyncio.sleep(0.01)
+            assert parts.desk.there == ["a"]
+        page.closed.set()
+        await serving
+        assert parts.desk.there == []
+        running.cancel()
+
+    parts.desk.stop = stop
     asyncio.run(scene())

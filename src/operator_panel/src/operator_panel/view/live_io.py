@@ -34,6 +34,9 @@ from operator_panel.view.today import Today
 LOG = logging.getLogger(__name__)
 PATH = "/live"
 UNKNOWN_PAGE = 4404
+AWAY_S = 4.0
+"""Whoever says nothing for so long is not there, though no end of its line was told; our choice: a
+page says something each second (web/live.js), and two lost packets take 3 s."""
 UNWATCHED_S = 0.5  # our choice: so often chart points are kept while no page is open
 _ENCODE = msgspec.json.Encoder().encode
 
@@ -48,6 +51,9 @@ class _Line:
         self.socket = socket
         self.waiting: dict[str, str] = {}
         self.filled = asyncio.Event()
+        self.heard = time.monotonic()
+        # It has said nothing for long. It stays open: a STOP that comes over it after all counts.
+        self.is_away = False
 
     def put(self, kind: str, text: str) -> None:
         self.waiting[kind] = text
@@ -93,6 +99,11 @@ class Live:
         while True:
             self._desk.tick()
             now = time.monotonic()
+            for page, line in self._lines.items():
+                # What it holds is let go, as at the end of its line.
+                if not line.is_away and now - line.heard > AWAY_S:
+                    line.is_away = True
+                    self._desk.left(page)
             snapshot = self._door.snapshot()
             silent_s = self._config.silent_ms * 1e-3
             silent = snapshot.is_silent(now, silent_s)
@@ -169,7 +180,8 @@ class Live:
         self._watch()
         if before is not None:  # its line broke without a word, and it is here again
             background_tasks.create(before.socket.close(), name="close")
-        self._desk.arrived(page, socket.query_params.get("tab", ""))
+        tab = socket.query_params.get("tab", "")
+        self._desk.arrived(page, tab)
         line.put("history", _message("history", self._history.rows))
         snapshot = self._door.snapshot()
         now = time.monotonic()
@@ -180,7 +192,13 @@ class Live:
         sender = asyncio.create_task(_pump(line))
         try:
             while True:
-                await self._hear(page, await socket.receive_json(), line)
+                packet = await socket.receive_json()
+                line.heard = time.monotonic()
+                known = page in self._desk.sessions and self._lines.get(page) is line
+                if line.is_away and known:
+                    line.is_away = False
+                    self._desk.arrived(page, tab)
+                await self._hear(page, packet, line)
         except (WebSocketDisconnect, RuntimeError, ValueError):
             pass  # the page is gone, or speaks nonsense: both end its connection
         finally:
@@ -202,6 +220,8 @@ class Live:
     async def _hear(self, page: str, packet: Any, line: _Line) -> None:
         """Act on what a page says: a sign of a held button, its release, STOP or E-STOP."""
         match packet:
+            case {"alive": int()}:
+                pass
             case {
                 "hold": int(press),
                 "joint": str(joint),
@@ -229,7 +249,8 @@ class Live:
                 self._desk.let_go(page, press)
             case {"acknowledge": int(number)}:
                 # Whoever only watches changes nothing.
-                if self._desk.sessions[page].role is Role.OPERATOR:
+                session = self._desk.sessions.get(page)
+                if session is not None and session.role is Role.OPERATOR:
                     self.events.acknowledge(number, self._desk.name_of(page), _clock())
             case {"stop": "STOP" | "ESTOP" as command, "press": int(press)}:
                 # Beside the hearing: what is let go meanwhile is heard.
