@@ -17,18 +17,37 @@ export class Stop {
     // command -> { press, timer, failure, confirmed: when [ms], obeyed: a mode has shown it }
     this.presses = new Map();
     for (const button of document.querySelectorAll("[data-stop]")) {
-      button.addEventListener("pointerdown", () => this.send(button.dataset.stop));
-      button.addEventListener("keydown", (event) => {
-        if (event.code === "Enter" && !event.repeat) this.send(button.dataset.stop);
-      });
+      this.watch(button);
     }
     window.addEventListener("keydown", (event) => this.key(event), true);
+  }
+
+  // By a pointer and by Enter when it goes down. A screen reader, a voice or a switch only clicks.
+  watch(button) {
+    const send = () => this.send(button.dataset.stop);
+    let isDown = false;
+    button.addEventListener("pointerdown", () => {
+      isDown = true;
+      send();
+    });
+    button.addEventListener("click", (event) => {
+      if (event.detail === 0 || !isDown) send();
+      isDown = false;
+    });
+    button.addEventListener("keydown", (event) => {
+      if (event.key !== "Enter") return;
+      event.preventDefault(); // else a click follows
+      if (!event.repeat) send();
+    });
+    // Space has sent STOP: some browsers would click this button too when it goes up.
+    button.addEventListener("keyup", (event) => event.code === "Space" && event.preventDefault());
   }
 
   // Escape stops always, space wherever it is not typed into a field.
   key(event) {
     const isSpace = event.code === "Space" && !event.target.closest?.(TYPING);
-    if (event.code !== "Escape" && !isSpace) return;
+    const isEscape = event.code === "Escape" || event.key === "Escape"; // it may lie on another key
+    if (!isEscape && !isSpace) return;
     if (isSpace) event.preventDefault(); // else it would press the focused button too
     if (isSpace) event.stopPropagation();
     if (!event.repeat) this.send("STOP");

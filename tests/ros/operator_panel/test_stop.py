@@ -9,7 +9,7 @@ import json
 import re
 import signal
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 from harness.page.theatre import TOKEN, Theatre
@@ -132,6 +132,39 @@ def test_page_shows_at_a_fixed_place_what_became_of_a_stop(cell: Cell, viewer: P
     expect(place).to_have_text("")
     assert place.bounding_box() == before
     assert cell.controller.heard == ["STOP", "STOP"]
+
+
+def test_a_stop_is_pressed_by_whatever_presses_a_button(cell: Cell, viewer: Page) -> None:
+    """Each Enter key, a screen reader's click without a pointer, Escape on another key; once each.
+
+    Space is STOP's key on each button.
+    """
+    button, keys = viewer.locator('[data-stop="ESTOP"]'), viewer.keyboard
+    heard = cell.controller.heard
+    heard.clear()  # of an attempt while the machine stood still
+    escape = {"key": "Escape", "code": "CapsLock", "bubbles": True}
+
+    def held() -> None:
+        for _ in range(3):
+            keys.down("Enter")
+        keys.up("Enter")
+
+    presses: list[tuple[str, Callable[[], object]]] = [
+        ("ESTOP", lambda: button.press("NumpadEnter")),
+        ("ESTOP", lambda: button.dispatch_event("click")),
+        ("ESTOP", button.click),
+        ("ESTOP", held),
+        ("STOP", lambda: button.press("Space")),
+        ("STOP", lambda: button.dispatch_event("keydown", escape)),
+    ]
+    for count, (_, press) in enumerate(presses, start=1):
+        press()
+
+        def came(count: int = count) -> bool:
+            return len(heard) >= count
+
+        wait_until(came, 10.0, f"press {count}")
+        assert heard == [command for command, _ in presses[:count]]
 
 
 def test_page_whose_server_stands_still_says_so_itself(cell: Cell, viewer: Page) -> None:
