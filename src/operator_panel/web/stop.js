@@ -14,7 +14,7 @@ export class Stop {
     this.trouble = "";
     this.mode = "";
     this.silent = false;
-    // command -> { press, timer, failure, confirmed: when [ms], obeyed: a mode has shown it }
+    // command -> { press, timer, failure, told: when [ms], confirmed: when [ms], obeyed: a mode has shown it }
     this.presses = new Map();
     for (const button of document.querySelectorAll("[data-stop]")) {
       this.watch(button);
@@ -80,7 +80,9 @@ export class Stop {
 
   show(command, failure, text) {
     const sentence = `${text.charAt(0).toUpperCase()}${text.slice(1)}.`;
-    this.presses.get(command).failure = failure && `${command} ${failure}: ${AT_THE_ROBOT}. ${sentence}`;
+    const last = this.presses.get(command);
+    last.failure = failure && `${command} ${failure}: ${AT_THE_ROBOT}. ${sentence}`;
+    last.told = performance.now();
     this.say(command, failure ? "bad" : "good", failure || "confirmed", text);
     this.showBanner();
   }
@@ -101,8 +103,9 @@ export class Stop {
     [this.mode, this.silent] = [frame.mode || "", silent];
     const reset = this.mode === "STOPPED" && RESET_MODES.includes(before);
     for (const [command, last] of this.presses) {
-      if (!last.confirmed) continue;
       const inForce = IN_FORCE[command].includes(this.mode) && !reset;
+      if (inForce && last.failure && !silent) this.settle(command, last);
+      if (!last.confirmed) continue;
       // The mode of a moment before the stop may come behind its answer.
       const changed = this.mode !== before && performance.now() - last.confirmed > ANSWER_MS;
       if (inForce) last.obeyed = true;
@@ -114,6 +117,14 @@ export class Stop {
   // What was confirmed over a connection that is lost says nothing of now.
   forget() {
     for (const [command, last] of this.presses) if (last.confirmed) this.withdraw(command, last);
+  }
+
+  // Whatever became of the press, both are stopped now: nothing is left to do at the robot.
+  settle(command, last) {
+    if (performance.now() - last.told < ANSWER_MS) return; // it may be the mode of a moment before
+    last.failure = "";
+    this.withdraw(command, last);
+    this.showBanner();
   }
 
   withdraw(command, last) {
@@ -129,7 +140,8 @@ export class Stop {
   }
 
   showBanner() {
-    const failure = [...this.presses.values()].map((last) => last.failure).find((text) => text) || this.trouble;
+    // What is so now comes first.
+    const failure = this.trouble || [...this.presses.values()].map((last) => last.failure).find((text) => text) || "";
     document.body.classList.toggle("no-stop", failure !== "");
     document.querySelector(".no-stop-text").textContent = failure;
   }

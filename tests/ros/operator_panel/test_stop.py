@@ -314,3 +314,36 @@ def test_a_stop_is_called_confirmed_while_it_is_in_force(
     """Until a reset, an alignment or a loss; a mode from before the stop may come behind it."""
     told = empty.evaluate(PLAY, [command, modes])
     assert told == ("confirmed" if in_force else "")
+
+
+# What stands over the page: a STOP is not sent, its line breaks later, then the pair is stopped.
+FAILED = """async () => {
+    document.body.innerHTML = '<b class="no-stop-text"></b><b data-stop-answer="STOP"></b>';
+    const { Stop } = await import("/panel/stop.js");
+    const stop = new Stop({ send: () => false });
+    const told = [];
+    const look = (frame) => {
+        stop.look(frame);
+        const text = document.querySelector(".no-stop-text").textContent;
+        told.push(document.body.matches(".no-stop") && text);
+    };
+    stop.send("STOP");
+    look({ mode: "TWIN_LEADS" });
+    look({ mode: "STOPPED" }); // it may be older than the press
+    await new Promise((resolve) => setTimeout(resolve, 600));
+    look({ mode: "TWIN_LEADS", no_stop: "it does not get through now" });
+    look({ mode: "TWIN_LEADS" });
+    look({ mode: "STOPPED", silent: "silent" });
+    look({ mode: "STOPPED" });
+    return told;
+}"""
+
+
+def test_what_is_so_now_stands_before_a_stop_that_failed_and_a_stopped_pair_ends_both(
+    empty: Page,
+) -> None:
+    """A red line that stays for ever is read by nobody."""
+    failed, (first, older, now, after, silent, stopped) = "STOP not sent", empty.evaluate(FAILED)
+    assert all(text.startswith(failed) for text in (first, older, after, silent))
+    assert now == "it does not get through now"
+    assert stopped is False and empty.locator("[data-stop-answer]").inner_text() == ""
