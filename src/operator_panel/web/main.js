@@ -65,7 +65,7 @@ function choice(kind, first, then = () => {}) {
 // STOP that was not sent. What was pressed just before the loss was seen is forgotten, where it still waits here.
 const PRESSES = ["click", "beforeinput", "change", "keydown"];
 
-function barWhileLost(live) {
+function barWhileLost(live, stop) {
   const bar = (event) => {
     if (live.open || event.target.closest?.("[data-stop]")) return;
     if (event.type === "keydown" && event.key !== "Enter") return;
@@ -74,6 +74,11 @@ function barWhileLost(live) {
   };
   for (const kind of PRESSES) document.addEventListener(kind, bar, true);
   window.socket.io.on("reconnect_attempt", forgetPresses);
+  // The server may not know what was chosen or typed right before the loss, and nobody tells it again.
+  window.socket.io.on("reconnect", () => {
+    stop.keep();
+    window.location.reload();
+  });
 }
 
 function forgetPresses() {
@@ -141,7 +146,7 @@ function start() {
   });
   const stop = new Stop(live);
   const events = new Events(live);
-  barWhileLost(live);
+  barWhileLost(live, stop);
   startTabs();
   startJogWays();
   startPressed("follow");

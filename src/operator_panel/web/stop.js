@@ -4,6 +4,7 @@ const ANSWER_MS = 500;
 const AT_THE_ROBOT = "use the stop at the robot";
 // A slider takes no space: STOP works while the time line is in hand.
 const TYPING = "input:not([type=range]), textarea, select, [contenteditable=true]";
+const KEPT = "stop_failures";
 // In these modes a confirmed stop is in force; only a reset leads from RESET_MODES to STOPPED.
 const IN_FORCE = { STOP: ["STOPPED", "STANDSTILL", "ESTOP"], ESTOP: ["ESTOP"] };
 const RESET_MODES = ["ESTOP", "FAULT", "STANDSTILL"];
@@ -20,6 +21,21 @@ export class Stop {
       this.watch(button);
     }
     window.addEventListener("keydown", (event) => this.key(event), true);
+    this.restore();
+  }
+
+  // What failed still stands there when the page has loaded itself again.
+  keep() {
+    const failed = [...this.presses].filter(([, last]) => last.failure);
+    sessionStorage.setItem(KEPT, JSON.stringify(failed.map(([command, { failure }]) => [command, failure])));
+  }
+
+  restore() {
+    for (const [command, failure] of JSON.parse(sessionStorage.getItem(KEPT)) || []) {
+      this.presses.set(command, { press: 0, failure, told: performance.now() });
+      this.showBanner();
+    }
+    sessionStorage.removeItem(KEPT);
   }
 
   // By a pointer and by Enter when it goes down. A screen reader, a voice or a switch only clicks.

@@ -235,6 +235,33 @@ def test_nothing_that_was_pressed_while_the_connection_was_lost_is_done_later(
     expect(told).to_have_count(1)
 
 
+# The connection breaks, and right before the page shows it, a length is chosen and STOP pressed.
+BREAK = """() => {
+    window.isOld = true;
+    socket.io.engine.close();
+    document.querySelector('[data-step="10"]').click();
+    panel.live.socket.close();
+    window.dispatchEvent(new KeyboardEvent("keydown", { key: "Escape", code: "Escape" }));
+}"""
+
+
+def test_what_is_lit_after_a_loss_is_what_counts(theatre: Theatre) -> None:
+    """The page begins anew: a step of 10 mm is no step of 0.1 mm. A STOP that failed stays said."""
+    page, banner = theatre.page, theatre.page.locator(".banner-no-stop")
+    theatre.play("ready")
+    page.evaluate(BREAK)
+    expect(banner).to_contain_text("STOP not sent")
+    page.wait_for_function("() => !window.isOld && window.panel?.live.open")
+    expect(banner).to_contain_text("STOP not sent")
+    theatre.open("Jog")
+    theatre.open("Step tool")
+    shown = page.locator(".jog-way.shown [data-step][aria-selected=true]").inner_text()
+    page.get_by_role("button", name="Step X +", exact=True).click()
+    expect(page.locator("[data-command]").first).to_contain_text(re.compile(rf"X \+{shown}\b"))
+    page.keyboard.press("Escape")
+    expect(banner).to_be_hidden()
+
+
 def test_line_that_broke_without_a_word_is_opened_again(theatre: Theatre) -> None:
     """As when a phone roams: its socket stays open, and neither side ever hears of an end."""
     theatre.play("ready")
