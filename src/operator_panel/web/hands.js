@@ -1,7 +1,8 @@
 // Hands of the operator: jog buttons that act only while they are held, by a finger, a mouse or the Enter key; and the
 // twin's tool, dragged in the picture while Guide is pressed.
 const HELD = "[data-jog], [data-axis]";
-const GUIDE = "[data-guide][aria-pressed=true]";
+// In a picture of the past the tool is not where it is drawn.
+const GUIDE = "body:not(.is-past) [data-guide][aria-pressed=true]";
 
 // A press has a number that grows; signs are sent until the button is let go, the pointer leaves, or the page loses
 // focus. A press that was let go, or that the server let die, never counts again: the next touch is a new one.
@@ -26,7 +27,7 @@ export function watchJog(live, periodMs, placeUnder) {
   };
 
   const sign = () => {
-    if (held.button.disabled || !live.open) return release();
+    if (held.button.disabled || !live.open || (held.way.guide && !held.button.matches(GUIDE))) return release();
     const percent = held.way.joint ? { percent: Number(window.panelJogPercent) } : {};
     live.send({ hold: held.press, ...held.way, ...percent });
   };

@@ -106,7 +106,10 @@ function start() {
       charts.hold(look.rows);
       events.mark(look.at, look.events);
     },
-    opened: () => motion.isOpen && motion.close(),
+    opened: () => {
+      if (motion.isOpen) motion.close();
+      document.querySelector("[data-guide][aria-pressed=true]")?.click(); // a pointer turns that picture
+    },
     live: () => {
       if (newest) scene.showParts(newest);
       charts.hold(null);

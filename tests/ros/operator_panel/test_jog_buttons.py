@@ -135,7 +135,10 @@ FROM_ABOVE = "() => window.panel.scene.view.camera.position.z > 1.5"
 
 
 def test_the_twin_goes_after_a_pointer_that_drags_its_tool() -> None:
-    """In the picture, while Guide is pressed; let go, a lost pointer and STOP end it for good."""
+    """In the picture, while Guide is pressed; let go, a lost pointer and STOP end it for good.
+
+    A picture of the past moves nothing: the tool is elsewhere now.
+    """
     with kept_theatre(draws=True) as drawn:
         drawn.resize("low")
         drawn.play("ready")
@@ -143,12 +146,17 @@ def test_the_twin_goes_after_a_pointer_that_drags_its_tool() -> None:
         take_control(page)
         guide = page.locator("[data-guide]")
         page.wait_for_function("() => window.panel?.scene.tool")
-        for end in ("no guide", "release", "leave", "blur", "escape"):
+        for end in ("no guide", "release", "past", "leave", "blur", "escape"):
             if end == "release":
                 Hand(drawn).switch(guide)
                 guide.click()
                 page.wait_for_function(FROM_ABOVE)
                 drawn.settle()
+            if end == "past":
+                page.locator("[data-look-back]").click()
+                expect(guide).to_have_attribute("aria-pressed", "false")
+                guide.click()
+                jogged(drawn, keep=False)
             x, y = page.evaluate(TOOL)
 
             def drag(x: float = x, y: float = y) -> dict[str, float]:
@@ -159,11 +167,14 @@ def test_the_twin_goes_after_a_pointer_that_drags_its_tool() -> None:
                 page.wait_for_timeout(300)
                 return next((each for each in jogged(drawn) if any(each.values())), {})
 
-            if end == "no guide":
+            if end in ("no guide", "past"):
                 assert drag() == {} and jogged(drawn) == []
             else:
                 # A page that stutters lets a press die before the pointer has left the tool.
                 assert set(wait_until(drag, 20.0, "a dragged tool")) == NAMES
+            if end == "past":
+                page.locator("[data-look-back]").click()
+                drawn.settle()
             if end == "leave":
                 page.mouse.move(5, 5)
             elif end == "blur":
@@ -172,7 +183,7 @@ def test_the_twin_goes_after_a_pointer_that_drags_its_tool() -> None:
                 page.keyboard.press("Escape")
                 expect(page.locator("[data-stop-answer=STOP]")).to_have_text("confirmed")
             page.mouse.up()
-            if end != "no guide":
+            if end not in ("no guide", "past"):
                 rests(drawn)
         problems = []
         for size in SIZES if SEARCH else ("phone",):  # where its words have the least room

@@ -179,6 +179,9 @@ def test_place_is_dragged_in_the_picture_and_refused_outside_the_reach(drawn: Th
     page.wait_for_function("() => window.panel.scene.parts.size === 1")
     drag(drawn, (0.3, 0.1, height), (0.502, 0.101, -0.01))
     expect(places).to_have_value(re.compile(r"\n500 100 -9.5$"))
+    page.locator("[data-look-back]").click()
+    drag(drawn, (0.45, -0.2, height))  # in a picture of the past it is no place
+    page.locator("[data-look-back]").click()
     drag(drawn, (0.3, 0.1, -0.0095), (0.69, -0.2, -0.0095))
     expect(said).to_contain_text("In picture: there (")
     expect(places).to_have_value(re.compile(r"\n500 100 -9.5$"))

@@ -33,7 +33,8 @@ export class Drag {
 
   begin(event) {
     const { view } = this.scene;
-    if (!this.isOn || event.button !== 0 || !view?.$el.contains(event.target)) return;
+    const isPast = document.body.matches(".is-past"); // its parts may be elsewhere now
+    if (!this.isOn || isPast || event.button !== 0 || !view?.$el.contains(event.target)) return;
     // The eye stays where it is meanwhile.
     event.preventDefault();
     event.stopPropagation();
