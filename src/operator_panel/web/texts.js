@@ -88,7 +88,9 @@ export class Texts {
   showLists({ alarms, commands, waiting }) {
     showWorst(alarms);
     const list = document.querySelector("[data-alarms]");
-    list.replaceChildren(...(alarms.length ? alarms.map(alarmLine) : [line("li", "alarm none", "No alarm")]));
+    if (isNews(list, alarms)) {
+      list.replaceChildren(...(alarms.length ? alarms.map(alarmLine) : [line("li", "alarm none", "No alarm")]));
+    }
     for (const place of document.querySelectorAll("[data-command]")) showCommand(place, commands[place.dataset.command]);
     const open = document.querySelector('[data-events="open"] span, [data-events="open"]');
     open.textContent = `Not acknowledged (${waiting})`;
@@ -123,7 +125,16 @@ function showWorst(alarms) {
   if (!alarms.length) delete card.dataset.level;
   else card.dataset.level = alarms[0].level;
   const more = alarms.length > 1 ? ` (${alarms.length - 1} more)` : "";
-  place.textContent = alarms.length ? `${capital(alarms[0].source)}: ${alarms[0].text}${more}` : "No alarm";
+  const words = alarms.length ? `${capital(alarms[0].source)}: ${alarms[0].text}${more}` : "No alarm";
+  if (isNews(place, words)) place.textContent = words;
+}
+
+// Alarms, commands and a count come together: what is the same is not announced again, nor new again.
+function isNews(place, content) {
+  const told = JSON.stringify(content);
+  const isNew = told !== place.told;
+  place.told = told;
+  return isNew;
 }
 
 function capital(text) {
@@ -132,6 +143,7 @@ function capital(text) {
 
 // One command: what was asked for, where it is, and why; its place has one size whatever stands in it.
 function showCommand(place, command) {
+  if (!isNews(place, command ?? null)) return;
   place.dataset.is = command?.tone ?? "";
   place.dataset.outcome = command?.outcome ?? "";
   clearTimeout(place.ageing);

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from harness.page.theatre import STAGE, Theatre, at_sizes
 from playwright.sync_api import expect
@@ -55,6 +57,10 @@ def test_command_stays_until_its_end_and_a_refused_one_is_not_green(theatre: The
     expect(line).to_have_attribute("data-is", "warn")
     shown = theatre.page.locator("[data-command]").all_inner_texts()
     assert any("Home" in text for text in shown), "what became of it stays"
+    older = theatre.page.locator("[data-command='1']")
+    older.evaluate("(place) => place.classList.add('is-old')")  # as some seconds later
+    theatre.play("alarmed")
+    expect(older).to_have_class(re.compile(r"\bis-old\b"))  # no alarm makes it news again
 
 
 def test_program_shows_its_lines_and_the_one_it_is_in(theatre: Theatre) -> None:
