@@ -9,7 +9,8 @@ export class Camera {
     this.image = document.querySelector("[data-camera]");
     this.text = document.querySelector("[data-camera-text]");
     this.buttons = [...document.querySelectorAll("[data-show]")];
-    this.stamp = "";
+    this.stamp = this.trouble = "";
+    new MutationObserver(() => this.say(this.trouble)).observe(document.body, { attributeFilter: ["class"] });
     for (const button of this.buttons) button.addEventListener("click", () => this.show(button.dataset.show));
     const kept = localStorage.getItem(KEPT);
     this.show(this.buttons.some((button) => button.dataset.show === kept) ? kept : this.buttons[0].dataset.show);
@@ -78,10 +79,12 @@ export class Camera {
     if (shown.src) URL.revokeObjectURL(shown.src);
   }
 
-  // A picture that is not current is shown as such.
+  // A picture that is not current is shown as such, and one of now beside a model of then.
   say(trouble) {
+    this.trouble = trouble;
     this.card.classList.toggle("camera-old", trouble !== "");
-    const text = trouble ? trouble[0].toUpperCase() + trouble.slice(1) : "Camera";
+    const told = document.body.matches(".is-past") ? "Camera: now" : "Camera";
+    const text = trouble ? trouble[0].toUpperCase() + trouble.slice(1) : told;
     if (this.text.textContent !== text) this.text.textContent = text;
   }
 }

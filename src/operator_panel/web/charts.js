@@ -60,18 +60,24 @@ export class Charts {
     this.paused = !this.paused;
     button.setAttribute("aria-pressed", this.paused);
     button.textContent = this.paused ? "Go on" : "Freeze";
-    this.title.textContent = this.paused ? `Frozen ${new Date().toLocaleTimeString([], { hour12: false })}` : this.whole;
+    this.since = this.paused ? `Frozen ${new Date().toLocaleTimeString([], { hour12: false })}` : "";
     const dataZoom = [{ disabled: !this.paused, start: 0, end: 100 }];
     for (const id of [this.told.motion, this.told.loop]) getElement(id)?.chart?.setOption({ dataZoom });
-    this.held = this.paused ? [...this.rows] : null;
+    this.frozen = this.paused ? [...this.rows] : null;
     this.changed = true;
+    this.entitle();
   }
 
-  // Rows of the past in place of those that come; null: go on.
+  // Rows of the past in place of those that come or are frozen; null: go on.
   hold(rows) {
-    this.held = rows ?? (this.paused ? [...this.rows] : null);
+    this.past = rows;
     this.changed = this.moved = true;
     this.fresh = true;
+    this.entitle();
+  }
+
+  entitle() {
+    this.title.textContent = (!this.past && this.since) || this.whole;
   }
 
   add(time, points) {
@@ -107,7 +113,7 @@ export class Charts {
     if (!this.dressed) this.dress();
     this.drawn = time;
     this.changed = this.moved = this.fresh = false;
-    const rows = this.held || this.rows;
+    const rows = this.past || this.frozen || this.rows;
     const now = rows.at(-1)?.[0] ?? 0;
     if (this.plot.isOwn) {
       own.setOption(this.plot.options(rows, now, span, this.look()), { replaceMerge: ["grid", "xAxis", "yAxis", "series"] });

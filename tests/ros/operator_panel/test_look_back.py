@@ -12,6 +12,7 @@ import pytest
 from harness.page import recorded
 from harness.page.theatre import SLOW_MS, TOKEN, Theatre, at_sizes, kept_theatre
 from harness.wires.browser import LOAD_MS
+from harness.workspace import ROOT
 from playwright.sync_api import expect
 from scara_config import load_robot
 
@@ -25,6 +26,13 @@ MOVE_TO = """(after) => {
 POSE = "() => window.panel.scene.poses.twin?.joint_1"
 CHART = """() => getElement(window.PANEL.charts.motion).chart.getOption().series
     .find(({ id }) => id === "real").data.at(-1)?.[1]"""
+
+STILL = ROOT / "src" / "operator_panel" / "web" / "still.jpg"
+FREEZE_AND_GO_ON = """() => {
+    const pause = document.querySelector("[data-pause]");
+    pause.click();
+    pause.click();
+}"""
 
 
 @pytest.fixture(scope="module")
@@ -71,6 +79,16 @@ def test_recording_is_looked_at_on_the_page_while_stop_stays_live(
     if size in ("wide", "low"):
         theatre.open("Charts")
         page.wait_for_function(f"Math.abs(({CHART})() - 20) < 1.1")
+        page.evaluate(FREEZE_AND_GO_ON)
+        page.wait_for_timeout(1000)  # some drawings later
+        assert abs(page.evaluate(f"({CHART})()") - 20) < 1.1, "the chart is not of now"
+        page.route(
+            "**/camera.jpg*", lambda asked: asked.fulfill(path=STILL, headers={"X-Stamp": "1"})
+        )
+        page.get_by_role("tab", name="Camera", exact=True).click()
+        expect(page.locator("[data-camera-text]")).to_have_text("Camera: now")
+        page.get_by_role("tab", name="Model", exact=True).click()
+        page.unroute("**/camera.jpg*")
     theatre.open("Events")
     events = page.locator(".event")
     expect(events.filter(has_text="the twin follows")).to_have_count(1)
