@@ -326,6 +326,10 @@ def recordings(hand: Hand) -> None:
     hand.button("Rename", question).click()
     expect(question).to_contain_text("letters, digits")
     question.locator("input").fill("renamed")
+    # The list is built again meanwhile, as while another run grows.
+    with (hand.theatre.runs / "to_go" / "run.bag").open("ab") as bag:
+        bag.write(b"x" * 1024)
+    expect(panel.locator(".run").filter(has_text="to_go")).to_contain_text("3 kB")
     hand.button("Rename", question).click()
     row = panel.locator(".run").filter(has_text=re.compile("^renamed"))
     expect(row).to_be_visible()
@@ -338,7 +342,7 @@ def recordings(hand: Hand) -> None:
     assert download.value.suggested_filename.endswith(".bag")
     assert download.value.path().read_bytes().startswith(b"#ROSBAG")
     other = panel.locator(".run").filter(has_text="to_go")
-    expect(other).to_contain_text("2 kB")
+    expect(other).to_contain_text("3 kB")
     hand.look()
     hand.button("Make report", other).click()
     with page.expect_popup() as popup:

@@ -49,6 +49,8 @@ class _Recordings:
             view.button("Stop", "SPEED", "", self._stop).mark("record-stop")
         self._status = ui.label("").classes("preview").mark("record-status")
         self._list = ui.element("div").classes("rows scroll")
+        # A question goes with the element in which it is asked; the rows are built again.
+        self._questions = ui.element("div")
         view.after.append(self._refresh)
         ui.timer(REFRESH_S, self._look)
         ui.timer(0.1, self._look, once=True)
@@ -147,12 +149,15 @@ class _Recordings:
         await self._look()
 
     async def _rename(self, one: Run) -> None:
-        name = await ask_name(one.name)
+        with self._questions:
+            name = await ask_name(one.name)
         if name and name != one.name:
             await self._change("Rename", f"{one.name} is {name} now", rename_run, one.name, name)
 
     async def _delete(self, one: Run) -> None:
-        if await ask_delete(one):
+        with self._questions:
+            sure = await ask_delete(one)
+        if sure:
             await self._change("Delete", f"{one.name} is deleted", delete_run, one.name)
 
     async def _change(self, what: str, done: str, change: object, *names: str) -> None:
