@@ -4,6 +4,7 @@ import { clockText, momentOf, setZone } from "./past/clock.js";
 
 const FORGET_MS = 30000; // the label says how long ago it is; the moment itself does not change
 const NEWEST = 1e11; // later than any moment: the browser's clock may differ from the server's
+const NO_ANSWER = "the page's server does not answer";
 const AGAIN_MS = 500; // a recording that is still being read is asked again
 
 export class TimeLine {
@@ -93,8 +94,8 @@ export class TimeLine {
         const { first, last } = await answer.json();
         return [first, last];
       }
-    } catch (error) {
-      this.refuse(`not known: ${error.message}`);
+    } catch {
+      this.refuse(NO_ANSWER);
     }
     return [this.look.first, this.look.last];
   }
@@ -125,8 +126,8 @@ export class TimeLine {
           asked = this.wanted; // the moment that was found is nearest to the time asked for
         }
       }
-    } catch (error) {
-      if (this.at !== null) this.fail(error.message);
+    } catch {
+      if (this.at !== null) this.fail(NO_ANSWER);
     } finally {
       this.asking = false;
     }

@@ -103,15 +103,20 @@ def _control(view: PageView) -> None:
         holder = state.holder if state is not None else ""
         asked = state is not None and state.asker == view.name
         if holder == view.name:
-            words = f"{view.name.capitalize()}: in control"
+            words = f"{_begun(view.name)}: in control"
         elif asked:
             words = f"Asked {holder} for control"
         else:
-            words = f"{holder.capitalize() or 'Nobody'} is in control"
+            words = f"{_begun(holder) or 'Nobody'} is in control"
         text.set_text(words)
         ask.set_visibility(holder not in ("", view.name) and not asked)
 
     view.after.append(show)
+
+
+def _begun(name: str) -> str:
+    """Return a name at the beginning of a sentence; its other letters stay as they are."""
+    return name[:1].upper() + name[1:]
 
 
 def _button(
@@ -145,7 +150,7 @@ def _question(view: PageView) -> None:
             return
         banner.set_visibility(True)
         text.set_text(
-            f"{state.asker.capitalize()} asks for control. "
+            f"{_begun(state.asker)} asks for control. "
             f"Without an answer it is handed over in {state.answer_left:.0f} s."
         )
 
