@@ -302,6 +302,8 @@ class _Wanderer:
         cell.schedule.run(1.0)
         cell.operate("RESET")
         cell.schedule.run(1.0)
+        latched = ("ESTOP", "FAULT")
+        cell.wait_whatever(lambda: cell.mode not in latched, 5.0, "the end of RESET")
         cell.operate("ALIGN")
         cell.wait_whatever(lambda: cell.mode == "IDLE", 40.0, "IDLE again")
 

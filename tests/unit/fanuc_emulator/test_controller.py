@@ -7,8 +7,10 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import pytest
+from fanuc_emulator.config import load_programs
 from fanuc_emulator.tp.executor import ProgramState
 from fanuc_emulator.uop import NORMALLY_ON, UI, UO
+from harness.parts import changed
 from scara_config.programs.tp.listing import Indexed
 
 from fanuc_emulator import alarms
@@ -178,6 +180,58 @@ def test_a_robot_that_brakes_without_its_drives_shows_where_it_is(bench: Bench) 
     assert slower == sorted(slower, reverse=True) and slower[-1] == 0.0
     for (before, faster), (after, v) in pairwise(shown):
         assert after - before == pytest.approx(0.5 * (faster + v) * bench.config.dt, abs=5e-4)
+
+
+def slow_drives(bench: Bench) -> Bench:
+    """Return a robot whose drives take 1.5 s, stopped by *IMSTP in mid-move and asked to reset."""
+    programs = load_programs(bench.robot)
+    made = type(bench)(changed(bench.config, plant__power_on_ms=1500), bench.robot, programs)
+    made.controller.write_override(100)
+    made.start_moving()
+    made.controller.write_input("imstp", False)
+    made.run(0.5)
+    made.controller.write_input("imstp", True)
+    made.pulse("fault_reset", 0.03)
+    return made
+
+
+def test_fault_stays_until_the_drives_are_on_and_a_start_meanwhile_is_refused(
+    bench: Bench,
+) -> None:
+    """SYSRDY comes first; who has pressed START too early reads why, and presses it again."""
+    robot = slow_drives(bench)
+    robot.run(1.0)
+    robot.pulse("start")
+    # Pressed once more, RESET changes nothing.
+    robot.pulse("fault_reset", 0.03)
+    outputs = robot.now.outputs
+    assert outputs.fault and not outputs.sysrdy and not outputs.cmdenbl
+    assert robot.now.alarm is not None and robot.now.alarm.code is alarms.IMSTP
+    robot.run(0.5)
+    outputs, alarm = robot.now.outputs, robot.now.alarm
+    assert outputs.sysrdy and outputs.cmdenbl and not outputs.fault
+    assert alarm is not None and alarm.code is alarms.START_REFUSED
+    assert alarm.cause == "the drives are being switched on"
+    assert robot.now.program_state is PAUSED
+    robot.pulse("start")
+    assert robot.now.program_state is RUNNING
+
+
+@pytest.mark.parametrize("cause", ["imstp", "panel_imstp", "panel_t1"])
+def test_a_stop_keeps_drives_off_that_are_being_switched_on(bench: Bench, cause: str) -> None:
+    """Only another RESET brings them."""
+    robot = slow_drives(bench)
+    robot.run(1.0)
+    for level in (True, False, True):
+        robot.controller.write_input(cause, level)
+        robot.run(0.01)
+    robot.run(2.5)
+    assert robot.now.outputs.fault and not robot.now.outputs.sysrdy
+    robot.pulse("fault_reset", 0.03)
+    robot.run(1.4)
+    assert not robot.now.outputs.sysrdy
+    robot.run(0.2)
+    assert robot.now.outputs.sysrdy and not robot.now.outputs.fault
 
 
 def test_reset_while_still_braking_is_refused(bench: Bench) -> None:

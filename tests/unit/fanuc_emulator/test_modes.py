@@ -38,7 +38,7 @@ def turned(bench: Bench, mode: Mode, plant: str = "ideal") -> Bench:
     made.pulse(f"panel_{mode.lower()}", 0.03)
     made.run(1.0)
     made.pulse("panel_reset", 0.03)
-    made.run(1.0)
+    made.run(2.0)
     made.history.clear()
     assert made.now.outputs.sysrdy and made.now.alarm is None
     return made

@@ -124,6 +124,7 @@ class AlarmList:
     The latest of those that stop is shown first, then the latest warning.
 
     Attributes:
+        active: All of them, in the order in which they came; each change makes a new list.
         fault: Whether an alarm is active that stops; a warning is none.
         shown: The alarm in the alarm registers, if any.
     """
@@ -136,18 +137,22 @@ class AlarmList:
 
         A kind that is active already keeps its first time and cause (a warning: its last).
         """
-        same = [old for old in self._active if old.code is alarm.code]
+        same = [old for old in self.active if old.code is alarm.code]
         if same and alarm.code.severity > Severity.WARN:
             return
-        self._hold([old for old in self._active if old not in same] + [alarm])
+        self._hold([old for old in self.active if old not in same] + [alarm])
 
     def clear(self, keep: Sequence[AlarmCode] = ()) -> None:
         """Forget all alarms but those of the kinds ``keep``."""
-        self._hold([alarm for alarm in self._active if alarm.code in keep])
+        self._hold([alarm for alarm in self.active if alarm.code in keep])
+
+    def forget(self, alarms: Container[Alarm]) -> None:
+        """Forget these; one that came again since then is another."""
+        self._hold([alarm for alarm in self.active if alarm not in alarms])
 
     def _hold(self, active: list[Alarm]) -> None:
         """Keep these alarms; what they come to is asked for far more often than it changes."""
-        self._active = active
+        self.active = active
         stopping = [alarm for alarm in active if alarm.code.severity > Severity.WARN]
         listed = stopping or active
         self.fault = bool(stopping)

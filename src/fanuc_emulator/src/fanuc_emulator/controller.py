@@ -25,6 +25,7 @@ from fanuc_emulator.places import Signals, registers_of
 from fanuc_emulator.plant.config import zero_offset
 from fanuc_emulator.plant.delays import LateSignals
 from fanuc_emulator.plant.readings import Readings
+from fanuc_emulator.reset import FaultReset
 from fanuc_emulator.settings import MODES, Mode
 from fanuc_emulator.snapshot import ControlType, Snapshot
 from fanuc_emulator.streaming.source import StreamSource
@@ -91,6 +92,7 @@ class Controller:
         self._inputs = Inputs(config.settings)
         self._unlit = dict.fromkeys(unlit(config.settings.uop), False)
         self._alarms = AlarmList()
+        self._reset = FaultReset(self._motion, self._alarms, plant.power_on_ms)
         there = config.settings.programs == "kit"
         self._background = Background(self.registers, config.heartbeat_timeout_ms, there)
         # Inputs that were on and off again since the background program looked.
@@ -130,7 +132,8 @@ class Controller:
                     if self._settings.cstopi_for_abort:
                         self._abort()
                 case UopRequest.RESET:
-                    self._reset()
+                    if refusal := self._reset.ask(self._inputs.lit, self._now_ms):
+                        self._raise(alarms.RESET_REFUSED, refusal)
                 case UopRequest.TURN:
                     self._turn(MODES[number])
                 case UopRequest.RUN:
@@ -193,6 +196,7 @@ class Controller:
         """Go on for one servo period."""
         self._tick += 1
         self._obey(self._inputs.due(self._now_ms))
+        self._reset.step(self._now_ms)
         if self._background.scan(self._now_ms):
             self._pulsed.clear()
         if self._executor.state is ProgramState.RUNNING or self._executor.beside:
@@ -350,6 +354,7 @@ class Controller:
     def _cut_drives(self) -> None:
         """Switch the drives off, and pause the program."""
         self._motion.power_off()
+        self._reset.drop()
         self._cut = True
         for code in alarms.power_off_causes(self._inputs.lit):
             self._raise(code, "the input was switched off")
@@ -374,22 +379,12 @@ class Controller:
         self._jobs.clear()
         self._aborting = False
 
-    def _reset(self) -> None:
-        """FAULT_RESET: clear alarms whose cause is gone, and switch the drives on again."""
-        if persists := alarms.power_off_causes(self._inputs.lit):
-            self._alarms.clear(keep=persists)
-            return
-        if not self._motion.powered:
-            if not self._motion.standing:
-                self._raise(alarms.RESET_REFUSED, "the axes have not stopped yet")
-                return
-            self._motion.power_on()
-        self._alarms.clear()
-
     def _start_obstacle(self) -> str | None:
         """Say why nothing may start now, or None."""
         if self._aborting:
             return "the program is being ended"
+        if self._reset.pending:
+            return "the drives are being switched on"
         if self._alarms.fault:
             return "FAULT is on"
         for name in NORMALLY_ON:

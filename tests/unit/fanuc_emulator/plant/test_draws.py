@@ -15,6 +15,7 @@ CONFIG = Path(__file__).resolve().parents[4] / "config"
 ROBOT = load_robot(CONFIG)
 FILED = load_plant(ROBOT, CONFIG, "field")
 SEEDS = range(1, 25)
+WHOLE = ("start_delay", "power_on")
 
 
 def test_the_same_seed_gives_the_same_robot_and_another_seed_another() -> None:
@@ -74,7 +75,7 @@ def test_each_number_is_drawn_near_what_is_filed_or_stays() -> None:
         for key, value in numbers_of(msgspec.to_builtins(plant)).items():
             if filed[key] and not re.search("interpolation|measuring.*period|phase", key):
                 ratios.setdefault(key, set()).add(value / filed[key])
-                rough = 5.0 if key.startswith("filter_ms") else 0.5 * key.startswith("start_delay")
+                rough = 5.0 if key.startswith("filter_ms") else 0.5 * key.startswith(WHOLE)
                 assert abs(value - filed[key]) <= SPREAD * abs(filed[key]) + rough + 1e-9, key
     for key, seen in ratios.items():
         if re.search(stays, key):

@@ -110,6 +110,21 @@ def test_a_hold_stops_a_stream_at_once(field: Controller) -> None:
     assert abs(now.velocities[0]) < 0.02 * speed
 
 
+def test_an_emergency_stop_and_its_reset_are_shown_in_the_makers_order(field: Controller) -> None:
+    """FAULT first, then the drives; back again SYSRDY first, and FAULT goes with it."""
+    for level in (False, True):
+        field.write_input("imstp", level)
+        shown = [field.step() for _ in range(300)]
+    assert shown[-1].outputs.fault and not shown[-1].outputs.sysrdy
+    field.pulse_input("fault_reset")
+    shown += [field.step() for _ in range(1000)]
+    for now in shown:
+        assert now.outputs.fault or now.outputs.sysrdy
+        assert now.outputs.sysrdy or not now.outputs.cmdenbl
+        assert now.outputs.fault or now.alarm is None
+    assert now.outputs.sysrdy and now.outputs.cmdenbl and not now.outputs.fault
+
+
 def test_a_stream_goes_straight_at_the_override_times_its_own_speed(field: Controller) -> None:
     """R[2] of 50 % at an override of 50 %: a quarter, and no joint is there before the others."""
     home, velocity = begin_stream(field), load_robot(CONFIG).joints[0].velocity

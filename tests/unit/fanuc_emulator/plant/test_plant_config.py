@@ -107,6 +107,7 @@ BOUNDS = {
     "interpolation_phase_ms": (0, 40),
     "filter_ms.0": (10, 500),
     "start_delay_ms": (0, 1000),
+    "power_on_ms": (0, 2000),
     "measuring.period_ms": (1, 40),
     "measuring.decimals": (0, 6),
     "measuring.noise_deg": (0.0, 1.0),

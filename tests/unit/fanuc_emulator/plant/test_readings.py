@@ -117,6 +117,18 @@ def test_an_alarm_is_shown_late_too() -> None:
     assert [late.step(outputs(), alarm)[1] for _ in range(4)] == [None, None, alarm, alarm]
 
 
+def test_a_reset_is_shown_in_the_makers_order() -> None:
+    """SYSRDY, then the end of the alarm, and CMDENBL, whatever is late by how much."""
+    alarm = Alarm(alarms.IMSTP, "a test", 0.0)
+    late = LateSignals({"sysrdy": 6.0, "cmdenbl": 2.0}, period_ms=2)
+    late.step(outputs(fault=True), alarm)
+    shown = [late.step(outputs(sysrdy=True, cmdenbl=True), None) for _ in range(5)]
+    assert [each.sysrdy for each, _ in shown] == [False, False, False, True, True]
+    assert [each.cmdenbl for each, _ in shown] == [False, False, False, True, True]
+    assert [each.fault for each, _ in shown] == [True, True, True, False, False]
+    assert [told for _, told in shown] == [alarm, alarm, alarm, None, None]
+
+
 def test_answers_take_longer_while_a_program_runs() -> None:
     """Evenly drawn between the shortest and the longest."""
     answers = AnswerTimes(

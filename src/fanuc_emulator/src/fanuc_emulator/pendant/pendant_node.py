@@ -40,6 +40,7 @@ Port = Annotated[
 Wait = Annotated[bool, typer.Option("--wait", help="Show the progress and end with the program.")]
 RUNNING = ProgramState.RUNNING
 _ANSWER_TIMEOUT = 1.0
+_POWER_TIMEOUT = 4.0  # B-83284EN/09, figure 3.8: drives are on within 2 s; twice that
 _POLL = 0.05
 
 
@@ -128,7 +129,7 @@ def reset(host: Host = None, port: Port = None, config_dir: ConfigDir = None) ->
         link.set_signal("panel_imstp", True)
         link.set_signal("panel_hold", True)
         link.pulse("panel_reset")
-        _expect(link, lambda: not _fault(link), "the fault stays")
+        _expect(link, lambda: not _fault(link), "the fault stays", _POWER_TIMEOUT)
         typer.echo("ready")
 
 
@@ -227,19 +228,24 @@ def _fault(link: PendantLink) -> bool:
     return link.outputs().get("fault", bool(link.read("alarm_id")[0]))
 
 
-def _expect(link: PendantLink, condition: Callable[[], bool], failure: str) -> None:
+def _expect(
+    link: PendantLink,
+    condition: Callable[[], bool],
+    failure: str,
+    timeout: float = _ANSWER_TIMEOUT,
+) -> None:
     """Wait for ``condition``.
 
-    After a second raise PendantError with ``failure`` and the active alarm.
+    After ``timeout`` [s] raise PendantError with ``failure`` and the active alarm.
     """
-    if not _comes(condition):
+    if not _comes(condition, timeout):
         alarm = link.alarm()
         raise PendantError(failure + (f": {alarm}" if alarm else ""))
 
 
-def _comes(condition: Callable[[], bool]) -> bool:
-    """Wait a second at most for ``condition``; return whether it came."""
-    deadline = time.monotonic() + _ANSWER_TIMEOUT
+def _comes(condition: Callable[[], bool], timeout: float = _ANSWER_TIMEOUT) -> bool:
+    """Wait for ``condition``, ``timeout`` [s] at most; return whether it came."""
+    deadline = time.monotonic() + timeout
     while not condition():
         if time.monotonic() > deadline:
             return False

@@ -27,6 +27,7 @@ Range = tuple[LagMs, LagMs]
 Row = tuple[float, float, float, float]
 ALARM = "alarm"
 """Beside the outputs of :class:`Outputs`: the register of the active alarm."""
+LONGEST_POWER_ON_MS = 2000  # B-83284EN/09, figure 3.8
 
 
 class ClockFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -133,6 +134,7 @@ class Plant(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     ``description`` stands beside each figure. Its first interpolation period is shorter by
     ``interpolation_phase_ms``. ``payload_kg`` is what the tool carries.
     ``vacuum_leak`` is the part of the best vacuum that a leak takes (plant/wear.py).
+    ``power_on_ms``: from RESET until the drives are on.
     ``shown_after_ms`` names outputs, or ``alarm``, that are shown later than they are true.
     """
 
@@ -157,6 +159,7 @@ class Plant(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     axes: dict[str, AxisFile]
     interpolation_phase_ms: Phase = 0
     vacuum_leak: Annotated[float, Meta(ge=0.0, lt=1.0)] = 0.0
+    power_on_ms: Annotated[int, Meta(ge=0, le=LONGEST_POWER_ON_MS)] = 0
 
     @property
     def dt(self) -> float:
@@ -384,7 +387,8 @@ def drawn(plant: Plant, seed: int) -> Plant:
         for name, axis in axes.items()
         if axis.held_friction is not None
     }
-    return replace(made, axes={**axes, **held})
+    power_on = min(round(near(plant.power_on_ms)), LONGEST_POWER_ON_MS)
+    return replace(made, axes={**axes, **held}, power_on_ms=power_on)
 
 
 def _parts(seed: int) -> Iterator[float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -36,6 +37,9 @@ class AnswerTimes:
 class LateSignals:
     """Delays outputs and the active alarm, stepped once per servo period.
 
+    A reset is shown in the maker's order: SYSRDY comes, then FAULT goes and CMDENBL comes
+    (B-83284EN/09, 3.3).
+
     Args:
         after_ms: How much later each is shown; one that is not named is shown at once.
         period_ms: Servo period.
@@ -44,6 +48,8 @@ class LateSignals:
     def __init__(self, after_ms: Mapping[str, float], period_ms: int) -> None:
         self._steps = {name: round(after / period_ms) for name, after in after_ms.items()}
         self._waiting: dict[str, deque[bool | Alarm | None]] = {}
+        # The fault that was shown last, and its alarm.
+        self._fault: tuple[bool, Alarm | None] = False, None
 
     def step(self, outputs: Outputs, alarm: Alarm | None) -> tuple[Outputs, Alarm | None]:
         """Take what is true now and return what is shown."""
@@ -56,5 +62,10 @@ class LateSignals:
                 waiting = self._waiting[name] = deque([true] * steps)
             waiting.append(true)
             late[name] = waiting.popleft()
-        shown = late.pop(ALARM, alarm)
-        return msgspec.structs.replace(outputs, **late), shown  # type: ignore[return-value]
+        shown: Any = late.pop(ALARM, alarm)
+        seen = msgspec.structs.replace(outputs, **late)
+        fault, its_alarm = self._fault
+        if fault and outputs.sysrdy and not seen.sysrdy:
+            seen, shown = msgspec.structs.replace(seen, fault=True, cmdenbl=False), its_alarm
+        self._fault = seen.fault, shown
+        return seen, shown
