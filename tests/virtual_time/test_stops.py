@@ -7,11 +7,13 @@ from collections.abc import Iterator
 from itertools import product
 
 import pytest
+from harness.parts import changed
+from harness.plants.variants import Variant
 from harness.running.thorough import thorough
 from harness.scenes.steps import AT_REST_DEG_MM, ROBOT, both_stood, go, nothing_moves, run_program
 from harness.scenes.truth import travel
 from harness.virtual_cell.cell import VirtualCell
-from harness.virtual_cell.files import load_files
+from harness.virtual_cell.files import CellFiles, load_files
 
 AS_FILED = pytest.param("", id="as filed")
 HOLD_ONLY = "cstopi_for_abort: false, imstp_assigned: false"
@@ -59,6 +61,63 @@ def test_release_of_an_emergency_stop_moves_nothing(
     nothing_moves(cell, cell.schedule.now)
     assert travel(cell.real.truth, rested) < AT_REST_DEG_MM, "only the twin aligns"
     assert not any("LEADS" in decision.mode_after for decision in cell.decisions[decided:])
+
+
+def with_slow_drives(power_on_ms: int, plant: str, kit: bool = False) -> CellFiles:
+    """Return a cell whose robot takes so long from RESET until its drives are on."""
+    slow = Variant("slow", lambda made: changed(made, power_on_ms=power_on_ms), plant, kit=kit)
+    return slow.files(ROBOT)
+
+
+def stopped_and_reset(cell: VirtualCell) -> float:
+    """Stop both in mid-move by ESTOP, give RESET; return when."""
+    cell.connect()
+    go(cell, 30.0)
+    cell.schedule.run(0.3)
+    assert cell.operate("ESTOP").success
+    both_stood(cell, cell.schedule.now)
+    assert cell.operate("RESET").success
+    return cell.schedule.now
+
+
+@pytest.mark.parametrize(
+    ("plant", "kit"), [("field", False), ("ideal", True), *thorough(("field", True))]
+)
+def test_a_reset_ends_when_the_drives_are_on_and_not_before(plant: str, kit: bool) -> None:
+    """1.9 s of the 2 s that a controller may take; the kit's map tells it by the alarm alone."""
+    with VirtualCell(with_slow_drives(1900, plant, kit)) as cell:
+        asked = stopped_and_reset(cell)
+        while cell.mode == "ESTOP":
+            cell.schedule.run(0.01)
+            flags = cell._state.sides.real.flags
+            on = cell.real.robot.snapshot().outputs.sysrdy
+            assert on or (flags is not None and flags.fault)
+        assert cell.mode == "STOPPED" and 1.9 < cell.schedule.now - asked < 2.6
+        decided = [each.trigger for each in cell.decisions]
+        assert decided[decided.index("RESET") :] == ["RESET", "RESET_DONE"]
+        nothing_moves(cell, asked)
+        assert cell.operate("ALIGN").success
+        cell.wait_whatever(lambda: cell.mode == "IDLE", 10.0, "IDLE")
+        go(cell, 30.0)
+
+
+@pytest.mark.parametrize("pressed", [False, True])
+def test_drives_that_do_not_come_are_a_failed_reset_with_its_cause(pressed: bool) -> None:
+    """They come too late, or somebody at the robot stops it; what comes late is off again."""
+    with VirtualCell(with_slow_drives(5000, "field")) as cell:
+        asked = stopped_and_reset(cell)
+        if pressed:
+            cell.schedule.run(1.0)
+            cell.real.signal("panel_imstp", False)
+        cell.schedule.run(4.2 - (cell.schedule.now - asked))
+        failed = cell.decisions[-1]
+        said = "(its drives are off: its emergency stop is pressed)" if pressed else "are off)"
+        assert failed.trigger == "RESET_FAILED" and said in failed.why
+        cell.schedule.run(2.0)
+        assert cell.mode == "ESTOP" and not cell.real.shown.outputs.sysrdy
+        missed = [each.trigger for each in cell.decisions].count("ESTOP_MISSED")
+        assert missed == (not pressed)
+        nothing_moves(cell, asked)
 
 
 @pytest.mark.parametrize("command", ["STOP", "ESTOP", "PAUSE"])

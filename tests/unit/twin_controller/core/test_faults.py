@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scara_control.joint_motion import JointMotion
 from twin_controller.core.actions import Command, FollowTwin
-from twin_controller.core.events import RealMeasured, Tick, TwinMeasured
+from twin_controller.core.events import RealAlarm, RealMeasured, Tick, TwinMeasured
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.safety.divergence import DivergenceState
 from twin_controller.core.step import step
@@ -62,7 +62,7 @@ def test_an_emergency_stop_that_persists_cannot_be_reset(pair: Pair) -> None:
     pair.run(0.2)
     assert pair.mode is Mode.ESTOP and pair.motion == "estopped"
     pair.do("RESET", RESET_S)
-    assert pair.mode is Mode.ESTOP and "cause persists" in pair.why
+    assert pair.mode is Mode.ESTOP and "(its drives are off)" in pair.why
     pair.estop_pressed = False
     pair.run(1.0)
     assert pair.mode is Mode.ESTOP, "releasing alone changes nothing"
@@ -75,10 +75,34 @@ def test_a_reset_waits_for_drives_that_take_two_seconds(pair: Pair) -> None:
     pair.press_estop()
     pair.run(0.2)
     pair.do("RESET", 2.2)
-    assert pair.mode is Mode.ESTOP and "cause persists" not in pair.why
+    assert pair.mode is Mode.ESTOP and "not become ready" not in pair.why
     pair.estop_pressed, pair.drives = False, True
     pair.run(0.5)
     assert pair.mode is Mode.STOPPED
+
+
+@pytest.mark.parametrize(
+    ("drives", "alarm", "said"),
+    [
+        (False, "", "(its drives are off)"),
+        (False, "SERVO SRVO-068", "(its drives are off: SERVO SRVO-068)"),
+        (True, "", "(its FAULT is on)"),
+        (True, "STOP MOTN-017", "(STOP MOTN-017)"),
+    ],
+)
+def test_a_reset_that_failed_says_what_it_lacks(
+    pair: Pair, drives: bool, alarm: str, said: str
+) -> None:
+    """Drives that do not come, or an alarm that stays; it is latched as before."""
+    pair.press_estop()
+    pair.run(0.2)
+    pair.command_real = lambda do: None  # type: ignore[method-assign]
+    pair.drives, pair.fault = drives, True
+    pair.feed(RealAlarm(pair.now, alarm))
+    pair.do("RESET", RESET_S)
+    assert pair.mode is Mode.ESTOP
+    (failed,) = [made for made in pair.decisions() if made.trigger == "RESET_FAILED"]
+    assert said in failed.why
 
 
 def test_a_reset_does_not_outlive_a_lost_link(pair: Pair) -> None:

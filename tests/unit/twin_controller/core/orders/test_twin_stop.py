@@ -89,7 +89,7 @@ def test_reset_waits_until_the_twin_stands(pair: Deaf) -> None:
     pair.deaf = True
     pair.do("STOP", IGNORED_S)
     pair.do("RESET", RESET_S)
-    assert pair.mode is Mode.FAULT and "its cause persists" in pair.why
+    assert pair.mode is Mode.FAULT and "(the twin does not obey a stop)" in pair.why
     pair.deaf = False
     pair.run(RETRY_S + 0.5)
     assert pair.state.orders.twin_stop is None

@@ -231,22 +231,31 @@ def _reset_reports(
     setup: Setup, state: CoreState, flags: RealMeasured, now: float
 ) -> list[Trigger]:
     """Return how a reset that the operator asked for has ended."""
-    lead, stop = state.lead, state.orders.twin_stop
+    lead = state.lead
     if lead.reset_since is None or lead.mode not in (Mode.ESTOP, Mode.FAULT):
         return []
     waited, config = now - lead.reset_since, setup.config.reset
-    ready = flags.drives_on and not flags.fault
-    # A twin that still does not obey a stop is a cause that persists.
-    if stop is not None and stop.defied:
-        ready = False
-    # So is a real robot that was not stopped by the emergency stop.
-    if lead.mode is Mode.ESTOP and setup.writes and not real_stands(setup, state, flags, now):
-        ready = False
-    if ready and waited >= config.wait_ms * 1e-3:
+    if waited >= config.wait_ms * 1e-3 and not reset_lacks(setup, state, flags, now):
         return [Trigger.RESET_DONE]
     if waited > config.timeout_ms * 1e-3:
         return [Trigger.RESET_FAILED]
     return []
+
+
+def reset_lacks(setup: Setup, state: CoreState, flags: RealMeasured, now: float) -> str:
+    """Return what a reset still lacks, in words; empty: nothing."""
+    alarm, stop = state.sides.real.alarm, state.orders.twin_stop
+    if not flags.drives_on:
+        cause = "its emergency stop is pressed" if flags.estop_pressed else alarm
+        return f"its drives are off: {cause}" if cause else "its drives are off"
+    if flags.fault:
+        return alarm or "its FAULT is on"
+    # A twin that still does not obey a stop is a cause that persists.
+    if stop is not None and stop.defied:
+        return Trigger.TWIN_STOP_IGNORED.value
+    # So is a real robot that was not stopped by the emergency stop.
+    latched = state.lead.mode is Mode.ESTOP and setup.writes
+    return "it moves" if latched and not real_stands(setup, state, flags, now) else ""
 
 
 def moved_since_pause(setup: Setup, state: CoreState) -> bool:

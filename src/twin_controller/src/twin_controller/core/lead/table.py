@@ -160,7 +160,7 @@ _RESET = Row(None, (Command.RESET_REAL,), "the real robot is asked to reset; not
 _RESET_DONE = Row(Mode.STOPPED, (Command.RESET_TWIN,), "nothing moves; ALIGN goes on")
 _TWIN_DEFIES = Row(None, (), "end the simulator or what commands it, then RESET")
 _NOTHING_LEFT = Row(None, (), "press the emergency stop at the robot itself")
-_RESET_FAILED = Row(None, (), "its cause persists: remove it, then RESET again")
+_RESET_FAILED = Row(None, (), "remove the cause, then RESET again")
 
 # While the twin follows, and what a stream to the real robot adds.
 _FOLLOWING: dict[Trigger, Row] = {

@@ -11,6 +11,7 @@ from twin_controller.core.events import Operator
 from twin_controller.core.lead import triggers
 from twin_controller.core.lead.effects import carry_out
 from twin_controller.core.lead.modes import ONSET_TRIGGERS, SAFETY_TRIGGERS, Mode, Trigger
+from twin_controller.core.lead.reports import reset_lacks
 from twin_controller.core.lead.state import Lead, end_epoch, record
 from twin_controller.core.lead.table import (
     FOLLOWS_TWIN,
@@ -172,6 +173,8 @@ def _words(setup: Setup, state: CoreState, trigger: Trigger) -> str:
             return "the emergency stop at the robot is pressed"
         case Trigger.REAL_DRIVES_OFF:
             return by_hand(real.flags)
+        case Trigger.RESET_FAILED if real.flags is not None:
+            return reset_lacks(setup, state, real.flags, real.flags.now)
     return _control_words(state.lead.control, trigger)
 
 
