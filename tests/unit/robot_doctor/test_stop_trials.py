@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from fanuc_emulator.drives.servo_loop_io import ServoLoop
+from fanuc_emulator.reset import FaultReset
 from harness.emulated.served import CONFIG, LAYOUT, ROBOT, last_beat, served
 from harness.processes import wait_until
 from msgspec.structs import replace
@@ -234,6 +235,33 @@ def test_how_late_a_stand_in_brakes_is_what_its_profile_says(
     (result,) = [each for each in trials.results if each.delay is not None]
     found = proposal(ROBOT.stopping, HERE, [result], "full").braking_delay_ms
     assert filed[0] <= found <= filed[1], result
+
+
+def test_after_the_emergency_stop_the_next_trial_waits_for_the_drives() -> None:
+    """They take 1.5 s on the field plant: START before would be refused."""
+    wanted = (Trial.HOLD, Trial.START, Trial.IMSTP, Trial.WATCHDOG)
+    with served("ready", plant="field") as (port, loop, _):
+        agree = person(loop)
+        answer = lambda text: list(Trial)[int(text[0]) - 1] in wanted and agree(text)  # noqa: E731
+        with quick(ROBOT, LAYOUT, CONTROLLER, (HERE, port), answer) as trials:
+            list(trials.run())
+    told = {each.trial: each for each in trials.results}
+    assert told[Trial.IMSTP].outcome is WORKED, told
+    assert told[Trial.WATCHDOG].outcome is not LEFT, told
+
+
+def test_a_robot_whose_alarm_stays_after_reset_is_held_and_told(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Nothing can be tried on it: its drives are off."""
+    monkeypatch.setattr(FaultReset, "step", lambda *_: None)
+    quickly = replace(CONTROLLER, reset=replace(CONTROLLER.reset, timeout_ms=500.0))
+    with served("ready") as (port, loop, _):
+        agree = person(loop)
+        answer = lambda text: text[0] in "124" and agree(text)  # noqa: E731
+        with quick(ROBOT, LAYOUT, quickly, (HERE, port), answer) as trials:
+            last = list(trials.run())[-1]
+    assert last.level is Level.WRONG and "alarm stays after RESET: SERVO" in last.what
 
 
 def test_what_is_not_expected_holds_the_robot_for_good() -> None:

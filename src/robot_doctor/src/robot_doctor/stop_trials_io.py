@@ -13,6 +13,7 @@ from scara_config import Robot
 from scara_config.modbus_map import ModbusMap
 from twin_controller.config import TwinControllerConfig
 from twin_controller.modbus.link_io import ModbusLink
+from twin_controller.robot.intake import alarm_text, is_stopping
 from twin_controller.robot.signals import Number, Pulse, Signal, Step
 from twin_controller.robot_sample import AlarmStatus, ProgramState, ProgramStatus, RobotSample
 
@@ -92,7 +93,7 @@ class StopTrials:
         self.outputs: frozenset[str] = frozenset()
         self._changed = threading.Condition()
         self._looks: deque[Look] = deque(maxlen=REMEMBERED)
-        self._state = ProgramState.ABORTED
+        self._state, self._alarm = ProgramState.ABORTED, ""
         # Of the program, by the link that is open now.
         self._heard = threading.Event()
         self._rests = True  # as far as was seen
@@ -207,6 +208,9 @@ class StopTrials:
         self._link.send(*_GIVES_BACK)
         if trial in (Trial.IMSTP, Trial.WATCHDOG):
             self._link.send(Pulse("fault_reset"))  # on a simple panel it is CSTOPI too
+            # The drives take up to 2 s, and nothing can be started before.
+            if not self._wait(self._config.reset.timeout_ms * 1e-3, lambda: not self._alarm):
+                raise UnexpectedError(f"its alarm stays after RESET: {self._alarm}")
         self._stays("it was released")
         return result
 
@@ -308,4 +312,5 @@ class StopTrials:
 
     def _told(self, program: ProgramStatus, alarm: AlarmStatus) -> None:
         self._state = program.state
+        self._alarm = alarm_text(alarm) if is_stopping(alarm) else ""
         self._heard.set()
