@@ -73,7 +73,14 @@ def test_the_kit_has_a_page_for_each_thing_to_do(tmp_path: Path) -> None:
     said = texts["4_programs.md"].partition("```")[0]
     assert all(f" {name}" in said for name in ("R[1],", "R[2],", "R[8],", "R[9],", "R[22]"))
     assert "PR[1]," in said and "F[1] to F[18]" in said
-    for word in ("UI[2]", "rack 34", "RSR0101", "BGTWIN", "sheet 5 of 5"):
+    for word in (
+        "UI[2]",
+        "rack 34",
+        "F[1], F[2], F[3], F[8] ON",
+        "RSR0101",
+        "BGTWIN",
+        "sheet 5 of 5",
+    ):
         assert word in texts["kit.html"]
 
 

@@ -95,6 +95,11 @@ def _signals(layout: ModbusMap) -> Sheet:
                 "scan. I/O > UOP > CONFIG: assign UI[1] to UI[18] to rack 34, slot 1, start 1, so "
                 "that each input is the flag of its number. Then switch the power off and on."
             ),
+            # B-83284EN/09, 9.12.4.
+            SheetText(
+                "All flags are OFF then, and after each cold start: I/O > Flag, switch F[1], F[2], "
+                "F[3], F[8] ON. The pair itself switches on F[1] and F[2] alone."
+            ),
             SheetText(
                 "Two texts of the maker differ on where a client finds them. Switch F[2] at the "
                 "pendant and read the coil of UI[2] below, and coil 20002: the one that follows is "
