@@ -98,7 +98,7 @@ def test_a_vehicle_that_leaves_under_the_robot_stops_both_sides() -> None:
         cell._gripped(False)
         parts.dock(dock(work, np.random.default_rng(2)))
         real.pendant(100.0, files.program_number("VEHICLE"))
-        cell.wait_until(lambda: real.shown.program_line == 21, 30.0, "the vehicle")
+        cell.wait_until(lambda: real.shown.program_line == 24, 30.0, "the vehicle")
         began = cell.schedule.now
         parts.dock(None)
         cell.wait_whatever(lambda: cell.mode == "FAULT", 1.0, "FAULT")

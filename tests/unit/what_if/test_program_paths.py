@@ -30,6 +30,7 @@ TIPS = {
     4: (300.0, 300.0, 100.0, 180.0, 0.0, 0.0),
 }
 LINES = (
+    "UTOOL_NUM=0",
     "J P[1] 40% FINE",
     "L P[2] 200mm/sec CNT50",
     "L P[3] 250mm/sec CNT100",

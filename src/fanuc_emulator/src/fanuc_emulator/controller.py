@@ -82,7 +82,7 @@ class Controller:
         signals = Signals(
             *shown, self.write_input, self.write_override, lambda: self._tick * self._dt, parts
         )
-        self.registers = registers_of(signals, self.source, self._motion, planner, config.frames)
+        self.registers = registers_of(signals, self.source, self._motion, planner, config)
         self._executor = Executor(self.registers, {each.name: each for each in programs.values()})
         numbered = {**programs, STREAM_RSR: stream_program(config.rsr_programs[0])}
         starts = plant.start_delay_ms / 1000.0, config.settings.start_for_continue

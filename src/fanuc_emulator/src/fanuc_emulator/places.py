@@ -9,10 +9,10 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
 
-from scara_config.frames import FrameTable
 from scara_config.programs.tp.listing import Indexed, Name
 from scara_config.programs.tp.values import Pose, Value, as_number
 
+from fanuc_emulator.config import EmulatorConfig
 from fanuc_emulator.drives.group import MotionGroup
 from fanuc_emulator.drives.planner import Planner, joint_pose, joints_of
 from fanuc_emulator.gripping.cell_parts import CellParts
@@ -54,7 +54,7 @@ def registers_of(
     source: StreamSource,
     motion: MotionGroup,
     planner: Planner,
-    frames: FrameTable,
+    config: EmulatorConfig,
 ) -> Registers:
     """Return the registers of a controller.
 
@@ -63,7 +63,7 @@ def registers_of(
         source: Keeps PR[1] and R[2].
         motion: Of its axes.
         planner: Knows where the tool is.
-        frames: That were taught.
+        config: Has the frames that were taught, and says which of them are selected.
     """
     joints = planner.robot.joints
     # LPOS looks for `registers` when it is read; by then the name below is bound.
@@ -91,7 +91,10 @@ def registers_of(
     if parts is not None:
         reads[DOCKED] = lambda: parts.docked is not None
         parts.sees_dock = lambda docked: registers.write(docked.register, docked.frame)
-    registers = Registers(reads, writes, signals.now, frames)
+    registers = Registers(reads, writes, signals.now, config.frames)
+    settings = config.settings
+    for kind, number in zip(FRAMES, (settings.user_frame, settings.tool_frame)):
+        registers.write(Name(f"{kind}_NUM"), float(number))
     return registers
 
 

@@ -25,8 +25,8 @@ ROBOT = load_robot(CONFIG)
 WORK = load_palletise(CONFIG)
 PROGRAMS = load_programs(ROBOT, CONFIG)
 NUMBER = next(n for n, program in PROGRAMS.items() if program.name == "VEHICLE")
-WAITS, OVER, PLACED = 18, 20, 22
-"""Lines of VEHICLE: it waits for a vehicle, goes over it, and down to a place."""
+NEAR, WAITS, OVER, PLACED = 13, 20, 23, 25
+"""Lines of VEHICLE: near a part, waiting for a vehicle, over it, down at a place."""
 
 
 def came(seed: int) -> Docked:
@@ -132,7 +132,7 @@ def test_a_vehicle_that_leaves_under_the_robot_is_a_fault_that_stops_it() -> Non
 def test_a_vehicle_may_leave_while_the_robot_is_at_the_stands() -> None:
     """The program waits for the next one."""
     loading = Loading(came(5))
-    for line in (OVER, 11):
+    for line in (OVER, NEAR):
         loading.go(30.0, line)
     loading.parts.dock(None)
     shown = loading.go(20.0)

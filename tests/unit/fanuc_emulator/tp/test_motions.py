@@ -38,7 +38,7 @@ def joints(number: int, *values: float) -> str:
     )
 
 
-def tip(number: int, *values: float, tool: int = 0, config: str = "") -> str:
+def tip(number: int, *values: float, tool: int = 1, config: str = "") -> str:
     """Return a position of the tool: X Y Z W P R."""
     names = zip("XYZWPR", values)
     rows = [f"\t{name}= {v} {'mm' if name in 'XYZ' else 'deg'}" for name, v in names]
@@ -274,7 +274,7 @@ def test_what_the_tool_cannot_do_is_an_alarm_before_it_moves(
     run: Run, line: str, taught: str, code: alarms.AlarmCode, cause: str
 ) -> None:
     """Out of reach, of a range, through a singularity, in another configuration."""
-    first = ["J P[1] 50% FINE"] if taught.startswith(joints(1, 0)[:30]) else []
+    first = ["J P[1] 50% FINE"] if taught.startswith(joints(1, 0)[:34]) else []
     stage = run([*first, line], taught)
     assert stage.now.alarm is not None
     assert stage.now.alarm.code is code and cause in stage.now.alarm.cause
@@ -338,7 +338,10 @@ def test_a_user_alarm_pauses_the_program_behind_its_line(run: Run) -> None:
             + ["L PR[6] 99mm/sec FINE"],
             (450, 200, 100),
         ),
-        (["PR[5]=P[1]-P[1]", "PR[5,3]=30", "UTOOL[2]=PR[5]", "J P[2] 50% FINE"], (400, 150, 130)),
+        (
+            ["PR[5]=P[1]-P[1]", "PR[5,3]=30", "UTOOL[2]=PR[5]", "UTOOL_NUM=2", "J P[2] 50% FINE"],
+            (400, 150, 130),
+        ),
     ],
 )
 def test_positions_count_in_their_frames(
@@ -350,6 +353,35 @@ def test_positions_count_in_their_frames(
     assert stage.now.alarm is None, stage.now.alarm
     arm, q = stage._arm, stage.told[-1][1]
     assert 1e3 * arm.pose(q[list(arm.columns)])[:3, 3] == pytest.approx(place, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("lines", "why"),
+    [
+        (["J P[2] 50% FINE"], "UTOOL 2, selected is 1: set UTOOL_NUM"),
+        (["UTOOL_NUM=2", "L P[1] 99mm/sec FINE"], "UTOOL 1, selected is 2: set UTOOL_NUM"),
+        (["UFRAME_NUM=3", "J P[1] 50% FINE"], "UFRAME 0, selected is 3: set UFRAME_NUM"),
+        (["UTOOL_NUM=2", "J P[2] 50% FINE"], ""),
+        (["UFRAME_NUM=3", "J P[3] 50% FINE"], ""),
+    ],
+)
+def test_a_position_of_another_frame_than_the_selected_one_is_refused(
+    run: Run, lines: list[str], why: str
+) -> None:
+    """INTP-253, again after RESET and START; positions in joints count in any frame."""
+    taught = tip(1, 400, 200, 99, 180, 0, 0) + tip(2, 400, 150, 99, 180, 0, 0, tool=2)
+    stage = run(["J P[3] 50% FINE", *lines], taught + joints(3, 0, 40, -100, 0))
+    if not why:
+        assert stage.now.alarm is None and stage.now.program_state is ProgramState.ABORTED
+        return
+    stood = stage.now.positions
+    for _ in range(2):
+        assert stage.now.alarm is not None and stage.now.alarm.code is alarms.FRAME_MISMATCH
+        assert why in stage.now.alarm.cause and "of TEST" in stage.now.alarm.cause
+        assert stage.now.program_state is ProgramState.PAUSED and stage.now.positions == stood
+        for each in ("panel_reset", "panel_start"):
+            stage.controller.pulse_input(each)
+        stage.end()
 
 
 @pytest.mark.parametrize(("letter", "side"), [("R", 1.0), ("L", -1.0)])

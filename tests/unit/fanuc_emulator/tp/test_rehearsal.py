@@ -128,6 +128,10 @@ def test_an_input_that_was_waited_for_is_on() -> None:
         (["OVERRIDE=30%"], "sets the override, which is that of the robot here"),
         (["UALM[3]"], r"UALM\[3\] in line 1"),
         (["LOCK PREG", "PR[2]=P[1]"], r"line 2 of TEST: .*PR\[2\] cannot be set between LOCK PREG"),
+        (
+            ["UTOOL_NUM=1", "L P[4] 9mm/sec FINE"],
+            r"line 2 of TEST: .*P\[4\] was taught with UTOOL 0",
+        ),
         (["RUN OTHER"], r"line 1 of TEST: RUN OTHER: unknown"),
         (["WAIT F[1]=ON TIMEOUT,LBL[1]", "LBL[1]"], r"line 1 of TEST: .*depends on F\[1\]"),
         (["J P[1] 50% FINE INC"], "the option INC is not executed"),

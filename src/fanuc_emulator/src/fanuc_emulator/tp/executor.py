@@ -267,6 +267,13 @@ class Executor:
             self._step = self._step_of(frame, line, here + 1)
         except ExecutionError as error:
             raise ExecutionError(frame.program.flow.named(here, str(error))) from error
+        except RefusedError as refused:
+            if not isinstance(line, MotionLine):
+                raise
+            # UALM is behind its line, a motion that was not made comes again.
+            frame.index = here
+            where = frame.program.flow.named(here, str(refused))
+            raise RefusedError(refused.code, where) from refused
         if isinstance(self._step, MOVES):
             self._began = frame, here, self._rounded
             self._rounded = None

@@ -11,8 +11,10 @@ from scara_config.programs.tp.listing import Call, Case, If, Indexed, MotionLine
 from scara_config.programs.tp.motion import Asked, asked
 from scara_config.programs.tp.printer import print_expression
 from scara_config.programs.tp.values import ExecutionError, Memory, Pose, number, resolved
-from scara_config.programs.walk import taught
+from scara_config.programs.walk import UnknownValueError, taught
 
+from fanuc_emulator import alarms
+from fanuc_emulator.alarms import RefusedError
 from fanuc_emulator.tp.registers import FRAMES, NO_SHIFT
 
 
@@ -63,6 +65,7 @@ def _target(frame: CallFrame, motion: Asked, target: Indexed) -> Target:
 
     Raises:
         ExecutionError: It is not taught, or there is no such frame.
+        RefusedError: It was taught in another frame than the one that is selected.
     """
     memory, program = frame.memory, frame.program
     told: tuple[int | None, int | None] = (None, None)
@@ -74,10 +77,8 @@ def _target(frame: CallFrame, motion: Asked, target: Indexed) -> Target:
         told = (found.frame, found.tool) if found else told
     else:
         place = _pose(target, memory)
-    selected = [
-        int(number(Name(f"{kind}_NUM"), memory)) if own is None else own
-        for kind, own in zip(FRAMES, told)
-    ]
+    checked = f"P[{at}]" if target.kind == "P" and isinstance(place, Pose) else ""
+    selected = [_selected(kind, own, memory, checked) for kind, own in zip(FRAMES, told)]
     frames = [
         NO_SHIFT if not each else _pose(Indexed(kind, (float(each),)), memory)
         for kind, each in zip(FRAMES, selected)
@@ -86,6 +87,27 @@ def _target(frame: CallFrame, motion: Asked, target: Indexed) -> Target:
     if any(each is not None and each.config is None for each in shifts):
         raise ExecutionError("what is added to a position is no position in joints")
     return Target(place, *frames, *shifts)
+
+
+def _selected(kind: str, own: int | None, memory: Memory, checked: str) -> int:
+    """Return in which frame a position counts: that of its teaching, else the one selected.
+
+    Raises:
+        RefusedError: It names another one than the one selected; joint positions may.
+    """
+    if own is not None and not checked:
+        return own
+    try:
+        selected = int(number(Name(f"{kind}_NUM"), memory))
+    except UnknownValueError:
+        # Told beforehand: a program that selects none counts on what its frames say.
+        if own is None:
+            raise
+        return own
+    if own is not None and own != selected:
+        why = f"{checked} was taught with {kind} {own}, selected is {selected}: set {kind}_NUM"
+        raise RefusedError(alarms.FRAME_MISMATCH, why)
+    return selected
 
 
 def _pose(place: Indexed, memory: Memory) -> Pose:

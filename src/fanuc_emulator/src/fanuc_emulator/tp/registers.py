@@ -32,7 +32,7 @@ FRAMES = ("UFRAME", "UTOOL")
 NO_SHIFT = Pose((0.0,) * POSE_NUMBERS, "")
 """A frame that was never set: the base, or the flange."""
 SELECTED = ("UFRAME_NUM", "UTOOL_NUM", "$WAITTMOUT")
-"""Names that are kept; frame and tool do not matter to joint positions."""
+"""Names that are kept; which frame is selected does not matter to joint positions."""
 
 Place = Indexed | Name
 
