@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from fanuc_emulator.config import load_programs
+from fanuc_emulator.config import load_emulator, load_programs
 from farm.config import load_farm
 from harness.workspace import ROOT
 from harness.yaml_files import copy_configuration, leaves, loaders, replaced, shipped
@@ -101,6 +101,7 @@ def test_files_of_every_robot_and_plant_are_found_right(monkeypatch: pytest.Monk
 def test_shipped_programs_load() -> None:
     """Every program of the robot stand-in is read by its loader."""
     loaded = {program.name for program in load_programs(ROBOT, CONFIG).values()}
+    loaded |= {program.name for program in load_emulator(ROBOT, CONFIG).background}
     assert set(program_files(CONFIG)) <= loaded
 
 

@@ -13,6 +13,7 @@ import pytest
 from fanuc_emulator.controller import Controller
 from fanuc_emulator.gripping.cell_parts import CellParts
 from fanuc_emulator.gripping.vehicle import dock
+from fanuc_emulator.tp.executor import ProgramState
 from harness.running.thorough import thorough
 from harness.scenes.steps import ROBOT
 from harness.virtual_cell.cell import VirtualCell
@@ -86,7 +87,10 @@ def test_the_parts_arrive_and_the_twins_gripper_follows_each_switch(count: int) 
 
 
 def test_a_vehicle_that_leaves_under_the_robot_stops_both_sides() -> None:
-    """The robot's own program sees it; the twin controller hears the alarm, and stops the twin."""
+    """Its background logic holds the robot; the pair stops, and RESET alone lets it go.
+
+    The pair's own STOP has ended the program: nothing waits for a vehicle.
+    """
     files, work = load_files(ROBOT), load_palletise(ROOT / "config")
     with GrippingCell(files) as cell:
         parts, real = CellParts(work, files.robot), cell.real
@@ -98,11 +102,18 @@ def test_a_vehicle_that_leaves_under_the_robot_stops_both_sides() -> None:
         cell._gripped(False)
         parts.dock(dock(work, np.random.default_rng(2)))
         real.pendant(100.0, files.program_number("VEHICLE"))
-        cell.wait_until(lambda: real.shown.program_line == 24, 30.0, "the vehicle")
+        cell.wait_until(lambda: real.shown.program_line == 22, 30.0, "the vehicle")
         began = cell.schedule.now
         parts.dock(None)
         cell.wait_whatever(lambda: cell.mode == "FAULT", 1.0, "FAULT")
         assert cell.schedule.now - began < 0.1
         cell.wait_whatever(lambda: cell.still_for() > 0.2, 1.0, "both sides to stand")
-    assert cell.decisions[-1].trigger == "REAL_FAULT"
+        assert cell.decisions[-1].trigger == "REAL_FAULT"
+        cell.schedule.run(2.0)
+        shown = real.robot.snapshot()
+        assert shown.outputs.held and shown.outputs.fault
+        assert shown.program_state is ProgramState.ABORTED and cell.mode == "FAULT"
+        assert cell.operate("RESET").success
+        cell.wait_whatever(lambda: cell.mode == "STOPPED", 5.0, "RESET")
+        assert cell.still_for() > 2.0 and not real.robot.snapshot().outputs.held
     assert [event.kind for event in parts.events if event.kind == "placed"] == []

@@ -54,8 +54,8 @@ def test_shipped_programs_have_their_own_rsr_and_two_point_goes_there_and_back(
         3: "TWO_POINT",
         4: "PALLETISE",
         5: "VEHICLE",
-        6: "DOCKWTCH",
     }
+    assert [program.name for program in load_emulator(robot, CONFIG).background] == ["DOCKWTCH"]
     moves = [step for step in steps_of(programs[3]) if isinstance(step, MoveStep)]
     assert len({step.target for step in moves}) == 2
     assert {step.speed_percent for step in moves if step.target == moves[1].target} == {30.0}
@@ -147,12 +147,32 @@ def test_a_number_starts_one_program_that_is_there(
         load_programs(robot, folder)
 
 
+@pytest.mark.parametrize(
+    ("names", "text"),
+    [
+        (["DOCKWTCH", "DOCKWTCH"], r"background_programs\[1\] = 'DOCKWTCH': is there twice"),
+        (["ARTICLE"], r"background_programs\[0\] = 'ARTICLE': .* has a number in rsr_programs"),
+        (["OTHER"], r"background_programs\[0\] = 'OTHER': unknown, allowed are ARTICLE, DOCKW"),
+        (["MOVES"], r"background_programs\[0\] = 'MOVES': line 1 of MOVES: .*: background logic"),
+    ],
+)
+def test_background_logic_is_one_program_that_is_there_and_can_run_so(
+    tmp_path: Path, robot: Robot, names: list[str], text: str
+) -> None:
+    """Nothing starts it, so it has no number."""
+    folder = copy_configuration(tmp_path)
+    changed_yaml(folder / "emulator.yaml", folder, ["background_programs"], names)
+    (folder / "programs" / "MOVES.LS").write_text("/PROG MOVES\n/MN\n 1: WAIT 1(sec) ;\n/END\n")
+    with pytest.raises(ConfigError, match=text):
+        load_emulator(robot, folder)
+
+
 def test_a_program_without_a_number_is_read_all_the_same(tmp_path: Path, robot: Robot) -> None:
     """Small letters do not make it another one."""
     folder = copy_configuration(tmp_path)
     other = folder / "programs" / "other.LS"
     other.write_text(ARTICLE.read_text().replace("PROG  ARTICLE", "PROG  OTHER"))
-    assert set(load_programs(robot, folder)) == {2, 3, 4, 5, 6}
+    assert set(load_programs(robot, folder)) == {2, 3, 4, 5}
     shutil.copy(ARTICLE, folder / "programs" / "article.LS")
     with pytest.raises(ConfigError, match=r"article\.LS: ARTICLE\.LS is there too; rename one"):
         load_programs(robot, folder)
@@ -207,6 +227,7 @@ def test_a_wrong_setting_is_refused(robot: Robot, text: str, message: str) -> No
         (EmulatorFile, "start_wait_ms", 0, 10_000),
         (EmulatorFile, "rsr_programs", ["A"], ["A", "B"] * 4),
         (EmulatorFile, "rsr_programs", ["A"], ["ABCDEFGHIJKLMNOP"]),
+        (EmulatorFile, "background_programs", ["A"], ["A"] * 7),
         (ControllerSettings, "shortest_pulse_ms", 0, 1000),
         (ControllerSettings, "num_modbus", 0, 16),
         (ControllerSettings, "rmt_master", 0, 3),
@@ -225,6 +246,8 @@ def test_the_least_and_the_largest_are_taken_and_nothing_beyond(
     beyond = [low - 1, high + 1] if isinstance(low, int) else [low[1:], (*high, *high)]
     if key == "rsr_programs" and len(high) == 1:
         beyond = [[""], ["1A"], ["a"], ["_A"], ["A-B"], [high[0] + "Q"], ["A\n"]]
+    if key == "background_programs":
+        beyond = beyond[1:]
     for value in beyond:
         with pytest.raises(ValidationError, match=key):
             convert({**fields, key: value}, kind)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
-from scara_config.loader import ConfigError, load_keys
+from scara_config.loader import ConfigError, load, load_keys
 from scara_config.profile import PROGRAM_ENDING, PROGRAMS, locate
 from scara_config.programs.files import program_files
 from scara_config.writer import replace_file, write_values
@@ -42,6 +43,9 @@ def keep_program(name: str, text: str, directory: Path | str | None = None) -> s
     replace_file(file, text)
     if name in numbered:
         return f"{file.name}: saved"
+    # Nothing starts a program of background logic.
+    if name in load(path, dict[str, Any]).get("background_programs", ()):
+        return f"{file.name}: saved; it counts from the stand-in's next start"
     if len(numbered) == MOST_NUMBERED:
         return f"{file.name}: saved, but all {MOST_NUMBERED} numbers of {path.name} are taken"
     write_values(path, {(NUMBERED,): [*numbered, name]})

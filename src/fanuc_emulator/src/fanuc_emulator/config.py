@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -10,7 +10,14 @@ import msgspec
 from msgspec import Meta
 from scara_config import ConfigError, Robot, load, locate
 from scara_config.frames import NO_FRAMES, FrameTable, find_frames
-from scara_config.programs.files import joint_positions, program_files, read_taught
+from scara_config.programs.files import (
+    joint_positions,
+    program_files,
+    read_listing,
+    read_taught,
+)
+from scara_config.programs.tp.execution import background
+from scara_config.programs.tp.listing import Program as Listing
 from scara_config.quantities import Port, ServerAddress
 
 from fanuc_emulator.plant.config import Plant, load_plant
@@ -26,6 +33,7 @@ class EmulatorFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
 
     Attributes:
         rsr_programs: What RSR1, RSR2 .. start; the first one follows the client's set points.
+        background_programs: What SETUP > BG Logic lists beside BGTWIN.
     """
 
     host: str
@@ -38,6 +46,7 @@ class EmulatorFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
     start_wait_ms: Annotated[int, Meta(ge=0, le=10000)]
     rsr_programs: Annotated[list[ProgramName], Meta(min_length=1, max_length=8)]
     desk_heartbeat_timeout_ms: Annotated[int, Meta(ge=10, le=10000)] | None = None
+    background_programs: Annotated[list[ProgramName], Meta(max_length=7)] = []
 
 
 class PendantPageFile(ServerAddress, frozen=True, forbid_unknown_fields=True):
@@ -50,6 +59,7 @@ class EmulatorConfig(EmulatorFile, frozen=True, kw_only=True):
     plant: Plant
     settings: ControllerSettings
     frames: FrameTable = NO_FRAMES
+    background: tuple[Listing, ...] = ()
 
     @property
     def dt(self) -> float:
@@ -82,8 +92,26 @@ def load_emulator(
         plant=load_plant(robot, directory, plant),
         settings=load_settings(directory, settings),
         frames=find_frames(directory),
+        background=tuple(_background(path, file, directory)),
         **fields,
     )
+
+
+def _background(path: Path, file: EmulatorFile, directory: Path | str | None) -> Iterator[Listing]:
+    """Yield the programs of background logic."""
+    files = program_files(directory) if file.background_programs else {}
+    for index, name in enumerate(file.background_programs):
+        place = f"{path}: background_programs[{index}] = {name!r}"
+        if name in (*file.rsr_programs, *file.background_programs[:index]):
+            raise ConfigError(f"{place}: is there twice, or has a number in rsr_programs")
+        if name not in files:
+            raise ConfigError(f"{place}: unknown, allowed are {', '.join(files)}")
+        program = read_listing(files[name])
+        try:
+            background(program)
+        except ConfigError as error:
+            raise ConfigError(f"{place}: {error}") from error
+        yield program
 
 
 def on_a_desk(config: EmulatorConfig) -> EmulatorConfig:

@@ -22,7 +22,6 @@ from fanuc_emulator.drives.group import motion_of
 from fanuc_emulator.gripping.cell_parts import CellParts
 from fanuc_emulator.jobs import Jobs
 from fanuc_emulator.places import Signals, registers_of
-from fanuc_emulator.plant.config import zero_offset
 from fanuc_emulator.plant.delays import LateSignals
 from fanuc_emulator.plant.readings import Readings
 from fanuc_emulator.reset import FaultReset
@@ -76,7 +75,6 @@ class Controller:
         self._late = LateSignals(late, plant.servo_period_ms) if late else None
         # What late signals show; None: everything is shown at once.
         self._shown: tuple[Outputs, Alarm | None] | None = None
-        self._zero = [zero_offset(plant, joint) for joint in robot.joints]
         self.source = StreamSource(robot.joints, self._home, ring_places)
         shown = self._level, self._outputs, (lambda: self._gripper), (lambda: self._vacuum)
         signals = Signals(
@@ -93,8 +91,7 @@ class Controller:
         self._unlit = dict.fromkeys(unlit(config.settings.uop), False)
         self._alarms = AlarmList()
         self._reset = FaultReset(self._motion, self._alarms, plant.power_on_ms)
-        there = config.settings.programs == "kit"
-        self._background = Background(self.registers, config.heartbeat_timeout_ms, there)
+        self._background = Background(self.registers, config)
         # Inputs that were on and off again since the background program looked.
         self._pulsed: set[str] = set()
         self.override, self._aborting = config.cold_start_override_percent, False
@@ -199,12 +196,15 @@ class Controller:
         self._reset.step(self._now_ms)
         if self._background.scan(self._now_ms):
             self._pulsed.clear()
+            for code, cause in self._background.told:
+                self._raise(code, cause, elsewhere=True)
         if self._executor.state is ProgramState.RUNNING or self._executor.beside:
             self._execute()
         self.registers.end_pulses()
         self._motion.step(self.override / 100.0, self._executor.state is not ProgramState.RUNNING)
         if self.parts is not None:
-            self.parts.step(self._true_positions(), self._gripper, self._dt)
+            there = self._readings.true_positions(self._motion.positions)
+            self.parts.step(there, self._gripper, self._dt)
         if self._aborting and self._motion.standing:
             self._motion.clear()
             self._end()
@@ -223,12 +223,6 @@ class Controller:
         if self._late is not None:
             self._shown = self._late.step(self._outputs(), self._alarms.shown)
 
-    def _true_positions(self) -> tuple[float, ...]:
-        """Return where the joints are: what the encoders say, and how far their zero is off."""
-        if not any(self._zero):
-            return self._motion.positions
-        return tuple([q + zero for q, zero in zip(self._motion.positions, self._zero)])
-
     def snapshot(self) -> Snapshot:
         """Return what can be read now."""
         program = self._executor.program
@@ -239,7 +233,7 @@ class Controller:
             plain_clock_ms=self._clock_at(self._now_ms),
             measured_positions=self._reading.positions,
             measured_velocities=self._reading.velocities,
-            positions=self._true_positions(),
+            positions=self._readings.true_positions(self._motion.positions),
             velocities=self._motion.velocities,
             control_type=self._control_type,
             program_speed=self._program_speed,
@@ -343,9 +337,11 @@ class Controller:
         self._executor.refuse()
         self._raise(refused.code, str(refused))
 
-    def _raise(self, code: AlarmCode, cause: str) -> None:
-        """Make an alarm active and do what its severity asks for."""
+    def _raise(self, code: AlarmCode, cause: str, elsewhere: bool = False) -> None:
+        """Make an alarm active and do what its severity asks for, if not told ``elsewhere``."""
         self._alarms.add(Alarm(code, cause, self._boot_seconds + self._tick * self._dt))
+        if elsewhere:
+            return
         if code.severity in (Severity.PAUSE, Severity.STOP, Severity.SERVO):
             self._pause()
         elif code.severity > Severity.SERVO:

@@ -25,7 +25,7 @@ ROBOT = load_robot(CONFIG)
 WORK = load_palletise(CONFIG)
 PROGRAMS = load_programs(ROBOT, CONFIG)
 NUMBER = next(n for n, program in PROGRAMS.items() if program.name == "VEHICLE")
-NEAR, WAITS, OVER, PLACED = 13, 20, 23, 25
+NEAR, WAITS, OVER, PLACED = 11, 18, 21, 23
 """Lines of VEHICLE: near a part, waiting for a vehicle, over it, down at a place."""
 
 
@@ -112,21 +112,60 @@ def test_nothing_is_placed_until_a_vehicle_has_docked() -> None:
     assert max(loading.errors_mm(docked)) <= WORK.task.tolerance_mm
 
 
-def test_a_vehicle_that_leaves_under_the_robot_is_a_fault_that_stops_it() -> None:
-    """RESET and START go on only with one that has docked; what it took along is gone."""
+def left_under_the_robot() -> Loading:
+    """Return the stand-in over a place on a vehicle that has just left."""
     loading = Loading(came(4))
     for line in (OVER, WAITS, OVER, PLACED):
         loading.go(30.0, line)
     loading.parts.dock(None)
-    shown = loading.go(0.2)
-    assert shown.outputs.fault and shown.program_state is ProgramState.PAUSED
-    assert "UALM[1]" in shown.alarm.cause
+    loading.go(0.2)
+    return loading
+
+
+def test_a_vehicle_that_leaves_under_the_robot_holds_it_until_one_has_docked() -> None:
+    """Neither RESET alone lets it go, nor START; what the vehicle took along is gone."""
+    loading = left_under_the_robot()
+    shown = loading.shown
+    assert shown.program_state is ProgramState.PAUSED
+    assert shown.outputs.held and not shown.outputs.panel_held
     assert [part.name for part in loading.parts.parts] == [f"part_{n}" for n in range(2, 10)]
     still = loading.go(0.5).positions
-    assert loading.go(0.5).positions == still
-    loading.robot.write_input("panel_reset", True)
-    loading.robot.write_input("panel_start", True)
-    assert loading.go(0.1).outputs.fault, "there is no vehicle yet"
+    for _ in range(2):
+        assert shown.outputs.fault and shown.alarm is not None
+        assert shown.alarm.cause == "UALM[1] in line 10 of DOCKWTCH"
+        for key in ("panel_reset", "panel_start"):
+            loading.robot.pulse_input(key)
+            shown = loading.go(0.1)
+        assert shown.program_state is ProgramState.PAUSED and shown.positions == still
+    loading.parts.dock(came(6))
+    loading.robot.pulse_input("panel_reset")
+    assert not loading.go(0.5).outputs.held and loading.shown.positions == still
+    loading.robot.pulse_input("panel_start")
+    assert loading.go(60.0).program_state is ProgramState.ABORTED
+    assert {part.on for part in loading.parts.parts} == {"vehicle"}
+
+
+@pytest.mark.parametrize("key", ["cstopi", "panel_abort"])
+def test_a_program_that_was_ended_over_a_vehicle_keeps_nobody_waiting_for_one(key: str) -> None:
+    """RESET lets the robot go; the watch begins anew with VEHICLE."""
+    loading = left_under_the_robot()
+    for pressed, held in ((key, True), ("fault_reset", False)):
+        loading.robot.pulse_input(pressed)
+        shown = [loading.robot.step() for _ in range(100)][-1]
+        assert shown.program_state is ProgramState.ABORTED
+        assert (shown.outputs.held, shown.outputs.fault) == (held, held)
+
+
+def test_a_program_that_is_paused_over_a_vehicle_is_watched() -> None:
+    """RESET meanwhile ends no watch."""
+    loading = Loading(came(4))
+    loading.go(30.0, OVER)
+    loading.robot.write_input("panel_hold", False)
+    loading.robot.write_input("panel_hold", True)
+    loading.robot.pulse_input("panel_reset")
+    assert loading.go(1.0).alarm is None and not loading.shown.outputs.held
+    loading.parts.dock(None)
+    assert loading.go(0.1).outputs.fault and loading.shown.outputs.held
 
 
 def test_a_vehicle_may_leave_while_the_robot_is_at_the_stands() -> None:

@@ -130,7 +130,7 @@ def test_a_set_point_from_before_the_stream_is_not_approached(bench: Bench) -> N
 def test_watchdog_stops_the_stream_on_its_ramp_and_latches(bench: Bench) -> None:
     """A client that falls silent: HOLD goes, the paused program is ended; so it stays till RESET.
 
-    No alarm: a background program cannot raise one.
+    No alarm: BGTWIN raises none.
     """
     bench.start_stream()
     for beat in range(1, 20):

@@ -61,6 +61,14 @@ def test_program_that_cannot_have_a_number_is_not_written(
     assert not kept_file(name, config).exists() and numbered(config) == NUMBERED
 
 
+def test_program_of_background_logic_gets_no_number(config: Path) -> None:
+    """Nothing but SETUP > BG Logic starts it."""
+    text = shipped("programs/DOCKWTCH.LS").read_text(encoding="utf-8")
+    said = "DOCKWTCH.LS: saved; it counts from the stand-in's next start"
+    assert keep_program("DOCKWTCH", text, config) == said
+    assert numbered(config) == NUMBERED
+
+
 def test_ninth_program_is_kept_without_a_number(config: Path) -> None:
     """It can be called; the answer says so."""
     full = [*NUMBERED, *("ARTICLE",) * (8 - len(NUMBERED))]

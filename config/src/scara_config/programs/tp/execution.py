@@ -14,6 +14,7 @@ from scara_config.loader import ConfigError
 from scara_config.programs.tp.listing import (
     AssignLine,
     Blank,
+    Bracket,
     Call,
     Case,
     Condition,
@@ -45,6 +46,7 @@ from scara_config.programs.tp.values import (
     ExecutionError,
     Memory,
     Written,
+    as_number,
     evaluate,
     evaluator,
     fixed,
@@ -147,35 +149,63 @@ def execute(flow: Flow, index: int, memory: Memory) -> tuple[int, Line | None]:
         raise ExecutionError(flow.named(index, str(error))) from error
 
 
-def background(program: Program) -> Callable[[Memory], None]:
+Scan = Callable[[Memory], list[str]]
+"""Executes a program of background logic once; returns its user alarms, each as a text."""
+
+
+def background(program: Program) -> Scan:
     """Return what executes a program of background logic once, from its first to its last line.
 
     Raises:
-        ConfigError: A line is neither an assignment, nor an IF with one, nor a remark; the text
-            names program and line.
+        ConfigError: A line is none that background logic has; the text names program and line.
+
+    Source:
+        B-83284EN/09, section 9.12.2.
     """
     flow = flow_of(program, program.name)
-    scanned: list[tuple[int, Evaluator, Indexed | Name, Evaluator]] = []
+    # Index, condition, what is done: a place is set, a line is gone on with; None: UALM.
+    scanned: list[tuple[int, Evaluator, Indexed | Name | int | None, Evaluator]] = []
     for index, line in enumerate(program.lines):
-        if isinstance(line, Remark | Blank):
+        if isinstance(line, Remark | Blank | Label):
             continue
-        condition: Expression = line.condition if isinstance(line, If) else Name("ON")
         action = line.action if isinstance(line, If) else line
-        target = fixed(action.target) if isinstance(action, AssignLine) else None
-        if not isinstance(action, AssignLine) or target is None:
-            why = "background logic has IF and assignments to fixed places alone"
-            raise ConfigError(flow.named(index, why))
-        scanned.append((index, evaluator(condition), target, evaluator(action.value)))
+        target: Indexed | Name | int | None = -1
+        value = condition = evaluator(Name("ON"))
+        if isinstance(line, If):
+            condition = evaluator(line.condition)
+        if isinstance(action, AssignLine) and (place := fixed(action.target)) is not None:
+            target, value = place, evaluator(action.value)
+        elif isinstance(action, Jump) and isinstance(action.label.index[0], float):
+            target = flow.labels[int(action.label.index[0])]
+        elif isinstance(action, Numbered) and action.instruction.kind == "UALM":
+            target, value = None, evaluator(action.instruction.index[0])
+        # A jump back would not end, and a condition without brackets is no mixed logic.
+        back = isinstance(target, int) and target < index
+        if back or (isinstance(line, If) and not isinstance(line.condition, Bracket)):
+            why = "background logic has assignments to fixed places, UALM, JMP to a line below, "
+            raise ConfigError(flow.named(index, f"{why}and IF (...), with brackets, before them"))
+        scanned.append((index, condition, target, value))
 
-    def scan(memory: Memory) -> None:
+    def scan(memory: Memory) -> list[str]:
+        told, begin = list[str](), 0
         for index, holds, target, value in scanned:
+            if index < begin:
+                continue
             try:
                 found = holds(memory)
                 # Asked in each period, and mostly it does not hold: that answer needs no call.
-                if found is not False and is_true(found):
+                if found is False or not is_true(found):
+                    continue
+                if isinstance(target, int):
+                    begin = target
+                elif target is None:
+                    alarm = int(as_number(value(memory)))
+                    told.append(f"UALM[{alarm}] in line {index + 1} of {program.name}")
+                else:
                     memory.write(target, value(memory))
             except ExecutionError as error:
                 raise ExecutionError(flow.named(index, str(error))) from error
+        return told
 
     return scan
 

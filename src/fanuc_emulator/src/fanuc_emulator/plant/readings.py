@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scara_config import Joint
 
-from fanuc_emulator.plant.config import Plant
+from fanuc_emulator.plant.config import Plant, zero_offset
 
 Values = tuple[float, ...]
 
@@ -45,10 +45,17 @@ class Readings:
         self._noisy = any(self._noise)
         self._decimals = measuring.decimals
         self._scales = [joint.scale for joint in joints]
+        self._zero = [zero_offset(plant, joint) for joint in joints]
         if random is None and (self._noisy or self._clock_error):
             raise ValueError("the plant has noise or clock errors: a generator has to draw them")
         self._random = random
         self._held: RegisterReading | None = None
+
+    def true_positions(self, positions: Values) -> Values:
+        """Return where the joints are: what the encoders say, and how far their zero is off."""
+        if not any(self._zero):
+            return positions
+        return tuple([q + zero for q, zero in zip(positions, self._zero)])
 
     def read(
         self, tick: int, positions: Values, velocities: Values, clock_ms: int, torques: Values = ()

@@ -24,7 +24,7 @@ def test_lines_have_the_numbers_that_the_robot_says() -> None:
         for program in load_surroundings(robot, CONFIG).programs
     }
     begins = {"WaitStep": "WAIT", "GripperStep": "WAIT RI[1"}
-    for name in set(shown) - {"DOCKWTCH"}:  # that runs beside another one
+    for name in set(shown) - {"DOCKWTCH"}:  # background logic: no steps
         for step in read_program(program_files(CONFIG)[name], robot, CONFIG).steps:
             begin = begins.get(type(step).__name__, "J P[")
             assert shown[name][step.line].startswith(begin)
