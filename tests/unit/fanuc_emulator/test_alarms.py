@@ -30,7 +30,7 @@ def test_kinds_are_told_apart_by_facility_and_number() -> None:
     assert shown == {
         *("SRVO-001", "SRVO-037", "MOTN-017", "MOTN-018", "MOTN-023", "MOTN-063"),
         *("INTP-128", "INTP-213", "INTP-215", "INTP-216", "INTP-253", "INTP-311"),
-        *("VARS-037", "SYST-011", "SYST-012"),
+        *("VARS-037", "SYST-011", "SYST-012", "PROG-040"),
     }
     assert alarms.IMSTP.text == "SRVO-037 IMSTP input"
     assert all(len(code.text) <= 80 and code.text.isascii() for code in ALL_CODES)

@@ -26,7 +26,7 @@ class Severity(IntEnum):
     SYSTEM = 6
 
 
-FACILITIES = {11: "SRVO", 12: "INTP", 15: "MOTN", 16: "VARS", 24: "SYST"}
+FACILITIES = {3: "PROG", 11: "SRVO", 12: "INTP", 15: "MOTN", 16: "VARS", 24: "SYST"}
 
 
 class AlarmCode(msgspec.Struct, frozen=True):
@@ -69,6 +69,7 @@ class Alarm(msgspec.Struct, frozen=True):
         return (at.year, at.month, at.day, at.hour, at.minute, at.second)
 
 
+PROGRAM_LOCKED = AlarmCode(3, 40, Severity.STOP, "Already locked by other task")
 PANEL_ESTOP = AlarmCode(11, 1, Severity.SERVO, "Operator panel E-stop")
 IMSTP = AlarmCode(11, 37, Severity.SERVO, "IMSTP input")
 PR_LOCKED = AlarmCode(12, 128, Severity.STOP, "Pos reg is locked")

@@ -119,7 +119,7 @@ class Controller:
             match request:
                 case UopRequest.POWER_OFF | UopRequest.HOLD | UopRequest.END:
                     cut, hold, end = UopRequest.POWER_OFF, UopRequest.HOLD, UopRequest.END
-                    stops = {cut: self._cut_drives, hold: self._pause, end: self._abort}
+                    stops = {cut: self._cut_drives, hold: self._pause, end: self._abort_all}
                     self._try(self._jobs.forget_here)
                     stops[request]()
                     # *SFSPD off lowers the override; only who sets one raises it again.
@@ -314,7 +314,8 @@ class Controller:
         """Let the program go on, and start what its line asks for."""
         motion = self._motion
         try:
-            self._executor.advance_beside(self._dt)
+            for code, cause in self._executor.advance_beside(self._dt):
+                self._raise(code, cause, elsewhere=True)
             ends = motion.path_done, motion.arrived, motion.nears_end
             step = self._executor.advance(self._dt, *ends)
             if self._executor.state is not ProgramState.RUNNING:
@@ -343,7 +344,8 @@ class Controller:
         if elsewhere:
             return
         if code.severity in (Severity.PAUSE, Severity.STOP, Severity.SERVO):
-            self._pause()
+            # Less than SERVO is for one program alone: B-83284EN/09, sections 6.1.3, 9.15.2.
+            self._pause(others=code.severity is Severity.SERVO)
         elif code.severity > Severity.SERVO:
             self._abort()
 
@@ -355,19 +357,23 @@ class Controller:
         for code in alarms.power_off_causes(self._inputs.lit):
             self._raise(code, "the input was switched off")
 
-    def _pause(self) -> None:
-        """Hold the program; no set point that was given before counts after it."""
+    def _pause(self, others: bool = True) -> None:
+        """Hold the program, or all; no set point that was given before counts after it."""
         self.source.ring.empty()
-        self._executor.pause()
+        self._executor.pause(others)
 
     def _abort(self) -> None:
         """Decelerate along the path; the program is paused meanwhile and ended at standstill."""
-        self._pause()
+        self._pause(others=False)
         self._jobs.clear()
-        self._executor.beside.clear()
         self._aborting = not self._executor.ended
         if self._aborting and not self._motion.powered:
             self._end()
+
+    def _abort_all(self) -> None:
+        """End all programs; CSTOPI ends the selected one. Source: B-83284EN/09, 9.14.4, 9.14.5."""
+        self._executor.beside.clear()
+        self._abort()
 
     def _end(self) -> None:
         """End the program by force; what was requested meanwhile is cleared with it."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
+from fanuc_emulator.alarms import RefusedError
 from fanuc_emulator.tp.executor import MOST_LINES, Executor, ProgramState, Step
 from fanuc_emulator.tp.motions import StreamStep
 from fanuc_emulator.tp.registers import Registers
@@ -25,9 +26,9 @@ POSITIONS = {1: (0.0,), 2: (1.0,)}
 DT = 0.002
 
 
-def taught(*lines: str, name: str = "TEST") -> Taught:
+def taught(*lines: str, name: str = "TEST", group: str = "*,*,*,*,*") -> Taught:
     """Return a program of these lines."""
-    program = Program(name, tuple(map(read_line, lines)))
+    program = Program(name, tuple(map(read_line, lines)), (), {"DEFAULT_GROUP": group})
     return Taught(flow_of(program, name), POSITIONS)
 
 
@@ -258,23 +259,104 @@ def test_a_pulse_ends_by_itself(line: str, seconds: float) -> None:
     assert clock.of("DO") is False
 
 
+COUNTED = Indexed("R", (40.0,))
+COUNTS = ("LBL[1]", "R[40]=R[40]+1", "WAIT .1(sec)", "JMP LBL[1]")
+
+
 def test_a_program_without_motion_runs_beside() -> None:
-    """A pause holds both, its own end is no end of the other, and an abort ends both."""
+    """Neither the other's pause halts it, nor its end, nor an abort; a hold of all does."""
     clock = Clock()
     other = taught("LBL[1]", "R[1]=R[1]+AR[1]", "WAIT .1(sec)", "JMP LBL[1]", name="OTHER")
     executor = run("RUN OTHER(2)", "WAIT .5(sec)", memory=clock.registers, called=other)
     clock.run(executor, 0.35)
     assert clock.of("R") == 8.0
-    executor.pause()
+    executor.pause(others=True)
     clock.run(executor, 0.5)
     assert clock.of("R") == 8.0
     executor.resume()
+    executor.pause()
     clock.run(executor, 0.5)
-    assert executor.state is ProgramState.ABORTED and clock.of("R") == pytest.approx(18.0, abs=2.0)
+    assert clock.of("R") == pytest.approx(18.0, abs=2.0)
+    executor.resume()
+    clock.run(executor, 0.5)
+    assert executor.state is ProgramState.ABORTED
     executor.abort()
     before = clock.of("R")
     clock.run(executor, 0.5)
-    assert clock.of("R") == before
+    assert clock.of("R") == pytest.approx(before + 10.0, abs=2.0)
+
+
+def beside(bench: Bench, *lines: str) -> Bench:
+    """Return a stand-in that has begun these lines beside a program that waits."""
+    programs = {2: taught("RUN OTHER", "WAIT 99(sec)"), 3: taught(*lines, name="OTHER")}
+    made = type(bench)(bench.config, bench.robot, programs)
+    made.pulse("rsr2")
+    made.run(0.1)
+    return made
+
+
+@pytest.mark.parametrize(
+    ("line", "said"), [("UALM[3]", "UALM[3] in line 1 of OTHER"), ("R[1]=1/0", "line 1 of OTHER")]
+)
+def test_an_alarm_of_a_program_beside_stops_that_one_alone(
+    bench: Bench, line: str, said: str
+) -> None:
+    """FAULT is on, and the robot's own program goes on."""
+    bench = beside(bench, line, *COUNTS)
+    assert bench.now.alarm is not None and said in bench.now.alarm.cause
+    assert bench.now.outputs.fault and bench.now.program_state is ProgramState.RUNNING
+    assert bench.controller.registers.read(COUNTED) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("key", "state", "counts"),
+    [
+        ("cstopi", ProgramState.ABORTED, True),
+        ("panel_abort", ProgramState.ABORTED, False),
+        ("hold", ProgramState.PAUSED, False),
+        ("imstp", ProgramState.PAUSED, False),
+    ],
+)
+def test_what_ends_or_halts_the_selected_program_and_what_all(
+    bench: Bench, key: str, state: ProgramState, counts: bool
+) -> None:
+    """CSTOPI ends the selected one, ABORT at the pendant all; an input that halts, halts all."""
+    bench = beside(bench, *COUNTS)
+    bench.controller.write_input(key, key not in ("hold", "imstp"))
+    bench.run(0.1)
+    before = bench.controller.registers.read(COUNTED)
+    bench.run(1.0)
+    assert bench.now.program_state is state
+    assert (bench.controller.registers.read(COUNTED) != before) is counts
+
+
+@pytest.mark.parametrize(
+    ("groups", "lines", "said"),
+    [
+        (("1,*,*,*,*",) * 2, ["RUN OTHER"], "OTHER has motion group 1, as TEST has"),
+        (("*,*,*,*,*",) * 2, ["RUN OTHER", "RUN OTHER"], "OTHER runs already"),
+        (("*,*,*,*,*", "1,*,*,*,*"), ["RUN OTHER", "PAUSE"], ""),
+        (("1,*,*,*,*", "*,*,*,*,*"), ["RUN OTHER", "PAUSE"], ""),
+    ],
+)
+def test_a_program_runs_beside_once_and_not_with_the_same_motion_group(
+    groups: tuple[str, str], lines: list[str], said: str
+) -> None:
+    """The line comes again when the program goes on: until then the other one may have ended."""
+    other = taught("WAIT 1(sec)", name="OTHER", group=groups[1])
+    executor = Executor(Registers(), {"OTHER": other})
+    executor.start(taught(*lines, group=groups[0]), 0.0)
+    if not said:
+        assert stepped(executor) == [None] and len(executor.beside) == 1
+        return
+    for _ in range(2):
+        with pytest.raises(RefusedError, match=f"line {len(lines)} of TEST: RUN OTHER: {said}"):
+            stepped(executor)
+    assert len(executor.beside) == len(lines) - 1
+    executor.beside.clear()
+    if groups[0] == groups[1] == "*,*,*,*,*":
+        stepped(executor)
+        assert executor.ended and len(executor.beside) == 1
 
 
 @pytest.mark.parametrize(
@@ -302,7 +384,7 @@ def test_position_registers_are_locked_until_the_program_ends(
 
 
 def test_two_programs_that_move_do_not_run_beside_each_other() -> None:
-    """There is one robot; the line says which program it is about."""
+    """There is one robot, whatever a group mask says; the line tells which program it is about."""
     mover = taught("WAIT 1(sec)", "J P[1] 50% FINE", name="MOVER")
     with pytest.raises(ExecutionError, match="line 1 of TEST: RUN MOVER: MOVER moves the robot as"):
         stepped(run("RUN MOVER", called=mover))
@@ -316,7 +398,7 @@ def test_a_users_alarm_pauses_and_start_goes_on_behind_it(bench: Bench) -> None:
     bench.run(0.1)
     alarm = bench.now.alarm
     assert alarm is not None and alarm.code.text == "INTP-213 UALM"
-    assert alarm.cause == "UALM[3] in line 2"
+    assert alarm.cause == "UALM[3] in line 2 of TEST"
     assert bench.now.program_state is ProgramState.PAUSED and bench.now.outputs.fault
     bench.pulse("fault_reset")
     bench.pulse("start")

@@ -162,6 +162,15 @@ def test_what_cannot_be_told_is_named_with_its_line(lines: list[str], said: str)
         walked(*lines)
 
 
+def test_what_runs_beside_may_change_what_a_program_reads() -> None:
+    """What such a program does cannot be told."""
+    attributes = {"DEFAULT_GROUP": "*,*,*,*,*"}
+    other = Program("OTHER", (read_line("R[1]=1"),), (), attributes)
+    library = {"OTHER": Taught(flow_of(other, "OTHER.LS"), {})}
+    with pytest.raises(ConfigError, match="line 1 of TEST: RUN OTHER: what follows cannot be told"):
+        list(rehearse(taught("TEST", ["RUN OTHER"]), ROBOT, library))
+
+
 def test_a_called_programs_steps_name_it() -> None:
     """With its own lines and arguments; behind it the caller goes on."""
     found = walked(

@@ -25,7 +25,7 @@ from scara_config.programs.tp.listing import (
     WaitUntil,
     Word,
 )
-from scara_config.programs.tp.printer import print_expression, print_line
+from scara_config.programs.tp.printer import print_expression
 from scara_config.programs.tp.values import (
     ExecutionError,
     Memory,
@@ -37,8 +37,14 @@ from scara_config.programs.tp.values import (
 from scara_config.set_up import kit_programs
 
 from fanuc_emulator import alarms
-from fanuc_emulator.alarms import RefusedError
-from fanuc_emulator.tp.motions import CallFrame, StreamStep, motion_step, moves, reachable
+from fanuc_emulator.alarms import AlarmCode, RefusedError
+from fanuc_emulator.tp.motions import (
+    CallFrame,
+    StreamStep,
+    check_beside,
+    motion_step,
+    needs_the_end,
+)
 from fanuc_emulator.tp.registers import ProgramRegisters
 
 Program: TypeAlias = Taught
@@ -74,9 +80,6 @@ def stream_program(name: str) -> Program:
     return Taught(flow_of(kit_programs.stream_program(name), name), {})
 
 
-_LAST = (Word("END"), Word("ABORT"))
-
-
 class Executor:
     """Run one program at a time.
 
@@ -89,7 +92,7 @@ class Executor:
         line: Number of the line that runs or ran last, of the program that was started; 0 before
             the first.
         waited: For how long a condition has been waited for [s].
-        beside: Programs without motion that run beside, by RUN.
+        beside: Programs without motion that run beside, by RUN; each is halted and ends alone.
         library: Programs that can be called, by name.
     """
 
@@ -125,7 +128,7 @@ class Executor:
     @property
     def locks(self) -> bool:
         """This program, or one beside it, has locked the position registers and has not ended."""
-        return (self._locked and not self.ended) or any(task.locks for task in self.beside)
+        return any(each._locked and not each.ended for each in (self, *self.beside))
 
     @property
     def frame(self) -> CallFrame:
@@ -144,20 +147,23 @@ class Executor:
         self._locked = False
         self._delay = delay
 
-    def pause(self) -> None:
-        """RUNNING -> PAUSED."""
-        if self.state is ProgramState.RUNNING:
-            self.state = ProgramState.PAUSED
+    def pause(self, others: bool = False) -> None:
+        """RUNNING -> PAUSED; what runs beside is halted only with ``others``."""
+        for each in (self, *self.beside) if others else (self,):
+            if each.state is ProgramState.RUNNING:
+                each.state = ProgramState.PAUSED
 
     def resume(self) -> None:
-        """PAUSED -> RUNNING."""
-        if self.state is ProgramState.PAUSED:
-            self.state = ProgramState.RUNNING
+        """PAUSED -> RUNNING, with all that is halted beside. Source: B-83284EN/09, 9.14.2.3."""
+        if self.state is not ProgramState.PAUSED:
+            return
+        for each in (self, *self.beside):
+            if each.state is ProgramState.PAUSED:
+                each.state = ProgramState.RUNNING
 
     def abort(self) -> None:
-        """End the program here."""
+        """End the program here; what runs beside goes on."""
         self.state = ProgramState.ABORTED
-        self.beside = []
         self.cursor = max(0, self.line - 1)
 
     def refuse(self) -> None:
@@ -210,7 +216,7 @@ class Executor:
         for _ in range(MOST_LINES):
             frame = self._frames[-1]
             here, lines = frame.index, frame.program.flow.program.lines
-            if self._rounded is not None and self._needs_the_end(lines, here):
+            if self._rounded is not None and needs_the_end(lines, here, self._locked):
                 self._step = self._rounded
                 return None
             if here >= len(lines):
@@ -228,19 +234,6 @@ class Executor:
             if self._step is not None or self.state is not ProgramState.RUNNING:
                 return self._step
         return None
-
-    def _needs_the_end(self, lines: Sequence[Line], here: int) -> bool:
-        """Tell whether what comes waits for the end of the last motion's path.
-
-        The end of a program does. So does a motion by a position register, which may still change:
-        it is not read ahead, unless it is locked.
-        """
-        if here >= len(lines):
-            return True
-        line = lines[here]
-        if isinstance(line, MotionLine) and not self._locked:
-            return "PR[" in print_line(line)
-        return line in _LAST
 
     def overdue(self, patience: float) -> str:
         """Return which answer of the gripper has been waited for longer than this [s], or "".
@@ -268,9 +261,9 @@ class Executor:
         except ExecutionError as error:
             raise ExecutionError(frame.program.flow.named(here, str(error))) from error
         except RefusedError as refused:
-            if not isinstance(line, MotionLine):
+            if isinstance(line, Numbered):
                 raise
-            # UALM is behind its line, a motion that was not made comes again.
+            # UALM is behind its line; a motion that was not made comes again, and a RUN.
             frame.index = here
             where = frame.program.flow.named(here, str(refused))
             raise RefusedError(refused.code, where) from refused
@@ -305,7 +298,9 @@ class Executor:
                 self._run(line, frame)
             case Numbered() if line.instruction.kind == "UALM":
                 alarm = int(number(line.instruction.index[0], frame.memory))
-                raise RefusedError(alarms.USER_ALARM, f"UALM[{alarm}] in line {shown}")
+                raise RefusedError(
+                    alarms.USER_ALARM, f"UALM[{alarm}] in line {shown} of {frame.program.name}"
+                )
             case Word(words="LOCK PREG" | "UNLOCK PREG"):
                 self._locked = line.words == "LOCK PREG"
             # What the robot carries is a number of its plant.
@@ -324,28 +319,39 @@ class Executor:
     def _run(self, line: Call, frame: CallFrame) -> None:
         """Begin a program beside this one."""
         program = self._named(line)
-        moving = [each for each in reachable(program, self.library) if moves(each)]
-        if moving:
-            why = f"{moving[0].name} moves the robot as {self._frames[0].program.name} does"
-            raise ExecutionError(f"{why}: only a program without motion runs beside")
+        callers = [each.program for each in self._frames]
+        tasks = [task.program for task in self.beside if not task.ended]
+        check_beside(program, callers, tasks, self.library)
         if len(self.beside) == DEEPEST:
             raise ExecutionError(f"{DEEPEST} programs run beside this one already")
         task = Executor(self._memory, self.library)
+        # One list for all: a program beside may begin one, too.
+        task.beside = self.beside
         arguments: list[Value] = [evaluate(each, frame.memory) for each in line.arguments]
         task.start(program, 0.0, arguments=arguments)
         self.beside.append(task)
 
-    def advance_beside(self, dt: float) -> None:
-        """Let the programs go on that run beside the robot's own; a pause holds them too.
+    def advance_beside(self, dt: float) -> list[tuple[AlarmCode, str]]:
+        """Let the programs go on that run beside the robot's own.
 
-        Raises:
-            ExecutionError: A line cannot be executed; the text names program and line.
+        Returns:
+            Alarms with their causes: each has halted or ended the program that raised it, alone.
+
+        Source:
+            B-83284EN/09, section 9.15.2: STOP and ABORT are for local tasks only.
         """
-        if self.state is ProgramState.PAUSED:
-            return
-        for task in self.beside:
-            task.advance(dt, True, True)
-        self.beside = [task for task in self.beside if task.state is not ProgramState.ABORTED]
+        told: list[tuple[AlarmCode, str]] = []
+        for task in list(self.beside):
+            try:
+                task.advance(dt, True, True)
+            except RefusedError as refused:
+                task.pause()
+                told.append((refused.code, str(refused)))
+            except ExecutionError as error:
+                task.abort()
+                told.append((alarms.LINE_REFUSED, str(error)))
+        self.beside[:] = [task for task in self.beside if not task.ended]
+        return told
 
     def _call(self, line: Call, frame: CallFrame) -> None:
         program = self._named(line)

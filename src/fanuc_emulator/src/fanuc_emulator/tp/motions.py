@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import msgspec
 from scara_config.programs.files import Taught
 from scara_config.programs.steps import MoveStep, PathStep, Target
-from scara_config.programs.tp.listing import Call, Case, If, Indexed, MotionLine, Name, Select
+from scara_config.programs.tp.listing import (
+    Call,
+    Case,
+    If,
+    Indexed,
+    Line,
+    MotionLine,
+    Name,
+    Select,
+    Word,
+)
 from scara_config.programs.tp.motion import Asked, asked
-from scara_config.programs.tp.printer import print_expression
+from scara_config.programs.tp.printer import print_expression, print_line
 from scara_config.programs.tp.values import ExecutionError, Memory, Pose, number, resolved
 from scara_config.programs.walk import UnknownValueError, taught
 
@@ -117,12 +127,67 @@ def _pose(place: Indexed, memory: Memory) -> Pose:
     return found
 
 
-def moves(program: Taught) -> bool:
+def needs_the_end(lines: Sequence[Line], here: int, locked: bool) -> bool:
+    """Tell whether what comes waits for the end of the last motion's path.
+
+    The end of a program does. So does a motion by a position register, which may still change: it
+    is not read ahead, unless it is locked.
+    """
+    if here >= len(lines):
+        return True
+    line = lines[here]
+    if isinstance(line, MotionLine) and not locked:
+        return "PR[" in print_line(line)
+    return line in _LAST
+
+
+_LAST = (Word("END"), Word("ABORT"))
+
+
+def check_beside(
+    program: Taught,
+    callers: Sequence[Taught],
+    tasks: Sequence[Taught | None],
+    library: Mapping[str, Taught],
+) -> None:
+    """Refuse a program that cannot run beside another one.
+
+    Args:
+        program: What is to be begun.
+        callers: Programs that have called each other, the last of which begins it.
+        tasks: What runs or is halted beside the robot's own program.
+        library: Programs that can be called, by name.
+
+    Raises:
+        RefusedError: It runs already, or both have the robot's motion group.
+        ExecutionError: It moves the robot.
+
+    Source:
+        B-83284EN/09, sections 4.16.1, 9.14.2.1, 9.14.2.2.
+    """
+    if any(task is not None and task.name == program.name for task in tasks):
+        raise RefusedError(alarms.PROGRAM_LOCKED, f"{program.name} runs already")
+    for caller in callers if _has_group(program) else ():
+        if _has_group(caller):
+            why = f"{program.name} has motion group 1, as {caller.name} has"
+            raise RefusedError(alarms.PROGRAM_LOCKED, f"{why}: its group mask has to be *,*,*,*,*")
+    moving = [each.name for each in _reachable(program, library) if _moves(each)]
+    if moving:
+        why = f"{moving[0]} moves the robot as {callers[0].name} does"
+        raise ExecutionError(f"{why}: only a program without motion runs beside")
+
+
+def _has_group(program: Taught) -> bool:
+    """Tell whether a program's group mask names group 1, the robot; a new program's does."""
+    return program.flow.program.attributes.get("DEFAULT_GROUP", "1").startswith("1")
+
+
+def _moves(program: Taught) -> bool:
     """Tell whether a program has a motion."""
     return any(isinstance(line, MotionLine) for line in program.flow.program.lines)
 
 
-def reachable(program: Taught, library: Mapping[str, Taught]) -> Iterator[Taught]:
+def _reachable(program: Taught, library: Mapping[str, Taught]) -> Iterator[Taught]:
     """Yield a program and those that it calls, and so on."""
     waiting, seen = [program], set[str]()
     while waiting:

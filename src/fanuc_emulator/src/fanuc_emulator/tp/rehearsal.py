@@ -18,15 +18,9 @@ from scara_config.programs.steps import GripperStep, MoveStep, PathStep, Step, W
 from scara_config.programs.tp.listing import (
     Binary,
     Expression,
-    If,
     Indexed,
-    Jump,
-    Label,
     Name,
-    Numbered,
     PulseTime,
-    Wait,
-    WaitUntil,
 )
 from scara_config.programs.tp.printer import print_expression
 from scara_config.programs.tp.values import ExecutionError, Pose, Value, Written, as_number, truth
@@ -175,17 +169,6 @@ class _Known(Registers):
         return self._here
 
 
-def _changes(program: Taught) -> bool:
-    """Tell whether a program that runs beside another may change what that one reads."""
-    lines = program.flow.program.lines
-    acts = [line.action if isinstance(line, If) else line for line in lines]
-    return not all(
-        isinstance(act, Label | Jump | Wait | WaitUntil)
-        or (isinstance(act, Numbered) and act.instruction.kind == "UALM")
-        for act in acts
-    )
-
-
 def _leads_to_one_place(step: MoveStep | PathStep) -> bool:
     """Tell whether a motion ends with the same joint positions, wherever it begins."""
     if isinstance(step, MoveStep):
@@ -241,8 +224,7 @@ def _steps(executor: Executor, memory: _Known) -> Iterator[Step]:
         except RefusedError as refused:
             raise ConfigError(f"{executor.frame.program.name}: {refused}") from refused
         seconds = 0.0
-        beside = any(_changes(task.frame.program) for task in executor.beside)
-        if executor.state is ProgramState.PAUSED or beside:
+        if executor.state is ProgramState.PAUSED or executor.beside:
             raise _named(executor, "what follows cannot be told beforehand")
         if step is None and waiting is not None and executor.step is waiting:
             # What comes next waits for its end.
