@@ -69,6 +69,8 @@ SAME = [
     "WAIT R[5]",
     "WAIT DI[3]=ON+ TIMEOUT,LBL[4]",
     "WAIT (RI[1]) TIMEOUT,LBL[4]",
+    "WAIT (F[30] AND DI[1]=OFF OR F[31]=OFF)",
+    "WAIT R[1]=1 AND R[2]=1 AND R[3]=1",
     "RUN OTHER",
     "CALL SR[1]",
     "SKIP CONDITION $MISC[1].$HPD_TRQ[2]>R[3] OR DI[1]=ON",
@@ -152,6 +154,10 @@ def test_a_line_is_one_struct(text: str, line: object) -> None:
         ("FOR R[1]=1 UP 3", "TO or DOWNTO is expected"),
         ("R[1]=" + 1000 * "(" + "1", "more than 40 operands stand within each other"),
         ("WAIT DI[1]=ON TIMEOUT,5", "LBL is expected at '5'"),
+        ("WAIT DI[1]=ON AND DI[2]=OFF OR DI[3]=OFF", "AND and OR cannot stand together in a cond"),
+        ("IF R[1]=1 OR R[2]=1 AND R[3]=1,JMP LBL[1]", r"brackets around all of it, \(A AND \(B"),
+        ("IF (R[1]=1) AND R[2]=1 OR R[3]=1 THEN", "AND and OR cannot stand together"),
+        ("SKIP CONDITION DI[1]=ON OR DI[2]=ON AND DI[3]=ON", "AND and OR cannot stand together"),
     ],
 )
 def test_what_is_not_understood_is_refused(text: str, said: str) -> None:

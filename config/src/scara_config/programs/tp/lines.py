@@ -16,6 +16,7 @@ from scara_config.programs.tp.expressions import (
 )
 from scara_config.programs.tp.listing import (
     AssignLine,
+    Binary,
     Blank,
     Call,
     Case,
@@ -161,8 +162,30 @@ def _call(cursor: Cursor, beside: bool) -> Call:
     return Call(program, tuple(arguments), beside)
 
 
+def _logical(cursor: Cursor) -> Expression:
+    """Read a condition.
+
+    Raises:
+        LineError: It has AND and OR outside of brackets: an editor makes one word of both.
+
+    Source:
+        B-83284EN/09, sections 4.7.4 and 4.8.2; in brackets, 4.19.
+    """
+    found = expression(cursor)
+    words, waiting = set[str](), [found]
+    while waiting:
+        part = waiting.pop()
+        if isinstance(part, Binary):
+            words.add(part.operator)
+            waiting += [part.left, part.right]
+    if words >= {"AND", "OR"}:
+        why = "AND and OR cannot stand together in a condition without brackets"
+        raise LineError(f"{why}: put brackets around all of it, (A AND (B OR C))")
+    return found
+
+
 def _if(cursor: Cursor, _: str) -> If | IfThen:
-    condition = expression(cursor)
+    condition = _logical(cursor)
     if cursor.find(r"THEN\b"):
         return IfThen(condition)
     cursor.expect(r",", "a comma or THEN")
@@ -193,7 +216,7 @@ def _for(cursor: Cursor, _: str) -> For:
 
 
 def _wait(cursor: Cursor, _: str) -> Wait | WaitUntil:
-    found = expression(cursor)
+    found = _logical(cursor)
     # A register that is waited for alone holds seconds.
     is_time = isinstance(found, Indexed) and found.kind in ("R", "AR")
     if cursor.find(r"\(sec\)") or (not cursor.rest and is_time):
@@ -205,7 +228,7 @@ def _wait(cursor: Cursor, _: str) -> Wait | WaitUntil:
 
 
 def _condition(cursor: Cursor, begin: str) -> Condition:
-    return Condition(" ".join(begin.split()), expression(cursor))
+    return Condition(" ".join(begin.split()), _logical(cursor))
 
 
 _BEGINNINGS: tuple[tuple[str, Callable[[Cursor, str], Line]], ...] = (
