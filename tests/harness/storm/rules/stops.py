@@ -42,6 +42,11 @@ BEGINS_S = 0.5
 STANDS = {"real": ("stall", "halt emulator"), "twin": ("stall", "halt simulator")}
 """Faults in which a side's own process stands still, and its joints with it."""
 LEFT_BY = ("ALIGN", *BEGINS)
+ENDS_AT_REST = ("MOVE", "MOVE_JOINTS", "HOME", "gateway MOVE", "pose target", "trajectory")
+ENDS_AT_REST += ("joint velocity", "joint position", "jog", "gateway jog", "page jog")
+"""Commands of one motion that are not answered at its end. A program may wait between two, and what
+is resumed may be one."""
+STREAMS = ("TWIN_LEADS", "OPERATOR_LEADS")
 GONE = "kill twin_controller"
 ENDED = ("OFFLINE", "STOPPED", "STANDSTILL", "PAUSED", "ESTOP", "FAULT")
 """Modes in which the controller says that both stand."""
@@ -210,6 +215,8 @@ def in_force(history: History, deed: Deed, side: str, at: float) -> bool:
     over = deed.waits or not deed.success
     if over and deed.answered is not None and at > deed.answered + BEGINS_S:
         return False
+    if deed.name in ENDS_AT_REST and _has_rested(history, deed, at):
+        return False
     stopped = any(
         stop.sent > deed.until + AMBIGUOUS_S and (stop.answered or at) < at and stops(history, stop)
         for stop in history.deeds
@@ -221,6 +228,21 @@ def in_force(history: History, deed: Deed, side: str, at: float) -> bool:
         for decision in history.decisions
     )
     return not stopped and not decided
+
+
+def _has_rested(history: History, deed: Deed, at: float) -> bool:
+    """Return whether the pair has come to rest between a command and ``at``.
+
+    What waited in a node that stood still had not begun before.
+    """
+    faults = [strike.ended for strike in history.strikes if strike.begun <= deed.until + LATE_S]
+    heard = max([deed.answered or deed.until, *faults])
+    return any(
+        decision.before in STREAMS
+        and decision.after == "IDLE"
+        and heard < decision.at < at - BEGINS_S
+        for decision in history.decisions
+    )
 
 
 def _last_before(history: History, at: float) -> str:

@@ -197,6 +197,28 @@ def test_command_that_has_been_answered_at_its_end_moves_nothing_more(
     assert list(moves_by_itself(history(moving((4.0, 5.0, 50.0)), deeds=[deed])))
 
 
+@pytest.mark.parametrize(
+    ("known", "found"),
+    [
+        ({}, 1),
+        ({"answered": None}, 1),
+        ({"answered": 2.6}, 0),
+        ({"name": "jog"}, 1),
+        ({"name": "pendant program"}, 0),
+        ({"until": 2.45, "strikes": [Strike("halt gateway 0.5", 2.4, 2.9)]}, 0),
+    ],
+    ids=["accepted", "not answered", "accepted later", "a jog", "a program", "waits in a node"],
+)
+def test_command_is_over_when_the_pair_has_come_to_rest(known: dict[str, Any], found: int) -> None:
+    """It excuses no later motion, whichever side begins."""
+    strikes = known.pop("strikes", [])
+    deed = dataclasses.replace(motion(0.9, answered=0.91), **known)
+    moves = moving((1.0, 2.4, 30.0), (7.0, 8.0, 30.0))
+    decisions = [decided(2.5, "OPERATOR_LEADS", "IDLE")]
+    made = history(moves, deeds=[deed], decisions=decisions, strikes=strikes)
+    assert [round(each.end, 2) for each in moves_by_itself(made)] == found * [7.0]
+
+
 STALLED = [Strike("stall 0.4", 2.05, 2.45, {"real": 0.5, "twin": 2.5})]
 
 
