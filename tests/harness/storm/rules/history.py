@@ -67,6 +67,11 @@ class Deed:
         """Whether somebody said that it is done."""
         return self.answered is not None and self.success
 
+    @property
+    def refused(self) -> bool:
+        """Whether it moves nothing; what is answered at its end may have moved and then failed."""
+        return self.answered is not None and not self.success and not self.waits
+
 
 @dataclass(frozen=True)
 class Strike:

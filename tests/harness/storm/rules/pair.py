@@ -46,7 +46,8 @@ def two_leaders(history: History) -> Iterator[Violation]:
     for first, second, third in zip(led, led[1:], led[2:]):
         if not _fights(first, second, third):
             continue
-        if any(d.kind == "motion" and first.at < d.until < third.at for d in history.deeds):
+        moves = [d.until for d in history.deeds if d.kind == "motion" and not d.refused]
+        if any(first.at < until < third.at for until in moves):
             continue
         text = f"{first.leader}, {second.leader}, {third.leader} lead within {FIGHT_S:g} s"
         yield Violation("two leaders", first.at, third.at, text)

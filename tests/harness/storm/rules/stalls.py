@@ -64,6 +64,7 @@ def _others(history: History, strike: Strike, request: Deed, stop: Deed, side: s
     """Return whether another command may move a side until the stop."""
     return any(
         deed is not request
+        and not deed.refused
         and (
             in_force(history, deed, side, strike.begun)
             or (deed.kind == "motion" and strike.begun <= deed.until and deed.sent <= stop.sent)

@@ -102,7 +102,9 @@ def next_command(history: History, stop: Deed, side: str) -> float:
     sent = [
         max(deed.sent, since if deed.name in BEGINS else left)
         for deed in history.deeds
-        if deed.kind == "motion" and deed.until >= (since if deed.name in BEGINS else left)
+        if deed.kind == "motion"
+        and not deed.refused
+        and deed.until >= (since if deed.name in BEGINS else left)
     ]
     return min(sent, default=math.inf)
 

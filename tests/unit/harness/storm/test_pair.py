@@ -32,9 +32,11 @@ def test_one_leader_after_the_other_keeps_the_rule() -> None:
 
 
 def test_sides_that_fight_for_the_lead_are_found() -> None:
-    """To and fro within two seconds, and nobody has sent anything."""
-    (found,) = two_leaders(history(decisions=[REAL, TWIN, REAL_AGAIN]))
-    assert "real, twin, real" in found.evidence
+    """To and fro within two seconds, and nobody has sent anything but what was refused."""
+    refused = motion(2.7, answered=2.71, success=False)
+    for deeds in ([], [refused]):
+        (found,) = two_leaders(history(decisions=[REAL, TWIN, REAL_AGAIN], deeds=deeds))
+        assert "real, twin, real" in found.evidence
 
 
 def test_mode_that_names_another_leader_is_found() -> None:

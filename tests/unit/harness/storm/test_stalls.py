@@ -63,6 +63,13 @@ def test_motion_that_something_else_explains_keeps_the_rule(deeds: list[Deed]) -
     assert found(*deeds) == 0
 
 
+def test_command_that_was_refused_explains_nothing() -> None:
+    """Neither in the stall nor behind it."""
+    for sent in (2.2, 2.55):
+        refused = motion(sent, answered=sent + 0.01, success=False)
+        assert found(asked(2.1), stop(2.3), refused) == 2, sent
+
+
 def test_program_that_goes_on_explains_the_twin_and_not_the_robot() -> None:
     """A stopped robot waits for a person."""
     assert found(asked(2.1), stop(2.3), asked(2.55, "jog")) == 1

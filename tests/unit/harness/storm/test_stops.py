@@ -40,6 +40,14 @@ def test_new_command_after_a_stop_may_move() -> None:
         assert not list(moves_after_stop(history(moving((2.6, 4.0, 50.0)), deeds=deeds)))
 
 
+@pytest.mark.parametrize(("waits", "found"), [(False, 1), (True, 0)])
+def test_refused_command_after_a_stop_moves_nothing(waits: bool, found: int) -> None:
+    """One that is answered at its end has moved, and failed later."""
+    refused = motion(2.15, answered=2.16, success=False, waits=waits)
+    made = dataclasses.replace(GOES_ON, deeds=[*GOES_ON.deeds, refused])
+    assert len(list(moves_after_stop(made))) == found
+
+
 def test_command_long_before_a_stop_is_no_new_one() -> None:
     """It was heard before the stop."""
     deeds = [stop(2.0), motion(1.9)]
