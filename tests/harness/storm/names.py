@@ -165,8 +165,12 @@ LEADS_ON = (
     *_named("motion", _nothing, "RESUME", "pendant resume", "twin's RESUME"),
     *_named("release", _nothing, "RESET"),
 )
-WAY_BACK = _named("release", _nothing, "release buttons", "RESET", "ALIGN")
-"""What an operator does before the pair shall move again."""
+WAY_BACK = (
+    *_named("release", _nothing, "release buttons", "RESET"),
+    *_named("stop", _nothing, "STOP"),
+    *_named("release", _nothing, "ALIGN"),
+)
+"""What an operator does before the pair shall move again; only STOP leaves a pause."""
 OTHERS = (
     *_named("other", _percent, "SPEED", "pendant override"),
     *_named("release", _nothing, "ACKNOWLEDGE"),

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from harness.starter import WAYS_OUT
 from harness.storm.deeds import DEEDS
-from harness.storm.names import EVERY, STRIKES
+from harness.storm.names import EVERY, STRIKES, WAY_BACK
 from harness.storm.scenes import draw
 
 
@@ -11,6 +12,13 @@ def test_same_seed_gives_the_same_deeds() -> None:
     """And another seed or scene gives others."""
     assert draw(3, 1) == draw(3, 1)
     assert draw(3, 1) != draw(4, 1) and draw(3, 1) != draw(3, 2)
+
+
+def test_the_way_back_leads_out_of_every_mode() -> None:
+    """Also out of a pause, which refuses RESET and ALIGN."""
+    names = [name.text for name in WAY_BACK]
+    assert set(WAYS_OUT.values()) <= set(names)
+    assert names.index("RESET") < names.index("STOP") < names.index("ALIGN")
 
 
 def test_every_deed_can_be_done_and_every_one_is_drawn() -> None:
