@@ -66,7 +66,12 @@ def judge(history: History) -> list[Violation]:
 
 
 def stood_still(history: History, violation: Violation) -> float:
-    """Return for how long the machine itself stood still around a violation [s], 0 if not."""
+    """Return for how long the machine itself stood still around a violation [s], 0 if not.
+
+    No late machine ends a process.
+    """
+    if violation.rule == "a node has died":
+        return 0.0
     gaps = [
         end - begin
         for begin, end in history.gaps

@@ -73,7 +73,7 @@ def _moves_after(history: History, stop: Deed, side: str) -> Iterator[Violation]
         for went, joint, seen in motions_behind(history, stop, side, life, allowed):
             yield Violation(
                 "moves after an acknowledged stop",
-                stop.sent,
+                seen - LATE_S,
                 seen,
                 f"{side}: {joint} goes {went:.1f} deg or mm, seen {seen - stop.answered:.2f} s"
                 f" after {stop.name} was acknowledged ({stop.said})",

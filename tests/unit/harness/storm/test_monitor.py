@@ -35,9 +35,9 @@ def test_violation_shows_what_was_sent_decided_and_where_both_were() -> None:
     """In the order of time, from the scene's begin on."""
     (found,) = judge(BROKEN)
     lines = evidence(BROKEN, found)
-    words = "sent position position sent decided answered position position"
+    words = "sent sent decided answered position position position position"
     assert [line.split("s  ", 1)[1].split()[0] for line in lines] == words.split()
-    assert "the target is cleared" in lines[4]
+    assert "the target is cleared" in lines[2]
     assert lines == sorted(lines)
 
 
@@ -51,6 +51,17 @@ def test_machine_that_stood_still_is_told_apart_and_never_hidden() -> None:
         assert (MACHINE if apart else STORM, f"{NAMES[0]} [times]", 1.0) in rows
         assert "seed 3, scene 1" in scene.text()
         assert stood_still(known, scene.violations[0]) > 0.0 or not apart
+
+
+def test_machine_that_stood_still_excuses_no_death_and_nothing_that_comes_later() -> None:
+    """A process that dies is none that is late, and a robot that moves long after is none."""
+    gaps = [(2.0, 2.1)]
+    moves = moving((1.0, 2.02, 30.0), (4.0, 5.0, 30.0))
+    known = {"deaths": ["gateway ended with -6"], "deeds": BROKEN.deeds, "gaps": gaps}
+    late = history(moves, **known)
+    scene = Scene(3, 1, [], late, judge(late))
+    assert {v.rule for v in scene.violations} == {NAMES[0], NAMES[1], NAMES[-1]}
+    assert scene.apart == []
 
 
 def test_rows_of_scenes_are_added_up() -> None:
