@@ -72,9 +72,13 @@ class Sometimes:
 
     def __call__(self, unit: bytes, answers: bool) -> list[Piece]:
         """Return what comes out."""
+        if not answers:
+            return [(0.0, unit)]
         held, self._held = self._held, b""
-        if not answers or unit[:4] in self.skip or self.rng.random() >= self.chance:
-            return [(0.0, unit + held)] if answers else [(0.0, unit)]
+        if unit[:4] in self.skip:
+            return [(0.0, unit)]  # what was held is lost with the connection before
+        if self.rng.random() >= self.chance:
+            return [(0.0, unit + held)]
         kind = self.rng.choice(self.kinds)
         self.report[kind] = self.report.get(kind, 0.0) + 1.0
         if kind == "swap":

@@ -7,6 +7,7 @@ from random import Random
 
 import pytest
 from harness.wires.clock_step import ClockStep
+from harness.wires.damage import Sometimes
 from harness.wires.noise import ROBOT, ModbusNoise
 from harness.wires.state_answer import BLOCK, HEAD, bytes_of
 
@@ -40,6 +41,21 @@ def test_a_stepped_clock_is_read_as_such(step_ms: int, read: int) -> None:
     """Both ways."""
     ((_, stepped),) = ClockStep(step_ms)(answer(), True)
     assert struct.unpack(">2H", stepped[bytes_of("clock_ms")]) == (read, 0)
+
+
+def test_an_answer_that_is_swapped_comes_behind_the_next_one() -> None:
+    """Also with a question between them, and not over another connection."""
+    fault = Sometimes(Random(1), 1.0, ("swap",))
+    assert fault(b"first", True) == []
+    fault.chance = 0.0
+    assert fault(b"question", False) == [(0.0, b"question")]
+    assert fault(b"second", True) == [(0.0, b"secondfirst")]
+    assert fault(b"third", True) == [(0.0, b"third")]
+    fault.chance = 1.0
+    assert fault(b"lost", True) == []
+    assert fault(b"HTTP/1.1 101", True) == [(0.0, b"HTTP/1.1 101")]
+    fault.chance = 0.0
+    assert fault(b"fourth", True) == [(0.0, b"fourth")]
 
 
 def test_other_units_pass_as_they_are() -> None:
