@@ -36,6 +36,8 @@ NOISE = 0.01
 One of the last digit shown, half the hysteresis.
 """
 WATCHED_S = 1.5
+ON_WIRE_S = 3.0
+"""A STOP is lost that is not on a wire by then: a link that has to be made anew takes less."""
 GAP_S = 0.1
 """Both sides begin within this."""
 TWO_POINT = 3
@@ -77,10 +79,7 @@ def stop_reaches_both(cell: FaultCell, rng: Random, count: int) -> list[Row]:
             else:
                 lost += 1
             continue
-        seen = [
-            wait_until(relay.report, 2.0, f"STOP by {source} on the wire").get("seen", 0.0)
-            for relay in (cell.modbus, cell.web)
-        ]
+        seen = _on_wires(cell, source)
         if any(at < begun for at in seen):
             lost += 1
         else:
@@ -104,6 +103,16 @@ def stop_reaches_both(cell: FaultCell, rng: Random, count: int) -> list[Row]:
             statistics.median(to_twin or [math.inf]),
         ),
     ]
+
+
+def _on_wires(cell: FaultCell, source: str) -> list[float]:
+    """Return when a STOP was seen on each wire (ROS time), 0 where it was not."""
+    relays = (cell.modbus, cell.web)
+    try:
+        wait_until(lambda: all(relay.report() for relay in relays), ON_WIRE_S, f"STOP by {source}")
+    except AssertionError as error:
+        print(f"a STOP was lost on a wire: {error}")
+    return [relay.report().get("seen", 0.0) for relay in relays]
 
 
 def _decided(cell: FaultCell, since: float, event: str) -> float | None:
