@@ -183,11 +183,9 @@ def disturbed(cell: FaultCell, side: str, name: str, fault: Fault, duration: flo
     changes = leader_changes(cell, begun)
     cell.recover()
     rows = [moved, Row(f"{wire} {name}", "leader changes", 0.0, float(changes), always=True)]
-    return (
-        [*rows, Row(f"{wire} {name}", "units damaged", 1.0, float(struck), True)]
-        if struck
-        else rows
-    )
+    if hasattr(fault, "report"):
+        rows.append(Row(f"{wire} {name}", "units damaged", 1.0, float(struck), True))
+    return rows
 
 
 def slow_line(cell: FaultCell, side: str, rng: Random) -> list[Row]:

@@ -291,11 +291,13 @@ def noisy(cell: FaultCell, rng: Random, seconds: float) -> list[Row]:
     cell.modbus.disturb(ModbusNoise(Random(rng.random()), NOISE))
     cell.web.disturb(WebNoise(Random(rng.random()), NOISE))
     time.sleep(seconds)
+    noisy_units = min(sum(relay.report().values()) for relay in (cell.modbus, cell.web))
     changes = leader_changes(cell, begun)
     name = f"noise of {NOISE:g} deg or mm on both sides, idle"
     rows = [
         Row(name, "leader changes", 0.0, float(changes), always=True),
         still_row(cell, name, begun),
+        Row(name, "noisy units on the wire with fewer", 1.0, noisy_units, at_least=True),
     ]
     cell.recover()
     return rows

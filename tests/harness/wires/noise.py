@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from random import Random
 from typing import Any
 
@@ -27,11 +27,13 @@ class ModbusNoise:
 
     rng: Random
     amplitude: float
+    report: dict[str, float] = field(default_factory=dict)
 
     def __call__(self, unit: bytes, answers: bool) -> list[Piece]:
         """Return what comes out."""
         if not is_state(unit, answers):
             return [(0.0, unit)]
+        self.report["noisy"] = self.report.get("noisy", 0.0) + 1.0
         place = bytes_of("position")
         words = struct.unpack(">18H", unit[place])
         # The low word of each number comes first.
@@ -48,12 +50,15 @@ class WebNoise:
 
     rng: Random
     amplitude: float
+    report: dict[str, float] = field(default_factory=dict)
 
     def __call__(self, unit: bytes, answers: bool) -> list[Piece]:
         """Return what comes out."""
-        start = unit.find(b"{")
+        # Not the first brace alone: a length of 123 looks like one.
+        start = unit.find(b'{"')
         if not answers or start < 0 or b"joint_states" not in unit[:100]:
             return [(0.0, unit)]
+        self.report["noisy"] = self.report.get("noisy", 0.0) + 1.0
         packet: dict[str, Any] = json.loads(unit[start:])
         message = packet["msg"]
         message["position"] = [

@@ -1,4 +1,4 @@
-"""The fault scenarios notice what did not happen: on a cell of stand-ins whose wires see nothing."""
+"""The fault scenarios notice what has not happened, here in a cell of stand-ins."""
 
 from __future__ import annotations
 
@@ -9,8 +9,12 @@ from typing import Any
 
 import pytest
 from harness.faults import operator_faults
-from harness.faults.operator_faults import STOPS, stop_reaches_both
+from harness.faults.link_faults import disturbed
+from harness.faults.operator_faults import STOPS, noisy, stop_reaches_both
 from harness.faults.rows import Row
+from harness.wires.damage import Delayed, Sometimes
+
+NOTHING: dict[str, float] = {}
 
 
 def cell(*reports: dict[str, float]) -> Any:
@@ -42,8 +46,26 @@ def test_a_stop_that_never_comes_on_a_wire_is_lost(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(operator_faults, "_stop", lambda cell, source: None)
     monkeypatch.setattr(operator_faults, "ON_WIRE_S", 0.0)
     seen = {"seen": time.time() + 60.0}
-    for reports in (({}, seen), (seen, {})):
-        rows = stop_reaches_both(cell(*reports), Random(1), 1)
+    for real, twin in ((NOTHING, seen), (seen, NOTHING)):
+        rows = stop_reaches_both(cell(real, twin), Random(1), 1)
         assert broken(rows)["lost"] == len(STOPS)
         assert all(row.always for row in rows if row.metric == "lost")
     assert "lost" not in broken(stop_reaches_both(cell(seen, seen), Random(1), 1))
+
+
+@pytest.mark.parametrize("side", ["real", "twin"])
+def test_a_line_on_which_nothing_is_damaged_proves_nothing(side: str) -> None:
+    """One that is only slow has nothing to damage."""
+    fault = Sometimes(Random(1), 0.02)
+    assert broken(disturbed(cell({}, {}), side, "damaged", fault, 0.0)) == {"units damaged": 0.0}
+    assert not broken(disturbed(cell({}, {}), side, "slow", Delayed(0.01), 0.0))
+    struck = {"drop": 3.0}
+    assert not broken(disturbed(cell(struck, struck), side, "damaged", fault, 0.0))
+
+
+def test_noise_that_reaches_one_wire_only_proves_nothing() -> None:
+    """Both sides are noisy."""
+    on, name = {"noisy": 3.0}, "noisy units on the wire with fewer"
+    for real, twin in ((NOTHING, on), (on, NOTHING)):
+        assert broken(noisy(cell(real, twin), Random(1), 0.0)) == {name: 0.0}
+    assert not broken(noisy(cell(on, on), Random(1), 0.0))

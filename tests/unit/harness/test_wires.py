@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import struct
 from random import Random
+from typing import Any
 
 import pytest
 from harness.wires.clock_step import ClockStep
 from harness.wires.damage import Sometimes
-from harness.wires.noise import ROBOT, ModbusNoise
+from harness.wires.noise import ROBOT, SCALES, ModbusNoise, WebNoise
+from harness.wires.proxy import websocket_units
 from harness.wires.state_answer import BLOCK, HEAD, bytes_of
 
 
@@ -24,7 +27,9 @@ def answer() -> bytes:
 
 def test_noise_changes_each_joint_of_the_robots_answer() -> None:
     """As the controller reads it, and nothing else."""
-    ((_, noisy),) = ModbusNoise(Random(1), 0.5)(answer(), True)
+    noise = ModbusNoise(Random(1), 0.5)
+    ((_, noisy),) = noise(answer(), True)
+    assert noise.report == {"noisy": 1.0}
     words = struct.unpack(">18H", noisy[bytes_of("position")])
     read = struct.unpack("<9f", struct.pack("<18H", *words))
     for joint in ROBOT.joints:
@@ -34,6 +39,32 @@ def test_noise_changes_each_joint_of_the_robots_answer() -> None:
     assert noisy[: place.start] + noisy[place.stop :] == (
         answer()[: place.start] + answer()[place.stop :]
     )
+
+
+@pytest.mark.parametrize(("joints", "cell"), [(1, ""), (4, ""), (1, "/cell_1")])
+def test_noise_changes_each_joint_of_the_twins_state(joints: int, cell: str) -> None:
+    """A frame of any length, also of 123 bytes; what else comes over it stays as it is."""
+    names = [joint.name for joint in ROBOT.twin_joints[:joints]]
+    packet: dict[str, Any] = {"op": "publish", "topic": f"{cell}/twin/joint_states"}
+    packet["msg"] = {"name": names, "position": [0.5] * joints, "velocity": [0.0] * joints}
+    noise = WebNoise(Random(1), 0.5)
+    ((_, noisy),) = noise(frame(packet), True)
+    (unit,) = websocket_units(bytearray(noisy))
+    told = json.loads(unit[unit.index(b"{") :])
+    for name, q in zip(names, told["msg"].pop("position")):
+        assert 0.0 < abs(q - 0.5) <= 0.5 * SCALES[name]
+    del packet["msg"]["position"]
+    assert told == packet and noise.report == {"noisy": 1.0}
+    others = (frame({"op": "publish", "topic": "/twin/state", "msg": {}}), b"\x89\0")
+    assert [noise(unit, True) for unit in others] == [[(0.0, unit)] for unit in others]
+    assert noise.report == {"noisy": 1.0}
+
+
+def frame(packet: dict[str, Any]) -> bytes:
+    """Return a text frame of a server."""
+    body = json.dumps(packet).encode()
+    long = struct.pack(">BBH", 0x81, 126, len(body))
+    return (bytes((0x81, len(body))) if len(body) < 126 else long) + body
 
 
 @pytest.mark.parametrize(("step_ms", "read"), [(700, 5700), (-700, 4300)])
