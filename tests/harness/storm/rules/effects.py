@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 from harness.storm.names import DEAF, WHOLE
@@ -100,7 +101,14 @@ def _deaf(history: History) -> int:
     )
 
 
+def _seen(history: History, side: str) -> int:
+    """Return whether each life of a side has shown where it is: 1, or less."""
+    return len(lives(history, side)) - len(history.births.get(side, ()))
+
+
 EFFECTS = (
+    Effect("the truth of the robot is heard", "any", partial(_seen, side="real")),
+    Effect("the truth of the twin is heard", "any", partial(_seen, side="twin")),
     Effect("a command moves a side", "any", _moving),
     Effect("a stop of the pair is obeyed", "any", _obeyed),
     Effect("a fault breaks what it shall", "struck", _struck),

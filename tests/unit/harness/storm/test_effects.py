@@ -6,13 +6,14 @@ import dataclasses
 from typing import Any
 
 import pytest
-from harness.storm.rules.effects import EFFECTS
+from harness.storm.rules.effects import EFFECTS, Effect
 from harness.storm.rules.history import Decided, Deed, History, Strike, Told
 from harness.storm.rules.literal import STANDS, history, motion, moving, stop
 from harness.storm.rules.monitor import judge
 from harness.storm.scenes import OPENINGS, Step
 from harness.storm.storm import Scene
 
+HEARD = [effect for effect in EFFECTS if effect.name.endswith("is heard")]
 HELD = [Told(0.05 * k, "IDLE", holder="operator 1") for k in range(200)]
 
 
@@ -105,4 +106,20 @@ def test_scene_whose_own_acts_had_no_effect_is_found(
 def test_storm_that_does_nothing_at_all_misses_everything_it_was_played_for() -> None:
     """It breaks no rule of the pair, and fails."""
     idle = Scene(0, 0, [Step(0.3, "halt", ("gateway", 0.5))], history(), [])
-    assert missing(idle) == [e.name for e in EFFECTS if e.played in ("any", "struck", "stalled")]
+    played = ("any", "struck", "stalled")
+    assert missing(idle) == [e.name for e in EFFECTS if e.played in played and e not in HEARD]
+
+
+@pytest.mark.parametrize("effect", HEARD)
+def test_storm_that_does_not_see_a_side_fails(effect: Effect) -> None:
+    """Not at all, or no longer once it was started again: its rules cannot break."""
+    side = "real" if "robot" in effect.name else "twin"
+    moves = moving((1.1, 4.1, 30.0))
+    anew = {side: [5.0]}
+    for rows, births, missed in (
+        ([], {}, [effect.name]),
+        (moves, anew, []),
+        (moving((1.1, 4.1, 30.0), ends=4.9), anew, [effect.name]),
+    ):
+        made = history(**{"real": moves, "twin": moves, side: rows}, births=births)
+        assert [name for name in missing(Scene(0, 3, [], made, [])) if "heard" in name] == missed
