@@ -72,11 +72,14 @@ def free_port() -> int:
 
 
 def wait_until(
-    predicate: Callable[[], T], timeout: float = 10.0, what: str = "", period: float = 0.02
+    predicate: Callable[[], T],
+    timeout: float = 10.0,
+    what: str | Callable[[], str] = "",
+    period: float = 0.02,
 ) -> T:
     """Ask ``predicate`` again and again.
 
-    Return its first true answer, or fail with ``what`` after ``timeout`` [s].
+    Return its first true answer, or fail with ``what`` after ``timeout`` [s], as it is said then.
     """
     deadline = time.monotonic() + timeout
     while True:
@@ -84,8 +87,9 @@ def wait_until(
         if answer:
             return answer
         if time.monotonic() > deadline:
+            text = (what() if callable(what) else what) or predicate
             raise AssertionError(
-                f"waited {timeout:g} s in vain for {what or predicate}; last answer: {answer!r}"
+                f"waited {timeout:g} s in vain for {text}; last answer: {answer!r}"
             )
         time.sleep(period)
 

@@ -160,7 +160,7 @@ class FaultCell(Cell):
         wait_until(
             there,
             timeout,
-            f"{mode}; it is {self.mode}: {self.states[-1].why if self.states else ''}",
+            lambda: f"{mode}; it is {self.mode}: {self.states[-1].why if self.states else ''}",
         )
 
     def move(self, speed_percent: float = 15.0) -> None:
@@ -188,7 +188,9 @@ class FaultCell(Cell):
         here = self.twin.position()
         return max((THERE, BACK), key=lambda pose: abs(pose[0] - here[0]))
 
-    def until(self, condition: Callable[[], bool], timeout: float, what: str = "") -> None:
+    def until(
+        self, condition: Callable[[], bool], timeout: float, what: str | Callable[[], str] = ""
+    ) -> None:
         """Wait for ``condition``, which may fail meanwhile."""
 
         def quiet() -> bool:
@@ -212,7 +214,7 @@ class FaultCell(Cell):
         found = wait_until(
             lambda: [d for d in self.decided(since) if d.event in events],
             timeout,
-            f"{' or '.join(events)}; mode {self.mode}",
+            lambda: f"{' or '.join(events)}; mode {self.mode}",
         )
         return float(found[0].header.stamp.to_sec())
 
@@ -224,7 +226,11 @@ class FaultCell(Cell):
         """Lead the cell out of whatever happened, as an operator would, until it is idle."""
         self.modbus.heal()
         self.web.heal()
-        self.until(self._recovered, timeout, f"IDLE; it is {self.mode}: {self.states[-1].why}")
+        self.until(
+            self._recovered,
+            timeout,
+            lambda: f"IDLE; it is {self.mode}: {self.states[-1].why}",
+        )
 
     def _recovered(self) -> bool:
         if time.time() - self.states[-1].header.stamp.to_sec() > 0.5:

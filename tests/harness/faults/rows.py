@@ -112,4 +112,6 @@ def worst(rows: list[Row]) -> list[Row]:
 
 
 def _excess(row: Row) -> float:
+    if math.isnan(row.measured):
+        return math.inf  # compared with nothing, and no limit holds for it
     return row.limit - row.measured if row.at_least else row.measured - row.limit

@@ -10,7 +10,6 @@ from typing import Any
 from scara_config.profile import DEFAULT_PLANT
 
 from harness.faults.fault_cell import ROBOT, FaultCell
-from harness.processes import wait_until
 from harness.running.standstill import MACHINE
 from harness.starter import PACKAGES
 from harness.storm.hands import Hands
@@ -19,7 +18,6 @@ from harness.storm.servos import joints_of
 from harness.storm.strikes import Strikes
 
 EXTRA = ("motion_server", "kinematics_server", "joint_vel_controller", "trajectory_server")
-STARTED_S = 30.0
 
 
 class Crew:
@@ -79,7 +77,7 @@ def crew(cell: FaultCell) -> Iterator[Crew]:
         try:
             made = Crew(cell)
             with closing(made.hands):
-                wait_until(lambda: not made.deaths(), STARTED_S, "all nodes of a storm")
+                assert not made.deaths(), made.deaths()
                 yield made
         finally:
             cell.end("operator_panel")

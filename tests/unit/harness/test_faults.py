@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from random import Random
 from types import SimpleNamespace
@@ -11,7 +12,7 @@ import pytest
 from harness.faults import operator_faults
 from harness.faults.link_faults import disturbed
 from harness.faults.operator_faults import STOPS, noisy, stop_reaches_both
-from harness.faults.rows import Row
+from harness.faults.rows import Row, worst
 from harness.wires.damage import Delayed, Sometimes
 
 NOTHING: dict[str, float] = {}
@@ -69,3 +70,10 @@ def test_noise_that_reaches_one_wire_only_proves_nothing() -> None:
     for real, twin in ((NOTHING, on), (on, NOTHING)):
         assert broken(noisy(cell(real, twin), Random(1), 0.0)) == {name: 0.0}
     assert not broken(noisy(cell(on, on), Random(1), 0.0))
+
+
+def test_a_figure_that_is_none_is_the_worst() -> None:
+    """Before or behind a good one."""
+    good, none = (Row("cut", "found after [s]", 0.1, value) for value in (0.05, math.nan))
+    for rows in ([good, none], [none, good]):
+        assert worst(rows) == [none]

@@ -42,8 +42,10 @@ BEGINS_S = 0.5
 STANDS = {"real": ("stall", "halt emulator"), "twin": ("stall", "halt simulator")}
 """Faults in which a side's own process stands still, and its joints with it."""
 LEFT_BY = ("ALIGN", *BEGINS)
-ENDS_AT_REST = ("MOVE", "MOVE_JOINTS", "HOME", "gateway MOVE", "pose target", "trajectory")
-ENDS_AT_REST += ("joint velocity", "joint position", "jog", "gateway jog", "page jog")
+ENDS_AT_REST = (
+    *("MOVE", "MOVE_JOINTS", "HOME", "gateway MOVE", "pose target", "trajectory"),
+    *("joint velocity", "joint position", "jog", "gateway jog", "page jog"),
+)
 """Commands of one motion that are not answered at its end. A program may wait between two, and what
 is resumed may be one."""
 STREAMS = ("TWIN_LEADS", "OPERATOR_LEADS")
