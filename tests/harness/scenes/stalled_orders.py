@@ -39,13 +39,13 @@ class Round(NamedTuple):
         node: Stands still.
         order: What is asked for at the beginning of the standstill.
         stall: How long it lasts [s].
-        stop: When STOP is given, as a part of it.
+        stop: When STOP is given, as a part of it; None: never.
     """
 
     node: str
     order: str
     stall: float
-    stop: float
+    stop: float | None
 
 
 class Found(NamedTuple):
@@ -58,8 +58,9 @@ class Found(NamedTuple):
 
     def __str__(self) -> str:
         node, order, stall, stop = self.round
+        given = "no STOP" if stop is None else f"STOP at {stop * stall:5.3f} s"
         return (
-            f"{node:22} {order:20} stands {stall:5.3f} s, STOP at {stop * stall:5.3f} s: "
+            f"{node:22} {order:20} stands {stall:5.3f} s, {given}: "
             f"twin {self.twin:8.4f}, real {self.real:8.4f}"
         )
 
@@ -128,14 +129,16 @@ class Orders:
         answers: list[Any] = []
         if scene.order.endswith("by web"):
             self._connect()
+        stop = threading.Thread(
+            target=lambda: answers.append(self._cell.command("STOP")), daemon=True
+        )
         with self._standing(scene.node, scene.stall):
             self._orders(scene.order, target)()
-            time.sleep(scene.stall * scene.stop)
-            stop = threading.Thread(
-                target=lambda: answers.append(self._cell.command("STOP")), daemon=True
-            )
-            stop.start()
-        stop.join(DEADLINE_S)
+            if scene.stop is not None:
+                time.sleep(scene.stall * scene.stop)
+                stop.start()
+        if scene.stop is not None:
+            stop.join(DEADLINE_S)
         end = max(time.time(), begin + scene.stall) + WATCHED_S
         wait_until(
             lambda: min(self._newest(s) for s in (self._cell.twin, self._cell.real)) > end,

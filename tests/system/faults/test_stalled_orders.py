@@ -16,6 +16,11 @@ ROUNDS = draw(SEED, 8 * len(ROUTES))
 BY_WEB = Round("gateway", "move_to by web", 0.121, 0.366)
 """Both the point and the STOP wait in the gateway."""
 FIRST = [Round(node, orders[0], 0.15, 0.5) for node, orders in ROUTES.items()]
+CONTROLS = [
+    Round(node, order, 0.05, None)
+    for order, node in {order: node for node, orders in ROUTES.items() for order in orders}.items()
+]
+"""Each order without a STOP: what nobody carries out shows nothing about STOP."""
 
 
 @pytest.fixture(scope="module")
@@ -33,3 +38,11 @@ def test_what_was_asked_for_before_a_stop_moves_neither_side(orders: Orders, sce
     print(found)
     assert found.stopped
     assert found.real <= REST_DEG and found.twin <= REST_DEG, str(found)
+
+
+@pytest.mark.parametrize("scene", [CONTROLS[0], *thorough(*((one,) for one in CONTROLS[1:]))])
+def test_the_same_without_a_stop_moves_the_twin(orders: Orders, scene: Round) -> None:
+    """So it is the STOP that the other rounds show."""
+    found = orders.play(scene)
+    print(found)
+    assert not found.stopped and found.twin > 20.0 * REST_DEG, str(found)
