@@ -34,6 +34,9 @@ SECONDS = 14.0
 """A scene lasts about so long, without what leads back to IDLE."""
 OPENINGS = ("stalled", "page", "stalled", "deaf")
 """What scenes open with, by turns."""
+DAY = 1640
+"""The seed of each ordinary run: its first scene has a node that stands still with a request and a
+stop, a bad line, and a clock that jumps."""
 BURST_S = 0.1
 """So long a deed lasts that is repeated, where a stop shall come behind it."""
 DEAF_S = 3.0

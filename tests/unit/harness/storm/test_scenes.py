@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from harness.starter import WAYS_OUT
 from harness.storm.deeds import DEEDS
-from harness.storm.names import EVERY, STRIKES, WAY_BACK
-from harness.storm.scenes import draw
+from harness.storm.names import EVERY, STRIKES, THROUGH, WAY_BACK
+from harness.storm.scenes import DAY, draw
 
 
 def test_same_seed_gives_the_same_deeds() -> None:
@@ -19,6 +19,14 @@ def test_the_way_back_leads_out_of_every_mode() -> None:
     names = [name.text for name in WAY_BACK]
     assert set(WAYS_OUT.values()) <= set(names)
     assert names.index("RESET") < names.index("STOP") < names.index("ALIGN")
+
+
+def test_the_scene_of_each_run_has_a_standstill_a_bad_line_and_a_clock_that_jumps() -> None:
+    """A request waits in the node that stands still."""
+    steps = draw(DAY, 0)
+    assert {"halt", "line", "clock"} <= {step.name for step in steps}
+    halt, request, _ = steps[:3]
+    assert halt.name == "halt" and request.name in THROUGH[str(halt.arguments[0])]
 
 
 def test_every_deed_can_be_done_and_every_one_is_drawn() -> None:
