@@ -206,6 +206,8 @@ class Storm:
                 self._in_the_way = AWAY in cell.states[-1].why
             elif self._in_the_way:
                 self._in_the_way = False
+                # Where only HOLD stops, the stream is paused: no program starts beside it.
+                self._do("pendant abort")
                 self._do("pendant program", "2")
             self._do(command)
         return cell.mode == "IDLE"
