@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
+from xmlrpc.client import ServerProxy
 
 from harness.faults.fault_cell import ROBOT, FaultCell
 from harness.processes import wait_until
@@ -118,6 +119,18 @@ class Orders:
         self._web = connect(self._cell.gateway_port, DEADLINE_S)
         self._web.say(op="advertise", topic=self._jogs, type="control_msgs/JointJog")
         self._web.time()
+        wait_until(self._jogs_are_heard, DEADLINE_S, "a jog controller that hears the gateway")
+
+    def _jogs_are_heard(self) -> bool:
+        """Return whether the gateway has a line for jogs: one that leaves before it is lost."""
+        import rosgraph
+
+        master = rosgraph.Master("/orders", self._cell.ros.master.uri)
+        publishers = dict(master.getSystemState()[0]).get(self._jogs, [])
+        (gateway,) = [name for name in publishers if name.endswith("gateway")]
+        node: Any = ServerProxy(master.lookupNode(gateway))
+        lines = node.getBusInfo("/orders")[2]
+        return any((line[2], line[4]) == ("o", self._jogs) for line in lines)
 
     def play(self, scene: Round) -> Found:
         """Play one round from an idle pair."""
