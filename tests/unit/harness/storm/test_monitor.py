@@ -57,7 +57,7 @@ def test_machine_that_stood_still_excuses_no_death_and_nothing_that_comes_later(
     """A process that dies is none that is late, and a robot that moves long after is none."""
     gaps = [(2.0, 2.1)]
     moves = moving((1.0, 2.02, 30.0), (4.0, 5.0, 30.0))
-    known = {"deaths": ["gateway ended with -6"], "deeds": BROKEN.deeds, "gaps": gaps}
+    known: Any = {"deaths": ["gateway ended with -6"], "deeds": BROKEN.deeds, "gaps": gaps}
     late = history(moves, **known)
     scene = Scene(3, 1, [], late, judge(late))
     assert {v.rule for v in scene.violations} == {NAMES[0], NAMES[1], NAMES[-1]}
