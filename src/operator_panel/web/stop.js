@@ -1,6 +1,7 @@
 // STOP and E-STOP, by button or key, for whoever sees the page. What became of the last press of each stands below
 // its button within half a second; where that is not a confirmed stop, the whole width says what to do.
 const ANSWER_MS = 500;
+const CLICK_MS = 300; // our choice: a click comes right behind the end of its pointer
 const AT_THE_ROBOT = "use the stop at the robot";
 // A slider takes no space: STOP works while the time line is in hand.
 const TYPING = "input:not([type=range]), textarea, select, [contenteditable=true]";
@@ -46,6 +47,10 @@ export class Stop {
       isDown = true;
       send();
     });
+    // A pointer that goes up elsewhere clicks nothing: the next click is a press of its own.
+    for (const end of ["pointerup", "pointercancel"]) {
+      window.addEventListener(end, () => setTimeout(() => (isDown = false), CLICK_MS));
+    }
     button.addEventListener("click", (event) => {
       if (event.detail === 0 || !isDown) send();
       isDown = false;

@@ -149,11 +149,23 @@ def test_a_stop_is_pressed_by_whatever_presses_a_button(cell: Cell, viewer: Page
             keys.down("Enter")
         keys.up("Enter")
 
+    def slipped_off() -> None:
+        box = button.bounding_box()
+        assert box is not None
+        viewer.mouse.move(box["x"] + 5, box["y"] + 5)
+        viewer.mouse.down()
+        viewer.mouse.move(box["x"] + 5, box["y"] + 400)
+        viewer.mouse.up()
+        viewer.wait_for_timeout(400)  # longer than CLICK_MS of stop.js: it is no click's pointer
+
+    simulated = {"detail": 1, "bubbles": True}
     presses: list[tuple[str, Callable[[], object]]] = [
         ("ESTOP", lambda: button.press("NumpadEnter")),
         ("ESTOP", lambda: button.dispatch_event("click")),
         ("ESTOP", button.click),
         ("ESTOP", held),
+        ("ESTOP", slipped_off),
+        ("ESTOP", lambda: button.dispatch_event("click", simulated)),
         ("STOP", lambda: button.press("Space")),
         ("STOP", lambda: button.dispatch_event("keydown", escape)),
     ]
