@@ -16,9 +16,15 @@ from scara_control.motion.time_scaling import SAME_TIME, ScaleBounds, TimeBase, 
 _LONGEST_DELAY, _LONGEST_AHEAD = 0.5, 0.5
 """No follower is believed to be later, or to take set points further ahead [s]: they would look
 ahead for ever."""
-RESET_S = 1.0
+_RESET_S = 1.0
 """A clock that goes back by less is a loop that was held; our choice: a loop that is 0.2 s late
 begins its grid anew."""
+
+
+def went_back(before: float, now: float) -> bool:
+    """Say whether the clock went back: no time of before comes in due time."""
+    return now < before - _RESET_S
+
 
 Scale = Callable[[float], float]
 """How fast a path shall be driven at a time [s]: a part of its speed."""
@@ -130,10 +136,6 @@ class PathDriver:
     def is_spent(self, now: float) -> bool:
         """Say whether all set points that were sent are past: nobody has gone on for so long."""
         return now - self.time > self._horizon * self._period
-
-    def went_back(self, now: float) -> bool:
-        """Say whether the clock went back."""
-        return now < self.time - RESET_S
 
     def is_past(self, now: float) -> bool:
         """Say whether the grid is past ``now``: a request went on while the loop was held."""

@@ -24,7 +24,7 @@ from scara_control.motion.commands import (
     State,
     taken_text,
 )
-from scara_control.motion.drive import PathDriver, believed
+from scara_control.motion.drive import PathDriver, believed, went_back
 from scara_control.motion.feedback import Feedback
 from scara_control.motion.following.stream import SetpointStream
 from scara_control.motion.requests import (
@@ -216,7 +216,7 @@ class PoseController:
 
     def tick(self, now: float) -> Setpoints | None:
         """Go on to ``now``; return the set points to publish, if anything moves."""
-        if self._driver.went_back(now):
+        if went_back(self._driver.time, now):
             # The clock went back, as when the simulation is reset: all motion is forgotten.
             self._end_move("aborted: the clock went back")
             self._driver.drive = self._stream.session = None

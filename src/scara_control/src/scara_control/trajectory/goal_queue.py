@@ -14,7 +14,7 @@ from scara_control.config import MotionConfig
 from scara_control.dynamics.effort import Load
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.motion.commands import Command, State
-from scara_control.motion.drive import RESET_S, Follower, believed
+from scara_control.motion.drive import Follower, believed, went_back
 from scara_control.motion.epoch import ENDING
 from scara_control.trajectory.execution import Ended, Execution, TrajectoryFeedback
 from scara_control.trajectory.goal import Code, Goal, GoalError
@@ -233,7 +233,7 @@ class GoalQueue:
     def _go_on_to(self, now: float) -> None:
         """Keep the time; where the clock went back all goals end, for no time of before comes."""
         before, self._time = self._time, now
-        if now >= before - RESET_S:
+        if not went_back(before, now):
             return
         self._quiet_until = self._mode_at = -float("inf")
         if self._waiting is not None:

@@ -14,7 +14,7 @@ from scara_control.config import MotionConfig, in_si
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.limits import check_joint_vector
 from scara_control.motion.commands import Command, MotionRefusedError, Ownership, taken_text
-from scara_control.motion.drive import RESET_S
+from scara_control.motion.drive import went_back
 from scara_control.motion.epoch import CancelledError
 from scara_control.motion.feedback import Feedback
 from scara_control.motion.following.stream import StreamGate
@@ -187,7 +187,7 @@ class JogController:
 
         They are those of moving joints, and a few zeros at the end.
         """
-        if now < self._time - RESET_S:
+        if went_back(self._time, now):
             # No time-out of before ends anything now, nor does a stop of before bar it.
             self._halt("the clock went back")
             self._wait_no_longer()
