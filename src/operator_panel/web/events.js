@@ -36,7 +36,7 @@ export class Events {
   show(events) {
     this.events = events;
     const chosen = (this.recorded || events).filter((event) => {
-      if (this.until && secondsOf(event.time) > this.until + 0.999) return false;
+      if (this.until && secondsOf(event.time) > this.until) return false; // its time is cut to seconds
       if (this.filter === "open") return isOpen(event);
       return this.filter === "" || event.severity !== "info";
     });

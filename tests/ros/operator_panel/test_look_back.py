@@ -180,11 +180,13 @@ def test_phone_whose_clock_and_zone_differ_looks_back_by_the_cells_clock(
     clock = datetime.fromtimestamp(at).strftime("%H:%M:%S")
     assert told.startswith(f"Not now. Past: {clock}, ") and "min" not in told
     expect(events.first).to_be_visible()
-    shown = events.count()
     page.evaluate("(at) => window.panel.timeLine.ask(at)", begun - 3.0)
-    expect(events).not_to_have_count(shown)
-    clocks = [datetime.fromtimestamp(begun - 3.0 + k).strftime("%H:%M:%S") for k in range(1, 8)]
-    assert not set(clocks) & set(page.locator(".event time").all_inner_texts())
+    page.wait_for_function("(last) => window.panel.timeLine.look.at < last", arg=last)
+    # The server keeps no moment while it builds this page: the nearest one may lie behind the wish.
+    _, found, _ = page.evaluate(SHOWN)
+    assert found < begun
+    behind = [datetime.fromtimestamp(found + k).strftime("%H:%M:%S") for k in range(1, 8)]
+    assert not set(behind) & set(page.locator(".event time").all_inner_texts())
     page.get_by_label("Time of day").fill(clock)
     page.get_by_role("button", name="Go", exact=True).click()
     expect(page.locator("[data-past-text]")).to_contain_text(f"Past: {clock}, ")
