@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 from xdist.scheduler import LoadScopeScheduling
 
+from harness.processes import Stage
 from harness.running import lanes, repeats
 from harness.running.shared import BROWSERS, GROUP
 from harness.workspace import ROOT
@@ -105,7 +106,8 @@ class Running:
             return None
         arguments = {name: pyfuncitem.funcargs[name] for name in pyfuncitem._fixtureinfo.argnames}
         folder = pyfuncitem.funcargs.get("tmp_path")
-        repeats.played(lambda: pyfuncitem.obj(**arguments), folder=folder)
+        stages = [one for one in arguments.values() if isinstance(one, Stage)]
+        repeats.played(lambda: pyfuncitem.obj(**arguments), folder=folder, stages=stages)
         return True
 
     @pytest.hookimpl(wrapper=True)
