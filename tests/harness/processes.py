@@ -255,11 +255,6 @@ class Stage:
         """Return ``pid command`` of every living process that descends from this stage."""
         return [f"{pid} {command}" for pid, command in _marked(self.mark)]
 
-    def end_from(self, many: int) -> None:
-        """End what was started behind the first ``many`` processes, the newest first."""
-        for process in reversed(self.processes[many:]):
-            process.stop()
-
     def close(self, grace: float = 8.0) -> None:
         """End everything; what had to be killed as a left-over makes the test fail."""
         for process in reversed(self.processes):

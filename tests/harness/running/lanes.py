@@ -61,6 +61,7 @@ TIMED = (
     "tests/unit/farm/link/test_cell_topics.py",
     "tests/unit/farm/security/test_strangers.py",
     "tests/unit/farm/test_bus.py",
+    "tests/unit/harness/running/test_plugin.py",
     "tests/unit/harness/storm/",
     "tests/unit/harness/test_trial.py",
     "tests/unit/operator_panel/control/test_calling.py",

@@ -5,6 +5,7 @@ Groups of tests for each worker, and the count of what was played again.
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import os
 from collections.abc import Iterator
@@ -12,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from _pytest.runner import call_and_report
 from xdist.scheduler import LoadScopeScheduling
 
-from harness.processes import Stage
 from harness.running import lanes, repeats
 from harness.running.shared import BROWSERS, GROUP
 from harness.workspace import ROOT
@@ -42,6 +43,7 @@ class Running:
         self.scenes = 0
         self.judges = True
         """This run ends with a verdict on its repeats."""
+        self._error: BaseException = AssertionError("no attempt was made")
         self._shared = "PYTEST_XDIST_WORKER" in os.environ
         # Taken away, so that neither workers nor runs within a test count in it.
         self._kept = os.environ.pop(COUNT_FILE, "")
@@ -92,22 +94,44 @@ class Running:
         gc.freeze()
         gc.set_threshold(10_000, 20, 20)
 
-    @pytest.hookimpl(wrapper=True, tryfirst=True)
-    def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
-        """Count a scene."""
-        if lanes.is_live(item.nodeid):
-            item.user_properties.append((SCENE, item.nodeid))
-        return (yield)
-
     @pytest.hookimpl(tryfirst=True)
-    def pytest_pyfunc_call(self, pyfuncitem: pytest.Function) -> bool | None:
-        """Play a live test, and again where it failed while the machine stood still."""
-        if not lanes.is_live(pyfuncitem.nodeid):
+    def pytest_runtest_protocol(
+        self, item: pytest.Item, nextitem: pytest.Item | None
+    ) -> bool | None:
+        """Play a live test, and again where it failed while the machine stood still.
+
+        Each attempt has fixtures of its own, a module's and the shared cell too: only those of the
+        session stay.
+        """
+        if not lanes.is_live(item.nodeid):
             return None
-        arguments = {name: pyfuncitem.funcargs[name] for name in pyfuncitem._fixtureinfo.argnames}
-        folder = pyfuncitem.funcargs.get("tmp_path")
-        stages = [one for one in arguments.values() if isinstance(one, Stage)]
-        repeats.played(lambda: pyfuncitem.obj(**arguments), folder=folder, stages=stages)
+        item.user_properties.append((SCENE, item.nodeid))
+        item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
+        reports: list[pytest.TestReport] = []
+        broken: list[pytest.TestReport] = []
+
+        def scene() -> None:
+            """Make one attempt, behind the end of the one before."""
+            if reports:
+                ended = call_and_report(item, "teardown", log=False, nextitem=item.session)
+                if ended.failed:  # what an attempt leaves behind has no excuse
+                    ended.user_properties.clear()  # the last report counts them
+                    broken.append(ended)
+                item._initrequest()  # type: ignore[attr-defined]
+            reports[:] = [call_and_report(item, "setup", log=False)]
+            if reports[0].passed:
+                reports.append(call_and_report(item, "call", log=False))
+                if reports[1].failed:
+                    raise self._error
+
+        with contextlib.suppress(Exception, pytest.fail.Exception):  # its report says it
+            repeats.played(scene)
+        for report in (*reports, *broken):
+            item.ihook.pytest_runtest_logreport(report=report)
+        last = item.session.shouldfail or item.session.shouldstop
+        call_and_report(item, "teardown", nextitem=None if last else nextitem)
+        item._request, item.funcargs = False, None  # type: ignore[attr-defined]
+        item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
         return True
 
     @pytest.hookimpl(wrapper=True)
@@ -128,10 +152,12 @@ class Running:
     def pytest_runtest_makereport(
         self, item: pytest.Item, call: pytest.CallInfo[None]
     ) -> pytest.TestReport | None:
-        """Hand over what was played again, with the test's last report.
+        """Keep why it failed; hand over what was played again, with the test's last report.
 
         That report reaches the process that counts.
         """
+        if call.excinfo is not None:
+            self._error = call.excinfo.value
         if call.when == "teardown":
             item.user_properties += [(REPEAT, note) for note in repeats.NOTES.take()]
         return None

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import fcntl
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol, TypeVar
 
-from harness.processes import Stage
 from harness.running.standstill import MACHINE
 
 T = TypeVar("T")
@@ -48,7 +47,6 @@ class Notes:
     def add(self, reason: str) -> None:
         """Note one repeat."""
         self._notes.append(reason)
-        print(f"played again: {reason}")
 
     def take(self) -> list[str]:
         """Return the notes since the last call."""
@@ -74,8 +72,6 @@ def played(
     looks: Looks = MACHINE,
     notes: Notes = NOTES,
     may_repeat: Callable[[], bool] = lambda: True,
-    folder: Path | None = None,
-    stages: Sequence[Stage] = (),
 ) -> T:
     """Play a scene, and again where it failed while the machine stood still.
 
@@ -86,16 +82,10 @@ def played(
         looks: Who knows when the machine stood still.
         notes: Where a repeat is noted.
         may_repeat: Asked after a failure; what must hold besides.
-        folder: What an attempt writes here is taken away before the next one: no attempt reads the
-            log of another.
-        stages: What an attempt starts here is ended before the next one, and before that is taken
-            away.
 
     Raises:
         AssertionError: The scene failed for good.
     """
-    before = set(folder.rglob("*")) if folder is not None else set()
-    started = [len(stage.processes) for stage in stages]
     for attempt in range(1, ATTEMPTS + 1):
         begun = looks.now()
         try:
@@ -108,11 +98,6 @@ def played(
                 played_out(error)
                 raise
             notes.add(f"{why}; {first_words(error)}")
-        for stage, many in zip(stages, started, strict=True):
-            stage.end_from(many)
-        if folder is not None:
-            for path in sorted(set(folder.rglob("*")) - before, reverse=True):
-                path.rmdir() if path.is_dir() and not path.is_symlink() else path.unlink()
     raise AssertionError("no attempt was made")
 
 

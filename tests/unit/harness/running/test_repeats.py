@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 from harness.faults.rows import Row, check, repeated
-from harness.processes import Stage
 from harness.running.repeats import NOTES, Notes, allowed, counted_on, played, summary, too_many
 from harness.running.standstill import LIMIT_S, MACHINE, Gaps, Machine
 
@@ -186,38 +185,3 @@ def test_parts_of_one_run_count_together(tmp_path: Path) -> None:
         == "1 repeats in 3 scenes, judged at the end of the last part"
     )
     assert len(summary(["a", "b"], 3, judges=False)) == 3, "no verdict yet"
-
-
-def test_an_attempt_does_not_see_what_the_one_before_has_written(tmp_path: Path) -> None:
-    """What stood in the folder before the first attempt stays."""
-    (tmp_path / "given").mkdir()
-    (tmp_path / "given" / "log").write_text("of a fixture\n", encoding="utf-8")
-    seen: list[list[str]] = []
-
-    def scene() -> None:
-        seen.append(sorted(path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*")))
-        (tmp_path / "own" / "log").mkdir(parents=True)
-        (tmp_path / "given" / "more").symlink_to(tmp_path / "given")
-        assert len(seen) > 1, "the first one fails"
-
-    played(scene, LATE, Notes(), folder=tmp_path)
-    assert seen == [["given", "given/log"]] * 2
-
-
-def test_what_a_failed_attempt_has_started_is_ended_before_the_next_one(tmp_path: Path) -> None:
-    """What a fixture started before goes on; the logs of the attempt are gone."""
-    stage = Stage(tmp_path / "processes", {"PATH": "/usr/bin:/bin"})
-    given = stage.start("sleep", "60")
-    lived: list[list[bool]] = []
-
-    def scene() -> None:
-        lived.append([process.poll() is None for process in stage.processes])
-        stage.start("sleep", "60")
-        assert len(lived) > 1, "the first one fails"
-
-    try:
-        played(scene, LATE, Notes(), folder=tmp_path, stages=[stage])
-        assert lived == [[True], [True, False]]
-        assert given.log.is_file() and not stage.processes[1].log.is_file()
-    finally:
-        stage.close()
