@@ -1,10 +1,10 @@
 """Which test runs when, where several processes share one machine.
 
-``./cell test`` runs five parts: whole cells one at a time; then single nodes and what looks at the
-clock, two at a time; then what starts and ends programs and judges no times, two at a time,
-beside pages in a browser, one at a time; and beside all of them what only computes, in the
-processor time that those leave (decisions 0022 and 0037). The tests of one group go to one worker
-of pytest-xdist, one after the other; those of a shared cell are one group.
+``./cell test`` runs six parts: whole cells one at a time; then single nodes and what looks at the
+clock, three at a time; then pages in a browser, one at a time, beside what starts and ends programs
+and judges no times, two at a time, and behind that beside more pages; and beside all of them what
+only computes, in the processor time that those leave (decisions 0022 and 0037). The tests of one
+group go to one worker of pytest-xdist, one after the other; those of a shared cell are one group.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from harness.workspace import ROOT
 
 LIVE = ("tests/system/", "tests/ros/", "tests/clients/")
 """Tests that run in real time, with processes."""
-PARTS = ("cells", "starts", "nodes", "pages", "pure")
+PARTS = ("cells", "starts", "nodes", "more_pages", "pages", "pure")
 """What ``./cell test`` runs, and how: see above."""
 CELLS = ("tests/system/",)
 """Whole cells: each wants one of two cores for itself."""
@@ -47,6 +47,8 @@ BROWSES = re.compile(
     re.MULTILINE,
 )
 """What a test imports that drives a browser."""
+MORE_PAGES = ("tests/ros/operator_panel/jogging/", "tests/ros/operator_panel/preview/")
+"""Pages that are tested behind the starts, beside the others: a third of their time."""
 TIMED = (
     "tests/unit/bench/test_journal.py",
     "tests/unit/cell_recorder/journal/test_writer.py",
@@ -191,7 +193,7 @@ def part_of(file: str) -> str:
     if file.startswith(CELLS):
         return "cells"
     if drives_browser(file):
-        return "pages"
+        return "more_pages" if file.startswith(MORE_PAGES) else "pages"
     return "nodes" if file.startswith(LIVE + TIMED) else "pure"
 
 

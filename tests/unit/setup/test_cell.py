@@ -141,7 +141,7 @@ def parts(tmp_path: Path) -> str:
 
 
 @pytest.mark.parametrize("nodes", ["", "beside"])
-def test_the_whole_is_tested_in_five_parts(parts: str, nodes: str) -> None:
+def test_the_whole_is_tested_in_six_parts(parts: str, nodes: str) -> None:
     """What only computes takes what the others leave, and all that it is asked for reaches each."""
     done = run("bash", "-c", parts, "cell", "-k", "x", env=asked(CELL_TEST_NODES=nodes))
     assert done.returncode == 0, done.stderr
@@ -152,8 +152,9 @@ def test_the_whole_is_tested_in_five_parts(parts: str, nodes: str) -> None:
     own = os.nice(0)
     assert found == [
         ("cells", str(own), "-n 0", usual),
-        ("nodes", str(min(19, own + 5) if nodes else own), "-n 2", usual),
+        ("nodes", str(min(19, own + 5) if nodes else own), "-n 3", usual),
         ("starts", str(own), "-n 2", usual),
+        ("more_pages", str(own), "-n 0", usual),
         ("pages", str(own), "-n 0", usual),
         ("pure", "19", "-n 2", usual),
     ]
@@ -165,7 +166,7 @@ def test_single_nodes_run_beside_cells_on_request_and_never_beside_a_browser(
 ) -> None:
     """Beside a node of another worker a browser stopped going on.
 
-    Here nodes wait for pages in vain, and starts do not.
+    Here nodes wait for pages in vain, and starts and more pages do not.
     """
     (tmp_path / "build" / "ended").write_text("")
     says(
@@ -173,7 +174,7 @@ def test_single_nodes_run_beside_cells_on_request_and_never_beside_a_browser(
         '[ "$CELL_TEST_PART" != cells ] || for _ in {1..100}; do\n'
         f"  grep -q nodes build/ended && break; {'sleep 0.1' if beside else 'break'}\n"
         "done\n"
-        "for part in nodes:5 starts:100; do\n"
+        "for part in nodes:5 starts:100 more_pages:100; do\n"
         '  [ "$CELL_TEST_PART" != ${part%:*} ] || for ((k = 0; k < ${part#*:}; k++)); do\n'
         "    grep -q pages build/ended && break; sleep 0.1\n"
         "  done\n"
@@ -183,18 +184,21 @@ def test_single_nodes_run_beside_cells_on_request_and_never_beside_a_browser(
     assert run("bash", "-c", parts, env=asked(CELL_TEST_NODES=nodes)).returncode == 0
     ended = [part for part in (tmp_path / "build" / "ended").read_text().split() if part != "pure"]
     before = ["nodes", "cells"] if beside else ["cells", "nodes"]
-    assert ended == [*before, "pages", "starts"], "starts wait for the pages beside them"
+    assert ended == [*before, "pages", "starts", "more_pages"], (
+        "they wait for the pages beside them"
+    )
 
 
 @pytest.mark.parametrize(
-    ("part", "code"), [("cells", 1), ("starts", 2), ("nodes", 1), ("pages", 2), ("pure", 1)]
+    ("part", "code"),
+    [("cells", 1), ("starts", 2), ("nodes", 1), ("pages", 2), ("more_pages", 1), ("pure", 1)],
 )
 def test_a_part_that_fails_fails_the_whole(parts: str, part: str, code: int) -> None:
     """The others are run and shown all the same; 2 is a test file that cannot be read, too."""
     done = run("bash", "-c", parts, env=asked(FAILS=f"{part} {code}"))
     assert done.returncode == code and f"a part failed ({code})" in done.stderr
     shown = re.findall(r"^(\w+) \d+:", done.stdout, re.M)
-    assert shown == ["cells", "nodes", "starts", "pages", "pure"]
+    assert shown == ["cells", "nodes", "starts", "more_pages", "pages", "pure"]
 
 
 def test_an_interrupted_run_ends_what_runs_beside_it(parts: str, tmp_path: Path) -> None:
