@@ -14,6 +14,7 @@ WAITS = re.compile(r"^(?:import|from) (?:asyncio|socket|threading|subprocess)\b"
 """What a test imports that waits for somebody else."""
 ONLY_COMPUTES = {
     "tests/unit/bench/test_bench.py": "no process: it only raises the error of one that hangs",
+    "tests/unit/farm/desk/test_page_requests.py": "a loop that waits for nobody else",
     "tests/unit/operator_panel/page/test_leading.py": "a loop that waits for nobody else",
     "tests/unit/operator_panel/teach/test_kept.py": "a loop that waits for the disk",
     "tests/unit/scara_control/dynamics/test_cleared_memory.py": "a process, whose end it waits for",

@@ -48,6 +48,7 @@ from farm.desk.reading_io import AskingError
 from farm.desk.wall import wall_of
 from farm.keys import ChoiceError, choose
 from farm.link.rights import ALWAYS
+from farm.wire import WireError, decode
 
 PAGE = "farm_desk"
 KEPT_S = 0.4
@@ -151,16 +152,16 @@ class Page:
     async def _mark(self, request: Request) -> Response:
         """Acknowledge or shelve equal alarms in the name of who started the desk."""
         try:
-            asked = msgspec.json.decode(await request.body(), type=MarksAsked)
-        except msgspec.DecodeError as error:
+            asked = decode(await request.body(), MarksAsked)
+        except WireError as error:
             return PlainTextResponse(str(error), 400)
         answer = await run_in_threadpool(self._desk.alarms.mark, asked, "@".join(self._who))
         return PlainTextResponse(answer.text, 200 if answer.accepted else 409)
 
     async def _command(self, request: Request) -> Response:
         try:
-            asked = msgspec.json.decode(await request.body(), type=PageRequest)
-        except msgspec.DecodeError as error:
+            asked = decode(await request.body(), PageRequest)
+        except WireError as error:
             return PlainTextResponse(str(error), 400)
         if asked.command not in ALWAYS:
             return PlainTextResponse(f"{asked.command}: allowed are {', '.join(ALWAYS)}", 400)
