@@ -249,5 +249,6 @@ def test_an_alignment_that_cannot_end_says_which_joint_by_how_much_and_what_touc
     (failed,) = [each for each in pair.decisions() if each.trigger == "ALIGN_FAILED"]
     at, there = (HOME[2] * 1e3 + 0.62, HOME[2] * 1e3)
     assert f"joint_3 is 0.62 mm away, at {at:.2f} instead of {there:.2f} mm" in failed.why
-    way_out = f"{touches}: lead the real robot away by its pendant"
+    away = "lead the real robot away by its pendant, where a paused program is aborted first"
+    way_out = f"{touches}: {away}"
     assert (way_out if touches else "the twin reports no contact") in failed.why

@@ -48,10 +48,11 @@ def apart_text(setup: Setup, sides: Sides) -> str:
     real, twin = paired(sides) or (sides.real.last, sides.twin.last)
     rows = zip(setup.joints, setup.to_border(twin.q), setup.to_border(real.q))
     joint, here, there = max(rows, key=lambda row: abs(row[1] - row[2]))
-    away = f"{abs(here - there):.2f} {joint.unit}"
-    text = f"{joint.name} is {away} away, at {here:.2f} instead of {there:.2f} {joint.unit}"
+    far = f"{abs(here - there):.2f} {joint.unit}"
+    text = f"{joint.name} is {far} away, at {here:.2f} instead of {there:.2f} {joint.unit}"
     if sides.twin.touches:
-        return f"{text}; {sides.twin.touches}: lead the real robot away by its pendant"
+        away = "lead the real robot away by its pendant, where a paused program is aborted first"
+        return f"{text}; {sides.twin.touches}: {away}"
     motion = sides.twin.motion
     state = "" if motion is None else f", its motion is {motion.state} {motion.message}".rstrip()
     return f"{text}; the twin reports no contact{state}"
