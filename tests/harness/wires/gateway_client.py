@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import json
+import time
 from typing import Any
 
 import websocket
 from typing_extensions import Self
+from websocket import ABNF
 
 TIMEOUT_S = 5.0
 DEADLINE_S = 10.0
@@ -37,11 +39,20 @@ class RosbridgeClient:
         self.line.send(json.dumps(packet))
 
     def hear(self, op: str = "") -> dict[str, Any]:
-        """Return the next packet, or the next with this op."""
-        while True:
-            packet: dict[str, Any] = json.loads(self.line.recv())
+        """Return the next packet, or the next with this op, within the line's time-out.
+
+        Each ping would let the line's own ``recv`` wait anew.
+        """
+        limit = float(self.line.gettimeout() or DEADLINE_S)
+        end = time.monotonic() + limit
+        while time.monotonic() < end:
+            kind, frame = self.line.recv_data_frame(control_frame=True)
+            if kind in (ABNF.OPCODE_PING, ABNF.OPCODE_PONG):
+                continue
+            packet: dict[str, Any] = json.loads(b"" if kind == ABNF.OPCODE_CLOSE else frame.data)
             if op in ("", packet.get("op")):
                 return packet
+        raise TimeoutError(f"no packet {op} within {limit:g} s")
 
     def ask(self, **packet: Any) -> dict[str, Any]:
         """Send a packet and return the next that comes."""
