@@ -26,7 +26,6 @@ STARTS = (
     "tests/system/test_bringup.py",
     "tests/system/test_catkin_make.py",
     "tests/system/test_named_cell.py",
-    "tests/system/test_rostest.py",
     "tests/system/test_tutorial.py",
     "tests/unit/farm/desk/test_history.py",
     "tests/unit/farm/desk/test_rolling.py",
