@@ -152,10 +152,7 @@ class Process:
 
     @property
     def output(self) -> str:
-        """Everything it has printed so far, both streams; empty once the log is taken away.
-
-        That is so behind an attempt that is played again: what it wrote is taken away.
-        """
+        """Everything it has printed so far, both streams; empty where its log is gone."""
         return self.log.read_text(errors="replace") if self.log.exists() else ""
 
     def poll(self) -> int | None:

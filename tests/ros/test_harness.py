@@ -29,7 +29,7 @@ def test_a_node_that_dies_fails_the_wait_with_its_output(ros: Ros) -> None:
 
 
 def test_a_process_whose_log_was_taken_away_is_reported_all_the_same(ros: Ros) -> None:
-    """A test that is played again loses what its first attempt wrote; its report must come."""
+    """Whatever took it away: the report of the other processes must come."""
     process = ros.stage.start("sh", "-c", "exit 3")
     process.wait()
     process.log.unlink()
