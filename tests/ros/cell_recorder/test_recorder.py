@@ -153,7 +153,6 @@ def test_topics_that_appear_later_and_latched_ones_are_recorded(
 
 def test_a_killed_recorder_loses_at_most_a_fifth_of_a_second(ros: Ros) -> None:
     """What was received 0.2 s before kill -9 can be read after our reader has repaired a copy."""
-    # A recorder and a recording of its own each time: the scene may be played again.
     node, start, _ = start_node(ros)
     publisher = ros.publisher("twin/joint_states", JointState, subscribers=0)
     path = Path(start().path)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import signal
 import time
 from pathlib import Path
@@ -53,9 +52,6 @@ def worn(data: Path) -> None:
 
 def test_desk_stops_one_and_all_and_marks_alarms(farm: Farm) -> None:
     """As a person does it: look, press, read each cell's answer."""
-    # Where the machine stood still it is played again: with another desk, which knows nothing.
-    farm.stage.close()
-    shutil.rmtree(farm.folder, ignore_errors=True)
     worn(farm.folder)
     desk = farm.desk()
     with kept_chromium() as browser:

@@ -60,8 +60,6 @@ def test_recording_is_looked_at_on_the_page_while_stop_stays_live(
 ) -> None:
     """Robots, chart, decision and parts of its moment; the page says all the time what it shows."""
     page = theatre.page
-    if page.locator(".past-note").is_visible():  # the scene is played again
-        page.locator(".past-note").get_by_role("button", name="Live").click()
     theatre.resize(size)
     theatre.play("ready")
     lead = page.locator(".lead-real .lead-role")
