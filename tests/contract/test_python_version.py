@@ -92,6 +92,7 @@ def catches_too_little(node: ast.Try | ast.With) -> bool:
     return re.search(r"(?<![\w.])TimeoutError", caught) is not None
 
 
+@pytest.mark.thorough
 def test_no_source_needs_a_newer_python() -> None:
     """Each file, and exactly what is owed."""
     found = {path: set(newer(path.read_text("utf-8"), parsed(path))) for path in FILES}

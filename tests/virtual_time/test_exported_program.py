@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from harness.running.thorough import SEARCH, thorough
+from harness.running.thorough import SEARCH
 from harness.scenes.steps import ROBOT
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import CellFiles, load_files
@@ -117,7 +117,8 @@ def run(plant: str, text: str) -> Ways:
         return ways_of(cell, begun)
 
 
-@pytest.mark.parametrize("plant", ["ideal", *thorough("field")])
+@pytest.mark.thorough
+@pytest.mark.parametrize("plant", ["ideal", "field"])
 def test_an_exported_program_leads_both_sides_the_same_way(plant: str) -> None:
     """In joints and Cartesian to the same rests; in motion within the limits of a led twin."""
     files = files_of(plant)

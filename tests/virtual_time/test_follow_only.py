@@ -82,6 +82,7 @@ def follows(files: CellFiles) -> None:
         assert cell.real.writes == 0
 
 
+@pytest.mark.thorough
 def test_a_robot_without_a_table_is_followed_as_well(tmp_path: Path) -> None:
     """Four axes, as the maker delivers it."""
     files = load_files(ROBOT, folder=four_axes(tmp_path), plant="field", settings=AS_DELIVERED)

@@ -112,7 +112,8 @@ def test_robot_stands_before_somebody_who_walks_in_reaches_it(
     assert travel(cell.real.truth, resumed) > 1.0 and "LEADS" in cell.mode
 
 
-@pytest.mark.parametrize("away", [1.3, *thorough(1.6)])
+@pytest.mark.thorough
+@pytest.mark.parametrize("away", [1.3, 1.6])
 def test_robot_is_slow_enough_beside_somebody_who_stands_by(
     cell: MonitoredCell, away: float
 ) -> None:

@@ -58,6 +58,7 @@ def test_what_the_wrist_cannot_do_is_refused_before_anything_moves(cell: Virtual
     assert not answer.success and "target yaw = inf is not finite" in answer.message
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("leader", "variant"),
     [("real_leads", FIELD), *thorough(("twin_leads", FIELD)), *thorough(("real_leads", IDEAL))],

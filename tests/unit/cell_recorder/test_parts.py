@@ -212,6 +212,7 @@ def resident() -> int:
     return pages * os.sysconf("SC_PAGE_SIZE")
 
 
+@pytest.mark.thorough
 def test_memory_does_not_grow_with_the_messages(tmp_path: Path) -> None:
     """Three parts of a minute after two; an index for each message took 39 MB for them."""
     writer = BagWriter(tmp_path / "run.bag", SETTINGS)

@@ -66,9 +66,9 @@ def run_program(bench: Bench, number: int) -> None:
 @pytest.mark.parametrize(
     ("mode", "slow", "plant"),
     [
-        ("T1", True, "field"),
+        ("T1", True, "ideal"),
         ("T2", False, "ideal"),
-        *thorough(("T1", True, "ideal"), ("T2", False, "field")),
+        *thorough(("T1", True, "field"), ("T2", False, "field")),
     ],
 )
 def test_t1_keeps_every_program_to_250_mm_s(
@@ -81,6 +81,7 @@ def test_t1_keeps_every_program_to_250_mm_s(
     assert (0.9 * LIMIT < fastest(robot) <= LIMIT) is slow
 
 
+@pytest.mark.thorough
 def test_a_lower_override_is_slower_in_t1_too(bench: Bench) -> None:
     """It counts on what is left of the programmed speed."""
     robot = turned(bench, "T1")
@@ -117,7 +118,7 @@ def test_nothing_is_started_by_a_signal(bench: Bench, mode: Mode, start: str) ->
     assert robot.now.outputs.tpenbl and not robot.now.outputs.cmdenbl
 
 
-@pytest.mark.parametrize(("mode", "text"), [("T1", "SYST-038"), ("T2", "SYST-039")])
+@pytest.mark.parametrize(("mode", "text"), [("T1", "SYST-038"), *thorough(("T2", "SYST-039"))])
 def test_who_turns_the_switch_halts_a_running_program(bench: Bench, mode: Mode, text: str) -> None:
     """Its drives go off, it is paused, and RESET alone starts nothing."""
     bench.start_moving()

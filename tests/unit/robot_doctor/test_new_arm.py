@@ -161,6 +161,7 @@ def test_an_acceleration_that_had_to_be_raised_says_so() -> None:
     assert text.count("the least allowed") == 1
 
 
+@pytest.mark.thorough
 def test_an_arm_may_stand_on_a_rail(config: Path, tmp_path: Path) -> None:
     """A slide across its axes: its payload counts with the longest lever."""
     source = described(tmp_path)

@@ -82,6 +82,7 @@ def repository(tree: Path) -> str:
     return commit
 
 
+@pytest.mark.thorough
 def test_a_workspace_is_built_from_the_commit_that_is_named(tree: Path, repository: str) -> None:
     """With what it needs of Debian, and once."""
     first = ensure(tree)

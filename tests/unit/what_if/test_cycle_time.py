@@ -21,7 +21,7 @@ from what_if.world import World
 from scara_msgs.msg import TwinControllerState
 
 
-@pytest.mark.parametrize("name", ["ARTICLE", "TWO_POINT", "PALLETISE"])
+@pytest.mark.parametrize("name", ["ARTICLE", "TWO_POINT", *thorough("PALLETISE")])
 def test_a_program_takes_as_long_as_predicted(world: World, name: str) -> None:
     """Within 1 %: the issue's goal, here for the ideal plant."""
     motion = find_program(world.cell, name, CONFIG)

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from harness.pair import SETUP
+from harness.running.thorough import thorough
 from harness.yaml_files import CONFIG
 from scara_config import KeepOut
 from scara_config.payload import load_payloads
@@ -44,7 +45,8 @@ def move(number: int, *q: float) -> MoveStep:
 
 
 @pytest.mark.parametrize(
-    ("name", "placed"), [("ARTICLE", 0), ("TWO_POINT", 0), ("PALLETISE", 9), ("VEHICLE", 9)]
+    ("name", "placed"),
+    [("ARTICLE", 0), ("TWO_POINT", 0), ("PALLETISE", 9), *thorough(("VEHICLE", 9))],
 )
 def test_the_shipped_programs_are_free(world: World, name: str, placed: int) -> None:
     """What the cell does each day is not refused, and its parts arrive."""

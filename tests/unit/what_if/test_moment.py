@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from harness.running.thorough import thorough
 from harness.second_world.followed_page import programs
 from harness.yaml_files import CONFIG
 from PIL import Image
@@ -67,7 +68,7 @@ def test_moment_behind_a_switch_has_the_part_in_hand(world: World, tmp_path: Pat
     assert apart_mm(moment) == pytest.approx(near.distance_mm, abs=0.2)
 
 
-@pytest.mark.parametrize("name", ["", "ARTICLE", "PALLETISE"])
+@pytest.mark.parametrize("name", ["", "ARTICLE", *thorough("PALLETISE")])
 def test_free_motion_shows_where_bodies_come_nearest(world: World, name: str) -> None:
     """The clearance of the verdict; in PALLETISE parts are carried by then."""
     motion = find_program(world.cell, name, CONFIG) if name else FREE

@@ -47,9 +47,10 @@ def shaken(plant: Variant, pauses: tuple[float, ...] = PAUSES_S) -> Variant:
     return OnADesk(plant.name, plant.change, plant.plant, 0.0, pauses, 0.3, 0.35, plant.ahead)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("plant", "pauses"),
-    [(IDEAL, LONGEST_S), *thorough((FIELD, PAUSES_S))],
+    [(IDEAL, LONGEST_S), (FIELD, PAUSES_S)],
     ids=["ideal", "field"],
 )
 def test_pauses_of_the_controller_cost_next_to_nothing(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
+from harness.running.thorough import thorough
 from harness.scenes.steps import AWAY
 from harness.scenes.troubled import TroubledCell, desk_files
 from twin_controller.view import Level, statuses
@@ -18,7 +19,7 @@ def told(cell: TroubledCell) -> tuple[int, str]:
     return next((status.level, status.message) for status in found if status.name == DELAY)
 
 
-@pytest.mark.parametrize("stood", [0.0, 0.1])
+@pytest.mark.parametrize("stood", [*thorough(0.0), 0.1])
 def test_a_robot_that_stood_for_a_moment_is_told_as_late(stood: float) -> None:
     """At full speed it stays a third of its reach behind, on its path: nothing said so."""
     with TroubledCell(desk_files("fanuc_sr6ia")) as cell:

@@ -46,7 +46,7 @@ SHORT = 4 if SEARCH else 3
     ("leader", "variant"),
     [
         ("real_leads", ROUGH_LEADER),
-        ("twin_leads", ROUGH_FOLLOWER),
+        *thorough(("twin_leads", ROUGH_FOLLOWER)),
         *thorough(*((leader, BY_NAME[name]) for leader, name in ONE_BY_ONE)),
     ],
 )
@@ -80,7 +80,7 @@ def test_a_trial_that_ends_early_says_why() -> None:
     assert trial.ended.startswith("PAUSED: the pair came apart")
 
 
-@pytest.mark.parametrize("missed", ["", "38.0 % of the time has no samples, limit 1 %"])
+@pytest.mark.parametrize("missed", [*thorough(""), "38.0 % of the time has no samples, limit 1 %"])
 def test_what_is_not_known_is_no_figure_and_a_hole_ends_a_trial(
     missed: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -219,23 +219,31 @@ def test_what_the_first_week_scattered_by_is_no_change(factor: float, is_found: 
     assert (found is not None) == is_found
 
 
+ALONE = [kind for kind in KINDS if kind != "payload"]
+CASES: tuple[tuple[Kind, ...], ...] = (
+    *((kind,) for kind in (ALONE if SEARCH else ALONE[:1])),
+    ("payload", "friction"),
+)
+"""By day one kind alone; by night each."""
+
+
 @pytest.fixture(scope="module")
 def record() -> RobotRecord:
-    """Return what one robot's cycles say: two days for a week, each kind, and two at once."""
+    """Return what one robot's cycles say: two days for a week, and each case."""
     robot = load_robot(FOLDER)
     plant, random = load_plant(robot, FOLDER, "field:1"), np.random.default_rng(1)
-    alone: list[tuple[Kind, ...]] = [(kind,) for kind in KINDS if kind != "payload"]
-    scene = WearScene(cases=(*alone, ("payload", "friction")), week=LEAST, within=9)
+    scene = WearScene(cases=CASES, week=LEAST, within=9)
     return run_robot(robot, plant, random, scene)
 
 
 def test_what_wears_is_found_on_a_drawn_robot_and_a_healthy_one_is_left_alone(
     record: RobotRecord,
 ) -> None:
-    """Short form of ``./cell bench --health``: each kind alone; of two at once the worse."""
+    """Short form of ``./cell bench --health``: alone, and of two at once the worse."""
     trial = judged(record)
     assert trial.false_alarms == ()
-    assert {kind for each in trial.results for kind, _ in each.worn} == set(KINDS)
+    worn = {kind for each in trial.results for kind, _ in each.worn}
+    assert worn == set(itertools.chain(*CASES))
     for result in trial.results:
         assert result.right and 0 < result.after <= WITHIN, result
 
@@ -248,6 +256,7 @@ def test_a_false_alarm_counts_as_often_as_it_comes(record: RobotRecord) -> None:
     assert judged(week, lambda of: lambda signs: next(says)).false_alarms == (named, named)
 
 
+@pytest.mark.thorough
 def test_two_joints_that_wear_alike_are_two(record: RobotRecord) -> None:
     """The same kind is drawn in another joint; a watch that says nothing has found nothing."""
     robot = load_robot(FOLDER)

@@ -32,6 +32,7 @@ def copied(name: str, folder: Path) -> Path:
     return path
 
 
+@pytest.mark.thorough
 def test_a_shipped_program_gets_a_quicker_one_beside_it(tmp_path: Path) -> None:
     """On both plants, with its remarks; a second time nothing is overwritten."""
     path = copied("TWO_POINT", tmp_path)

@@ -8,6 +8,7 @@ import random
 import msgspec
 import pytest
 from harness.pair import SETUP
+from harness.running.thorough import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from twin_controller.core.sides import change
@@ -148,7 +149,7 @@ DRIFT = 0.2
 """Of the smallest step shown: a drive that settles."""
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(examples(5, 20)))
 def test_noise_beside_a_drive_that_settles_is_no_change(seed: int) -> None:
     """The agreed position is a mean: one sample at the noise's edge would make noise a change."""
     rng = random.Random(seed)
