@@ -138,10 +138,10 @@ def test_cell_that_does_not_get_ready_says_what_is_missing(cell: LiveCell) -> No
         "--without",
         "emulator",
         *SMALL,
-        env=config_with(cell.folder / "c", "bringup.yaml", ["ready_timeout"], 15.0),
+        env=config_with(cell.folder / "c", "bringup.yaml", ["ready_timeout"], 10.0),
     )
     assert bringup.wait(60.0) == 1
-    assert "not ready after 15 s; missing:" in bringup.output
+    assert "not ready after 10 s; missing:" in bringup.output
     assert re.search(r"twin_controller: mode IDLE: it is OFFLINE \(.+\)", bringup.output), (
         bringup.output
     )

@@ -1,7 +1,7 @@
 """Which test runs when, where several processes share one machine.
 
 ``./cell test`` runs six parts: whole cells one at a time; then single nodes and what looks at the
-clock, three at a time; then pages in a browser, one at a time, beside what starts and ends programs
+clock, five at a time; then pages in a browser, one at a time, beside what starts and ends programs
 and judges no times, two at a time, and behind that beside more pages; and beside all of them what
 only computes, in the processor time that those leave (decisions 0022 and 0037). The tests of one
 group go to one worker of pytest-xdist, one after the other; those of a shared cell are one group.
@@ -46,7 +46,11 @@ BROWSES = re.compile(
     re.MULTILINE,
 )
 """What a test imports that drives a browser."""
-MORE_PAGES = ("tests/ros/operator_panel/jogging/", "tests/ros/operator_panel/preview/")
+MORE_PAGES = (
+    "tests/ros/farm/",
+    "tests/ros/operator_panel/jogging/",
+    "tests/ros/operator_panel/preview/",
+)
 """Pages that are tested behind the starts, beside the others: a third of their time."""
 TIMED = (
     "tests/unit/bench/test_journal.py",

@@ -11,6 +11,7 @@ from datetime import datetime
 import pytest
 from harness.page import recorded
 from harness.page.theatre import SLOW_MS, TOKEN, Theatre, at_sizes, kept_theatre
+from harness.running.thorough import thorough
 from harness.wires.browser import LOAD_MS
 from harness.workspace import ROOT
 from playwright.sync_api import expect
@@ -54,7 +55,7 @@ def open_recording(theatre: Theatre) -> None:
     expect(told).not_to_contain_text("read", timeout=SLOW_MS)
 
 
-@at_sizes("phone", "wide")
+@at_sizes("phone")
 def test_recording_is_looked_at_on_the_page_while_stop_stays_live(
     theatre: Theatre, size: str
 ) -> None:
@@ -154,7 +155,7 @@ SHOWN = """() => [window.panel.timeLine.look?.last, window.panel.timeLine.at,
     document.querySelector("[data-past-text]").textContent]"""
 
 
-@pytest.mark.parametrize("zone", ["Pacific/Honolulu", "Asia/Tokyo"])
+@pytest.mark.parametrize("zone", ["Pacific/Honolulu", *thorough("Asia/Tokyo")])
 def test_phone_whose_clock_and_zone_differ_looks_back_by_the_cells_clock(
     theatre: Theatre, zone: str
 ) -> None:

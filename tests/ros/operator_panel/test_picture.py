@@ -9,6 +9,7 @@ import pytest
 from harness.page.acts import GHOST, preview_of
 from harness.page.hand import Hand
 from harness.page.theatre import Theatre, kept_theatre
+from harness.running.thorough import thorough
 from playwright.sync_api import expect
 
 # Opacity of each zone, and whether it hides what is behind it; none while it is not drawn yet.
@@ -55,7 +56,7 @@ HIDDEN = """() => {
 }"""
 
 
-@pytest.mark.parametrize("size", ["phone", "low"])
+@pytest.mark.parametrize("size", ["phone", *thorough("low")])
 def test_both_tools_and_the_ghost_are_in_sight(drawn: Theatre, size: str) -> None:
     """At rest, at the far end of a motion, and in a preview; nothing lies over them."""
     page = drawn.page
@@ -93,7 +94,7 @@ def test_each_view_moves_the_eye(drawn: Theatre) -> None:
     hand.switch(page.locator("[data-follow]"))
 
 
-@pytest.mark.parametrize("colours", ["dark", "light"])
+@pytest.mark.parametrize("colours", ["dark", *thorough("light")])
 def test_what_stands_in_a_zone_is_seen_through_it(drawn: Theatre, colours: str) -> None:
     """The table stands in a zone: it would be a red box."""
     drawn.resize("low")

@@ -15,18 +15,10 @@ from harness.faults.link_faults import losses
 from harness.faults.rows import Row, check
 from harness.opponents import hostile_pages
 
-pytestmark = pytest.mark.system
-EACH_TIME = ("flood",)
-"""The others are refused by what tests/unit/rosbridge_gateway holds with literal bytes."""
+pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
 
-@pytest.mark.parametrize(
-    "attack",
-    [
-        attack if attack in EACH_TIME else pytest.param(attack, marks=pytest.mark.thorough)
-        for attack in ATTACKS
-    ],
-)
+@pytest.mark.parametrize("attack", ATTACKS)
 def test_attack_on_the_gateway_costs_the_others_nothing(
     cell: FaultCell, rng: Random, attack: str
 ) -> None:
@@ -37,7 +29,6 @@ def test_attack_on_the_gateway_costs_the_others_nothing(
     check(lambda: attacked(cell, attack, rng, 3.5))
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize("seconds", [5.0, 60.0])
 def test_hostile_pages_part_no_moving_pair(cell: FaultCell, seconds: float) -> None:
     """Eight at once, while the robot leads from pose to pose: no link is ever stale.

@@ -46,6 +46,7 @@ def decisions(cell: LiveCell) -> list[str]:
     return lines
 
 
+@pytest.mark.thorough
 def test_the_real_robot_follows_a_trajectory_of_the_twin_and_the_recording_holds_it(
     live_cell: LiveCell,
 ) -> None:

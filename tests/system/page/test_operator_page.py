@@ -133,6 +133,7 @@ def tool_of(page: Page, side: str) -> list[float]:
     return [number(word) for word in re.findall(r"[xyz] (\S+)", text)]
 
 
+@pytest.mark.thorough
 def test_unreachable_target_is_refused_before_it_is_sent_and_a_good_one_is_reached(
     operator: Page, panel: Panel
 ) -> None:
@@ -229,6 +230,7 @@ def test_changed_gain_is_in_force_and_written_back_and_can_be_undone(
     expect(field).to_have_value("22.96")
 
 
+@pytest.mark.thorough
 def test_viewer_sees_everything_and_begins_no_motion(viewer: Page) -> None:
     """Buttons are dead, and what is sent past them is refused by the server; STOP is alive."""
     expect(viewer.get_by_text("Watching only")).to_be_visible()
@@ -240,6 +242,7 @@ def test_viewer_sees_everything_and_begins_no_motion(viewer: Page) -> None:
     expect(viewer.locator('[data-stop-answer="STOP"]')).to_have_text("confirmed")
 
 
+@pytest.mark.thorough
 def test_camera_is_seen_by_whoever_watches_and_its_end_is_said(
     viewer: Page, patient_cell: LiveCell
 ) -> None:

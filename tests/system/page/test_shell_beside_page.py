@@ -134,6 +134,7 @@ def typed(cell: LiveCell, page: Page, lines: list[str]) -> None:
     wait_until(lambda: aligned(cell), 60.0, "a pair that is ready again", period=0.2)
 
 
+@pytest.mark.thorough
 def test_preview_of_article_plays_in_the_first_minute(begun: float, page: Page) -> None:
     """Start, page, button, verdict and ghost, without another command in between."""
     page.get_by_role("tab", name="Programs", exact=True).click()
@@ -160,6 +161,7 @@ def test_each_printed_line_works_while_a_page_that_moved_the_pair_holds_control(
     assert any("-> TWIN_LEADS" in line and "[by operator, this machine]" in line for line in told)
 
 
+@pytest.mark.thorough
 def test_jog_action_and_command_of_a_shell_work_beside_the_holders_page(
     cell: LiveCell, page: Page
 ) -> None:
