@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 from harness.ros import Ros
 from harness.running.rooms import ROOMS
-from harness.running.thorough import thorough
 from harness.sources import PACKAGES, package_name
 from harness.workspace import ROOT
 from std_msgs.msg import String
@@ -127,7 +126,8 @@ def test_cmake_builds_a_fresh_clone_with_the_interpreter_of_its_venv(
     assert_node_starts(clone / "devel", ros)
 
 
-@pytest.mark.parametrize("names", [NEEDED, *thorough(NAMES)], ids=len)
+@pytest.mark.thorough
+@pytest.mark.parametrize("names", [NEEDED, NAMES], ids=len)
 def test_catkin_make_builds_a_fresh_clone_and_tells_what_is_missing(
     clone: Path, ros: Ros, tmp_path: Path, names: list[str]
 ) -> None:

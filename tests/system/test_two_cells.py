@@ -17,7 +17,7 @@ from harness.processes import Process, free_port, wait_until
 from harness.ros import Master
 from jsonschema import Draft202012Validator
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.thorough]
 SHARED = ("/diagnostics", "/tf", "/tf_static")
 
 

@@ -158,6 +158,7 @@ def test_a_line_of_the_twins_own_stops_before_a_zone_on_it(cell: VirtualCell) ->
     assert cell.mode == "STOPPED"
 
 
+@pytest.mark.thorough
 def test_a_line_that_was_paused_goes_on_straight(cell: VirtualCell) -> None:
     """PAUSE stretches its time and leaves its way."""
     since = len(cell.twin.truth)

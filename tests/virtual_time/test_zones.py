@@ -75,6 +75,7 @@ def test_no_zone_is_entered_and_no_free_way_is_stopped(plant: str, delay_ms: flo
     assert counts["enter"] > 0.2 * counts["moves"], "the zones are not on the ways"
 
 
+@pytest.mark.thorough
 def test_a_robot_that_was_stopped_too_late_says_that_it_stands_in_the_zone() -> None:
     """A profile of a robot that brakes at once: how deep it stands, and what to measure."""
     files, quick = braking(load_files(ROBOT, plant="field"), 10.0), msgspec.structs.replace

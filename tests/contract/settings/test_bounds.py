@@ -148,6 +148,7 @@ def accepted(place: Path, folder: Path) -> Iterator[str]:
                 yield row
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("quick")
 def test_a_comma_that_slips_by_three_places_is_refused(tmp_path: Path) -> None:
     """Each number of each file, in both directions, but those that say why they may pass."""

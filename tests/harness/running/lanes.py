@@ -50,6 +50,7 @@ MORE_PAGES = (
     "tests/ros/farm/",
     "tests/ros/operator_panel/jogging/",
     "tests/ros/operator_panel/preview/",
+    "tests/ros/operator_panel/test_for_hands.py",
 )
 """Pages that are tested behind the starts, beside the others: a third of their time."""
 TIMED = (

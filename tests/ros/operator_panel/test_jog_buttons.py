@@ -134,6 +134,7 @@ TOOL = """() => {
 FROM_ABOVE = "() => window.panel.scene.view.camera.position.z > 1.5"
 
 
+@pytest.mark.thorough
 def test_the_twin_goes_after_a_pointer_that_drags_its_tool() -> None:
     """In the picture, while Guide is pressed; let go, a lost pointer and STOP end it for good.
 

@@ -13,7 +13,7 @@ from harness.running.thorough import examples
 from harness.wires.gateway_client import command_over
 from harness.yaml_files import REMOVED, changed_yaml, copy_configuration
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
 NOT_THERE = (
     *("ring_write", "ring_read", "ring_underruns", "ring_clock_ms", "ring_setpoint"),

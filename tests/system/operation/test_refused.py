@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 from harness.second_world.refusing_cell import RefusingCell, refused_requests
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
 
-@pytest.mark.parametrize("count", [8, pytest.param(1000, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("count", [20, 1000])
 def test_refused_commands_put_no_set_point_on_any_wire(tmp_path: Path, count: int) -> None:
     """By MOVE, MOVE_JOINTS, move_to and the joint controller's service, all over the gateway.
 

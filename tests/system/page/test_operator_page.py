@@ -166,6 +166,7 @@ def test_unreachable_target_is_refused_before_it_is_sent_and_a_good_one_is_reach
     panel.cell.beside_lost_links(scene)
 
 
+@pytest.mark.thorough
 def test_taught_draft_leads_both_robots_to_its_end_and_a_stop_ends_it(
     operator: Page, panel: Panel
 ) -> None:
@@ -260,6 +261,7 @@ def test_camera_is_seen_by_whoever_watches_and_its_end_is_said(
     expect(caption).to_contain_text("No picture comes")
 
 
+@pytest.mark.thorough
 def test_pair_as_data_is_what_the_page_shows(viewer: Page, panel: Panel) -> None:
     """Now, and a while ago."""
     for query in ("", "?time=-1"):

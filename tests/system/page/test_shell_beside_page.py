@@ -27,7 +27,7 @@ from harness.wires.browser import chromium
 from harness.wires.gateway_client import command_over, connect
 from playwright.sync_api import Page, expect
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
 ACTIONLIB = Path(__file__).parents[1] / "clients" / "actionlib_client.py"
 PATIENT_MS = 120_000  # on a machine that does other things too
@@ -134,7 +134,6 @@ def typed(cell: LiveCell, page: Page, lines: list[str]) -> None:
     wait_until(lambda: aligned(cell), 60.0, "a pair that is ready again", period=0.2)
 
 
-@pytest.mark.thorough
 def test_preview_of_article_plays_in_the_first_minute(begun: float, page: Page) -> None:
     """Start, page, button, verdict and ghost, without another command in between."""
     page.get_by_role("tab", name="Programs", exact=True).click()
@@ -161,7 +160,6 @@ def test_each_printed_line_works_while_a_page_that_moved_the_pair_holds_control(
     assert any("-> TWIN_LEADS" in line and "[by operator, this machine]" in line for line in told)
 
 
-@pytest.mark.thorough
 def test_jog_action_and_command_of_a_shell_work_beside_the_holders_page(
     cell: LiveCell, page: Page
 ) -> None:

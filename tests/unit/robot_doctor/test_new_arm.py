@@ -192,6 +192,7 @@ def test_a_file_may_have_any_name(tmp_path: Path) -> None:
     assert parse_robot(tidied(foreign, "mine", lambda _: np.zeros((0, 3, 3)))) is not None
 
 
+@pytest.mark.thorough
 def test_an_arm_that_gets_nowhere_turned_as_it_must_be_is_refused_soon(
     config: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

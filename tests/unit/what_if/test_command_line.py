@@ -43,6 +43,7 @@ def test_json_is_the_verdict() -> None:
     assert verdict.reasons[0].text.startswith("the nozzle would hit part_")
 
 
+@pytest.mark.thorough
 def test_worlds_that_differ_are_told_with_their_seed() -> None:
     """Beside the verdict; as JSON too."""
     code, text = run("0.51,0.16,0.10", "--worlds", "5", "--seed", "4", "--workers", "1")

@@ -61,6 +61,7 @@ def test_the_articles_limits_hold_on_a_robot_made_different(leader: str, variant
     assert trial.rest_percent is not None and trial.rest_percent <= REST_PERCENT, trial
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "robot", ["fanuc_sr6ia", *thorough("fanuc_sr3ia", "scara_4axis", "articulated_six")]
 )

@@ -20,6 +20,7 @@ def theatre(tmp_path: Path) -> Iterator[Theatre]:
         yield made
 
 
+@pytest.mark.thorough
 def test_a_scara_with_a_wrist_turns_its_tool_about_the_vertical(theatre: Theatre) -> None:
     """Steps and a held button about Z alone; a target with a yaw, and along a line."""
     hand = Hand(theatre)

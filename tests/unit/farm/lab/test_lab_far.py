@@ -21,6 +21,7 @@ def lab(tmp_path: Path) -> Iterator[Lab]:
     made.stage.close()
 
 
+@pytest.mark.thorough
 def test_an_interruption_ends_all_processes_and_the_lab_goes_on(lab: Lab) -> None:
     """Jobs and what they started too, though the signal reaches the first process alone.
 

@@ -109,6 +109,7 @@ def hurried(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cluster, "PATIENCE_S", PATIENCE_S)
 
 
+@pytest.mark.thorough
 def test_another_machine_gives_the_same_results_bit_for_bit(two: Two) -> None:
     """Points by their words; recordings by their content, though they are at the desk alone."""
     two.program("replay", READS)

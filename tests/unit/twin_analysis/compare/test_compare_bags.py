@@ -106,6 +106,7 @@ def test_at_rest_the_tools_are_held_against_each_other_alone(make_bag: MakeBag) 
     assert pair["rest_apart_max_mm"] == pytest.approx(0.5, abs=0.01)
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("without_figures")
 def test_recordings_are_held_against_the_first(make_bag: MakeBag) -> None:
     """A repeat whose twin is 0.5 mm higher is off by that.

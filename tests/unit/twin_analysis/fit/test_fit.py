@@ -71,6 +71,7 @@ def test_the_zero_vector_is_the_start() -> None:
     assert apply_vector(COMPUTED, ARM, np.zeros(len(names_of(ARM, NAMES, COMPUTED)))) == COMPUTED
 
 
+@pytest.mark.thorough
 def test_detuned_gains_are_found_again() -> None:
     """The article's twin, plain PID: detuned on purpose, brought back by the recording alone."""
     choice = Choice((0, 1), False)

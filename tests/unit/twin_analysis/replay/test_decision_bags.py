@@ -103,6 +103,7 @@ def replayed(bag: Path) -> ReplayResult:
         )
 
 
+@pytest.mark.thorough
 def test_a_bag_replays_without_a_difference(write: Write, recording: Recording) -> None:
     """From the bag alone, in whatever namespace the cell was.
 

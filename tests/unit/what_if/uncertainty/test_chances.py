@@ -40,6 +40,7 @@ def beside_a_person(world: World, gap_mm: float) -> World:
     return found
 
 
+@pytest.mark.thorough
 def test_the_chance_of_a_hit_is_that_of_the_gap(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
