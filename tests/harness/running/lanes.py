@@ -87,6 +87,7 @@ TIMED = (
     "tests/unit/robot_doctor/test_robot_probe.py",
     "tests/unit/robot_doctor/test_set_up.py",
     "tests/unit/robot_doctor/test_stop_trials.py",
+    "tests/unit/robot_doctor/test_twin_probe.py",
     "tests/unit/rosbridge_gateway/admission/",
     "tests/unit/rosbridge_gateway/server/",
     "tests/unit/scara_bringup/",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Iterator
+from typing import Any
 
 import websocket
 from twin_controller.twin.rosbridge_access_io import Access, is_secure, shown, tls_context
@@ -43,7 +44,7 @@ def ask_twin(url: str, access: Access) -> Iterator[Finding]:
             link.send(
                 json.dumps({"op": "call_service", "id": str(number), "service": "/rosapi/get_time"})
             )
-            answer = json.loads(link.recv())
+            answer = _next_packet(link)
             received = time.time()
             stamp = answer["values"]["time"]
             trips.append(received - sent)
@@ -63,3 +64,20 @@ def ask_twin(url: str, access: Access) -> Iterator[Finding]:
         )
     finally:
         link.close()
+
+
+def _next_packet(link: websocket.WebSocket) -> Any:
+    """Return the next packet.
+
+    Each ping would let the line's own ``recv`` wait anew.
+
+    Raises:
+        TimeoutError: None came within ``TIMEOUT_S``.
+        ValueError: It is no JSON, or the other side has closed the line.
+    """
+    until = time.monotonic() + TIMEOUT_S
+    while time.monotonic() < until:
+        kind, frame = link.recv_data_frame(control_frame=True)
+        if kind not in (websocket.ABNF.OPCODE_PING, websocket.ABNF.OPCODE_PONG):
+            return json.loads(b"" if kind == websocket.ABNF.OPCODE_CLOSE else frame.data)
+    raise TimeoutError(f"no answer within {TIMEOUT_S:g} s")
