@@ -8,6 +8,7 @@ from __future__ import annotations
 import signal
 import time
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -46,10 +47,13 @@ class WearingCell:
         self.node = self.start()
         self._decisions = ros.publisher("twin_controller/decisions", Decision, subscribers=2)
         self._data = ros.publisher("real/robot_data", RobotData, subscribers=0)
-        self._real, self._twin = (
-            ros.publisher(f"{side}/joint_states", JointState, subscribers=0, queue_size=1000)
-            for side in ("real", "twin")
-        )
+        self._real, self._twin = self._sides()
+
+    def _sides(self) -> list[Any]:
+        """Return what publishes the joints of each side."""
+        options = {"subscribers": 0, "queue_size": 1000}
+        topics = ("real/joint_states", "twin/joint_states")
+        return [self._ros.publisher(topic, JointState, **options) for topic in topics]
 
     def start(self) -> Process:
         """Start the monitor; each cycle is taken, and the first week has no length."""
@@ -60,6 +64,10 @@ class WearingCell:
         """End the monitor without a farewell, and start it again."""
         self.node.signal(signal.SIGKILL)
         self.node.wait(5.0)
+        # A publisher counts whoever was killed as a listener until it has written to it in vain.
+        for side in (self._real, self._twin):
+            side.unregister()
+        self._real, self._twin = self._sides()
         self.node = self.start()
         self._ros.wait_until(lambda: "is ready" in self.node.output, 20.0, "a monitor")
 
