@@ -152,7 +152,7 @@ def test_the_whole_is_tested_in_six_parts(parts: str, nodes: str) -> None:
     own = os.nice(0)
     assert found == [
         ("cells", str(own), "-n 0", usual),
-        ("nodes", str(min(19, own + 5) if nodes else own), "-n 5", usual),
+        ("nodes", str(min(19, own + 5) if nodes else own), "-n 3", usual),
         ("starts", str(own), "-n 2", usual),
         ("more_pages", str(own), "-n 0", usual),
         ("pages", str(own), "-n 0", usual),
