@@ -35,6 +35,8 @@ ROBOT = load_robot(ROOT / "config")
 WORN = Wear("friction", 3.0, "joint_2")
 AT_ONCE = 10
 """So many readings are published with no pause between them."""
+AT_REST = 200
+"""And so many behind the cycle, one at a time: a monitor that is late misses none of its motion."""
 
 
 class WearingCell:
@@ -81,15 +83,18 @@ class WearingCell:
         )
         names, begun = [joint.name for joint in ROBOT.joints], time.time()
         efforts = np.array([1e-2 * joint.effort for joint in ROBOT.joints])
-        for k, at in enumerate(cycle.times):
+        count = len(cycle.times)
+        for k in range(count + AT_REST):
+            now = min(k, count - 1)
+            at = cycle.times[now] + (k - now) * (cycle.times[1] - cycle.times[0])
             for topic, q, effort in (
-                (self._real, cycle.measured[k], cycle.torques[k] * efforts),
-                (self._twin, cycle.wanted[k], ()),
+                (self._real, cycle.measured[now], cycle.torques[now] * efforts),
+                (self._twin, cycle.wanted[now], ()),
             ):
                 said = JointState(name=names, position=list(q), effort=list(effort))
                 said.header.stamp = rospy.Time.from_sec(begun + at)
                 topic.publish(said)
-            if k % AT_ONCE == 0:
+            if k % AT_ONCE == 0 or k >= count:
                 # As a cell does, again and again: topics overtake each other.
                 self._data.publish(program="FLICK line 1 running", running=True)
                 time.sleep(0.005)

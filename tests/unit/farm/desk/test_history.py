@@ -188,7 +188,7 @@ def test_desk_killed_at_any_moment_keeps_each_event_once(
             text=True,
         )
         assert desk.stdout is not None
-        assert any(READY in line for line in desk.stdout)
+        assert any(READY in line for line in desk.stdout), f"it ended with {desk.wait()}"
         return desk
 
     def count() -> int:
