@@ -94,6 +94,7 @@ def test_a_joint_that_stays_or_is_not_back_is_told(monkeypatch: pytest.MonkeyPat
     assert told[-1] == "joint_1 is not back: it stands +0.52 deg from where it began"
 
 
+@pytest.mark.thorough
 def test_a_joint_swings_back_also_at_a_low_override() -> None:
     """As doctor --stops leaves it: it needs as long for its way back."""
     table = ROBOT.twin_joints[3]

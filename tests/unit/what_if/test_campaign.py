@@ -8,9 +8,8 @@ from harness.second_world.planting import HARMS
 from harness.yaml_files import CONFIG
 
 
-@pytest.mark.parametrize(
-    ("count", "seed"), [(12, 3), pytest.param(1000, 29, marks=pytest.mark.thorough)]
-)
+@pytest.mark.thorough
+@pytest.mark.parametrize(("count", "seed"), [(12, 3), (1000, 29)])
 def test_planted_harm_is_refused_and_a_free_program_is_not(count: int, seed: int) -> None:
     """What is true is found by MuJoCo. The goals are 0 missed and at most 1 % refused wrongly."""
     with benches(CONFIG, seed) as known:

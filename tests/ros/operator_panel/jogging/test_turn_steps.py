@@ -10,12 +10,10 @@ from pathlib import Path
 import pytest
 from harness.page.hand import ACCEPTED, Hand
 from harness.page.theatre import SIZES, Theatre, open_theatre
-from harness.running.pairs import pairs
-from harness.running.thorough import thorough
 
 MINUS = "\N{MINUS SIGN}"
 TURNS = (("world", "tool"), ("0.1", "1", "10"), "XYZ", (MINUS, "+"))
-"""What a turn is about, and how far: the full product is tested on the function that finds it, in
+"""What a turn is about, and how far: by day tested on the function that finds it, in
 tests/unit/operator_panel/control/test_turns.py."""
 
 
@@ -26,12 +24,8 @@ def theatre(tmp_path: Path) -> Iterator[Theatre]:
         yield made
 
 
-@pytest.mark.parametrize(
-    "turns", [pytest.param(pairs(*TURNS), id="pairs"), *thorough(list(product(*TURNS)))]
-)
-def test_arm_of_six_axes_turns_its_tool_in_steps(
-    theatre: Theatre, turns: list[tuple[str, ...]]
-) -> None:
+@pytest.mark.thorough
+def test_arm_of_six_axes_turns_its_tool_in_steps(theatre: Theatre) -> None:
     """About each axis, 0.1, 1 and 10 degrees, in both frames; the move is sent and accepted."""
     hand = Hand(theatre)
     theatre.resize("phone")
@@ -42,7 +36,7 @@ def test_arm_of_six_axes_turns_its_tool_in_steps(
     for axis, sign in product("XYZ", (MINUS, "+")):
         step = hand.button(f"Step {axis} {sign}", steps)
         hand.command(step, f"Step {axis} {sign}1 mm, world", *ACCEPTED)
-    for (frame, size), rows in groupby(turns, itemgetter(0, 1)):
+    for (frame, size), rows in groupby(product(*TURNS), itemgetter(0, 1)):
         for chosen in (frame.capitalize(), size):
             hand.choose(steps.get_by_role("tab", name=chosen, exact=True))
         for *_, axis, sign in rows:

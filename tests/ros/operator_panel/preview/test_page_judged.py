@@ -77,6 +77,7 @@ def test_preview_plays_what_the_judge_has_tried(watched: Open, ros: Ros) -> None
     page.wait_for_function(f"() => ({GHOST})() === null")
 
 
+@pytest.mark.thorough
 def test_gate_that_warns_lets_run_what_is_refused_and_says_so(watched: Open, ros: Ros) -> None:
     """The line tells the mode; the verdict stands in the question, and beside the command."""
     from scara_msgs.msg import Audit

@@ -65,6 +65,7 @@ def test_a_folder_holds_one_plan(tmp_path: Path) -> None:
         read_plan(tmp_path / "nothing")
 
 
+@pytest.mark.thorough
 def test_an_experiment_repeats_itself_and_says_where_it_does_not(lab: Lab) -> None:
     """As a person does it, also on another scheduler: one of its own."""
     lab.judge(STEADY)
