@@ -7,8 +7,12 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
-import websocket
-from twin_controller.twin.rosbridge_access_io import Access, is_secure, shown, tls_context
+from twin_controller.twin.rosbridge_access_io import Access, shown
+from twin_controller.twin.rosbridge_socket_io import (
+    LinkSettings,
+    RosbridgeSocket,
+    TwinLinkLostError,
+)
 
 from robot_doctor.finding import Finding, Group, fine, note, wrong
 
@@ -19,18 +23,8 @@ TIMEOUT_S = 2.0
 def ask_twin(url: str, access: Access) -> Iterator[Finding]:
     """Yield whether the gateway answers, how fast, and how far its clock is from ours."""
     try:
-        tls = {"context": tls_context(access.ca_file)} if is_secure(url) else None
-        link = websocket.create_connection(
-            url,
-            timeout=TIMEOUT_S,
-            header=access.headers,
-            sslopt=tls,
-            suppress_origin=True,
-            http_no_proxy=["*"],
-            # Behind a redirect another server would get the token.
-            redirect_limit=0,
-        )
-    except (OSError, websocket.WebSocketException) as error:
+        link = RosbridgeSocket(url, access, LinkSettings(TIMEOUT_S, TIMEOUT_S, TIMEOUT_S))
+    except TwinLinkLostError as error:
         yield note(
             Group.LINKS,
             f"no twin at {shown(url)}: {error}",
@@ -41,9 +35,8 @@ def ask_twin(url: str, access: Access) -> Iterator[Finding]:
         trips, offsets = [], []
         for number in range(QUESTIONS):
             sent = time.time()
-            link.send(
-                json.dumps({"op": "call_service", "id": str(number), "service": "/rosapi/get_time"})
-            )
+            question = {"op": "call_service", "id": str(number), "service": "/rosapi/get_time"}
+            link.send(json.dumps(question).encode())
             answer = _next_packet(link)
             received = time.time()
             stamp = answer["values"]["time"]
@@ -56,28 +49,26 @@ def ask_twin(url: str, access: Access) -> Iterator[Finding]:
             Group.LINKS,
             f"twin at {shown(url)}: {middle:.2f} ms round trip, clock {offset:+.2f} ms from ours",
         )
-    except (OSError, ValueError, KeyError, TypeError, websocket.WebSocketException) as error:
+    except (TwinLinkLostError, TimeoutError, ValueError, KeyError, TypeError) as error:
         yield wrong(
             Group.LINKS,
             f"the twin at {shown(url)} does not tell its time: {error!r}",
             "is it a rosbridge with rosapi?",
         )
     finally:
-        link.close()
+        link.close(politely=True)
 
 
-def _next_packet(link: websocket.WebSocket) -> Any:
+def _next_packet(link: RosbridgeSocket) -> Any:
     """Return the next packet.
 
-    Each ping would let the line's own ``recv`` wait anew.
-
     Raises:
-        TimeoutError: None came within ``TIMEOUT_S``.
-        ValueError: It is no JSON, or the other side has closed the line.
+        TimeoutError: None came within ``TIMEOUT_S``, only signs of life.
+        TwinLinkLostError: The line is lost.
+        ValueError: It is no JSON.
     """
     until = time.monotonic() + TIMEOUT_S
     while time.monotonic() < until:
-        kind, frame = link.recv_data_frame(control_frame=True)
-        if kind not in (websocket.ABNF.OPCODE_PING, websocket.ABNF.OPCODE_PONG):
-            return json.loads(b"" if kind == websocket.ABNF.OPCODE_CLOSE else frame.data)
+        if (packet := link.receive()) is not None:
+            return json.loads(packet[0])
     raise TimeoutError(f"no answer within {TIMEOUT_S:g} s")
