@@ -81,7 +81,7 @@ def test_stop_does_not_release_the_hold_of_the_person_at_the_robot(cell: Virtual
 
 @pytest.mark.parametrize(
     ("cell", "after_ms"),
-    [(ROBOT, 60), *thorough((ROBOT, 0), (DELIVERED, 0), (DELIVERED, 60))],
+    [(ROBOT, 0), (DELIVERED, 60), *thorough((ROBOT, 60), (DELIVERED, 0))],
     indirect=["cell"],
 )
 def test_a_hold_before_the_robot_has_begun_pauses_the_pair_at_once(
