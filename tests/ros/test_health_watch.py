@@ -83,18 +83,17 @@ class WearingCell:
         )
         names, begun = [joint.name for joint in ROBOT.joints], time.time()
         efforts = np.array([1e-2 * joint.effort for joint in ROBOT.joints])
-        count = len(cycle.times)
-        for k in range(count + AT_REST):
-            now = min(k, count - 1)
-            at = cycle.times[now] + (k - now) * (cycle.times[1] - cycle.times[0])
+        dt = cycle.times[1] - cycle.times[0]
+        rest = cycle.times[-1] + dt * np.arange(1, AT_REST + 1)
+        for k, at in [*enumerate(cycle.times), *((-1, at) for at in rest)]:
             for topic, q, effort in (
-                (self._real, cycle.measured[now], cycle.torques[now] * efforts),
-                (self._twin, cycle.wanted[now], ()),
+                (self._real, cycle.measured[k], cycle.torques[k] * efforts),
+                (self._twin, cycle.wanted[k], ()),
             ):
                 said = JointState(name=names, position=list(q), effort=list(effort))
                 said.header.stamp = rospy.Time.from_sec(begun + at)
                 topic.publish(said)
-            if k % AT_ONCE == 0 or k >= count:
+            if k < 0 or k % AT_ONCE == 0:
                 # As a cell does, again and again: topics overtake each other.
                 self._data.publish(program="FLICK line 1 running", running=True)
                 time.sleep(0.005)

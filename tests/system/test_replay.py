@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -28,8 +27,7 @@ COMPARED = 12
 def test_a_recorded_run_replays_without_a_difference(live_cell: LiveCell) -> None:
     """Both decisions of a move and of a refusal are made again, bit for bit, from the bag alone."""
     live_cell.make_ready()
-    # A new folder each time: the scene may be played again, and nothing is written over.
-    bag = Path(tempfile.mkdtemp(dir=live_cell.folder)) / "run.bag"
+    bag = live_cell.folder / "replayed.bag"
     with _recording(live_cell, bag):
         answer = live_cell.call("/move_to", "{x: 0.55, y: 0.10, z: 0.10, speed_percent: 30}")
         assert answer["success"], answer

@@ -8,7 +8,6 @@ from collections.abc import Iterator
 import pytest
 from harness.plants.trials import run_trial
 from harness.plants.variants import FIELD, IDEAL, Variant
-from harness.running.thorough import thorough
 from harness.virtual_cell.cell import CellError, VirtualCell
 
 POINTS = {"P2": (0.43, 0.14, 0.10), "P3": (0.43, -0.14, 0.15)}
@@ -61,7 +60,7 @@ def test_what_the_wrist_cannot_do_is_refused_before_anything_moves(cell: Virtual
 @pytest.mark.thorough
 @pytest.mark.parametrize(
     ("leader", "variant"),
-    [("real_leads", FIELD), *thorough(("twin_leads", FIELD)), *thorough(("real_leads", IDEAL))],
+    [("real_leads", FIELD), ("twin_leads", FIELD), ("real_leads", IDEAL)],
 )
 def test_the_articles_experiments_keep_the_tools_turned_alike(
     leader: str, variant: Variant

@@ -1,4 +1,7 @@
-"""Web-socket clients that mean no good: the others feel nothing."""
+"""Web-socket clients that mean no good: the others feel nothing.
+
+By day they are refused by what tests/unit/rosbridge_gateway holds with literal bytes.
+"""
 
 from __future__ import annotations
 
