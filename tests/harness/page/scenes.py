@@ -34,16 +34,22 @@ LINKS = (
     Link("twin", True, "", 0.0021, 0.0009, 0.0, 0.0003),
 )
 DECISIONS = (
-    DecisionLine("14:03:20", "IDLE", "REAL_LEADS", "the real robot moved: the twin follows"),
-    DecisionLine("14:02:55", "ALIGNING", "IDLE", "the twin is aligned: the pair is ready"),
-    DecisionLine("14:02:51", "OFFLINE", "ALIGNING", "both links are up: it aligns slowly"),
+    DecisionLine(
+        "2026-03-01T14:03:20", "IDLE", "REAL_LEADS", "the real robot moved: the twin follows"
+    ),
+    DecisionLine(
+        "2026-03-01T14:02:55", "ALIGNING", "IDLE", "the twin is aligned: the pair is ready"
+    ),
+    DecisionLine(
+        "2026-03-01T14:02:51", "OFFLINE", "ALIGNING", "both links are up: it aligns slowly"
+    ),
 )
 LIMITED = (
     "joint_2 was at its effort limit in 12.3 % of the last 1000 steps, allowed are 2 %: "
     "it cannot follow so fast"
 )
 PAUSED = DecisionLine(
-    "14:03:22",
+    "2026-03-01T14:03:22",
     "REAL_LEADS",
     "PAUSED",
     "the twin and the real robot came apart (21.3 mm at the tool, allowed are 20 mm): "

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import threading
 import time
+from datetime import datetime
 
 import pytest
+import rospy
 from operator_panel.link import listening_node as listening
 from operator_panel.link.listening_node import Listening
 from scara_config import load_robot
+
+from scara_msgs.msg import Decision
 
 
 @pytest.fixture
@@ -41,3 +45,12 @@ def test_all_is_read_while_a_page_is_open(ears: Listening) -> None:
         take(number)
     assert taken == [0, 1, 2]
     assert time.monotonic() - begun < 30.0
+
+
+def test_a_decision_that_is_seen_after_midnight_keeps_its_day(ears: Listening) -> None:
+    """The day is told when it was made, not when it came."""
+    made = Decision()
+    made.header.stamp = rospy.Time.from_sec(datetime(2026, 3, 1, 23, 59, 59, 500_000).timestamp())
+    ears._decision(made)
+    (told,) = ears.snapshot().decisions
+    assert told.time == "2026-03-01T23:59:59"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from datetime import datetime
 from pathlib import Path
 
 import msgspec
@@ -22,7 +23,7 @@ from scara_config import load_robot
 from std_msgs.msg import String
 
 from scara_description.urdf import parse_urdf
-from scara_msgs.msg import TwinControllerState
+from scara_msgs.msg import Decision, TwinControllerState
 
 ROBOT = load_robot()
 SILENT_S, WINDOW_S = 0.6, 20.0
@@ -154,6 +155,15 @@ def test_events_that_go_with_a_moment_are_the_newest(maker: FrameMaker, tmp_path
     texts = [event.text for event in look(past, 0.0).events]
     assert len(texts) == EVENTS_SHOWN
     assert texts[0] == f"mark {3 * EVENTS_SHOWN - 1}"
+
+
+def test_a_decision_that_is_told_after_midnight_keeps_its_day() -> None:
+    """The moments of a recording come some time after what happened."""
+    midnight = datetime(2026, 3, 2).timestamp()
+    retelling = Retelling(midnight - 60.0, midnight + 60.0, SILENT_S)
+    retelling.take("twin_controller/decisions", midnight - 0.01, Decision())
+    told = [line for line in retelling.lines(midnight + 0.04) if isinstance(line, Happened)]
+    assert [line.event.time for line in told] == ["2026-03-01T23:59:59"]
 
 
 def test_state_before_the_first_message_is_no_data(maker: FrameMaker) -> None:

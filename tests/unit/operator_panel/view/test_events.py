@@ -35,11 +35,13 @@ def test_alarm_is_noted_when_it_comes_and_when_it_goes_not_while_it_counts() -> 
 def test_decisions_are_noted_once_in_their_order_with_the_modes_as_words() -> None:
     """The newest comes first in the snapshot."""
     log = EventLog()
-    first = DecisionLine("14:03:20", "IDLE", "REAL_LEADS", "the real robot moved")
-    second = DecisionLine("14:03:22", "REAL_LEADS", "STOPPED", "STOP: the target is cleared")
-    log.decisions((first,), "2026-03-01")
-    log.decisions((second, first), "2026-03-01")
-    log.decisions((second, first), "2026-03-01")
+    first = DecisionLine("2026-03-01T14:03:20", "IDLE", "REAL_LEADS", "the real robot moved")
+    second = DecisionLine(
+        "2026-03-01T14:03:22", "REAL_LEADS", "STOPPED", "STOP: the target is cleared"
+    )
+    log.decisions((first,))
+    log.decisions((second, first))
+    log.decisions((second, first))
     assert said(log) == [
         ("info", "Ready \N{RIGHTWARDS ARROW} Real robot leads: The real robot moved"),
         ("warning", "Real robot leads \N{RIGHTWARDS ARROW} Stopped: The target is cleared"),

@@ -115,6 +115,12 @@ def test_largest_deviation_counts_while_a_side_leads_and_has_its_time() -> None:
     assert today.texts(cell(False), 0.0)["today.deviation"] == "1.50 mm at 08:01:00"
 
 
+def test_tools_that_are_never_apart_are_known_to_be_so() -> None:
+    """Zero is a measured distance, the dash says that nobody led yet."""
+    assert after(cell(False))["today.deviation"] == UNKNOWN
+    assert after(cell(False, 0.0, "real"))["today.deviation"] == "0.00 mm at 12:00:00"
+
+
 def test_a_peak_that_no_look_saw_counts() -> None:
     """It is shorter than the time between two looks; the state of now is lower already."""
     today, seen = Today(), cell(False, 0.7, "real")

@@ -108,8 +108,8 @@ class Listening:
         self._take(taking.with_state, message, time.monotonic(), clock)
 
     def _decision(self, message: Decision) -> None:
-        clock = datetime.fromtimestamp(message.header.stamp.to_sec()).strftime(taking.CLOCK)
-        self._take(taking.with_decision, message, clock)
+        made = datetime.fromtimestamp(message.header.stamp.to_sec())
+        self._take(taking.with_decision, message, made.isoformat(timespec="seconds"))
 
     def _package(self, message: RobotData) -> None:
         self._take(taking.with_package, message)

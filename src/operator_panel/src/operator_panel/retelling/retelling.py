@@ -33,8 +33,8 @@ NEWEST: dict[str, Take] = {
 }
 """Of these only the newest message before a moment is read."""
 EACH: dict[str, Take] = {
-    "twin_controller/decisions": lambda known, said, at, clock: taking.with_decision(
-        known, said, clock
+    "twin_controller/decisions": lambda known, said, at, _: taking.with_decision(
+        known, said, "T".join(_clock(at))
     ),
     "/diagnostics": lambda known, said, at, clock: taking.with_diagnostics(known, said, at),
 }
@@ -90,7 +90,7 @@ class Retelling:
         state = snapshot.state and replace(snapshot.state, command=(), refused=())
         yield told(at, replace(snapshot, state=state, diagnoses={}, decisions=(), parts={}))
         date, clock = _clock(at)
-        self._log.decisions(snapshot.decisions, date)
+        self._log.decisions(snapshot.decisions)
         if snapshot.state is not None:  # before it nobody knows what is wrong
             alarms = active_alarms(snapshot, at, self._silent_s)
             self._log.alarms(alarms, f"{date}T{clock}")

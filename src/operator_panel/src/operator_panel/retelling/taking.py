@@ -60,10 +60,10 @@ def with_state(snapshot: Snapshot, message: Any, now: float, clock: str) -> Snap
     )
 
 
-def with_decision(snapshot: Snapshot, message: Any, clock: str) -> Snapshot:
-    """Take a Decision made at the time of day ``clock``."""
+def with_decision(snapshot: Snapshot, message: Any, time: str) -> Snapshot:
+    """Take a Decision made at ``time``, date and time of day."""
     by = f" [by {message.who}]" if message.who else ""
-    line = DecisionLine(clock, message.mode_before, message.mode_after, message.why + by)
+    line = DecisionLine(time, message.mode_before, message.mode_after, message.why + by)
     decisions = (line, *snapshot.decisions)[:DECISIONS_KEPT]
     return msgspec.structs.replace(snapshot, decisions=decisions)
 

@@ -85,7 +85,7 @@ class EventLog:
                 self.note(time, INFO, alarm.source, f"Over: {page_words.people(alarm.text)}")
         self._alarms = active
 
-    def decisions(self, newest_first: tuple[DecisionLine, ...], date: str) -> None:
+    def decisions(self, newest_first: tuple[DecisionLine, ...]) -> None:
         """Note the decisions that are newer than the last one noted."""
         fresh: list[DecisionLine] = []
         for line in newest_first:
@@ -99,7 +99,7 @@ class EventLog:
             if line.mode_after in _WARNINGS:
                 severity = WARNING
             text = f"{change}: {page_words.people(line.why)}"
-            self.note(f"{date}T{line.clock}", severity, "twin controller", text)
+            self.note(line.time, severity, "twin controller", text)
         if newest_first:
             self._decided = newest_first[0]
 

@@ -111,7 +111,7 @@ class Live:
             self._desk.log.look(snapshot, silent, now)
             stamp = _clock()
             date, _, clock = stamp.partition("T")
-            self.events.decisions(snapshot.decisions, date)
+            self.events.decisions(snapshot.decisions)
             self.events.alarms(alarms, stamp)
             self.events.ended(self._desk.log.take_ended(), stamp)
             self._today.look(snapshot, silent, date, clock, now)

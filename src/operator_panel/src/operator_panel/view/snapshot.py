@@ -89,9 +89,9 @@ class Part(msgspec.Struct, frozen=True, array_like=True):
 
 
 class DecisionLine(msgspec.Struct, frozen=True):
-    """One decision of the twin controller; ``clock`` is the time of day as text."""
+    """One decision of the twin controller; ``time`` is date and time of day, as in ISO 8601."""
 
-    clock: str
+    time: str
     mode_before: str
     mode_after: str
     why: str

@@ -39,7 +39,7 @@ class Today:
         self._run: _Run | None = None
         # Who else leads, until the pair rests.
         self._mover = ""
-        self._worst: tuple[float, str] = (0.0, "")
+        self._worst: tuple[float, str] = (-1.0, "")  # a distance of 0 is known, too
 
     def look(self, snapshot: Snapshot, silent: bool, date: str, clock: str, now: float) -> None:
         """Take what is known now.
