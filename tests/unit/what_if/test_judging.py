@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 import pytest
 from harness.pair import SETUP
@@ -15,6 +16,7 @@ from scara_config.payload import load_payloads
 from scara_config.profile import CHOICE
 from scara_config.programs.files import ProgramSteps
 from scara_config.programs.steps import GripperStep, MoveStep, WaitStep
+from scara_control.dynamics.effort import load_of
 from scara_control.dynamics.planner import Planner
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.keep_out.zones import judge_way
@@ -220,16 +222,38 @@ def test_more_than_the_cap_is_limited_and_judged_at_the_cap(world: World) -> Non
 
 
 def test_a_heavy_payload_slows_the_move(world: World) -> None:
-    """The rated payload leaves less than all of the acceleration at full speed."""
+    """The rated payload leaves less than all of the acceleration at 80 %."""
     with resting_cell(CONFIG) as (_, models):
         rated = load_payloads(CONFIG).find(4)
         heavy = replace(world, payload=rated, models=models.told(rated), cap_percent=100.0)
-        target = JointTarget((2.0, 1.5, -0.1, 0.0), 100.0)
+        target = JointTarget((2.0, 1.5, -0.1, 0.0), 80.0)
         light = replace(world, cap_percent=100.0)
         loaded, bare = judge(heavy, target), judge(light, target)
+        joints, percent = world.cell.robot.twin_joints, world.cell.motion.move.effort_percent
+        planner = Planner(joints)
+        planner.load = load_of(models.told(rated)[False], joints, percent)
+        share = planner.move(JointMotion.at_rest(world.q), target.q, 80.0).share
     assert loaded.outcome is Outcome.LIMITED
     assert loaded.reasons[0].cause is Cause.EFFORT
+    assert f"leaves {100.0 * share:.0f} % of" in loaded.reasons[0].text and 0.0 < share < 1.0
     assert loaded.duration_s > bare.duration_s
+
+
+@pytest.mark.parametrize(
+    ("share", "told"), [(1.01, []), (0.8, ["joint_1 would need 125 % of its effort"])]
+)
+def test_a_joint_that_would_need_more_than_its_effort_is_named(
+    world: World, share: float, told: list[str]
+) -> None:
+    """With what it would need; just enough is enough."""
+    target, robot = JointTarget((1.0, 0.0, -0.16, 0.0), 50.0), world.cell.robot
+    need = judge(world, target).joints[0].effort_percent
+    weak = msgspec.structs.replace(
+        robot.joints[0], effort=robot.joints[0].effort * need / 100.0 * share
+    )
+    poor = msgspec.structs.replace(robot, joints=[weak, *robot.joints[1:]])
+    verdict = judge(replace(world, cell=replace(world.cell, robot=poor)), target)
+    assert [each.text for each in verdict.reasons] == told
 
 
 @pytest.mark.parametrize("angle", [0.3, 0.6, 0.9, 1.2])
