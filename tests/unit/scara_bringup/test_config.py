@@ -90,3 +90,34 @@ def test_what_is_taught_in_a_copy_is_there_at_the_next_start(
         assert find_frames(folder).numbered("user")[3] == frame
         assert program_files(folder)["MINE"].read_text() == text
     assert load_doors(source).gateway.port != 19091
+
+
+def test_a_second_start_in_the_same_folder_writes_into_no_other_robots_files(
+    tmp_path: Path,
+) -> None:
+    """What people teach in a copy is saved in the original, which another robot's is not."""
+    sources = []
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        sources.append(copy_configuration(tmp_path / name))
+        save_frame(sources[-1], "user", 3, TaughtFrame(name, (1.0, 2.0, 3.0)))
+    before = {file: file.read_bytes() for file in files_in_force(sources[0]).values()}
+    copied = tmp_path / "output" / "config"
+    for source in (*sources, sources[1]):
+        assert copy_with_ports(source, copied, Ports(gateway=19091)) == copied
+        link_taught(source, copied)
+        assert find_frames(copied).numbered("user")[3].name == source.name
+    assert before == {file: file.read_bytes() for file in before}
+
+
+def test_a_start_that_reads_its_own_copy_keeps_it_and_takes_other_ports(tmp_path: Path) -> None:
+    """Whoever has typed what a cell says, export SCARA_CONFIG_DIR=..., and starts it again."""
+    source = copy_configuration(tmp_path)
+    copied = copy_with_ports(source, tmp_path / "config", Ports(gateway=19091))
+    link_taught(source, copied)
+    again = copy_with_ports(copied, copied, Ports(gateway=19092))
+    link_taught(again, copied)
+    assert load_doors(copied).gateway.port == 19092
+    assert program_files(copied).keys() == program_files(source).keys()
+    save_frame(copied, "user", 3, TaughtFrame("corner", (1.0, 2.0, 3.0)))
+    assert find_frames(source).numbered("user")[3].name == "corner"

@@ -22,9 +22,11 @@ def copy_with_ports(source: Path, target: Path, ports: Ports = NO_PORTS) -> Path
 
     Both ends of a line read the port, so it is changed for both.
 
-    The copy is flat: one robot, no folder of robots. Comments are kept. Returns ``target``.
+    The copy is flat: one robot, no folder of robots. Comments are kept. A copy of an earlier start
+    that is read again stays where it is. Returns ``target``.
     """
-    copy_in_force(source, target)
+    if not _are_one(source, target):
+        copy_in_force(source, target)
     for name, port in msgspec.structs.asdict(ports).items():
         if port is not None:
             _change(target / DOOR_FILES[name], ["port"], port)
@@ -42,11 +44,18 @@ def link_taught(source: Path, copied: Path) -> None:
         source: Folder of the configuration that was copied.
         copied: The copy, in which nothing else changes.
     """
+    if _are_one(source, copied):
+        return  # it says already where that is
     shutil.rmtree(copied / PROGRAMS, ignore_errors=True)
     (copied / FRAMES).unlink(missing_ok=True)
     # A robot of which nobody taught any frame has no file yet: the first Save makes it there.
     for name in (PROGRAMS, FRAMES):
         (copied / name).symlink_to(locate(name, source).resolve())
+
+
+def _are_one(source: Path, copied: Path) -> bool:
+    """Return whether a cell reads the copy that an earlier start in the same folder made."""
+    return source.resolve() == copied.resolve()
 
 
 def begin_with_change(file: Path, source: Path) -> Kept:
