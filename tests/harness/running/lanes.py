@@ -1,10 +1,11 @@
 """Which test runs when, where several processes share one machine.
 
-``./cell test`` runs six parts: whole cells one at a time; then single nodes and what looks at the
+``./cell test`` runs seven parts: whole cells one at a time; then single nodes and what looks at the
 clock, three at a time; then pages in a browser, one at a time, beside what starts and ends programs
 and judges no times, two at a time, and behind that beside more pages; and beside all of them what
-only computes, in the processor time that those leave (decisions 0022 and 0037). The tests of one
-group go to one worker of pytest-xdist, one after the other; those of a shared cell are one group.
+only computes, in two processes, in the processor time that those leave (decisions 0022 and 0037).
+The tests of one group go to one worker of pytest-xdist, one after the other; those of a shared cell
+are one group.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from harness.workspace import ROOT
 
 LIVE = ("tests/system/", "tests/ros/", "tests/clients/")
 """Tests that run in real time, with processes."""
-PARTS = ("cells", "starts", "nodes", "more_pages", "pages", "pure")
+PARTS = ("cells", "starts", "nodes", "more_pages", "pages", "pure", "more_pure")
 """What ``./cell test`` runs, and how: see above."""
 CELLS = ("tests/system/",)
 """Whole cells: each wants one of two cores for itself."""
@@ -53,6 +54,8 @@ MORE_PAGES = (
     "tests/ros/operator_panel/test_for_hands.py",
 )
 """Pages that are tested behind the starts, beside the others: a third of their time."""
+MORE_PURE = ("tests/golden/", "tests/unit/twin_controller/", "tests/virtual_time/")
+"""Half of what only computes, as its time goes: its other half runs beside it."""
 TIMED = (
     "tests/unit/bench/test_journal.py",
     "tests/unit/cell_recorder/journal/test_writer.py",
@@ -199,7 +202,9 @@ def part_of(file: str) -> str:
         return "cells"
     if drives_browser(file):
         return "more_pages" if file.startswith(MORE_PAGES) else "pages"
-    return "nodes" if file.startswith(LIVE + TIMED) else "pure"
+    if file.startswith(LIVE + TIMED):
+        return "nodes"
+    return "more_pure" if file.startswith(MORE_PURE) else "pure"
 
 
 @cache

@@ -141,7 +141,7 @@ def parts(tmp_path: Path) -> str:
 
 
 @pytest.mark.parametrize("nodes", ["", "beside"])
-def test_the_whole_is_tested_in_six_parts(parts: str, nodes: str) -> None:
+def test_the_whole_is_tested_in_seven_parts(parts: str, nodes: str) -> None:
     """What only computes takes what the others leave, and all that it is asked for reaches each."""
     done = run("bash", "-c", parts, "cell", "-k", "x", env=asked(CELL_TEST_NODES=nodes))
     assert done.returncode == 0, done.stderr
@@ -156,7 +156,17 @@ def test_the_whole_is_tested_in_six_parts(parts: str, nodes: str) -> None:
         ("starts", str(own), "-n 2", usual),
         ("more_pages", str(own), "-n 0", usual),
         ("pages", str(own), "-n 0", usual),
-        ("pure", "19", "-n 2", usual),
+        ("pure", "19", "-n 0", usual),
+        ("more_pure", "19", "-n 0", usual),
+    ]
+
+
+def test_by_night_two_workers_share_what_plays_in_virtual_time(parts: str) -> None:
+    """Its scenes are the longest of the night."""
+    done = run("bash", "-c", parts, env=asked(HYPOTHESIS_SEARCH="1"))
+    assert re.findall(r"^(\w*pure) 19: -m pytest -n (\d)", done.stdout, re.M) == [
+        ("pure", "0"),
+        ("more_pure", "2"),
     ]
 
 
@@ -182,7 +192,8 @@ def test_single_nodes_run_beside_cells_on_request_and_never_beside_a_browser(
         'echo "$CELL_TEST_PART" >>build/ended\n',
     )
     assert run("bash", "-c", parts, env=asked(CELL_TEST_NODES=nodes)).returncode == 0
-    ended = [part for part in (tmp_path / "build" / "ended").read_text().split() if part != "pure"]
+    said = (tmp_path / "build" / "ended").read_text().split()
+    ended = [part for part in said if part not in ("pure", "more_pure")]
     before = ["nodes", "cells"] if beside else ["cells", "nodes"]
     assert ended == [*before, "pages", "starts", "more_pages"], (
         "they wait for the pages beside them"
@@ -191,14 +202,14 @@ def test_single_nodes_run_beside_cells_on_request_and_never_beside_a_browser(
 
 @pytest.mark.parametrize(
     ("part", "code"),
-    [("cells", 1), ("starts", 2), ("nodes", 1), ("pages", 2), ("more_pages", 1), ("pure", 1)],
+    [("cells", 1), ("starts", 2), ("nodes", 1), ("pages", 2), ("more_pages", 1), ("more_pure", 1)],
 )
 def test_a_part_that_fails_fails_the_whole(parts: str, part: str, code: int) -> None:
     """The others are run and shown all the same; 2 is a test file that cannot be read, too."""
     done = run("bash", "-c", parts, env=asked(FAILS=f"{part} {code}"))
     assert done.returncode == code and f"a part failed ({code})" in done.stderr
     shown = re.findall(r"^(\w+) \d+:", done.stdout, re.M)
-    assert shown == ["cells", "nodes", "starts", "more_pages", "pages", "pure"]
+    assert shown == ["cells", "nodes", "starts", "more_pages", "pages", "pure", "more_pure"]
 
 
 def test_an_interrupted_run_ends_what_runs_beside_it(parts: str, tmp_path: Path) -> None:
@@ -236,7 +247,7 @@ def test_a_change_runs_what_it_reaches_beside_what_always_runs(
     assert [words[-2:] for words in ran] == [
         ["thorough", "tests/core.py"],
         ["tests/a.py", "tests/b.py"],
-        ["tests/golden", "tests/unit"],
+        *[["tests/golden", "tests/unit"]] * 2,
     ]
     assert done.returncode == code
 
