@@ -41,7 +41,9 @@ EXEMPT = {
     "config/src/scara_config/palletise.py": {"exists"},
     "config/src/scara_config/readers.py": {"exists", "read_text"},
     "config/src/scara_config/loader.py": {"os", "rospkg", "read_bytes", "exists"},
-    "config/src/scara_config/profile.py": {"os", "rospkg", "shutil", "iterdir", "exists", "mkdir"},
+    "config/src/scara_config/profile.py": {
+        *("os", "rospkg", "shutil", "iterdir", "exists", "mkdir", "unlink"),
+    },
     "config/src/scara_config/rollout/kept.py": {"tempfile", "mkdir", "is_dir", "read_bytes"},
     "config/src/scara_config/files/whole_file.py": {"os", "tempfile", "unlink"},
     "config/src/scara_config/writer.py": {"io", "os", "read_text", "exists"},
