@@ -166,9 +166,9 @@ def test_velocity_that_waited_in_a_stopped_gateway_moves_nothing(gateway: Runnin
     time.sleep(0.2)  # what is tried: the standstill
     gateway.node.signal(signal.SIGCONT)
     told = client.hear("status")
-    while "waited" not in told["msg"]:
+    # One of before may have waited too, for less, on a busy machine.
+    while not re.search(r"not sent: it waited for 0\.[2-9]\d s in the gateway", told["msg"]):
         told = client.hear("status")
-    assert re.search(r"not sent: it waited for 0\.[2-9]\d s in the gateway", told["msg"])
     before = len(heard)
     ros.wait_until(lambda: arrives() and len(heard) > before, DEADLINE, "the next velocity")
     assert -1.0 not in {message.data for message in heard}
