@@ -6,6 +6,7 @@ up to 2 ms too early or too late, and packets of the twin come up to 2 ms later 
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from random import Random
@@ -233,6 +234,22 @@ class ZoneCell(VirtualCell):
     def _full(self, files: CellFiles, q: Sequence[float]) -> tuple[float, ...]:
         twin = iter(q)
         return tuple(next(twin) if joint.twin else 0.0 for joint in files.robot.joints)
+
+
+def wrong_moves(cell: ZoneCell, moves: int, counts: Counter[str]) -> list[tuple[int, Outcome]]:
+    """Make random moves, count what became of them, and return those that are wrong."""
+    promised = cell.setup.config.cell.keep_out_clearance_mm * 1e-3
+    wrong: list[tuple[int, Outcome]] = []
+    for number in range(moves):
+        made = cell.trial()
+        false = made.false(promised)
+        passed = made.way < 0.0 and not made.stopped
+        counts.update({"moves": 1, made.leader: 1, "enter": made.way < 0.0})
+        counts.update({"stopped": made.stopped, "slowed": made.slowed})
+        counts.update({"false stops": false, "missed zones": made.missed or passed})
+        if false or made.missed or passed or made.other:
+            wrong.append((number, made))
+    return wrong
 
 
 def _box(zone: KeepOut) -> tuple[list[float], list[float]]:
