@@ -34,7 +34,7 @@ NEWEST: dict[str, Take] = {
 """Of these only the newest message before a moment is read."""
 EACH: dict[str, Take] = {
     "twin_controller/decisions": lambda known, said, at, _: taking.with_decision(
-        known, said, "T".join(_clock(at))
+        known, said, _stamp(at)
     ),
     "/diagnostics": lambda known, said, at, clock: taking.with_diagnostics(known, said, at),
 }
@@ -61,18 +61,18 @@ class Retelling:
 
     def take(self, topic: str, at: float, message: Any) -> None:
         """Take a message of ``TOPICS`` that was received at ``at`` [s]."""
-        date, clock = _clock(at)
+        stamp = _stamp(at)
         if topic == AUDIT:
             # What a page has commanded is said by the page itself.
             if SELF not in message.who:
                 severity = INFO if message.success else WARNING
                 text = f"{message.what}: {message.outcome}"
-                self._log.note(f"{date}T{clock}", severity, message.who.strip("/"), text)
+                self._log.note(stamp, severity, message.who.strip("/"), text)
         elif topic == MARKER:
-            self._log.note(f"{date}T{clock}", INFO, "experiment", message.data)
+            self._log.note(stamp, INFO, "experiment", message.data)
         else:
             take = NEWEST.get(topic) or EACH[topic]
-            self._snapshot = take(self._snapshot, message, at, clock)
+            self._snapshot = take(self._snapshot, message, at, stamp.partition("T")[2])
 
     def due(self, at: float) -> float | None:
         """Return the time of the next moment [s] if it is not later than ``at``, else None."""
@@ -89,17 +89,15 @@ class Retelling:
         # Without what is said in other lines, or shown by no frame.
         state = snapshot.state and replace(snapshot.state, command=(), refused=())
         yield told(at, replace(snapshot, state=state, diagnoses={}, decisions=(), parts={}))
-        date, clock = _clock(at)
         self._log.decisions(snapshot.decisions)
         if snapshot.state is not None:  # before it nobody knows what is wrong
             alarms = active_alarms(snapshot, at, self._silent_s)
-            self._log.alarms(alarms, f"{date}T{clock}")
+            self._log.alarms(alarms, _stamp(at))
         for event in self._log.since(self._said):
             self._said = event.number
             yield Happened(at, event)
 
 
-def _clock(at: float) -> tuple[str, str]:
-    """Return date and time of day of a ROS time [s]."""
-    date, _, clock = datetime.fromtimestamp(at).isoformat(timespec="seconds").partition("T")
-    return date, clock
+def _stamp(at: float) -> str:
+    """Return date and time of day of a ROS time [s], as in ISO 8601."""
+    return datetime.fromtimestamp(at).isoformat(timespec="seconds")
