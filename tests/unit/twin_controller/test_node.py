@@ -30,6 +30,18 @@ def test_a_sample_older_than_simulated_time_has_the_stamp_zero() -> None:
     assert [message.header.stamp for message in told] == [rospy.Time(0)]
 
 
+@pytest.mark.parametrize(("hangs", "died"), [(False, False), (True, False), (False, True)])
+def test_the_watchdog_is_kept_awake_while_somebody_decides_and_is_heard(
+    hangs: bool, died: bool
+) -> None:
+    """Behind the end of either thread the robot's own watchdog has to end what runs."""
+    node: Any = Node.__new__(Node)
+    node._engine = SimpleNamespace(alive=not hangs)
+    failure = RuntimeError("a value that no message can hold") if died else None
+    node._publishing = SimpleNamespace(thread=SimpleNamespace(failure=failure))
+    assert node._decides() == (not hangs and not died)
+
+
 @pytest.mark.parametrize("died", ["publisher", "real"])
 def test_the_node_no_longer_watches_once_a_thread_has_died(died: str) -> None:
     """A link that died never connects again: who supervises the node starts it anew."""

@@ -162,8 +162,12 @@ class Node:
             self._put,
             self._changed,
             self._publishing.robot_data,
-            alive=lambda: self._engine.alive,  # asked when the engine is there
+            alive=self._decides,
         )
+
+    def _decides(self) -> bool:
+        """Tell whether the robot's watchdog is kept awake: somebody decides, and is heard of it."""
+        return self._engine.alive and self._publishing.thread.failure is None
 
     def run(self) -> int:
         """Serve until shut down; return the exit code."""
