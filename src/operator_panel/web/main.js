@@ -40,14 +40,19 @@ function startJogWays() {
   choice("pace", "slow");
 }
 
-// Buttons that stay pressed: whether the eye goes with the tool, and whether a pointer drags the twin's tool.
+// Buttons that stay pressed: whether the eye goes with the tool, and whether a pointer drags the twin's tool. One that
+// has turned grey is let go: nobody could press it again.
 function startPressed(kind, then = () => {}) {
   const button = document.querySelector(`[data-${kind}]`);
-  button?.addEventListener("click", () => {
-    const pressed = button.getAttribute("aria-pressed") !== "true";
+  if (!button) return;
+  const isPressed = () => button.getAttribute("aria-pressed") === "true";
+  const press = (pressed) => {
     button.setAttribute("aria-pressed", pressed);
     then(pressed);
-  });
+  };
+  button.addEventListener("click", () => press(!isPressed()));
+  const looked = new MutationObserver(() => button.disabled && isPressed() && press(false));
+  looked.observe(button, { attributeFilter: ["disabled"] });
 }
 
 // Buttons of which one is chosen, wherever they stand.

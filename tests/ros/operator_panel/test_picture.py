@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from harness.page.acts import GHOST, preview_of
+from harness.page.acts import GHOST, preview_of, take_control
 from harness.page.hand import Hand
 from harness.page.theatre import Theatre, kept_theatre
 from harness.running.thorough import thorough
@@ -92,6 +92,24 @@ def test_each_view_moves_the_eye(drawn: Theatre) -> None:
         hand.button(view).click()
         page.wait_for_function(f"() => ({EYE})() !== {before!r}")
     hand.switch(page.locator("[data-follow]"))
+
+
+def test_guide_that_turns_grey_is_let_go(drawn: Theatre) -> None:
+    """Nobody can press a grey button again, and no pointer would turn the picture meanwhile."""
+    drawn.resize("low")
+    drawn.play("ready")
+    take_control(drawn.page)
+    guide, turns = drawn.page.locator("[data-guide]"), "() => panel.scene.view.controls.enabled"
+    Hand(drawn).switch(guide)
+    guide.click()
+    drawn.page.wait_for_function(f"() => !({turns})()")
+    drawn.play("following")
+    expect(guide).to_be_disabled()
+    expect(guide).to_have_attribute("aria-pressed", "false")
+    assert drawn.page.evaluate(turns)
+    drawn.play("ready")
+    expect(guide).to_be_enabled()
+    expect(guide).to_have_attribute("aria-pressed", "false")
 
 
 @pytest.mark.parametrize("colours", ["dark", *thorough("light")])
