@@ -55,14 +55,17 @@ function startPressed(kind, then = () => {}) {
   looked.observe(button, { attributeFilter: ["disabled"] });
 }
 
-// Buttons of which one is chosen, wherever they stand.
+// Buttons of which one is chosen, wherever they stand; the server may make some anew.
 function choice(kind, first, then = () => {}) {
-  const buttons = [...document.querySelectorAll(`[data-${kind}]`)];
+  const one = `[data-${kind}]`;
   const choose = (value) => {
-    for (const button of buttons) button.setAttribute("aria-selected", button.dataset[kind] === value);
+    for (const button of document.querySelectorAll(one)) button.setAttribute("aria-selected", button.dataset[kind] === value);
     then(value);
   };
-  for (const button of buttons) button.addEventListener("click", () => choose(button.dataset[kind]));
+  document.addEventListener("click", (event) => {
+    const button = event.target.closest(one);
+    if (button) choose(button.dataset[kind]);
+  });
   choose(first);
 }
 

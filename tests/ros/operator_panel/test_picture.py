@@ -154,6 +154,50 @@ def test_ghost_makes_the_judged_motion_and_goes_where_the_slider_is(drawn: Theat
     page.wait_for_function(f"() => ({GHOST})() === null")
 
 
+FRAMES_DRAWN = """() => [...window.panel?.scene.view?.objects?.values() ?? []]
+    .map(({ mesh }) => mesh?.name).filter((name) => /^user frame /.test(name)).join()"""
+
+
+def test_a_frame_that_was_taught_meanwhile_is_drawn_and_offered_on_the_open_page(
+    drawn: Theatre,
+) -> None:
+    """In the picture, for a target, to jog along, and for a program's positions; so is its end."""
+    page = drawn.page
+    drawn.resize("low")
+    drawn.play("ready")
+    file = drawn.runs.parent / "config" / "robots" / "fanuc_sr6ia" / "frames.yaml"
+    before = file.read_text(encoding="utf-8")
+    taught = "  uframe_3: {name: box, xyz_mm: [300.0, 0.0, 0.0], wpr_deg: [0.0, 0.0, 90.0]}\n"
+    listed = page.locator(".frame-list")
+    page.wait_for_function(f"() => ({FRAMES_DRAWN})() === 'user frame 1,user frame 2'")
+    drawn.open("Robot")
+    page.get_by_text("User and tool frames").click()
+    for text, frames in ((before.replace("tool:\n", f"{taught}tool:\n"), "123"), (before, "12")):
+        file.write_text(text, encoding="utf-8")
+        drawn.open("Robot")
+        page.get_by_role("button", name="Read the robot's").click()
+        expect(listed).to_contain_text("user 1, pallet")
+        drawn_now = ",".join(f"user frame {number}" for number in frames)
+        page.wait_for_function(f"() => ({FRAMES_DRAWN})() === '{drawn_now}'")
+        there = "3" in frames
+        assert ("user 3, box" in listed.inner_text()) == there
+        for tab, label, name in (("Target", "Frame", "3 box"), ("Teach", "Positions", "3 box")):
+            drawn.open(tab)
+            page.locator(".shown").get_by_label(label, exact=True).click()
+            expect(page.get_by_role("option", name=name)).to_have_count(int(there))
+            page.keyboard.press("Escape")
+        drawn.open("Jog")
+        for way, key in (("Hold tool", "hold_tool"), ("Step tool", "steps")):
+            drawn.open(way)
+            panel = page.locator(f"[data-way-panel={key}]")
+            tab = panel.get_by_role("tab", name="3 box")
+            expect(tab).to_have_count(int(there))
+            if there and way == "Hold tool":
+                tab.click()
+            chosen = panel.locator("[data-frame][aria-selected=true]")
+            expect(chosen).to_have_text("3 box" if there else "World")
+
+
 # Where a point of the cell [m] is on the screen.
 SEEN_AT = """([x, y, z]) => {
     const { view } = window.panel.scene;

@@ -52,6 +52,24 @@ def test_tool_goes_straight_along_its_axis(
     assert -0.081 < along @ way < -0.05
 
 
+def test_a_frame_that_is_taken_away_ends_what_goes_along_it() -> None:
+    """Taught anew its axes count from now; away, nothing goes along those of the base instead."""
+    turned, other = (
+        origin_transform((0.0, 0.0, 0.0), (0.0, 0.0, yaw))[:3, :3] for yaw in (0.5, -0.5)
+    )
+    arm = dataclasses.replace(SCARA, frames={"1 box": turned, "2 rack": turned})
+    held = arm.held("x", "1 box", 1, True).begun(lambda: BENT)
+    before = held.velocities(lambda: BENT)
+    arm.set_frames({"1 box": other, "3 bin": turned})
+    assert list(arm.frames) == ["1 box", "3 bin"]
+    assert held.velocities(lambda: BENT) != pytest.approx(before)
+    arm.set_frames({"3 bin": turned})
+    with pytest.raises(JogError, match="frame = '1 box': it is not there any longer"):
+        held.velocities(lambda: BENT)
+    with pytest.raises(JogError, match="frame = '1 box': there are world, tool, 3 bin"):
+        arm.held("x", "1 box", 1, True)
+
+
 @pytest.mark.parametrize(("arm", "start"), [(FOUR, FOUR_BENT), (SIX, SIX_BENT)])
 def test_arm_with_a_wrist_keeps_its_tool_turned_as_it_was(
     arm: ToolArm, start: dict[str, float]

@@ -85,6 +85,9 @@ def tool_step(
         axis: x, y or z.
         step_mm: How far, with its sign [mm].
         frame: Along whose axis: ``world``, ``tool`` or a user frame.
+
+    Raises:
+        JogError: The frame has been taken away meanwhile.
     """
     pose = arm.pose(now)
     place = pose[:3, 3] + arm.axes_of(frame, pose)[:, AXES.index(axis)] * step_mm * 1e-3

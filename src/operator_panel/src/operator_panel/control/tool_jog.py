@@ -50,7 +50,7 @@ class ToolArm:
         model: Places of its links.
         speeds: How fast the tool goes.
         limit_percent: Largest share of a joint's speed.
-        frames: Axes of user frames by their name, shape (3, 3); one may be taught meanwhile.
+        frames: Axes of user frames by their name, shape (3, 3).
     """
 
     robot: Robot
@@ -58,6 +58,12 @@ class ToolArm:
     speeds: ToolSpeeds
     limit_percent: float
     frames: dict[str, np.ndarray] = field(default_factory=dict, compare=False)
+
+    def set_frames(self, frames: Mapping[str, np.ndarray]) -> None:
+        """Take the user frames of now; a button that is held goes along those of its frame."""
+        self.frames.update(frames)
+        for gone in self.frames.keys() - frames.keys():
+            del self.frames[gone]
 
     @property
     def joints(self) -> list[Joint]:
@@ -107,11 +113,16 @@ class ToolArm:
         Args:
             frame: ``world``, ``tool``, or the name of a user frame.
             tool: Pose of the tool, shape ``(4, 4)``.
+
+        Raises:
+            JogError: The frame has been taken away meanwhile.
         """
-        if frame == "tool":
-            found: np.ndarray = tool[:3, :3]
+        if frame in FRAMES:
+            found: np.ndarray = tool[:3, :3] if frame == "tool" else np.eye(3)
             return found
-        return self.frames.get(frame, np.eye(3))
+        if frame not in self.frames:
+            raise JogError(f"frame = {frame!r}: it is not there any longer")
+        return self.frames[frame]
 
     def pose(self, positions: Mapping[str, float]) -> np.ndarray:
         """Return the tool's pose in the root, shape ``(4, 4)``."""

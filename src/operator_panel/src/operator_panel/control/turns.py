@@ -61,6 +61,7 @@ def turn_step(
 
     Raises:
         StepError: The arm cannot turn its tool, not from here, or a joint would leave its range.
+        JogError: The frame has been taken away meanwhile.
     """
     if axis not in arm.axes or axis not in TURNS:
         raise StepError(why_no_turns(arm.robot))

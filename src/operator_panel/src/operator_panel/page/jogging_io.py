@@ -12,8 +12,9 @@ from typing import Any
 
 from nicegui import ui
 from scara_config import Joint
-from scara_ros.page.page_library_io import plain, tabs_of
+from scara_ros.page.page_library_io import fill_tabs, plain, tabs_of
 
+from operator_panel.control.jog import JogError
 from operator_panel.control.steps import (
     AXES,
     SIZES,
@@ -95,14 +96,19 @@ class _Steps:
         self._sizes()
 
     def frames(self) -> None:
-        """Build the choice of the axes: those of the base, or those of the tool."""
+        """Build the choice of the axes: those of the base, of the tool, or of a user frame."""
+        plain("Axes of", "field-title")
+        row = tabs_of({}, "frame").props('aria-label="Axes of"')
+        self._view.on_frames(partial(self._show_frames, row))
 
+    def _show_frames(self, row: ui.element) -> None:
         def choose(frame: str) -> None:
             self._frame = frame
 
-        plain("Axes of", "field-title")
         texts = {frame: frame.capitalize() for frame in (*FRAMES, *self._view.desk.arm.frames)}
-        tabs_of(texts, "frame", heard=choose).props('aria-label="Axes of"')
+        if self._frame not in texts:
+            self._frame = FRAMES[0]
+        fill_tabs(row, texts, "frame", choose, self._frame)
 
     def _row(self, title: str, told: str, unit: str, aim: Aim, framed: bool = False) -> None:
         """Build the two steps of one thing.
@@ -122,7 +128,7 @@ class _Steps:
             text = f"{told} {signed} {unit}" + (f", {self._frame}" if framed else "")
             try:
                 command, fields = aim(positions_now(view.robot, view.door.snapshot()), length)
-            except StepError as error:
+            except (StepError, JogError) as error:
                 view.tell(Answer(False, str(error)), text)
                 return
             # As slow as a jog when the page opens.

@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any
 
 from nicegui import ui
-from scara_config.frames import TaughtFrame
+from scara_config.frames import Kind
 from scara_config.programs.tp.motion import FASTEST_MM_S
 from scara_ros.page.page_library_io import plain
 
@@ -58,8 +58,8 @@ class _TargetForm:
             # Empty: as fast as the joints allow.
             self._tool_speed = self._number("Tool speed", "mm/s", "", 1.0, FASTEST_MM_S)
             self._tool_speed.bind_visibility_from(self._way, "value", bool)
-            self._frame = self._numbers("Frame", "Base", view.frames.numbered("user"))
-            self._tool = self._numbers("Tool", "tool0", view.frames.numbered("tool"))
+            self._frame = self._numbers("Frame", "Base", "user")
+            self._tool = self._numbers("Tool", "tool0", "tool")
             view.button("Move", "MOVE", "primary tall", self._move)
         with ui.element("div").classes("target-picks"):
             for name, position in view.around.positions.items():
@@ -81,11 +81,18 @@ class _TargetForm:
                 view.button(text, "MOVE", "", partial(view.grip, text, close))
             live("gripper", "row-text")
 
-    def _numbers(self, label: str, none: str, frames: dict[int, TaughtFrame]) -> Any:
+    def _numbers(self, label: str, none: str, kind: Kind) -> Any:
         """Build the choice of a frame by its number; without any it is not there."""
-        names = {str(number): f"{number} {frame.name}" for number, frame in frames.items()}
-        field = self._choice(label, {"": none, **names})
-        field.set_visibility(bool(names))
+        field = self._choice(label, {"": none})
+
+        def show() -> None:
+            frames = self._view.frames.numbered(kind).items()
+            names = {"": none} | {str(number): f"{number} {each.name}" for number, each in frames}
+            chosen = field.value if field.value in names else ""
+            field.set_options(names, value=chosen)
+            field.set_visibility(len(names) > 1)
+
+        self._view.on_frames(show)
         return field
 
     def _choice(self, label: str, values: dict[str, str]) -> Any:

@@ -14,6 +14,7 @@ from scara_ros.page.page_library_io import plain
 from operator_panel.config import PanelConfig, Surroundings
 from operator_panel.control.authority import Role, command_refusal
 from operator_panel.control.desk_io import PageDesk, Session
+from operator_panel.control.frame_lessons import jog_axes
 from operator_panel.door import Answer, CellDoor
 from operator_panel.view.snapshot import Snapshot
 
@@ -48,14 +49,26 @@ class PageView:
         self.frames, self.frames_fault = NO_FRAMES, ""
         self.after: list[Callable[[Snapshot, bool], None]] = []
         self._guarded: list[tuple[Any, str, str]] = []
+        self._frames_shown: list[Callable[[], None]] = []
         self._shown: tuple[object, ...] = ()
 
     def read_frames(self) -> None:
-        """Read frames.yaml; a wrong one must not keep a page, and its STOP, from opening."""
+        """Read frames.yaml, and jog by it; a wrong one must not keep a page from opening."""
+        before = self.frames, self.frames_fault
         try:
             self.frames, self.frames_fault = find_frames(self.around.folder), ""
         except ConfigError as error:
             self.frames_fault = str(error)
+        else:
+            self.desk.arm.set_frames(jog_axes(self.frames))
+        if (self.frames, self.frames_fault) != before:
+            for show in self._frames_shown:
+                show()
+
+    def on_frames(self, show: Callable[[], None]) -> None:
+        """Call ``show`` now, and whenever the frames are others than before."""
+        self._frames_shown.append(show)
+        show()
 
     @property
     def is_operator(self) -> bool:

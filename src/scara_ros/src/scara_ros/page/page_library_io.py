@@ -91,12 +91,33 @@ def tabs_of(
         heard: What the server does too, with the value of a tab that was pressed.
     """
     row = ui.element("div").classes(style).props("role=tablist")
+    fill_tabs(row, texts, data, heard)
+    return row
+
+
+def fill_tabs(
+    row: ui.element,
+    texts: Mapping[str, str],
+    data: str,
+    heard: Callable[[str], None] | None = None,
+    chosen: str = "",
+) -> None:
+    """Put tabs into a row in place of those that were there.
+
+    Args:
+        row: Of :func:`tabs_of`.
+        texts: As there, and so ``data`` and ``heard``.
+        data: Name of the attribute.
+        heard: What the server does too.
+        chosen: The tab that is chosen; empty: the browser chooses one.
+    """
+    row.clear()
     with row:
         for value, text in texts.items():
-            tab = button_of(text, props=f'role=tab data-{data}="{value}"')
+            selected = f" aria-selected={str(value == chosen).lower()}" if chosen else ""
+            tab = button_of(text, props=f'role=tab data-{data}="{value}"{selected}')
             if heard is not None:
                 tab.on("click", partial(heard, value))
-    return row
 
 
 def serve_pages(

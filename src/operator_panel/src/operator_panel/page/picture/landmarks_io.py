@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -62,19 +61,33 @@ VIEWS: dict[str, tuple[Vector, Vector]] = {
 """Name of a view: where the eye is and what it looks at [m]. None is called as a command is."""
 
 
-def build_landmarks(
-    scene: ui.scene, robot: Robot, glass: Panes, frames: Mapping[int, TaughtFrame]
-) -> None:
-    """Add zones, reach and user frames; what can be seen through is noted in ``glass``."""
+def build_frame_axes(scene: ui.scene, view: PageView) -> None:
+    """Add the axes of the user frames, and again where one is taught."""
+    drawn: list[Any] = []
+
+    def show() -> None:
+        while drawn:
+            drawn.pop().delete()
+        with scene:
+            frames = view.frames.numbered("user").items()
+            drawn.extend(_axes(scene, number, frame) for number, frame in frames)
+
+    view.on_frames(show)
+
+
+def _axes(scene: ui.scene, number: int, frame: TaughtFrame) -> Any:
+    pose = pose_of(frame)
+    with scene.group().with_name(f"user frame {number}") as axes:
+        for k, colour in enumerate(AXIS_COLOURS):
+            length, wide, high = (AXIS_M if k == j else LINE_M for j in range(3))
+            bar = scene.box(length, wide, high).material(colour)
+            bar.move(*(0.5 * AXIS_M if k == j else 0.0 for j in range(3)))
+    return axes.move(*pose[:3, 3].tolist()).rotate_R(pose[:3, :3].tolist())
+
+
+def build_landmarks(scene: ui.scene, robot: Robot, glass: Panes) -> None:
+    """Add zones and reach; what can be seen through is noted in ``glass``."""
     with scene:
-        for number, frame in frames.items():
-            pose = pose_of(frame)
-            with scene.group().with_name(f"user frame {number}") as axes:
-                for k, colour in enumerate(AXIS_COLOURS):
-                    length, wide, high = (AXIS_M if k == j else LINE_M for j in range(3))
-                    bar = scene.box(length, wide, high).material(colour)
-                    bar.move(*(0.5 * AXIS_M if k == j else 0.0 for j in range(3)))
-            axes.move(*pose[:3, 3].tolist()).rotate_R(pose[:3, :3].tolist())
         for zone in robot.keep_out:
             lower = [max(value * 1e-3, LOWEST_M) for value in zone.lower_mm]
             upper = [value * 1e-3 for value in zone.upper_mm]

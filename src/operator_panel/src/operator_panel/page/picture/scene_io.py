@@ -12,6 +12,7 @@ from scara_ros.page.page_library_io import tabs_of
 from operator_panel.page.picture.landmarks_io import (
     Glass,
     Panes,
+    build_frame_axes,
     build_landmarks,
     build_views,
     views_of,
@@ -64,7 +65,8 @@ def build_scene(model: Model, view: PageView) -> dict[str, Any]:
         build_views(scene, view)
         build_apart()
     builder = _Builder(scene, model)
-    build_landmarks(scene, robot, builder.panes, view.frames.numbered("user"))
+    build_frame_axes(scene, view)
+    build_landmarks(scene, robot, builder.panes)
     moved = {side: builder.tree(side) for side in ("twin", "real", "preview")}
     eye, (x, y, z) = views_of(robot)["Whole"]
     scene.move_camera(*eye, look_at_x=x, look_at_y=y, look_at_z=z, duration=0)

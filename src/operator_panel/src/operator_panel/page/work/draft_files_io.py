@@ -23,6 +23,7 @@ from operator_panel.teach.kept_io import Lesson
 FILE = "/draft.LS"
 MOST_BYTES = 1_000_000
 JOINTS = "joints"
+FORMS = {JOINTS: "Joints", "0": "Cartesian, base"}
 Edit = Callable[[Draft], Draft]
 Try = Callable[[str, Callable[[], Any]], Awaitable[None]]
 
@@ -59,11 +60,9 @@ class DraftFiles:
                 plain("Export")
             view.guard(push_button("Save", self._asked).mark("teach-save"), "SPEED")
         with ui.element("div").classes("row-line"):
-            frames = view.frames.numbered("user").items()
-            spaces = {str(number): f"Cartesian, {number} {each.name}" for number, each in frames}
-            forms = {JOINTS: "Joints", "0": "Cartesian, base", **spaces}
-            self._form = ui.select(forms, value="0", label="Positions").mark("teach-positions")
+            self._form = ui.select(FORMS, value="0", label="Positions").mark("teach-positions")
             self._form.props("dense outlined options-dense").classes("field grow")
+            view.on_frames(self._show_forms)
             needs_judge(view, push_button("Export as", partial(attempt, "Export", self._export)))
         with ui.dialog() as self._dialog, ui.element("div").classes("card confirm"):
             plain("Replace the robot's program?", "confirm-title", "h2")
@@ -71,6 +70,13 @@ class DraftFiles:
             with ui.element("div").classes("row-line"):
                 push_button("Cancel", self._dialog.close, props="autofocus")
                 view.guard(push_button("Replace", self._replace, "primary"), "SPEED")
+
+    def _show_forms(self) -> None:
+        """Offer the user frames that there are."""
+        frames = self._view.frames.numbered("user").items()
+        spaces = {str(number): f"Cartesian, {number} {each.name}" for number, each in frames}
+        forms, chosen = {**FORMS, **spaces}, self._form.value
+        self._form.set_options(forms, value=chosen if chosen in forms else "0")
 
     async def _import(self, event: Any) -> None:
         content = (await event.file.read()).decode("utf-8", "replace")

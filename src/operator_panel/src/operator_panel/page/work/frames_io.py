@@ -20,7 +20,7 @@ from scara_config.frames import (
 from scara_description.taught_frames import FrameError
 from scara_ros.page.page_library_io import plain, run
 
-from operator_panel.control.frame_lessons import LESSONS, jog_axes, shown, spread_text, taught
+from operator_panel.control.frame_lessons import LESSONS, shown, spread_text, taught
 from operator_panel.control.steps import StepError, positions_now
 from operator_panel.door import Answer
 from operator_panel.page.view_io import PageView, push_button
@@ -64,7 +64,7 @@ class _FrameForm:
             self._take.mark("frames-take").set_visibility(False)
         with ui.element("div").classes("hint"):
             plain("Points of tool0, where the twin stands. Nothing moves.")
-        self._show_list()
+        view.on_frames(self._show_list)
         self._told()
 
     def _choice(self, label: str, values: dict[str, str], heard: Any) -> Any:
@@ -122,6 +122,7 @@ class _FrameForm:
 
     async def _read(self) -> None:
         """Compare the robot's frames with those here, without a question: nothing is written."""
+        self._view.read_frames()  # another page may have taught one
         answer = await self._view.door.robot_frames()
         self._theirs = answer.values.get("frames", {})
         differ = list(frame_differences(self._theirs, self._view.frames, "robot"))
@@ -144,7 +145,8 @@ class _FrameForm:
         except ConfigError as error:
             return Answer(False, str(error))
         self._take.set_visibility(False)
-        self._read_again()
+        view.read_frames()
+        self._again()
         return Answer(True, f"{count} frames of the robot are in {FILE}")
 
     async def _store(self) -> None:
@@ -161,15 +163,6 @@ class _FrameForm:
                 return Answer(False, "the page's server is ending")
         except (FrameError, ConfigError) as error:
             return Answer(False, str(error))
-        self._read_again()
-        return Answer(True, f"{frame.name} is {lesson.kind} frame {number} in {FILE}")
-
-    def _read_again(self) -> None:
-        """Show the file as it is now, and jog by it."""
-        view = self._view
         view.read_frames()
-        axes = view.desk.arm.frames
-        axes.clear()
-        axes.update(jog_axes(view.frames))
         self._again()
-        self._show_list()
+        return Answer(True, f"{frame.name} is {lesson.kind} frame {number} in {FILE}")
