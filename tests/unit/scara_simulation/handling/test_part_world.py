@@ -115,7 +115,8 @@ def test_reset_takes_the_part_off_the_gripper_and_back_to_its_stand(cell: Cell) 
     cell.pick()
     cell.simulation.reset()
     assert cell.place(NAME) == pytest.approx(start, abs=1e-9)
-    assert not cell.world.suction.commanded and not cell.world.suction.held
+    assert not cell.world.suction.held
+    cell.world.grip(False)
     x, y = WORK.pallet.places()[0]
     assert math.dist(carry(cell)[:2], (x, y)) < WORK.task.tolerance_mm * 1e-3
 
@@ -126,6 +127,8 @@ def test_what_sets_the_twin_right_leaves_the_suction_as_it_was_commanded(cell: C
     cell.wait(0.1)
     assert cell.world.put_parts_back() == "" and cell.world.suction.commanded
     cell.world.mount(Payload(2, "part", 0.5))
+    assert cell.world.suction.commanded
+    cell.simulation.reset()
     assert cell.world.suction.commanded
 
 

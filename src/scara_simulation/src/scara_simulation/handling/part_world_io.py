@@ -148,17 +148,18 @@ class PartWorld(World):
         self.now = self._shown()
 
     def reset(self, positions: Sequence[float], velocities: Sequence[float] | None = None) -> None:
-        """Put the joints there and all parts back on their stands; the gripper is off and empty."""
+        """Put the joints there and all parts back on their stands; the gripper is empty.
+
+        The suction stays on or off: one that goes off by itself is passed on, and the real robot
+        drops its part.
+        """
         self._grip.let_go()
         self._bodies.reset()
         super().reset(positions, velocities)
-        self._begin()
+        self._begin(self._suction.commanded)
 
     def mount(self, payload: Payload) -> None:
-        """Hang another payload at the tool, see :meth:`World.mount`; the suction stays on or off.
-
-        One that goes off by itself is passed on, and the real robot drops its part.
-        """
+        """Hang another payload at the tool, see :meth:`World.mount`; the suction as in a reset."""
         commanded = self._suction.commanded
         super().mount(payload)
         self.grip(commanded)
@@ -201,7 +202,7 @@ class PartWorld(World):
         if self._suction.held:
             return f"{self._suction.held} is held"
         self._bodies.reset()
-        # As for a payload: off would be passed on.
+        # As for a reset: off would be passed on.
         self._begin(self._suction.commanded)
         return ""
 
