@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
@@ -172,14 +173,13 @@ class Storm:
         for node in list(cell.processes):
             cell.go_on(node)
         deadline = time.monotonic() + RECOVERS_S
-        released = False
+        stopped = math.inf
         while time.monotonic() < deadline:
-            if not released and self._released():
-                released = True
+            if stopped == math.inf and self._released():
                 # An idle pair may have a twin whose own side has paused it: it would not move.
                 self._do("STOP")
-                continue
-            if released and self._led_on():
+                stopped = time.time()
+            if self._led_on(stopped):
                 self._do("SPEED", 100.0)
                 return ""
             time.sleep(STEP_S)
@@ -194,10 +194,11 @@ class Storm:
         buttons = self._do("release buttons").answered
         return None not in (buttons, self._do("pendant override", 100.0).answered)
 
-    def _led_on(self) -> bool:
-        """Give the command that leads on from the present mode; return whether it is IDLE."""
+    def _led_on(self, since: float) -> bool:
+        """Lead on from a mode of ``since`` [s] or later; return whether it is IDLE."""
         cell = self._crew.cell
-        if not cell.states or time.time() - cell.states[-1].header.stamp.to_sec() > FRESH_S:
+        newest = cell.states[-1].header.stamp.to_sec() if cell.states else -math.inf
+        if newest < max(since, time.time() - FRESH_S):
             return False
         if command := way_out(cell.mode):
             if command == "RESET":
