@@ -87,6 +87,7 @@ def test_a_program_that_drops_a_part_in_some_worlds_is_not_proven() -> None:
 
 
 @pytest.mark.thorough
+@pytest.mark.timeout(1800)  # by night it has what live scenes beside it leave of the processor
 def test_palletise_is_a_quarter_quicker(tmp_path: Path) -> None:
     """On both plants, nine of nine parts placed, no collision in a hundred worlds."""
     path = copied("PALLETISE", tmp_path)
