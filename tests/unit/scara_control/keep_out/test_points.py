@@ -73,6 +73,29 @@ def test_every_shape_of_the_arm_is_within_the_watched_body(
     assert seen >= 8
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_a_body_that_turns_about_one_axis_alone_keeps_its_extent_along_it(name: str) -> None:
+    """A SCARA's link is as high as it is; one that may lie or stand is held in both."""
+    arm = {joint.name for joint in ROBOTS[name].arm_joints}
+    for link, shapes in MODELS[name].shapes.items():
+        own = [point for point in BODIES[name] if point.name == link]
+        if not own or not shapes or not arm & {joint.name for joint in MODELS[name].chain(link)}:
+            continue
+        grids = [
+            within(shape) @ pose[:3, :3].T + pose[:3, 3]
+            for shape in shapes
+            for pose in [link_pose(MODELS[name], link, {}) @ origin_transform(shape.xyz, shape.rpy)]
+        ]
+        heights = np.concatenate(grids)[:, 2]
+        middles = all_positions(own, np.zeros((1, len(ROBOTS[name].twin_joints))))[:, 0, 2]
+        halves = np.array([point.half[2] for point in own])
+        held = (float((middles - halves).min()), float((middles + halves).max()))
+        if ROBOTS[name].geometry is not None:
+            assert held == pytest.approx((heights.min(), heights.max()), abs=1e-9), link
+        else:
+            assert held[0] < heights.min() + 1e-9 and held[1] > heights.max() - 1e-9, link
+
+
 def within(shape: Shape) -> np.ndarray:
     """Return places of a shape: a grid over a box, rims and axis of a cylinder (m, 3)."""
     steps = np.linspace(-0.5, 0.5, 5)

@@ -56,6 +56,16 @@ def test_a_scara_keeps_its_height_and_its_radius() -> None:
     assert spindle == pytest.approx((0.0, 0.0, 1.0))
 
 
+def test_an_axis_a_rounding_too_long_has_rates_too() -> None:
+    """Its component may be 1 and a digit: no root of less than nothing."""
+    long = float(np.nextafter(1.0, 2.0))
+    axes = np.array([[long, 0, 0, 0, 0, 0]], dtype=float).T
+    home = np.eye(4)
+    home[1, 3] = 0.5
+    (rates,) = largest_rates(ScrewModel(axes, home)) or ()
+    assert rates == pytest.approx((0.0, 0.5, 0.5))
+
+
 def test_a_slide_across_an_axis_is_not_guessed() -> None:
     """Its stroke would be part of the radius."""
     axes = np.array([[0, 0, 1, 0, 0, 0], [0, 0, 0, 1, 0, 0]], dtype=float).T

@@ -18,7 +18,14 @@ from msgspec.structs import replace
 from scara_config import KeepOut
 from scara_control.keep_out import zones
 from scara_control.keep_out.points import FloatArray, WatchedPoint, all_positions
-from scara_control.keep_out.zones import entered, first_hit, free_part, heads_into, judge_way
+from scara_control.keep_out.zones import (
+    entered,
+    first_hit,
+    free_part,
+    heads_into,
+    judge_way,
+    stands_in,
+)
 
 POINTS = SETUP.points
 Q = st.tuples(
@@ -85,6 +92,34 @@ def test_who_stands_on_a_face_may_go_along_it_and_away() -> None:
     assert entered("tool", np.array(on), [ZONE]) == ""
     assert entered("tool", np.array([*on, (0.3, 0.0, 0.0)]), [ZONE]) == ""
     assert "would go deeper into" in entered("tool", np.array([*on, (0.45, 0.0, 0.0)]), [ZONE])
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "found"),
+    [
+        (600.0, 900.0, "the tool stands 30 mm deep in keep-out zone box"),
+        (340.0, 645.0, "the elbow stands 10 mm deep in keep-out zone box"),
+        (340.0, 665.0, "the tool stands 15 mm deep in keep-out zone box"),
+        (649.2, 900.0, ""),
+        (648.8, 900.0, "the tool stands 1 mm deep in keep-out zone box"),
+        (651.0, 900.0, ""),
+    ],
+)
+def test_who_stands_in_a_zone_is_told_with_the_deepest_point(
+    left: float, right: float, found: str
+) -> None:
+    """Stretched out the tool is at (650, 0, 160) mm, the elbow at (350, 0, 160); noise is none."""
+    points = [replace(point, half=(0.0, 0.0, 0.0)) for point in POINTS[:2]]
+    apart = [KeepOut("far", (0.0, 500.0, 0.0), (90.0, 600.0, 90.0))]
+    zone = KeepOut("box", (left, -70.0, 130.0), (right, 70.0, 400.0))
+    assert stands_in(points, [*apart, zone], (0.0, 0.0, 0.0, 0.0)) == found
+
+
+def test_the_first_hit_is_on_the_piece_that_meets_the_box() -> None:
+    """Behind a corner too."""
+    path = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0)])
+    hit = first_hit(path, np.array([0.9, 0.4, -0.1]), np.array([1.1, 0.6, 0.1]))
+    assert hit == pytest.approx([1.0, 0.4, 0.0])
 
 
 def test_a_place_that_is_no_number_ends_the_leave_to_be_in_a_zone() -> None:
