@@ -288,6 +288,18 @@ def test_wrong_status_blocks_are_refused(decode: str, words: list[int], text: st
         getattr(CODEC, decode)(words)
 
 
+def test_a_set_point_goes_without_what_the_robot_has_no_register_for() -> None:
+    """What stands behind it in the request is written all the same."""
+    held = dict(LAYOUT.holding_registers)
+    del held["setpoint_valid"]
+    held["setpoint"] = msgspec.structs.replace(
+        held["setpoint"], address=held["setpoint"].address + 1
+    )
+    codec = RegisterCodec(msgspec.structs.replace(LAYOUT, holding_registers=held), ROBOT)
+    _, words = codec.encode_setpoint((0.0, 0.0, -0.160, 0.0, 0.0), 4711, 79.2)
+    assert words[18:] == [4711, 79]
+
+
 @pytest.mark.parametrize(
     ("name", "address", "text"),
     [("override_now", 11200, "one request carries 125"), ("stream_speed", 11090, "without a gap")],
