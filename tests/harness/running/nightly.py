@@ -13,6 +13,7 @@ import ast
 import os
 import sys
 import xml.etree.ElementTree as ElementTree
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import date, datetime, timezone
 from pathlib import Path
@@ -134,8 +135,8 @@ def page(
             *([f"Not committed: {', '.join(night.changed)}."] if night.changed else []),
             "",
             *_part_rows(parts),
-            *_tests("Skipped", [test for part in parts.values() if part for test in part.skipped]),
-            *_tests("Failed", [test for part in parts.values() if part for test in part.failed]),
+            *_skipped([test for part in parts.values() if part for test in part.skipped]),
+            *_failed([test for part in parts.values() if part for test in part.failed]),
             *_mutant_rows(mutants),
             "",
         ]
@@ -157,8 +158,20 @@ def _part_rows(parts: Mapping[str, Part | None]) -> Iterator[str]:
             yield f"| {name} | {_took(part.seconds)} | {counts} |"
 
 
-def _tests(title: str, tests: Sequence[tuple[str, str]]) -> Iterator[str]:
-    yield from ("", f"## {title}")
+def _skipped(tests: Sequence[tuple[str, str]]) -> Iterator[str]:
+    """Yield how many tests of a file are skipped for one reason."""
+    yield from ("", "## Skipped")
+    if not tests:
+        yield "No test."
+        return
+    yield from ("| file | tests | why |", "|---|---|---|")
+    found = Counter((name.partition("[")[0].rpartition(".")[0], why) for name, why in tests)
+    for (file, why), count in found.items():
+        yield f"| `{file}` | {count} | {why} |"
+
+
+def _failed(tests: Sequence[tuple[str, str]]) -> Iterator[str]:
+    yield from ("", "## Failed")
     if not tests:
         yield "No test."
         return

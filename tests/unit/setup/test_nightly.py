@@ -86,11 +86,17 @@ def test_a_run_by_day_does_not_change_what_the_night_found(
     wrong = "<testcase name='a'><failure message='it is red'/></testcase>"
     source = (ROOT / "setup" / "nightly.sh").read_text()
     (copies,) = [line for line in source.splitlines() if line.startswith("  cp ")]
-    (build / "test_pure.xml").write_text(cases.format(wrong))
+    away = "".join(
+        f"<testcase classname='tests.test_b' name='test_c[{number}.5]'>"
+        "<skipped message='no PyKDL'/></testcase>"
+        for number in range(3)
+    )
+    (build / "test_pure.xml").write_text(cases.format(wrong + away))
     subprocess.run(["bash", "-c", copies], cwd=tmp_path, check=True)
     (build / "test_pure.xml").write_text(cases.format("<testcase name='a'/>"))
     with pytest.raises(typer.Exit):
         nights.write(1, 0, 0, report, "-k stop")
     told = report.read_text()
+    assert "| `tests.test_b` | 3 | no PyKDL |" in told and "| pure | 0:00:01 | 0 | 1 | 3 |" in told
     assert "| `a` | it is red |" in told and "| nodes | did not end |" in told
     assert "Only what these words choose: `-k stop`.\n**Failed: tests (exit code 1).**" in told
