@@ -122,6 +122,9 @@ def page(
         mutants: What became of the mutants; None if nothing tells.
         words: That chose a part of all this; empty: it is all of it.
     """
+    ended = [part for part in parts.values() if part]
+    skipped = [test for part in ended for test in part.skipped]
+    failed = [test for part in ended for test in part.failed]
     return "\n".join(
         [
             "# The last night",
@@ -135,8 +138,8 @@ def page(
             *([f"Not committed: {', '.join(night.changed)}."] if night.changed else []),
             "",
             *_part_rows(parts),
-            *_skipped([test for part in parts.values() if part for test in part.skipped]),
-            *_failed([test for part in parts.values() if part for test in part.failed]),
+            *_tests("Skipped", "| file | tests | why |", _skipped(skipped)),
+            *_tests("Failed", "| test | why |", _failed(failed)),
             *_mutant_rows(mutants),
             "",
         ]
@@ -158,26 +161,23 @@ def _part_rows(parts: Mapping[str, Part | None]) -> Iterator[str]:
             yield f"| {name} | {_took(part.seconds)} | {counts} |"
 
 
-def _skipped(tests: Sequence[tuple[str, str]]) -> Iterator[str]:
-    """Yield how many tests of a file are skipped for one reason."""
-    yield from ("", "## Skipped")
-    if not tests:
+def _tests(title: str, head: str, rows: Sequence[str]) -> Iterator[str]:
+    yield from ("", f"## {title}")
+    if not rows:
         yield "No test."
         return
-    yield from ("| file | tests | why |", "|---|---|---|")
+    yield from (head, "|---" * head.count(" | ") + "|---|")
+    yield from rows
+
+
+def _skipped(tests: Sequence[tuple[str, str]]) -> list[str]:
+    """Return how many tests of a file are skipped for one reason, a row each."""
     found = Counter((name.partition("[")[0].rpartition(".")[0], why) for name, why in tests)
-    for (file, why), count in found.items():
-        yield f"| `{file}` | {count} | {why} |"
+    return [f"| `{file}` | {count} | {why} |" for (file, why), count in found.items()]
 
 
-def _failed(tests: Sequence[tuple[str, str]]) -> Iterator[str]:
-    yield from ("", "## Failed")
-    if not tests:
-        yield "No test."
-        return
-    yield from ("| test | why |", "|---|---|")
-    for name, why in tests:
-        yield f"| `{name.replace('|', '/')}` | {why} |"
+def _failed(tests: Sequence[tuple[str, str]]) -> list[str]:
+    return [f"| `{name.replace('|', '/')}` | {why} |" for name, why in tests]
 
 
 def _mutant_rows(found: summary.Summary | None) -> Iterator[str]:
