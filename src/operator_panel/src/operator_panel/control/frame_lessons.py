@@ -60,9 +60,14 @@ def taught(lesson: FrameLesson, name: str, poses: Sequence[np.ndarray]) -> Taugh
 
 
 def jog_axes(table: FrameTable) -> dict[str, np.ndarray]:
-    """Return the axes of the user frames by number and name, shape (3, 3) each."""
-    frames = table.numbered("user").items()
-    return {f"{number} {frame.name}": pose_of(frame)[:3, :3] for number, frame in frames}
+    """Return the axes of the user frames by their title, shape (3, 3) each."""
+    frames, titles = table.numbered("user"), frame_titles(table, "user")
+    return {title: pose_of(frames[number])[:3, :3] for number, title in titles.items()}
+
+
+def frame_titles(table: FrameTable, kind: Kind) -> dict[int, str]:
+    """Return number and name of each frame, as a person chooses it, by its number."""
+    return {number: f"{number} {frame.name}" for number, frame in table.numbered(kind).items()}
 
 
 def shown(frame: TaughtFrame) -> str:

@@ -14,6 +14,7 @@ from scara_config.programs.tp.motion import FASTEST_MM_S
 from scara_ros.page.page_library_io import plain
 
 from operator_panel.control.fields import error_text, parse_number
+from operator_panel.control.frame_lessons import frame_titles
 from operator_panel.control.tool_jog import TURNS
 from operator_panel.door import Answer
 from operator_panel.page.preview.asking_io import needs_judge, play
@@ -86,8 +87,8 @@ class _TargetForm:
         field = self._choice(label, {"": none})
 
         def show() -> None:
-            frames = self._view.frames.numbered(kind).items()
-            names = {"": none} | {str(number): f"{number} {each.name}" for number, each in frames}
+            titles = frame_titles(self._view.frames, kind).items()
+            names = {"": none} | {str(number): title for number, title in titles}
             chosen = field.value if field.value in names else ""
             field.set_options(names, value=chosen)
             field.set_visibility(len(names) > 1)

@@ -14,6 +14,7 @@ from scara_config.programs.frame_remarks import told_frames
 from scara_config.programs.keeping import keep_program, kept_file
 from scara_ros.page.page_library_io import PLAIN_BUTTON, plain, run
 
+from operator_panel.control.frame_lessons import frame_titles
 from operator_panel.page.preview.asking_io import needs_judge
 from operator_panel.page.view_io import PageView, push_button
 from operator_panel.teach import draft as teach
@@ -73,8 +74,8 @@ class DraftFiles:
 
     def _show_forms(self) -> None:
         """Offer the user frames that there are."""
-        frames = self._view.frames.numbered("user").items()
-        spaces = {str(number): f"Cartesian, {number} {each.name}" for number, each in frames}
+        titles = frame_titles(self._view.frames, "user").items()
+        spaces = {str(number): f"Cartesian, {title}" for number, title in titles}
         forms, chosen = {**FORMS, **spaces}, self._form.value
         self._form.set_options(forms, value=chosen if chosen in forms else "0")
 
