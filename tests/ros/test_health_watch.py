@@ -48,14 +48,18 @@ class WearingCell:
         ros.run("cell_recorder", "journal", f"_directory:={self.runs}")
         self.node = self.start()
         self._decisions = ros.publisher("twin_controller/decisions", Decision, subscribers=2)
-        self._data = ros.publisher("real/robot_data", RobotData, subscribers=0)
-        self._real, self._twin = self._sides()
 
-    def _sides(self) -> list[Any]:
-        """Return what publishes the joints of each side."""
-        options = {"subscribers": 0, "queue_size": 1000}
-        topics = ("real/joint_states", "twin/joint_states")
-        return [self._ros.publisher(topic, JointState, **options) for topic in topics]
+    def _topics(self) -> tuple[Any, Any, Any]:
+        """Return the joints of each side and the robot's data, once journal and monitor listen.
+
+        New for each cycle: a publisher counts whoever has gone as a listener until it has written
+        to it in vain, and a cycle whose beginning nobody heard is another one.
+        """
+        return (
+            self._ros.publisher("real/joint_states", JointState, queue_size=1000),
+            self._ros.publisher("twin/joint_states", JointState, queue_size=1000),
+            self._ros.publisher("real/robot_data", RobotData, subscribers=2),
+        )
 
     def start(self) -> Process:
         """Start the monitor; each cycle is taken, and the first week has no length."""
@@ -66,10 +70,6 @@ class WearingCell:
         """End the monitor without a farewell, and start it again."""
         self.node.signal(signal.SIGKILL)
         self.node.wait(5.0)
-        # A publisher counts whoever was killed as a listener until it has written to it in vain.
-        for side in (self._real, self._twin):
-            side.unregister()
-        self._real, self._twin = self._sides()
         self.node = self.start()
         self._ros.wait_until(lambda: "is ready" in self.node.output, 20.0, "a monitor")
 
@@ -77,29 +77,28 @@ class WearingCell:
         """Publish a cycle from its first motion to its end; return once it is kept."""
         before = self.cycles()
         self._decisions.publish(mode_before=M.IDLE, mode_after=M.REAL_LEADS, leader="real")
-        topics = (self._data, self._real, self._twin)
-        self._ros.wait_until(
-            lambda: all(topic.get_num_connections() for topic in topics), 20.0, "who listens"
-        )
+        real, twin, data = topics = self._topics()
         names, begun = [joint.name for joint in ROBOT.joints], time.time()
         efforts = np.array([1e-2 * joint.effort for joint in ROBOT.joints])
         dt = cycle.times[1] - cycle.times[0]
         rest = cycle.times[-1] + dt * np.arange(1, AT_REST + 1)
         for k, at in [*enumerate(cycle.times), *((-1, at) for at in rest)]:
             for topic, q, effort in (
-                (self._real, cycle.measured[k], cycle.torques[k] * efforts),
-                (self._twin, cycle.wanted[k], ()),
+                (real, cycle.measured[k], cycle.torques[k] * efforts),
+                (twin, cycle.wanted[k], ()),
             ):
                 said = JointState(name=names, position=list(q), effort=list(effort))
                 said.header.stamp = rospy.Time.from_sec(begun + at)
                 topic.publish(said)
             if k < 0 or k % AT_ONCE == 0:
                 # As a cell does, again and again: topics overtake each other.
-                self._data.publish(program="FLICK line 1 running", running=True)
+                data.publish(program="FLICK line 1 running", running=True)
                 time.sleep(0.005)
-        self._data.publish(program="", running=False)
+        data.publish(program="", running=False)
         self._decisions.publish(mode_before=M.REAL_LEADS, mode_after=M.IDLE)
         self._ros.wait_until(lambda: self.cycles() > before, 20.0, "a cycle that is kept")
+        for topic in topics:
+            topic.unregister()
 
     @property
     def file(self) -> Path | None:
