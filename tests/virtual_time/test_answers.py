@@ -38,7 +38,7 @@ def test_a_late_zero_of_the_move_before_ends_no_move(cell: VirtualCell, late: fl
     assert cell.twin.truth[-1][1] == pytest.approx(NEAR, abs=5e-4)
 
 
-@pytest.mark.parametrize("mover", ["move_to", "operator"])
+@pytest.mark.parametrize("mover", ["move_to", *thorough("operator")])
 def test_a_program_starts_on_the_pendant_as_soon_as_the_pair_is_idle(
     cell: VirtualCell, mover: str
 ) -> None:

@@ -48,7 +48,7 @@ class GrippingCell(VirtualCell):
         self.put(TwinGripper(self.clock(), on, on))
 
 
-@pytest.mark.parametrize("count", [1, *thorough(9)])
+@pytest.mark.parametrize("count", thorough(1, 9))
 def test_the_parts_arrive_and_the_twins_gripper_follows_each_switch(count: int) -> None:
     """On the kit's own map and programs, stand-in `ready`; no coil of ours switches anything."""
     files = load_files(ROBOT)

@@ -19,7 +19,7 @@ FEW = (("articulated_six", 9, 4),)
 
 @pytest.mark.parametrize(
     ("robot", "seed", "moves"),
-    [*FEW, *thorough(*((robot, seed, MOVES) for robot in ROBOTS for seed in SEEDS))],
+    thorough(*FEW, *((robot, seed, MOVES) for robot in ROBOTS for seed in SEEDS)),
 )
 def test_random_moves_end_together_and_nothing_moves_in_idle(
     robot: str, seed: int, moves: int

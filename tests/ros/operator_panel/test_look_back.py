@@ -155,7 +155,7 @@ SHOWN = """() => [window.panel.timeLine.look?.last, window.panel.timeLine.at,
     document.querySelector("[data-past-text]").textContent]"""
 
 
-@pytest.mark.parametrize("zone", ["Pacific/Honolulu", *thorough("Asia/Tokyo")])
+@pytest.mark.parametrize("zone", thorough("Pacific/Honolulu", "Asia/Tokyo"))
 def test_phone_whose_clock_and_zone_differ_looks_back_by_the_cells_clock(
     theatre: Theatre, zone: str
 ) -> None:

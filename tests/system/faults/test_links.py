@@ -19,7 +19,7 @@ ONE_SIDE = pytest.mark.parametrize("side", ["real", *thorough("twin")])
 """A twin's line is cut each time while it is on its own way; bad packets have unit tests."""
 
 
-@SIDES
+@ONE_SIDE
 def test_half_open_line_is_found_and_the_robot_stands(
     cell: FaultCell, side: str, rng: Random
 ) -> None:

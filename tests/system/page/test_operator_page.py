@@ -203,6 +203,7 @@ def test_taught_draft_leads_both_robots_to_its_end_and_a_stop_ends_it(
     panel.cell.beside_lost_links(scene)
 
 
+@pytest.mark.thorough
 def test_changed_gain_is_in_force_and_written_back_and_can_be_undone(
     operator: Page, panel: Panel
 ) -> None:

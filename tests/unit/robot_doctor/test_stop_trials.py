@@ -14,6 +14,7 @@ from fanuc_emulator.drives.servo_loop_io import ServoLoop
 from fanuc_emulator.reset import FaultReset
 from harness.emulated.served import CONFIG, LAYOUT, ROBOT, last_beat, served
 from harness.processes import wait_until
+from harness.running.thorough import thorough
 from msgspec.structs import replace
 from robot_doctor.finding import Level
 from robot_doctor.robot_probe_io import Mover
@@ -301,7 +302,7 @@ def test_a_program_that_is_started_while_the_question_stands_is_slow() -> None:
     assert "Start a program" in seen[0]
 
 
-@pytest.mark.parametrize("rests", [False, True])
+@pytest.mark.parametrize("rests", [*thorough(False), True])
 def test_a_stream_program_that_goes_on_after_its_trial_is_held_and_told(
     rests: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -334,7 +335,7 @@ def test_a_robot_whose_program_runs_on_is_not_told_to_stand(
     assert "NOT SEEN TO STAND" in told.advice
 
 
-@pytest.mark.parametrize("trial", [Trial.START, Trial.CSTOPI])
+@pytest.mark.parametrize("trial", [*thorough(Trial.START), Trial.CSTOPI])
 def test_a_program_that_start_let_go_on_without_a_motion_is_paused_again(
     trial: Trial, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -19,7 +19,7 @@ from farm.desk.reading_io import ask, newest_of
 from farm.keys import CellName
 from farm.wire import Event, WireError, decode, encode
 from harness.processes import free_port, wait_until
-from harness.running.thorough import examples
+from harness.running.thorough import examples, thorough
 from harness.yaml_files import copy_configuration
 from msgspec.structs import replace
 from typer.testing import CliRunner
@@ -159,7 +159,9 @@ class Learning(Invented):
 
 
 @pytest.mark.parametrize(
-    ("kind", "many", "until"), [(Invented, 3, 1500), (Learning, 30, 24)], ids=["events", "a class"]
+    ("kind", "many", "until"),
+    [(Invented, 3, 1500), *thorough((Learning, 30, 24))],
+    ids=["events", "a class"],
 )
 def test_desk_killed_at_any_moment_keeps_each_event_once(
     kind: type[Invented], many: int, until: int, tmp_path: Path

@@ -62,6 +62,7 @@ def test_an_interruption_ends_all_processes_and_the_lab_goes_on(lab: Lab) -> Non
     assert lab.run("part") == whole
 
 
+@pytest.mark.thorough
 def test_what_cannot_be_is_told(lab: Lab) -> None:
     """Addresses that are none or far away, a port that is taken, no worker, and no program."""
     port = str(free_port())

@@ -267,6 +267,7 @@ def test_a_certificate_that_is_no_good_is_named(tmp_path: Path, case: str) -> No
     assert code == 1 and f"{shown}: {why}" in text
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("hurried")
 def test_a_member_that_is_revoked_is_out(two: Two, monkeypatch: pytest.MonkeyPatch) -> None:
     """The scheduler ends with all its lines; by the old invitation nobody comes in again."""

@@ -11,6 +11,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
+from harness.running.thorough import thorough
 from scara_config import load_robot
 from scara_control.joint_motion import JointMotion
 from scara_control.kinematics.screws import ScrewModel, tool_positions
@@ -100,7 +101,7 @@ def test_the_delay_is_found_again() -> None:
     assert found.before[1].max_mm / found.after[1].max_mm > 5.0
 
 
-@pytest.mark.parametrize(("twin", "seen"), [(PLAIN, 1.6), (COMPUTED, 1.0)])
+@pytest.mark.parametrize(("twin", "seen"), [(PLAIN, 1.6), *thorough((COMPUTED, 1.0))])
 def test_friction_is_seen_where_no_feed_forward_makes_up_for_it(
     twin: TwinModel, seen: float
 ) -> None:

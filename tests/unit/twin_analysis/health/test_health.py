@@ -236,6 +236,7 @@ def record() -> RobotRecord:
     return run_robot(robot, plant, random, scene)
 
 
+@pytest.mark.thorough
 def test_what_wears_is_found_on_a_drawn_robot_and_a_healthy_one_is_left_alone(
     record: RobotRecord,
 ) -> None:
