@@ -52,6 +52,7 @@ MORE_PAGES = (
     "tests/ros/operator_panel/jogging/",
     "tests/ros/operator_panel/preview/",
     "tests/ros/operator_panel/test_for_hands.py",
+    "tests/ros/operator_panel/test_look_back.py",
 )
 """Pages that are tested behind the starts, beside the others: a third of their time."""
 MORE_PURE = ("tests/golden/", "tests/unit/twin_controller/", "tests/virtual_time/")
