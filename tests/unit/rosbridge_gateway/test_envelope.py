@@ -36,6 +36,8 @@ from rosbridge_gateway.protocol.envelope import Envelope, read_envelope
         (b'{"op":"publish","id":null}', Envelope("publish")),
         (b'{"op":"publish","id":"' + b"x" * 5000 + b'"}', Envelope("publish")),
         (b'{"op":"publish","id":"cut', Envelope("publish")),
+        (b'{"op" "publish","id":"a"}', Envelope()),
+        (b'{1:"x","op":"publish","id":"a"}', Envelope()),
         (b'[{"op":"publish","id":"a"}]', Envelope()),
         (b"", Envelope()),
         (b'{"op":"\xff","id":"a"}', Envelope(None, "a")),

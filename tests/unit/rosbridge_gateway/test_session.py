@@ -264,6 +264,15 @@ def test_set_level_decides_which_remarks_come(level: str, answered: bool) -> Non
     assert (say(client, op="unsubscribe", topic="t") is not None) == answered
 
 
+@pytest.mark.parametrize("level", ["info", "warning", "error", "none"])
+def test_no_remark_comes_that_is_milder_than_the_level(level: str) -> None:
+    """And each that is as severe, or more."""
+    client, levels = session(), ("info", "warning", "error")
+    say(client, op="set_level", level=level)
+    heard = [each for each in levels if client.status(each, "x", "a") is not None]
+    assert heard == list(levels[(*levels, "none").index(level) :])
+
+
 def test_subscriptions_with_ids_end_one_by_one() -> None:
     """The topic is left when its last id goes; the most demanding wish counts."""
     client = session()

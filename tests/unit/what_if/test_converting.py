@@ -169,7 +169,10 @@ def test_exported_program_selects_its_frames_and_tells_them() -> None:
     found, _ = converted(program(*moves, frames=("0", "2")), robot, TABLE, "cartesian", 2)
     lines = lines_of(found)
     assert lines[:4] == ["UFRAME_NUM=2", "UTOOL_NUM=2", *moves]
-    assert [each.groups[0].config for each in found.positions] == ["R, 0, 0, 0", "L, 1, 0, 0"]
+    assert [[group.config for group in each.groups] for each in found.positions] == [
+        ["R, 0, 0, 0"],
+        ["L, 1, 0, 0"],
+    ]
     assert all(len(each.text) <= LONGEST for each in found.lines if isinstance(each, Remark))
     told = told_frames(read(print_program(found), "MINE"))
     assert told == {

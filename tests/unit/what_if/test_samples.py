@@ -33,6 +33,8 @@ def test_samples_agree_with_the_verdict(world: World, name: str) -> None:
     assert samples.way.points[0].q == pytest.approx(world.q, abs=1e-9)
     assert samples.way.points[-1].q == pytest.approx(verdict.target, abs=1e-6)
     assert samples.clearance.min() >= 1e-3 * verdict.clearance.at_least_mm - 1e-5
+    nearest = 1e-3 * verdict.clearance.distance_mm
+    assert samples.clearance.min() == pytest.approx(nearest, abs=1e-4)
     assert samples.speed.max() <= 1e-3 * verdict.tool_speed_mm_s * 1.001
 
 

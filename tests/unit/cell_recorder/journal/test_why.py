@@ -82,6 +82,7 @@ def test_since_that_says_no_time_is_refused_with_what_is_allowed(text: str) -> N
         (3599.0, "59 min 59 s"),
         (3600.0, "1 h 0 min"),
         (7325.0, "2 h 2 min"),
+        (86399.0, "23 h 59 min"),
         (86400.0, "1 d 0 h"),
         (273600.0, "3 d 4 h"),
     ],

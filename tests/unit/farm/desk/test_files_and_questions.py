@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import runpy
+import sys
 from datetime import datetime, timedelta, timezone
 from pathlib import Path
 
@@ -147,3 +149,16 @@ def test_only_this_machine_may_listen(host: str) -> None:
     assert [loopback_refusal(own) for own in ("127.0.0.1", "127.3.2.1", "::1", "localhost")] == [
         ""
     ] * 4
+
+
+def test_the_module_is_the_command_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """./cell farm runs it by its name, with the words of all its parts."""
+    monkeypatch.setattr(sys, "argv", ["farm", "--help"])
+    with pytest.raises(SystemExit) as end:
+        runpy.run_module("farm", run_name="__main__")
+    assert end.value.code == 0
+    shown = capsys.readouterr().out
+    for word in ("shelve", "compare", "kpi", "revoke", "fetch", "roll"):
+        assert word in shown

@@ -122,6 +122,7 @@ def test_no_guarded_command_may_be_kept_on_its_way_for_longer_than_two_seconds(
         (["default_role"], "boss", "default_role = boss: allowed are the roles watcher, mover"),
         (["persons"], {"ann": "boss"}, "persons.ann = boss: allowed are the roles watcher"),
         (["roles", "mover"], ["RESUME", "JOG"], "roles.mover = JOG: allowed are RESUME, RESET"),
+        (["person"], {}, r"= \{.*: Object contains unknown field `person`"),
     ],
 )
 def test_a_right_that_names_nothing_is_refused_at_the_start(

@@ -83,6 +83,13 @@ def test_a_silent_controller_is_bad_and_one_state() -> None:
             "P: done after 2.5 s, worst error 0.50 mm",
         ),
         (
+            "cycle",
+            {"end": 2.0, "leader": "real", "outcome": "done"},
+            False,
+            "real: done after 2.0 s",
+        ),
+        ("cycle", {"outcome": "done"}, False, "cycle: done after 0.0 s"),
+        (
             "exercise",
             {"learner": "ada", "title": "6. Stop", "passed": False, "reason": "no Reset"},
             False,

@@ -90,6 +90,8 @@ def test_only_the_authority_signs_certificates() -> None:
         found = x509.load_pem_x509_certificate(pair.certificate).extensions
         usage = found.get_extension_for_class(x509.KeyUsage).value
         assert (usage.key_cert_sign, usage.digital_signature) == (signs, not signs)
+        others = (usage.content_commitment, usage.key_encipherment, usage.data_encipherment)
+        assert not any((*others, usage.key_agreement, usage.crl_sign))
         assert found.get_extension_for_class(x509.BasicConstraints).value.ca is signs
 
 
