@@ -18,7 +18,8 @@ from twin_controller.core.follow.limit import (
     slow_setpoint,
 )
 from twin_controller.core.follow.memory import RealFollows
-from twin_controller.core.follow.real import bounds_of, judged
+from twin_controller.core.follow.real import SMOOTHING_RATE, bounds_of, judged, reckon
+from twin_controller.core.follow.response import Response
 from twin_controller.core.follow.schedule import SendSlot
 from twin_controller.core.sides.side import Sides, TwinSide
 
@@ -166,3 +167,17 @@ def test_a_twin_without_a_plan_may_speed_up_within_its_delay(share: float, passe
     asked = replaced(0, Q[0] + sure + share * unsure)
     found = judged(SETUP, follows, sides, slot, asked, 100.0, now)
     assert isinstance(found, Rejected) != passes, found
+
+
+def test_what_a_set_point_reckons_with_changes_by_a_part_of_the_time_that_has_passed() -> None:
+    """A jump of the delay would be a jump of the set points; without one before all is taken."""
+    found = Response(delay=(0.3,) * 4, smoothing=(1.0,) * 4, doubt=SURE, pace=100.0)
+    last = RobotSetpoint(Q, t=10.0, asked=Q)
+    follows = RealFollows(told=(last,), delay=(0.1,) * 4, smoothing=(0.0,) * 4)
+    most = 1e-2 * SETUP.config.response.change_percent
+    later = reckon(SETUP, follows, 10.5, found)
+    assert later.delay == pytest.approx((0.1 + 0.5 * most,) * 4)
+    assert later.smoothing == pytest.approx((0.5 * SMOOTHING_RATE,) * 4)
+    for first in (RealFollows(), RealFollows(told=(last,)), RealFollows(delay=(0.1,) * 4)):
+        taken = reckon(SETUP, first, 10.5, found)
+        assert (taken.delay, taken.smoothing) == (found.delay, found.smoothing)

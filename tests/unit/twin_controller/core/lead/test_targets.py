@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 
+import msgspec
 import numpy as np
 import pytest
-from harness.pair import SETUP, Pair
+from harness.pair import HOME, SETUP, Pair
+from scara_control.joint_motion import JointMotion
 from scara_control.keep_out.points import positions
 from twin_controller.core.actions import MoveTwin
 from twin_controller.core.events import MoveEnded, Operator
@@ -94,6 +96,18 @@ def test_what_is_asked_about_is_told_with_its_branch_and_joints(pair: Pair) -> N
     assert judged.elbow == "righty" and f"{judged.elbow}" == "righty"
     assert positions(SETUP.points[0], np.array([judged.target]))[0] == pytest.approx(event.target)
     assert len(judged.target) == len(SETUP.names)
+
+
+def test_a_line_may_begin_where_a_joint_reads_a_little_beyond_its_limit(pair: Pair) -> None:
+    """So does a robot that stands at its limit; its twin is where it is."""
+    limits = SETUP.joints[1]
+    beyond = (HOME[0], limits.upper + 1e-4, *HOME[2:])
+    twin = pair.state.sides.twin
+    there = JointMotion.measured(beyond, (0.0,) * len(beyond), twin.last.time)
+    twin = msgspec.structs.replace(twin, history=(there,))
+    target = (HOME[0], limits.upper - 0.1, *HOME[2:])
+    event = Operator(pair.now, "MOVE_JOINTS", 7, 20.0, target, path="linear", speed_mm_s=50.0)
+    assert judge_move(SETUP, twin, event).refusal == ""
 
 
 def test_a_move_without_coordinates_is_refused_with_what_is_missing(pair: Pair) -> None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
 from harness.watch import watched
 from twin_controller.core.actions import Command, Send
 from twin_controller.core.lead.modes import Mode
-from twin_controller.core.orders.stop import STOPPING_TWIN
+from twin_controller.core.orders.stop import STOPPING_TWIN, defied_text
 
 WAY = ramp(HOME, shifted(HOME, 80.0), 30.0)
 ATTEMPTS, RETRY_S = SETUP.config.stop.attempts, SETUP.config.stop.twin_retry_ms * 1e-3
@@ -129,3 +130,14 @@ def test_a_twin_that_may_move_again_is_not_judged_by_an_older_stop(pair: Deaf) -
     since = len(pair.actions)
     pair.until(Mode.IDLE)
     assert told(pair, since) == [] and ignored(pair) == []
+
+
+@pytest.mark.parametrize(("since_s", "said"), [(0.3, "0.3"), (2.04, "2.0"), (-0.1, "0.0")])
+def test_how_long_a_twin_went_on_is_told(pair: Deaf, since_s: float, said: str) -> None:
+    """To its last sample; one that has come from it before the stop is none of it."""
+    pair.deaf = True
+    pair.do("STOP", 0.2)
+    stop, twin = pair.state.orders.twin_stop, pair.state.sides.twin
+    assert stop is not None
+    begun = msgspec.structs.replace(stop, since=twin.last.time - since_s)
+    assert defied_text(begun, twin).startswith(f"it moved on {said} s after STOP was told ")
