@@ -304,3 +304,9 @@ def test_a_recorded_way_is_judged_like_the_move_that_it_was(world: World) -> Non
     assert verdict.energy_j == pytest.approx(move.energy_j, rel=0.15)
     post = Obstacle("post", "cylinder", (0.002, 0.6), (0.45, 0.3, 0.0))
     assert "post" in judge(replace(world, obstacles=(post,)), way).sentence
+
+
+def test_a_motion_to_where_the_robot_stands_has_no_speed(world: World) -> None:
+    """Nothing moves, and no point is the fastest."""
+    verdict = judge(world, JointTarget(tuple(world.q), 50.0))
+    assert (verdict.tool_speed_mm_s, verdict.fastest_point) == (0.0, "")

@@ -90,7 +90,9 @@ def _point_speed(points: Sequence[WatchedPoint], course: Course) -> tuple[float,
     if len(course.times) < 2 or not points:
         return 0.0, ""
     ways = np.linalg.norm(np.diff(all_positions(points, course.q), axis=1), axis=2)
-    speeds = ways / np.diff(course.times)
+    steps = np.diff(course.times)
+    # A way to where the joints are takes no time.
+    speeds = np.divide(ways, steps, out=np.zeros_like(ways), where=steps > 0.0)
     largest = speeds.max(axis=1)
     number = int(np.argmax(largest))
     return float(largest[number]), points[number].name
