@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
-from fanuc_emulator.drives.backlash import MOTOR_SHARE, Backlash
+from fanuc_emulator.drives.backlash import KNOCK_S, MOTOR_SHARE, Backlash
 from fanuc_emulator.plant.config import Plant, load_plant
 from fanuc_emulator.plant.wear import WARM_C, Wear, at_temperature, vacuum_s, worn
 from scara_config import load_robot
@@ -46,6 +46,10 @@ def test_what_else_wears() -> None:
     assert heavy.payload_kg == pytest.approx(FIELD.payload_kg + 1.0)
     assert heavy.axes["joint_1"].payload_inertia_percent == pytest.approx(45.0)
     assert heavy.axes["table_joint"].payload_inertia_percent == 0.0
+    before, after = filed["joint_1"].held_friction, heavy.axes["joint_1"].held_friction
+    share = heavy.payload_kg / FIELD.payload_kg
+    assert before is not None and after is not None and before.load_percent > 0.0
+    assert after.load_percent == pytest.approx(share * before.load_percent)
 
 
 def test_nothing_tells_what_a_payload_does_to_a_plant_without_one() -> None:
@@ -93,3 +97,11 @@ def test_a_load_coasts_through_its_play_where_its_motor_brakes(way: float) -> No
         coasts.append(gap.pushes(a) == pytest.approx(MOTOR_SHARE * a))
     assert 43 <= sum(coasts[100:]) <= 47, "the play takes sqrt(2 * 0.01 / (10 - 0.1)) = 45 ms"
     assert gap.load == pytest.approx(position + way * 0.005)
+
+
+@pytest.mark.parametrize("velocity", [0.5, 1.0, -1.0])
+def test_the_knock_grows_with_the_speed_at_which_the_flanks_meet(velocity: float) -> None:
+    """It brings the load, which stands, to the motor's speed."""
+    gap = Backlash(0.01, 0.0, 0.0)
+    gap.step(math.copysign(0.006, velocity), velocity, 0.0, 0.001)
+    assert gap.pushes(0.0) == pytest.approx((1.0 - MOTOR_SHARE) * velocity / KNOCK_S)

@@ -16,6 +16,7 @@ from what_if.learning.drift import Drift
 from what_if.learning.measures import moving_time, way_length
 from what_if.learning.pairing import BEGIN_S, REST_S, End, MotionWatch, Outcome, Prediction
 from what_if.motions import JointTarget, Motion
+from what_if.timing.planning import plan
 from what_if.world import World
 
 FREE = JointTarget((0.4, -0.3, -0.1, 0.2), 50.0)
@@ -181,3 +182,18 @@ def test_an_effort_that_one_side_does_not_know_is_not_compared(
     whole = outcome_of()
     known = replace(whole, predicted=replace(whole.predicted, effort=said), effort=measured)
     assert set(known.ratios) == {"time", "way"}
+
+
+@pytest.mark.parametrize("name", ["ARTICLE", "PALLETISE"])
+def test_the_course_is_at_the_end_of_each_leg_where_the_leg_leads(world: World, name: str) -> None:
+    """Each leg begins when the ones before have ended, and keeps its own pace."""
+    motion = motion_of(world, name)
+    times, q = course_of(world, motion)
+    moves = [leg for leg in plan(world, motion).legs if leg.course is not None]
+    assert len(moves) > 1
+    for leg in moves:
+        half = 0.5 * float(leg.course.times[-1])
+        for at, passed in ((half, half), (leg.duration, float(leg.course.times[-1]))):
+            row = int(np.searchsorted(times, leg.begin + at))
+            there = [np.interp(passed, leg.course.times, column) for column in leg.course.q.T]
+            assert q[min(row, len(q) - 1)] == pytest.approx(there, abs=0.06)
