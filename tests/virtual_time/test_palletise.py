@@ -14,7 +14,6 @@ from fanuc_emulator.controller import Controller
 from fanuc_emulator.gripping.cell_parts import CellParts
 from fanuc_emulator.gripping.vehicle import dock
 from fanuc_emulator.tp.executor import ProgramState
-from harness.running.thorough import thorough
 from harness.scenes.steps import ROBOT
 from harness.virtual_cell.cell import VirtualCell
 from harness.virtual_cell.files import load_files
@@ -48,7 +47,8 @@ class GrippingCell(VirtualCell):
         self.put(TwinGripper(self.clock(), on, on))
 
 
-@pytest.mark.parametrize("count", thorough(1, 9))
+@pytest.mark.thorough
+@pytest.mark.parametrize("count", [1, 9])
 def test_the_parts_arrive_and_the_twins_gripper_follows_each_switch(count: int) -> None:
     """On the kit's own map and programs, stand-in `ready`; no coil of ours switches anything."""
     files = load_files(ROBOT)
