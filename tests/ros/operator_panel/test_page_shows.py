@@ -27,6 +27,14 @@ FIND_FOLLOWING = """async () => {
 }"""
 
 
+# Whether a trail asks for a drawing: of a tool that rests, moves, and rests until all has faded.
+TRAIL = """async (file) => {
+    const { Trail } = await import(file);
+    const trail = new Trail({ add: () => 0 }, () => "#ffffff");
+    const at = (x, ms) => trail.show([x, 0, 0], ms);
+    return [at(0, 0), at(0, 9000), at(0.01, 9100), at(0.02, 9200), at(0.02, 9300),
+        at(0.02, 17150), at(0.02, 17300), at(0.02, 60000), at(0.03, 60100), at(0.04, 60200)];
+}"""
 LAST_POINT = """() => JSON.stringify(
     getElement(window.PANEL.charts.motion).chart.getOption().series[0].data.length
     && getElement(window.PANEL.charts.motion).chart.getOption().series[0].data.at(-1))"""
@@ -173,3 +181,10 @@ def test_picture_is_drawn_on_change_only_and_no_more_often_than_the_graphics_bea
         DRAWS, {"renderer": renderer, "file": f"{theatre.address}/panel/pace.js"}
     )
     assert 3 <= drawn["moving"] <= most and drawn["resting"] == 0
+
+
+def test_a_trail_asks_for_no_drawing_once_the_tool_rests(theatre: Theatre) -> None:
+    """Its last point fades, and the place where the tool stands is no new one."""
+    file = f"{theatre.address}/panel/picture/marks.js"
+    rest, moves, fades, gone = [False, False], [False, True], [True, True], [False, False]
+    assert theatre.page.evaluate(TRAIL, file) == rest + moves + fades + gone + moves

@@ -13,6 +13,7 @@ export class Trail {
   constructor(scene, colour) {
     this.colour = colour;
     this.points = [];
+    this.last = null; // where the tool was last, also when no point of that is left
     this.positions = new Float32Array(3 * POINTS);
     this.colours = new Float32Array(4 * POINTS);
     const geometry = new THREE.BufferGeometry();
@@ -23,13 +24,13 @@ export class Trail {
     scene.add(this.line);
   }
 
-  // Take where the tool is; return whether there is something to draw.
+  // Take where the tool is; return whether there is something to draw. One point is no line yet.
   show(tool, now) {
-    const last = this.points.at(-1);
-    const moved = tool && (!last || Math.hypot(...tool.map((value, k) => value - last.at[k])) >= STEP_M);
-    if (moved) this.points.push({ at: tool, time: now });
-    if (!this.points.length) return false;
+    const drawn = this.points.length > 1;
+    const moved = tool && (!this.last || Math.hypot(...tool.map((value, k) => value - this.last[k])) >= STEP_M);
+    if (moved) this.points.push({ at: (this.last = tool), time: now });
     while (this.points.length > POINTS || (this.points.length && now - this.points[0].time > FADE_MS)) this.points.shift();
+    if (this.points.length < 2 && !drawn) return false;
     const { r, g, b } = new THREE.Color(this.colour());
     this.points.forEach(({ at, time }, k) => {
       this.positions.set(at, 3 * k);
