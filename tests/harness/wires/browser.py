@@ -15,8 +15,8 @@ FLAGS = ["--no-sandbox", "--disable-background-networking"]
 NOTHING_DRAWN = ["--disable-gpu", "--disable-3d-apis"]
 DRAWN_BY_THE_PROCESSOR = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 # Where nobody measures the page: only the model is drawn as by a graphics card, not all around it,
-# and no script is optimised for a page that lives for seconds.
-UNMEASURED = ["--disable-gpu-compositing", "--js-flags=--no-turbofan --no-maglev"]
+# and scripts get the quick compilers alone: a page lives for a minute at most.
+UNMEASURED = ["--disable-gpu-compositing", "--js-flags=--no-turbofan"]
 # A kernel that groups processes by session heeds their priority only within their group, so the
 # group of the browser's session gets a low one, too. The tests that only compute come behind it.
 BEHIND_THE_CELL = f"""#!/bin/sh
