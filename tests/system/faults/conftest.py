@@ -39,7 +39,8 @@ def fault_cell(master_of_the_cell: Master, tmp_path_factory: pytest.TempPathFact
 
 @pytest.fixture
 def cell(fault_cell: FaultCell) -> Iterator[FaultCell]:
-    """Give the cell, idle before and after."""
+    """Give the cell, set up as filed, and idle before and after."""
+    fault_cell.set_up("")
     fault_cell.recover()
     yield fault_cell
     fault_cell.modbus.heal()

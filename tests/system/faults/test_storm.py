@@ -25,8 +25,6 @@ def storm_crew(fault_cell: FaultCell) -> Iterator[Crew]:
     fault_cell.recover()
     with crew(fault_cell) as made:
         yield made
-    fault_cell.set_up("")
-    fault_cell.recover()
 
 
 @pytest.mark.parametrize(
