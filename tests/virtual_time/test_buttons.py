@@ -169,7 +169,7 @@ def arrived() -> Iterator[VirtualCell]:
         yield cell
 
 
-@pytest.mark.parametrize("late", [0.0, *thorough(0.05, 0.1, 0.15, 0.2), 0.3])
+@pytest.mark.parametrize("late", [0.0, *thorough(0.05, 0.1, 0.15, 0.2, 0.3)])
 def test_a_start_at_the_pendant_right_behind_a_twins_move_is_taken(
     arrived: VirtualCell, late: float
 ) -> None:

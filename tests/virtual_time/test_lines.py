@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from harness.running.thorough import thorough
 from harness.virtual_cell.cell import VirtualCell
 from scara_config import KeepOut
 
@@ -57,7 +58,7 @@ def operate(cell: VirtualCell, **how: object):
     return cell.operate("MOVE", target=target, speed_percent=60.0, path="linear", **how)
 
 
-@pytest.mark.parametrize("mm_s", [0.0, 250.0])
+@pytest.mark.parametrize("mm_s", [*thorough(0.0), 250.0])
 def test_both_tools_go_straight(cell: VirtualCell, mm_s: float) -> None:
     """By the ground truth of both plants, from the first motion to the end."""
     since = {side: len(getattr(cell, side).truth) for side in OFF_MM}

@@ -17,6 +17,7 @@ from farm.desk.lines import key_figures_io  # noqa: F401  (adds the word)
 from farm.desk.reading_io import ask_for
 from farm.keys import CellName
 from farm.wire import Event
+from harness.running.thorough import thorough
 from typer.testing import CliRunner
 
 FIGURE = "lag of the robot [s]"
@@ -65,7 +66,7 @@ def test_the_one_cell_that_drifts_is_found_and_no_other(find_drifts: FindDrifts,
     assert found[0].now > 1.2 * found[0].before
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", [*range(6), *thorough(*range(6, 20))])
 def test_cells_at_rest_are_not_named(find_drifts: FindDrifts, seed: int) -> None:
     """2,000 figures, none of which drifts."""
     assert not any(drift.drifts for drift in find_drifts(medians(seed=seed)))

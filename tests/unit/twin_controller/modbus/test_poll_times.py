@@ -9,6 +9,7 @@ from random import Random
 from typing import NamedTuple
 
 import pytest
+from harness.running.thorough import thorough
 from twin_controller.core.sides.clock import ClockEstimate, observe
 from twin_controller.estimation.rhythm import Rhythm, heard
 from twin_controller.modbus.poll_times import PollTimes
@@ -161,7 +162,7 @@ def test_a_machine_that_stood_still_asks_as_close_to_the_ticks_as_before() -> No
     assert len(off) > 500 and max(off) < 0.5e-3
 
 
-@pytest.mark.parametrize("tick_ms", [2, 4, 5, 6, 8, 9])
+@pytest.mark.parametrize("tick_ms", [4, 9, *thorough(2, 5, 6, 8)])
 def test_the_core_learns_the_same_period_and_the_same_clock(tick_ms: int) -> None:
     """Polls that always come alike would make a period look longer, and lose the clock's bound."""
     before = learnt(polls(Robot(tick_ms), 60.0, aimed=False))

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from harness.pair import HOME, ROBOT, SETUP, Pair, idle_pair, ramp, shifted
 from harness.parts import changed
+from harness.running.thorough import thorough
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_control.joint_motion import AxisMotion, JointMotion
@@ -182,8 +183,13 @@ def test_the_robots_own_limit_is_the_gates_whatever_its_override(pair: Pair) -> 
         assert len(sent) == 1 and sent.pop() == pytest.approx(expected)
 
 
-@pytest.mark.parametrize("border", [2.0, -2.0], ids=["above", "below"])
-@pytest.mark.parametrize("joint", range(4))
+@pytest.mark.parametrize(
+    ("joint", "border"),
+    [
+        *((joint, (-1) ** joint * 2.0) for joint in range(4)),
+        *thorough(*((joint, (-1) ** joint * -2.0) for joint in range(4))),
+    ],
+)
 def test_a_pair_apart_in_either_direction_is_not_aligned(joint: int, border: float) -> None:
     """A twin that does not obey stays two degrees or millimetres off: the pair never gets ready."""
     apart = tuple(border if k == joint else 0.0 for k in range(4))

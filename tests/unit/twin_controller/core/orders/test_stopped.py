@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 import pytest
 from harness.pair import HOME, Pair, ramp, shifted
+from harness.running.thorough import thorough
 from harness.watch import watched
 from twin_controller.core.actions import Command
 from twin_controller.core.lead.commands.allowed import refusals
@@ -117,8 +118,10 @@ def test_a_pause_ends_no_alignment(pair: Pair) -> None:
     assert pair.twin_q == pytest.approx(pair.real_q, abs=1e-3)
 
 
-@pytest.mark.parametrize("command", ["STOP", "PAUSE"])
-@pytest.mark.parametrize("side", ["real", "twin"])
+@pytest.mark.parametrize(
+    ("side", "command"),
+    [("real", "STOP"), ("twin", "PAUSE"), *thorough(("real", "PAUSE"), ("twin", "STOP"))],
+)
 def test_a_link_that_blinks_does_not_leave_it(pair: Pair, side: str, command: str) -> None:
     """What commands the twin may never have heard of the stop; a blink, or two, is nobody's act."""
     pair.do(command, 1.0)
