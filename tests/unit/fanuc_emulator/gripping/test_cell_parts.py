@@ -183,6 +183,21 @@ def test_what_goes_too_deep_has_hit(
         assert event.position == pytest.approx((X + dx, Y + dy, z - HANGS * held), abs=1e-9)
 
 
+@pytest.mark.parametrize(("deep", "hit"), [(0.4e-3, []), (0.6e-3, ["part_1 hit part_2"])])
+def test_a_held_part_that_comes_from_below_hits_what_hangs_over_an_edge(
+    bench: Bench, deep: float, hit: list[str]
+) -> None:
+    """Beside the pallet, by its top into the underside of a part there."""
+    bench.pick()
+    pallet, other = WORK.pallet, bench.parts.parts[1]
+    edge, y = (pallet.middle_mm[0] + 0.5 * pallet.size_mm[0]) * 1e-3, pallet.middle_mm[1] * 1e-3
+    other.on, other.turns = "pallet", False
+    other.x, other.y, other.z = edge - 1e-3, y, pallet.top_mm * 1e-3
+    top = pallet.top_mm * 1e-3 + deep
+    bench.be(edge + WORK.parts.radius + 1e-3, y, top - WORK.parts.height + HANGS, True, DT)
+    assert [event.message for event in bench.parts.events[1:]] == hit
+
+
 @pytest.mark.parametrize(
     ("dx", "dy", "above", "kind", "on"),
     [

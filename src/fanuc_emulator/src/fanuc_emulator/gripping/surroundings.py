@@ -57,7 +57,7 @@ class WorkSurfaces:
                 self._axis,
                 radius=work.table.radius_mm * MM,
             ),
-            Surface("floor", work.floor_mm * MM, (0.0, 0.0), half=(1e3, 1e3)),
+            Surface("floor", work.floor_mm * MM, self._axis, half=(math.inf, math.inf)),
         ]
         self._stands = [
             Surface(
