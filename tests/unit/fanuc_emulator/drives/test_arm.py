@@ -7,7 +7,15 @@ import math
 import msgspec
 import numpy as np
 import pytest
-from fanuc_emulator.drives.arm import SINGULAR, Arm, Matrix, inverse, rotation_vector, turned_by
+from fanuc_emulator.drives.arm import (
+    CLEAR,
+    SINGULAR,
+    Arm,
+    Matrix,
+    inverse,
+    rotation_vector,
+    turned_by,
+)
 from fanuc_emulator.drives.planner import matrix, numbers_of
 from harness.workspace import ROOT
 from scara_config import Robot, load_robot
@@ -99,6 +107,19 @@ def test_an_arm_is_singular_by_its_reach_and_not_by_its_size(robot: Robot) -> No
         if robot is SIX:
             assert Arm(big).singular(Arm(big).jacobian(q)) is seen[-1]
     assert seen[0] and not seen[-1]
+
+
+@pytest.mark.parametrize("way", range(6))
+def test_a_direction_is_lost_below_the_limit_and_not_above(way: int) -> None:
+    """Turns about each axis count in rad, ways along each by the reach."""
+    arm = Arm(SIX)
+    sound = np.diag([1.0] * 3 + [SIX.reach_mm * 1e-3] * 3)
+    for share, lost in ((0.9998, True), (1.0002, False)):
+        weak = sound.copy()
+        weak[way, way] *= share * SINGULAR
+        assert arm.singular(weak) is lost
+        weak[way, way] *= CLEAR
+        assert arm.clear(np.array([sound, weak])) is (not lost)
 
 
 @pytest.mark.parametrize(
