@@ -7,7 +7,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from fanuc_emulator.plant.config import INTERPOLATIONS_MS, READINGS_MS, SPREAD, load_plant
+from fanuc_emulator.plant.config import INTERPOLATIONS_MS, READINGS_MS, SPREAD, drawn, load_plant
 from scara_config import ConfigError, load_robot
 from scara_config.profile import plant_path
 
@@ -52,6 +52,21 @@ def test_a_drawn_robot_is_a_plant_within_its_limits(filed: str) -> None:
                 assert 1.0 - SPREAD <= ratio <= 1.0 + SPREAD
         assert plant.geometry == base.geometry and plant.payload_kg == base.payload_kg
     assert len(readings) >= 5 and len(interpolations) >= 4
+
+
+@pytest.mark.parametrize("servo_ms", [1, 2])
+def test_a_drawn_robot_has_any_period_of_its_family_and_any_phase_of_that(servo_ms: int) -> None:
+    """Readings each 4 to 16 ms, interpolation each 4 to 12, in whole periods of the servo."""
+    filed = msgspec.structs.replace(FILED, servo_period_ms=servo_ms)
+    plants = [drawn(filed, seed) for seed in range(400)]
+    readings = {(p.measuring.period_ms, p.measuring.phase_ms) for p in plants}
+    steps = {(p.interpolation_period_ms, p.interpolation_phase_ms) for p in plants}
+    for found, longest in ((readings, 16), (steps, 12)):
+        assert {period for period, _ in found} == set(range(4, longest + 1, servo_ms))
+        for period in range(4, longest + 1, 2):
+            phases = {phase for each, phase in found if each == period}
+            assert phases <= set(range(0, period, servo_ms))
+            assert servo_ms == 1 or phases == set(range(0, period, 2))
 
 
 def numbers_of(plant: object, path: str = "") -> dict[str, float]:
