@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from fanuc_emulator.drives.backlash import KNOCK_S, MOTOR_SHARE, Backlash
-from fanuc_emulator.plant.config import Plant, load_plant
+from fanuc_emulator.plant.config import AxisFile, FrictionFile, Plant, load_plant
 from fanuc_emulator.plant.wear import WARM_C, Wear, at_temperature, vacuum_s, worn
 from scara_config import load_robot
 
@@ -34,6 +34,36 @@ def test_a_cold_gear_rubs_more_and_a_warm_one_as_filed() -> None:
         found = at_temperature(FIELD, celsius).axes["joint_1"].held_friction
         assert found is not None and filed is not None
         assert 0.0 < sign * (found.viscous_percent / filed.viscous_percent - 1.0) <= 0.31
+
+
+def ratios(before: AxisFile, after: AxisFile) -> list[list[float]]:
+    """Return how each number of each friction has grown, in the order of the file."""
+    return [
+        [getattr(new, key) / getattr(old, key) for key in FrictionFile.__struct_fields__]
+        for old, new in (
+            (before.friction, after.friction),
+            (before.held_friction, after.held_friction),
+        )
+        if old is not None and new is not None
+    ]
+
+
+@pytest.mark.parametrize(
+    ("plant", "grown"),
+    [
+        (worn(FIELD, Wear("friction", 0.5, "joint_1")), (1.5, 1.5, 1.2, 1.15, 1.5)),
+        (at_temperature(FIELD, 20.0), (1.06, 1.06, 1.246, 1.0, 1.06)),
+        (at_temperature(FIELD, 40.0), (0.94, 0.94, 0.803, 1.0, 0.94)),
+    ],
+)
+def test_each_part_of_friction_grows_by_a_law_of_its_own(
+    plant: Plant, grown: tuple[float, ...]
+) -> None:
+    """Static, Coulomb's, viscous, the speed of Stribeck, the load's; as the article has them."""
+    found = ratios(FIELD.axes["joint_1"], plant.axes["joint_1"])
+    assert len(found) == 2
+    for each in found:
+        assert each == pytest.approx(grown, rel=1e-3)
 
 
 def test_what_else_wears() -> None:
@@ -105,3 +135,63 @@ def test_the_knock_grows_with_the_speed_at_which_the_flanks_meet(velocity: float
     gap = Backlash(0.01, 0.0, 0.0)
     gap.step(math.copysign(0.006, velocity), velocity, 0.0, 0.001)
     assert gap.pushes(0.0) == pytest.approx((1.0 - MOTOR_SHARE) * velocity / KNOCK_S)
+
+
+H = 0.001
+"""A servo step [s]."""
+
+
+def pushed(way: float, drag: float) -> Backlash:
+    """Return a play of 10 mrad whose load the motor pushes one way at 0.5 rad/s."""
+    gap = Backlash(0.01, drag, 0.0)
+    gap.step(way * 0.005, way * 0.5, 0.0, H)
+    assert gap.load == 0.0
+    return gap
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("velocity", "acceleration", "follows"),
+    [
+        (0.5, -0.9, True),
+        (0.5, -1.1, False),
+        (-0.5, 1.1, True),
+        (-0.5, 0.9, False),
+        (0.0, 0.1, True),
+        (0.0, -0.1, False),
+    ],
+)
+def test_a_load_leaves_its_flank_when_the_motor_brakes_more_than_its_friction(
+    way: float, velocity: float, acceleration: float, follows: bool
+) -> None:
+    """A flank can push and cannot pull; at rest there is no friction."""
+    gap = pushed(way, 1.0)
+    gap.step(way * 0.004, way * velocity, way * acceleration, H)
+    assert (gap.load == pytest.approx(-way * 0.001)) is follows
+    assert (gap.pushes(way) - gap.pushes(0.0) == pytest.approx(way)) is follows
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_flanks_that_meet_knock_by_the_difference_of_their_speeds(way: float) -> None:
+    """The load coasts to the other one, is with the motor at once, and soon the knock is over."""
+    gap = pushed(way, 0.0)
+    for _ in range(3):
+        gap.step(way * 0.005, 0.0, -way * 100.0, 5.0 * H)
+    assert gap.load == pytest.approx(way * 0.0075)
+    gap.step(way * 0.002, way * 0.2, -way, 0.0)
+    assert gap.load == pytest.approx(way * 0.007)
+    knock = gap.pushes(0.0)
+    assert knock == pytest.approx(way * 0.6 * (0.2 - 0.5) / KNOCK_S)
+    gap.step(way * 0.002, 0.0, -way, H)
+    assert gap.pushes(0.0) == pytest.approx(knock * (1.0 - H / KNOCK_S))
+    gap.step(way * 0.002, 0.0, -way, 2.0 * KNOCK_S)
+    assert gap.pushes(0.0) == 0.0
+
+
+def test_a_load_that_coasts_comes_to_rest() -> None:
+    """Friction ends its motion and does not turn it."""
+    gap = pushed(1.0, 100.0)
+    for _ in range(20):
+        gap.step(0.005, 0.0, -200.0, H)
+    assert gap.load == pytest.approx(0.4e-3 + 0.3e-3 + 0.2e-3 + 0.1e-3)
+    assert gap.pushes(1.0) - gap.pushes(0.0) == pytest.approx(0.4), "it moves the motor alone"
