@@ -13,6 +13,7 @@ from fanuc_emulator.drives.axis import (
     Axis,
     AxisParameters,
     CommandLimiter,
+    Friction,
     MovingAverage,
     Standstill,
 )
@@ -216,6 +217,52 @@ def test_encoder_counts_are_whole() -> None:
         assert abs(
             axis.measured_velocity - axis.velocity
         ) <= 0.5 * PARAMETERS.resolution / 0.001 * (1 + 1e-6)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize(("held", "percent"), [(None, 0.0), (Friction(3.0, 2.0, 0.5, 0.1), 3.0)])
+def test_the_torque_is_what_moves_the_axis_and_what_holds_it_back(
+    way: float, held: Friction | None, percent: float
+) -> None:
+    """At an even speed friction alone: (2 + 0.5 * 0.5) / 75; it takes no part at rest."""
+    axis = Axis(msgspec.structs.replace(PARAMETERS, held=held), (5, 10), 0.0, DT, 2)
+    pushes = []
+    for k in range(500):
+        axis.step(way * 0.5 * DT * k, 1.0)
+        pushes.append(axis.torque_percent)
+    assert pushes[0] == 0.0
+    assert pushes[-1] == pytest.approx(way * percent, abs=1e-3)
+    for _ in range(500):
+        axis.step(0.0, 1.0)
+    assert axis.torque_percent == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_drive_that_gives_all_it_has_is_at_100_percent() -> None:
+    """Of either sign: it speeds up, and brakes."""
+    weak = msgspec.structs.replace(PARAMETERS, servo_acceleration=5.0)
+    axis = Axis(weak, (5, 10), 0.0, DT, 2)
+    pushes = []
+    for _ in range(400):
+        axis.step(1.0, 1.0)
+        pushes.append(axis.torque_percent)
+    assert (min(pushes), max(pushes)) == pytest.approx((-100.0, 100.0))
+
+
+@pytest.mark.parametrize(("held", "drag"), [(None, 0.35), (Friction(30.0, 20.0, 0.0, 0.1), 20.0)])
+def test_a_load_with_play_coasts_by_its_own_friction_when_the_motor_brakes(
+    held: Friction | None, drag: float
+) -> None:
+    """To the other flank; without a friction of its own by a hundredth of the acceleration."""
+    axis = Axis(msgspec.structs.replace(PARAMETERS, held=held, backlash=0.04), (5, 10), 0.0, DT, 2)
+    behind, loads = [], []
+    for k in range(400):
+        axis.step(min(2.0 * DT * k, 1.0), 1.0)
+        behind.append(axis.position - axis.joint_position)
+        loads.append(axis.joint_position)
+    pushed = next(k for k in range(400) if behind[k] == pytest.approx(0.02))
+    leaves = next(k for k in range(pushed, 400) if behind[k] < 0.0199)
+    slower = -np.diff(loads[leaves : leaves + 6], 2) / DT**2
+    assert slower == pytest.approx(drag, rel=0.01)
 
 
 @pytest.mark.parametrize("joint_name", ["joint_1", "joint_2", "table_joint"])
