@@ -46,9 +46,13 @@ def test_no_number_gets_another_time(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pair, "feed", late)
     pair.move_twin(ramp(HOME, AWAY, 2.0))
     period, given, seen = SETUP.config.stream.ahead_period_ms, dict[int, int](), len(pair.actions)
+    newest = 0
     for _ in range(1500):
         pair.run(0.001)
         for action in pair.actions[seen:]:
+            if isinstance(action, StreamAhead):
+                assert action.points or action.newest != newest, "what says nothing is not sent"
+                newest = action.newest
             for point in action.points if isinstance(action, StreamAhead) else ():
                 old = given.get(point.number, point.clock_ms)
                 assert old == point.clock_ms, (point, old)

@@ -16,6 +16,7 @@ from twin_controller.core.follow.pace import follower_pace
 from twin_controller.core.follow.response import (
     FIRST_SPREAD_S,
     Response,
+    _led,
     assumed,
     begun,
     known,
@@ -257,3 +258,17 @@ def test_what_was_learned_earlier_is_believed_until_the_first_motion_says_otherw
     assert other.changed and not other.recalled and other.pace == NUMBERS.first_percent
     follow = Follow(response=other)
     assert "otherwise than before" in follower_pace(UNKNOWN, follow, Sides(), 100.0, 0.0).reason
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize(("speed", "gain"), [(0.4, 0.0), (0.0, 0.25)])
+def test_a_robot_was_led_by_its_speed_or_by_what_that_gained(
+    way: float, speed: float, gain: float
+) -> None:
+    """40 % of the speed; a quarter of the acceleration is that of moves at 50 %."""
+    at = np.arange(0.0, 1.0, 0.01)
+    fastest, quickest = (SETUP.to_border(each)[0] for each in (SETUP.velocity, SETUP.acceleration))
+    told_to = np.zeros((len(at), len(SETUP.names)))
+    told_to[:, 0] = way * (speed * fastest * at + 0.5 * gain * quickest * at**2)
+    led = _led(SETUP, at, told_to, 0.1, 0.3)
+    assert led == pytest.approx(40.0 if speed else 50.0, rel=0.01)

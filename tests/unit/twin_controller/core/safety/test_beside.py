@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import itertools
 
+import msgspec
 import numpy as np
 import pytest
-from harness.pair import ROBOT, SETUP
+from harness.pair import ROBOT, SETUP, idle_pair
 from scara_config import KeepOut
 from scara_control.keep_out.points import all_positions
 from twin_controller.core.safety.beside import (
@@ -16,7 +17,10 @@ from twin_controller.core.safety.beside import (
     start_share,
     start_ways,
 )
+from twin_controller.core.safety.guard import Guard, judge_guard
 from twin_controller.core.setup import Setup
+
+replace = msgspec.structs.replace
 
 HOME = (0.0, 0.0, -0.1, 0.0)
 TOOL_Z_MM = 60.0
@@ -79,3 +83,18 @@ def test_a_standstill_is_judged_once() -> None:
     assert judge_start(setup, judged, HOME, 1.0) is judged
     assert judge_start(setup, judged, HOME, 2.0) is not judged
     assert judge_start(below(50.0), judged, HOME, 1.0).share == 1.0
+
+
+def test_a_robot_that_stands_beside_a_zone_begins_slowly_and_one_that_moves_does_not() -> None:
+    """One that is on its way is judged by that, and so is one far from any zone."""
+    real = idle_pair().state.sides.real
+    near, last = Setup(ROBOT, SETUP.config), real.last
+    place = all_positions(SETUP.points, np.array([last.q]))[-1, 0] * 1e3
+    lower, upper = place - (100.0, 100.0, 60.0), place + (100.0, 100.0, -10.0)
+    near.keep_out = (KeepOut("box", tuple(map(float, lower)), tuple(map(float, upper))),)
+    for share, slow in ((0.0, True), (0.009, True), (0.011, False)):
+        qdot = (share * SETUP.velocity[0], *(0.0,) * (len(last.q) - 1))
+        shown = replace(real, history=(*real.history, replace(last, qdot=qdot)))
+        for setup, slowed in ((near, slow), (SETUP, False)):
+            guard = judge_guard(setup, Guard(), shown, (0.0, ""), led=False)
+            assert (guard.start < 1.0) is slowed
