@@ -7,6 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
 
+import msgspec
 import numpy as np
 import pytest
 from scara_control.joint_motion import JointMotion, Setpoints
@@ -15,8 +16,9 @@ from what_if.judging import judge
 from what_if.learning.course import predict
 from what_if.motions import JointTarget, Recorded, ToolTarget, point_of
 from what_if.timing.leg import Course, curved
-from what_if.timing.planning import plan
+from what_if.timing.planning import SMOOTHING_S, plan
 from what_if.timing.use import use_of
+from what_if.verdict import Cause
 from what_if.world import World
 
 HOME = (0.0, 0.0, -0.16, 0.0)
@@ -57,6 +59,85 @@ def test_a_recorded_way_is_cut_where_the_suction_was_switched(world: World) -> N
         plan(world, recorded([HOME], 1.0))
     with pytest.raises(WhatIfError, match=r"lasts 0\.003 s: expected more than 0\.004 s"):
         plan(world, recorded([HOME, THERE], 0.003))
+
+
+def test_a_recorded_way_is_smoothed_over_the_time_that_is_said(world: World) -> None:
+    """One odd sample moves its neighbours up to half of that time away, and is itself hardly left.
+
+    What is smooth stays as it is: places, speeds and accelerations.
+    """
+    rows = [(1e-3 if k == 125 else 0.0, *HOME[1:]) for k in range(251)]
+    course = plan(world, recorded(rows, 1.0)).legs[0].course
+    moved = course.times[np.abs(course.q[:, 0]) > 1e-12]
+    assert moved[[0, -1]] == pytest.approx([0.5 - 0.5 * SMOOTHING_S, 0.5 + 0.5 * SMOOTHING_S])
+    assert np.abs(course.q[:, 0]).max() < 1e-4
+    times = np.linspace(0.0, 1.0, 251)
+    course = plan(world, recorded([(t**3, *HOME[1:]) for t in times.tolist()], 1.0)).legs[0].course
+    t = course.times
+    for found, smooth in ((course.q, t**3), (course.qdot, 3.0 * t**2), (course.qddot, 6.0 * t)):
+        assert found[:, 0] == pytest.approx(smooth, abs=1e-6)
+        assert np.all(found[:, 3] == 0.0)
+
+
+@pytest.mark.parametrize("samples", [3, 4, 5, 30, 31, 32])
+def test_a_recording_shorter_than_the_smoothing_is_a_way_all_the_same(
+    world: World, samples: int
+) -> None:
+    """Of an even or an odd number of samples: what it shows of a braking joint stays."""
+    seconds = (samples - 0.5) * 1e-3 * world.cell.config.sample_ms
+    rows = [(t - t * t, *HOME[1:]) for t in np.linspace(0.0, seconds, 2 * samples).tolist()]
+    course = plan(world, recorded(rows, seconds)).legs[0].course
+    t = course.times
+    assert len(t) == samples
+    for found, true in ((course.q, t - t * t), (course.qdot, 1.0 - 2.0 * t), (course.qddot, -2.0)):
+        assert found[:, 0] == pytest.approx(true, abs=1e-6)
+
+
+def test_between_two_switches_at_one_time_goes_one_sample(world: World) -> None:
+    """Wherever they are, also before the way begins."""
+    sample = world.cell.config.sample_ms * 1e-3
+    for when in (-0.1, 0.5):
+        legs = plan(world, recorded([HOME, THERE], 2.0, (when, True), (when, False))).legs
+        assert [leg.grip for leg in legs] == [None, True, None, False, None]
+        assert legs[2].duration == pytest.approx(sample)
+        assert legs[1].begin == pytest.approx(max(when, sample))
+
+
+@pytest.mark.parametrize(
+    ("up", "turn", "refused"),
+    [(1.0, 0.9, False), (1.0, -0.9, True), (-1.0, 0.9, True), (-1.0, -0.9, False)],
+)
+def test_a_yaw_that_the_robots_own_wrist_cannot_turn_to_is_refused(
+    world: World, up: float, turn: float, refused: bool
+) -> None:
+    """A joint 4 from 0 to 60 deg turns the tool to the left, or to the right if it points down.
+
+    It is the last one that the twin does not have.
+    """
+    robot, point = world.cell.robot, ToolTarget(0.51, 0.16, 0.1)
+    bent = plan(world, point).legs[0].course.q[-1].tolist()
+    wrist = msgspec.structs.replace(
+        next(joint for joint in robot.joints if not joint.twin),
+        lower_deg=0.0,
+        upper_deg=60.0,
+        screw_axis=(0.0, 0.0, up, 0.0, -0.65 * up, 0.0),
+    )
+    stiff = msgspec.structs.replace(wrist, name="spindle", upper_deg=0.0)
+    other = msgspec.structs.replace(robot, joints=[*robot.twin_joints, stiff, wrist])
+    asked = replace(point, yaw=world.cell.kinematics.tool.yaw(bent) + turn)
+    found = plan(replace(world, cell=replace(world.cell, robot=other)), asked)
+    assert [reason.cause for reason in found.reasons] == [Cause.LIMIT] * refused
+    assert bool(found.legs) is not refused
+
+
+def test_a_robot_that_cannot_turn_its_tool_is_asked_for_no_yaw(world: World) -> None:
+    """Neither the twin nor the robot has a joint for it; a point alone it reaches."""
+    robot = world.cell.robot
+    bare = msgspec.structs.replace(robot, joints=robot.twin_joints)
+    there = replace(world, cell=replace(world.cell, robot=bare))
+    assert plan(there, ToolTarget(0.51, 0.16, 0.1)).legs
+    with pytest.raises(WhatIfError, match="has no joint that turns the tool about the vertical"):
+        plan(there, ToolTarget(0.51, 0.16, 0.1, yaw=0.0))
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])

@@ -143,14 +143,18 @@ def _destination(world: World, motion: ToolTarget | JointTarget) -> tuple[float,
     if motion.yaw is not None and yaw is None:
         # The twin has no wrist. Refuse a yaw that the real robot's own last joint cannot reach.
         robot = world.cell.robot
-        own = [joint for joint in robot.joints if not joint.twin and joint.screw_axis is not None]
+        own = [
+            (joint, joint.screw_axis[2])
+            for joint in robot.joints
+            if not joint.twin and joint.screw_axis is not None
+        ]
         if robot.geometry is None or not own:
             raise WhatIfError(
                 f"yaw: {robot.name} has no joint that turns the tool about the vertical"
             )
-        wrist = own[-1]
+        wrist, up = own[-1]
         left = math.remainder(motion.yaw - tool.yaw(answer.chosen.q), math.tau)
-        check_limits([wrist], [math.copysign(1.0, (wrist.screw_axis or (1.0,) * 6)[2]) * left])
+        check_limits([wrist], [math.copysign(1.0, up) * left])
     return tuple(q)
 
 
