@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import pytest
-from fanuc_emulator.gripping.surroundings import VEHICLE, WorkSurfaces
+from fanuc_emulator.gripping.surroundings import VEHICLE, Surface, WorkSurfaces
 from harness.workspace import ROOT
 from msgspec.structs import replace
 from scara_config.palletise import MM, Dock, load_palletise
 
 SHIPPED = load_palletise(ROOT / "config")
-WORK = replace(SHIPPED, pallet=replace(SHIPPED.pallet, size_mm=(240.0, 180.0)))
-"""With a pallet that is longer one way than the other."""
+WORK = replace(
+    SHIPPED,
+    pallet=replace(SHIPPED.pallet, size_mm=(240.0, 180.0)),
+    table=replace(SHIPPED.table, axis_mm=(SHIPPED.table.axis_mm[0], 8.0)),
+)
+"""With a pallet that is longer one way than the other, and a table beside the robot's x axis."""
 TABLE, PALLET = WORK.table, WORK.pallet
 TURNED = 0.7
 """The table's position [rad]: no stand is where it is at 0."""
@@ -84,3 +88,12 @@ def test_a_part_lies_on_the_highest_face_that_is_not_above_it() -> None:
         assert around.below(x, y, height_mm * MM, TURNED).height == height_mm * MM
     assert around.below(HERE.x, HERE.y, 1.0, TURNED).height == PALLET.top_mm * MM
     assert around.top == max(TABLE.stand_top_mm, PALLET.top_mm) * MM
+
+
+@pytest.mark.parametrize(("away", "touches"), [(0.059, True), (0.061, False)])
+def test_a_disc_is_over_a_round_face_as_far_as_both_radii_reach(away: float, touches: bool) -> None:
+    """50 mm of the face and 10 mm of the disc; its middle has to be over the face itself."""
+    face = Surface("stand", 0.0, (0.3, 0.2), radius=0.05)
+    x, y = 0.3 - 0.6 * away, 0.2 + 0.8 * away
+    assert face.carries(x, y, 0.01) is touches
+    assert not face.carries(x, y)
