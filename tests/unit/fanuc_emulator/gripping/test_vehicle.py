@@ -90,6 +90,24 @@ def test_without_the_measured_frame_parts_miss_their_places() -> None:
     assert sum(error > WORK.task.tolerance_mm for error in loading.errors_mm(docked)) == 9
 
 
+def test_each_vehicle_stands_off_otherwise_and_no_farther_than_its_figures() -> None:
+    """Evenly to both sides, along x, along y and turned; its marks are seen off a little too."""
+    vehicle, chance = WORK.vehicle, np.random.default_rng(5)
+    assert vehicle is not None
+    exact = vehicle.dock()
+    came = [dock(WORK, chance) for _ in range(300)]
+    stands = [docked.dock for docked in came if docked is not None]
+    most = (vehicle.off_mm * MM, vehicle.off_mm * MM, math.radians(vehicle.off_deg))
+    rows = [(each.x - exact.x, each.y - exact.y, each.turn) for each in stands]
+    shares = np.array(rows) / most
+    assert np.abs(shares).max() <= 1.0
+    assert shares.min(axis=0).max() < -0.9 and shares.max(axis=0).min() > 0.9
+    marks = [vehicle.seen(each)[0] for each in stands]
+    origins = [docked.frame.values[:2] for docked in came if docked is not None]
+    off = np.array(origins) - np.array(marks) / MM
+    assert off.std(axis=0) == pytest.approx((vehicle.seen_mm,) * 2, rel=0.2)
+
+
 def test_the_docks_sensor_measures_the_frame_that_three_taught_points_give() -> None:
     """By another route: the frame of the page, of the same marks."""
     assert WORK.vehicle is not None

@@ -89,9 +89,9 @@ def test_a_robot_that_stands_beside_a_zone_begins_slowly_and_one_that_moves_does
     """One that is on its way is judged by that, and so is one far from any zone."""
     real = idle_pair().state.sides.real
     near, last = Setup(ROBOT, SETUP.config), real.last
-    place = all_positions(SETUP.points, np.array([last.q]))[-1, 0] * 1e3
-    lower, upper = place - (100.0, 100.0, 60.0), place + (100.0, 100.0, -10.0)
-    near.keep_out = (KeepOut("box", tuple(map(float, lower)), tuple(map(float, upper))),)
+    x, y, z = (1e3 * all_positions(SETUP.points, np.array([last.q]))[-1, 0]).tolist()
+    box = KeepOut("box", (x - 100.0, y - 100.0, z - 60.0), (x + 100.0, y + 100.0, z - 10.0))
+    near.keep_out = (box,)
     for share, slow in ((0.0, True), (0.009, True), (0.011, False)):
         qdot = (share * SETUP.velocity[0], *(0.0,) * (len(last.q) - 1))
         shown = replace(real, history=(*real.history, replace(last, qdot=qdot)))
