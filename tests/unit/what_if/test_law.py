@@ -47,6 +47,20 @@ def test_speeds_are_the_slopes_of_positions() -> None:
     assert tuple(course.q[-1]) == pytest.approx((1.0, -0.5, 0.05))
 
 
+@pytest.mark.parametrize(("sample", "counts"), [(10.0, (1, 1, 1)), (0.06, (4, 2, 4))])
+def test_a_law_is_looked_at_in_its_corners_and_as_often_as_asked_for(
+    sample: float, counts: tuple[int, int, int]
+) -> None:
+    """No more often: ramps of 0.2 s, and 0.1 s between them."""
+    law = Law(JointMove((0.0,), (1.2,), 1.0, (4.0,), (20.0,)), 1.0)
+    assert (law.ramp, law.duration) == pytest.approx((0.2, 0.5))
+    corners = (0.0, 0.2, 0.3, 0.5)
+    wanted = [0.0]
+    for begin, end, count in zip(corners, corners[1:], counts):
+        wanted += np.linspace(begin, end, count + 1)[1:].tolist()
+    assert law.times(sample) == pytest.approx(wanted)
+
+
 def test_a_move_to_where_it_stands_takes_no_time() -> None:
     """No division by nothing."""
     move = JointMove((1.0,), (1.0,), 1.0, (1.0,), (1.0,))

@@ -156,7 +156,9 @@ def test_a_motion_is_looked_at_as_often_as_the_settings_say(world: World) -> Non
     point = Setpoints(("joint_1",), (JointMotion((1.0,), (), (), 1.001),))
     sample = world.cell.config.sample_ms * 1e-3
     for motion in (JointTarget(THERE, 100.0), point):
-        times = plan(world, motion).legs[0].course.times
+        (leg,) = plan(world, motion).legs
+        times = leg.course.times
+        assert (leg.begin, leg.duration) == pytest.approx((0.0, times[-1] + world.lag.mean))
         assert np.diff(times).max() <= sample + 1e-12 and len(times) < times[-1] / sample + 2.0
     assert len(plan(world, JointTarget(HOME)).legs[0].course.times) == 2
 

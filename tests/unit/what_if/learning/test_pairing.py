@@ -144,6 +144,18 @@ def outcome_of(time: float = 1.0, way: float = 1.0, effort: float = 1.0) -> Outc
 
 
 @pytest.mark.parametrize(
+    ("end", "time", "way"),
+    [(End.STOPPED, 2.0, 0.5), (End.REACHED, 0.0, 0.5), (End.REACHED, 2.0, 0.0)],
+)
+def test_what_was_not_reached_or_moves_no_tool_teaches_nothing(
+    end: End, time: float, way: float
+) -> None:
+    """A turn of the table takes time, but its way is no length to compare another to."""
+    said = Prediction("test", (0.0,), time, way, (0.4,), 0.0)
+    assert Outcome(said, end, 2.0, 0.5, (0.4,)).ratios == {}
+
+
+@pytest.mark.parametrize(
     ("last", "said"),
     [
         ([outcome_of(time=1.08)] * 3, "moving time of the last 3 motions is +8.0 % off"),

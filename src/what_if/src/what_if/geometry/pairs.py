@@ -71,11 +71,12 @@ def _touching(tree: Tree, first: Body, second: Body) -> Touching | None:
         # The table moves too, but only what comes from outside can be in its way.
         outside = kinds & {Kind.PERSON, Kind.OBSTACLE}
         return Touching.NEVER if outside else None
-    other = second if arm[0] is first else first
-    if other.kind is Kind.CELL and arm[0].kind is Kind.ARM:
+    (moved,) = arm
+    other = second if moved is first else first
+    if other.kind is Kind.CELL and moved.kind is Kind.ARM:
         # The first link of the arm turns in what carries it: in that alone, not in all that stands.
-        hangs_by = len(tree.movers[arm[0].link])
-        carriers = {joint.parent for joint in tree.model.chain(arm[0].link)}
+        hangs_by = len(tree.movers[moved.link])
+        carriers = {joint.parent for joint in tree.model.chain(moved.link)}
         if hangs_by <= NEIGHBOURS and other.link in carriers:
             return None
     if kinds == {Kind.NOZZLE, Kind.PART}:

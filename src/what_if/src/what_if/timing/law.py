@@ -58,7 +58,7 @@ class Law:
         bend = np.where(times <= self.ramp, change, np.where(times >= brakes, -change, 0.0))
         # Rounding leaves the sum a little beside 1 at the end.
         s[times >= self.duration] = 1.0
-        return np.clip(s, 0.0, 1.0), speed, bend
+        return np.minimum(s, 1.0), speed, bend
 
 
 def straight_course(start: Sequence[float], move: Trapezoid, law: Law, sample: float) -> Course:
