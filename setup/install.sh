@@ -153,6 +153,11 @@ build_workspace() {
   local known
   known=$(sed -n 's/^CMAKE_HOME_DIRECTORY:INTERNAL=//p' build/CMakeCache.txt 2>/dev/null)
   if [ -n "$known" ] && [ "$known" != "$root" ]; then rm -rf build devel install; fi
+  # What generates messages is Debian's, for pip fills .venv meanwhile: who loads a library that is half there
+  # ends with a bus error. numpy, which Debian's does without, is nowhere else.
+  mkdir -p build/debian_alone
+  echo 'raise ImportError("not while .venv is filled")' >build/debian_alone/numpy.py
+  local -x PYTHONPATH=$root/build/debian_alone:/usr/lib/python3/dist-packages${PYTHONPATH:+:$PYTHONPATH}
   # Messages for Python alone: nothing here is in C++ or Lisp. Who sets the variable decides.
   ROS_LANG_DISABLE=${ROS_LANG_DISABLE-gencpp:genlisp} cmake -S . -B build &&
     cmake --build build -- -j"$(nproc)"

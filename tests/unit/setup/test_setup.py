@@ -282,10 +282,23 @@ def test_build_of_another_folder_is_thrown_away(tree: Path) -> None:
     script = """
     mkdir build devel; touch devel/old build/old
     echo 'CMAKE_HOME_DIRECTORY:INTERNAL=/elsewhere' > build/CMakeCache.txt
-    cmake() { :; }; build_workspace; ls -d build devel
+    cmake() { :; }; build_workspace; ls -d build/old devel
     """
     done = bash(tree, script)
     assert done.stdout == "", "the old ones are gone"
+
+
+def test_messages_are_generated_without_what_pip_is_just_writing(tree: Path) -> None:
+    """A library of .venv that is half there ends its reader with a bus error."""
+    (tree / "load.py").write_text(
+        "import sys; own = {*sys.modules}; import genpy\n"
+        "print(*(n for n, m in sys.modules.items() if n not in own and '.venv' in str(m)))"
+    )
+    script = f"load() {{ {ROOT}/.venv/bin/python load.py; }}; cmake() {{ load; }}; load; "
+    done = bash(tree, f"{script} build_workspace", {"PYTHONPATH": ""})
+    before, *building = done.stdout.splitlines()
+    assert "numpy" in before.split(), "else this would show nothing"
+    assert building == ["", ""], done.stderr
 
 
 def test_second_start_waits_for_the_first(tree: Path) -> None:
