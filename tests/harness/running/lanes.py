@@ -1,9 +1,9 @@
 """Which test runs when, where several processes share one machine.
 
 ``./cell test`` runs seven parts: whole cells one at a time; then single nodes and what looks at the
-clock, three at a time; then pages in two browsers beside what starts and ends programs and judges
-no times, two at a time; and beside all of them what only computes, in two processes, in the
-processor time that those leave (decisions 0022 and 0037).
+clock, three at a time; then pages in a browser, one at a time, beside what starts and ends programs
+and judges no times, two at a time, and behind that beside more pages; and beside all of them what
+only computes, in two processes, in the processor time that those leave (decisions 0022 and 0037).
 The tests of one group go to one worker of pytest-xdist, one after the other; those of a shared cell
 are one group.
 """
@@ -51,11 +51,10 @@ MORE_PAGES = (
     "tests/ros/farm/",
     "tests/ros/operator_panel/jogging/",
     "tests/ros/operator_panel/preview/",
-    "tests/ros/operator_panel/test_every_control.py",
     "tests/ros/operator_panel/test_for_hands.py",
     "tests/ros/operator_panel/test_look_back.py",
 )
-"""Pages that are tested in a browser of their own, beside the others: half of their time."""
+"""Pages that are tested behind the starts, beside the others: a third of their time."""
 MORE_PURE = ("tests/golden/", "tests/unit/twin_controller/", "tests/virtual_time/")
 """Half of what only computes, as its time goes: its other half runs beside it."""
 TIMED = (
