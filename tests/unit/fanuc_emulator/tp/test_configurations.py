@@ -231,3 +231,42 @@ def test_an_unusual_arm_goes_where_it_is_told_or_nowhere(name: str) -> None:
         there = planner.tip_pose(end, BASE, BASE)
         assert there.values[:3] == pytest.approx(place.values[:3], abs=1e-3)
     assert reached >= 10
+
+
+@pytest.mark.parametrize("kind", ["J", "L"])
+def test_an_external_axis_goes_where_its_position_says(kind: str) -> None:
+    """Of a Cartesian one E1, of one in joints the joint; it is there with the tool."""
+    joints = SCARA.joints
+    planner = Planner(SCARA, [Limits(joint.velocity, joint.acceleration) for joint in joints])
+    begin = (0.0, 1.2, -0.1, 0.0, 0.1)
+    place = Pose((400.0, 100.0, 60.0, 180.0, 0.0, 30.0, 25.0, 0.0, 0.0), "R, 0, 0, 0")
+    end = planner.plan(asks(place, kind), begin).end
+    assert end[4] == pytest.approx(math.radians(25.0))
+    taught = msgspec.structs.replace(asks(place, kind), targets=(Target(end, BASE, BASE),))
+    assert planner.plan(taught, begin).end == pytest.approx(end, abs=1e-6)
+
+
+@pytest.mark.parametrize("way", [(0.3, 0.3), (-0.1, 0.3), (0.3, -0.3), (0.0, -0.3)])
+@pytest.mark.parametrize("elbow", [0.4, 1.4])
+def test_a_stream_in_t1_keeps_to_250_mm_s_whichever_way_it_goes(
+    elbow: float, way: tuple[float, float]
+) -> None:
+    """Over the longest period that a stand-in has, 12 ms: the joints go straight, not the tool."""
+    planner, begin = PLANNERS[SCARA.name], (0.2, elbow, -0.1, 0.0, 0.0)
+    end = (0.2 + way[0], elbow + way[1], *begin[2:])
+    there = planner.toward(begin, end, 1.0, 0.012)
+    tips = [planner.tip_pose(q, BASE, BASE).values[:3] for q in (begin, there)]
+    assert 220.0 < math.dist(*tips) / 0.012 <= 250.0
+    near = tuple(a + 0.001 * b for a, b in zip(begin, (*way, 0.0, 0.0, 0.0)))
+    assert planner.toward(begin, near, 1.0, 0.012) == pytest.approx(near, abs=1e-12)
+    slower = planner.tip_pose(planner.toward(begin, end, 0.5, 0.012), BASE, BASE).values[:3]
+    assert math.dist(tips[0], slower) == pytest.approx(0.5 * math.dist(*tips), rel=0.03)
+
+
+@pytest.mark.parametrize(("way", "gone"), [(0.01, 0.01), (2.0, 0.036), (0.0, 0.0)])
+def test_a_stream_in_t1_turns_the_table_as_fast_as_that_can(way: float, gone: float) -> None:
+    """The flange does not move: 3 rad/s over 12 ms, or what is left; and nowhere is nowhere."""
+    planner = Planner(SCARA, [Limits(3.0, 10.0)] * 5)
+    begin = (0.2, 0.4, -0.1, 0.0, 0.5)
+    found = planner.toward(begin, (*begin[:4], 0.5 + way), 1.0, 0.012)
+    assert found == pytest.approx((*begin[:4], 0.5 + gone), abs=1e-12)

@@ -120,7 +120,7 @@ class Planner:
         way = [b - a for a, b in zip(begin, end)]
         # No axis is faster than it can be: what is left is so short that the way is straight.
         limits = (each.velocity * dt / abs(d) for each, d in zip(self._limits, way) if d)
-        part = min(1.0, *limits, 1.0)
+        part = min([1.0, *limits])
         here = self._arm.pose(self._of_arm(begin))[:3, 3]
         there = [a + part * d for a, d in zip(begin, way)]
         gone = float(np.linalg.norm(self._arm.pose(self._of_arm(there))[:3, 3] - here))
