@@ -172,6 +172,19 @@ def test_joint_states_out_of_order_are_dropped() -> None:
         assert twin_measured(SETUP, state, at(1.03, stamp + 1e9, shifted(HOME, 1.0))) == state
 
 
+@pytest.mark.parametrize(("beyond_ms", "lost"), [(-1.0, False), (1.0, True)])
+def test_a_stamp_from_the_future_is_borne_as_far_as_the_clock_may_explain_it(
+    beyond_ms: float, lost: bool
+) -> None:
+    """A tenth of a second, and what is not known of the twin's clock: a probe took 20 ms."""
+    twin = clock_probed(SETUP, TwinSide(), ClockProbe(1.0, 0.980, 1.0, 0.990 + 1e9))
+    assert twin.clock.uncertainty == pytest.approx(0.010, abs=1e-3)
+    stamp = 1.0 + 0.1 + twin.clock.uncertainty + 1e-3 * beyond_ms
+    state = twin_measured(SETUP, twin, at(1.0, stamp + 1e9))
+    assert bool(state.history) is not lost
+    assert ("ahead of its clock" in state.reason) is lost
+
+
 @pytest.mark.parametrize("side", ["real", "twin"])
 def test_a_link_that_changes_forgets_its_side_only(side: str) -> None:
     """Nothing old may count after a reconnect; the other side is not touched."""
