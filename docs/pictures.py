@@ -40,11 +40,11 @@ from harness.live_cell import ROSRUN  # noqa: E402
 from harness.page.acts import patient_configuration  # noqa: E402
 from harness.page.taught_pallet import PANEL, Actions, teach_pallet  # noqa: E402
 from harness.processes import Stage, free_port, wait_until  # noqa: E402
+from harness.wires.browser import CHROMIUM  # noqa: E402
 from harness.workspace import workspace_environment  # noqa: E402
 from PIL import Image  # noqa: E402
 from playwright.sync_api import Browser, Page, expect, sync_playwright  # noqa: E402
 
-CHROMIUM = "/usr/bin/chromium"
 FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 LOW, WIDE, TABLET, PHONE = (1280, 720), (1920, 1080), (768, 1024), (390, 844)
 RVIZ_SIZE = "1280x800"

@@ -1,4 +1,4 @@
-"""Debian's Chromium without a screen."""
+"""Debian's Chromium, as it is built for machines without a screen."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from playwright.sync_api import Browser, Playwright, sync_playwright
 
 from harness.running.shared import BROWSERS
 
-CHROMIUM = Path("/usr/bin/chromium")
+CHROMIUM = Path("/usr/bin/chromium-headless-shell")
 FLAGS = ["--no-sandbox", "--disable-background-networking"]
 NOTHING_DRAWN = ["--disable-gpu", "--disable-3d-apis"]
 DRAWN_BY_THE_PROCESSOR = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
