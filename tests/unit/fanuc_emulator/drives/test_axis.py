@@ -265,6 +265,25 @@ def test_a_load_with_play_coasts_by_its_own_friction_when_the_motor_brakes(
     assert slower == pytest.approx(drag, rel=0.01)
 
 
+def test_the_brake_takes_the_load_along_within_the_play_of_a_worn_gear() -> None:
+    """The load stands when the motor has stood for a while, and nothing knocks with drives on."""
+    play = 0.01
+    axis = Axis(msgspec.structs.replace(PARAMETERS, backlash=play), (5, 10), -2.0, DT, 2)
+    while axis.velocity < 5.0:
+        axis.step(2.0, 1.0)
+    begun = axis.position
+    for _ in range(1000):
+        if axis.brake():
+            break
+        assert abs(axis.position - axis.joint_position) <= 0.5 * play + 1e-9
+    assert axis.brake() and axis.position - begun == pytest.approx(0.14, abs=0.01)
+    stood = axis.joint_position
+    for _ in range(10):
+        axis.step(axis.position, 1.0)
+        assert abs(axis.torque_percent) < 1.0
+    assert axis.joint_position == stood
+
+
 @pytest.mark.parametrize("joint_name", ["joint_1", "joint_2", "table_joint"])
 def test_streamed_set_points_come_out_with_a_constant_lag(
     joint_name: str, config: EmulatorConfig, robot: Robot

@@ -297,17 +297,20 @@ class Axis:
         Returns:
             Whether the axis stood already: this step changed nothing.
         """
-        before = (self.position, self.velocity)
+        before = (self.position, self.velocity, self.joint_position)
         self._pushes = 0.0
-        change = self.parameters.estop_deceleration * self._h
+        h, change = self._h, self.parameters.estop_deceleration * self._h
         for _ in self._substeps:
-            self.velocity = math.copysign(max(abs(self.velocity) - change, 0.0), self.velocity)
-            self.position += self.velocity * self._h
+            velocity = math.copysign(max(abs(self.velocity) - change, 0.0), self.velocity)
+            acceleration, self.velocity = (velocity - self.velocity) / h, velocity
+            self.position += velocity * h
+            if self._gap is not None:
+                self._gap.step(self.position, velocity, acceleration, h)
         self._bound()
         # Command and filters go along: nothing may jump when the drives are on again.
         self.rest()
         self._standstill.look(self.position, self._target, self.command)
-        return before == (self.position, self.velocity)
+        return before == (self.position, self.velocity, self.joint_position)
 
     def rest(self) -> None:
         """Make the place where the axis is its command, and forget what was asked for."""
