@@ -90,3 +90,17 @@ def test_a_tip_before_a_flange_that_leans_is_refused(joints: int) -> None:
     with pytest.raises(BaseTargetError, match="before the flange, and this arm cannot turn"):
         targets.in_base(TABLE, (0.3, 0.25, 0.3), None, (0, 1), seed)
     assert targets.in_base(TABLE, (0.3, 0.25, 0.3), None, (0, 0), seed) == ((0.3, 0.25, 0.3), None)
+
+
+def test_a_tip_before_a_flange_that_cannot_lean_is_where_the_flange_points() -> None:
+    """An arm solved by numbers whose joints all turn about the vertical: no turn moves that tip."""
+    sr6ia = ROBOTS["fanuc_sr6ia"]
+    robot = msgspec.structs.replace(sr6ia, geometry=None)
+    tool = tool_kinematics(robot)
+    assert not tool.turns
+    seed = [robot.home[joint.name] * joint.scale for joint in tool.joints]
+    targets = BaseTargets(robot, tool)
+    for point in ((0.1, 0.1, 0.1), (0.3, -0.1, 0.2)):
+        expected, _ = BaseTargets(sr6ia, tool).in_base(TABLE, point, None, (0, 1), seed)
+        place, yaw = targets.in_base(TABLE, point, None, (0, 1), seed)
+        assert place == pytest.approx(expected) and yaw is None

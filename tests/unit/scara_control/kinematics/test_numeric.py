@@ -149,6 +149,25 @@ def test_of_three_solutions_by_chance_the_nearest_to_the_seed_is_given(
     assert inverse(arm, target, seed=seed) == pytest.approx(tuple(nearest))
 
 
+def test_the_same_question_is_looked_at_from_the_same_starts(
+    arm: NumericArm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An arm gives the same answer to it each time, also where the seed does not lead there."""
+    asked: list[np.ndarray] = []
+
+    def stay(arm: NumericArm, place: np.ndarray, begin: np.ndarray) -> np.ndarray:
+        asked.append(begin)
+        return begin
+
+    monkeypatch.setattr(numeric, "_descend", stay)
+    for _ in range(2):
+        with pytest.raises(UnreachableError):
+            inverse(arm, (1.5, 0.0, 0.3))
+    first, again = np.split(np.array(asked), 2)
+    assert len(np.unique(first, axis=0)) > arm.starts
+    np.testing.assert_array_equal(first, again)
+
+
 def test_yaw_turns_the_tool_about_the_vertical_from_how_it_is_at_home(robot: Robot) -> None:
     """The place is kept, the tool turned about z of the base; the arm tells the same yaw."""
     tool, home = tool_kinematics(robot), tuple(robot.home_positions)

@@ -128,7 +128,7 @@ def test_target_beyond_the_edge_by_rounding_is_put_on_the_edge():
         ((0.6501, 0.0, 0.0), r"at radius 0\.6501 m, outside the reach"),
         ((0.1, 0.1, 0.0), r"at radius 0\.141421 m, outside the reach \[0\.175, 0\.65\] m"),
         ((0.0, 0.0, 0.0), r"at radius 0 m, outside the reach"),
-        ((0.03, 0.0, 9.0), r"at radius 0\.03 m, outside the reach"),
+        ((0.03, 0.0, 9.0), r"target \(0\.03, 0\) m is at radius 0\.03 m, outside the reach"),
         ((math.nan, 0.0, 0.0), "target x = nan is not finite"),
         ((0.5, -math.inf, 0.0), "target y = -inf is not finite"),
         ((0.5, 0.0, math.nan), "target z = nan is not finite"),

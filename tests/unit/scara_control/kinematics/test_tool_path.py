@@ -16,7 +16,6 @@ from scara_control.dynamics.planner import Planner
 from scara_control.joint_motion import JointMotion
 from scara_control.kinematics.tool import tool_kinematics
 from scara_control.kinematics.tool_path import (
-    MoveWay,
     ToolPathError,
     check_way,
     solve_path,
@@ -264,6 +263,18 @@ def test_a_line_keeps_its_elbow() -> None:
     assert ROBOT.solve(begin, ROBOT.at(0.4, 0.1, 0.1, elbow=side)) is not None
 
 
+@pytest.mark.parametrize("own", ["righty", "lefty"])
+def test_the_elbow_that_is_named_is_wanted_and_without_one_a_line_wants_the_arms_own(own) -> None:
+    """A joint move to a place may end with either."""
+    begin = ROBOT.at(0.4, -0.1, 0.1, elbow=wanted_elbow(ROBOT.tool, own, "", ()))
+    seed, other = ROBOT.of_tool(begin), {"righty": "lefty", "lefty": "righty"}[own]
+    for path in ("linear", "joint", ""):
+        assert wanted_elbow(ROBOT.tool, other, path, seed).value == other
+    assert wanted_elbow(ROBOT.tool, "", "linear", seed).value == own
+    for path in ("joint", ""):
+        assert wanted_elbow(ROBOT.tool, "", path, seed) is None
+
+
 def test_a_turn_that_the_wrist_would_make_the_long_way_is_refused_or_made_evenly() -> None:
     """A whole turn of the wrist on a line is a turn of the tool, at one rate."""
     begin = WRIST.at(0.4, -0.1, 0.1)
@@ -354,7 +365,7 @@ def test_a_line_leads_away_from_a_little_beyond_a_limit() -> None:
     here, target = ROBOT.at(0.4, 0.1, 0.16), ROBOT.at(0.42, 0.05, 0.1)
     start = (*here[:2], ROBOT.joints[2].upper + 1e-5, here[3])
     path = Planner(ROBOT.joints, ROBOT.tool).move(
-        JointMotion.at_rest(start), target, 50.0, MoveWay("linear")
+        JointMotion.at_rest(start), target, 50.0, check_way(ROBOT.joints, "linear")
     )
     assert path.at(0.0).q == pytest.approx(start) and path.end == pytest.approx(target)
     places = [ROBOT.pose(path.at(path.duration * k / 50).q)[:, 3] for k in range(51)]

@@ -129,10 +129,10 @@ class MoveWay:
             [mm]; 0: it stops at each.
     """
 
-    path: str = "linear"
-    via: tuple[Vector, ...] = ()
-    speed_mm_s: float = 0.0
-    corner_mm: float = 0.0
+    path: str
+    via: tuple[Vector, ...]
+    speed_mm_s: float
+    corner_mm: float
 
     @property
     def passed(self) -> tuple[Vector, ...]:
