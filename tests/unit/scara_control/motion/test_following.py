@@ -90,6 +90,20 @@ def test_a_stream_does_not_begin_with_a_wrong_packet(bad, text):
 
 
 @pytest.mark.parametrize(
+    ("age", "text"),
+    [
+        (0.8, r"stale: the last point is 800 ms old, allowed 700$"),
+        (-0.8, r"stamp is 800 ms in the future, allowed 700\b"),
+    ],
+)
+def test_a_stream_of_another_time_is_refused_with_the_times_that_are_configured(age, text):
+    """In whole milliseconds."""
+    config = msgspec.structs.replace(CONFIG, timeout=0.7, ahead=0.7)
+    with pytest.raises(MotionRefusedError, match=text):
+        FollowSession(JOINTS, packet(times=[NOW - age]), config, MEASURED, NOW)
+
+
+@pytest.mark.parametrize(
     ("bad", "text"),
     [
         (packet(times=[NOW]), r"stamp is not newer than the one before \(0\.0 ms\)"),

@@ -153,6 +153,18 @@ def test_a_stop_near_a_limit_brakes_harder_rather_than_leave_it():
     assert max(motion[0] for motion in sampled(path)[1]) <= joint.upper
 
 
+@pytest.mark.parametrize("at_once", [False, True])
+def test_a_stop_that_cannot_keep_a_limit_takes_eight_times_the_jerk_and_no_more(at_once):
+    """A joint at its limit with full speed leaves it; its drive is not asked for anything."""
+    joint = JOINTS[0]
+    motion = (joint.upper, 0.0, -0.1, 0.0), (joint.velocity, 0.0, 0.0, 0.0), (0.0,) * N
+    path = plan_stop(JOINTS, JointMotion(*motion), 0.25, at_once)
+    taus, _, _, qddot = sampled(path, 2000)
+    assert np.abs(qddot[:, 0]).max() == pytest.approx(8.0 * 0.25 * joint.acceleration)
+    jerk = np.abs(np.diff(qddot[:, 0])).max() / (taus[1] - taus[0])
+    assert jerk == pytest.approx(8.0 * joint.jerk, rel=0.01)
+
+
 def test_a_new_target_that_would_swing_beyond_a_limit_is_reached_after_a_stop():
     """What moves towards a limit is stopped before it when the new target lies behind."""
     joint = JOINTS[2]

@@ -155,6 +155,17 @@ def test_a_newer_request_cancels_the_older_and_stop_cancels_all():
     assert requests.why_cancelled(third) == ""
 
 
+def test_a_tool_that_is_there_when_its_trim_begins_stays_for_as_long():
+    """It may only pass the point; nothing that came before the trim counts."""
+    target = solve(SCARA, *POINTS["P2"]).q
+    trimming, still, begun = Trimming(TOOL, target, CONFIG), (0.0, 0.0, 0.0), 7.0
+    trimming.begin(begun)
+    assert not trimming.settled
+    for part in (0.1, 0.5, 0.9, 1.1):
+        assert trimming.step(target, still, begun + part * CONFIG.trim.settled) is None
+        assert trimming.settled == (part > 1.0)
+
+
 @pytest.mark.parametrize("pauses", [False, True])
 def test_a_tool_has_settled_once_it_has_stayed_for_long_enough(pauses):
     """Counted from when it last had to move, or was let go on after a pause."""

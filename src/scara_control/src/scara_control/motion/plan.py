@@ -179,7 +179,7 @@ def plan_stop(
     if at_once:
         braked = tuple(0.0 if v * a >= 0.0 else a for v, a in zip(start.qdot, start.qddot))
         start = JointMotion(start.q, start.qdot, braked, start.time)
-    trajectory = _stop(joints, start, share, _HARDER[-1] if at_once else 1.0)
+    trajectory = _stop(joints, start, share, at_once)
     return Path([trajectory], trajectory.at_time(trajectory.duration)[0], share)
 
 
@@ -221,11 +221,12 @@ def _check_finite(start: JointMotion, target: Sequence[float]) -> None:
 
 
 def _stop(
-    joints: Sequence[Joint], start: JointMotion, share: float, jerks: float = 1.0
+    joints: Sequence[Joint], start: JointMotion, share: float, at_once: bool = False
 ) -> ruckig.Trajectory:
     """Calculate a stop, as hard as needed to stay within the limits."""
     for harder in _HARDER:
-        wanted = _input(joints, start, start.q, 100.0, share * harder, max(jerks, harder))
+        jerks = _HARDER[-1] if at_once else harder
+        wanted = _input(joints, start, start.q, 100.0, share * harder, jerks)
         wanted.control_interface = ruckig.ControlInterface.Velocity
         # No joint goes on for longer because another one needs more time.
         wanted.synchronization = ruckig.Synchronization.No

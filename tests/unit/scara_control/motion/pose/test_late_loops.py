@@ -5,7 +5,8 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 import pytest
-from harness.opponents.ideal_twin import DT, FAR, HOME, Bench
+from harness.opponents import ideal_twin
+from harness.opponents.ideal_twin import CONFIG, DT, FAR, HOME, Bench
 from scara_control.joint_motion import JointMotion
 
 
@@ -20,6 +21,24 @@ def test_a_late_loop_does_not_make_the_twin_jump():
     assert msgspec.structs.replace(bench.setpoints[-1], time=promised.time) == promised
     bench.until("idle")
     assert bench.q == FAR
+
+
+def test_a_stall_before_a_move_leaves_the_follower_the_time_to_aim(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where the first motion is announced further ahead than a packet looks, it waits as well."""
+    longer = msgspec.structs.replace(CONFIG.move, announce=0.4)
+    monkeypatch.setattr(ideal_twin, "CONFIG", msgspec.structs.replace(CONFIG, move=longer))
+    bench = Bench()
+    bench.move()
+    bench.tick(5)
+    bench.now += 1.0
+    bench.tick()
+    stood = bench.now
+    while not any(bench.setpoints[-1].qdot):
+        bench.tick()
+    told = 5 * DT + longer.horizon
+    assert bench.now - stood == pytest.approx(longer.announce - told, abs=2.5 * DT)
 
 
 def test_a_clock_that_goes_back_ends_all_motion():
