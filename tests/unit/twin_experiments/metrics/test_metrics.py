@@ -235,15 +235,17 @@ def test_a_hole_ends_a_move_and_adds_no_way(
     assert sum(move.length_mm for move in found.moves) < 400.1
 
 
-def test_a_hole_is_left_out_and_reported() -> None:
+@pytest.mark.parametrize("begun", [0.0, 1000.0])
+def test_a_hole_is_left_out_and_reported(begun: float) -> None:
     """Between samples 0.3 s apart nothing is invented; both sides of the hole are compared."""
-    real, twin = wave("real"), wave("twin")
-    keep = (twin.stamps < 3.0) | (twin.stamps > 3.3)
+    real, twin = wave("real").shifted(begun), wave("twin").shifted(begun)
+    keep = (twin.stamps < begun + 3.0) | (twin.stamps > begun + 3.3)
     holed = Motion("twin", twin.stamps[keep], twin.positions[keep] + 0.0, twin.velocities[keep])
     found = both(real, holed)
     (gap,) = found.trace.aligned.gaps
-    assert (gap.side, round(gap.start, 2), round(gap.duration, 2)) == ("twin", 3.0, 0.31)
+    assert (gap.side, round(gap.start - begun, 2), round(gap.duration, 2)) == ("twin", 3.0, 0.31)
     assert found.path.max_mm < 0.01
+    assert found.trace.aligned.span == pytest.approx(8.0, abs=0.02)
     assert found.trace.aligned.excluded_share == pytest.approx(0.31 / 8.0, abs=2e-3)
     assert len(found.trace.aligned.segments) == 2
 

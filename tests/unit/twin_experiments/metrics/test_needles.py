@@ -5,14 +5,23 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from twin_experiments.metrics.errors import Move, Trace
-from twin_experiments.metrics.needles import Needle, NeedleCause, find_needles
+from twin_experiments.metrics.needles import Needle, NeedleCause, find_needles, tool_speeds
 from twin_experiments.metrics.pauses import Pause
-from twin_experiments.metrics.series import Aligned, Motion
+from twin_experiments.metrics.series import Aligned, Array, Motion
 
 RATE, SPEED = 1000.0, 0.5
 AT, LASTS, HEIGHT_MM = 2.0, 0.02, 3.0
 TIMES = np.arange(0.0, 4.0, 1.0 / RATE)
 MOVE = Move(0.5, 3.5, 1500.0, HEIGHT_MM, None)
+
+
+def trace(real: Array, twin: Array, deviation_mm: Array) -> Trace:
+    """Return what both tools did at ``TIMES``, whatever their joints did."""
+    rows = np.zeros((len(TIMES), 1))
+    sides = (Motion(side, TIMES, rows, rows) for side in ("real", "twin"))
+    aligned = Aligned(RATE, ((0, len(TIMES)),), *sides, (), 4.0)
+    moving = np.ones(len(TIMES), dtype=bool)
+    return Trace(aligned, real, twin, deviation_mm, moving, moving)
 
 
 def needle(
@@ -37,11 +46,7 @@ def needle(
     """
     bump = height_mm * np.exp(-np.log(2.0) * (2.0 * (TIMES - AT) / lasts) ** 2)
     tool = np.column_stack((SPEED * TIMES, 0.0 * TIMES, 0.0 * TIMES))
-    rows = np.zeros((len(TIMES), 1))
-    sides = (Motion(side, TIMES, rows, rows) for side in ("real", "twin"))
-    aligned = Aligned(RATE, ((0, len(TIMES)),), *sides, (), 4.0)
-    moving = np.ones(len(TIMES), dtype=bool)
-    seen = Trace(aligned, tool, tool, 0.2 + bump, moving, moving)
+    seen = trace(tool, tool, 0.2 + bump)
     ages = np.full(len(TIMES), 0.004)
     if late is not None:
         ages[round(late * RATE)] += 0.02
@@ -113,3 +118,15 @@ def test_what_one_sample_in_twenty_does_is_usual(late_each: int, cause: NeedleCa
     """4.5 % of the samples explain a needle, 5.3 % are how this robot is read."""
     found = needle(late_each=late_each)
     assert found is not None and found.cause == cause
+
+
+@pytest.mark.parametrize(("count", "found"), [(3, SPEED), (2, SPEED), (1, 0.0)])
+@pytest.mark.parametrize("faster", ["real", "twin"])
+def test_the_speed_of_a_run_is_that_of_its_faster_tool(
+    count: int, found: float, faster: str
+) -> None:
+    """Two instants have one, a single instant tells of none."""
+    tool = np.column_stack((SPEED * TIMES, 0.0 * TIMES, 0.0 * TIMES))
+    tools = (tool, 0.5 * tool) if faster == "real" else (0.5 * tool, tool)
+    speeds = tool_speeds(trace(*tools, 0.0 * TIMES), slice(7, 7 + count))
+    assert speeds == pytest.approx([found] * count)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scara_config import load_robot
 from twin_experiments.metrics.series import Motion
-from twin_experiments.metrics.tracks import resample, travelled
+from twin_experiments.metrics.tracks import Mechanism, distance_from_path, resample, travelled
 
 STAMPS = np.linspace(0.0, 1.0, 11)
 SLOPE = 0.5
@@ -26,3 +27,29 @@ def test_a_way_is_the_sum_of_its_steps_from_its_first_place() -> None:
     """Back and forth counts twice."""
     places = np.array([[1.0, 0.0, 0.0], [1.0, 3.0, 4.0], [1.0, 0.0, 0.0], [1.0, 0.0, 2.0]])
     assert travelled(places) == pytest.approx([0.0, 5.0, 10.0, 12.0])
+
+
+@pytest.mark.parametrize("count", [2, 3, 10, 101])
+@pytest.mark.parametrize("window", [0, 1, 5])
+def test_a_path_is_nowhere_away_from_itself(count: int, window: int) -> None:
+    """From its first place to its last, however near by the nearest one is looked for."""
+    turned = np.linspace(0.0, 3.0, count)
+    places = np.column_stack((np.cos(turned), np.sin(turned), turned))
+    assert distance_from_path(places, places, window) == pytest.approx(np.zeros(count))
+    aside = places + (0.0, 0.0, 1.0) * np.array([[1.0], [0.0]])[np.arange(count) % 2]
+    found = distance_from_path(aside, places, 0)
+    assert found[0] > 0.3 and found[1] == pytest.approx(0.0)
+
+
+def test_a_joint_moves_from_the_stated_percent_of_its_largest_speed_on() -> None:
+    """Of a foreign robot a hundredth of what either side reached, and never nothing."""
+    joints = tuple(load_robot().twin_joints)
+    known = Mechanism(tuple(joint.name for joint in joints), joints, (), None)
+    slow = known.moving_speeds((), 2.0)
+    assert slow == pytest.approx([0.02 * joint.velocity for joint in joints])
+    foreign = Mechanism(("a", "b"), None, (), None)
+    fast, faster = (
+        Motion(side, STAMPS, np.zeros((11, 2)), np.linspace(0.0, most, 11)[:, None] * (-1.0, 0.0))
+        for side, most in (("real", 0.5), ("twin", 3.0))
+    )
+    assert foreign.moving_speeds((fast, faster), 2.0) == pytest.approx([0.03, 1e-4])

@@ -55,7 +55,10 @@ def estimate_lag(
 
 
 def _squared_difference(fixed: Array, moved: Array, reach: int) -> Array:
-    """Return sum_t |fixed(t) - moved(t + tau)|^2 for |tau| <= reach, inside ``fixed``."""
+    """Return sum_t |fixed(t) - moved(t + tau)|^2 for |tau| <= reach, inside ``fixed``.
+
+    Without the square of ``fixed``: no shift changes it.
+    """
     inner = fixed[reach : len(fixed) - reach]
     # A power of two is quickest; it holds all shifts up to `reach`, so nothing wraps around.
     size = 1 << (len(moved) - 1).bit_length()
@@ -63,7 +66,7 @@ def _squared_difference(fixed: Array, moved: Array, reach: int) -> Array:
     correlation = np.fft.irfft(spectrum, size, axis=0)[: 2 * reach + 1].sum(axis=1)
     running = np.concatenate(([0.0], np.cumsum((moved**2).sum(axis=1))))
     energy = running[len(inner) :] - running[: 2 * reach + 1]
-    return np.asarray((inner**2).sum() + energy - 2.0 * correlation, dtype=np.float64)
+    return np.asarray(energy - 2.0 * correlation, dtype=np.float64)
 
 
 def tool_velocity(tool: Array, segments: tuple[tuple[int, int], ...], rate: float) -> Array:
