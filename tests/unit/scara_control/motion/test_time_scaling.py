@@ -114,6 +114,15 @@ def test_no_change_of_scale_asks_more_acceleration_than_a_joint_has(plan, percen
     assert (change <= allowed).all()
 
 
+@pytest.mark.parametrize("step", [4, 5, 17])
+def test_a_scale_that_rises_takes_all_of_an_acceleration_and_no_more(step):
+    """Told at the set points themselves, to 2 % for where the path is looked at."""
+    _, _, motions = driven(lambda k: 0.2 if k < step else 1.0)
+    limits = [joint.acceleration for joint in JOINTS]
+    used = np.abs([motion.qddot for motion in motions]) / limits
+    assert 0.98 < used.max() <= 1.02
+
+
 @settings(max_examples=60, deadline=None)
 @given(PLANS, st.floats(20.0, 100.0))
 def test_position_velocity_and_acceleration_belong_together(plan, percent):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import msgspec
 import numpy as np
 import pytest
 from harness.running.thorough import examples
@@ -119,6 +120,20 @@ def test_a_rest_of_the_yaw_is_driven_out_with_that_of_the_place():
     ).qdot == pytest.approx((0.0, 0.0, 0.0, CONFIG.trim.gain * 0.02))
     assert yaw_error(tool, (*target[:3], target[3] + 6.0), target) == pytest.approx(math.tau - 6.0)
     assert yaw_error(TOOL, (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)) == 0.0
+
+
+@pytest.mark.parametrize("percent", [5.0, 10.0])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_no_joint_of_a_trim_is_faster_than_a_jog(percent, side):
+    """Where the arm is straight the joints may turn much and the tool hardly moves."""
+    jog = msgspec.structs.replace(CONFIG.jog, speed_percent=percent)
+    one, two = (joint.velocity * percent / 100.0 for joint in SCARA.joints[:2])
+    # The elbow goes to one side, the shoulder to the other: 0.65 m and 0.30 m to the tool.
+    target = (-side * 0.30 / 0.65 * 0.3, side * 0.3, 0.0)
+    trim = Trim(TOOL, target, TOOL.position(target), msgspec.structs.replace(CONFIG, jog=jog))
+    qdot = trim.step((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0).qdot
+    assert qdot[1] == pytest.approx(side * two)
+    assert abs(qdot[0]) < one
 
 
 def test_within_the_tolerance_nothing_moves():

@@ -1,0 +1,54 @@
+"""The time on a way of the tool along which a joint goes to and fro: held by closed forms."""
+
+from __future__ import annotations
+
+import math
+
+import msgspec
+import numpy as np
+import pytest
+from scara_config import load_robot
+from scara_control.joint_track import JointTrack
+from scara_control.kinematics.tool_path import SolvedPath
+from scara_control.motion.tool_move import plan_tool_move
+
+JOINT = msgspec.structs.replace(
+    load_robot().twin_joints[0],
+    velocity_deg_s=math.degrees(20.0),
+    acceleration_deg_s2=math.degrees(15.0),
+    jerk_deg_s3=math.degrees(1000.0),
+)
+LENGTH_M, EVEN, SWING, WAVES = 0.4, 2.0, 0.004, 100.0
+"""The joint goes 2 rad for each metre, and to and fro by 4 mrad, 16 times a metre."""
+
+
+def wavy() -> SolvedPath:
+    """Return the way of one joint, with its derivatives by the way of the tool."""
+    s = np.linspace(0.0, LENGTH_M, 801)
+    sine, cosine = np.sin(WAVES * s), np.cos(WAVES * s)
+    rows = np.stack(
+        (
+            EVEN * s + SWING * sine,
+            EVEN + SWING * WAVES * cosine,
+            -SWING * WAVES**2 * sine,
+            -SWING * WAVES**3 * cosine,
+        )
+    )[..., None]
+    track = JointTrack(s, *rows[:3], extrapolation_limit=0.0, stop_accelerations=[1.0])
+    return SolvedPath(track, rows[1:], 0.0)
+
+
+@pytest.mark.parametrize(("percent", "share"), [(5.0, 1.0), (10.0, 0.5), (10.0, 0.01)])
+def test_a_joint_that_goes_to_and_fro_takes_most_of_what_it_may_have_and_no_more(
+    percent: float, share: float
+) -> None:
+    """Of speed, acceleration and jerk, however little of an acceleration that is."""
+    move = plan_tool_move((JOINT,), wavy(), percent, share)
+    times, step = np.linspace(0.0, move.duration, 20001, retstep=True)
+    _, qdot, qddot = np.array([move.at_time(time) for time in times])[..., 0].T
+    used = (
+        np.abs(qdot).max() / (JOINT.velocity * percent / 100.0),
+        np.abs(qddot).max() / (JOINT.acceleration * share),
+        np.abs(np.diff(qddot)).max() / (JOINT.jerk * step),
+    )
+    assert 0.8 < max(used) <= 1.0 + 1e-6
