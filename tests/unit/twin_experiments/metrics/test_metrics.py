@@ -247,7 +247,22 @@ def test_a_hole_is_left_out_and_reported(begun: float) -> None:
     assert found.path.max_mm < 0.01
     assert found.trace.aligned.span == pytest.approx(8.0, abs=0.02)
     assert found.trace.aligned.excluded_share == pytest.approx(0.31 / 8.0, abs=2e-3)
-    assert len(found.trace.aligned.segments) == 2
+    (first, cut), (again, last) = found.trace.aligned.segments
+    assert (first, cut, last) == (0, again, len(found.trace.aligned.instants))
+    assert found.trace.aligned.instants[cut] == pytest.approx(gap.start + gap.duration)
+
+
+@pytest.mark.parametrize(("hole", "counts"), [(1.0, False), (3.0, True), (6.0, False)])
+def test_a_hole_counts_where_both_sides_were_recorded(hole: float, counts: bool) -> None:
+    """Before and after that time nothing is compared anyway."""
+    real, twin = wave("real"), wave("twin")
+    both_at = (real.stamps >= 2.0) & (real.stamps <= 5.0)
+    kept = (twin.stamps < hole) | (twin.stamps > hole + 0.3)
+    sides = (
+        Motion(side.side, side.stamps[rows], side.positions[rows], side.velocities[rows])
+        for side, rows in ((real, both_at), (twin, kept))
+    )
+    assert len(align(*sides, 100.0, 0.05).gaps) == int(counts)
 
 
 def test_the_interpolant_is_exact_for_a_cubic() -> None:

@@ -32,6 +32,7 @@ def needle(
     late: float | None = None,
     aged: bool = True,
     late_each: int = 0,
+    hill_mm: float = 0.0,
 ) -> Needle | None:
     """Return what is found of a bump of the tools' distance at ``AT`` [s] while both go on.
 
@@ -43,10 +44,12 @@ def needle(
         late: When a sample came 20 ms later than the others [s].
         aged: The recording says how old its samples were.
         late_each: One sample of so many came 20 ms later than the others; 0: none.
+        hill_mm: How far the tools come apart and together again once within the first 1.5 s.
     """
     bump = height_mm * np.exp(-np.log(2.0) * (2.0 * (TIMES - AT) / lasts) ** 2)
     tool = np.column_stack((SPEED * TIMES, 0.0 * TIMES, 0.0 * TIMES))
-    seen = trace(tool, tool, 0.2 + bump)
+    hill = hill_mm * np.exp(-(((TIMES - 0.8) / 0.2) ** 2))
+    seen = trace(tool, tool, 0.2 + bump + hill)
     ages = np.full(len(TIMES), 0.004)
     if late is not None:
         ages[round(late * RATE)] += 0.02
@@ -68,10 +71,21 @@ def test_a_bump_is_a_needle_with_its_place_height_and_timing(aged: bool) -> None
     assert found.cause == NeedleCause.NONE
 
 
-@pytest.mark.parametrize(("height_mm", "lasts"), [(0.2, LASTS), (3.0, 0.1)])
-def test_what_is_low_or_wide_is_no_needle(height_mm: float, lasts: float) -> None:
-    """Unrest, and a distance that comes and goes."""
-    assert needle(height_mm, lasts) is None
+@pytest.mark.parametrize(
+    ("height_mm", "lasts", "is_one"),
+    [(0.28, LASTS, False), (0.32, LASTS, True), (3.0, 0.1, False), (3.0, 0.05, True)],
+)
+def test_what_is_low_or_wide_is_no_needle(height_mm: float, lasts: float, is_one: bool) -> None:
+    """Unrest below 0.3 mm, and a distance that comes and goes."""
+    assert (needle(height_mm, lasts) is not None) is is_one
+
+
+@pytest.mark.parametrize(("height_mm", "is_one"), [(2.8, False), (3.2, True)])
+def test_what_is_low_beside_the_highest_distance_is_no_needle(
+    height_mm: float, is_one: bool
+) -> None:
+    """Below 15 % of it, as in a figure that shows all of it; here of 20 mm."""
+    assert (needle(height_mm, hill_mm=19.8) is not None) is is_one
 
 
 @pytest.mark.parametrize(
