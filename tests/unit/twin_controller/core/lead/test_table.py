@@ -19,7 +19,7 @@ from twin_controller.core.lead.table import (
     Row,
     look_up,
 )
-from twin_controller.core.lead.table_page import rows
+from twin_controller.core.lead.table_page import rows, table_page
 
 CORE = ROOT / "src" / "twin_controller" / "src" / "twin_controller" / "core"
 BEGINNINGS = {Command.BEGIN_ALIGN, Command.BEGIN_FOLLOW_TWIN, Command.BEGIN_STREAM}
@@ -223,3 +223,24 @@ def test_every_mode_leads_back_to_idle(mode: Mode) -> None:
             look_up(m, trigger, Mode.REAL_LEADS).to or m for m in reached for trigger in healing
         } - reached
     assert Mode.IDLE in reached
+
+
+def test_the_page_says_of_a_mode_only_what_is_not_as_in_most_modes() -> None:
+    """And all of that."""
+
+    def told(section: str) -> dict[str, str]:
+        lines = (line[2:].split(" | ", 1) for line in section.splitlines() if line[:3] == "| `")
+        return {trigger: does for names, does in lines for trigger in names.split(", ")}
+
+    _, _, most, *others = table_page().split("\n## ")
+    usual, sections = told(most), {}
+    for section in others:
+        modes, body = section.split("\n", 1)
+        sections |= dict.fromkeys(modes.split(", "), body)
+    assert usual and set(sections) == {mode.name for mode in Mode}
+    for mode, trigger, row in ALL:
+        own, key = told(sections[mode.name]), f"`{trigger.name}`"
+        assert key not in own or own[key] != usual.get(key)
+        nothing = sections[mode.name].partition("Decides nothing: ")[2]
+        named = any(each.startswith(key) for each in own) or key in nothing
+        assert row.silent or named or key in usual

@@ -12,7 +12,15 @@ from msgspec.structs import replace
 from scara_control.joint_motion import JointMotion
 from twin_controller.core.actions import OverrideReal
 from twin_controller.core.events import RealMeasured
-from twin_controller.core.orders.speed import NOT_HELD, Leader, Speeds, cap_speeds, hear_override
+from twin_controller.core.orders.speed import (
+    NOT_HELD,
+    Leader,
+    Speeds,
+    cap_speeds,
+    hear_override,
+    speed_answer,
+)
+from twin_controller.core.safety.fastest import Cap
 from twin_controller.core.safety.separation import Distance
 from twin_controller.core.safety.watch import Safety
 from twin_controller.core.sides.side import RealSide, Sides, TwinSide
@@ -229,3 +237,24 @@ def test_a_cap_that_lowered_a_program_says_so_until_it_is_lifted(persons: float)
     robot.do("cap", 100)
     for _ in range(60):
         assert list(robot.step()) == []
+
+
+@pytest.mark.parametrize(
+    ("allowed", "own", "told"),
+    [
+        (50.0, 100.0, ""),
+        (49.5, 100.0, ""),
+        (49.0, 100.0, "; the real robot gets 49 % for now: a zone"),
+        (50.0, 49.0, "; the real robot keeps its own override of 49 %: raise it there"),
+        (49.0, 49.5, ""),
+        (20.0, 30.0, "; the real robot gets 20 % for now: a zone"),
+    ],
+)
+def test_the_answer_to_a_cap_says_what_of_it_the_robot_does_not_get(
+    allowed: float, own: float, told: str
+) -> None:
+    """From a whole percent on: the override is a whole number."""
+    rest = JointMotion.at_rest(HOME)
+    flags = RealMeasured(1.0, 1.0, 1.0, 0, rest, own_program=True, override_percent=own)
+    answer = speed_answer(Speeds(cap=50.0), flags, Cap(allowed, "a zone"))
+    assert answer == "speed of both capped at 50 %" + told

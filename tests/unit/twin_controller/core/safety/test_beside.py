@@ -54,6 +54,17 @@ def test_no_joint_comes_farther_than_it_is_reckoned(joint: int, share: float) ->
     assert true - 1e-6 <= way <= max(1.3 * true, true + 4e-3)
 
 
+@pytest.mark.parametrize("joint", [0, 1, 2])
+@pytest.mark.parametrize("delay", [0.01, 0.05, 0.09])
+def test_a_start_that_nobody_slows_is_reckoned_exactly(joint: int, delay: float) -> None:
+    """Also where a joint has its acceleration long before it brakes."""
+    setup = Setup(ROBOT, SETUP.config)
+    setup.braking_delay = delay
+    limits = [table[joint] for table in (setup.acceleration, setup.jerk, setup.braking)]
+    true = stop_way(setup.velocity[joint], *limits, delay)
+    assert start_ways(setup, 1.0)[joint] == pytest.approx(true, rel=1e-3)
+
+
 @pytest.mark.parametrize("gap_mm", [6.0, 10.0, 14.0])
 def test_a_start_in_any_direction_ends_before_the_zone(gap_mm: float) -> None:
     """With the speed that is allowed, by the arm's own kinematics; and it is not idle."""

@@ -81,6 +81,14 @@ def test_a_sighting_that_is_older_than_allowed_when_it_arrives_is_none(moving: P
     assert moving.mode is Mode.PAUSED and "silent" in moving.why
 
 
+def test_a_sighting_without_an_age_is_of_now() -> None:
+    """Who measures at once needs not say it."""
+    pair = seen_pair(BOTH_FAR, WATCHED)
+    pair.feed(PersonSeen(pair.now, HERE, sensor="left"))
+    seen = {person.sensor: person for person in pair.state.safety.people}
+    assert seen["left"] == Sighting(pair.now, HERE, "left")
+
+
 def test_the_nearest_person_of_all_sensors_counts(moving: Pair) -> None:
     """Whichever sensor speaks last."""
     moving.see({"left": 0.9, "right": FAR}, 0.3)

@@ -134,12 +134,13 @@ def test_a_first_motion_is_seen_while_it_is_found_out_how_old_readings_are(
         assert reading.q[1] == pytest.approx(HOME[1] + way(1e3 * (reading.time - 1.0)), abs=0.01)
 
 
-def test_a_jump_of_the_real_clock_forgets_the_real_side() -> None:
+@pytest.mark.parametrize("jump", [3600.0, 0.2, -0.2])
+def test_a_jump_of_the_real_clock_forgets_the_real_side(jump: float) -> None:
     """Nothing dated by the old clock may be compared with what is dated by the new one."""
     side = RealSide()
     for k in range(5):
         side = real_measured(SETUP, side, real_answer(1.0 + 0.01 * k))
-    jumped = real_measured(SETUP, side, real_answer(1.05, offset=3650.0))
+    jumped = real_measured(SETUP, side, real_answer(1.05, offset=50.0 + jump))
     assert jumped.history == () and jumped.seen is None and jumped.flags is None
     assert jumped.clock.jumps == 1 and not jumped.clock.known
     assert "jumped" in jumped.reason
@@ -150,11 +151,12 @@ def at(now: float, stamp: float, q: tuple[float, ...] = HOME) -> TwinMeasured:
     return TwinMeasured(now, JointMotion.measured(q, STILL, stamp))
 
 
-def test_a_jump_of_the_twin_clock_forgets_the_twin() -> None:
+@pytest.mark.parametrize("jump", [3600.0, -3600.0, 0.2, -0.2])
+def test_a_jump_of_the_twin_clock_forgets_the_twin(jump: float) -> None:
     """Likewise."""
     state = twin_measured(SETUP, known_twin(), at(1.01, 1.01 + 1e9))
     assert state.history
-    jumped = clock_probed(SETUP, state, ClockProbe(1.02, 1.019, 1.02, 1e9 - 3600.0))
+    jumped = clock_probed(SETUP, state, ClockProbe(1.02, 1.019, 1.02, 1e9 + 1.02 + jump))
     assert jumped.history == () and jumped.clock.jumps == 1
     assert "jumped" in jumped.reason
 

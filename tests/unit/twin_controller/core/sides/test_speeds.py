@@ -98,6 +98,18 @@ def test_a_motion_that_begins_is_seen_by_its_newest_readings_whatever_their_age(
     assert np.std(wrong) <= 0.5 * three * 0.0023 * 0.5 * MOST_SPEED[0]
 
 
+def test_a_motion_that_has_become_slow_is_told_by_readings_of_its_slow_part() -> None:
+    """Six readings after a fast one: what an age hides of it is past, and little is averaged."""
+    random, times = np.random.default_rng(3), 0.01 * np.arange(24)
+    wrong: list[float] = []
+    for _ in range(100):
+        at = times - random.uniform(0.0, 0.008, 24) - times[-7]
+        row = readings(np.where(at < 0.0, 4.0, 0.4) * at, 0.01)
+        told = speeds(row[:-1], row[-1], (1e-5,), MOST_SPEED, MOST_ACCELERATION, 0.0023)
+        wrong.append(told[0] - 0.4)
+    assert abs(np.mean(wrong)) <= 0.05 and np.std(wrong) <= 0.2
+
+
 def test_one_reading_has_no_speed() -> None:
     """Nor has one long after those before it."""
     assert found(np.array([0.3])) == 0.0
