@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 import pytest
-from harness.pair import HOME, ROBOT, SETUP
+from harness.pair import HOME, ROBOT, SETUP, idle_pair, ramp, shifted
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scara_control.joint_motion import JointMotion
@@ -258,6 +258,15 @@ def test_what_was_learned_earlier_is_believed_until_the_first_motion_says_otherw
     assert other.changed and not other.recalled and other.pace == NUMBERS.first_percent
     follow = Follow(response=other)
     assert "otherwise than before" in follower_pace(UNKNOWN, follow, Sides(), 100.0, 0.0).reason
+
+
+def test_a_robot_that_does_as_it_is_told_is_not_taken_for_one_that_is_held_back() -> None:
+    """Else its delay would never be measured."""
+    pair = idle_pair()
+    pair.move_twin(ramp(HOME, shifted(HOME, 20.0), 2.0), run=1.0)
+    follow = pair.state.follow
+    assert follow.real is not None and not follow.real.held
+    assert follow.response.held_since is None and follow.response.held_at < 0.0
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])

@@ -8,6 +8,7 @@ from harness.pair import HOME, Pair, ramp, shifted
 from harness.running.thorough import thorough
 from harness.watch import watched
 from twin_controller.core.actions import Command
+from twin_controller.core.events import AnyEvent, TwinMeasured, TwinMotion
 from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.lead.reports import note_stopped
@@ -46,6 +47,25 @@ def test_a_stopped_twin_that_begins_a_move_is_stopped_before_it_moves(
     pair.feed(msgspec.structs.replace(pair.state.sides.twin.motion, now=pair.now, state=state))
     assert pair.decisions()[-1].trigger == "TWIN_MOVED_STOPPED"
     assert Command.STOP_TWIN in pair.performed(since)
+
+
+def test_a_stopped_twin_that_moves_is_told_by_the_very_sample_that_shows_it(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each time; what is heard of others says nothing new of it."""
+    pair.do("STOP", 1.0)
+    feed, by = pair.feed, list[AnyEvent]()
+
+    def watch(event: AnyEvent) -> None:
+        since = len(pair.actions)
+        feed(event)
+        by.extend([event] if Command.STOP_TWIN in pair.performed(since) else [])
+
+    monkeypatch.setattr(pair, "feed", watch)
+    for _ in range(3):
+        pair.jog_twin(ramp(pair.twin_q, shifted(pair.twin_q, 2.0), BURST), pair.now)
+        pair.run(1.0)
+    assert len(by) > 2 and all(isinstance(event, TwinMeasured | TwinMotion) for event in by)
 
 
 @pytest.mark.parametrize(("stops", "named"), [(1, 1), (2, 2)])
