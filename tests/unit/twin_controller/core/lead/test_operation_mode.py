@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import msgspec
 import pytest
 from harness.pair import HOME, SETUP, Pair, ramp, shifted
 from twin_controller.core.actions import Command
 from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.lead.modes import Mode
+from twin_controller.core.orders.stream import unstartable
 
 AWAY = shifted(HOME, 10.0)
 ADVICE = "turn it to AUTO there, then RESET"
@@ -45,6 +47,29 @@ def test_the_twin_follows_a_program_that_a_person_starts_in_t1(pair: Pair, mode:
     turn(pair, mode)
     pair.start_program(ramp(HOME, AWAY, 1.0), run=0.5)
     assert pair.mode is Mode.REAL_LEADS
+
+
+@pytest.mark.parametrize(
+    ("shown", "why"),
+    [
+        ({}, ""),
+        ({"paused": True}, ""),
+        ({"own_program": True}, "runs a program of its own: STOP ends or pauses it"),
+        (
+            {"own_program": True, "paused": True},
+            "has paused a program of its own: end it there, or let it go on",
+        ),
+        ({"operation_mode": "T2"}, "mode switch is at T2: programs start at its pendant alone"),
+    ],
+)
+def test_a_robot_that_cannot_be_started_says_what_a_person_can_do(
+    pair: Pair, shown: dict[str, object], why: str
+) -> None:
+    """What ends a program that runs is no help with one that is paused."""
+    flags = pair.state.sides.real.flags
+    assert flags is not None
+    told_why = unstartable(SETUP, msgspec.structs.replace(flags, **shown))
+    assert why in told_why and bool(told_why) is bool(why)
 
 
 def test_each_turn_is_told_once(pair: Pair) -> None:
