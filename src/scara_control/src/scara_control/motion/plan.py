@@ -225,8 +225,9 @@ def _stop(
 ) -> ruckig.Trajectory:
     """Calculate a stop, as hard as needed to stay within the limits."""
     for harder in _HARDER:
-        jerks = _HARDER[-1] if at_once else harder
-        wanted = _input(joints, start, start.q, 100.0, share * harder, jerks)
+        wanted = _input(
+            joints, start, start.q, 100.0, share * harder, max(_HARDER) if at_once else harder
+        )
         wanted.control_interface = ruckig.ControlInterface.Velocity
         # No joint goes on for longer because another one needs more time.
         wanted.synchronization = ruckig.Synchronization.No
