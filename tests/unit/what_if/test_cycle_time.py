@@ -97,3 +97,11 @@ def test_lines_that_were_not_seen_are_left_out(world: World) -> None:
     some = rests_of(world, motion, [*seen[:3], *seen[4:]])
     assert len(some) == len(all_of_them) - 1 and set(some) < set(all_of_them)
     assert rests_of(world, motion, seen[:1]) == []
+
+
+def test_a_line_behind_the_last_step_ends_what_is_learned(world: World) -> None:
+    """A robot shows lines that move nothing too, and nobody knows which of them came next."""
+    motion = find_program(world.cell, "TWO_POINT", CONFIG)
+    _, seen = run(world, "TWO_POINT", "ideal")
+    until_move = ProgramSteps(motion.name, motion.steps[:-1])
+    assert rests_of(world, until_move, seen) == rests_of(world, motion, seen)[:-1]

@@ -87,6 +87,20 @@ def test_harm_is_refused_with_its_reason(
     assert said in verdict.sentence
 
 
+@pytest.mark.parametrize(("share", "outcome"), [(0.9, Outcome.OK), (1.1, Outcome.REFUSED)])
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_the_nozzle_presses_a_part_no_further_aside_than_it_grips_one(
+    world: World, sign: float, share: float, outcome: Outcome
+) -> None:
+    """From straight above, no deeper than the bellows give way: beside its middle it hits it."""
+    tree, work, part = world.cell.tree, world.cell.work, world.parts[3]
+    pose = tree.poses(np.array([world.q]))[0, tree.index[part.link]] @ part.pose
+    x, y, z = pose[:3, 3] + (sign * share * work.gripper.offset_mm * 1e-3, 0.0, 0.0)
+    above = judge(world, ToolTarget(x, y, z + 0.05)).target
+    down = ToolTarget(x, y, z + 0.5 * work.parts.height - 0.5 * work.give)
+    assert judge(replace(world, q=above, parts=(part,)), down).outcome is outcome
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [

@@ -55,8 +55,8 @@ class Way:
         return np.unique(found)
 
     def _between(self, rows: FloatArray, u: FloatArray) -> FloatArray:
-        # The end lies on the last piece, not on one behind it; a way of one knot has no piece.
-        low = np.clip(np.floor(u).astype(int), 0, max(len(rows) - 2, 0))
+        low = np.floor(u).astype(int)
+        # Behind the end there is no knot.
         high = np.minimum(low + 1, len(rows) - 1)
         part = (np.asarray(u) - low)[:, None]
         found: FloatArray = rows[low] + part * (rows[high] - rows[low])
