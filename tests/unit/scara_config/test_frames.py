@@ -6,7 +6,17 @@ from pathlib import Path
 
 import pytest
 from scara_config import ConfigError
-from scara_config.frames import FILE, NO_FRAMES, TaughtFrame, find_frames, save_frame
+from scara_config.frames import (
+    FILE,
+    LETTERS,
+    NO_FRAMES,
+    FrameTable,
+    TaughtFrame,
+    find_frames,
+    frame_differences,
+    save_frame,
+    save_theirs,
+)
 
 CLAMP = TaughtFrame("clamp", (10.00004, 20.0, 30.0), (0.0, 0.0, 45.000001))
 TEXT = """\
@@ -54,8 +64,36 @@ def test_a_wrong_file_names_its_fault(tmp_path: Path, old: str, new: str, why: s
         find_frames(tmp_path)
 
 
-def test_a_number_that_no_controller_has_is_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", [0, 10])
+def test_a_number_that_no_controller_has_is_refused(tmp_path: Path, number: int) -> None:
     """Nothing is written."""
-    with pytest.raises(ConfigError, match="user frame 10: allowed are 1 to 9"):
-        save_frame(tmp_path, "user", 10, CLAMP)
+    with pytest.raises(ConfigError, match=f"user frame {number}: allowed are 1 to 9"):
+        save_frame(tmp_path, "user", number, CLAMP)
     assert not (tmp_path / FILE).exists()
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+@pytest.mark.parametrize("letter", LETTERS)
+def test_frames_differ_by_hundredths_and_not_by_thousandths(letter: str, sign: float) -> None:
+    """Of a millimetre or a degree, to either side: controllers print thousandths."""
+    ours = FrameTable({"uframe_1": TaughtFrame("box", (4.0, 5.0, 6.0), (0.0, 0.0, 90.0))}, {})
+    for more, told in ((0.002, 0), (0.02, 1)):
+        numbers = [4.0, 5.0, 6.0, 0.0, 0.0, 90.0]
+        numbers[LETTERS.index(letter)] += sign * more
+        for turns in (-360.0, 0.0, 360.0):
+            theirs = (*numbers[:3], *(angle + turns for angle in numbers[3:]))
+            found = list(frame_differences({("user", 1): theirs}, ours, "robot"))
+            assert len(found) == told, (theirs, found)
+
+
+def test_of_somebodys_frames_those_that_differ_are_written_and_counted(tmp_path: Path) -> None:
+    """By the name that they have here; one that is known already is none of them."""
+    save_frame(tmp_path, "user", 1, CLAMP)
+    save_frame(tmp_path, "user", 2, TaughtFrame("box", (4.0, 5.0, 6.0)))
+    ours = find_frames(tmp_path)
+    theirs = {("user", 1): ours.find("user", 1).numbers, ("user", 2): (7.0, *(0.0,) * 5)}
+    assert save_theirs(tmp_path, theirs, ours) == 1
+    found = find_frames(tmp_path)
+    assert found.find("user", 1) == ours.find("user", 1)
+    assert found.find("user", 2) == TaughtFrame("box", (7.0, 0.0, 0.0))
+    assert save_theirs(tmp_path, theirs, found) == 0
