@@ -33,8 +33,8 @@ Numbers = tuple[float, ...]
 """X Y Z W P R [mm, deg]."""
 Numbered = Mapping[tuple[Kind, int], Numbers]
 """Frames as somebody else has them."""
-SAME_MM, SAME_DEG = 0.01, 0.01
-"""Frames that differ by less are the same: controllers print thousandths; our choice."""
+SAME = 0.01
+"""Frames that differ by less [mm, deg] are the same: controllers print thousandths; our choice."""
 _HEADER = """\
 # User and tool frames: taught on the page, or typed. W, P, R turn about the fixed x, y, z.
 # user: by base_link; tool: by tool0. A controller has them as UFRAME[n] and UTOOL[n].
@@ -106,11 +106,10 @@ def frame_differences(theirs: Numbered, ours: FrameTable, whose: str) -> Iterato
     for (kind, number), there in sorted(theirs.items(), reverse=True):
         known = ours.numbered(kind).get(number)
         here = known.numbers if known else (0.0,) * len(LETTERS)
-        most = (SAME_MM,) * 3 + (SAME_DEG,) * 3
         apart = [abs(a - b) for a, b in zip(there, here)]
         # Angles go round: 359.999 deg lies next to 0.
         apart[3:] = [min(each % 360.0, -each % 360.0) for each in apart[3:]]
-        if any(each > allowed for each, allowed in zip(apart, most)):
+        if any(each > SAME for each in apart):
             name = f" ({known.name})" if known else ""
             shown = f"{told_numbers(here) if known else 'never taught'}"
             yield f"{WORDS[kind]}[{number}]{name}: {whose} {told_numbers(there)}; here {shown}"
@@ -118,7 +117,7 @@ def frame_differences(theirs: Numbered, ours: FrameTable, whose: str) -> Iterato
 
 def told_numbers(numbers: Numbers) -> str:
     """Return a frame's numbers as people read them; those that are 0 are left out."""
-    shown = [f"{name} {value + 0.0:.10g}" for name, value in zip(LETTERS, numbers) if value]
+    shown = [f"{name} {value:.10g}" for name, value in zip(LETTERS, numbers) if value]
     return " ".join(shown) or "X 0"
 
 

@@ -11,6 +11,7 @@ from scara_config.frames import (
     LETTERS,
     NO_FRAMES,
     FrameTable,
+    Kind,
     TaughtFrame,
     find_frames,
     frame_differences,
@@ -64,12 +65,19 @@ def test_a_wrong_file_names_its_fault(tmp_path: Path, old: str, new: str, why: s
         find_frames(tmp_path)
 
 
-@pytest.mark.parametrize("number", [0, 10])
-def test_a_number_that_no_controller_has_is_refused(tmp_path: Path, number: int) -> None:
-    """Nothing is written."""
-    with pytest.raises(ConfigError, match=f"user frame {number}: allowed are 1 to 9"):
-        save_frame(tmp_path, "user", number, CLAMP)
+@pytest.mark.parametrize(
+    ("kind", "number", "most"), [("user", 0, 9), ("user", 10, 9), ("tool", 11, 10)]
+)
+def test_a_number_that_no_controller_has_is_refused(
+    tmp_path: Path, kind: Kind, number: int, most: int
+) -> None:
+    """Nothing is written; the last one that it has is taken."""
+    with pytest.raises(ConfigError, match=f"{kind} frame {number}: allowed are 1 to {most}"):
+        save_frame(tmp_path, kind, number, CLAMP)
     assert not (tmp_path / FILE).exists()
+    save_frame(tmp_path, kind, most, CLAMP)
+    with pytest.raises(ConfigError, match=rf"{kind} frame 1 .* has {most} \(clamp\)"):
+        find_frames(tmp_path).find(kind, 1)
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
