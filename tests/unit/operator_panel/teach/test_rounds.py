@@ -74,7 +74,7 @@ def test_each_part_is_fetched_and_brought_in_its_round(count: int) -> None:
     draft = carried(count)
     assert draft.text.count("  FOR ") == (count > 1)
     assert turns(draft) == [thing for k in range(count) for thing in round_of(k)]
-    assert len(draft.program.positions) == 4 * count
+    assert [each.number for each in draft.program.positions] == list(range(1, 4 * count + 1))
 
 
 def test_lines_that_were_taught_are_repeated_in_the_loop_around_them() -> None:
@@ -90,6 +90,17 @@ def test_lines_that_were_taught_are_repeated_in_the_loop_around_them() -> None:
     bring = [[60.0 + k, 65.0 + k, "off", 60.0 + k] for k in range(3)]
     assert turns(made) == [thing for k in range(3) for thing in (*fetch, *bring[k])]
     assert len(made.program.positions) == 2 + 2 * 3
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "done"), [(1, 3, [6.0, 6.0, 7.0, 7.0]), (2, 2, [6.0, 7.0])]
+)
+def test_a_whole_loop_stands_in_none(first: int, last: int, done: list[float]) -> None:
+    """It goes round at each place; a line of it, be it all that it holds, goes along with it."""
+    draft = teach.recorded(empty("A", ROBOT), ROBOT, 0, at(5.0), "J", 50.0, None)
+    draft = teach.looped(draft, ROBOT, 1, 1, 2)
+    made = rounds.repeated(draft, ROBOT, first, last, {1: [at(6.0), at(7.0)]})
+    assert turns(made) == done
 
 
 def test_position_that_other_lines_need_stays() -> None:
