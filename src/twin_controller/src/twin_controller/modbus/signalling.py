@@ -29,7 +29,7 @@ class NumberedCommand(msgspec.Struct, frozen=True):
     name: str
     code: int
     sequence: int
-    start: bool = False
+    start: bool
 
 
 class CommandQueue:
