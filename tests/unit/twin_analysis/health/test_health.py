@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fanuc_emulator.plant.config import load_plant
-from fanuc_emulator.plant.wear import Kind
+from fanuc_emulator.plant.wear import Kind, Wear
 from harness.imitated_run import BagMaker
 from harness.running.thorough import SEARCH
 from rosbags.typesys import get_types_from_msg
@@ -33,7 +33,7 @@ from twin_analysis.health.trend import (
     words,
 )
 from twin_analysis.health.trials import WITHIN, RobotRecord, WearScene, judged, run_robot
-from twin_analysis.health.virtual_cycles import KINDS, STEPS
+from twin_analysis.health.virtual_cycles import KINDS, STEPS, grown
 from typer.testing import CliRunner
 
 FOLDER = Path(__file__).resolve().parents[4] / "config" / "robots" / "fanuc_sr6ia"
@@ -67,6 +67,14 @@ def test_a_cycle_says_friction_by_direction_inertia_and_lag() -> None:
     assert signs.backward == pytest.approx([7.25, 7.25], rel=0.02)
     assert signs.lag[0] == pytest.approx(LATE, abs=0.003)
     assert signs.lag[1] - signs.lag[0] == pytest.approx(0.01, abs=1e-4)
+
+
+def test_what_wears_goes_evenly_from_a_trace_to_all_of_it() -> None:
+    """And no further; it stays where and what it is."""
+    wear = Wear("friction", 0.8, "joint_2")
+    found = [grown(wear, cycles, 4) for cycles in range(6)]
+    assert [each.amount for each in found] == pytest.approx([0.2, 0.4, 0.6, 0.8, 0.8, 0.8])
+    assert {(each.kind, each.joint) for each in found} == {("friction", "joint_2")}
 
 
 def test_a_robot_that_tells_no_torque_is_said_to() -> None:
