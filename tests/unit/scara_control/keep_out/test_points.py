@@ -96,6 +96,22 @@ def test_a_body_that_turns_about_one_axis_alone_keeps_its_extent_along_it(name: 
             assert held[0] < heights.min() + 1e-9 and held[1] > heights.max() - 1e-9, link
 
 
+@pytest.mark.parametrize("name", NAMES[:3])
+def test_a_cylinder_that_turns_about_its_own_direction_is_held_as_slim_as_it_is(name: str) -> None:
+    """Turning leaves it where it is: with more around it the arm would be kept from free places."""
+    arm, seen = {joint.name for joint in ROBOTS[name].arm_joints}, 0
+    for link, shapes in MODELS[name].shapes.items():
+        halves = [point.half for point in BODIES[name] if point.name == link]
+        for shape in shapes if arm & {joint.name for joint in MODELS[name].chain(link)} else ():
+            pose = link_pose(MODELS[name], link, {}) @ origin_transform(shape.xyz, shape.rpy)
+            if shape.kind == "cylinder" and abs(pose[2, 2]) == pytest.approx(1.0):
+                radius, length = shape.size
+                held = pytest.approx((radius, radius, 0.5 * length))
+                assert any(half == held for half in halves), (link, shape)
+                seen += 1
+    assert seen
+
+
 def within(shape: Shape) -> np.ndarray:
     """Return places of a shape: a grid over a box, rims and axis of a cylinder (m, 3)."""
     steps = np.linspace(-0.5, 0.5, 5)

@@ -84,6 +84,9 @@ def test_where_a_point_goes_deeper_is_told() -> None:
     """The first place that is deeper than what was reached, not the deepest."""
     path = np.array([(0.41, 0.0, 0.0), (0.42, 0.0, 0.0), (0.44, 0.0, 0.0)])
     assert entered("tool", path, [ZONE]).endswith("zone box at (420, 0, 0) mm")
+    far = KeepOut("far", (3000.0, -2000.0, 1000.0), (3500.0, -1000.0, 2000.0))
+    path = np.array([(3.01, -1.1, 1.2), (3.024, -1.111, 1.2), (3.03, -1.2, 1.2)])
+    assert entered("tool", path, [far]).endswith("zone far at (3024, -1111, 1200) mm")
 
 
 def test_who_stands_on_a_face_may_go_along_it_and_away() -> None:
