@@ -38,6 +38,16 @@ def test_a_robot_without_the_file_has_no_frames(tmp_path: Path) -> None:
     assert found.find("tool", 2).wpr_deg == (0.0, 0.0, 45.0)
 
 
+def test_a_taught_frame_is_kept_more_finely_than_a_controller_prints_it(tmp_path: Path) -> None:
+    """Each number; what is finer still is noise."""
+    fine = TaughtFrame("fine", (10.1234, 20.1234, 30.1234), (5.12345, 6.12345, 7.12345))
+    noisy = TaughtFrame(
+        "fine", *(tuple(x + 4e-6 for x in each) for each in (fine.xyz_mm, fine.wpr_deg))
+    )
+    save_frame(tmp_path, "user", 1, noisy)
+    assert find_frames(tmp_path).find("user", 1) == fine
+
+
 def test_a_taught_frame_leaves_the_others_and_all_comments(tmp_path: Path) -> None:
     """A new one is added, an old one is replaced."""
     (tmp_path / FILE).write_text(TEXT, encoding="utf-8")
@@ -56,6 +66,8 @@ def test_a_taught_frame_leaves_the_others_and_all_comments(tmp_path: Path) -> No
         ("[1.0, 2.0, 3.0]", "[1.0, 2.0]", "xyz_mm"),
         ("pallet ", '"" ', "name"),
         ("    xyz_mm", "    place_mm", "place_mm"),
+        ("3.0]", "3.0]\n    wpr: [1.0, 2.0, 3.0]", "wpr"),
+        ("tool: {}", "tool: {}\nbase: {}", "base"),
     ],
 )
 def test_a_wrong_file_names_its_fault(tmp_path: Path, old: str, new: str, why: str) -> None:
