@@ -277,6 +277,21 @@ def test_undo_is_bounded_and_ends_what_could_be_made_again() -> None:
         history.redo()
 
 
+@pytest.mark.parametrize(("chosen", "line"), [(-1, 0), (0, 0), (1, 1), (2, 2), (3, 2)])
+def test_the_line_that_an_edit_leaves_chosen_is_one_of_the_draft(chosen: int, line: int) -> None:
+    """Or none: an edit may have taken away the one behind it."""
+    one = teach.waiting(empty("A", ROBOT), ROBOT, 0, 0.5)
+    two = teach.waiting(one, ROBOT, 0, 0.5)
+    assert Edits(one).edited(two, chosen).chosen == line
+
+
+def test_a_position_is_kept_as_finely_as_in_the_programs_that_come_along() -> None:
+    """To a millionth, and no zero has a sign."""
+    position = position_of(ROBOT, at(joint_1=1.2345678, joint_2=-1e-9))
+    values = [each.value for each in position.groups[0].coordinates]
+    assert list(map(str, values[:2])) == ["1.234568", "0.0"]
+
+
 @pytest.mark.parametrize("robot", ["articulated_six", "epson_gx4", "fanuc_sr3ia", "scara_4axis"])
 def test_every_robot_can_be_taught(robot: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its own joints and its own external axes."""

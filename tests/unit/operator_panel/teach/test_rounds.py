@@ -77,6 +77,14 @@ def test_each_part_is_fetched_and_brought_in_its_round(count: int) -> None:
     assert [each.number for each in draft.program.positions] == list(range(1, 4 * count + 1))
 
 
+def test_positions_are_named_by_what_is_done_there() -> None:
+    """In each round with its number."""
+    one = ["above pick", "pick", "above place", "place"]
+    assert [each.comment for each in carried(1).program.positions] == one
+    two = [f"{name} {number}" for name in one for number in (1, 2)]
+    assert [each.comment for each in carried(2).program.positions] == two
+
+
 def test_lines_that_were_taught_are_repeated_in_the_loop_around_them() -> None:
     """Fetched at one place, brought to three: only the lines of the pallet go along."""
     one = carried(1)
@@ -155,6 +163,7 @@ def test_places_are_read_as_they_are_printed() -> None:
     places = read_places(text, ROBOT)
     assert places == (Place((310.643, 0.0, -9.5), (180.0,)), Place((-10.0, -510.0, -19.2)))
     assert "\n".join(place.text for place in places) == text
+    assert Place((-1e-5, 0.00006, -0.0)).text == "0 0.0001 0", "no zero has a sign"
     assert read_places(" \n", ROBOT) == ()
     with pytest.raises(TeachError, match="allowed are"):
         read_places("0 0 0\n" * (MOST_PLACES + 1), ROBOT)
