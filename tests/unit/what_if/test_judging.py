@@ -105,6 +105,7 @@ def test_the_nozzle_presses_a_part_no_further_aside_than_it_grips_one(
     ("changes", "said"),
     [
         ({"obstacles": (Obstacle("post", "cylinder", (0.001, 0.6), (0.45, 0.3, 0.0)),)}, "post"),
+        ({"obstacles": (Obstacle("ball", "sphere", (0.1,), (0.45, 0.3, 0.1)),)}, "ball"),
         ({"people": ((0.5, 0.6, 0.0),)}, "person 1"),
         ({"zones": (WALL,)}, "zone wall"),
     ],
@@ -268,6 +269,8 @@ def test_a_joint_that_would_need_more_than_its_effort_is_named(
     poor = msgspec.structs.replace(robot, joints=[weak, *robot.joints[1:]])
     verdict = judge(replace(world, cell=replace(world.cell, robot=poor)), target)
     assert [each.text for each in verdict.reasons] == told
+    for reason in verdict.reasons:
+        assert 0.0 < reason.time_s < 0.5 * verdict.duration_s, "while it gathers speed"
 
 
 @pytest.mark.parametrize("angle", [0.3, 0.6, 0.9, 1.2])

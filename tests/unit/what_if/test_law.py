@@ -62,6 +62,8 @@ def test_a_law_is_looked_at_in_its_corners_and_as_often_as_asked_for(
 
 
 def test_a_move_to_where_it_stands_takes_no_time() -> None:
-    """No division by nothing."""
+    """No division by nothing; it is there at any time, and at rest."""
     move = JointMove((1.0,), (1.0,), 1.0, (1.0,), (1.0,))
     assert straight_course((1.0,), move, Law(move, 1.0), 0.01).times.tolist() == [0.0]
+    place, speed, change = Law(move, 1.0).at(np.array([0.0, 1.0]))
+    assert (place.tolist(), speed.tolist(), change.tolist()) == ([1.0] * 2, [0.0] * 2, [0.0] * 2)

@@ -132,7 +132,8 @@ def _place(
     if reason is not None and reason.place_mm is not None:
         x, y, z = (value * MM for value in reason.place_mm)
         return x, y, z
-    if reason is None and len(marked) == 2:
+    # What is about two bodies and has no place of its own is their clearance.
+    if len(marked) == 2:
         one, other = scene.distances.points(poses, *marked)
         middle = 0.5 * (one + other)
     else:

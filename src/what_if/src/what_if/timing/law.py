@@ -33,9 +33,10 @@ class Law:
     """
 
     def __init__(self, move: Trapezoid, override: float) -> None:
-        rate, self._change = move.law
-        self.duration = self.ramp = self._top = 0.0
+        rate, change = move.law
+        self.duration = self.ramp = self._top = self._change = 0.0
         if not move.done:
+            self._change = change
             self._top = min(rate * override, math.sqrt(self._change))
             self.ramp = self._top / self._change
             self.duration = 1.0 / self._top + self.ramp
@@ -46,8 +47,6 @@ class Law:
 
     def at(self, times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return place, rate and change of rate at times from the beginning [s]; at rest behind."""
-        if self.duration == 0.0:
-            return np.ones_like(times), np.zeros_like(times), np.zeros_like(times)
         times = np.minimum(times, self.duration)
         brakes = self.duration - self.ramp
         up, down = np.minimum(times, self.ramp), np.maximum(times - brakes, 0.0)
