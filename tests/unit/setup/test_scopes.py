@@ -19,7 +19,8 @@ def test_a_cell_asks_for_less_than_its_tests(tree: Path) -> None:
         set(bash(tree, f"scope={scope}; wanted_packages").stdout.split())
         for scope in ("run", "test")
     )
-    assert run < test and {"chromium-headless-shell", "mbpoll", "python3-pykdl", "catkin-lint"} <= test - run
+    tools = {"chromium-headless-shell", "mbpoll", "python3-pykdl", "catkin-lint"}
+    assert run < test and tools <= test - run
     assert {"python3-rospy", "catkin"} <= run
 
 
