@@ -10,6 +10,8 @@ from types import SimpleNamespace
 import msgspec
 import numpy as np
 import pytest
+from scara_config.programs.files import ProgramSteps
+from scara_config.programs.steps import GripperStep
 from scara_control.joint_motion import JointMotion, Setpoints
 from what_if.errors import WhatIfError
 from what_if.judging import judge
@@ -171,6 +173,18 @@ def test_a_move_takes_its_plan_and_the_lag(world: World) -> None:
     assert verdict.duration_s == pytest.approx(moves + world.lag.mean)
     assert verdict.duration_spread_s == pytest.approx(world.lag.spread)
     assert judge(world, JointTarget(THERE, 1.0)).duration_s > verdict.duration_s
+
+
+def test_a_switch_of_the_suction_takes_the_grippers_time_and_none_where_nothing_is_gripped(
+    world: World,
+) -> None:
+    """To grip, and to let go; a cell may have no parts."""
+    motion = ProgramSteps("A", (GripperStep(1, True), GripperStep(2, False)))
+    gripper = world.cell.work.gripper
+    taken = [1e-3 * gripper.vacuum_ms, 1e-3 * gripper.release_ms]
+    bare = replace(world, parts=(), cell=replace(world.cell, work=None))
+    for each, seconds in ((world, taken), (bare, [0.0, 0.0])):
+        assert [leg.duration for leg in plan(each, motion).legs] == pytest.approx(seconds)
 
 
 def test_a_curved_way_strays_by_a_parabolas_height() -> None:
