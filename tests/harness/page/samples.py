@@ -49,6 +49,7 @@ def judge_samples(page: Page, at_least: int) -> None:
         at_least: So many samples, and a fifth as many points of the charts.
     """
     samples = page.evaluate("() => window.samples")
+    assert samples is not None, "the page was loaded anew, as after a line that was lost for 5 s"
     charted = sum(sample["point"] is not None for sample in samples)  # a chart has fewer points
     assert len(samples) >= at_least and charted >= at_least // 5, (len(samples), charted)
     assert any(sample["shown"]["lead.real"] == "leads" for sample in samples)
