@@ -13,9 +13,12 @@ from hypothesis import strategies as st
 from twin_experiments.metrics.errors import (
     Comparison,
     MetricsSettings,
+    Move,
+    Rest,
     compare,
     deviation_mm,
     summarize,
+    trace,
 )
 from twin_experiments.metrics.series import (
     Array,
@@ -93,6 +96,7 @@ def test_the_path_error_of_a_delayed_sine_is_its_closed_form_and_goes_with_the_l
     assert found.path.max_mm == pytest.approx(largest, rel=1e-3)
     assert found.path.rms_mm == pytest.approx(largest / math.sqrt(2.0), rel=1e-2)
     assert found.path.max_percent == pytest.approx(100.0 * largest / 650.0, rel=1e-3)
+    assert found.path.rms_percent == pytest.approx(100.0 * found.path.rms_mm / 650.0)
     assert found.path_after_lag is not None
     assert found.path_after_lag.max_mm < 0.01 < 1.0 < found.path.max_mm
 
@@ -250,6 +254,39 @@ def test_a_hole_is_left_out_and_reported(begun: float) -> None:
     (first, cut), (again, last) = found.trace.aligned.segments
     assert (first, cut, last) == (0, again, len(found.trace.aligned.instants))
     assert found.trace.aligned.instants[cut] == pytest.approx(gap.start + gap.duration)
+
+
+def test_both_sides_are_compared_from_the_later_begin_to_the_sooner_end() -> None:
+    """At instants of the rate that is asked for, the first and the last of them included."""
+    real, twin = wave("real", seconds=2.0), wave("twin", seconds=3.0, shift=0.5)
+    found = align(real, twin, 100.0, 0.1).instants
+    assert found[0] == pytest.approx(0.5)
+    assert 1.996 - 0.01 < found[-1] <= 1.996 + 1e-9
+    assert np.diff(found) == pytest.approx(np.full(len(found) - 1, 0.01))
+
+
+def test_a_twin_stirs_with_any_of_its_joints() -> None:
+    """Long before it counts as moving, and whatever the real robot does."""
+    slow = np.full((200, 3), 2e-4) * (0.0, 1.0, 0.0)
+    stamps = np.arange(200) / 100.0
+    stirs = Motion("", stamps, slow * stamps[:, None], slow)
+    still = Motion("", stamps, 0.0 * slow, 0.0 * slow)
+    for twin, real in ((stirs, still), (still, stirs)):
+        seen = trace(real, twin, identity, SETTINGS)
+        assert seen.stirring.all() == (twin is stirs) and not seen.moving.any()
+
+
+def test_the_worst_move_and_the_worst_rest_count_for_the_whole() -> None:
+    """A move without a known way, and a run without rests, give no figure."""
+    found = both(wave("real"), wave("twin", delay=0.007))
+    move = Move(0.0, 1.0, 100.0, 2.0, None)
+    percents = (None, 2.0, 5.0, 3.0)
+    moves = tuple(dataclasses.replace(move, travelled_percent=percent) for percent in percents)
+    assert dataclasses.replace(found, moves=moves).travelled_percent == 5.0
+    assert dataclasses.replace(found, moves=(move,)).travelled_percent is None
+    rests = tuple(Rest(0.0, 1.0, apart, None, None, None) for apart in (0.1, 0.4, 0.2))
+    assert dataclasses.replace(found, rests=rests).positioning_max_mm == 0.4
+    assert dataclasses.replace(found, rests=()).positioning_max_mm is None
 
 
 @pytest.mark.parametrize(("hole", "counts"), [(1.0, False), (3.0, True), (6.0, False)])

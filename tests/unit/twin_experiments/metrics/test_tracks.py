@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 from scara_config import load_robot
 from twin_experiments.metrics.series import Motion
-from twin_experiments.metrics.tracks import Mechanism, distance_from_path, resample, travelled
+from twin_experiments.metrics.tracks import (
+    Mechanism,
+    distance_from_path,
+    first_to_move,
+    onset,
+    resample,
+    travelled,
+)
 
 STAMPS = np.linspace(0.0, 1.0, 11)
 SLOPE = 0.5
@@ -53,3 +60,30 @@ def test_a_joint_moves_from_the_stated_percent_of_its_largest_speed_on() -> None
         for side, most in (("real", 0.5), ("twin", 3.0))
     )
     assert foreign.moving_speeds((fast, faster), 2.0) == pytest.approx([0.03, 1e-4])
+
+
+@pytest.mark.parametrize(
+    ("real", "twin", "first"),
+    [
+        (0.3, 0.4, "real"),
+        (0.4, 0.3, "twin"),
+        (0.3, 0.3, "real"),
+        (0.3, None, "real"),
+        (None, 0.3, "twin"),
+        (None, None, "real"),
+    ],
+)
+def test_whoever_moves_first_leads_and_the_real_robot_where_nobody_is_first(
+    real: float | None, twin: float | None, first: str
+) -> None:
+    """A motion begins at the first sample whose speed counts, were it the only one."""
+
+    def moves(side: str, at: float | None) -> Motion:
+        rows = np.zeros((11, 2))
+        rows[np.isclose(STAMPS, -1.0 if at is None else at), 1] = -0.2
+        motion = Motion(side, STAMPS, np.zeros((11, 2)), rows)
+        assert onset(motion, speeds) == (None if at is None else pytest.approx(at))
+        return motion
+
+    speeds = np.array([0.1, 0.2])
+    assert first_to_move(moves("real", real), moves("twin", twin), speeds) == first

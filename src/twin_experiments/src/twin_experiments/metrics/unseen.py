@@ -60,5 +60,5 @@ def unseen_delay(seen: Trace, stamps: Array, half_widths: Array) -> UnseenDelay 
     # The median: a hole in the recording is no period of the readings.
     width, period = float(known.max()), float(np.median(np.diff(stamps)))
     speeds = [tool_speeds(seen, slice(*segment)) for segment in seen.aligned.segments]
-    fastest = max((float(each.max(initial=0.0)) for each in speeds), default=0.0)
+    fastest = max(float(each.max()) for each in speeds)
     return UnseenDelay(-width, period + width, fastest)
