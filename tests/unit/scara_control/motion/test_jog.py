@@ -302,8 +302,13 @@ def test_a_jog_obeys_the_cap_of_all_motion(way):
     bench.tick(10)
     assert bench.sent[-1]["table_joint"] == pytest.approx(way * cap)
     assert "(capped at 1 % of the largest speed)" in bench.core.report()
-    with pytest.raises(MotionRefusedError, match=r"speed_limit_percent = 0 is outside \[1, 100\]"):
-        bench.core.limit_speed(0.0)
+    for wrong in (0.99, 100.01):
+        with pytest.raises(MotionRefusedError, match=rf"percent = {wrong} is outside \[1, 100\]"):
+            bench.core.limit_speed(wrong)
+    bench.core.limit_speed(100.0)
+    bench.jog(["table_joint"], [way * 0.3])
+    bench.tick(20)
+    assert bench.sent[-1]["table_joint"] == pytest.approx(way * 0.3)
 
 
 def test_a_jog_after_rest_begins_with_one_period_of_its_ramp():

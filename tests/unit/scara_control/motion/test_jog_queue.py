@@ -67,3 +67,14 @@ def test_a_cap_counts_for_what_was_told_and_what_waits() -> None:
     queue.limit(JOINTS, 50.0)
     assert queue.told == {FIRST: pytest.approx(0.5 * most), SECOND: 0.1}
     assert queue.take(0.02) == {FIRST: pytest.approx(-0.5 * most)}
+
+
+def test_joints_that_were_taken_from_us_are_forgotten_in_what_was_told_and_what_waits() -> None:
+    """The others stay."""
+    queue = told()
+    queue.put(0.0, {SECOND: 0.1})
+    queue.take(0.0)
+    queue.put(0.02, {FIRST: 0.6, SECOND: -0.2})
+    queue.drop([FIRST])
+    assert queue.told == {SECOND: 0.1}
+    assert queue.take(0.02) == {SECOND: -0.2}

@@ -79,7 +79,7 @@ class Path:
         self,
         segments: Sequence[Segment],
         end: Sequence[float],
-        share: float = 1.0,
+        share: float,
         corners: Sequence[Vector] = (),
     ) -> None:
         """Chain ``segments``; ``end`` is where the last one ends, to the last digit.

@@ -102,7 +102,7 @@ def plan_path(joints: Sequence[Joint], start: Vector, points: Sequence[JointMoti
     track = JointTrack(
         times, rows, velocities, accelerations, extrapolation_limit=0.0, stop_accelerations=stop
     )
-    return Path([track], rows[-1])
+    return Path([track], rows[-1], 1.0)
 
 
 def _check_points(joints: Sequence[Joint], points: Sequence[JointMotion]) -> None:
