@@ -14,6 +14,7 @@ from harness.running.plugin import Running
 from harness.running.thorough import SEARCH, examples
 from harness.workspace import enter_workspace
 from hypothesis import HealthCheck, settings
+from hypothesis.internal.conjecture import providers
 
 enter_workspace()
 
@@ -28,6 +29,10 @@ settings.register_profile(
     print_blob=True,  # a failing example of the night says how to repeat it by day
 )
 settings.load_profile("cell")
+if not SEARCH:
+    # What the code holds would be drawn with preference: each change of a number would change the
+    # examples of all, and each process would read all files for it first.
+    providers.is_local_module_file = lambda path: False  # type: ignore[assignment]
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

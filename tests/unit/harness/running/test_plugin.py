@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import importlib
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from harness.running.thorough import SEARCH
 from harness.workspace import ROOT
+from hypothesis.internal.conjecture import providers
 
 CONFTEST = """
 from harness.running import repeats
@@ -100,3 +103,10 @@ def test_what_an_excused_attempt_leaves_behind_has_no_excuse(tmp_path: Path) -> 
     told = said(tmp_path, "tests/ros", gap=0.045, clean=False)
     assert "3 passed, 1 error" in told, told
     assert "ERROR tests/ros/test_some.py::test_first - AssertionError: left behind" in told
+
+
+@pytest.mark.skipif(SEARCH, reason="a search prefers what the code holds")
+def test_no_number_in_the_code_chooses_the_examples() -> None:
+    """By day the same are drawn whatever has changed."""
+    importlib.import_module("scara_control.kinematics.numeric")
+    assert len(providers._get_local_constants()) == 0
