@@ -165,6 +165,18 @@ def test_a_motion_is_looked_at_as_often_as_the_settings_say(world: World) -> Non
     assert len(plan(world, JointTarget(HOME)).legs[0].course.times) == 2
 
 
+def test_a_trajectory_is_looked_at_with_its_speeds_and_accelerations(world: World) -> None:
+    """Places, speeds and accelerations of the course belong together; other joints stay."""
+    points = (JointMotion((0.4,), (0.3,), (0.0,), 1.0), JointMotion((0.9,), (0.0,), (0.0,), 2.5))
+    (leg,) = plan(world, Setpoints(("joint_2",), points)).legs
+    course, moved = leg.course, [0, 1, 0, 0]
+    assert course is not None and (np.any(course.q != HOME, axis=0) == moved).all()
+    for rows, slopes in ((course.q, course.qdot), (course.qdot, course.qddot)):
+        assert (np.any(slopes, axis=0) == moved).all()
+        steps = np.diff(course.times)[:, None] * 0.5 * (slopes[1:] + slopes[:-1])
+        assert np.cumsum(steps, axis=0) == pytest.approx(rows[1:] - rows[0], abs=2e-3)
+
+
 def test_a_move_takes_its_plan_and_the_lag(world: World) -> None:
     """At the default speed if none is said, with the spread of one lag."""
     verdict = judge(world, JointTarget(THERE))

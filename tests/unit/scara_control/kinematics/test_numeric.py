@@ -65,6 +65,14 @@ def test_the_answer_stays_near_its_seed(arm: NumericArm) -> None:
     assert max(abs(a - b) for a, b in zip(first, second)) < math.radians(1.0)
 
 
+def test_a_seed_beyond_the_limits_leads_to_an_answer_within(arm: NumericArm) -> None:
+    """A drive may stand a little outside, and a person may type anything."""
+    for seed in (arm.upper + 0.1, arm.lower - 0.1):
+        answer = inverse(arm, (0.40, 0.0, 0.24), seed=seed)
+        assert arm.tool_position(answer) == pytest.approx((0.40, 0.0, 0.24), abs=1e-6)
+        assert (arm.lower <= answer).all() and (answer <= arm.upper).all()
+
+
 @pytest.mark.parametrize(
     ("target", "options", "error", "text"),
     [

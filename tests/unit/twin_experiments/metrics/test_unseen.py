@@ -42,7 +42,7 @@ def test_a_reading_is_at_most_a_period_older_and_the_clock_counts_both_ways() ->
     assert found is not None
     assert found.bounds_ms == pytest.approx((-1.5, 9.5))
     assert found.speed == pytest.approx(SPEED, rel=1e-3)
-    assert found.bounds_mm == pytest.approx((-1.5 * SPEED, 9.5 * SPEED), rel=1e-3)
+    assert found.bounds_mm == pytest.approx((-1.5 * found.speed, 9.5 * found.speed))
 
 
 @pytest.mark.parametrize("half_widths", [[], [float("inf")]], ids=["no state", "clock not known"])

@@ -15,7 +15,7 @@ from what_if.geometry.bodies import Body, FloatArray, Kind, bodies_of, upright
 from what_if.geometry.pairs import watched_pairs
 from what_if.geometry.scene import Press, Scene
 from what_if.geometry.sweep import sweep
-from what_if.geometry.tree import Tree
+from what_if.geometry.tree import Tree, stroke
 from what_if.geometry.way import Way, straight
 from what_if.world import Cell, World
 
@@ -292,3 +292,9 @@ def test_a_way_on_which_nothing_goes_anywhere_is_looked_at_on_both_ends() -> Non
     """As where a joint turns that carries no point."""
     assert straight((0.0, 0.0), (0.0, 1.0)).grid(np.array([1.0, 0.0]), 0.01).tolist() == [0.0, 1.0]
     assert Way(np.array([(1.0, 2.0)])).grid(np.ones(2), 0.01).tolist() == [0.0]
+
+
+@pytest.mark.parametrize(("lower", "upper"), [(-0.3, 0.2), (-0.2, 0.3), (-0.3, -0.1), (0.1, 0.3)])
+def test_a_slide_carries_others_as_far_as_its_farther_limit(lower: float, upper: float) -> None:
+    """From where the description has it, at 0."""
+    assert stroke(lower, upper) == 0.3
