@@ -121,6 +121,18 @@ def test_target_beyond_the_edge_by_rounding_is_put_on_the_edge():
         solve(SCARA, 0.65 + 1.1 * REACH_TOLERANCE, 0.0, 0.0)
 
 
+@pytest.mark.parametrize("below", [0.0, 0.9])
+def test_an_arm_that_folds_reaches_the_inner_edge_and_as_far_beyond_it(below):
+    """By the tolerance of the outer edge, not more."""
+    folds = msgspec.structs.replace(ROBOT.joints[1], lower_deg=-181.0, upper_deg=181.0)
+    first, _, *others = ROBOT.joints
+    scara = Scara.from_robot(msgspec.structs.replace(ROBOT, joints=[first, folds, *others]))
+    q = solve(scara, 0.05 - below * REACH_TOLERANCE, 0.0, 0.0).q
+    assert abs(q[1]) == pytest.approx(math.pi)
+    with pytest.raises(UnreachableError):
+        solve(scara, 0.05 - 1.1 * REACH_TOLERANCE, 0.0, 0.0)
+
+
 @pytest.mark.parametrize(
     ("target", "text"),
     [
