@@ -18,9 +18,8 @@ DRAWN_BY_THE_PROCESSOR = ["--use-angle=swiftshader", "--enable-unsafe-swiftshade
 # and scripts get the quick compilers alone: a page lives for a minute at most.
 UNMEASURED = ["--disable-gpu-compositing", "--js-flags=--no-turbofan"]
 # A kernel that groups processes by session heeds their priority only within their group, so the
-# group of the browser's session gets a low one, too. The tests that only compute come behind it. A
-# lower one still let a page lose its line for 5 s, and load anew, beside a process that keeps a
-# processor busy.
+# group of the browser's session gets a low one, too. The tests that only compute come behind it.
+# With a lower one a page was once loaded anew beside a process that kept a processor busy.
 BEHIND_THE_CELL = f"""#!/bin/sh
 [ ! -w /proc/self/autogroup ] || echo 5 > /proc/self/autogroup
 exec nice -n 5 {CHROMIUM} "$@"

@@ -105,8 +105,7 @@ def test_what_an_excused_attempt_leaves_behind_has_no_excuse(tmp_path: Path) -> 
     assert "ERROR tests/ros/test_some.py::test_first - AssertionError: left behind" in told
 
 
-@pytest.mark.skipif(SEARCH, reason="a search prefers what the code holds")
-def test_no_number_in_the_code_chooses_the_examples() -> None:
+def test_numbers_in_the_code_choose_examples_in_a_search_alone() -> None:
     """By day the same are drawn whatever has changed."""
     importlib.import_module("scara_control.kinematics.numeric")
-    assert len(providers._get_local_constants()) == 0
+    assert (len(providers._get_local_constants()) > 0) is SEARCH

@@ -37,10 +37,11 @@ Q2 = st.floats(SCARA.joints[1].lower, SCARA.joints[1].upper)
 Q3 = st.floats(SCARA.joints[2].lower, SCARA.joints[2].upper)
 
 
-def wide(lower_deg: float, upper_deg: float) -> Scara:
-    """Return the same arm with other limits of joint_1."""
-    first = msgspec.structs.replace(ROBOT.joints[0], lower_deg=lower_deg, upper_deg=upper_deg)
-    return Scara.from_robot(msgspec.structs.replace(ROBOT, joints=[first, *ROBOT.joints[1:]]))
+def limited(joint: int, lower_deg: float, upper_deg: float) -> Scara:
+    """Return the same arm with other limits of one joint."""
+    joints = list(ROBOT.joints)
+    joints[joint] = msgspec.structs.replace(joints[joint], lower_deg=lower_deg, upper_deg=upper_deg)
+    return Scara.from_robot(msgspec.structs.replace(ROBOT, joints=joints))
 
 
 @settings(deadline=None)
@@ -68,10 +69,7 @@ def test_inner_radius_is_given_by_the_limit_of_joint_2():
 @pytest.mark.parametrize("limits_deg", [(-150.0, 100.0), (-100.0, 150.0)])
 def test_inner_radius_is_given_by_the_larger_limit_of_joint_2(limits_deg):
     """By the law of cosines with the 30 deg that 150 deg leave between the links."""
-    lower, upper = limits_deg
-    bent = msgspec.structs.replace(ROBOT.joints[1], lower_deg=lower, upper_deg=upper)
-    first, _, *others = ROBOT.joints
-    scara = Scara.from_robot(msgspec.structs.replace(ROBOT, joints=[first, bent, *others]))
+    scara = limited(1, *limits_deg)
     left = math.cos(math.radians(30.0))
     expected = math.sqrt(0.35**2 + 0.30**2 - 2.0 * 0.35 * 0.30 * left)
     assert scara.inner_radius == pytest.approx(expected, abs=1e-12)
@@ -124,9 +122,7 @@ def test_target_beyond_the_edge_by_rounding_is_put_on_the_edge():
 @pytest.mark.parametrize("below", [0.0, 0.9])
 def test_an_arm_that_folds_reaches_the_inner_edge_and_as_far_beyond_it(below):
     """By the tolerance of the outer edge, not more."""
-    folds = msgspec.structs.replace(ROBOT.joints[1], lower_deg=-181.0, upper_deg=181.0)
-    first, _, *others = ROBOT.joints
-    scara = Scara.from_robot(msgspec.structs.replace(ROBOT, joints=[first, folds, *others]))
+    scara = limited(1, -181.0, 181.0)
     q = solve(scara, 0.05 - below * REACH_TOLERANCE, 0.0, 0.0).q
     assert abs(q[1]) == pytest.approx(math.pi)
     with pytest.raises(UnreachableError):
@@ -213,7 +209,7 @@ def test_seed_that_is_no_joint_vector_is_refused(seed):
 @given(st.floats(-175.0, 360.0), Q2)
 def test_joint_1_is_turned_into_its_limits(q1_deg, q2):
     """A gamma - alpha beyond half a turn is the same angle less a full one: both are tried."""
-    scara = wide(-175.0, 360.0)
+    scara = limited(0, -175.0, 360.0)
     point = tool_position(scara, math.radians(q1_deg), q2, 0.0)
     for q in branches(scara, *point):
         assert q is not None
@@ -226,7 +222,7 @@ def test_joint_1_is_turned_into_its_limits(q1_deg, q2):
 )
 def test_of_two_turns_the_one_nearer_to_the_seed_is_taken(seed_deg, expected_deg):
     """With a range of more than a turn the arm does not unwind without need."""
-    scara = wide(-175.0, 360.0)
+    scara = limited(0, -175.0, 360.0)
     x, y, z = tool_position(scara, math.radians(-10.0), 0.5, 0.0)
     q = solve(scara, x, y, z, Elbow.RIGHTY, (math.radians(seed_deg), 0.5, 0.0)).q
     assert math.degrees(q[0]) == pytest.approx(expected_deg)
@@ -243,7 +239,7 @@ def test_the_turn_of_joint_1_counts_in_what_is_nearer_to_the_seed():
 
 def test_both_branches_are_shown_in_the_turn_of_the_seed():
     """Joint 1 of the seed says which; its other joints do not."""
-    scara = wide(-450.0, 450.0)
+    scara = limited(0, -450.0, 450.0)
     seed = (math.radians(380.0), 0.5, -0.05)
     answer = ScaraTool(scara).inverse(*tool_position(scara, *seed), None, seed)
     assert math.degrees(answer.righty[0]) == pytest.approx(380.0)
@@ -255,7 +251,7 @@ def test_both_branches_are_shown_in_the_turn_of_the_seed():
 )
 def test_of_two_turns_the_one_nearer_to_0_is_shown_without_a_seed(lower, upper, nearer):
     """Both elbows are shown as the arm would take them from its zero."""
-    scara = wide(lower, upper)
+    scara = limited(0, lower, upper)
     x, y, z = tool_position(scara, math.radians(nearer), 0.5, 0.0)
     q = ScaraTool(scara).inverse(x, y, z, None, None).righty
     assert math.degrees(q[0]) == pytest.approx(nearer)

@@ -299,7 +299,8 @@ class Axis:
         """
         before = (self.position, self.velocity, self.joint_position)
         self._pushes = 0.0
-        h, change = self._h, self.parameters.estop_deceleration * self._h
+        h = self._h
+        change = self.parameters.estop_deceleration * h
         for _ in self._substeps:
             velocity = math.copysign(max(abs(self.velocity) - change, 0.0), self.velocity)
             acceleration, self.velocity = (velocity - self.velocity) / h, velocity

@@ -59,6 +59,6 @@ def unseen_delay(seen: Trace, stamps: Array, half_widths: Array) -> UnseenDelay 
         return None
     # The median: a hole in the recording is no period of the readings.
     width, period = float(known.max()), float(np.median(np.diff(stamps)))
-    speeds = [tool_speeds(seen, slice(*segment)) for segment in seen.aligned.segments]
-    fastest = max(float(each.max()) for each in speeds)
+    segments = seen.aligned.segments
+    fastest = max(float(tool_speeds(seen, slice(*segment)).max()) for segment in segments)
     return UnseenDelay(-width, period + width, fastest)
