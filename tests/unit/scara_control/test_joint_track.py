@@ -87,6 +87,19 @@ def test_position_is_the_integral_of_velocity_all_the_way_to_rest(point):
         assert q1 - q0 == pytest.approx(0.5 * (v0 + v1) * dt, abs=1e-6)
 
 
+@given(st.tuples(NUMBER, NUMBER, NUMBER))
+def test_once_it_stands_one_polynomial_holds_for_ever(point):
+    """Until then the ramp has none; what is computed elsewhere is the standstill, bit for bit."""
+    path = track([0.0], [point])
+    braking_time = abs(path.sample_joint(0, LIMIT)[1]) / STOP
+    if braking_time > 1e-6:
+        assert path.polynomial(0, LIMIT + 0.5 * braking_time) is None
+    stands = LIMIT + braking_time + 1e-6
+    begin, end, longest, (q, v, a) = path.polynomial(0, stands)
+    assert (begin, end, longest) == (stands, math.inf, math.inf)
+    assert (q, v, a) == path.sample_joint(0, stands + 1e5) == (q, 0.0, 0.0)
+
+
 def test_before_the_first_point_the_joint_rests_there():
     """A set point of the future is waited for at its position."""
     assert track([2.0], [(0.5, 3.0, 1.0)]).sample_joint(0, 1.999) == (0.5, 0.0, 0.0)

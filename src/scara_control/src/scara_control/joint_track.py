@@ -206,8 +206,8 @@ class JointTrack:
         Returns:
             From when on and until when it holds [s], how long at most after that begin [s], and
             its coefficients in the time since: six of a quintic, or position, velocity and
-            acceleration of the extrapolation. None before the first point and in the ramp to
-            standstill.
+            acceleration of the extrapolation, or of the standstill after it, which begins at ``t``
+            and has no end. None before the first point and in the ramp to standstill.
         """
         times = self._times
         if t < times[0]:
@@ -218,8 +218,11 @@ class JointTrack:
                 self._velocities[-1][column],
                 self._accelerations[-1][column],
             )
-            longest = self._extrapolation_limit
-            return (times[-1], math.inf, longest, last) if t - times[-1] <= longest else None
+            age, longest = t - times[-1], self._extrapolation_limit
+            if age <= longest:
+                return times[-1], math.inf, longest, last
+            at_rest = self._after_last(column, age)
+            return (t, math.inf, math.inf, at_rest) if at_rest[1:] == (0.0, 0.0) else None
         segment = bisect_right(times, t) - 1
         quintics = self._quintics[segment] or self._fit(segment)
         return times[segment], times[segment + 1], math.inf, quintics[column]

@@ -178,6 +178,31 @@ def test_without_c_the_cell_moves_alike() -> None:
     assert found.stdout.split()[-1] == by_c
 
 
+def test_a_joint_that_rests_after_its_set_points_is_left_to_c(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A cell stands most of the time: no step of it asks Python for a set point."""
+    files = load_files("fanuc_sr6ia")
+    names = [joint.name for joint in files.robot.twin_joints]
+    with open_world(files) as world:
+        simulation = build_simulation(world, files, 0)
+        count, here = len(names), files.robot.home_positions
+        track = JointTrack(
+            [simulation.now, simulation.now + 0.1],
+            [here, [q + 0.01 for q in here]],
+            [[0.1] * count] * 2,
+            [[0.0] * count] * 2,
+            extrapolation_limit=0.05,
+            stop_accelerations=[2.0] * count,
+        )
+        simulation.control.command_track(names, track)
+        simulation.advance(1000)
+        monkeypatch.delattr(JointLoop, "reference")
+        monkeypatch.delattr("scara_simulation.track_queue.TrackQueue.sample")
+        simulation.advance(1000)
+        assert not any(loop._wanted[1] for loop in simulation.control.loops)
+
+
 @pytest.mark.parametrize(
     ("instead", "error", "words"),
     [
