@@ -65,6 +65,17 @@ class Client:
         assert self.client.wait_for_result(rospy.Duration(30))
         return self.client.get_state(), self.client.get_result()
 
+    def arrive(self, *points):
+        """Send a goal that must succeed; again where this machine held up the server's stream."""
+        from actionlib_msgs.msg import GoalStatus
+
+        for _ in range(3):
+            status, result = self.send(*points)
+            if status != GoalStatus.ABORTED or "no packet" not in result.error_string:
+                break
+            self.idle()
+        assert status == GoalStatus.SUCCEEDED, result
+
     def begin(self, *points):
         """Send a goal and wait until it moves."""
         self.client.send_goal(self.goal(*points))
@@ -104,8 +115,7 @@ def test_a_trajectory_is_followed_with_feedback_and_succeeds(client) -> None:
     assert client.q() == pytest.approx(AWAY, abs=2e-3)
     assert len(seen) > 10 and list(seen[0].joint_names) == NAMES
     assert max(abs(value) for message in seen for value in message.error.positions) < 0.05
-    status, result = client.send((1.2, HOME))
-    assert status == GoalStatus.SUCCEEDED, result
+    client.arrive((1.2, HOME))
 
 
 def test_a_goal_out_of_limits_is_rejected_with_a_reason(client) -> None:
@@ -130,7 +140,7 @@ def test_cancel_ends_a_goal_on_its_way(client) -> None:
     assert client.client.get_state() == GoalStatus.PREEMPTED
     assert 0.0 < client.q()[0] < AWAY[0] - 0.05
     client.idle()
-    assert client.send((1.2, HOME))[0] == GoalStatus.SUCCEEDED
+    client.arrive((1.2, HOME))
 
 
 def test_a_stop_aborts_and_an_emergency_stop_rejects_until_reset(client) -> None:
