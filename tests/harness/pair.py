@@ -83,11 +83,13 @@ class Pair(RealSide, TwinSide):
         self.inputs: list[events.AnyEvent] = []
         self.watch: Watch = lambda event, made: None
         self._poll_due: float | None = None
+        self._fed = -math.inf
         self._due: list[tuple[float, int, Callable[[], object]]] = []
         self._order = count()
 
     def feed(self, event: events.AnyEvent) -> list[actions.AnyAction]:
         """Give one input to the core and let the sides obey what it decides."""
+        self._fed = self.now
         self.inputs.append(event)
         self.state, made = step(self.setup, self.state, event)
         self.actions += made
@@ -244,7 +246,8 @@ class Pair(RealSide, TwinSide):
         if self.twin_up and tick % 50 == 9:
             remote = self.now + self.twin_clock
             self.feed(events.ClockProbe(self.now, self.now - 0.0008, self.now, remote - 0.0004))
-        if tick % 10 == 0:
+        if tick % 10 == 0 and self.now - self._fed >= 0.0095:
+            # Each input lets time pass, as in the engine.
             self.feed(events.Tick(self.now))
 
     def _report_real(self) -> None:

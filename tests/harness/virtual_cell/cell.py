@@ -114,7 +114,8 @@ class VirtualCell:
             self.clock,
             self.put,
         )
-        self.schedule.every(TICK, lambda: self.put(Tick(self.clock())), first=0.001)
+        self._put_at = -TICK
+        self.schedule.every(TICK, self._tick, first=0.001)
         said = 1.0 / self.setup.config.state_rate_hz
         self.schedule.every(said, self._say_state, first=0.002)
         self._seen = [0, 0]
@@ -242,9 +243,15 @@ class VirtualCell:
 
     def put(self, event: AnyEvent) -> None:
         """Give one input to the core, and let both sides have what it decides."""
+        self._put_at = self.schedule.now
         self._state, actions = step(self.setup, self._state, event)
         for action in actions:
             self._carry_out(self._tamper(action))
+
+    def _tick(self) -> None:
+        """Let time pass where no input has, as the engine does."""
+        if self.schedule.now - self._put_at >= TICK:
+            self.put(Tick(self.clock()))
 
     def _sampled(self, event: RealMeasured) -> None:
         """Give a sample of the robot to the core; the first one says that its link is up."""

@@ -119,6 +119,22 @@ def test_readings_that_waited_are_overtaken_by_the_newest() -> None:
     assert [reading.overtaken for reading in _readings(listener)] == [True, True, False, False]
 
 
+def test_time_passes_by_a_tick_only_where_no_input_comes() -> None:
+    """Each input has a time, by which the core judges what is over; so an empty wait is a tick."""
+    listener = Listener()
+    with Engine(SETUP, Links(), Links(), listener.stepped) as engine:
+        wait_until(lambda: any(map(_ticks, listener.batches)), 2.0, "a tick")
+        listener.go_on.clear()
+        engine.link_changed("real", False, "cut")
+        wait_until(lambda: not engine.alive, 10 * ALIVE, "an engine that hangs for ten ticks")
+        engine.put(RealMeasured(0.0, 0.0, 0.0, 10, JointMotion.at_rest(HOME)))
+        listener.go_on.set()
+        wait_until(lambda: _readings(listener), 2.0, "the reading")
+        seen = len(listener.batches)
+        wait_until(lambda: any(map(_ticks, listener.batches[seen:])), 2.0, "a tick again")
+    assert all(len(batch) == 1 for batch in listener.batches if _ticks(batch))
+
+
 @pytest.mark.parametrize("mode", Mode)
 def test_a_reading_of_the_twin_waits_only_where_the_twin_leads_nobody(
     mode: Mode, monkeypatch: pytest.MonkeyPatch
@@ -134,6 +150,11 @@ def test_a_reading_of_the_twin_waits_only_where_the_twin_leads_nobody(
     engine.put(LinkChanged(0.0, "twin", False, "cut"))
     engine.put(TwinMotion(0.0, "STOPPED", 0.0, 0.0, 0.0, 0, True, "stopped"))
     assert woke == [mode not in (Mode.IDLE, Mode.REAL_LEADS), True, True, True]
+
+
+def _ticks(batch: list[AnyEvent]) -> int:
+    """Return how many plain ticks are in a batch: none that tells of a standstill."""
+    return sum(isinstance(e, Tick) and not (e.own_gap or e.stood) for e in batch)
 
 
 def _of_links(batch: list[AnyEvent]) -> bool:

@@ -156,7 +156,6 @@ class Engine:
 
     def _run(self) -> None:
         try:
-            last = time.monotonic()
             gaps = OwnGaps(self._setup.config.own_gap)
             while True:
                 batch = self._inputs.take(TICK)
@@ -168,10 +167,10 @@ class Engine:
                 if gaps.stood:
                     # First of all: what waits in the batch is judged without the gap.
                     batch.insert(0, Tick(now, gap, gaps.stood))
-                # Also beside inputs: time-outs are judged by ticks, however many inputs come.
-                if now - last >= TICK or not batch:
+                if not batch:
+                    # Each input lets time pass, and time-outs are judged by it; so where none comes
+                    # a tick does.
                     batch.append(Tick(now))
-                    last = now
                 self._process(batch)
                 # Behind the batch: an engine that hangs in one is not alive.
                 self._looped = time.monotonic()
