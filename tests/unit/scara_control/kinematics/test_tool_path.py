@@ -16,6 +16,7 @@ from scara_control.dynamics.planner import Planner
 from scara_control.joint_motion import JointMotion
 from scara_control.kinematics.tool import tool_kinematics
 from scara_control.kinematics.tool_path import (
+    STRIDE,
     ToolPathError,
     check_way,
     solve_path,
@@ -302,6 +303,24 @@ def test_joints_beside_the_arm_go_evenly() -> None:
     target = (*ROBOT.at(0.45, 0.2, 0.1, seed=begin)[:-1], begin[-1] + 1.0)
     table = [q[-1] for q in ROBOT.solve(begin, target).corners]
     assert np.diff(table) == pytest.approx(1.0 / (len(table) - 1))
+
+
+def test_places_are_solved_no_further_apart_than_a_stride() -> None:
+    """A way that is no multiple of it gets one part more."""
+    begin = ROBOT.at(0.4, -0.1005, 0.1)
+    path = ROBOT.solve(begin, ROBOT.at(0.4, 0.1005, 0.1, seed=begin))
+    places = np.array([ROBOT.pose(q)[:, 3] for q in path.corners])
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    assert len(steps) == math.ceil(0.201 / STRIDE) and steps.max() <= STRIDE
+
+
+def test_the_end_of_a_way_is_as_bent_as_what_is_just_before_it() -> None:
+    """Behind its last point a track ramps down: its speed there is planned for the way itself."""
+    begin = ROBOT.at(0.4, -0.1, 0.1)
+    path = ROBOT.solve(begin, ROBOT.at(0.4, 0.1, 0.1, seed=begin))
+    before = path.track.sample(path.track.last_time * (1.0 - 1e-7))
+    for told, wanted in zip(path.rows[:2], before[1:]):
+        assert told[-1] == pytest.approx(wanted, rel=1e-4, abs=1e-9)
 
 
 HERE = (0.0,) * len(ROBOT.joints)

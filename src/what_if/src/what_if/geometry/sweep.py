@@ -210,4 +210,4 @@ class _Search:
                 # Both ends were measured when the piece was not yet decided.
                 rough = 0.5 * (self._known[known, pair] + gap - length)
                 found.append((a, b, pair, length, rough))
-        return sorted(found, key=lambda piece: piece[4])
+        return found

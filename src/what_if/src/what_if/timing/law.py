@@ -72,7 +72,7 @@ def straight_course(start: Sequence[float], move: Trapezoid, law: Law, sample: f
     a, way = np.array(start, dtype=float), np.subtract(move.end, start)
     times = law.times(sample)
     s, speed, bend = law.at(times)
-    if len(times) < 2:
+    if law.duration == 0.0:
         still = np.zeros((1, len(a)))
         return Course(times, a[None], still, still, np.zeros(1))
     return Course(times, a + s[:, None] * way, speed[:, None] * way, bend[:, None] * way, s)
