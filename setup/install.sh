@@ -78,13 +78,7 @@ empty_venv() {
   touch "$venv/CATKIN_IGNORE" # rospack and catkin shall not look inside
 }
 
-make_venv() { empty_venv && install_pins pins --no-compile && compile_libraries; }
-
-# Compile what a cell needs on all processors: pip would use one.
-compile_libraries() {
-  # A file that cannot be compiled is none that anybody imports: a template, say.
-  "$venv/bin/python" -m compileall -q -j 0 "$venv"/lib/python3*/site-packages || true
-}
+make_venv() { empty_venv && install_pins pins; }
 
 # Add what a larger scope needs to the libraries that are there: farm or test. Python compiles what
 # of them is imported, when it is; most of it never is.
