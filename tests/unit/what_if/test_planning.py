@@ -36,6 +36,12 @@ def test_a_text_is_a_point_of_three_or_four_finite_numbers() -> None:
             point_of(text)
 
 
+def test_a_joint_move_is_told_by_its_speed(world: World) -> None:
+    """In the words of whoever reads the verdict."""
+    legs = plan(world, JointTarget(THERE, 30.0)).legs
+    assert [leg.step for leg in legs] == ["move at 30 %"]
+
+
 def recorded(rows: list[tuple[float, ...]], seconds: float, *grips: tuple[float, bool]) -> Recorded:
     """Return what a bag holds of joint positions at even times."""
     points = [JointMotion(row, (), ()) for row in rows]

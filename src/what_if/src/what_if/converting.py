@@ -221,7 +221,7 @@ class _Converter:
         if self._planner.is_singular(q):
             return stays, "the arm is stretched there, or its wrist: small errors turn it far"
         pose = self._planner.tip_pose(q, self._frame("user", number), self._frame("tool", tool))
-        units = ["mm"] * 3 + ["deg"] * 3
+        units = ("mm", "mm", "mm", "deg", "deg", "deg")
         coordinates = [
             Coordinate(name, round(value, DIGITS) + 0.0, unit)
             for name, value, unit in zip(TIP, pose.values, units)

@@ -224,6 +224,15 @@ def test_a_way_that_may_be_off_hits_what_it_may_come_too_near_to(
         assert found.at_least >= found.nearest.distance - 6e-4 - strays
 
 
+def test_where_all_may_touch_no_more_than_what_is_allowed_is_promised(world: World) -> None:
+    """Of pairs that may touch nobody asks for a clearance: they come no nearer than they may."""
+    scene = Scene(world.cell.tree, world.cell.bodies, Press())
+    scene.never[:] = False
+    found = sweep(scene, straight(world.q, (-2.0, 1.5, -0.05, 1.0)), NEARER)
+    assert found.hit is None and found.nearest is None
+    assert found.at_least == pytest.approx(NEARER, abs=1e-9)
+
+
 def test_a_distance_that_the_library_cannot_tell_from_a_hit_is_one(world: World) -> None:
     """What is measured may be 10 um too much: a doubt is never decided for the motion."""
     still = Way(np.array([(1.8, 0.0, -0.05, 0.0)]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from itertools import combinations
 
 import numpy as np
 
@@ -43,16 +44,14 @@ def watched_pairs(tree: Tree, bodies: Sequence[Body]) -> list[Pair]:
     """
     found = []
     known: dict[object, Touching | None] = {}
-    for i, first in enumerate(bodies):
-        for j in range(i + 1, len(bodies)):
-            second = bodies[j]
-            # What the same links carry has the same answer: parts on one stand are asked for once.
-            key = first.link, first.kind, second.link, second.kind
-            if key not in known:
-                known[key] = _touching(tree, first, second)
-            touching = known[key]
-            if touching is not None:
-                found.append(Pair(i, j, touching))
+    for (i, first), (j, second) in combinations(enumerate(bodies), 2):
+        # What the same links carry has the same answer: parts on one stand are asked for once.
+        key = first.link, first.kind, second.link, second.kind
+        if key not in known:
+            known[key] = _touching(tree, first, second)
+        touching = known[key]
+        if touching is not None:
+            found.append(Pair(i, j, touching))
     return found
 
 
