@@ -33,7 +33,7 @@ from twin_analysis.health.trend import (
     words,
 )
 from twin_analysis.health.trials import WITHIN, RobotRecord, WearScene, judged, run_robot
-from twin_analysis.health.virtual_cycles import KINDS, STEPS, grown
+from twin_analysis.health.virtual_cycles import AMOUNTS, KINDS, STEPS, grown
 from typer.testing import CliRunner
 
 FOLDER = Path(__file__).resolve().parents[4] / "config" / "robots" / "fanuc_sr6ia"
@@ -75,6 +75,11 @@ def test_what_wears_goes_evenly_from_a_trace_to_all_of_it() -> None:
     found = [grown(wear, cycles, 4) for cycles in range(6)]
     assert [each.amount for each in found] == pytest.approx([0.2, 0.4, 0.6, 0.8, 0.8, 0.8])
     assert {(each.kind, each.joint) for each in found} == {("friction", "joint_2")}
+
+
+def test_what_is_drawn_of_wear_is_some_and_bounded() -> None:
+    """Less than none would be a robot that gets better."""
+    assert all(0.0 < low < high for low, high in AMOUNTS.values())
 
 
 def test_a_robot_that_tells_no_torque_is_said_to() -> None:
@@ -153,6 +158,7 @@ def test_a_first_week_needs_enough_cycles() -> None:
     [
         ("backlash", "joint_3", math.radians(0.5), "joint_3 goes 0.50 deg (0.45 to 0.55) without"),
         ("friction", "joint_2", 0.18, "joint_2 needs 18 % (16 to 20) more torque"),
+        ("friction", "joint_2", 1.0, "joint_2 needs 100 % (90 to 110) more torque"),
         ("payload", "", -0.18, "the arm moves 18 % (16 to 20) less inertia"),
         ("stiffness", "joint_1", 0.002, "joint_1 is 2.0 ms (1.8 to 2.2) later"),
         ("vacuum", "", 0.4, "the vacuum takes 40 % (36 to 44) longer"),

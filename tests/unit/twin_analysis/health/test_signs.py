@@ -6,7 +6,7 @@ from itertools import chain
 
 import numpy as np
 import pytest
-from twin_analysis.health.signs import CycleSignals, signs_of
+from twin_analysis.health.signs import CycleSignals, _play, signs_of
 
 DT, FASTEST = 0.004, 2.0
 FAST, SLOW, REST = 0.4, 0.04, 0.0
@@ -67,3 +67,15 @@ def test_noise_of_the_readings_is_smoothed_out() -> None:
         CycleSignals(t, *(each[:, None] for each in (q, read, torque))), np.array([2.0])
     )
     assert found.inertia == pytest.approx([INERTIA], rel=0.02)
+
+
+def test_play_is_the_way_without_torque_and_too_much_torque_takes_as_much_off_as_none_adds() -> (
+    None
+):
+    """A joint that turns back: ten samples without torque, one with five times of it."""
+    direction = np.repeat([0.0, 1.0, 0.0, -1.0], 500)
+    v, torque = 0.01 * direction, direction.copy()
+    torque[1500:1510], torque[1510] = 0.0, -5.0
+    still = np.zeros(len(v))
+    found = _play(v, torque, still, np.ones(1), direction, DT, SLOW)
+    assert found == pytest.approx((10 - 1) * 0.01 * DT)
