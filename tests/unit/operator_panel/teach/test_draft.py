@@ -125,6 +125,10 @@ REFUSED: dict[str, tuple[Callable[[Draft], Draft], str]] = {
     "long wait": (lambda d: teach.waiting(d, ROBOT, 0, 400.0), r"a wait of 400 s is outside"),
     "above the first": (lambda d: teach.moved(d, ROBOT, 1, -1), "no line is chosen"),
     "below the last": (lambda d: teach.moved(d, ROBOT, 2, 1), "there is no line 3"),
+    "first of none": (
+        lambda d: teach.deleted(empty("MINE", ROBOT), ROBOT, 1),
+        "there is no line 1",
+    ),
     "torn loop": (
         lambda d: teach.moved(
             teach.moved(teach.looped(d, ROBOT, 1, 1, 2), ROBOT, 1, 1), ROBOT, 2, 1

@@ -204,7 +204,7 @@ def test_program_without_an_end_is_refused() -> None:
     text = pick().text.replace(
         "  FOR R[51:round]=1 TO 2", "  LBL[1] ;\n  2:  JMP LBL[1] ;\n  3:  FOR R[51:round]=1 TO 2"
     )
-    with pytest.raises(TeachError, match="it does not end"):
+    with pytest.raises(TeachError, match="2000 lines without a motion or a wait: it does not end"):
         Walk(draft_of(text, ROBOT), ROBOT).run_on()
 
 
