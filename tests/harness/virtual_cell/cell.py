@@ -50,7 +50,7 @@ from typing_extensions import Self
 
 from harness.virtual_cell.files import CellFiles, load_files
 from harness.virtual_cell.real_side import RealSide
-from harness.virtual_cell.schedule import Schedule, SideClock, Wire
+from harness.virtual_cell.schedule import SECOND, Schedule, SideClock, Wire
 from harness.virtual_cell.simulator import open_world
 from harness.virtual_cell.timing import CLOCKS, SHIPPED, Clocks, Delays
 from harness.virtual_cell.twin_side import TwinSide
@@ -114,7 +114,7 @@ class VirtualCell:
             self.clock,
             self.put,
         )
-        self._put_at = -TICK
+        self._put_ns = 0
         self.schedule.every(TICK, self._tick, first=0.001)
         said = 1.0 / self.setup.config.state_rate_hz
         self.schedule.every(said, self._say_state, first=0.002)
@@ -243,14 +243,15 @@ class VirtualCell:
 
     def put(self, event: AnyEvent) -> None:
         """Give one input to the core, and let both sides have what it decides."""
-        self._put_at = self.schedule.now
+        self._put_ns = self.schedule.now_ns
         self._state, actions = step(self.setup, self._state, event)
         for action in actions:
             self._carry_out(self._tamper(action))
 
     def _tick(self) -> None:
         """Let time pass where no input has, as the engine does."""
-        if self.schedule.now - self._put_at >= TICK:
+        # In whole nanoseconds: as floats two ticks are a hair nearer than a tick to each other.
+        if self.schedule.now_ns - self._put_ns >= TICK * SECOND:
             self.put(Tick(self.clock()))
 
     def _sampled(self, event: RealMeasured) -> None:
