@@ -58,22 +58,27 @@ class Client:
         return FollowJointTrajectoryGoal(trajectory=JointTrajectory(joint_names=NAMES, points=rows))
 
     def send(self, *points, feedback=None):
-        """Send a goal, wait for its end; return status and result."""
+        """Send a goal, wait for its end; return status and result.
+
+        It is sent again where this machine held up the server's own stream.
+        """
         import rospy
-
-        self.client.send_goal(self.goal(*points), feedback_cb=feedback)
-        assert self.client.wait_for_result(rospy.Duration(30))
-        return self.client.get_state(), self.client.get_result()
-
-    def arrive(self, *points):
-        """Send a goal that must succeed; again where this machine held up the server's stream."""
         from actionlib_msgs.msg import GoalStatus
 
         for _ in range(3):
-            status, result = self.send(*points)
+            self.client.send_goal(self.goal(*points), feedback_cb=feedback)
+            assert self.client.wait_for_result(rospy.Duration(30))
+            status, result = self.client.get_state(), self.client.get_result()
             if status != GoalStatus.ABORTED or "no packet" not in result.error_string:
                 break
             self.idle()
+        return status, result
+
+    def arrive(self, *points):
+        """Send a goal that must succeed."""
+        from actionlib_msgs.msg import GoalStatus
+
+        status, result = self.send(*points)
         assert status == GoalStatus.SUCCEEDED, result
 
     def begin(self, *points):
