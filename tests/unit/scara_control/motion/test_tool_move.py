@@ -10,6 +10,7 @@ import pytest
 from scara_config import load_robot
 from scara_control.joint_track import JointTrack
 from scara_control.kinematics.tool_path import SolvedPath
+from scara_control.motion.plan import PlanError
 from scara_control.motion.tool_move import plan_tool_move
 
 JOINT = msgspec.structs.replace(
@@ -52,3 +53,9 @@ def test_a_joint_that_goes_to_and_fro_takes_most_of_what_it_may_have_and_no_more
         np.abs(np.diff(qddot)).max() / (JOINT.jerk * step),
     )
     assert 0.8 < max(used) <= 1.0 + 1e-6
+
+
+def test_a_way_that_is_bent_too_sharply_is_refused_with_the_slowest_speed_that_was_tried() -> None:
+    """A joint of 2 rad/s that goes 2.4 rad for a metre, and a twentieth of that: 45 mm/s."""
+    with pytest.raises(PlanError, match=r"too sharply, even at 45\.5 mm/s$"):
+        plan_tool_move((JOINT,), wavy(), 10.0, 1e-6)

@@ -67,7 +67,7 @@ def plan_tool_move(
         share: Of their accelerations, (0, 1].
 
     Raises:
-        PlanError: No speed leaves acceleration and jerk to reach it.
+        PlanError: No speed that is tried leaves acceleration and jerk to reach it.
     """
     slope, bend, twist = (np.abs(table) for table in path.rows)
     fastest = _least(np.array([joint.velocity for joint in joints]) * speed_percent / 100.0, slope)
@@ -96,7 +96,10 @@ def plan_tool_move(
             if best is None or law.duration < best[0].duration:
                 best = law, speed
     if best is None:
-        raise PlanError("no path: the line bends the joints' way too sharply for any speed")
+        slowest = 1e3 * _SPEEDS[-1] * fastest
+        raise PlanError(
+            f"no path: the line bends the joints' way too sharply, even at {slowest:.3g} mm/s"
+        )
     return ToolMove(path, *best)
 
 
