@@ -282,7 +282,7 @@ def without_rosrun(command: Sequence[str], env: Mapping[str, str]) -> list[str]:
     rosrun takes 0.4 s of processor time to find it, for each of some hundred nodes of a run. The
     bring-up looks it up in the same way. Who wants rosrun itself gives its path, ``ROSRUN``.
     """
-    from scara_bringup.processes.processes_io import command_of
+    from scara_ros.shell.program_io import command_of
 
     words = [str(word) for word in command]
     if "rosrun" not in words[:-2]:

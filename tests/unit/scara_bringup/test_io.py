@@ -26,7 +26,7 @@ from scara_bringup.processes.preflight_io import (
     check_before_start,
     refuse_two_robots,
 )
-from scara_bringup.processes.processes_io import Processes, command_of
+from scara_bringup.processes.processes_io import Processes
 from scara_config import config_directory
 from scara_ros.shell.program_io import FAILED
 
@@ -313,19 +313,3 @@ def test_file_in_the_place_of_the_output_is_an_error(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("x")
     with pytest.raises(OSError, match="File exists"):
         make_output(tmp_path / "file")
-
-
-def test_node_is_found_where_rosrun_finds_it(tmp_path: Path) -> None:
-    """The first workspace wins, what cannot be executed does not count, the rest is rosrun's."""
-    for workspace, mode in (("plain", 0o644), ("first", 0o755), ("second", 0o755)):
-        script = tmp_path / workspace / "lib" / "package" / "node"
-        script.parent.mkdir(parents=True)
-        script.touch(mode)
-    env = {
-        "CMAKE_PREFIX_PATH": ":".join(str(tmp_path / name) for name in ("plain", "first", "second"))
-    }
-    assert command_of("package", "node", env) == [
-        str(tmp_path / "first" / "lib" / "package" / "node")
-    ]
-    assert command_of("package", "other", env) == ["rosrun", "package", "other"]
-    assert command_of("package", "node", {}) == ["rosrun", "package", "node"]

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from scara_ros.shell.program_io import (
+    command_of,
     ends_with,
     link_latest,
     private_parameters,
@@ -111,3 +112,19 @@ def test_a_real_folder_called_latest_is_left_alone(tmp_path: Path) -> None:
     link_latest(tmp_path / "a")
     assert not (tmp_path / "latest").is_symlink()
     assert [path.name for path in tmp_path.iterdir()] == ["latest"]
+
+
+def test_node_is_found_where_rosrun_finds_it(tmp_path: Path) -> None:
+    """The first workspace wins, what cannot be executed does not count, the rest is rosrun's."""
+    for workspace, mode in (("plain", 0o644), ("first", 0o755), ("second", 0o755)):
+        script = tmp_path / workspace / "lib" / "package" / "node"
+        script.parent.mkdir(parents=True)
+        script.touch(mode)
+    env = {
+        "CMAKE_PREFIX_PATH": ":".join(str(tmp_path / name) for name in ("plain", "first", "second"))
+    }
+    assert command_of("package", "node", env) == [
+        str(tmp_path / "first" / "lib" / "package" / "node")
+    ]
+    assert command_of("package", "other", env) == ["rosrun", "package", "other"]
+    assert command_of("package", "node", {}) == ["rosrun", "package", "node"]

@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 import subprocess
 
+from scara_ros.shell.program_io import command_of
+
 from scara_bringup.named.load_io import load, measure_cores_left
 from scara_bringup.named.room import no_room
 from scara_bringup.named.turn_io import StartTurn
 from scara_bringup.processes.preflight_io import CannotStartError
-from scara_bringup.processes.processes_io import command_of
 from scara_bringup.status.running_io import RunningCell, index, running_cells
 from scara_bringup.terminal import screen_io as screen
 

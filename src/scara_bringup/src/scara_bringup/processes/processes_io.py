@@ -14,12 +14,11 @@ from collections import deque
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from scara_ros.shell.program_io import command_of
+
 from scara_bringup.plan import NodePlan
 from scara_bringup.processes.forked_io import ForkedChild, WarmParent, runs_here
 from scara_bringup.processes.log_file_io import cut_off
-
-SYSTEM = "/usr"
-"""Prefix of Debian's own packages."""
 
 
 class Processes:
@@ -136,21 +135,3 @@ class Processes:
         for child in self._children.values():
             with contextlib.suppress(subprocess.TimeoutExpired):
                 child.wait(max(0.0, deadline - time.monotonic()))
-
-
-def command_of(package: str, executable: str, env: Mapping[str, str]) -> list[str]:
-    """Return the words that start a node.
-
-    They name its file in one of catkin's prefixes, else rosrun, which also says why it finds none.
-
-    Args:
-        package: Name of the package.
-        executable: Name of the node's script or program.
-        env: Environment of the node; its CMAKE_PREFIX_PATH names the workspaces, the chosen one
-            first.
-    """
-    for prefix in (*env.get("CMAKE_PREFIX_PATH", "").split(os.pathsep), SYSTEM):
-        file = Path(prefix) / "lib" / package / executable
-        if prefix and file.is_file() and os.access(file, os.X_OK):
-            return [str(file)]
-    return ["rosrun", package, executable]

@@ -14,6 +14,8 @@ FAILED, WRONG, UNUSABLE, INTERRUPTED = 1, 2, 3, 130
 """Exit codes: the answer is no; wrong words or configuration; what it needs cannot be used; Ctrl-C.
 """
 
+SYSTEM = "/usr"
+"""Prefix of Debian's own packages."""
 Codes = Mapping[type[BaseException], int]
 """Exit code of each kind of error; the first kind that fits counts."""
 
@@ -75,6 +77,24 @@ def private_parameters(words: Sequence[str]) -> dict[str, str]:
 def without_remappings(words: Sequence[str]) -> list[str]:
     """Return the words that are no ``NAME:=VALUE``: rosrun passes those to every program."""
     return [word for word in words if ":=" not in word]
+
+
+def command_of(package: str, executable: str, env: Mapping[str, str]) -> list[str]:
+    """Return the words that start a node.
+
+    They name its file in one of catkin's prefixes, else rosrun, which also says why it finds none.
+
+    Args:
+        package: Name of the package.
+        executable: Name of the node's script or program.
+        env: Environment of the node; its CMAKE_PREFIX_PATH names the workspaces, the chosen one
+            first.
+    """
+    for prefix in (*env.get("CMAKE_PREFIX_PATH", "").split(os.pathsep), SYSTEM):
+        file = Path(prefix) / "lib" / package / executable
+        if prefix and file.is_file() and os.access(file, os.X_OK):
+            return [str(file)]
+    return ["rosrun", package, executable]
 
 
 def workspace() -> Path:
