@@ -1,6 +1,6 @@
 """A whole cell as a user starts it.
 
-``rosrun scara_bringup cell``, on free ports, in an environment of its own.
+What ``rosrun scara_bringup cell`` starts, on free ports, in an environment of its own.
 """
 
 from __future__ import annotations
@@ -16,9 +16,10 @@ from typing import Any
 from rosgraph.names import resolve_name
 from ruamel.yaml import YAML
 from scara_ros.services.service_connection_io import ServiceError
+from scara_ros.shell.program_io import command_of
 from typing_extensions import Self
 
-from harness.processes import ROSRUN, Process, Stage, free_port, wait_until
+from harness.processes import Process, Stage, free_port, wait_until
 from harness.running.repeats import played
 from harness.starter import Cell, way_out
 from harness.wires.gateway_client import command_over, mode_over
@@ -75,9 +76,7 @@ class LiveCell(Cell):
             people: Whether ``up`` starts what people use too, pages, camera and judge.
         """
         words = [
-            ROSRUN,
-            "scara_bringup",
-            "cell",
+            *command_of("scara_bringup", "cell", self.stage.env),
             verb,
             *(["--output", str(self.output)] if choose_output else []),
             *(["--runs", str(self.folder)] if choose_output and verb == "up" else []),

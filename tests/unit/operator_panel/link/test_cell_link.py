@@ -18,7 +18,7 @@ from scara_ros.gate.permit import Permit
 from scara_ros.names import Seat
 
 FOLDER = ROOT / "config"
-KEY = '#!/bin/sh\necho begun > "{0}/begun"\nsleep {1}\necho "$3" > "{0}/pressed"\n'
+KEY = '#!/bin/sh\necho begun > "{0}/begun"\nsleep {1}\necho "$1" > "{0}/pressed"\n'
 """A pendant: it needs a while until the key is down."""
 SLOW_S = 5.0
 Press = Callable[[CellLink], Awaitable[None]]
@@ -26,10 +26,11 @@ Press = Callable[[CellLink], Awaitable[None]]
 
 def link_with(folder: Path, monkeypatch: pytest.MonkeyPatch, takes: float) -> CellLink:
     """Return a link without a master, whose pendant takes ``takes`` [s]."""
-    program = folder / "rosrun"
+    program = folder / "lib" / "fanuc_emulator" / "pendant"
+    program.parent.mkdir(parents=True)
     program.write_text(KEY.format(folder, takes))
     program.chmod(0o755)
-    monkeypatch.setenv("PATH", str(folder), prepend=":")
+    monkeypatch.setenv("CMAKE_PREFIX_PATH", str(folder), prepend=":")
     robot = load_robot(FOLDER)
     around = load_surroundings(robot, FOLDER)
     return CellLink(robot, load_panel(FOLDER), around, FOLDER, {})

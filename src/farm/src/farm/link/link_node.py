@@ -31,7 +31,7 @@ from scara_ros.diagnostics_node import PERIOD_S, Diagnostics
 from scara_ros.process.memory_io import keep_for_good
 from scara_ros.services.service_client_node import ServiceClient, look_up
 from scara_ros.services.service_connection_io import ServiceError
-from scara_ros.shell.program_io import runs_folder
+from scara_ros.shell.program_io import command_of, runs_folder
 from scara_ros.shell.ros_node import refusing, starting
 from scara_ros.starting.starting_node import until_shutdown
 from sensor_msgs.msg import JointState
@@ -55,7 +55,6 @@ from scara_msgs.srv import TwinCommand
 NAME = "farm_link"
 COMMAND = "twin_controller/command"
 JOURNAL = "journal"
-DOCTOR = ("rosrun", "robot_doctor", "doctor", "--offline", "--config-dir")
 DOCTOR_S = 20.0
 """Our choice: it takes 1.4 s on an idle machine."""
 DOCTOR_LINES = 12
@@ -228,9 +227,10 @@ def main() -> None:
 
 def examined(folder: Path) -> list[str]:
     """Return what the doctor finds wrong with a configuration, a line each."""
+    doctor = command_of("robot_doctor", "doctor", os.environ)
     try:
         done = subprocess.run(
-            ["nice", f"-n{LOWEST}", *DOCTOR, str(folder)],
+            ["nice", f"-n{LOWEST}", *doctor, "--offline", "--config-dir", str(folder)],
             capture_output=True,
             text=True,
             timeout=DOCTOR_S,

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from scara_config.quantities import ServerAddress
+from scara_ros.shell.program_io import command_of
 
 from operator_panel.door import Answer
 
@@ -18,7 +19,7 @@ LOOK_S = 0.02  # our choice: a key takes a second to start; a stop that comes me
 
 
 class Pendant:
-    """Runs ``rosrun fanuc_emulator pendant`` without waiting in the page's thread."""
+    """Runs ``pendant`` of fanuc_emulator without waiting in the page's thread."""
 
     def __init__(self, door: ServerAddress, config_dir: Path, timeout: float) -> None:
         """Remember where the robot is and how long a key may take [s]."""
@@ -37,7 +38,8 @@ class Pendant:
 
         Once ``stopped`` tells why the key may no longer be pressed, the command is ended.
         """
-        command = ("rosrun", "fanuc_emulator", "pendant", *words, *self._options)
+        pendant = command_of("fanuc_emulator", "pendant", os.environ)
+        command = (*pendant, *words, *self._options)
         try:
             process = await asyncio.create_subprocess_exec(
                 *command,
@@ -55,7 +57,7 @@ class Pendant:
             why = stopped()
         if not said.done():
             said.cancel()
-            # With what rosrun itself has started, which would keep the output open.
+            # With what it has started itself, which would keep the output open.
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
             await process.wait()

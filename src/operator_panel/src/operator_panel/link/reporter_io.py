@@ -6,6 +6,8 @@ import asyncio
 import os
 from pathlib import Path
 
+from scara_ros.shell.program_io import command_of
+
 from operator_panel.door import Answer
 
 NICENESS = 15  # our choice: a report can wait, the cell cannot
@@ -14,7 +16,7 @@ FAILED_VERDICT = 1
 
 
 class Reporter:
-    """Runs ``rosrun twin_experiments report`` without waiting in the page's thread."""
+    """Runs ``report`` of twin_experiments without waiting in the page's thread."""
 
     def __init__(self, config_dir: Path, timeout: float) -> None:
         """Remember where the configuration is and how long a report may take [s]."""
@@ -39,7 +41,7 @@ class Reporter:
             self._running = ""
 
     async def _run(self, bag: Path) -> Answer:
-        command = ("rosrun", "twin_experiments", "report", str(bag))
+        command = (*command_of("twin_experiments", "report", os.environ), str(bag))
         options = ("--config-dir", str(self._config_dir))
         try:
             process = await asyncio.create_subprocess_exec(

@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import msgspec
+from scara_ros.shell.program_io import command_of
 
 from operator_panel.link.reporter_io import be_nice
 from operator_panel.retelling.lines import LENGTH, unpacked
@@ -58,7 +59,7 @@ class _Reading:
             self.stop()
 
     async def _read(self, config_dir: Path) -> None:
-        command = ("rosrun", "operator_panel", "retell", str(self.bag))
+        command = (*command_of("operator_panel", "retell", os.environ), str(self.bag))
         self._process = process = await asyncio.create_subprocess_exec(
             *command,
             "--config-dir",

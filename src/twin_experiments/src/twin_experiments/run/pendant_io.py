@@ -5,8 +5,11 @@ It is a program of its own that talks only Modbus.
 
 from __future__ import annotations
 
+import os
 import subprocess
 from collections.abc import Sequence
+
+from scara_ros.shell.program_io import command_of
 
 
 class PendantCallError(RuntimeError):
@@ -14,7 +17,7 @@ class PendantCallError(RuntimeError):
 
 
 class PendantCalls:
-    """Calls ``rosrun fanuc_emulator pendant``."""
+    """Calls ``pendant`` of fanuc_emulator."""
 
     def __init__(self, options: Sequence[str], deadline: float) -> None:
         """Remember options for each call (``--host``, ``--port``) and its time-out [s]."""
@@ -27,7 +30,8 @@ class PendantCalls:
         Raises:
             PendantCallError: It ended with an error, or not in time.
         """
-        command = ["rosrun", "fanuc_emulator", "pendant", *words, *self._options]
+        pendant = command_of("fanuc_emulator", "pendant", os.environ)
+        command = [*pendant, *words, *self._options]
         try:
             done = subprocess.run(
                 command,
