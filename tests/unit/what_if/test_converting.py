@@ -7,6 +7,7 @@ import random
 from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import PyKDL
@@ -35,7 +36,7 @@ from what_if.errors import WhatIfError
 from what_if.what_if_node import WhatIfServer
 
 from scara_msgs.srv import ConvertProgramRequest
-from what_if import what_if_node
+from what_if import converting, what_if_node
 
 ROBOTS = ["articulated_six", "epson_gx4", "fanuc_sr3ia", "fanuc_sr6ia", "scara_4axis"]
 TABLE = FrameTable(
@@ -244,6 +245,26 @@ def test_place_where_the_arm_is_stretched_stays_in_joints() -> None:
     assert kept.startswith("P[1] stays in joints: the arm is stretched there")
     assert [is_cartesian(each) for each in found.positions] == [False, True, True]
     assert [each.groups[0].frame for each in found.positions] == ["1"] * 3
+
+
+@pytest.mark.parametrize("turn", [1, -1])
+def test_place_whose_numbers_lead_elsewhere_stays_in_joints(
+    turn: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A joint that would come back a turn further, either way: it is tried before it is told."""
+    solved = converting._Converter._solved
+
+    def further(self: Any, *words: Any) -> tuple[float, ...]:
+        q = solved(self, *words)
+        return (*q[:3], q[3] + turn * math.tau, *q[4:])
+
+    monkeypatch.setattr(converting._Converter, "_solved", further)
+    robot = load_robot(ROOT / "config")
+    moves = program("J P[1] 50% FINE", "L P[2] 100mm/sec FINE")
+    found, kept = converted(moves, robot, TABLE, "cartesian", 1)
+    assert not any(map(is_cartesian, found.positions))
+    away = "stays in joints: its 6 digits lead 360 deg or mm away"
+    assert kept == (f"P[1] {away}", f"P[2] {away}")
 
 
 def test_whoever_asks_the_node_gets_an_answer_whatever_has_failed(

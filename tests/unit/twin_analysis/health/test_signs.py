@@ -6,7 +6,7 @@ from itertools import chain
 
 import numpy as np
 import pytest
-from twin_analysis.health.signs import CycleSignals, _play, signs_of
+from twin_analysis.health.signs import CycleSignals, TorqueError, _play, signs_of
 
 DT, FASTEST = 0.004, 2.0
 FAST, SLOW, REST = 0.4, 0.04, 0.0
@@ -79,3 +79,27 @@ def test_play_is_the_way_without_torque_and_too_much_torque_takes_as_much_off_as
     still = np.zeros(len(v))
     found = _play(v, torque, still, np.ones(1), direction, DT, SLOW)
     assert found == pytest.approx((10 - 1) * 0.01 * DT)
+
+
+def back_for(samples: int) -> CycleSignals:
+    """Return a joint that goes one way for a second and back above 3 % of its speed for so many.
+
+    Its speed back is a parabola in time, so that a parabola through 11 places, as is laid through
+    them, tells it too small by 5.93 of its steps.
+    """
+    j = np.arange(-20, 21) + (0.5 if samples % 2 == 0 else 0.0)
+    step, wide = 0.00076, (0.5 * samples) ** 2 + 5.93
+    end = np.sqrt(wide + 0.06 / step)
+    inside = np.clip(j, -end, end)
+    back = -(0.06 * inside + step * (wide * inside - inside**3 / 3.0)) * DT
+    there = np.cumsum(np.full(250, FAST)) * DT
+    q = np.concatenate((there, np.full(30, there[-1]), there[-1] + back - back[0]))[:, None]
+    torque = np.sign(np.gradient(q, DT, axis=0))
+    return CycleSignals(np.arange(len(q)) * DT, q, q, torque)
+
+
+def test_a_joint_that_goes_back_for_less_than_a_parabola_says_nothing() -> None:
+    """Ten places are one: five to either side."""
+    with pytest.raises(TorqueError, match="no joint moves fast enough in both directions"):
+        signs_of(back_for(9), np.array([FASTEST]))
+    assert np.isfinite(signs_of(back_for(10), np.array([FASTEST])).forward).all()
