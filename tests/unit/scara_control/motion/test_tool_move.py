@@ -39,23 +39,51 @@ def wavy() -> SolvedPath:
     return SolvedPath(track, rows[1:], 0.0)
 
 
-@pytest.mark.parametrize(("percent", "share"), [(5.0, 1.0), (10.0, 0.5), (10.0, 0.01)])
+@pytest.mark.parametrize(
+    ("percent", "share", "jerk", "least"),
+    [
+        *[(5.0, 1.0, 1000.0, 0.8), (10.0, 0.5, 1000.0, 0.8), (10.0, 0.01, 1000.0, 0.8)],
+        (10.0, 1.0, 100.0, 0.6),
+    ],
+)
 def test_a_joint_that_goes_to_and_fro_takes_most_of_what_it_may_have_and_no_more(
-    percent: float, share: float
+    percent: float, share: float, jerk: float, least: float
 ) -> None:
-    """Of speed, acceleration and jerk, however little of an acceleration that is."""
-    move = plan_tool_move((JOINT,), wavy(), percent, share)
+    """Of speed, acceleration and jerk, however little of an acceleration or a jerk that is.
+
+    Less of a jerk: its three parts are largest at different places, and bounded as if at one.
+    """
+    joint = msgspec.structs.replace(JOINT, jerk_deg_s3=math.degrees(jerk))
+    move = plan_tool_move((joint,), wavy(), percent, share)
     times, step = np.linspace(0.0, move.duration, 20001, retstep=True)
     _, qdot, qddot = np.array([move.at_time(time) for time in times])[..., 0].T
     used = (
         np.abs(qdot).max() / (JOINT.velocity * percent / 100.0),
         np.abs(qddot).max() / (JOINT.acceleration * share),
-        np.abs(np.diff(qddot)).max() / (JOINT.jerk * step),
+        np.abs(np.diff(qddot)).max() / (joint.jerk * step),
     )
-    assert 0.8 < max(used) <= 1.0 + 1e-6
+    assert least < max(used) <= 1.0 + 1e-6
 
 
 def test_a_way_that_is_bent_too_sharply_is_refused_with_the_slowest_speed_that_was_tried() -> None:
     """A joint of 2 rad/s that goes 2.4 rad for a metre, and a twentieth of that: 45 mm/s."""
     with pytest.raises(PlanError, match=r"too sharply, even at 45\.5 mm/s$"):
         plan_tool_move((JOINT,), wavy(), 10.0, 1e-6)
+
+
+@pytest.mark.parametrize(("speed_mm_s", "least"), [(1000.0, 1.0), (1001.0, 0.94)])
+def test_a_joint_that_turns_back_everywhere_limits_the_speed_by_its_bend_alone(
+    speed_mm_s: float, least: float
+) -> None:
+    """Where it has no speed, an acceleration of the tool costs it none, its bend does.
+
+    At 1 m/s that takes all the acceleration that it has.
+    """
+    s = np.linspace(0.0, LENGTH_M, 801)
+    slope, bend = np.zeros((801, 2)), np.zeros((801, 2))
+    slope[:, 0], bend[:, 1] = 1.0, JOINT.acceleration
+    q = np.stack((s, np.zeros(801)), axis=1)
+    track = JointTrack(s, q, slope, bend, extrapolation_limit=0.0, stop_accelerations=[1.0, 1.0])
+    path = SolvedPath(track, np.stack((slope, bend, np.zeros((801, 2)))), speed_mm_s)
+    move = plan_tool_move((JOINT, JOINT), path, 100.0, 1.0)
+    assert least <= move.speed <= 1.0

@@ -16,6 +16,7 @@ from scara_control.config import load_motion
 from scara_control.kinematics.scara import Elbow, Scara, solve, tool_position
 from scara_control.kinematics.scara_velocity import tool_velocity
 from scara_control.kinematics.tool import ScaraTool, tool_kinematics
+from scara_control.motion.commands import MotionRefusedError
 from scara_control.motion.trim import Requests, Trim, Trimming, tool_error, yaw_error
 
 CONFIG = load_motion()
@@ -84,6 +85,15 @@ def test_a_trim_is_slow(q1, q2, q3, offset):
     )
     for joint, velocity in zip(SCARA.joints, step.qdot):
         assert abs(velocity) <= joint.velocity * CONFIG.jog.speed_percent / 100.0
+
+
+def test_a_rest_that_is_too_large_is_refused_with_its_distance():
+    """In millimetres, to the micrometre."""
+    target = solve(SCARA, *POINTS["P2"]).q
+    trimming = Trimming(TOOL, target, CONFIG)
+    trimming.begin(0.0)
+    with pytest.raises(MotionRefusedError, match=r"^the tool stays 7\.500 mm from the point, "):
+        trimming.step((*target[:2], target[2] + 7.5e-3), (0.0, 0.0, 0.0), DT)
 
 
 def test_what_is_added_against_friction_is_bounded_and_gone_when_the_direction_turns():

@@ -152,7 +152,7 @@ def plan_move(
     # From a motion the shortest way may swing beyond a limit; from a stop it cannot.
     if _within(joints, trajectory, start, target):
         return Path([trajectory], target, share)
-    stop = _stop(joints, start, share)
+    stop = _stop(joints, start, share, at_once=False)
     rest = tuple(stop.at_time(stop.duration)[0])
     on = _straight_move(joints, rest, target, speed_percent, share)
     return Path([stop, on], target, share)
@@ -221,7 +221,7 @@ def _check_finite(start: JointMotion, target: Sequence[float]) -> None:
 
 
 def _stop(
-    joints: Sequence[Joint], start: JointMotion, share: float, at_once: bool = False
+    joints: Sequence[Joint], start: JointMotion, share: float, at_once: bool
 ) -> ruckig.Trajectory:
     """Calculate a stop, as hard as needed to stay within the limits."""
     for harder in _HARDER:

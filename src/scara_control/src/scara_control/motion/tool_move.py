@@ -82,11 +82,13 @@ def plan_tool_move(
         if best is not None and path.track.last_time / speed > best[0].duration:
             break
         most = _least(accelerations - bend * speed**2, slope)
+        # The bends of the way take all that the joints have at this speed.
+        if most <= 0.0:
+            continue
         for acceleration in (ramp * most for ramp in _RAMPS):
             left = jerks - twist * speed**3 - 3.0 * bend * speed * acceleration
             jerk = _least(left, slope)
-            # The bends of the way take all that the joints have at this speed.
-            if acceleration <= 0.0 or jerk <= 0.0:
+            if jerk <= 0.0:
                 continue
             wanted = ruckig.InputParameter(1)
             wanted.current_position, wanted.target_position = [0.0], [path.track.last_time]
@@ -106,6 +108,5 @@ def plan_tool_move(
 def _least(limits: np.ndarray, by: np.ndarray) -> float:
     """Return the least quotient of limits, shape (n,) or (m, n), by rates, shape (m, n)."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        # A joint that does not move there limits nothing.
-        quotients = np.where(by > 1e-12, limits / by, np.inf)
-    return float(quotients.min())
+        # A joint that turns back there limits nothing, unless its bend alone takes too much.
+        return float(np.nanmin(limits / by))

@@ -247,6 +247,19 @@ def test_a_replacing_move_of_one_joint_brings_the_others_to_a_stop():
     assert HOME[0] < bench.q[0] < FAR[0] and bench.q[3] == 0.0 and smooth(bench.setpoints)
 
 
+def test_a_move_that_replaces_one_of_a_single_joint_takes_it_over_at_its_speed():
+    """The other joints stand, and its speed is even; the limit set meanwhile slows it, no jump."""
+    bench = Bench()
+    bench.move([1.5], names=["table_joint"], percent=60.0)
+    bench.tick(40)
+    joint = bench.setpoints[-1]
+    assert joint.qdot == bench.setpoints[-2].qdot and joint.qdot[3] > 0.0
+    bench.core.limit_speed(5.0, bench.now)
+    bench.move([1.6], names=["table_joint"], percent=60.0)
+    bench.until("idle")
+    assert smooth(bench.setpoints) and bench.q == (*HOME[:3], 1.6)
+
+
 @pytest.mark.parametrize(
     ("prepare", "text"),
     [

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import msgspec
 import pytest
-from harness.opponents.ideal_twin import HOME, MODES, Bench, smooth
+from harness.opponents.ideal_twin import CONFIG, HOME, MODES, ROBOT, Bench, smooth
 from scara_control.motion.commands import Command, MotionRefusedError
+from scara_control.motion.pose_control import PoseController
 
 
 def test_a_stream_is_forwarded_as_it_is_and_its_end_is_a_smooth_stop():
@@ -24,6 +26,18 @@ def test_a_stream_is_forwarded_as_it_is_and_its_end_is_a_smooth_stop():
     assert bench.report.message == "follow: no packet for 100 ms"
     bench.until("idle")
     assert smooth(bench.setpoints) and 1.36 < bench.q[0] < 1.6 and not bench.outcomes
+
+
+def test_a_stream_that_breaks_off_is_said_with_the_time_that_was_waited():
+    """In milliseconds, as it was chosen."""
+    replace, bench = msgspec.structs.replace, Bench()
+    config = replace(CONFIG, follow=replace(CONFIG.follow, timeout=2.0))
+    bench.core = PoseController(ROBOT, config, bench.now)
+    bench.modes(MODES)
+    bench.tick()
+    bench.stream(HOME)
+    bench.until("idle")
+    assert bench.report.message == "follow: no packet for 2000 ms"
 
 
 def test_a_stream_of_a_robot_at_rest_stands_still():
