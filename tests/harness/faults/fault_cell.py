@@ -35,6 +35,8 @@ SET_UPS = (
 """How the robot was set up, where it is not as filed; the last is one that only HOLD stops."""
 NEVER_APART = 1.0
 """The sides of an idle pair are nearer to each other than this [deg or mm]."""
+THERE_ENOUGH = 0.01
+"""Who is nearer to a pose than this [rad or m] has come there."""
 THERE, BACK = (1.2, 1.0, -0.10, 0.8), (0.0, 0.0, -0.16, 0.0)
 
 
@@ -177,11 +179,29 @@ class FaultCell(Cell):
             speed_percent: What is asked for.
             left_percent: What may be left of it at least, where something limits the speed.
         """
+        self._order(speed_percent)
+        shown = 0.6e-2 * (speed_percent if left_percent is None else left_percent)
+        wait_until(lambda: self.real.under_way(shown, 0.1), 8.0, "a robot under way")
+
+    def visit(self, speed_percent: float) -> None:
+        """Let the operator move both sides to the further of two poses; wait until both are there.
+
+        Nobody need see them on their way: it takes a second, and who looks may be as late.
+        """
+        target = self._order(speed_percent)
+
+        def there() -> bool:
+            sides = (self.real.position(), self.twin.position())
+            apart = (abs(a - b) for side in sides for a, b in zip(side, target))
+            return self.mode == "IDLE" and max(apart) < THERE_ENOUGH
+
+        wait_until(there, 30.0, lambda: f"both at {target}; mode {self.mode}")
+
+    def _order(self, speed_percent: float) -> Sequence[float]:
         target = self.farther_pose()
         answer = self.command("MOVE_JOINTS", joint_positions=target, speed_percent=speed_percent)
         assert answer.success, answer.message
-        shown = 0.6e-2 * (speed_percent if left_percent is None else left_percent)
-        wait_until(lambda: self.real.under_way(shown, 0.1), 8.0, "a robot under way")
+        return target
 
     def farther_pose(self) -> Sequence[float]:
         """Return the further of two poses, so that a move to it takes a while."""

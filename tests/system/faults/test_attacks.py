@@ -47,9 +47,8 @@ def test_hostile_pages_part_no_moving_pair(cell: FaultCell, seconds: float) -> N
             pages = pool.submit(hostile_pages.visit, cell.gateway_port, seconds)
             moves = 0
             while time.monotonic() < end:
-                cell.go(speed_percent=50.0)
+                cell.visit(speed_percent=50.0)
                 moves += 1
-                cell.wait_for("IDLE")
             sent = pages.result()
         fault = f"gateway: eight hostile pages beside a moving pair for {seconds:g} s"
         return [

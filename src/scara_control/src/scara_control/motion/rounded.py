@@ -49,8 +49,8 @@ class Rounded:
         self.duration: float = self._begins[-1] + legs[-1].duration
 
     def at_time(self, time: float) -> tuple[Vector, Vector, Vector]:
-        """Return positions, velocities and accelerations."""
-        k = max(bisect_right(self._begins, time) - 1, 0)
+        """Return positions, velocities and accelerations at a time of no less than 0 [s]."""
+        k = bisect_right(self._begins, time) - 1
         now = self._legs[k].at(time - self._begins[k])
         if not k:
             return now.q, now.qdot, now.qddot
