@@ -231,6 +231,22 @@ def test_an_integer_may_be_what_its_type_holds_and_no_more(
             message_of(kind, {"data": number})
 
 
+@pytest.mark.parametrize(
+    ("kind", "lowest", "highest"),
+    [(Time, (0, 0), (2**32 - 1, 999_999_999)), (Duration, (-(2**31), 0), (2**31 - 1, 999_999_999))],
+)
+def test_a_time_may_be_what_its_words_hold_and_no_more(
+    kind: Any, lowest: tuple[int, int], highest: tuple[int, int]
+) -> None:
+    """Seconds and nanoseconds at their bounds; a second beyond is refused."""
+    for secs, nsecs in (lowest, highest):
+        data = message_of(kind, {"data": {"secs": secs, "nsecs": nsecs}}).data
+        assert (data.secs, data.nsecs) == (secs, nsecs)
+    for secs in (lowest[0] - 1, highest[0] + 1):
+        with pytest.raises(ConversionError, match=f"secs.*{secs}"):
+            message_of(kind, {"data": {"secs": secs, "nsecs": 0}})
+
+
 def test_message_without_fields_is_an_empty_object() -> None:
     """Such as std_msgs/Empty."""
     assert values_of(Empty()) == {} and message_of(Empty, {}) == Empty()

@@ -148,6 +148,18 @@ def test_a_person_stands_on_the_floor_where_no_file_tells_it(
         assert low < -0.24 and high == pytest.approx(world.cell.config.person_height_mm * 1e-3)
 
 
+def test_what_may_touch_is_pressed_from_where_a_hit_begins(world: World) -> None:
+    """So much further than the files say: what counts as near, and what the library may err by."""
+    config, work = world.cell.config, world.cell.work
+    assert work is not None
+    room = 1e-3 * config.nearer_mm + 1e-5
+    press = furnished(world, ()).press
+    assert (press.offset, press.give, press.lay) == pytest.approx(
+        (1e-3 * work.gripper.offset_mm + room, work.give + room, 1e-3 * config.lay_mm + room),
+        abs=1e-9,
+    )
+
+
 @pytest.mark.parametrize("is_in_urdf", [False, True])
 def test_a_folded_arm_hits_a_post_with_its_first_link(world: World, is_in_urdf: bool) -> None:
     """Whether a post stands in the URDF or comes later: only its own foot is in nobody's way."""

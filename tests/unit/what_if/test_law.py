@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from fanuc_emulator.drives.interpolator import JointMove
-from what_if.timing.law import Law, straight_course
+from what_if.timing.law import NO_TIME, Law, _times, straight_course
 
 VELOCITY, ACCELERATION = (4.0, 6.0, 1.0), (20.0, 30.0, 10.0)
 
@@ -67,3 +67,10 @@ def test_a_move_to_where_it_stands_takes_no_time() -> None:
     assert straight_course((1.0,), move, Law(move, 1.0), 0.01).times.tolist() == [0.0]
     place, speed, change = Law(move, 1.0).at(np.array([0.0, 1.0]))
     assert (place.tolist(), speed.tolist(), change.tolist()) == ([1.0] * 2, [0.0] * 2, [0.0] * 2)
+
+
+def test_a_piece_that_is_rounding_gets_no_time_of_its_own() -> None:
+    """Slopes are taken between neighbours: two of them are never as near as that."""
+    times = _times((0.0, 1.0, 1.0 + 0.5 * NO_TIME, 2.0), 0.4)
+    assert np.diff(times).min() > 0.3 and times[-1] == 2.0
+    assert len(times) == 1 + 3 + 3

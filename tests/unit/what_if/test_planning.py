@@ -10,8 +10,9 @@ from types import SimpleNamespace
 import msgspec
 import numpy as np
 import pytest
+from harness.second_world.planting import moves
 from scara_config.programs.files import ProgramSteps
-from scara_config.programs.steps import GripperStep
+from scara_config.programs.steps import GripperStep, WaitStep
 from scara_control.joint_motion import JointMotion, Setpoints
 from what_if.errors import WhatIfError
 from what_if.judging import judge
@@ -40,6 +41,14 @@ def test_a_joint_move_is_told_by_its_speed(world: World) -> None:
     """In the words of whoever reads the verdict."""
     legs = plan(world, JointTarget(THERE, 30.0)).legs
     assert [leg.step for leg in legs] == ["move at 30 %"]
+
+
+def test_a_joint_move_is_straight_and_its_samples_say_how_far(world: World) -> None:
+    """From 0 where it begins to 1 at its end."""
+    (leg,) = plan(world, JointTarget(THERE, 30.0)).legs
+    q, u = leg.course.q, leg.course.u
+    assert (u[0], u[-1]) == (0.0, 1.0)
+    assert q == pytest.approx(q[0] + u[:, None] * (q[-1] - q[0]), abs=1e-9)
 
 
 def recorded(rows: list[tuple[float, ...]], seconds: float, *grips: tuple[float, bool]) -> Recorded:
@@ -235,3 +244,22 @@ def test_a_stroke_of_the_spindle_is_predicted_as_long_as_it_is(world: World) -> 
     assert said is not None and said.way_m == pytest.approx(0.1, abs=2e-3)
     assert said.effort == pytest.approx([use.effort_percent / 100.0 for use in verdict.joints])
     assert predict(replace(world, q=down.q), down, verdict, "none") is None
+
+
+@pytest.mark.parametrize("seconds", [0.0, 0.05, 1.0])
+def test_a_wait_takes_its_time_whatever_still_moves(world: World, seconds: float) -> None:
+    """Behind CNT100 the robot brakes meanwhile; the next line begins when the wait is over."""
+    first, second = moves((THERE, HOME), world)
+    steps = (
+        msgspec.structs.replace(first, fine=False, cnt=100),
+        WaitStep(2, seconds),
+        msgspec.structs.replace(second, line=3),
+    )
+    with_wait, without = (
+        plan(world, ProgramSteps("WAITS", chosen)).legs for chosen in (steps, steps[::2])
+    )
+    begins = [
+        next(leg.begin for leg in legs if leg.step.startswith("line 3"))
+        for legs in (with_wait, without)
+    ]
+    assert begins[0] - begins[1] == pytest.approx(seconds)

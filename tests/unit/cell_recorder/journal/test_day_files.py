@@ -248,6 +248,15 @@ def test_what_just_fits_is_kept(tmp_path: Path, limit: str) -> None:
                 write(files, said(NOON))
 
 
+def test_a_byte_too_much_is_too_much(tmp_path: Path) -> None:
+    """The oldest day goes for it."""
+    size = 2 * len(encode(stamped(said(NOON), 1, "milk_2")))
+    longer = said(NOON + DAY, "x" * (2000 - size + len("MOVE") + 1))
+    with opened(tmp_path, limit_mb=0.002) as files:
+        write(files, said(NOON), longer)
+        assert [type(each) for each in files.told] == [Gap]
+
+
 def test_a_disk_that_is_full_when_the_clock_comes_back_loses_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

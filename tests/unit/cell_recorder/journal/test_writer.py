@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import threading
 from collections.abc import Callable
@@ -132,6 +133,29 @@ def test_the_slowest_answer_of_the_disk_is_told_in_milliseconds(tmp_path: Path) 
         writer._slowest = 70.0
         assert writer.status.slowest_sync_ms == 70_000.0
     assert JournalStatus() == JournalStatus(0, 0, 0, "", "", 0.0, 0.0), "nothing is known"
+
+
+def test_a_disk_that_takes_nothing_is_left_alone_for_a_while(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is tried again, and not as fast as this machine can."""
+    waits: list[float] = []
+    with start(tmp_path) as writer:
+        wait_for = writer._changed.wait_for
+
+        def noted(condition: Callable[[], bool], seconds: float | None = None) -> bool:
+            if writer.status.problem:
+                waits.append(seconds or 0.0)
+            return wait_for(condition, seconds)
+
+        def full(*_: Any) -> int:
+            raise OSError(errno.ENOSPC, "no room")
+
+        monkeypatch.setattr(writer._changed, "wait_for", noted)
+        monkeypatch.setattr(os, "write", full)
+        writer.put(said("first"))
+        wait_until(lambda: bool(waits), 10.0, "a wait for the disk")
+    assert min(waits) >= 0.5
 
 
 def test_nobody_waits_for_a_slow_disk(tmp_path: Path, disk: Disk) -> None:

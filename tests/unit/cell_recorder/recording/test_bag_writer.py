@@ -191,3 +191,21 @@ def test_a_write_error_ends_the_recording_and_keeps_what_was_written(
     assert "File too large" in status.failure
     assert 0 < status.messages < 2000
     assert 20_000 < writer.path.stat().st_size <= 60_000
+
+
+def test_a_bag_is_records_from_its_first_byte_to_its_last(tmp_path: Path) -> None:
+    """Whoever reads it without its index, to mend it, goes from record to record."""
+    writer = BagWriter(
+        tmp_path / "run.bag", msgspec.structs.replace(SETTINGS, write_period_ms=60_000.0)
+    )
+    for begin in (0, 10, 20):
+        fill(writer, 10, start=begin)
+        writer._write_waiting()
+    writer.close()
+    data = writer.path.read_bytes()
+    at = len(b"#ROSBAG V2.0\n")
+    while at < len(data):
+        for _ in ("header", "data"):
+            (length,) = struct.unpack_from("<I", data, at)
+            at += 4 + length
+    assert at == len(data)

@@ -20,7 +20,8 @@ LAYOUT = load_modbus_map(Path(__file__).resolve().parents[4] / "config")
 @pytest.mark.parametrize(
     "name",
     ["", "R", "R[", "R[201]", "PR[0]", "POS[1]", "r[1]", "R[1]@0.1", "R[1]@2.2", "R[1]@1.0"]
-    + ["ALM[101]", "UI[19]", "$MCR", "$MCR.$GENOVERRIDE[1]", "$SNPX_ASG[81].$SIZE", "R[1] "],
+    + ["ALM[101]", "UI[19]", "$MCR", "$MCR.$GENOVERRIDE[1]", "$SNPX_ASG[81].$SIZE", "R[1] "]
+    + ["$MNUTOOL[1,0]", "$MNUTOOL[1,11]", "$MNUFRAME[1,0]", "$MNUFRAME[1,10]"],
 )
 def test_a_name_that_is_none_is_refused(name: str) -> None:
     """With what was wrong."""

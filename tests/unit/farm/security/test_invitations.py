@@ -317,3 +317,11 @@ def test_both_ends_of_a_link_between_machines_show_certificates() -> None:
         assert end.settings[f"{tls}/enable_mtls"] is True
         assert end.settings[f"{tls}/close_link_on_expiration"] is True
     assert machine.settings[f"{tls}/verify_name_on_connect"] is True
+
+
+def test_a_certificate_is_good_an_hour_before_it_was_made(tmp_path: Path) -> None:
+    """The other machine's clock may be behind; by more than that it is wrong."""
+    file, _ = invited(tmp_path)
+    with pytest.raises(SecurityError, match="good from"):
+        join(tmp_path / "keys", file, NOW - timedelta(minutes=61))
+    join(tmp_path / "keys", file, NOW - timedelta(minutes=59))

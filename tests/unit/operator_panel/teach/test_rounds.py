@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 import pytest
@@ -179,6 +180,22 @@ def test_grid_goes_row_by_row_from_its_corner() -> None:
         (10.0 - 2 * r, 20.0 + 4 * c, 5.0 + 2 * r) for r in range(4) for c in range(3)
     ]
     assert {place.axes for place in turned} == {(90.0,)}
+
+
+@pytest.mark.parametrize(("rows", "columns"), [(1, 3), (3, 1), (1, 1)])
+def test_a_grid_of_one_row_has_no_way_to_the_next(rows: int, columns: int) -> None:
+    """Nor one of one column to the next; three corners are three corners all the same."""
+    corners = (Place((10.0, 20.0, 5.0)), Place((10.0, 28.0, 5.0)), Place((4.0, 20.0, 11.0)))
+    made = [place.xyz_mm for place in grid_of(corners, rows, columns, 0.0, 0.0)]
+    assert made == [
+        (10.0 - 3 * r, 20.0 + 4 * c, 5.0 + 3 * r) for r in range(rows) for c in range(columns)
+    ]
+
+
+def test_a_part_is_lifted_as_fast_as_it_is_reached() -> None:
+    """Both lines at the speed of lines, the way to above it at the speed of joints."""
+    speeds = re.findall(r"([JL]) P\[.*?\] (\d+)", carried(1).text)
+    assert speeds == [("J", "50"), ("L", "100"), ("L", "100")] * 2
 
 
 def test_line_to_choose_is_the_last_that_was_added_within_its_loop() -> None:

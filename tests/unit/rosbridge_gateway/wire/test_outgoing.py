@@ -115,3 +115,11 @@ def test_image_that_is_too_large_is_not_decoded() -> None:
     """A small file may hold a huge image."""
     with pytest.raises(PngError, match=r"an image of 3000\d+ bytes: allowed: 1000"):
         unpack(pack(b"\n" * 30_000_000), 1000)
+
+
+def test_what_was_made_for_one_client_is_there_for_the_next() -> None:
+    """Also behind that of others."""
+    message = outgoing(Encoders())
+    made = [message.frames(Form("t", "none", size)) for size in range(1000, 1008)]
+    again = [message.frames(Form("t", "none", size)) for size in range(1000, 1008)]
+    assert all(one is other for one, other in zip(made, again))

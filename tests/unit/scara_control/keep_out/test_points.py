@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 from scara_config import ConfigError, load_robot
-from scara_control.keep_out.body import read_body
+from scara_control.keep_out.body import CELL, _pieces, read_body
 from scara_control.keep_out.points import all_positions, positions, watched_points
 
 from scara_description.urdf import Shape, link_pose, origin_transform
@@ -183,3 +183,11 @@ def test_a_body_that_cannot_be_watched_is_refused(
     monkeypatch.setattr(type(ROBOT), "description", urdf)
     with pytest.raises(ConfigError, match=rf"scara_cell.urdf: {text}"):
         watched_points(ROBOT)
+
+
+@pytest.mark.parametrize("cells", [1, 2, 3, 4, 7])
+def test_a_box_that_is_just_so_many_cells_long_is_cut_into_as_many(cells: int) -> None:
+    """Whatever rounding makes of its length; a hair more is a piece more."""
+    for longer, pieces in ((0.0, cells), (1e-6, cells + 1)):
+        box = Shape("box", (cells * CELL + longer, 0.02, 0.01), (0, 0, 0), (0, 0, 0), "")
+        assert len(list(_pieces(np.eye(4), box, 2))) == pieces

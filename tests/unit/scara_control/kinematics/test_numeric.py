@@ -214,3 +214,22 @@ def test_an_arm_of_fewer_joints_comes_to_the_place_turned_as_it_may(
         tool.joint_velocities(seed, wanted, 0.1)
     with pytest.raises(UnreachableError, match="the tool turned as it may be: not reached"):
         tool.inverse(2.0, 0.0, 0.3, None, seed)
+
+
+def test_starts_lie_within_the_limits_and_all_over_them(arm: NumericArm) -> None:
+    """Behind the seed and home, in each third of each joint's range."""
+    starts = np.array(list(numeric._starts(arm, arm.home))[2:])
+    shares = (starts - arm.lower) / (arm.upper - arm.lower)
+    assert shares.min() >= 0.0 and shares.max() <= 1.0
+    assert all(
+        len(np.unique(column)) == 3 for column in np.minimum(3.0 * shares, 2.9).astype(int).T
+    )
+
+
+def test_the_place_near_a_guess_is_found_from_some_degrees_away(arm: NumericArm) -> None:
+    """Newton goes to all six numbers of a place at once, in a few steps."""
+    q = tuple(0.5 * (arm.lower + arm.upper) + 0.2)
+    point = forward_kinematics(arm.chain, q)[:3, 3]
+    guess = np.array(q) + math.radians(5.0) * np.array([1, -1, 1, -1, 1, -1])
+    found = numeric.near(arm, q, guess, point, (0.0, 0.0, 0.0))
+    assert found == pytest.approx(q, abs=1e-6)

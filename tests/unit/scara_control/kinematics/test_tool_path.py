@@ -314,6 +314,27 @@ def test_places_are_solved_no_further_apart_than_a_stride() -> None:
     assert len(steps) == math.ceil(0.201 / STRIDE) and steps.max() <= STRIDE
 
 
+@pytest.mark.parametrize("length", [1e-3, 0.2])
+def test_a_line_of_any_length_goes_from_place_to_place(length: float) -> None:
+    """Each place is looked for where the way leads from the one before it."""
+    arm = ARMS["articulated_six"]
+    begin = arm.at(0.4, -0.1, 0.3)
+    target = arm.at(0.4, -0.1 + length, 0.3, seed=begin)
+    seen: list[float] = []
+
+    class Guessed:
+        def __getattr__(self, name):
+            return getattr(arm.tool, name)
+
+        def near(self, first, guess, place, turn):
+            found = arm.tool.near(first, guess, place, turn)
+            seen.append(max(abs(a - b) for a, b in zip(found, guess)))
+            return found
+
+    solve_path(Guessed(), arm.joints, begin, target)
+    assert max(seen) < math.radians(0.1)
+
+
 def test_the_end_of_a_way_is_as_bent_as_what_is_just_before_it() -> None:
     """Behind its last point a track ramps down: its speed there is planned for the way itself."""
     begin = ROBOT.at(0.4, -0.1, 0.1)

@@ -19,6 +19,7 @@ from harness.opponents.modbus_robot import CLOCK, HEARTBEAT, LATE, Robot
 from harness.processes import free_port, wait_until
 from harness.wires.damage import Sometimes
 from harness.wires.proxy import Proxy, modbus_units
+from pymodbus.client import ModbusTcpClient
 from pymodbus.constants import ExcCodes
 from pymodbus.server import ModbusTcpServer
 from pymodbus.simulator import DataType, SimData, SimDevice
@@ -26,7 +27,7 @@ from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
 from twin_controller.core.actions import RobotSetpoint, StreamAhead, StreamReal
 from twin_controller.modbus import connection_io
-from twin_controller.modbus.blocks import Block
+from twin_controller.modbus.blocks import MOST_WRITTEN, Block
 from twin_controller.modbus.connection_io import BUSY_PAUSE
 from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
 from twin_controller.modbus.outbox_io import Command, Outbox
@@ -323,10 +324,12 @@ def served(other: Other) -> Iterator[int]:
     thread = threading.Thread(target=loop.run_until_complete, args=(serve(),))
     thread.start()
     assert ready.wait(5.0)
-    yield port
-    loop.call_soon_threadsafe(stop.set)
-    thread.join()
-    loop.close()
+    try:
+        yield port
+    finally:
+        loop.call_soon_threadsafe(stop.set)
+        thread.join()
+        loop.close()
 
 
 def test_no_link_is_lost_to_the_bad_answers_of_another_server() -> None:
@@ -351,3 +354,11 @@ def test_no_link_is_lost_to_the_bad_answers_of_another_server() -> None:
     beats = [words[0] for _, at, words in other.written if at == HEARTBEAT and len(words) == 1]
     assert beats[-1] == 0, "the farewell, perhaps twice"
     assert list(filter(None, beats)) == sorted(filter(None, beats))
+
+
+def test_one_request_writes_as_much_as_another_server_takes() -> None:
+    """And a word more is too much for it."""
+    with served(Other(busy=0.0)) as port, ModbusTcpClient("127.0.0.1", port=port) as client:
+        for count in (MOST_WRITTEN, MOST_WRITTEN + 1):
+            answer = client.write_registers(10982, [0] * count, device_id=LAYOUT.device_id)
+            assert answer.isError() == (count > MOST_WRITTEN)

@@ -147,3 +147,17 @@ def test_a_gap_in_the_written_block_is_refused() -> None:
     layout = msgspec.structs.replace(layout, holding_registers=registers)
     with pytest.raises(ConfigError, match="heartbeat, stream_speed, ring_write, ring_clock_ms"):
         ring_block(layout)
+
+
+def test_a_place_is_free_from_the_first_request_until_the_last_is_written() -> None:
+    """A line that breaks off between two requests leaves no set point of which half is older."""
+    robot = Robot("fanuc_sr6ia")
+    robot.write(StreamAhead(robot.points([(1, 100, 0.2), (2, 112, 0.4)]), 2, 50.0))
+    again = StreamAhead(robot.points([(1, 100, 0.3), (2, 112, 0.5)]), 2, 50.0)
+    requests = robot.client.setpoints(again)
+    assert next(requests)
+    _, words = robot.client.times(again, 1)
+    assert words[3:7] == [0xFFFF] * 4, "numbers 1 and 2 are free"
+    assert not list(requests)
+    _, words = robot.client.times(again, 1)
+    assert words[3:7] == [100, 0, 112, 0]

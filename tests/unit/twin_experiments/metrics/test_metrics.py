@@ -415,3 +415,8 @@ def test_the_lag_is_removed_whoever_leads(leader: str) -> None:
     assert found.path_after_lag.max_mm < 0.02 * found.path.max_mm
     shown = found.trace_after_lag.aligned.instants[0] - found.trace.aligned.instants[0]
     assert shown == pytest.approx(0.01, abs=2e-3)
+
+
+def test_where_nothing_is_missing_no_share_is_left_out() -> None:
+    """There is one instant more than there are steps between them."""
+    assert both(wave("real"), wave("twin")).trace.aligned.excluded_share == 0.0

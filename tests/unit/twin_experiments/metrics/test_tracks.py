@@ -48,6 +48,14 @@ def test_a_path_is_nowhere_away_from_itself(count: int, window: int) -> None:
     assert found[0] > 0.3 and found[1] == pytest.approx(0.0)
 
 
+def test_the_end_of_a_closed_path_is_not_near_its_beginning() -> None:
+    """On the way it is as far as can be; a place beside the beginning is away from that."""
+    reference = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0], [0.0, 0.2]])
+    places = reference + [[0.0, 0.3], *[[0.0, 0.0]] * 5]
+    assert distance_from_path(places, reference, 1)[0] == pytest.approx(0.3)
+    assert distance_from_path(places[::-1], reference[::-1], 1)[-1] == pytest.approx(0.3)
+
+
 def test_a_joint_moves_from_the_stated_percent_of_its_largest_speed_on() -> None:
     """Of a foreign robot a hundredth of what either side reached, and never nothing."""
     joints = tuple(load_robot().twin_joints)

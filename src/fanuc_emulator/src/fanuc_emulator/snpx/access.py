@@ -234,7 +234,10 @@ class AssignedRegisters:
             begin = home.offset - self._image.first[_TABLE]
             words = self._image.tables[_TABLE][begin : begin + home.words]
             value = decode_register(home, words, self._low_first)
-            return value if isinstance(value, str) else value[0]
+            if isinstance(value, str):
+                return value
+            (number,) = value
+            return number
         if cell.family.startswith("$SNPX_ASG"):
             return self.table.value(cell.element, cell.family.partition(".")[2])
         if kind := FRAME_KINDS.get(cell.family):

@@ -42,7 +42,8 @@ def decode(kind: ValueKind, multiply: float, words: Sequence[int]) -> float | st
         (count,) = struct.unpack("<i", packed)
         scaled = count / factor(multiply)
         return int(scaled) if scaled.is_integer() else scaled
-    number: float = struct.unpack("<f", packed)[0]
+    number: float
+    (number,) = struct.unpack("<f", packed)
     if not math.isfinite(number):
         raise RegisterError(f"{number} is not a finite number")
     return number

@@ -153,8 +153,9 @@ class PollTimes:
     def _aim(self, received: float) -> None:
         """Place the next poll behind a tick, or before one if it is time to scan."""
         tick = self._tick_ms * 1e-3
+        assert self._clock_ms is not None, "ticks are known by stamps"
         # When the first question that finds the newest stamp in the registers was to be sent.
-        newest = self._clock.to_local((self._clock_ms or 0) * 1e-3) + BEHIND_S
+        newest = self._clock.to_local(self._clock_ms * 1e-3) + BEHIND_S
         if tick > EACH_TICK * self._period:
             self._nominal = newest + tick
         # After a scan, or an answer that was long on its way, a newer reading is there already.
