@@ -106,10 +106,11 @@ def test_a_move_from_any_state_begins_there_and_ends_at_the_target(q, qdot, qddo
 
 
 @pytest.mark.parametrize("percent", [10.0, 20.0])
-def test_a_move_that_replaces_another_is_as_fast_as_it_is_told(percent):
+@pytest.mark.parametrize("going", [0.05, 0.0])
+def test_a_move_that_replaces_another_or_begins_at_rest_is_as_fast_as_it_is_told(going, percent):
     """Its fastest joint reaches that part of its largest speed, and none is faster."""
     low, high = ([getattr(joint, end) for joint in JOINTS] for end in ("lower", "upper"))
-    slow = tuple(0.05 * joint.velocity for joint in JOINTS)
+    slow = tuple(going * joint.velocity for joint in JOINTS)
     path = plan_move(JOINTS, JointMotion(tuple(low), slow, (0.0,) * 4), tuple(high), percent)
     shares = np.abs(sampled(path, 2000)[2]) / [joint.velocity for joint in JOINTS]
     assert shares.max() == pytest.approx(0.01 * percent, rel=1e-6)
