@@ -90,6 +90,11 @@ def test_packet_is_read(data: bytes, packet: packets.Packet) -> None:
             "a",
         ),
         (
+            b'{"op":"subscribe","id":"a","topic":"/t","fragment_size":0}',
+            "`int` >= 1 - at `\\$.fragment_size`",
+            "a",
+        ),
+        (
             b'{"op":"subscribe","id":"a","topic":"/t","queue_length":1e9}',
             "- at `\\$.queue_length`",
             "a",

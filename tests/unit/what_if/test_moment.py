@@ -75,8 +75,8 @@ def test_free_motion_shows_where_bodies_come_nearest(world: World, name: str) ->
     near, moment = judge(world, motion).clearance, moment_of(world, motion)
     assert near is not None and moment.time == near.time_s
     assert apart_mm(moment) == pytest.approx(near.distance_mm, abs=0.2)
-    one, other = (moment.poses[k, :3, 3] for k in moment.marked)
-    assert np.linalg.norm(np.array(moment.place) - 0.5 * (one + other)) < 1.0
+    one, other = Distances(moment.bodies).points(moment.poses, *moment.marked)
+    assert moment.place == pytest.approx(0.5 * (one + other), abs=1e-9)
 
 
 def test_part_in_hand_is_where_the_arm_has_carried_it(world: World) -> None:

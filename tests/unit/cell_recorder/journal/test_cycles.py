@@ -104,7 +104,7 @@ def test_a_run_that_was_paused_is_one_run() -> None:
     """Its program does not run meanwhile, and has not ended."""
     cycles = begun()
     cycles.program(10.2, "ARTICLE line 1 running", True)
-    cycles.decided(12.0, PAUSED, "real")
+    cycles.decided(12.00044, PAUSED, "real")
     for said in ("ARTICLE line 3 running", "ARTICLE line 3 paused"):
         assert cycles.program(12.1, said, False) == []
     cycles.decided(20.0, REAL_LEADS, "real")

@@ -412,3 +412,18 @@ FRAME: dict[tuple[Kind, int], tuple[float, ...]] = {
     for kind, most in MOST.items()
     for number in range(1, most + 1)
 }
+
+
+def test_behind_the_last_address_there_is_none(client: Client) -> None:
+    """The first that is not there is named, whatever is missing before it."""
+    with pytest.raises(NoRegisterError, match=r"^register 65537: there is none behind the last"):
+        client.read(65530, 8)
+
+
+def test_words_of_two_registers_beside_each_other_stay_their_own(client: Client) -> None:
+    """The first word of one, then the second of another: together they are neither's."""
+    client.assign(1, 5000, 1, "R[50]@1.1", 0.0)
+    client.assign(2, 5001, 1, "R[51]@2.1", 0.0)
+    client.assign(3, 6000, 4, "R[50]", 0.0)
+    client.write(6000, [*float32(1.23), *float32(-4.56)])
+    assert client.read(5000, 2) == [float32(1.23)[0], float32(-4.56)[1]]

@@ -233,3 +233,17 @@ def test_the_place_near_a_guess_is_found_from_some_degrees_away(arm: NumericArm)
     guess = np.array(q) + math.radians(5.0) * np.array([1, -1, 1, -1, 1, -1])
     found = numeric.near(arm, q, guess, point, (0.0, 0.0, 0.0))
     assert found == pytest.approx(q, abs=1e-6)
+
+
+def test_only_an_arm_that_is_singular_is_damped(arm: NumericArm) -> None:
+    """Beside that it moves its tool exactly as it is told."""
+    velocity = (0.01, 0.02, -0.01)
+    beside = 0
+    for bend in np.linspace(0.0, 0.6, 121):
+        q = [0.0, 0.0, -math.pi / 2 + bend, 0.4, bend, 0.0]
+        answer = velocities_for(arm, q, velocity)
+        assert answer.damped == (answer.manipulability < numeric.SINGULAR_BELOW)
+        if not answer.damped:
+            beside += answer.manipulability < 1.5 * numeric.SINGULAR_BELOW
+            assert tool_velocity_of(arm, q, answer.qdot) == pytest.approx(velocity, abs=1e-9)
+    assert beside

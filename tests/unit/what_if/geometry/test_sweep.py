@@ -307,3 +307,13 @@ def test_a_way_on_which_nothing_goes_anywhere_is_looked_at_on_both_ends() -> Non
 def test_a_slide_carries_others_as_far_as_its_farther_limit(lower: float, upper: float) -> None:
     """From where the description has it, at 0."""
     assert stroke(lower, upper) == 0.3
+
+
+def test_a_grid_is_as_fine_as_asked_and_no_finer_on_a_way_of_many_knots() -> None:
+    """From its beginning to its end, to and fro both counted."""
+    way = Way(np.array([[0.0, 0.0], [0.1, 0.0], [0.5, 1.0], [0.2, -1.0]]))
+    reach, spacing = np.array([0.3, 0.6]), 0.05
+    u = way.grid(reach, spacing)
+    assert (u[0], u[-1]) == (0.0, 3.0)
+    assert np.diff(way.travelled(u) @ reach).max() <= spacing + 1e-12
+    assert len(u) == np.ceil((0.3 * 0.8 + 0.6 * 3.0) / spacing) + 1
