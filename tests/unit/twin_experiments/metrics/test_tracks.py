@@ -48,6 +48,13 @@ def test_a_path_is_nowhere_away_from_itself(count: int, window: int) -> None:
     assert found[0] > 0.3 and found[1] == pytest.approx(0.0)
 
 
+def test_a_place_is_looked_for_where_it_is_along_the_path() -> None:
+    """Seven places of a zigzag of three steps, none of which is looked for on another step."""
+    reference = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [2.0, 1.0]])
+    places = np.array([np.interp(np.linspace(0, 3, 7), range(4), row) for row in reference.T]).T
+    assert distance_from_path(places, reference, 0) == pytest.approx(np.zeros(7))
+
+
 def test_the_end_of_a_closed_path_is_not_near_its_beginning() -> None:
     """On the way it is as far as can be; a place beside the beginning is away from that."""
     reference = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0], [0.0, 0.2]])

@@ -55,7 +55,7 @@ class MetricsSettings:
     rate_hz: float = 1000.0
     longest_gap_s: float = 0.05
     rest_s: float = 0.5
-    rest_margin_s: float = 0.05
+    rest_margin_s: float = 0.02
     set_position_radius_mm: float = 20.0
     max_lag_s: float = 0.25
     shortest_move_mm: float = 10.0
