@@ -247,7 +247,7 @@ def test_random_programs_come_back_equal_from_their_text() -> None:
 def test_undo_leads_back_through_every_edit_and_redo_forward(
     seed: random.Random, length: int
 ) -> None:
-    """To the letter; a new edit takes what could be made again."""
+    """To the letter, each as a version of its own; a new edit takes what could be made again."""
     history = Edits(empty("RANDOM", ROBOT))
     seen = [history.draft]
     for _ in range(length):
@@ -258,13 +258,13 @@ def test_undo_leads_back_through_every_edit_and_redo_forward(
         history = history.edited(made, seed.randint(-1, 99))
         seen.append(made)
     for wanted in reversed(seen[:-1]):
-        history = history.undo()
-        assert history.draft == wanted
+        before, history = history.version, history.undo()
+        assert history.draft == wanted and history.version > before
     with pytest.raises(TeachError, match="nothing to undo"):
         history.undo()
     for wanted in seen[1:]:
-        history = history.redo()
-        assert history.draft == wanted
+        before, history = history.version, history.redo()
+        assert history.draft == wanted and history.version > before
     with pytest.raises(TeachError, match="nothing to redo"):
         history.redo()
 

@@ -215,5 +215,7 @@ def test_single_motion_is_found_by_its_line_and_by_the_one_below() -> None:
     assert [motion_above(draft, line) for line in (7, 4, 3)] == [3, 3, 2]
     with pytest.raises(TeachError, match="no motion stands above"):
         motion_above(draft, 2)
+    first = teach.recorded(empty("A", ROBOT), ROBOT, 0, position_of(ROBOT, HOME), "J", 40.0, None)
+    assert motion_above(first, 2) == 1
     with pytest.raises(TeachError, match="line 4 is no motion"):
         motion_to(draft, ROBOT, 4)

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from scara_config import ConfigError, load_robot
 from scara_control.keep_out.body import CELL, _pieces, read_body
-from scara_control.keep_out.points import all_positions, positions, watched_points
+from scara_control.keep_out.points import all_positions, positions, speed_points, watched_points
 
 from scara_description.urdf import Shape, link_pose, origin_transform
 
@@ -191,3 +191,12 @@ def test_a_box_that_is_just_so_many_cells_long_is_cut_into_as_many(cells: int) -
     for longer, pieces in ((0.0, cells), (1e-6, cells + 1)):
         box = Shape("box", (cells * CELL + longer, 0.02, 0.01), (0, 0, 0), (0, 0, 0), "")
         assert len(list(_pieces(np.eye(4), box, 2))) == pieces
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_speeds_that_count_are_those_of_the_tool_and_of_the_axes(name: str) -> None:
+    """Not of the body around them, which is looked at where it is."""
+    points = BODIES[name]
+    counted = speed_points(points)
+    assert counted[0].name == "tool" and not any(any(point.half) for point in counted)
+    assert all(any(point.half) for point in points if point not in counted)

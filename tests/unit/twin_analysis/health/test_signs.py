@@ -6,6 +6,7 @@ from itertools import chain
 
 import numpy as np
 import pytest
+from twin_analysis.health.readings import JointReadings, cycle_of
 from twin_analysis.health.signs import CycleSignals, TorqueError, _play, signs_of
 
 DT, FASTEST = 0.004, 2.0
@@ -103,3 +104,16 @@ def test_a_joint_that_goes_back_for_less_than_a_parabola_says_nothing() -> None:
     with pytest.raises(TorqueError, match="no joint moves fast enough in both directions"):
         signs_of(back_for(9), np.array([FASTEST]))
     assert np.isfinite(signs_of(back_for(10), np.array([FASTEST])).forward).all()
+
+
+def test_a_cycle_is_read_from_the_robots_first_reading_on() -> None:
+    """Evenly, by the robot's own step; the twin is asked where it was at the same instants."""
+    t = 5.0 + 0.01 * np.arange(200)
+    twin_t = 4.0 + 0.004 * np.arange(1000)
+    real = JointReadings(("a", "b"), t, np.column_stack((t, 2.0 * t)), np.ones((200, 2)))
+    twin = JointReadings(("b", "c"), twin_t, np.column_stack((3.0 * twin_t, twin_t)), np.ones(0))
+    names, cycle = cycle_of(real, twin)
+    assert names == ("b",)
+    assert cycle.times[:3] == pytest.approx([0.0, 0.01, 0.02]) and len(cycle.times) in (199, 200)
+    assert cycle.measured[:, 0] == pytest.approx(2.0 * (5.0 + cycle.times))
+    assert cycle.wanted[:, 0] == pytest.approx(3.0 * (5.0 + cycle.times))
