@@ -29,12 +29,7 @@ def descendants(pid: int) -> set[int]:
 
 def test_every_process_of_a_cell_listens_at_loopback_only(live_cell: LiveCell) -> None:
     """The kernel's table of sockets, beside what each process holds open."""
-    (bringup,) = [
-        process
-        for process in live_cell.stage.processes
-        if process.command[1:3] == ["scara_bringup", "cell"]
-    ]
-    family = descendants(bringup.pid)
+    family = descendants(live_cell.bringup.pid)
     by_inode = {listener.inode: listener for listener in listeners()}
     seen = [
         (command, by_inode[inode])

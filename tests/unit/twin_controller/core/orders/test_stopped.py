@@ -10,7 +10,7 @@ from harness.watch import watched
 from twin_controller.core.actions import Command
 from twin_controller.core.events import AnyEvent, TwinMeasured, TwinMotion
 from twin_controller.core.lead.commands.allowed import refusals
-from twin_controller.core.lead.modes import Mode
+from twin_controller.core.lead.modes import Mode, Trigger
 from twin_controller.core.lead.reports import note_stopped
 from twin_controller.core.orders.stop import tell_stop
 
@@ -167,6 +167,40 @@ def test_a_stop_while_a_link_is_away_lasts(pair: Pair) -> None:
     pair.link("twin", True)
     pair.run(4.0)
     assert pair.mode is Mode.STOPPED
+
+
+@pytest.mark.parametrize(
+    ("shown", "trigger"), [("stopping", Trigger.TWIN_STOPPED), ("paused", Trigger.TWIN_PAUSED)]
+)
+def test_what_somebody_does_at_the_twin_while_the_robot_is_away_lasts(
+    pair: Pair, shown: str, trigger: Trigger
+) -> None:
+    """A stop or a pause there is told once, and the pair comes back as one that was stopped."""
+    pair.do("MOVE_JOINTS", 0.5, target=shifted(HOME, 20.0))
+    pair.link("real", False)
+    pair.run(0.02)
+    pair.motion, pair.command_id = shown, 7
+    pair.run(0.1)
+    pair.motion = "idle" if shown == "stopping" else shown
+    pair.link("real", True)
+    pair.run(4.0)
+    assert pair.mode is Mode.STOPPED
+    assert pair.triggers().count(trigger.name) == 1
+    assert pair.operate("ALIGN").success
+
+
+def test_a_stop_that_came_long_before_a_link_was_lost_is_no_news(pair: Pair) -> None:
+    """The twin still tells its number where it stops because nothing comes any more."""
+    pair.do("MOVE_JOINTS", 0.5, target=shifted(HOME, 20.0))
+    pair.command_id = 7
+    pair.run(0.1)
+    pair.link("real", False)
+    pair.motion, pair.command_id = "stopping", 7
+    pair.run(0.05)
+    pair.motion = "idle"
+    pair.link("real", True)
+    pair.run(4.0)
+    assert pair.mode is Mode.IDLE
 
 
 @pytest.mark.parametrize(

@@ -174,9 +174,9 @@ def side_triggers(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
     flags, motion = state.sides.real.flags, state.sides.twin.motion
     lead, config = state.lead, setup.config
     if flags is None or motion is None:
-        return _estop_reports(setup, state, now)
+        return [*_ended_meanwhile(state), *_estop_reports(setup, state, now)]
     if lead.mode is Mode.OFFLINE:
-        return []
+        return _ended_meanwhile(state)
     old = is_old(setup, state.orders.told, motion, now)
     found: list[Trigger] = []
     if not flags.drives_on:
@@ -268,6 +268,20 @@ def moved_since_pause(setup: Setup, state: CoreState) -> bool:
     defies = moves_on(state.orders.twin_stop)
     goes_on = not setup.writes and not sides.real.change.baseline
     return state.lead.mode is Mode.PAUSED and (defies or goes_on or any(moved))
+
+
+def _ended_meanwhile(state: CoreState) -> list[Trigger]:
+    """Return a stop or a pause that somebody gave the twin on its side while a link was away."""
+    lead, motion, before = state.lead, state.sides.twin.motion, state.orders.told.before
+    if lead.mode is not Mode.OFFLINE or lead.was_stopped or motion is None:
+        return []
+    number = motion.last_command_id
+    # One that was there before our own last command is no news.
+    if number & OWN_COMMAND or (before is not None and number == before.last_command_id):
+        return []
+    if motion.state == "stopping":
+        return [Trigger.TWIN_STOPPED]
+    return [Trigger.TWIN_PAUSED] if pauses(motion) else []
 
 
 def _twin_reports(setup: Setup, state: CoreState, motion: TwinMotion, now: float) -> list[Trigger]:

@@ -35,6 +35,7 @@ STAY = Row(silent=True)
 BOTH_STOP = (Command.STOP_REAL, Command.STOP_TWIN)
 
 FOLLOWS_TWIN = (Mode.TWIN_LEADS, Mode.OPERATOR_LEADS)
+ENDED_ON_TWIN = (Trigger.TWIN_STOPPED, Trigger.TWIN_PAUSED)
 LEADING = (Mode.REAL_LEADS, *FOLLOWS_TWIN)
 LEADERS = {Mode.REAL_LEADS: "real", Mode.TWIN_LEADS: "twin", Mode.OPERATOR_LEADS: "operator"}
 
@@ -210,6 +211,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
             "sent to the side still reached, and to a robot that is not when it answers again; "
             "the pair stays stopped, and ALIGN goes on",
         ),
+        **dict.fromkeys(ENDED_ON_TWIN, Row(None, (), "the pair stays stopped, and ALIGN goes on")),
         **dict.fromkeys(_GOING_ON, _OFFLINE),
         **dict.fromkeys(_RESETS, _OFFLINE),
         Trigger.ACKNOWLEDGE: _OFFLINE,

@@ -14,6 +14,7 @@ from twin_controller.core.lead.modes import ONSET_TRIGGERS, SAFETY_TRIGGERS, Mod
 from twin_controller.core.lead.reports import reset_lacks
 from twin_controller.core.lead.state import Lead, end_epoch, record
 from twin_controller.core.lead.table import (
+    ENDED_ON_TWIN,
     FOLLOWS_TWIN,
     LEADERS,
     RESUMING,
@@ -204,7 +205,7 @@ def _enter(setup: Setup, state: CoreState, row: Row, trigger: Trigger, now: floa
         lead,
         mode=mode,
         since=now,
-        was_stopped=mode is Mode.OFFLINE and (stopped or trigger is Trigger.STOP),
+        was_stopped=mode is Mode.OFFLINE and (stopped or trigger in (Trigger.STOP, *ENDED_ON_TWIN)),
         leader=LEADERS.get(active, ""),
         paused=paused,
         paused_by=trigger if paused is not None else None,
