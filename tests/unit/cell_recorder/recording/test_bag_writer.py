@@ -89,15 +89,20 @@ def test_stamps_go_on_at_their_pace_after_the_clock_was_set_back(tmp_path: Path)
     assert seconds == [5000, 5001, 5001, 5002, 5002, 5003]
 
 
-def test_each_chunk_says_when_its_first_and_its_last_message_came(tmp_path: Path) -> None:
-    """A reader looks only into the chunks of the time that is asked for."""
+def three_chunks(folder: Path) -> Path:
+    """Write a bag of three chunks of ten messages; return its path."""
     slow = msgspec.structs.replace(SETTINGS, write_period_ms=60_000.0)
-    writer = BagWriter(tmp_path / "run.bag", slow)
+    writer = BagWriter(folder / "run.bag", slow)
     for begin in (0, 10, 20):
         fill(writer, 10, start=begin)
         writer._write_waiting()
     writer.close()
-    with rosbag.Bag(str(writer.path)) as bag:
+    return writer.path
+
+
+def test_each_chunk_says_when_its_first_and_its_last_message_came(tmp_path: Path) -> None:
+    """A reader looks only into the chunks of the time that is asked for."""
+    with rosbag.Bag(str(three_chunks(tmp_path))) as bag:
         spans = [(chunk.start_time.to_nsec(), chunk.end_time.to_nsec()) for chunk in bag._chunks]
         late = rospy.Time(10**9, 18 * 10**6)
         found = [message.data for _, message, _ in bag.read_messages(start_time=late)]
@@ -195,14 +200,7 @@ def test_a_write_error_ends_the_recording_and_keeps_what_was_written(
 
 def test_a_bag_is_records_from_its_first_byte_to_its_last(tmp_path: Path) -> None:
     """Whoever reads it without its index, to mend it, goes from record to record."""
-    writer = BagWriter(
-        tmp_path / "run.bag", msgspec.structs.replace(SETTINGS, write_period_ms=60_000.0)
-    )
-    for begin in (0, 10, 20):
-        fill(writer, 10, start=begin)
-        writer._write_waiting()
-    writer.close()
-    data = writer.path.read_bytes()
+    data = three_chunks(tmp_path).read_bytes()
     at = len(b"#ROSBAG V2.0\n")
     while at < len(data):
         for _ in ("header", "data"):
