@@ -23,7 +23,8 @@ LISTEN = """(joints) => {
     const { live } = window.panel;
     const { frame } = live.handlers;
     const text = (key) => document.querySelector(`[data-live="${key}"]`).textContent;
-    const keys = ["deviation", "today.deviation", "lead.real", "tool.real", "tool.twin"];
+    const keys = ["deviation", "today.deviation", "lead.real", "lead.twin", "tool.real"];
+    keys.push("tool.twin");
     for (const joint of joints) keys.push(`${joint}.real`, `${joint}.twin`, `${joint}.deviation`);
     const listens = window.samples !== undefined;
     window.samples = [];
@@ -31,6 +32,8 @@ LISTEN = """(joints) => {
     live.handlers.frame = (told) => {
         frame(told);
         const shown = Object.fromEntries(keys.map((key) => [key, text(key)]));
+        const programs = document.querySelectorAll('[data-live="robot.program"]');
+        shown.programs = Array.from(programs, (place) => place.textContent);
         window.samples.push({ shown, point: told.point, tool: told.tool, pose: told.pose });
     };
 }"""
@@ -41,8 +44,8 @@ def listen(page: Page) -> None:
     page.evaluate(LISTEN, list(JOINTS))
 
 
-def judge_samples(page: Page, at_least: int) -> None:
-    """Judge what was noted since; the real robot led for a while.
+def judge_samples(page: Page, at_least: int) -> list[dict[str, Any]]:
+    """Judge what was noted since; return what each sample showed while the real robot led.
 
     Args:
         page: One that has listened.
@@ -52,9 +55,11 @@ def judge_samples(page: Page, at_least: int) -> None:
     assert samples is not None, "the page was loaded anew, as after a line that was lost for 5 s"
     charted = sum(sample["point"] is not None for sample in samples)  # a chart has fewer points
     assert len(samples) >= at_least and charted >= at_least // 5, (len(samples), charted)
-    assert any(sample["shown"]["lead.real"] == "leads" for sample in samples)
     for sample in samples:
         judge(sample)
+    led = [sample["shown"] for sample in samples if sample["shown"]["lead.real"] == "leads"]
+    assert led, "the real robot never led"
+    return led
 
 
 def judge(sample: dict[str, Any]) -> None:

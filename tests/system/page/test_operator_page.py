@@ -41,21 +41,16 @@ def test_page_follows_a_run_of_the_real_robot(operator: Page, panel: Panel) -> N
     def scene() -> None:
         listen(operator)
         run_program(operator, "100")
-        expect(operator.locator('[data-live="lead.real"]')).to_have_text("leads")
-        expect(operator.locator('[data-live="lead.twin"]')).to_have_text("follows")
-        wait_until(
-            lambda: (
-                shown(operator, "joint_2.real") > 30.0 and shown(operator, "joint_2.twin") > 30.0
-            ),
-            20.0,
-            "both elbows",
-        )
-        # The head of the page and the list of programs both show it.
-        for shown_program in operator.locator('[data-live="robot.program"]').all():
-            expect(shown_program).to_contain_text("ARTICLE")
         is_mode(operator, "Ready", LONG_MS)
         assert abs(shown(operator, "joint_1.deviation")) <= 0.05
-        judge_samples(operator, at_least=SAMPLES)
+        # What the page itself noted: a look from here may come after the end of a short program.
+        led = judge_samples(operator, at_least=SAMPLES)
+        elbows = [(number(told["joint_2.real"]), number(told["joint_2.twin"])) for told in led]
+        assert any(min(both) > 30.0 for both in elbows), elbows
+        assert any(told["lead.twin"] == "follows" for told in led), led[-1]
+        # The head of the page and the list of programs both show it.
+        named = [[place for place in told["programs"] if "ARTICLE" in place] for told in led]
+        assert any(len(places) >= 2 for places in named), led[-1]
         operator.get_by_role("tab", name="Events").click()
         ended = operator.locator(".event", has_text="Real robot leads \N{RIGHTWARDS ARROW} Ready")
         expect(ended.first).to_be_visible()
@@ -69,7 +64,7 @@ def test_stop_by_the_keyboard_ends_a_move_and_emergency_stop_needs_reset_and_ali
     """Escape in the middle of a program; then the whole way back from an emergency stop."""
 
     def scene() -> None:
-        run_program(operator, "40")
+        run_program(operator, "20")  # slow enough that the key comes before its end
         wait_until(lambda: shown(operator, "joint_2.real") > 10.0, 20.0, "motion")
         operator.keyboard.press("Escape")
         is_mode(operator, "Stopped")
