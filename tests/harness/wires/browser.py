@@ -15,8 +15,9 @@ FLAGS = ["--no-sandbox", "--disable-background-networking"]
 NOTHING_DRAWN = ["--disable-gpu", "--disable-3d-apis"]
 DRAWN_BY_THE_PROCESSOR = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 # Where nobody measures the page: only the model is drawn as by a graphics card, not all around it,
-# and scripts get the quick compilers alone: a page lives for a minute at most.
-UNMEASURED = ["--disable-gpu-compositing", "--js-flags=--no-turbofan"]
+# all of it in the browser's own process, and scripts get the quick compilers alone: a page lives
+# for a minute at most.
+UNMEASURED = ["--disable-gpu-compositing", "--in-process-gpu", "--js-flags=--no-turbofan"]
 # A kernel that groups processes by session heeds their priority only within their group, so the
 # group of the browser's session gets a low one, too. The tests that only compute come behind it.
 # With a lower one a page was once loaded anew beside a process that kept a processor busy.
