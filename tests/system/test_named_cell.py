@@ -17,7 +17,8 @@ from scara_bringup.config import load_doors
 
 from scara_msgs.msg import TwinControllerState
 
-pytestmark = pytest.mark.system
+# Each of its rules is held by tests/unit/scara_bringup/named and tests/unit/cell_recorder/journal.
+pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
 # What has no part in this; each takes a second of processor time to start.
 LEFT_OUT = (

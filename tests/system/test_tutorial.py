@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -28,16 +27,6 @@ def own_program(config: Path) -> None:
     add_program(config, text)
 
 
-@pytest.fixture(scope="module")
-def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveCell]:
-    """Start a cell with the tutorial's program."""
-    folder = tmp_path_factory.mktemp("tutorial")
-    config = copy_configuration(folder / "config")
-    own_program(config)
-    with LiveCell(folder).ready(config=config) as cell:
-        yield cell
-
-
 def test_the_tutorials_program_loads(tmp_path: Path) -> None:
     """Its name and its number are free."""
     config = copy_configuration(tmp_path / "config")
@@ -45,8 +34,11 @@ def test_the_tutorials_program_loads(tmp_path: Path) -> None:
     assert "MINE" in {one.name for one in load_programs(load_robot(config), config).values()}
 
 
-def test_the_tutorials_program_runs(cell: LiveCell) -> None:
-    """By the two lines of the tutorial."""
+@pytest.mark.thorough
+def test_the_tutorials_program_runs(tmp_path: Path) -> None:
+    """By the two lines of the tutorial, in a cell that knows it; that it loads is held by day."""
+    config = copy_configuration(tmp_path / "config")
+    own_program(config)
 
     def scene() -> None:
         for line in ("override 100", "run MINE"):
@@ -55,7 +47,8 @@ def test_the_tutorials_program_runs(cell: LiveCell) -> None:
         assert "MINE" in cell.tool("rosrun", "fanuc_emulator", "pendant", "status")
         cell.make_ready()
 
-    cell.beside_lost_links(scene)
+    with LiveCell(tmp_path).ready(config=config) as cell:
+        cell.beside_lost_links(scene)
 
 
 def test_the_tutorial_names_every_example() -> None:
@@ -71,17 +64,17 @@ def test_the_tutorial_names_every_example() -> None:
         ("roslibpy_first_steps.py", r"joint_1"),
     ],
 )
-def test_an_example_runs_as_it_is(cell: LiveCell, name: str, said: str) -> None:
+def test_an_example_runs_as_it_is(live_cell: LiveCell, name: str, said: str) -> None:
     """With the port of this cell where it takes one."""
     ports = {
-        "read_robot_over_modbus.py": [str(cell.modbus_port)],
-        "roslibpy_first_steps.py": [str(cell.gateway_port)],
+        "read_robot_over_modbus.py": [str(live_cell.modbus_port)],
+        "roslibpy_first_steps.py": [str(live_cell.gateway_port)],
     }
     output: list[str] = []
 
     def scene() -> None:
         words = (sys.executable, str(ROOT / "examples" / name), *ports.get(name, []))
-        output[:] = [cell.tool(*words)]
+        output[:] = [live_cell.tool(*words)]
 
-    cell.beside_lost_links(scene)
+    live_cell.beside_lost_links(scene)
     assert re.search(said, output[0]), output[0]

@@ -27,7 +27,6 @@ STARTS = (
     "tests/system/test_bringup.py",
     "tests/system/test_catkin_make.py",
     "tests/system/test_named_cell.py",
-    "tests/system/test_tutorial.py",
     "tests/unit/farm/desk/test_history.py",
     "tests/unit/farm/desk/test_rolling.py",
     "tests/unit/farm/lab/test_lab_far.py",
@@ -155,6 +154,7 @@ SHARED = {
     "tests/system/test_interfaces.py": "one live cell",
     "tests/system/test_listeners.py": "one live cell",
     "tests/system/test_replay.py": "one live cell",
+    "tests/system/test_tutorial.py": "one live cell",
 }
 """Files whose tests use one cell, started once."""
 CONTRACT = "tests/contract/"

@@ -41,7 +41,7 @@ def press(theatre: Theatre, *names: str) -> None:
         button.click()
 
 
-@at_sizes("phone")
+@at_sizes()  # test_every_control.py uses each control of the tab each time
 def test_program_is_taught_tried_undone_and_taken_away(theatre: Theatre, size: str) -> None:
     """What is exported is what stands there; a reload loses nothing."""
     page = theatre.page

@@ -81,6 +81,7 @@ def test_stop_by_the_keyboard_ends_a_move_and_emergency_stop_needs_reset_and_ali
     panel.cell.beside_lost_links(scene)
 
 
+@pytest.mark.thorough
 def test_jog_moves_while_held_and_stops_by_release_and_by_a_lost_page(
     operator: Page, panel: Panel
 ) -> None:

@@ -40,6 +40,7 @@ def watched(ros: Ros, tmp_path: Path) -> Iterator[Open]:
         yield open_page
 
 
+@pytest.mark.thorough
 def test_preview_plays_what_the_judge_has_tried(watched: Open, ros: Ros) -> None:
     """ARTICLE from where the twin stands: the sentence, the time line, both curves, the ghost.
 

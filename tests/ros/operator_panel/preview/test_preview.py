@@ -9,7 +9,7 @@ from harness.page.theatre import Theatre, at_sizes
 from playwright.sync_api import expect
 
 
-@at_sizes("phone", "low")
+@at_sizes("phone")
 def test_preview_can_be_read_and_touched_and_moves_nothing_else(
     theatre: Theatre, size: str
 ) -> None:
