@@ -211,21 +211,6 @@ def byte_by_byte(cell: FaultCell, side: str, rng: Random) -> list[Row]:
     return [losses(cell, f"{wire} byte by byte", begun)]
 
 
-def bad_answers(cell: FaultCell, rng: Random) -> list[Row]:
-    """Busy, late, lost answers of the robot while it follows: no link is lost."""
-    cell.recover()
-    begun = time.time()
-    cell.modbus.disturb(Sometimes(rng, 0.05, ("busy", "busy", "late", "late", "drop")))
-    cell.go(rng.uniform(20.0, 40.0))
-    cell.wait_for("IDLE", 30.0)
-    struck = sum(cell.modbus.report().values())
-    cell.modbus.heal()
-    return [
-        losses(cell, "bad answers", begun),
-        Row("bad answers", "answers that were bad", 1.0, float(struck), True),
-    ]
-
-
 def damaged(cell: FaultCell, side: str, rng: Random, duration: float) -> list[Row]:
     """Duplicated, corrupted, truncated, dropped, swapped answers."""
     return disturbed(cell, side, "damaged", Sometimes(rng, 0.02), duration)

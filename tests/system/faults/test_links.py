@@ -69,11 +69,6 @@ def test_bytes_that_come_one_by_one_are_put_together(
     check(lambda: link_faults.byte_by_byte(cell, side, rng))
 
 
-def test_bad_answers_of_the_robot_cost_no_link(cell: FaultCell, rng: Random) -> None:
-    """Twice as many as a bad robot gives; each is asked for again, and the move ends as any."""
-    check(lambda: link_faults.bad_answers(cell, rng))
-
-
 @ONE_SIDE
 def test_damaged_answers_move_nothing(cell: FaultCell, side: str, rng: Random) -> None:
     """Duplicated, corrupted, truncated, dropped and swapped units.
