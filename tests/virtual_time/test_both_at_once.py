@@ -1,8 +1,8 @@
 """Both sides started at once: one leads, the other side's motion ends, and they stay together.
 
 A program on the robot's pendant beside a move of the twin, or of the operator, with every gap. In
-virtual time: the real core, the real stand-in and the real twin. HYPOTHESIS_SEARCH=1 tries each
-millisecond from 100 before to 100 after.
+virtual time: the real core, the real stand-in and the real twin. HYPOTHESIS_SEARCH=1 tries 5 ms
+after the other, from 100 before to 100 after.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ LEADS = ("REAL_LEADS", "TWIN_LEADS", "OPERATOR_LEADS")
 
 @pytest.mark.parametrize(
     ("other", "gap_ms"),
-    product(OTHERS, range(-100, 101)) if SEARCH else EACH_TIME,
+    product(OTHERS, range(-100, 101, 5)) if SEARCH else EACH_TIME,
 )
 def test_both_sides_started_at_once_stay_together(other: str, gap_ms: int) -> None:
     """One leader after the other, together at rest in the end, never PAUSED, never 5 % apart."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import cycle
 
 import msgspec
 import numpy as np
@@ -67,8 +68,9 @@ class Loading:
         return [math.dist(at, to) / MM for at, to in zip(lying, places)]
 
 
-@pytest.mark.parametrize("plant", ["field", *thorough("ideal")])
-@pytest.mark.parametrize("seed", [0, *thorough(*range(1, 100))])
+@pytest.mark.parametrize(
+    ("seed", "plant"), [(0, "field"), *thorough(*zip(range(1, 50), cycle(("ideal", "field"))))]
+)
 def test_nine_parts_lie_on_a_vehicle_wherever_it_docked(seed: int, plant: str) -> None:
     """Within the tolerance of palletise.yaml, of its places as it truly stands."""
     docked = came(seed)
