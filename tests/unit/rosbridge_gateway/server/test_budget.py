@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import json
+import socket
 import time
 
 import pytest
@@ -81,6 +82,39 @@ def test_pings_without_end_are_paid_for(make_cell: MakeCell) -> None:
         if sent > 20_000_000:
             pytest.fail("20 MB of pings were read in a second")
     assert other.time()["result"]
+
+
+def waits_at_the_door(cell: Cell, origin: str) -> bool:
+    """Return whether a page of an origin that knocks has no answer in a third of a second."""
+    with socket.create_connection(("127.0.0.1", cell.server.port), timeout=0.3) as line:
+        line.sendall(
+            f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{cell.server.port}\r\nUpgrade: websocket\r\n"
+            f"Connection: Upgrade\r\nOrigin: {origin}\r\nSec-WebSocket-Version: 13\r\n"
+            "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n".encode()
+        )
+        try:
+            return line.recv(1) == b""
+        except TimeoutError:
+            return True
+
+
+def test_who_comes_and_goes_without_end_pays_for_it(make_cell: MakeCell) -> None:
+    """With the time of all of that role; others come in at once, and the first one was free."""
+    cell = make_cell(page_takes={"cpu_percent_together": 0.001}, handshake_timeout=1.0)
+    assert not waits_at_the_door(cell, PAGE)
+    assert waits_at_the_door(cell, PAGE)
+    assert cell.client().time()["result"]
+
+
+def test_who_is_turned_away_without_end_pays_for_it(
+    make_cell: MakeCell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever may come in does not wait for that."""
+    monkeypatch.setattr("rosbridge_gateway.connection.server_io._REFUSING", 1e-5)
+    cell = make_cell(handshake_timeout=1.0)
+    assert waits_at_the_door(cell, "null")
+    assert cell.server.statistics().turned_away == 1
+    assert not waits_at_the_door(cell, PAGE) and cell.client().time()["result"]
 
 
 def test_packet_of_a_page_is_short(cell: Cell) -> None:

@@ -38,6 +38,7 @@ from rosbridge_gateway.protocol.session import Session
 from rosbridge_gateway.wire.png_io import unpack
 
 _HARD_SIZE_FACTOR = 8  # our choice: so much longer a packet may be and still be answered
+_REFUSING = 0.05  # our choice: processor time [s/s] for telling clients that they are turned away
 _SILENT = logging.getLogger("rosbridge_gateway.websockets")
 _SILENT.addHandler(logging.NullHandler())
 _SILENT.propagate = False
@@ -106,13 +107,17 @@ class GatewayServer:
         self._clients: dict[int, Client] = {}
         # Who shakes hands; one that does not finish is forgotten with its connection.
         now = time.monotonic()
+
+        def bucket(share: float) -> RateLimit:
+            return RateLimit(share, share * config.limits.burst, share * config.limits.burst, now)
+
         # Of all clients of a role together: many that each keep their budget must not starve the
         # loop.
         self._shared_cpu = {
-            name: RateLimit(share, share * config.limits.burst, share * config.limits.burst, now)
+            name: bucket(role.takes.cpu_percent_together / 100.0)
             for name, role in config.roles.items()
-            for share in (role.takes.cpu_percent_together / 100.0,)
         }
+        self._refusing = bucket(_REFUSING)
         self._visitors: WeakKeyDictionary[ServerConnection, Visitor] = WeakKeyDictionary()
         self._owners = itertools.count(1)
         self._turned_away = 0
@@ -239,29 +244,48 @@ class GatewayServer:
             server.close(reason="the gateway ends")
             await server.wait_closed()
 
-    def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
-        """Turn a client away with an HTTP status and a reason, or let it in."""
-        host, now = connection.remote_address[0], time.monotonic()
+    async def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
+        """Turn a client away with an HTTP status and a reason, or let it in.
+
+        Either comes later where those who come and go take more of the loop than they may.
+        """
+        begun, now = time.thread_time(), time.monotonic()
+        host = connection.remote_address[0]
         try:
             visitor = self._door.admit(host, request.headers, request.path, now)
             self._find_place(visitor)
         except (NotAdmittedError, NoPlaceError) as error:
-            self._turned_away += 1
-            reason, peer = str(error), _peer(connection)
-            entry = self._trail.note(
-                f"connect from {peer.rpartition(':')[0]}", None, False, reason, time.monotonic()
-            )
-            if entry is not None:
-                self.graph.audit(f"nobody@{peer}", entry)
-            self.log(f"client {peer} turned away: {reason}")
-            if isinstance(error, NoPlaceError):
-                return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, reason + "\n")
-            response = connection.respond(error.status, reason + "\n")
-            if error.retry_after:
-                response.headers["Retry-After"] = str(math.ceil(error.retry_after))
+            response = self._turn_away(connection, error)
+            self._refusing.spend(time.thread_time() - begun, now)
+            await self._wait_for(self._refusing)
             return response
+        await self._wait_for(self._shared_cpu[visitor.role])
         self._visitors[connection] = visitor
         return None
+
+    async def _wait_for(self, share: RateLimit) -> None:
+        """Wait until a share of the loop is out of debt, for half a handshake at most."""
+        wait = share.wait(time.monotonic())
+        if wait:
+            await asyncio.sleep(min(wait, 0.5 * self.config.handshake_timeout))
+
+    def _turn_away(
+        self, connection: ServerConnection, error: NotAdmittedError | NoPlaceError
+    ) -> Response:
+        self._turned_away += 1
+        reason, peer = str(error), _peer(connection)
+        entry = self._trail.note(
+            f"connect from {peer.rpartition(':')[0]}", None, False, reason, time.monotonic()
+        )
+        if entry is not None:
+            self.graph.audit(f"nobody@{peer}", entry)
+        self.log(f"client {peer} turned away: {reason}")
+        if isinstance(error, NoPlaceError):
+            return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, reason + "\n")
+        response = connection.respond(error.status, reason + "\n")
+        if error.retry_after:
+            response.headers["Retry-After"] = str(math.ceil(error.retry_after))
+        return response
 
     def _find_place(self, visitor: Visitor) -> int | None:
         seats = [client.seat for client in self._clients.values() if not client.is_gone]
@@ -290,6 +314,19 @@ class GatewayServer:
             return
         if leaves is not None:
             self._clients[leaves].drop(f"made room for another {visitor.role}")
+        with connection.charged():
+            client = self._begin(connection, visitor)
+        try:
+            await client.run()
+        except Exception as error:
+            client.drop(f"error in the gateway: {error!r}")
+            self.errors += 1
+            self.log(f"error while serving {_peer(connection)}: {error!r}")
+        finally:
+            with connection.charged():
+                self._end(client, connection)
+
+    def _begin(self, connection: Line, visitor: Visitor) -> Client:
         line = connection.transport.get_extra_info("socket")
         line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         line.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, self.config.limits.send_buffer_bytes)
@@ -297,7 +334,7 @@ class GatewayServer:
         owner = next(self._owners)
         limits, now = self.config.limits, time.monotonic()
         takes = self.config.roles[role].takes
-        connection.budget = self._budget(role, now)
+        connection.known(self._budget(role, now))
         connection.protocol.max_message_size = _HARD_SIZE_FACTOR * takes.packet_bytes
         session = Session(role, self._roles, self.namespace, limits, takes, now, unpack)
         peer = _peer(connection)
@@ -305,28 +342,24 @@ class GatewayServer:
         client = Client(owner, visitor, caller, connection, session, self)
         self._clients[client.owner] = client
         self.log(f"client {peer} came as {role}{f', {visitor.person}' if visitor.person else ''}")
-        try:
-            await client.run()
-        except Exception as error:
-            client.drop(f"error in the gateway: {error!r}")
-            self.errors += 1
-            self.log(f"error while serving {peer}: {error!r}")
-        finally:
-            del self._clients[client.owner]
-            counts = session.counters
-            # What the client said, else what we had to say.
-            said = connection.protocol.close_rcvd or connection.protocol.close_sent
-            farewell = f"code {int(said.code)} {said.reason}".rstrip() if said else ""
-            reason = client.drop_reason or farewell or "connection lost"
-            for index, count in enumerate(
-                (counts.received, counts.refused, client.sending.outbox.dropped)
-            ):
-                self._past[index] += count
-            self.log(
-                f"client {peer} left: {reason}; {counts.received} packets, "
-                f"{counts.refused} refused, held back {counts.held_back} times, "
-                f"{client.sending.outbox.dropped} older messages replaced"
-            )
+        return client
+
+    def _end(self, client: Client, connection: Line) -> None:
+        del self._clients[client.owner]
+        counts = client.session.counters
+        # What the client said, else what we had to say.
+        said = connection.protocol.close_rcvd or connection.protocol.close_sent
+        farewell = f"code {int(said.code)} {said.reason}".rstrip() if said else ""
+        reason = client.drop_reason or farewell or "connection lost"
+        for index, count in enumerate(
+            (counts.received, counts.refused, client.sending.outbox.dropped)
+        ):
+            self._past[index] += count
+        self.log(
+            f"client {_peer(connection)} left: {reason}; {counts.received} packets, "
+            f"{counts.refused} refused, held back {counts.held_back} times, "
+            f"{client.sending.outbox.dropped} older messages replaced"
+        )
 
 
 def _peer(connection: ServerConnection) -> str:
