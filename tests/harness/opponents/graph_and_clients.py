@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import queue
 import threading
+import xmlrpc.client
 from collections.abc import Callable
 from typing import Any
 
@@ -193,9 +194,11 @@ class Parameters:
         return self.values[name]
 
     def set(self, name: str, value: Any) -> None:
-        """Refuse null, as XML-RPC does."""
-        if value is None:
-            raise ValueError("cannot marshal None")
+        """Refuse null wherever it stands, and long integers, as XML-RPC does."""
+        try:
+            xmlrpc.client.dumps((value,))
+        except (TypeError, OverflowError) as error:
+            raise ValueError(str(error)) from error
         self.values[name] = value
 
     def has(self, name: str) -> bool:

@@ -328,6 +328,7 @@ def test_a_recorded_way_is_judged_like_the_move_that_it_was(world: World) -> Non
     way, move = recorded(world, end), judge(world, JointTarget(end))
     verdict = judge(world, way)
     assert verdict.outcome is Outcome.OK, verdict.sentence
+    assert verdict.target == pytest.approx(end, abs=1e-4)
     for seen, planned in zip(verdict.joints, move.joints):
         assert seen.speed_percent == pytest.approx(planned.speed_percent, abs=3.0)
     assert verdict.energy_j == pytest.approx(move.energy_j, rel=0.15)

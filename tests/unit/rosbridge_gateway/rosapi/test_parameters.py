@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import xmlrpc.client
 from typing import Any
 
@@ -10,6 +11,8 @@ import pytest
 from harness.opponents.graph_and_clients import Parameters
 from rosbridge_gateway.rosapi import parameters
 from rosbridge_gateway.rosapi.errors import RequestError
+
+NOTHING = f"[{'null, ' * 20}null]"
 
 
 @pytest.mark.parametrize(
@@ -57,6 +60,8 @@ def test_names_and_search_have_rosapis_fields() -> None:
         ("/a", "five", "value = 'five' is no JSON .* write a text as"),
         ("/a", "", "value = '' is no JSON"),
         ("/a", "null", "value = 'null': cannot marshal None"),
+        ("/a", "x" * 99, f"value = '{'x' * 60}' is no JSON"),
+        ("/a", NOTHING, re.escape(f"value = {NOTHING[:60]!r}: cannot marshal None")),
         ("/", "{}", "name = '/': allowed: the name of one parameter"),
         ("", "{}", "name = '': allowed"),
     ],

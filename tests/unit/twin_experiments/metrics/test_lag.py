@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from twin_experiments.metrics.lag import estimate_lag
+from twin_experiments.metrics.lag import estimate_lag, tool_velocity
 from twin_experiments.metrics.series import Array
 
 RATE, MAX_S = 100.0, 0.1
@@ -58,3 +58,10 @@ def test_the_last_instant_of_a_run_counts(length: int) -> None:
     leader, follower = np.zeros((2, length, 3))
     leader[-1 - REACH, 0] = follower[-1, 0] = 1.0
     assert estimate_lag(leader, follower, ((0, length),), RATE, MAX_S) is None
+
+
+def test_a_tool_that_was_seen_once_between_two_holes_has_no_velocity() -> None:
+    """Two instants are the least that say how fast it was."""
+    seen = np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0], [0.5, 0.0, 0.1]])
+    found = tool_velocity(seen, ((0, 1), (1, 3)), 10.0)
+    assert found == pytest.approx(np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 1.0], [2.0, 0.0, 1.0]]))

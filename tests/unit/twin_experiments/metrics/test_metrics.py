@@ -420,6 +420,16 @@ def test_the_lag_is_removed_whoever_leads(leader: str) -> None:
     assert shown == pytest.approx(0.01, abs=2e-3)
 
 
+@pytest.mark.parametrize(("leader", "share"), [("real", 1.0), ("twin", 0.5)])
+def test_the_way_of_a_move_is_that_of_its_leader(leader: str, share: float) -> None:
+    """Who follows goes half as far here, and by that its error would seem twice as large."""
+    real, whole = reach_and_hold("real"), reach_and_hold("twin")
+    twin = Motion("twin", whole.stamps, 0.5 * whole.positions, 0.5 * whole.velocities)
+    (move,) = both(real, twin, leader).moves
+    assert move.length_mm == pytest.approx(share * 200.0, rel=1e-2)
+    assert move.travelled_percent == pytest.approx(100.0 * 100.0 / move.length_mm, rel=1e-2)
+
+
 def test_where_nothing_is_missing_all_counts() -> None:
     """There is one instant more than steps between them; who moves at the first one is known."""
     found = both(wave("real"), wave("twin"))

@@ -86,7 +86,7 @@ def find_needles(
     late = np.sort(np.concatenate(receipts)) if receipts else np.zeros(0)
     rate = seen.aligned.rate
     found: list[Needle] = []
-    floor = max(LOWEST_MM, LEAST_SHARE * float(seen.deviation_mm.max(initial=0.0)))
+    floor = max(LOWEST_MM, LEAST_SHARE * float(seen.deviation_mm.max()))
     for first, last in seen.aligned.segments:
         part = slice(first, last)
         # By prominence: a peak on a broad hill is high without standing out.

@@ -113,7 +113,7 @@ class _Search:
         for k in np.argpartition(gaps, count - 1, axis=None)[:count]:
             self._distance(*(int(i) for i in np.unravel_index(k, gaps.shape)))
         # A way of one place is one piece without length.
-        begin = np.arange(len(u) - 1) if len(u) > 1 else np.array([0])
+        begin = np.arange(max(len(u) - 1, 1))
         end = begin + 1 if len(u) > 1 else begin
         lengths = self._lengths(u[begin], u[end])
         bound = 0.5 * (gaps[begin] + gaps[end] - lengths)
