@@ -63,6 +63,17 @@ def test_the_end_of_a_closed_path_is_not_near_its_beginning() -> None:
     assert distance_from_path(places[::-1], reference[::-1], 1)[-1] == pytest.approx(0.3)
 
 
+def test_joints_of_a_foreign_robot_are_shown_as_they_were_recorded() -> None:
+    """In SI, and their places are their positions; a known robot's are in its border units."""
+    foreign = Mechanism(("a", "b"), None, (), None)
+    assert foreign.scales == pytest.approx([1.0, 1.0])
+    assert (foreign.units, foreign.place_unit) == (("rad or m",) * 2, "rad or m")
+    assert foreign.places(np.array([[0.1, 0.2]])) == pytest.approx(np.array([[0.1, 0.2]]))
+    joints = load_robot().twin_joints
+    known = Mechanism(tuple(joint.name for joint in joints), joints, (), None)
+    assert known.scales == pytest.approx(np.array([joint.scale for joint in joints]))
+
+
 def test_a_joint_moves_from_the_stated_percent_of_its_largest_speed_on() -> None:
     """Of a foreign robot a hundredth of what either side reached, and never nothing."""
     joints = tuple(load_robot().twin_joints)
