@@ -24,7 +24,7 @@ PERCENT = {"real_leads": 1.2, "twin_leads": 2.0}
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize(("seed", "plant"), zip(MADE, cycle(("ideal", "field"))))
+@pytest.mark.parametrize(("seed", "plant"), list(zip(MADE, cycle(("ideal", "field")))))
 def test_a_made_scara_and_its_twin_keep_together(
     seed: int, plant: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -26,7 +26,7 @@ LEADS = ("REAL_LEADS", "TWIN_LEADS", "OPERATOR_LEADS")
 
 @pytest.mark.parametrize(
     ("other", "gap_ms"),
-    product(OTHERS, range(-100, 101, 5)) if SEARCH else EACH_TIME,
+    list(product(OTHERS, range(-100, 101, 5))) if SEARCH else EACH_TIME,
 )
 def test_both_sides_started_at_once_stay_together(other: str, gap_ms: int) -> None:
     """One leader after the other, together at rest in the end, never PAUSED, never 5 % apart."""
