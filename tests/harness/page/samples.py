@@ -23,8 +23,8 @@ LISTEN = """(joints) => {
     const { live } = window.panel;
     const { frame } = live.handlers;
     const text = (key) => document.querySelector(`[data-live="${key}"]`).textContent;
-    const keys = ["deviation", "today.deviation", "lead.real", "lead.twin", "tool.real"];
-    keys.push("tool.twin");
+    const keys = ["deviation", "today.deviation"];
+    for (const side of ["real", "twin"]) keys.push(`lead.${side}`, `tool.${side}`);
     for (const joint of joints) keys.push(`${joint}.real`, `${joint}.twin`, `${joint}.deviation`);
     const listens = window.samples !== undefined;
     window.samples = [];

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import io
 import json
-import socket
 import time
 
 import pytest
 import websocket
 from harness.opponents.graph_and_clients import DEADLINE, Cell, MakeCell
+from harness.opponents.hostile_pages import knock
 from harness.processes import wait_until
 from harness.wires.gateway_client import RosbridgeClient
 from PIL import Image, PngImagePlugin
 from rosbridge_gateway.wire.png_io import pack
 
 PAGE = "http://localhost:8080"
+HANDSHAKE_S = 3.0
 RUBBISH = b'{"op":"publish","topic":"t","msg":{"data":[' + b"[]," * 5000 + b"1]}}"
 
 
@@ -85,22 +87,16 @@ def test_pings_without_end_are_paid_for(make_cell: MakeCell) -> None:
 
 
 def waits_at_the_door(cell: Cell, origin: str) -> bool:
-    """Return whether a page of an origin that knocks has no answer in a third of a second."""
-    with socket.create_connection(("127.0.0.1", cell.server.port), timeout=0.3) as line:
-        line.sendall(
-            f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{cell.server.port}\r\nUpgrade: websocket\r\n"
-            f"Connection: Upgrade\r\nOrigin: {origin}\r\nSec-WebSocket-Version: 13\r\n"
-            "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n".encode()
-        )
-        try:
-            return line.recv(1) == b""
-        except TimeoutError:
-            return True
+    """Return whether a page of an origin that knocks waits for half a handshake."""
+    begun = time.monotonic()
+    with contextlib.suppress(OSError):  # turned away, or not heard after 2 s
+        knock(cell.server.port, origin).close()
+    return time.monotonic() - begun >= 0.5 * HANDSHAKE_S
 
 
 def test_who_comes_and_goes_without_end_pays_for_it(make_cell: MakeCell) -> None:
     """With the time of all of that role; others come in at once, and the first one was free."""
-    cell = make_cell(page_takes={"cpu_percent_together": 0.001}, handshake_timeout=1.0)
+    cell = make_cell(page_takes={"cpu_percent_together": 0.001}, handshake_timeout=HANDSHAKE_S)
     assert not waits_at_the_door(cell, PAGE)
     assert waits_at_the_door(cell, PAGE)
     assert cell.client().time()["result"]
@@ -111,7 +107,7 @@ def test_who_is_turned_away_without_end_pays_for_it(
 ) -> None:
     """Whoever may come in does not wait for that."""
     monkeypatch.setattr("rosbridge_gateway.connection.server_io._REFUSING", 1e-5)
-    cell = make_cell(handshake_timeout=1.0)
+    cell = make_cell(handshake_timeout=HANDSHAKE_S)
     assert waits_at_the_door(cell, "null")
     assert cell.server.statistics().turned_away == 1
     assert not waits_at_the_door(cell, PAGE) and cell.client().time()["result"]

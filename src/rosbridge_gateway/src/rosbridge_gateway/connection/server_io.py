@@ -106,18 +106,14 @@ class GatewayServer:
         self._socket = bind(config)
         self._clients: dict[int, Client] = {}
         # Who shakes hands; one that does not finish is forgotten with its connection.
-        now = time.monotonic()
-
-        def bucket(share: float) -> RateLimit:
-            return RateLimit(share, share * config.limits.burst, share * config.limits.burst, now)
-
+        now, burst = time.monotonic(), config.limits.burst
         # Of all clients of a role together: many that each keep their budget must not starve the
         # loop.
         self._shared_cpu = {
-            name: bucket(role.takes.cpu_percent_together / 100.0)
+            name: RateLimit.full(role.takes.cpu_percent_together / 100.0, burst, now)
             for name, role in config.roles.items()
         }
-        self._refusing = bucket(_REFUSING)
+        self._refusing = RateLimit.full(_REFUSING, burst, now)
         self._visitors: WeakKeyDictionary[ServerConnection, Visitor] = WeakKeyDictionary()
         self._owners = itertools.count(1)
         self._turned_away = 0

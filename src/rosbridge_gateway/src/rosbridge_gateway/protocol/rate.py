@@ -17,6 +17,11 @@ class RateLimit:
     level: float
     at: float
 
+    @classmethod
+    def full(cls, rate: float, seconds: float, now: float) -> RateLimit:
+        """Return a full bucket that holds so many seconds' worth."""
+        return cls(rate, rate * seconds, rate * seconds, now)
+
     def allow(self, now: float) -> bool:
         """Take one out, if there is one."""
         self._fill(now)
@@ -68,11 +73,10 @@ class Budget:
             shared: Processor time of all connections of this kind.
         """
 
-        def bucket(rate: float) -> RateLimit:
-            return RateLimit(rate, rate * burst, rate * burst, now)
-
-        self._packets, self._bytes = bucket(packets_per_second), bucket(bytes_per_second)
-        self._cpu = [bucket(cpu_share)] + ([shared] if shared is not None else [])
+        self._packets = RateLimit.full(packets_per_second, burst, now)
+        self._bytes = RateLimit.full(bytes_per_second, burst, now)
+        own = RateLimit.full(cpu_share, burst, now)
+        self._cpu = [own] + ([shared] if shared is not None else [])
 
     def received(self, octets: int, now: float) -> None:
         """Charge bytes that came."""

@@ -114,7 +114,7 @@ class _Search:
             self._distance(*(int(i) for i in np.unravel_index(k, gaps.shape)))
         # A way of one place is one piece without length.
         begin = np.arange(max(len(u) - 1, 1))
-        end = begin + 1 if len(u) > 1 else begin
+        end = np.minimum(begin + 1, len(u) - 1)
         lengths = self._lengths(u[begin], u[end])
         bound = 0.5 * (gaps[begin] + gaps[end] - lengths)
         pieces, numbers = np.nonzero(bound < self._wanted())
