@@ -95,11 +95,29 @@ def waits_at_the_door(cell: Cell, origin: str) -> bool:
 
 
 def test_who_comes_and_goes_without_end_pays_for_it(make_cell: MakeCell) -> None:
-    """With the time of all of that role; others come in at once, and the first one was free."""
-    cell = make_cell(page_takes={"cpu_percent_together": 0.001}, handshake_timeout=HANDSHAKE_S)
-    assert not waits_at_the_door(cell, PAGE)
+    """Both are charged to all that come as that role, who wait; another role comes in at once."""
+    cell = make_cell(handshake_timeout=HANDSHAKE_S)
+    coming = cell.server._coming["viewer"]
+    coming.rate, free = 1e-9, coming.level
+    visitor = page(cell)
+    wait_until(lambda: cell.server.statistics().clients == 1, DEADLINE)
+    came = coming.level
+    assert came < free
+    visitor.line.close()
+    wait_until(lambda: coming.level < came, DEADLINE)
+    coming.level = -1.0
     assert waits_at_the_door(cell, PAGE)
     assert cell.client().time()["result"]
+
+
+def test_however_many_come_and_go_who_is_in_is_heard_at_once(make_cell: MakeCell) -> None:
+    """A viewer's packet may be a STOP: it does not pay for those at the door."""
+    cell = make_cell(handshake_timeout=HANDSHAKE_S)
+    inside = page(cell)
+    cell.server._coming["viewer"].spend(100.0, time.monotonic())
+    assert waits_at_the_door(cell, PAGE)
+    begun = time.monotonic()
+    assert inside.time()["result"] and time.monotonic() - begun < 0.5 * HANDSHAKE_S
 
 
 def test_who_is_turned_away_without_end_pays_for_it(

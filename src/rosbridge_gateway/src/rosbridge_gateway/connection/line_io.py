@@ -69,8 +69,7 @@ class Line(ServerConnection):
     def __init__(self, poll: Poll, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
         self.budget: Budget | None = None
-        """None until the client is known."""
-        self._owed = 0.0
+        """None until the client is known: a handshake is short."""
         self._poll = poll
         # Bytes that wait for their turn, each with the time at which it came.
         self._pieces: deque[tuple[bytes, float]] = deque()
@@ -85,11 +84,6 @@ class Line(ServerConnection):
         self._late_since: float | None = None
         self._late_turn = 0
         self._ended = self.loop.create_future()
-
-    def known(self, budget: Budget) -> None:
-        """Begin to charge: what its handshake took, and all that follows."""
-        self.budget = budget
-        self.computed(self._owed)
 
     def taken_at(self) -> float:
         """Return when the packet that was received last had come; once for each packet."""
@@ -113,8 +107,6 @@ class Line(ServerConnection):
         """Charge processor time [s]."""
         if self.budget is not None:
             self.budget.computed(seconds, time.monotonic())
-        else:
-            self._owed += seconds
 
     def wait(self) -> float:
         """Return after how long [s] there is time for this client again."""

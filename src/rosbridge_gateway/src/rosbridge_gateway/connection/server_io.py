@@ -11,7 +11,7 @@ import math
 import socket
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from http import HTTPStatus
@@ -113,7 +113,13 @@ class GatewayServer:
             name: RateLimit.full(role.takes.cpu_percent_together / 100.0, burst, now)
             for name, role in config.roles.items()
         }
-        self._refusing = RateLimit.full(_REFUSING, burst, now)
+        # Of all that come and go as a role together: what one of them may take. It delays nobody of
+        # another role, and nobody who is in, whose packet may be a STOP.
+        self._coming: dict[str | None, RateLimit] = {
+            name: RateLimit.full(role.takes.cpu_percent / 100.0, burst, now)
+            for name, role in config.roles.items()
+        }
+        self._coming[None] = RateLimit.full(_REFUSING, burst, now)
         self._visitors: WeakKeyDictionary[ServerConnection, Visitor] = WeakKeyDictionary()
         self._owners = itertools.count(1)
         self._turned_away = 0
@@ -245,25 +251,31 @@ class GatewayServer:
 
         Either comes later where those who come and go take more of the loop than they may.
         """
+        host, role, response = connection.remote_address[0], None, None
         begun, now = time.thread_time(), time.monotonic()
-        host = connection.remote_address[0]
         try:
             visitor = self._door.admit(host, request.headers, request.path, now)
             self._find_place(visitor)
+            role = visitor.role
         except (NotAdmittedError, NoPlaceError) as error:
             response = self._turn_away(connection, error)
-            self._refusing.spend(time.thread_time() - begun, now)
-            await self._wait_for(self._refusing)
-            return response
-        await self._wait_for(self._shared_cpu[visitor.role])
-        self._visitors[connection] = visitor
-        return None
-
-    async def _wait_for(self, share: RateLimit) -> None:
-        """Wait until a share of the loop is out of debt, for half a handshake at most."""
-        wait = share.wait(time.monotonic())
+        coming = self._coming[role]
+        coming.spend(time.thread_time() - begun, now)
+        wait = coming.wait(time.monotonic())
         if wait:
             await asyncio.sleep(min(wait, 0.5 * self.config.handshake_timeout))
+        if response is None:
+            self._visitors[connection] = visitor
+        return response
+
+    @contextlib.contextmanager
+    def _charged(self, role: str) -> Iterator[None]:
+        """Charge the processor time of what is done within to all that come and go as a role."""
+        begun = time.thread_time()
+        try:
+            yield
+        finally:
+            self._coming[role].spend(time.thread_time() - begun, time.monotonic())
 
     def _turn_away(
         self, connection: ServerConnection, error: NotAdmittedError | NoPlaceError
@@ -310,7 +322,7 @@ class GatewayServer:
             return
         if leaves is not None:
             self._clients[leaves].drop(f"made room for another {visitor.role}")
-        with connection.charged():
+        with self._charged(visitor.role):
             client = self._begin(connection, visitor)
         try:
             await client.run()
@@ -319,7 +331,7 @@ class GatewayServer:
             self.errors += 1
             self.log(f"error while serving {_peer(connection)}: {error!r}")
         finally:
-            with connection.charged():
+            with self._charged(visitor.role):
                 self._end(client, connection)
 
     def _begin(self, connection: Line, visitor: Visitor) -> Client:
@@ -330,7 +342,7 @@ class GatewayServer:
         owner = next(self._owners)
         limits, now = self.config.limits, time.monotonic()
         takes = self.config.roles[role].takes
-        connection.known(self._budget(role, now))
+        connection.budget = self._budget(role, now)
         connection.protocol.max_message_size = _HARD_SIZE_FACTOR * takes.packet_bytes
         session = Session(role, self._roles, self.namespace, limits, takes, now, unpack)
         peer = _peer(connection)

@@ -72,7 +72,6 @@ class Budget:
             now: Monotonic [s].
             shared: Processor time of all connections of this kind.
         """
-
         self._packets = RateLimit.full(packets_per_second, burst, now)
         self._bytes = RateLimit.full(bytes_per_second, burst, now)
         own = RateLimit.full(cpu_share, burst, now)
