@@ -34,7 +34,9 @@ class Entry(NamedTuple):
 # Addresses are free, more registers are welcome.
 ENTRIES: dict[str, Entry] = {
     "position": Entry(_AXIS, "follow"),
-    **dict.fromkeys(("position_valid", "clock_ms", "override_now"), Entry(WHOLE, "follow")),
+    # Wider than int16, and in whole halves of a millisecond: its wraps are to be told from jumps.
+    "clock_ms": Entry(("int32",), "follow"),
+    **dict.fromkeys(("position_valid", "override_now"), Entry(WHOLE, "follow")),
     **dict.fromkeys(("program_line", "program_state"), Entry(WHOLE, "follow")),
     **dict.fromkeys(("alarm_id", "alarm_number"), Entry(WHOLE, "follow")),
     **dict.fromkeys(("program_name", "alarm_message"), Entry(_TEXT, "follow")),
@@ -84,6 +86,8 @@ OUTPUTS = (
 COMMANDS = ("imstp", "hold", "cstopi", "fault_reset", "start", "rsr1")
 # A robot may have a suction gripper: then all of these signals, else none.
 GRIPPER_INPUTS, GRIPPER_OUTPUTS = ("gripper",), ("gripper", "vacuum")
+LEVELS = ("imstp", "hold", *GRIPPER_INPUTS)
+"""Of what is said to a robot, what stays until it is taken back; all else is a pulse."""
 # The buttons of the person beside the robot: all or none. The twin controller never writes them.
 _KEYS = ("panel_start", "panel_abort", "panel_reset", *(f"panel_run{n}" for n in range(1, 9)))
 PANEL_INPUTS = ("panel_imstp", "panel_hold", *_KEYS)

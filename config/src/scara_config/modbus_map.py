@@ -24,6 +24,7 @@ from scara_config.map_entries import (
     GRIPPER_INPUTS,
     GRIPPER_OUTPUTS,
     INPUTS,
+    LEVELS,
     OUTPUTS,
     PANEL_INPUTS,
     PANEL_OUTPUTS,
@@ -256,17 +257,16 @@ def _wrong_registers(layout: ModbusMap) -> Iterator[str]:
     """Yield registers that both sides use and that are missing or not of the kind they use."""
     for name, entry in ENTRIES.items():
         register, table = layout.find(name), layout.table_of(name)
+        one = 6 if name == "alarm_time" else 1
         if register is None:
             if entry.need == "follow" or (entry.need == "lead" and layout.leads):
                 yield f"holding_registers.{name}: is missing"
         elif register.type not in entry.types:
             yield f"{table}.{name} = {register.type}: must be {' or '.join(entry.types)}"
-        elif (
-            name not in AXES
-            and register.type != "string"
-            and register.count != (6 if name == "alarm_time" else 1)
-        ):
+        elif name not in AXES and register.type != "string" and register.count != one:
             yield f"{table}.{name} = {register.type}, count {register.count}: must be one number"
+        elif name == "clock_ms" and 2.0 * register.scale % 1.0:
+            yield f"{table}.{name}.scale = {register.scale:g}: must be a multiple of 0.5"
         elif name in WRITTEN and (table != "holding_registers" or not register.write):
             yield f"{table}.{name}: must be a holding register with write: true"
     for name, other in (("mode_b0", "mode_b1"), ("mode_b1", "mode_b0")):
@@ -372,12 +372,11 @@ def _wrong_inputs(layout: ModbusMap) -> Iterator[str]:
     for name, code in word.codes.items():
         if (code.pulse is None) == (code.low is None) or (code.low is None) != (code.high is None):
             yield f"command_word.codes.{name}: needs either low and high or pulse"
-    codes = [
-        value
-        for code in word.codes.values()
-        for value in (code.low, code.high, code.pulse)
-        if value is not None
-    ]
+        elif name in COMMANDS + gripper and (code.pulse is None) != (name in LEVELS):
+            form = "low and high: it is set, and taken back" if name in LEVELS else "pulse"
+            yield f"command_word.codes.{name}: needs {form}"
+    every = (value for code in word.codes.values() for value in (code.low, code.high, code.pulse))
+    codes = [value for value in every if value is not None]
     if len(set(codes)) != len(codes):
         yield "command_word.codes: a code occurs more than once"
     if layout.switches_word is not None:

@@ -98,6 +98,12 @@ def test_width_follows_from_type_and_count(kind: Any, count: int, words: int) ->
             "int64",
             r"clock_ms.* = 'int64': Invalid enum value",
         ),
+        (["holding_registers", "clock_ms", "type"], "int16", r"clock_ms = int16: must be int32"),
+        (
+            ["holding_registers", "clock_ms", "scale"],
+            0.1,
+            r"clock_ms\.scale = 0\.1: must be a multiple of 0\.5",
+        ),
         (
             ["holding_registers", "clock_ms", "meaning"],
             REMOVED,
@@ -221,6 +227,16 @@ SIX = SHIPPED / "robots" / "articulated_six" / "modbus_map.yaml"
             ["command_word", "codes", "hold"],
             {"low": 3, "high": 10},
             r"command_word\.codes: a code occurs more than once",
+        ),
+        (
+            ["command_word", "codes", "hold"],
+            {"pulse": 3},
+            r"command_word\.codes\.hold: needs low and high: it is set, and taken back",
+        ),
+        (
+            ["command_word", "codes", "cstopi"],
+            {"low": 9, "high": 10},
+            r"command_word\.codes\.cstopi: needs pulse",
         ),
         (
             ["command_word", "codes", "dance"],
