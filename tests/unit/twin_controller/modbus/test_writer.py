@@ -7,12 +7,18 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 from scara_config import Robot, load_robot
 from scara_config.modbus_map import ModbusMap, load_modbus_map
 from twin_controller.core.actions import RobotSetpoint, StreamAhead, StreamReal
 from twin_controller.modbus.outbox_io import Command, Outbox
-from twin_controller.modbus.port_io import ModbusSettings, Retries, UnansweredError
+from twin_controller.modbus.port_io import (
+    ModbusSettings,
+    Retries,
+    UnansweredError,
+    WriteRefusedError,
+)
 from twin_controller.modbus.writer_io import Writer
 from twin_controller.registers import RegisterCodec
 from twin_controller.robot.link import RobotCounters
@@ -240,6 +246,37 @@ def test_a_numbered_command_that_is_not_confirmed_is_repeated_at_once() -> None:
         writer._write_all()
     assert layout.command_word is not None
     assert len(port.written) == 2 and port.written[0] == port.written[1]
+
+
+def test_a_numbered_command_that_is_refused_is_not_repeated_at_once() -> None:
+    """A robot in local mode refuses each: its five tries are told, not one each turn."""
+    six = CONFIG / "robots" / "articulated_six"
+    writer, box, port = made(load_modbus_map(six), load_robot(six))
+
+    def refuse() -> None:
+        raise WriteRefusedError("exception 4")
+
+    writer.echo, port.meanwhile[1] = 4, refuse
+    box.put(Command("hold", False, False))
+    for _ in range(3):
+        writer._write_all()
+    assert len(port.written) == 1 and writer._counters.refused == 1
+
+
+@pytest.mark.parametrize("high_first", [False, True])
+def test_a_heartbeat_of_two_words_is_written_as_the_map_says(high_first: bool) -> None:
+    """A plain R[] has two; in the wrong one the robot reads 65536, and the farewell disarms not."""
+    ahead = [name for name in LAYOUT.holding_registers if name.startswith("ring_")]
+    registers = {k: one for k, one in LAYOUT.holding_registers.items() if k not in ahead}
+    beat, speed = registers["heartbeat"], registers["stream_speed"]
+    registers["heartbeat"] = msgspec.structs.replace(beat, type="int32")
+    registers["stream_speed"] = msgspec.structs.replace(speed, address=beat.address + 2)
+    order = "high_first" if high_first else "low_first"
+    layout = msgspec.structs.replace(LAYOUT, holding_registers=registers, word_order=order)
+    writer, _, port = made(layout, ROBOT)
+    for value in (1, 0):
+        writer._beat(value)
+    assert port.words == [[0, 1] if high_first else [1, 0], [0, 0]]
 
 
 @pytest.mark.parametrize("deaf", [False, True])

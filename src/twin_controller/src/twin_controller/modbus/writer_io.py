@@ -303,10 +303,12 @@ class Writer:
         again, self._numbered = self._numbered, None
         due = self._commands.next(time.monotonic()) if self._commands else None
         if (command := due or again) is not None:
-            # Left so if no answer comes: it is written again then, under its old number.
-            self._numbered = command
-            self._port.write_words(*self._codec.encode_command(command.code, command.sequence))
-            self._numbered = None
+            try:
+                self._port.write_words(*self._codec.encode_command(command.code, command.sequence))
+            except UnansweredError:
+                # It is written again at once, under its old number; what the robot refuses is not.
+                self._numbered = command
+                raise
 
     def _release(self, name: str) -> None:
         """End a pulse."""
@@ -322,7 +324,9 @@ class Writer:
         """Write a heartbeat; return whether it is confirmed."""
         offset = self._layout.holding_registers["heartbeat"].offset
         try:
-            self._attempt(self._port.write_words, offset, [value])
+            self._attempt(
+                self._port.write_words, offset, self._codec.encode_int("heartbeat", value)
+            )
         except UnansweredError:
             return False
         return True
