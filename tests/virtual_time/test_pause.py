@@ -211,6 +211,8 @@ def test_resume_of_a_program_goes_on_on_the_robots_own_path(cell: PausedCell) ->
     run_program(cell)
     cell.schedule.run(0.5)
     assert cell.operate("PAUSE").success
+    # START reaches a paused program alone: this one would pause behind it, for good.
+    assert "the real robot has not shown the pause yet" in cell.operate("RESUME").message
     both_stood(cell, cell.schedule.now)
     rested = cell.schedule.now
     cell.schedule.run(1.0)

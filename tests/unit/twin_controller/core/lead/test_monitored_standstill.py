@@ -71,6 +71,19 @@ def test_only_a_reset_ends_it() -> None:
     assert pair.mode is Mode.IDLE
 
 
+def test_its_fault_is_not_reset_while_the_robot_does_not_obey(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """RESET would give HOLD back, and forget the stop that switches the drives off in the end."""
+    pair = standing()
+    monkeypatch.setattr(pair, "command_real", lambda do: None)
+    pair.start_program(ramp(HOME, shifted(HOME, 40.0), 5.0), 0.3)
+    assert pair.mode is Mode.FAULT
+    reply = pair.operate("RESET")
+    assert not reply.success and "moves with its drives on" in reply.message
+    pair.until(Mode.ESTOP, 1.0)
+
+
 @pytest.mark.parametrize(
     ("before", "why"), [("ESTOP", "the emergency stop is latched"), ("", "a link is down")]
 )

@@ -8,7 +8,7 @@ from twin_controller.core.actions import AnyAction, Reply
 from twin_controller.core.events import Operator
 from twin_controller.core.lead.commands.judging import invalid_target, judge_move
 from twin_controller.core.lead.modes import EVERY_COMMAND, Mode, Trigger
-from twin_controller.core.lead.standing import real_stands
+from twin_controller.core.lead.standing import real_stands, unshown
 from twin_controller.core.lead.table import FOLLOWS_TWIN
 from twin_controller.core.lead.transition import detail, row_of, transition
 from twin_controller.core.lead.triggers import operator_trigger
@@ -83,13 +83,17 @@ def _forbidden(setup: Setup, state: CoreState, trigger: Trigger, now: float) -> 
     """Return why nothing may begin or go on now: a person, a hold, a program, the mode switch."""
     sides, separation = state.sides, state.safety.separation
     flags = sides.real.flags
-    latched = trigger is Trigger.RESET and state.lead.mode is Mode.ESTOP and setup.writes
+    mode = state.lead.mode
+    latched = setup.writes and (mode is Mode.ESTOP or (mode is Mode.FAULT and unshown(state)))
     moves = flags is not None and flags.drives_on and not real_stands(setup, state, flags, now)
-    if latched and moves:
+    if trigger is Trigger.RESET and latched and moves:
         # RESET would give HOLD and *IMSTP back to a robot that they have not stopped.
         return "the real robot moves with its drives on: stop it there, then RESET"
     if separation.too_close and trigger in (Trigger.MOVE, Trigger.ALIGN):
         return separation.reason
+    if trigger is Trigger.RESUME and state.lead.paused is Mode.REAL_LEADS and unshown(state):
+        # START lets a paused program go on. One that HOLD has not reached yet would stay paused.
+        return "the real robot has not shown the pause yet: RESUME once it stands"
     if trigger in (Trigger.RESUME, Trigger.RESUME_BLOCKED):
         return by_hand(flags) if state.lead.paused in FOLLOWS_TWIN else ""
     if trigger not in (Trigger.MOVE, Trigger.MOVE_UNALIGNED):

@@ -11,7 +11,7 @@ import msgspec
 from twin_controller.core.actions import AnyAction
 from twin_controller.core.events import AnyEvent, MoveEnded, RealMeasured, TwinMotion
 from twin_controller.core.lead.modes import Mode, Trigger
-from twin_controller.core.lead.standing import real_stands
+from twin_controller.core.lead.standing import real_stands, unshown
 from twin_controller.core.lead.state import Lead, record_notice
 from twin_controller.core.lead.table import FOLLOWS_TWIN, LEADING
 from twin_controller.core.orders.order import due
@@ -304,8 +304,10 @@ def _twin_reports(setup: Setup, state: CoreState, motion: TwinMotion, now: float
     # A twin that was paused while nothing moved goes on to nothing.
     goes_on = moves or (by_twin and lead.paused is Mode.IDLE and motion.state == "idle")
     if lead.mode is Mode.PAUSED and lead.paused_seen[1] and goes_on:
-        may = by_twin and not resume_blocked(state)
-        return [Trigger.TWIN_RESUMED if may else Trigger.RELEASED_BLOCKED]
+        if not by_twin or resume_blocked(state):
+            return [Trigger.RELEASED_BLOCKED]
+        # The robot's program is let go on once it is paused.
+        return [] if unshown(state) else [Trigger.TWIN_RESUMED]
     # What its nodes report does not count: a joint may be commanded past all of them, and a move
     # may begin where there was none to be paused. A twin that was told to stand slows down first.
     rested = lead.mode is Mode.PAUSED and state.orders.twin_stop is None

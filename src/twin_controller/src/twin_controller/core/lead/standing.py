@@ -15,6 +15,12 @@ def real_stands(setup: Setup, state: CoreState, flags: RealMeasured, now: float)
     return not runs and change.stands_still(state.sides.real.change, now, setup.config.change)
 
 
+def unshown(state: CoreState) -> bool:
+    """Return whether the real robot was told to stop or to pause and has not shown that yet."""
+    stop = state.orders.stop
+    return stop is not None and stop.given_back is None and not stop.order.shown
+
+
 def unseen(setup: Setup, state: CoreState, since: float) -> str:
     """Return which side was not seen to stand since it was told to, in words; empty: both were.
 
