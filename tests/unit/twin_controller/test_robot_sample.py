@@ -26,6 +26,7 @@ def test_the_program_block_tells_whether_a_program_runs(
 @pytest.mark.parametrize(
     ("severity", "told"),
     [
+        ("", {"sysrdy", "fault"}),
         ("WARN", {"sysrdy"}),
         ("PAUSE", {"sysrdy", "fault"}),
         ("STOP", {"sysrdy", "fault"}),
@@ -35,6 +36,6 @@ def test_the_program_block_tells_whether_a_program_runs(
     ],
 )
 def test_the_alarm_block_tells_fault_and_drives(severity: str, told: set[str]) -> None:
-    """A SERVO alarm has switched the drives off."""
+    """A SERVO alarm has switched the drives off; one of no known severity stops the robot."""
     alarm = AlarmStatus(11, 7, severity, "text", "")
     assert told_outputs(ProgramStatus("", 0, ProgramState.ABORTED), alarm) == told

@@ -134,7 +134,8 @@ def told_outputs(program: ProgramStatus, alarm: AlarmStatus) -> frozenset[str]:
     Source:
         Our choice, by the severities of the maker's manual: docs/sources.md.
     """
-    severity = alarm.severity if alarm.facility else ""
+    # Where no text tells how severe an alarm is, it counts as one that stops the robot.
+    severity = (alarm.severity or "STOP") if alarm.facility else ""
     told = {
         "sysrdy": severity not in _DRIVES_OFF,
         "progrun": program.state is ProgramState.RUNNING,

@@ -98,6 +98,22 @@ def test_an_alarms_number_comes_from_its_register(cell: MemoryCell) -> None:
     assert cell.words == [("", "STOP 11-037 Hand broken", 37), ("", "", 0)]
 
 
+@pytest.mark.parametrize(
+    ("outputs", "stops"), [({"sysrdy"}, False), ({"sysrdy", "fault"}, True), (set(), True)]
+)
+def test_an_alarm_without_a_severity_stops_where_the_robot_shows_so(
+    cell: MemoryCell, outputs: set[str], stops: bool
+) -> None:
+    """A map need not tell it: a start that was refused is no fault of the robot."""
+    program = ProgramStatus("", 0, ProgramState.ABORTED)
+    show(cell, ControlType.NONE, "sysrdy")
+    cell.robot.listener.told(program, AlarmStatus(24, 11, "", "Start refused", ""))
+    while not cell.robot.show(outputs=frozenset(outputs)):
+        pass
+    alarm = [event for event in cell.events if isinstance(event, RealAlarm)][-1]
+    assert (alarm.text, alarm.stops) == ("24-011 Start refused", stops)
+
+
 def test_a_robot_whose_watchdog_holds_it_is_a_fault_with_a_reason(cell: MemoryCell) -> None:
     """It raises no alarm of its own for it; one that it has goes first, and both end with RESET."""
     program, none = ProgramStatus("", 0, ProgramState.ABORTED), AlarmStatus(0, 0, "", "", "")

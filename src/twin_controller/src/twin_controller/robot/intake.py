@@ -181,9 +181,19 @@ WARNING = "WARN"
 """The maker's word for what is shown and stops nothing."""
 
 
-def is_stopping(alarm: AlarmStatus) -> bool:
-    """Return whether the active alarm stops the robot; a warning does not."""
-    return alarm.severity != WARNING
+def is_faulted(sample: RobotSample) -> bool:
+    """Return whether the robot shows that something has stopped it."""
+    return "fault" in sample.outputs or "sysrdy" not in sample.outputs or heartbeat_lost(sample)
+
+
+def is_stopping(alarm: AlarmStatus, faulted: bool) -> bool:
+    """Return whether the active alarm stops the robot; a warning does not.
+
+    Args:
+        alarm: The active alarm.
+        faulted: What the robot shows beside it; counts where no text of the alarm tells it.
+    """
+    return alarm.severity != WARNING if alarm.severity else faulted
 
 
 def alarm_text(alarm: AlarmStatus) -> str:

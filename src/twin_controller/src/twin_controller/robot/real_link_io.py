@@ -20,6 +20,7 @@ from twin_controller.robot.intake import (
     HEARTBEAT_LOST,
     alarm_text,
     heartbeat_lost,
+    is_faulted,
     is_paused,
     is_stopping,
     measured,
@@ -81,7 +82,9 @@ class RealLink:
         self._put, self._on_data = put, on_data
         self._program = self._alarm = self._program_name = ""
         self._alarm_number = 0
-        self._alarm_status, self._heartbeat_lost = AlarmStatus(0, 0, "", "", ""), False
+        self._alarm_status, self._stops = AlarmStatus(0, 0, "", "", ""), False
+        # The watchdog holds the robot; something has stopped it: as of the last sample.
+        self._shown = (False, False)
         # As of the last sample: START must not run a program that is not paused.
         self._paused = False
         # Our stream program runs, as of the last sample.
@@ -200,8 +203,7 @@ class RealLink:
         if "progrun" not in sample.outputs and stands(before, sample.motion, self._robot.joints):
             self._rests.set()
         program = self._program_name
-        if (lost := heartbeat_lost(sample)) != self._heartbeat_lost:
-            self._tell_alarm(self._alarm_status, lost)
+        self._tell_alarm(self._alarm_status, heartbeat_lost(sample), is_faulted(sample))
         self._put(measured(sample, sent, received, self._robot, self._has_gripper, program))
         self._on_data(sample, self._program, self._alarm, self._alarm_number)
 
@@ -210,12 +212,15 @@ class RealLink:
         # The blocks are read behind the sample: a program that has ended must not name the next.
         self._program_name = "" if program.state is ProgramState.ABORTED else program.name
         self._alarm_number = alarm.number if alarm.facility else 0
-        self._tell_alarm(alarm, self._heartbeat_lost)
+        self._tell_alarm(alarm, *self._shown)
 
-    def _tell_alarm(self, alarm: AlarmStatus, lost: bool) -> None:
+    def _tell_alarm(self, alarm: AlarmStatus, lost: bool, faulted: bool) -> None:
         """Tell the core of the active alarm, or that the robot's watchdog holds it."""
-        self._alarm_status, self._heartbeat_lost = alarm, lost
+        if (alarm, (lost, faulted)) == (self._alarm_status, self._shown):
+            return
+        self._alarm_status, self._shown = alarm, (lost, faulted)
         text = alarm_text(alarm) or (HEARTBEAT_LOST if lost else "")
-        if text != self._alarm:
-            self._alarm = text
-            self._put(RealAlarm(time.monotonic(), text, is_stopping(alarm)))
+        told = text, bool(text) and is_stopping(alarm, faulted)
+        if told != (self._alarm, self._stops):
+            self._alarm, self._stops = told
+            self._put(RealAlarm(time.monotonic(), *told))
