@@ -117,6 +117,8 @@ def test_the_lines_by_hand_are_all_of_a_cell() -> None:
     """Who types them has what `./cell up` has, with the same arguments."""
     page = ROOT / "docs" / "operating" / "by_hand.md"
     section = page.read_text(encoding="utf-8").partition("Then, for example")[0]
+    # devel/setup.bash sets no ROS_IP: the nodes would listen to the network.
+    assert "source env.sh" in section and "setup.bash" not in section
     typed = {line.partition("#")[0].strip() for line in section.splitlines()}
     nodes = [ROSOUT, *cell_plan(load_doors(ROOT / "config"), with_panel=True, with_health=True)]
     wanted = [" ".join(("rosrun", n.package, n.executable, *n.arguments)) for n in nodes]
