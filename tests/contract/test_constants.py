@@ -10,9 +10,11 @@ import msgspec
 import pytest
 from farm.config import Name as FarmName
 from harness.sources import Module, modules
+from harness.workspace import ROOT
 from operator_panel.config import Origin
 from scara_config.quantities import PersonName, VariableName
 from scara_control.motion.commands import State
+from twin_controller.core.control import ENDING
 from twin_controller.core.lead.modes import Mode
 
 from scara_msgs.msg import MotionState, PartEvent, TwinControllerState
@@ -54,6 +56,15 @@ def test_no_constant_swallows_a_comment() -> None:
     kinds = (TwinControllerState, MotionState, PartEvent)
     values = [value for kind in kinds for value in constants(kind).values()]
     assert [value for value in values if not value.isidentifier()] == []
+
+
+def test_the_services_name_all_commands_that_end_a_motion() -> None:
+    """Who reads a line about stops learns of each of them."""
+    folder = ROOT / "src" / "scara_msgs" / "srv" / "twin_controller"
+    lines = [text for file in folder.glob("*.srv") for text in file.read_text().splitlines()]
+    told = [text for text in lines if "PAUSE" in text]
+    assert len(told) == 6
+    assert [text for text in told if any(word not in text for word in ENDING)] == []
 
 
 def test_modes_are_not_written_out() -> None:
