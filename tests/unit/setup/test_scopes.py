@@ -125,6 +125,14 @@ def test_the_container_holds_what_a_cell_needs() -> None:
     assert {".venv", "build", "devel", "runs"} <= set(ignored)
 
 
+def test_what_the_container_keeps_is_of_its_own_user() -> None:
+    """An empty volume gets the owner of the image's folder; one of the host has another owner."""
+    page = (ROOT / "docs" / "operating" / "machines.md").read_text()
+    kept = re.search(r"--volume [a-z-]+:/cell/(\w+)", page)
+    of_user = (ROOT / "setup" / "Containerfile").read_text().partition("USER cell")[2]
+    assert kept is not None and f"mkdir -p {kept[1]}" in of_user
+
+
 def test_the_container_runs_without_a_way_to_become_root() -> None:
     """A page or a node that is taken over stays a user; Debian's packages come before that."""
     text = (ROOT / "setup" / "Containerfile").read_text()
