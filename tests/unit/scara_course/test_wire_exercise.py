@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import csv
+import math
 import re
 import struct
 from itertools import pairwise
 from typing import Any
 
 import pytest
-from harness.course import LEARNER, exercise, handed_in, marked, material
+from harness.course import LEARNER, exercise, handed_in, marked, material, robot
+from scara_control.joint_motion import JointMotion
+from twin_controller.plausible import Plausibility, Reading, Verdict, judge
 
 Answers = dict[str, dict[str, Any]]
 LEARNERS = [f"learner_{k}" for k in range(60)]
@@ -65,6 +68,20 @@ def test_learners_get_each_of_the_faults() -> None:
     kinds = {by_card(learner)["fault"]["kind"] for learner in LEARNERS}
     assert kinds == set(exercise(8).check.KINDS)
     assert kinds == set(re.findall(r"^\| (\w+) \|", exercise(8).card, re.M)) - {"kind"}
+
+
+def test_what_the_card_says_of_one_impossible_reading_is_so() -> None:
+    """A real pair refuses it alone and goes on."""
+    learner = next(each for each in LEARNERS if by_card(each)["fault"]["kind"] == "impossible")
+    state, verdicts = Plausibility(), []
+    for row in csv.DictReader(material(8, learner)["wire.csv"].splitlines()):
+        clock = 1e-3 * int(row["clock_high"] + row["clock_low"], 16)
+        motion = JointMotion((math.radians(joint_1(row)),), (), (), clock)
+        reading = Reading(motion, 1e-3 * int(row["time_ms"]))
+        state, verdict = judge(state, reading, [robot().joint("joint_1")])
+        verdicts.append(verdict)
+    assert verdicts.count(Verdict.REFUSED) == 1 and Verdict.JUMPED not in verdicts
+    assert "one `impossible` reading is refused and stops nothing" in exercise(8).card
 
 
 RIGHT = by_card()
