@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 from cell_recorder.journal.why_node import app as why
-from harness.course import LEARNER, handed_in, marked, material
+from harness.course import LEARNER, exercise, handed_in, marked, material, robot
+from scara_course.exercises_io import ANSWERS, start
 from typer.testing import CliRunner
 
 
@@ -55,6 +56,15 @@ def test_the_commands_on_the_card_answer_it(learner: str, tmp_path: Path) -> Non
     answers = {"journal": by_card(tmp_path, learner)}
     mark = marked(12, handed_in(12, answers, learner), learner)
     assert mark.passed, mark.reason
+
+
+def test_the_folder_on_the_card_holds_the_journal(tmp_path: Path) -> None:
+    """FOLDER is where `start` writes the answers."""
+    written = start(exercise(12), LEARNER, robot(), tmp_path, anew=False)
+    (answers,) = (path for path in written if path.name == ANSWERS)
+    assert re.search(r"\d+ stops? in", said(answers.parent, "--stops"))
+    card = " ".join(exercise(12).card.split())
+    assert f"for FOLDER write the folder of your {ANSWERS}" in card
 
 
 @pytest.fixture(scope="module")
