@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import hashlib
+import inspect
 import json
 import re
 import time
@@ -23,6 +24,7 @@ from scara_course.results_io import add_result, course_key, read_results
 from typer.testing import CliRunner, Result
 
 from scara_course import results_io
+from scara_course import exercise as exercise_module
 
 RIGHT = {n: exercise(n).check.solve(draw(exercise(n), LEARNER), robot()) for n in (1, 2, 3)}
 
@@ -228,6 +230,18 @@ def test_each_folder_is_a_whole_exercise() -> None:
         assert "\n## Task\n" in each.card and "\n## What counts\n" in each.card, each.name
         assert "\n## Hints\n" in each.card, each.name
         assert each.name.startswith(f"e{each.task.number:02d}_")
+
+
+def test_each_check_has_what_the_module_says() -> None:
+    """Whoever writes an exercise by that text has it called with what it takes."""
+    text = str(exercise_module.__doc__)
+    for each in load_exercises():
+        _, _, behind = text.partition(f"- ``{each.task.evidence}``:")
+        told = re.findall(r"``(\w+)(?:\((.*?)\))?``", re.split(r"\n- |\n\n", behind)[0])
+        assert told, each.name
+        for name, words in told:
+            held = getattr(each.check, name)
+            assert not words or ", ".join(inspect.signature(held).parameters) == words, each.name
 
 
 def test_mistake_that_is_named_explains_the_first_wrong_row() -> None:

@@ -5,8 +5,10 @@ learner, and ``check.py``, which is pure. What check.py has follows from the tas
 
 - ``answers``: ``draw(generator)`` gives the learner's numbers, ``solve(given, robot)`` the right
   answers, ``mistakes(given, robot)`` what comes of usual mistakes, by their names in words.
-- ``steps``: ``draw`` too; ``mark(answers, figures)`` judges steps that were made with the answers.
-- ``bag``: ``mark(recorded)`` judges a recording.
+- ``steps``: ``draw(generator)`` and ``solve(given, robot)`` too; the answers are one row, gains:
+  p, i, d, i_clamp. With them ``JOINT`` makes a step of ``SIZE`` [deg, mm] and one back, each
+  recorded for ``SECONDS``; ``mark(answers, figures, robot)`` judges what was measured.
+- ``bag``: ``mark(recorded, robot)`` judges a recording.
 
 ``material(given, robot)`` makes further files, name to text; where check.py has it, the file of
 the answers does not show the numbers.
