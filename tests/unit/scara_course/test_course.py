@@ -18,12 +18,12 @@ from operator_panel.page.work.course_io import read_course
 from scara_config.profile import CHOICE
 from scara_course.course_node import app
 from scara_course.exercises_io import draw, load_exercises
-from scara_course.marking import mark_table
+from scara_course.marking import ExerciseMark, mark_table
 from scara_course.results import is_genuine
 from scara_course.results_io import add_result, course_key, read_results
 from typer.testing import CliRunner, Result
 
-from scara_course import results_io
+from scara_course import course_node, evidence_io, results_io
 from scara_course import exercise as exercise_module
 
 RIGHT = {n: exercise(n).check.solve(draw(exercise(n), LEARNER), robot()) for n in (1, 2, 3)}
@@ -104,6 +104,26 @@ def test_all_marks_what_was_started(tmp_path: Path) -> None:
     assert done.exit_code == 1
     assert done.output.count("PASSED") == 2 and "3. The Jacobian" in done.output
     assert f"2 of {len(load_exercises())} passed" in done.output
+
+
+def test_all_leaves_what_has_passed_by_a_recording_of_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The newest recording is that of another exercise."""
+    both = [exercise(6), exercise(9)]
+    monkeypatch.setattr(course_node, "load_exercises", lambda: both)
+    monkeypatch.setattr(
+        evidence_io, "mark_bag", lambda each, bag, _: ExerciseMark(bag.parent.name == each.name, "")
+    )
+    for number, each in enumerate(both, 1):
+        bag = tmp_path / each.name / "run.bag"
+        bag.parent.mkdir()
+        bag.touch()
+        course(tmp_path, "start", str(number))
+        assert course(tmp_path, "check", str(number), "--bag", str(bag)).exit_code == 0
+    done = course(tmp_path, "all")
+    assert done.exit_code == 0 and "2 of 2 passed" in done.output, done.output
+    assert [each.passed for each in read_results(tmp_path / "course")] == [True, True]
 
 
 @pytest.mark.parametrize(
