@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import signal
 import sys
@@ -74,6 +75,15 @@ def test_wrong_arguments_end_with_exit_code_two(
     """A wrong name, speed or folder is told before anything moves."""
     assert end_of(run_experiment.main, *words) == 2
     assert text in capsys.readouterr().err
+
+
+def test_its_help_names_what_no_names_mean(
+    end_of: Callable[..., object], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The experiments of the article; those with parts are asked for by name."""
+    assert end_of(run_experiment.main, "--help") == 0
+    shown = re.sub(r"[\s│]+", " ", capsys.readouterr().out)
+    assert "default: the article's two" in shown
 
 
 @pytest.mark.parametrize(

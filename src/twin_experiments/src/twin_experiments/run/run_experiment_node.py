@@ -165,7 +165,7 @@ class Runner:
 @app.command()
 def run_experiment(
     names: Annotated[
-        list[str] | None, typer.Argument(help="Experiments of experiments.yaml; default: all.")
+        list[str] | None, typer.Argument(help="Of experiments.yaml; default: the article's two.")
     ] = None,
     output: Annotated[
         Path | None,
