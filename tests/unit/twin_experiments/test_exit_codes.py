@@ -10,7 +10,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from scara_config import load_robot
 from twin_analysis.step import step_response_node as step_response
+from twin_experiments.config import load_experiments
 from twin_experiments.report import report_node as report
 from twin_experiments.run import run_experiment_node as run_experiment
 
@@ -84,6 +86,16 @@ def test_its_help_names_what_no_names_mean(
     assert end_of(run_experiment.main, "--help") == 0
     shown = re.sub(r"[\s│]+", " ", capsys.readouterr().out)
     assert "default: the article's two" in shown
+
+
+def test_its_usage_lines_ask_for_nothing_that_is_refused() -> None:
+    """The twin palletises at its own speeds, so a line of both takes none."""
+    config = load_experiments(load_robot(CONFIG), CONFIG)
+    lines = re.findall(r"run_experiment ([a-z_ ]+)(.*)", str(run_experiment.__doc__))
+    assert len(lines) == 2 and any("--speed" in options for _, options in lines)
+    for names, options in lines:
+        for experiment in config.select(names.split()).values():
+            run_experiment._at_speed(experiment, 50.0 if "--speed" in options else None)
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,8 @@
 
 Runs the article's experiments on a running cell, records them, reports.
 
-    rosrun twin_experiments run_experiment real_leads twin_leads --output DIR
-    rosrun twin_experiments run_experiment palletise --speed PERCENT --repeat N
+    rosrun twin_experiments run_experiment real_leads twin_leads --output DIR --speed PERCENT
+    rosrun twin_experiments run_experiment palletise --repeat N
 
 Parameter: ``_config_dir:=FOLDER`` (experiments.yaml, robot.yaml). Calls ``recorder/start``,
 ``recorder/stop``, ``move_to`` and ``twin_controller/command``; publishes ``experiment/marker``;
