@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import asyncio
 import io
-import threading
 import time
 from typing import Any
 
@@ -27,23 +26,17 @@ class CameraLink:
 
     def __init__(self) -> None:
         """Listen to nothing yet."""
-        self._lock = threading.Lock()
-        self._subscriber: Any = None
+        self._subscriber: Any = None  # only ``look`` touches it
         self._newest: Image | None = None
         self._encoding = asyncio.Lock()
         self._encoded = "", b""
-        self._asked = 0.0
+        self._asked = float("-inf")
 
     async def picture(self, after: str) -> tuple[str, bytes] | None:
         """Return the next picture that is not that of ``after``; None if none comes in time."""
         end = time.monotonic() + WAIT_S
         while (now := time.monotonic()) < end:
-            with self._lock:
-                self._asked = now
-                if self._subscriber is None and rospy.core.is_initialized():
-                    self._subscriber = rospy.Subscriber(
-                        "camera/image_raw", Image, self._take, queue_size=1, tcp_nodelay=True
-                    )
+            self._asked = now
             newest = self._newest
             at = newest.header.stamp if newest is not None else None
             if at is not None and (stamp := f"{at.secs}.{at.nsecs:09d}") != after:
@@ -56,16 +49,27 @@ class CameraLink:
         return None
 
     def look(self) -> None:
-        """Leave the camera alone when nobody has asked for a while.
+        """Listen to the camera once somebody asks, and leave it alone when nobody has for a while.
 
-        Any thread may call this; it has to be called now and then.
+        One thread of a ROS node has to call this now and then. It may wait for the master, which
+        rospy asks without a time-out; the pages' event loop, which hears STOP, never does.
         """
-        with self._lock:
-            if self._subscriber is not None and time.monotonic() - self._asked > LINGER_S:
-                self._subscriber.unregister()
-                self._subscriber, self._newest = None, None
+        wanted = self._is_wanted()
+        if wanted and self._subscriber is None:
+            self._subscriber = rospy.Subscriber(
+                "camera/image_raw", Image, self._take, queue_size=1, tcp_nodelay=True
+            )
+        elif not wanted and self._subscriber is not None:
+            subscriber, self._subscriber, self._newest = self._subscriber, None, None
+            subscriber.unregister()
+
+    def _is_wanted(self) -> bool:
+        return time.monotonic() - self._asked < LINGER_S
 
     def _take(self, message: Image) -> None:
+        # A picture that comes when nobody looks would be shown as new to the next who does.
+        if not self._is_wanted():
+            return
         # Anything else would have wrong colours, or fail where it is packed for a page.
         if message.encoding == "rgb8" and len(message.data) == message.step * message.height:
             self._newest = message

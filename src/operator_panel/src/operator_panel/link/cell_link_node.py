@@ -55,6 +55,7 @@ from scara_msgs.srv import (
 ENDS = Answer(False, "the page's server ends")
 NODE, COMMAND = "operator_panel", "twin_controller/command"
 MASTER_PERIOD_S = 1.0
+CAMERA_PERIOD_S = 0.25  # our choice: so late the first picture is at most
 STOP_LOOKUP_S = 0.25  # our choice: a press that must ask the master is still sent within 0.4 s
 RECORDER_TIMEOUT_S = (
     15.0  # our choice: the recorder connects to all topics before it answers, and closes the bag
@@ -122,7 +123,7 @@ class CellLink:
         self._program_gate.connect()
         self._tuning.subscribe()
         self._listening.subscribe()
-        while not ended.wait(MASTER_PERIOD_S):
+        while not ended.wait(CAMERA_PERIOD_S):
             self._camera.look()
 
     def keep_stop(self, ended: threading.Event) -> None:
