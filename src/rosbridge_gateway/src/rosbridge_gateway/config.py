@@ -96,7 +96,7 @@ class FirstMessages(Struct, frozen=True, forbid_unknown_fields=True):
 class Stops(Struct, frozen=True, forbid_unknown_fields=True):
     """Which packets stop a robot: they wait for nothing that the same client has sent before.
 
-    By topic or service, the values of the field ``command`` that do.
+    By topic or service, the values of the field ``command`` that do; none: whatever is sent there.
     """
 
     publish: dict[str, list[Annotated[int, Meta(ge=1, le=255)]]]

@@ -111,16 +111,26 @@ def test_stop_passes_what_has_not_begun_and_what_comes_later_waits_for_it(
     slow.end.put({})
 
 
-def test_stop_needs_no_room_among_running_calls(make_cell: MakeCell) -> None:
+@pytest.mark.parametrize(
+    "stop",
+    [
+        STOP,
+        STOP | {"args": {"command": " stop"}},
+        {"op": "call_service", "service": "twin_controller/stop"},
+        {"op": "call_service", "service": "twin_controller/pause", "args": {}},
+    ],
+)
+def test_stop_needs_no_room_among_running_calls(make_cell: MakeCell, stop: dict[str, Any]) -> None:
     """Neither the client's limit nor that of all keeps it out; nor does a full pool of threads."""
     cell = make_cell(limits={"calls": 1}, takes={"calls": 1})
     client = cell.client()
     client.say(op="call_service", service="move_to")
     hanging = next_call(cell)
     assert "refused" in client.ask(op="call_service", service="move_to")["values"]
-    client.say(**STOP, id="stop")
+    client.say(**stop, id="stop")
     next_call(cell).end.put({"success": True})
     assert client.hear()["id"] == "stop"
+    assert len(cell.graph.stops) == 1
     hanging.end.put({})
 
 

@@ -23,7 +23,7 @@ class StopRules:
             for name, values in config.publish.items()
         }
         self._services = {
-            names.resolve(name, namespace): frozenset(values)
+            names.resolve(name, namespace): frozenset(map(_as_read, values))
             for name, values in config.call_service.items()
         }
 
@@ -31,22 +31,28 @@ class StopRules:
         """Return whether a packet stops a robot, if its client may send it."""
         match packet:
             case packets.Publish():
-                return self._is(packet.topic, packet.msg, self._topics)
+                return self._is(packet.topic, packet.msg.get(_FIELD), self._topics)
             case packets.CallService():
-                args = packet.args
+                args = packet.args or {}
                 if isinstance(args, list):  # in the order of the fields, the command first
-                    args = {_FIELD: args[0]} if args else {}
-                return self._is(packet.service, args or {}, self._services)
+                    args = {_FIELD: args[0]}
+                return self._is(packet.service, _as_read(args.get(_FIELD)), self._services)
         return False
 
-    def _is(self, written: str, fields: dict[str, Any], known: dict[str, frozenset[Any]]) -> bool:
-        command = fields.get(_FIELD)
-        if not isinstance(command, str | int):
-            return False
+    def _is(self, written: str, command: Any, known: dict[str, frozenset[Any]]) -> bool:
         try:
-            return command in known.get(names.resolve(written, self._namespace), ())
+            values = known.get(names.resolve(written, self._namespace))
         except names.NameNotLegalError:
             return False
+        if values is None:
+            return False
+        # None named: a stop without words.
+        return not values or (isinstance(command, str | int) and command in values)
+
+
+def _as_read(command: Any) -> Any:
+    """Return a command of a call as its service reads it."""
+    return command.strip().upper() if isinstance(command, str) else command
 
 
 class Drivers:
