@@ -15,6 +15,9 @@ from operator_panel.view.snapshot import Snapshot
 
 SAMPLES = 300
 """Our choice: 15 kB for the browser, and a move of 3 s in steps of 10 ms."""
+ONLY_LOOKS = {"samples": 2}
+"""Fields of a question by which nothing moves. One with samples, here the fewest, is ended where a
+move waits to be judged: a whole program takes longer than the gate of a move has patience."""
 
 
 def needs_judge(view: PageView, element: Any) -> None:
@@ -49,7 +52,14 @@ async def play(view: PageView, title: str, motion: str, **fields: Any) -> None:
 
 
 async def ask(view: PageView, title: str, motion: str, **fields: Any) -> Judged:
-    """Return what would come of a motion that begins now; without ``samples`` only the verdict."""
+    """Return what would come of a motion that begins now.
+
+    Args:
+        view: The page.
+        title: The motion in words.
+        motion: As in scara_msgs/JudgeMotion.
+        fields: Further fields of it; :data:`ONLY_LOOKS` unless the motion follows at once.
+    """
     return judged(title, await view.door.try_motion(motion, **fields))
 
 

@@ -15,7 +15,7 @@ from scara_config.programs.files import is_cartesian
 from scara_config.programs.steps import GripperStep, WaitStep
 from scara_config.programs.tp.listing import WaitUntil, Word
 
-from operator_panel.page.preview.asking_io import ask
+from operator_panel.page.preview.asking_io import ONLY_LOOKS, ask
 from operator_panel.page.view_io import PageView
 from operator_panel.teach.draft import Draft, TeachError, draft_of
 from operator_panel.teach.kept_io import Lesson
@@ -79,7 +79,8 @@ class Leading:
         """Ask the second world for the whole draft, from where the cell stands now."""
         draft, version = self._lesson.draft, self._lesson.history.version
         title = f"Draft {draft.program.name}"
-        found = await ask(self._view, title, "PROGRAM", program=str(self._lesson.path))
+        path = str(self._lesson.path)
+        found = await ask(self._view, title, "PROGRAM", program=path, **ONLY_LOOKS)
         self.said = (found.tone, found.sentence)
         if version == self._lesson.history.version:
             self.verdicts = _by_line(found, len(draft.program.lines))

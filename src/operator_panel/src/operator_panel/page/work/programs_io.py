@@ -12,7 +12,7 @@ from scara_config.programs.tp.listing import Program
 from scara_ros.page.page_library_io import plain
 
 from operator_panel.control.fields import error_text, parse_number
-from operator_panel.page.preview.asking_io import ask, needs_judge, play
+from operator_panel.page.preview.asking_io import ONLY_LOOKS, ask, needs_judge, play
 from operator_panel.page.preview.motion_line_io import build_gate_line
 from operator_panel.page.view_io import PageView, live, push_button
 from operator_panel.teach.kept_io import Lesson
@@ -133,7 +133,7 @@ def _press(view: PageView, text: str, command: str, mark: str, *keys: str) -> No
         verdict.classes(replace="verdict")
         confirm.set_visibility(True)
         dialog.open()
-        found = await ask(view, f"Program {name}", "PROGRAM", program=name)
+        found = await ask(view, f"Program {name}", "PROGRAM", program=name, **ONLY_LOOKS)
         verdict.set_text(found.sentence)
         verdict.classes(replace=f"verdict {found.tone}")
         confirm.set_visibility(not (found.is_refused and view.door.snapshot().gate == "refuse"))
