@@ -165,6 +165,30 @@ def test_a_motion_is_as_old_as_its_press(
     assert fields["asked"] <= stopped[0]
 
 
+def test_a_step_is_of_the_line_that_was_chosen_when_it_was_pressed(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Cartesian positions are asked for first; whoever waits may choose another line."""
+    known = asyncio.Event()
+
+    async def in_joints() -> teach.Draft:
+        await known.wait()
+        return scene.lesson.draft
+
+    async def press() -> None:
+        pressed = asyncio.create_task(scene.leading.step())
+        await asyncio.sleep(0)
+        scene.leading.choose(2)
+        known.set()
+        await pressed
+
+    monkeypatch.setattr(scene.leading, "_in_joints", in_joints)
+    scene.leading.choose(1)
+    asyncio.run(press())
+    ((_, fields),) = scene.cell.sent
+    assert fields["joint_positions"][0] == pytest.approx(0.1), "line 2, and not line 3"
+
+
 def test_each_motion_is_sent_once_the_one_before_has_ended(scene: Scene) -> None:
     """And is older than the state by which it is sent: a stop that is not seen yet refuses it."""
     assert scene.run() == "TAUGHT has ended."

@@ -1,4 +1,4 @@
-"""A button of tab Teach that is pressed twice, as by a glove, edits once."""
+"""A button of tab Teach edits once, as by a glove, and the line that was chosen when pressed."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ import pytest
 from operator_panel.page.work.teach_io import _Teach
 from operator_panel.teach import draft as teach
 from operator_panel.teach.draft import Draft
+from operator_panel.teach.places import position_of
+from scara_config.programs.tp.listing import Position
 from unit.operator_panel.page.test_leading import ROBOT, Scene
 
 
@@ -53,3 +55,40 @@ def test_second_press_of_an_edit_that_is_being_written_is_told_and_not_done(
         asyncio.run(form._press(name, act))
     assert scene.lesson.draft != once(before)  # type: ignore[operator]
     assert form._said.text == ""
+
+
+@pytest.mark.parametrize("name", ["Touch up", "Record J"])
+def test_an_edit_is_of_the_line_that_was_chosen_when_it_was_pressed(
+    tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where its place is, is asked first; whoever waits for that may choose another line."""
+    from nicegui import Client, ui
+
+    scene, found = Scene(tmp_path), asyncio.Event()
+    before = scene.lesson.draft
+    here = position_of(ROBOT, {joint.name: 0.0 for joint in ROBOT.joints} | {"joint_1": 0.5})
+
+    async def positions(_: object) -> list[Position]:
+        await found.wait()
+        return [here]
+
+    monkeypatch.setattr(ui, "run_javascript", lambda _: None)  # no browser is there
+    with Client(ui.page("/teach")):
+        form = _Teach(scene.leading._view, scene.lesson)
+        monkeypatch.setattr(form._places, "positions", positions)
+        form._leading.choose(1)
+        act = form._touch_up if name == "Touch up" else partial(form._record, "J")
+
+        async def press() -> None:
+            pressed = asyncio.create_task(form._press(name, act))
+            await asyncio.sleep(0)
+            form._leading.choose(3)
+            form._joint.set_value("7")
+            found.set()
+            await pressed
+
+        asyncio.run(press())
+    done = teach.recorded(before, ROBOT, 1, here, "J", 50.0, None)
+    if name == "Touch up":
+        done = teach.touched_up(before, ROBOT, 1, here)
+    assert scene.lesson.draft == done

@@ -11,7 +11,7 @@ import pytest
 from harness.workspace import ROOT
 from operator_panel.config import load_panel
 from operator_panel.control.authority import Role
-from operator_panel.door import Gains
+from operator_panel.door import Answer, Gains
 from operator_panel.page import tuning_io
 from operator_panel.page.view_io import PageView
 from scara_config import load_robot
@@ -32,10 +32,11 @@ class Form:
             return 1.0
 
         self.searched, self.values = 0, GAINS
+        self.switches: dict[str, bool] = {}
         monkeypatch.setattr(tuning_io, "largest_inertia", search)
         monkeypatch.setattr(ui, "run_javascript", lambda _: None)  # no browser is there
         tuning_io._inertia.cache_clear()
-        door: Any = SimpleNamespace(gains=lambda _: Gains(self.values, {}, {}))
+        door: Any = SimpleNamespace(gains=lambda _: Gains(self.values, {}, self.switches))
         viewer: Any = SimpleNamespace(role=Role.VIEWER)
         nobody: Any = None
         robot, config = load_robot(ROOT / "config"), load_panel(ROOT / "config")
@@ -85,3 +86,33 @@ def test_preview_that_comes_late_is_not_shown_beside_other_gains(form: Form) -> 
 
     asyncio.run(press())
     assert form.form._result.text == ""
+
+
+def test_gains_are_set_at_the_joint_for_which_they_were_typed(form: Form) -> None:
+    """Whoever waits for control may choose another joint meanwhile."""
+    taken, tuned = asyncio.Event(), []
+    view: Any = form.form._view
+
+    async def take(_: str) -> str:
+        await taken.wait()
+        return ""
+
+    async def tune(*words: object) -> Answer:
+        tuned.append(words)
+        return Answer(True, "set")
+
+    async def press() -> None:
+        pressed = asyncio.create_task(form.form._set())
+        await asyncio.sleep(0)
+        form.switches = {"antiwindup": False}
+        form.form._choice.set_value("joint_2")
+        taken.set()
+        await pressed
+
+    view.desk, view.session.page, view.door.tune = SimpleNamespace(take=take), "v", tune
+    form.switches = {"antiwindup": True}
+    with form.client:
+        form.form._refresh()
+        asyncio.run(press())
+    assert form.form._switches["antiwindup"].value is False, "joint_2 is shown by now"
+    assert tuned == [("joint_1", GAINS, {"antiwindup": True})]

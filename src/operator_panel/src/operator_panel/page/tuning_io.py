@@ -148,13 +148,14 @@ class _Tuning:
         ui.run_javascript(f"getHtmlElement({self._chart.id}).scrollIntoView({{block: 'nearest'}})")
 
     async def _set(self) -> None:
-        typed = self._typed()
+        # All of it now: whoever waits for control may choose another joint meanwhile.
+        joint, typed = self._choice.value, self._typed()
+        switches = {name: bool(box.value) for name, box in self._switches.items()}
         refused = await self._view.desk.take(self._view.session.page)
         if refused or typed is None:
             self._view.tell(Answer(False, refused or "correct the marked fields"), "Gains")
             return
-        switches = {name: bool(box.value) for name, box in self._switches.items()}
-        answer = await self._view.door.tune(self._choice.value, typed, switches)
+        answer = await self._view.door.tune(joint, typed, switches)
         self._result.set_text(answer.message)
         self._view.tell(answer, "Gains")
 

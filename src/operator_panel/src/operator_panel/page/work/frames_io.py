@@ -11,6 +11,7 @@ from scara_config import ConfigError
 from scara_config.frames import (
     FILE,
     MOST,
+    Kind,
     Numbered,
     TaughtFrame,
     frame_differences,
@@ -133,11 +134,13 @@ class _FrameForm:
         self._text.classes(replace=f"preview {tone}")
 
     async def _took(self) -> None:
-        await self._view.act("FRAME", "Take the robot's frames", self._taken)
+        # Those that were shown when it was pressed: whoever waits for control may read them again.
+        take = partial(self._taken, self._theirs)
+        await self._view.act("FRAME", "Take the robot's frames", take)
 
-    async def _taken(self) -> Answer:
+    async def _taken(self, theirs: Numbered) -> Answer:
         view = self._view
-        save = partial(save_theirs, view.around.folder, self._theirs, view.frames)
+        save = partial(save_theirs, view.around.folder, theirs, view.frames)
         try:
             count = await run.io_bound(save)
             if count is None:
@@ -150,19 +153,24 @@ class _FrameForm:
         return Answer(True, f"{count} frames of the robot are in {FILE}")
 
     async def _store(self) -> None:
-        await self._view.act("FRAME", "Save a frame", self._stored)
-
-    async def _stored(self) -> Answer:
-        view = self._view
-        lesson, number = LESSONS[self._lesson.value], int(self._number.value)
+        # As it is when it is pressed: whoever waits for control may choose another number.
+        kind, number = LESSONS[self._lesson.value].kind, int(self._number.value)
         try:
             frame = self._frame()
-            # The disk may be slow, and the stops of all pages pass through this loop.
-            save = partial(save_frame, view.around.folder, lesson.kind, number, frame)
+        except FrameError as error:
+            self._view.tell(Answer(False, str(error)), "Save a frame")
+            return
+        await self._view.act("FRAME", "Save a frame", partial(self._stored, kind, number, frame))
+
+    async def _stored(self, kind: Kind, number: int, frame: TaughtFrame) -> Answer:
+        view = self._view
+        # The disk may be slow, and the stops of all pages pass through this loop.
+        save = partial(save_frame, view.around.folder, kind, number, frame)
+        try:
             if await run.io_bound(save) is None:
                 return Answer(False, "the page's server is ending")
-        except (FrameError, ConfigError) as error:
+        except ConfigError as error:
             return Answer(False, str(error))
         view.read_frames()
         self._again()
-        return Answer(True, f"{frame.name} is {lesson.kind} frame {number} in {FILE}")
+        return Answer(True, f"{frame.name} is {kind} frame {number} in {FILE}")

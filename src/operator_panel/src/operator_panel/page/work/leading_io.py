@@ -88,10 +88,11 @@ class Leading:
 
     async def step(self) -> Said | None:
         """Execute the next line."""
-        asked = time.monotonic()
-        draft, walk = await self._in_joints(), self._walk
+        # What was chosen counts, whatever is chosen while the second world is asked.
+        asked, walk, chosen = time.monotonic(), self._walk, self.chosen
+        draft = await self._in_joints()
         if walk is None or walk.draft != draft:
-            walk = Walk(draft, self._view.robot, self.chosen)
+            walk = Walk(draft, self._view.robot, chosen)
         act = walk.step()
         if isinstance(act, Word):
             return "good", "The program ends here."

@@ -44,6 +44,9 @@ class _Teach:
         self._shown: tuple[object, ...] = ()
         self._rows: dict[int, ui.element] = {}
         self._marked, self._pressed = 0, ""
+        # The line that was chosen when an edit was pressed. Another may be chosen while that waits
+        # for the judge or for control.
+        self._at = 0
         self._leading = Leading(view, lesson)
         self._head()
         self._list = ui.element("div").classes("teach-lines").props('role=group aria-label="Lines"')
@@ -143,7 +146,7 @@ class _Teach:
         if self._pressed:
             self._say("warn", f"{text} was not done: {self._pressed} before it had not ended.")
             return
-        self._pressed = text
+        self._pressed, self._at = text, self._chosen
         try:
             await self._try(text, act)
         finally:
@@ -195,7 +198,7 @@ class _Teach:
 
     async def _add(self, edit: Callable[[Draft, int], Draft]) -> None:
         """Add lines behind the chosen one; the last of them is chosen then."""
-        after, before = self._chosen, self._lesson.draft
+        after, before = self._at, self._lesson.draft
         await self._edit(
             lambda draft: edit(draft, after),
             lambda made: rounds.last_added(before, after, made),
@@ -203,18 +206,18 @@ class _Teach:
 
     async def _alter(self, edit: Callable[[Draft, int], Draft], by: int = 0) -> None:
         """Change the chosen line."""
-        at = self._chosen
+        at = self._at
         await self._edit(lambda draft: edit(draft, at), lambda _: at + by)
 
     async def _record(self, kind: str) -> tuple[str, str]:
-        positions, robot = await self._places.positions(self._lesson.draft.program), self._robot
-        speed, cnt = self._speed(kind), self._cnt()
+        speed, cnt, robot = self._speed(kind), self._cnt(), self._robot
+        positions = await self._places.positions(self._lesson.draft.program)
         await self._add(lambda d, at: rounds.recorded(d, robot, at, positions, kind, speed, cnt))
         return self._used("Recorded where the twin stands; the real robot agrees with it.")
 
     async def _handle(self, close: bool) -> tuple[str, str]:
-        above, there = await self._places.handled(self._lesson.draft.program)
         robot, cnt, speeds = self._robot, self._cnt(), (self._speed("J"), self._speed("L"))
+        above, there = await self._places.handled(self._lesson.draft.program)
         await self._add(
             lambda d, at: rounds.handled(d, robot, at, above, there, close, speeds, cnt)
         )
