@@ -63,3 +63,23 @@ def test_gateway_waits_for_a_roscore_that_comes_late(ros: Ros) -> None:
     client = connect(door)
     assert client.call("/rosapi/get_time")["result"]
     client.line.close()
+
+
+def test_client_that_goes_while_roscore_hangs_keeps_no_other_waiting(ros: Ros) -> None:
+    """Its subscription leaves the graph once roscore goes on; others hear at once what is wrong."""
+    port = ros.free_port()
+    master = {"ROS_MASTER_URI": f"http://127.0.0.1:{port}"}
+    roscore = ros.stage.start("rosmaster", "--core", "-p", str(port), env=master)
+    gateway = RunningGateway(ros, env=master)
+    leaver, other = gateway.client(), gateway.client()
+    leaver.subscribe("t", "std_msgs/String")
+    roscore.signal(signal.SIGSTOP)
+    try:
+        leaver.close()
+        for _ in range(2):  # the first may be asked before the other is seen to have gone
+            answer = other.ask(op="subscribe", topic="t", type="std_msgs/String")
+            assert "roscore does not answer" in answer["msg"]
+    finally:
+        roscore.signal(signal.SIGCONT)
+    other.subscribe("t", "std_msgs/String")
+    gateway.end_clients()

@@ -17,6 +17,7 @@ from scara_ros.standstill import said
 
 from rosbridge_gateway.graph.first_messages_node import Opening
 from rosbridge_gateway.graph.graph_io import Ask, GraphError, Message
+from rosbridge_gateway.graph.leaving_io import Leaving
 from rosbridge_gateway.graph.ros_service_call_node import (
     RosServiceCall,
     ServiceTypes,
@@ -112,6 +113,7 @@ class RosGraph(RosView):
         self._publications: dict[tuple[int, str], _Publication] = {}
         self._subscriptions: dict[str, _Subscription] = {}
         self._services: dict[str, tuple[int, rospy.Service]] = {}
+        self._leaving = Leaving()
         self._service_types = ServiceTypes(self._converters)
         self._audit = rospy.Publisher(
             "twin_controller/audit", Audit, queue_size=_BURST, tcp_nodelay=True
@@ -168,7 +170,7 @@ class RosGraph(RosView):
         publisher, first = publication.publisher, publication.first
         wanted_for = first.wanted_for() if first else 0.0
         if first is None or not wanted_for:
-            publisher.unregister()
+            self._leaving.leave(publisher.unregister)
             return
 
         def leave() -> None:
@@ -274,7 +276,7 @@ class RosGraph(RosView):
             shared.forms.pop(owner, None)
         if not shared.forms:
             del self._subscriptions[topic]
-            shared.subscriber.unregister()
+            self._leaving.leave(shared.subscriber.unregister)
 
     def _received(self, message: Any, context: tuple[str, _Subscription]) -> None:
         """Encode a message once for each form that is wanted, in rospy's thread."""
@@ -282,6 +284,8 @@ class RosGraph(RosView):
         outgoing = Outgoing(message, next(self._numbers), self.now(), self._encoders)
         with shared.lock:
             forms = set(shared.forms.values())
+        if not forms:  # nobody wants it: it has not left the graph yet, and another may have come
+            return
         try:
             for form in forms:
                 outgoing.frames(form)
@@ -344,7 +348,7 @@ class RosGraph(RosView):
         """Offer it no more."""
         if self._services.get(service, (None, None))[0] != owner:
             raise GraphError(f"service {service} is not offered by this client")
-        self._services.pop(service)[1].shutdown()
+        self._leaving.leave(self._services.pop(service)[1].shutdown)
 
     def audit(self, caller: str, entry: Entry) -> None:
         """Publish who did what over the web socket, beside the entries of the twin controller."""
