@@ -11,14 +11,19 @@ from typing import Any, cast
 import pytest
 from harness.workspace import ROOT
 from operator_panel.config import load_panel
+from operator_panel.control.authority import Role
+from operator_panel.control.desk_io import PageDesk
+from operator_panel.control.jog import DeadMan
 from operator_panel.door import Answer
+from operator_panel.page.view_io import PageView
 from operator_panel.view import live_io
 from operator_panel.view.frame import Frame, FrameMaker, Points
 from operator_panel.view.live_io import Live
-from operator_panel.view.progress import CommandLog
+from operator_panel.view.progress import KEPT, CommandLog
 from operator_panel.view.snapshot import Snapshot
 from scara_config import load_robot
 from starlette.websockets import WebSocketDisconnect
+from unit.operator_panel.control.conftest import KEEP_S, LET_GO_S, ROBOT, SCARA
 
 CONFIG = load_panel(ROOT / "config")
 POINT: Points = {name.name: (1.0, 1.0, None, None, None, None) for name in load_robot().twin_joints}
@@ -193,3 +198,23 @@ def test_a_page_from_which_nothing_comes_is_not_there_until_it_speaks_again(
 
     parts.desk.stop = stop
     asyncio.run(scene())
+
+
+def test_who_only_watches_fills_no_list_that_all_pages_share(parts: SimpleNamespace) -> None:
+    """Else a motion that an operator's run follows is forgotten, and so is what happened before."""
+    dead_man, door = DeadMan(ROBOT, 10.0, 0.25), parts.door
+    desk = PageDesk(door, dead_man, SCARA, KEEP_S, LET_GO_S, 0.6, lambda _: None)
+    live, line = Live(door, desk, parts.maker, CONFIG), live_io._Line(cast(Any, Socket("v")))
+    nothing: Any = None
+    view = PageView(nothing, nothing, nothing, door, desk, desk.open("v", Role.VIEWER))
+    running = desk.begin("a", "MOVE_JOINTS", "Line 1")
+
+    async def scene() -> None:
+        for press in range(KEPT + 10):
+            sign = {"hold": press, "joint": "joint_1", "direction": 1, "percent": 3}
+            await live._hear("v", sign, line)
+            view.tell(Answer(False, "x, y and z are needed"), "Move")
+
+    asyncio.run(scene())
+    assert "only watches" in line.waiting["refused"]
+    assert desk.log.find(running) is not None and desk.log.take_ended() == []

@@ -116,8 +116,9 @@ class PageView:
         return await self.desk.command(self.session.page, command, title, **fields)
 
     def tell(self, answer: Answer, what: str) -> None:
-        """Show an answer at the place of the commands."""
-        self.desk.note(self.session.page, what, answer)
+        """Show an answer to an operator, at the place of the commands, which all pages share."""
+        if self.is_operator:
+            self.desk.note(self.session.page, what, answer)
 
     def refresh(self, snapshot: Snapshot, silent: bool) -> None:
         """Bring the buttons up to date; cheap while nothing has changed."""

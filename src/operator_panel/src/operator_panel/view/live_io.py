@@ -248,9 +248,7 @@ class Live:
             case {"release": int(press)}:
                 self._desk.let_go(page, press)
             case {"acknowledge": int(number)}:
-                # Whoever only watches changes nothing.
-                session = self._desk.sessions.get(page)
-                if session is not None and session.role is Role.OPERATOR:
+                if self._operates(page):
                     self.events.acknowledge(number, self._desk.name_of(page), _clock())
             case {"stop": "STOP" | "ESTOP" as command, "press": int(press)}:
                 # Beside the hearing: what is let go meanwhile is heard.
@@ -258,10 +256,16 @@ class Live:
             case _:
                 raise ValueError(f"unknown packet {packet!r}")
 
+    def _operates(self, page: str) -> bool:
+        """Return whether a page may change anything, also what all pages are told."""
+        session = self._desk.sessions.get(page)
+        return session is not None and session.role is Role.OPERATOR
+
     def _tell_refused(self, page: str, press: int, refused: str, line: _Line) -> None:
         """Say once why a held button moves nothing."""
         if refused:
-            self._desk.note_once(page, press, "Jog", Answer(False, refused))
+            if self._operates(page):
+                self._desk.note_once(page, press, "Jog", Answer(False, refused))
             line.put("refused", _message("refused", {"press": press, "why": refused}))
 
     async def _stop(self, page: str, command: str, press: int, line: _Line) -> None:
