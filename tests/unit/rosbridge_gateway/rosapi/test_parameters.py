@@ -13,6 +13,7 @@ from rosbridge_gateway.rosapi import parameters
 from rosbridge_gateway.rosapi.errors import RequestError
 
 NOTHING = f"[{'null, ' * 20}null]"
+DEEP = "[" * 10_000
 
 
 @pytest.mark.parametrize(
@@ -31,10 +32,17 @@ def test_what_is_set_comes_back(value: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("default", "value"), [("", None), ("5", 5), ('"five"', "five"), ("five", "five")]
+    ("default", "value"),
+    [
+        ("", None),
+        ("5", 5),
+        ('"five"', "five"),
+        ("five", "five"),
+        pytest.param(DEEP, DEEP, id="deep"),
+    ],
 )
 def test_missing_parameter_is_its_default_or_null(default: str, value: Any) -> None:
-    """The default may be JSON or any text."""
+    """The default may be JSON or any text, also one that is nested too deep to be read."""
     assert json.loads(parameters.get_param(Parameters(), "/none", default)["value"]) == value
 
 
@@ -61,6 +69,7 @@ def test_names_and_search_have_rosapis_fields() -> None:
         ("/a", "", "value = '' is no JSON"),
         ("/a", "null", "value = 'null': cannot marshal None"),
         ("/a", "x" * 99, f"value = '{'x' * 60}' is no JSON"),
+        pytest.param("/a", DEEP, "is no JSON .maximum recursion depth", id="deep"),
         ("/a", NOTHING, re.escape(f"value = {NOTHING[:60]!r}: cannot marshal None")),
         ("/", "{}", "name = '/': allowed: the name of one parameter"),
         ("", "{}", "name = '': allowed"),

@@ -42,9 +42,10 @@ def get_param(server: ParameterServer, name: str, default: str) -> dict[str, Any
     try:
         value = server.get(name)
     except KeyError:
+        # What is nested too deep is a text, too.
+        with contextlib.suppress(ValueError, RecursionError):
+            return {"value": json.dumps(json.loads(default))}
         value = default or None
-        with contextlib.suppress(ValueError):
-            value = json.loads(default)
     return {"value": json.dumps(value, default=_unusual)}
 
 
@@ -56,7 +57,7 @@ def set_param(server: ParameterServer, name: str, value: str) -> dict[str, Any]:
     """
     try:
         content = json.loads(value)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise RequestError(
             f"value = {value[:60]!r} is no JSON ({error}): write a text as '\"text\"'"
         ) from error
@@ -64,7 +65,7 @@ def set_param(server: ParameterServer, name: str, value: str) -> dict[str, Any]:
         raise RequestError(f"name = {name!r}: allowed: the name of one parameter")
     try:
         server.set(name, content)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise RequestError(f"value = {value[:60]!r}: {error}") from error
     return {}
 
