@@ -154,6 +154,14 @@ def test_a_position_register_is_read_ahead_only_while_it_is_locked(
     assert np.allclose(stage.told[-1][1], np.radians([60, 90, 0, 0, 0]) + [0, 0, -0.06, 0, 0])
 
 
+@pytest.mark.parametrize("line", ["END", "IF R[50]=0,END", "SELECT R[50]=0,ABORT"])
+def test_a_program_ends_where_its_last_motion_leads(run: Run, line: str) -> None:
+    """The arm has come there first: an end cuts no motion short, behind a condition neither."""
+    stage = run(["J P[1] 50% FINE", "J P[2] 50% CNT100", line], CORNER)
+    assert stage.now.alarm is None and stage.now.program_state is ProgramState.ABORTED
+    assert np.allclose(stage.told[-1][1], np.radians([60, 40, 0, 0, 0]) + [0, 0, -0.1, 0, 0])
+
+
 @pytest.mark.parametrize("line", ["PR[2]=P[1]", "PR[1,1]=0"])
 def test_a_locked_position_register_keeps_its_value(run: Run, line: str) -> None:
     """The program pauses with INTP-128, a client's write is lost, and the end of it unlocks."""

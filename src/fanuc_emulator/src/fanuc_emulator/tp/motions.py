@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import takewhile
 
 import msgspec
 from scara_config.programs.files import Taught
@@ -130,15 +131,23 @@ def _pose(place: Indexed, memory: Memory) -> Pose:
 def needs_the_end(lines: Sequence[Line], here: int, locked: bool) -> bool:
     """Tell whether what comes waits for the end of the last motion's path.
 
-    The end of a program does. So does a motion by a position register, which may still change: it
-    is not read ahead, unless it is locked.
+    The end of a program does, behind a condition too. So does a motion by a position register,
+    which may still change: it is not read ahead, unless it is locked.
     """
     if here >= len(lines):
         return True
     line = lines[here]
     if isinstance(line, MotionLine) and not locked:
         return "PR[" in print_line(line)
-    return line in _LAST
+    # SELECT executes an action of its own line or of a case behind it.
+    cases = takewhile(lambda each: isinstance(each, Case), lines[here + 1 :])
+    branches: tuple[Line, ...] = (line, *cases) if isinstance(line, Select) else (line,)
+    return any(_action_of(each) in _LAST for each in branches)
+
+
+def _action_of(line: Line) -> Line:
+    """Return what a line does, behind its condition if it has one."""
+    return line.action if isinstance(line, If | Select | Case) else line
 
 
 _LAST = (Word("END"), Word("ABORT"))
@@ -197,6 +206,6 @@ def _reachable(program: Taught, library: Mapping[str, Taught]) -> Iterator[Taugh
         seen.add(here.name)
         yield here
         for line in here.flow.program.lines:
-            action = line.action if isinstance(line, If | Select | Case) else line
+            action = _action_of(line)
             if isinstance(action, Call) and isinstance(action.program, str):
                 waiting += [library[name] for name in (action.program,) if name in library]

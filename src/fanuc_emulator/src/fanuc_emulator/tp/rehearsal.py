@@ -226,8 +226,9 @@ def _steps(executor: Executor, memory: _Known) -> Iterator[Step]:
         seconds = 0.0
         if executor.state is ProgramState.PAUSED or executor.beside:
             raise _named(executor, "what follows cannot be told beforehand")
-        if step is None and waiting is not None and executor.step is waiting:
-            # What comes next waits for its end.
+        left = executor.step is waiting or executor.ended
+        if step is None and waiting is not None and left:
+            # What comes next waits for its end, and no program ends without its last motion.
             yield msgspec.structs.replace(_to_its_end(waiting), program=name)
             waiting = None
             continue
