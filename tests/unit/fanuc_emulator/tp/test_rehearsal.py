@@ -105,6 +105,7 @@ def test_the_suction_is_switched_in_the_line_that_waits_for_its_answer() -> None
         WaitStep(5, 0.1),
     ]
     assert walked("RO[1]=OFF") == [GripperStep(1, False)]
+    assert walked("J P[1] 9% CNT0", "RO[1]=OFF")[-1] == GripperStep(2, False)
 
 
 def test_an_input_that_was_waited_for_is_on() -> None:
@@ -145,6 +146,8 @@ def test_an_input_that_was_waited_for_is_on() -> None:
             ["J P[1] 9% FINE", "J P[2] 9% CNT60", "PR[3]=LPOS"],
             r"line 3 of TEST: .*depends on how far the last motion has come.*: give that motion F",
         ),
+        (["J P[1] 9% CNT60", "RO[1]=OFF"], r"line 2 of TEST: RO\[1\]=OFF: .*that motion FINE"),
+        (["J P[1] 9% CNT60", "WAIT .1(sec)", "RO[1]=ON"], r"line 3 of TEST: .*that motion FINE"),
         (["R[1]=1/0"], "line 1 of TEST: .*: division by zero"),
         (["IF R[1],JMP LBL[1]", "LBL[1]"], r"depends on R\[1\]"),
         (["R[1]=5", "IF (R[1]),JMP LBL[1]", "LBL[1]"], "5 is neither ON nor OFF"),

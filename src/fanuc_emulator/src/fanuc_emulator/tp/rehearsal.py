@@ -106,7 +106,7 @@ class _Known(Registers):
         self.switched: GripperStep | None = None
         # Tells number and program of the line that is executed; no name: the one that was started.
         self.place: Callable[[], tuple[int, str]] = lambda: (0, "")
-        # The last motion goes on while the lines behind it are executed.
+        # The last motion may go on while the lines behind it are executed.
         self.goes_on = False
 
     def read(self, place: Indexed | Name) -> Value:
@@ -122,7 +122,13 @@ class _Known(Registers):
         raise UnknownValueError(f"depends on {print_expression(place)}, which is not known")
 
     def write(self, place: Indexed | Name, value: Written) -> None:
-        """Note what is there from now on."""
+        """Note what is there from now on.
+
+        Raises:
+            ExecutionError: It cannot be set, or it is the suction and the last motion goes on.
+        """
+        if place == GRIPPER:
+            self._stand()
         super().write(place, value)
         if place == GRIPPER:
             line, program = self.place()
@@ -143,15 +149,19 @@ class _Known(Registers):
     def _tool(self) -> Value:
         return tool_place(self, self._planner, self._end())
 
+    def _stand(self) -> None:
+        """Refuse what asks where the arm is while the last motion goes on."""
+        if self.goes_on:
+            why = "depends on how far the last motion has come, which is not known"
+            raise UnknownValueError(f"{why}: give that motion FINE")
+
     def _end(self) -> tuple[float, ...]:
         """Return where the motions so far end [rad or m].
 
         Raises:
             ExecutionError: There is none, the last one goes on, or one of them cannot be made.
         """
-        if self.goes_on:
-            why = "depends on how far the last motion has come, which is not known"
-            raise UnknownValueError(f"{why}: give that motion FINE")
+        self._stand()
         # Not planned before: only JPOS and LPOS ask where the motions end.
         for step in self.moves:
             # A later motion may lead to one place from wherever this one ends.
@@ -218,7 +228,6 @@ def _steps(executor: Executor, memory: _Known) -> Iterator[Step]:
     waiting: MoveStep | PathStep | None = None
     seconds, name, count = 0.0, "", 0
     while count <= MOST:
-        memory.goes_on = waiting is not None
         try:
             step = executor.advance(seconds, waiting is None, waiting is None, lambda _: True)
         except RefusedError as refused:
@@ -230,7 +239,7 @@ def _steps(executor: Executor, memory: _Known) -> Iterator[Step]:
         if step is None and waiting is not None and left:
             # What comes next waits for its end, and no program ends without its last motion.
             yield msgspec.structs.replace(_to_its_end(waiting), program=name)
-            waiting = None
+            waiting, memory.goes_on = None, False
             continue
         if step is not None and waiting is not None:
             yield msgspec.structs.replace(waiting, program=name)
@@ -245,7 +254,8 @@ def _steps(executor: Executor, memory: _Known) -> Iterator[Step]:
         _, program = memory.place()
         match step:
             case MoveStep() | PathStep():
-                waiting, name = step, program
+                # Whether it has ended behind a rounded corner, no wait tells either.
+                waiting, name, memory.goes_on = step, program, True
             case WaitStep():
                 yield msgspec.structs.replace(step, program=program)
                 seconds = step.seconds
