@@ -350,14 +350,24 @@ def test_a_user_alarm_pauses_the_program_behind_its_line(run: Run) -> None:
             ["PR[5]=P[1]-P[1]", "PR[5,3]=30", "UTOOL[2]=PR[5]", "UTOOL_NUM=2", "J P[2] 50% FINE"],
             (400, 150, 130),
         ),
+        (
+            ["PR[5]=P[1]-P[1]", "PR[5,6]=90", "UFRAME[3]=PR[5]", "UFRAME_NUM=3"]
+            + ["PR[4]=P[1]-P[1]", "PR[4,1]=50", "J P[3] 50% FINE Offset,PR[4]"],
+            (500, 309.8076, 60),
+        ),
+        (
+            ["PR[5]=P[1]-P[1]", "PR[5,5]=180", "UTOOL[2]=PR[5]", "UTOOL_NUM=2", *SHIFT]
+            + ["J P[3] 50% FINE Tool_Offset,PR[4]"],
+            (500, 259.8076, 80),
+        ),
     ],
 )
 def test_positions_count_in_their_frames(
     run: Run, lines: list[str], place: tuple[float, float, float]
 ) -> None:
-    """P[] and PR[], sums and single numbers, offsets, user and tool frames."""
+    """P[] and PR[], sums and single numbers, user and tool frames, offsets of joints too."""
     taught = tip(1, 400, 200, 100, 180, 0, 0) + tip(2, 400, 150, 100, 180, 0, 0, tool=2)
-    stage = run(["J P[1] 50% FINE", *lines], taught)
+    stage = run(["J P[1] 50% FINE", *lines], taught + joints(3, 0, 60, -100, 0))
     assert stage.now.alarm is None, stage.now.alarm
     arm, q = stage._arm, stage.told[-1][1]
     assert 1e3 * arm.pose(q[list(arm.columns)])[:3, 3] == pytest.approx(place, abs=1e-3)

@@ -89,7 +89,9 @@ def _target(frame: CallFrame, motion: Asked, target: Indexed) -> Target:
     else:
         place = _pose(target, memory)
     checked = f"P[{at}]" if target.kind == "P" and isinstance(place, Pose) else ""
-    selected = [_selected(kind, own, memory, checked) for kind, own in zip(FRAMES, told)]
+    # Joint positions are the same in every frame; what is added to them counts in one.
+    counts = bool(checked or motion.offset or motion.tool_offset)
+    selected = [_selected(kind, own, memory, checked, counts) for kind, own in zip(FRAMES, told)]
     frames = [
         NO_SHIFT if not each else _pose(Indexed(kind, (float(each),)), memory)
         for kind, each in zip(FRAMES, selected)
@@ -100,13 +102,16 @@ def _target(frame: CallFrame, motion: Asked, target: Indexed) -> Target:
     return Target(place, *frames, *shifts)
 
 
-def _selected(kind: str, own: int | None, memory: Memory, checked: str) -> int:
-    """Return in which frame a position counts: that of its teaching, else the one selected.
+def _selected(kind: str, own: int | None, memory: Memory, checked: str, counts: bool) -> int:
+    """Return the frame of a target: the one selected, where none counts that of its teaching.
 
     Raises:
         RefusedError: It names another one than the one selected; joint positions may.
+
+    Source:
+        B-83284EN/09, section 4.3.5, for what is added.
     """
-    if own is not None and not checked:
+    if own is not None and not counts:
         return own
     try:
         selected = int(number(Name(f"{kind}_NUM"), memory))
@@ -115,7 +120,7 @@ def _selected(kind: str, own: int | None, memory: Memory, checked: str) -> int:
         if own is None:
             raise
         return own
-    if own is not None and own != selected:
+    if checked and own is not None and own != selected:
         why = f"{checked} was taught with {kind} {own}, selected is {selected}: set {kind}_NUM"
         raise RefusedError(alarms.FRAME_MISMATCH, why)
     return selected
