@@ -117,18 +117,29 @@ def test_date_is_utc_in_six_numbers(code: alarms.AlarmCode) -> None:
     assert code.severity in Severity
 
 
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        (["R[51]=1/R[52]"], "division by zero"),
+        (["R[50]=(-20)", "OVERRIDE=R[50]"], "an override of -20 % is outside [1, 100]"),
+        (["OVERRIDE=R[50]"], "an override of 0 % is outside [1, 100]"),
+        (["OVERRIDE=101%"], "an override of 101 % is outside [1, 100]"),
+    ],
+)
 def test_a_line_that_cannot_be_executed_ends_its_program(
-    bench: Bench,
+    bench: Bench, lines: list[str], said: str
 ) -> None:
-    """The alarm names program, line and why; a RESET clears it."""
-    line = Program("DIVIDE", (read_line("R[51]=1/R[52]"),))
-    programs = {2: Taught(flow_of(line, "DIVIDE"), {})}
+    """The alarm names program, line and why, nothing moves; a RESET clears it."""
+    program = Program("TEST", tuple(map(read_line, [*lines, "J P[1] 50% FINE"])))
+    programs = {2: Taught(flow_of(program, "TEST"), {1: (0.5, 0.5, -0.1, 0.0, 0.0)})}
     bench = type(bench)(bench.config, bench.robot, programs)
+    stood = bench.run(0.1).positions
     bench.controller.pulse_input("panel_run2")
     shown = bench.run(1.0)
     assert shown.alarm is not None and shown.alarm.code is alarms.LINE_REFUSED
-    assert "line 1 of DIVIDE" in shown.alarm.cause and "division by zero" in shown.alarm.cause
+    assert f"line {len(lines)} of TEST" in shown.alarm.cause and said in shown.alarm.cause
     assert shown.outputs.fault and shown.program_state is ProgramState.ABORTED
+    assert shown.positions == pytest.approx(stood)
     bench.controller.pulse_input("panel_reset")
     assert bench.run(0.1).alarm is None
 

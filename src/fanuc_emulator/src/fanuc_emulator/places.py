@@ -10,7 +10,7 @@ from functools import partial
 from typing import NamedTuple
 
 from scara_config.programs.tp.listing import Indexed, Name
-from scara_config.programs.tp.values import Pose, Value, as_number
+from scara_config.programs.tp.values import ExecutionError, Pose, Value, as_number
 
 from fanuc_emulator.config import EmulatorConfig
 from fanuc_emulator.drives.group import MotionGroup
@@ -76,7 +76,7 @@ def registers_of(
         "PR[1]": lambda: joint_pose(joints, source.setpoint),
     }
     writes: dict[str, Callable[[Value], None]] = {
-        "OVERRIDE": lambda value: signals.override(round(as_number(value))),
+        "OVERRIDE": partial(_set_override, signals.override),
         "RO[1]": lambda on: signals.write("gripper", bool(on)),
         "PR[1]": lambda pose: source.write(joints_of(joints, pose)),
     }
@@ -111,6 +111,14 @@ def tool_place(registers: Registers, planner: Planner, q: Sequence[float]) -> Po
         assert isinstance(found, Pose)
         frames.append(found)
     return planner.tip_pose(q, *frames)
+
+
+def _set_override(write: Callable[[int], None], value: Value) -> None:
+    """Set the override as a program does. Source: B-83284EN/09, section 4.15.4."""
+    percent = as_number(value)
+    if not 1.0 <= percent <= 100.0:
+        raise ExecutionError(f"an override of {percent:g} % is outside [1, 100]")
+    write(round(percent))
 
 
 def _switch(write: Callable[[str, bool], None], name: str, value: Value) -> None:
