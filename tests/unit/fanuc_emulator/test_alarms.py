@@ -124,6 +124,8 @@ def test_date_is_utc_in_six_numbers(code: alarms.AlarmCode) -> None:
         (["R[50]=(-20)", "OVERRIDE=R[50]"], "an override of -20 % is outside [1, 100]"),
         (["OVERRIDE=R[50]"], "an override of 0 % is outside [1, 100]"),
         (["OVERRIDE=101%"], "an override of 101 % is outside [1, 100]"),
+        (["R[50]=99", *["R[50]=R[50]*R[50]"] * 8], "inf is no number that a register holds"),
+        (["R[50]=7", "$WAITTMOUT=1", "WAIT F[99]=ON TIMEOUT,LBL[R[50]]"], "there is no LBL[7]"),
     ],
 )
 def test_a_line_that_cannot_be_executed_ends_its_program(

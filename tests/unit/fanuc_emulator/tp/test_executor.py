@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import pytest
@@ -216,6 +217,18 @@ def test_what_is_not_executed_is_named(line: str, said: str) -> None:
     """With program and line; nothing is left out silently."""
     with pytest.raises(ExecutionError, match=said):
         stepped(run(line))
+
+
+@pytest.mark.parametrize("number", [math.inf, math.nan])
+@pytest.mark.parametrize(
+    "line",
+    ["R[1]=R[5]*1", "R[1]=R[5]/2", "R[1]=R[5] MOD 2", "R[1]=R[5] DIV 2", "JMP LBL[R[5]]"],
+)
+def test_what_is_no_number_is_refused_where_it_is_used(line: str, number: float) -> None:
+    """A client's set point may be none, and a program may read it."""
+    memory = Registers({"R[5]": lambda: number})
+    with pytest.raises(ExecutionError, match=f"line 1 of TEST: .*: {number:g} is no number"):
+        stepped(run(line, memory=memory))
 
 
 class Clock:

@@ -153,6 +153,11 @@ def test_an_input_that_was_waited_for_is_on() -> None:
         (["R[1]=5", "IF (R[1]),JMP LBL[1]", "LBL[1]"], "5 is neither ON nor OFF"),
         (["R[1]=7", "JMP LBL[R[1]]"], r"line 2 of TEST: JMP LBL\[R\[1\]\]: there is no LBL\[7\]"),
         (["JMP LBL[3]"], r"TEST\.LS: line 1 of TEST: JMP LBL\[3\]: there is no LBL\[3\]"),
+        (
+            ["F[1]=(OFF)", "R[1]=7", "WAIT F[1]=ON TIMEOUT,LBL[R[1]]"],
+            r"line 3 of TEST: .*: there is no LBL\[7\]",
+        ),
+        (["R[1]=9", "LBL[1]", "R[1]=R[1]*R[1]", "JMP LBL[1]"], "line 3 of TEST: .*: inf is no n"),
         (["LBL[1]", "LBL[1]"], "line 2 of TEST: .*: is no new label"),
         (["ENDIF"], "line 1 of TEST: ENDIF: nothing that it ends has begun"),
         (["FOR R[1]=1 TO 2", "ENDIF"], "line 2 of TEST: ENDIF: nothing that it ends has begun"),

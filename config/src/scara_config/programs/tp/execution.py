@@ -217,7 +217,7 @@ def _execute(flow: Flow, index: int, memory: Memory) -> tuple[int, Line | None]:
         case MotionLine():
             return after, line
         case Jump():
-            return _jump(flow, line, memory), None
+            return line_of(flow, line.label, memory), None
         case Remark() | Blank() | Label() | Notice():
             return after, None
         case If():
@@ -251,7 +251,7 @@ def _act(flow: Flow, line: Line, after: int, memory: Memory) -> tuple[int, Line 
     """Do what may also stand behind a condition."""
     match line:
         case Jump():
-            return _jump(flow, line, memory), None
+            return line_of(flow, line.label, memory), None
         case AssignLine():
             memory.write(resolved(line.target, memory), _written(line.value, memory))
             return after, None
@@ -269,11 +269,16 @@ def _written(value: Expression, memory: Memory) -> Written:
     return evaluate(value, memory)
 
 
-def _jump(flow: Flow, line: Jump, memory: Memory) -> int:
-    label = int(number(line.label.index[0], memory))
-    if label not in flow.labels:
-        raise ExecutionError(f"there is no LBL[{label}]")
-    return flow.labels[label]
+def line_of(flow: Flow, label: Indexed, memory: Memory) -> int:
+    """Return the index of the line of a label, whose number may stand in a register.
+
+    Raises:
+        ExecutionError: There is no such label.
+    """
+    wanted = int(number(label.index[0], memory))
+    if wanted not in flow.labels:
+        raise ExecutionError(f"there is no LBL[{wanted}]")
+    return flow.labels[wanted]
 
 
 def _select(flow: Flow, index: int, line: Select, memory: Memory) -> tuple[int, Line | None]:

@@ -108,7 +108,8 @@ def evaluate(expression: Expression, memory: Memory) -> Value:
     """Return the value of an expression.
 
     Raises:
-        ExecutionError: It has none: a text, a division by zero, ON where a number belongs.
+        ExecutionError: It has none: a text, a division by zero, ON where a number belongs, one
+            beyond the largest number.
     """
     return evaluator(expression)(memory)
 
@@ -190,7 +191,7 @@ def _moved(first: Value, second: Value, operator: str) -> Pose:
     if (first.config is None) != (second.config is None):
         raise ExecutionError("one position is in joints, the other one is not")
     sign = 1.0 if operator == "+" else -1.0
-    values = tuple([a + sign * b for a, b in zip(first.values, second.values)])
+    values = tuple([as_number(a + sign * b) for a, b in zip(first.values, second.values)])
     return Pose(values, first.config)
 
 
@@ -210,11 +211,14 @@ def as_number(value: Value) -> float:
     """Return a number; ON is 1, OFF is 0.
 
     Raises:
-        ExecutionError: It is a position.
+        ExecutionError: It is a position, or beyond the largest number.
     """
     if isinstance(value, Pose):
         raise ExecutionError("a position is no number")
-    return float(value)
+    found = float(value)
+    if not math.isfinite(found):
+        raise ExecutionError(f"{found:g} is no number that a register holds")
+    return found
 
 
 def _without_value(_: Memory) -> Value:
@@ -229,10 +233,10 @@ _OPERATIONS: dict[str, Callable[[Any, Any], Value]] = {
     "<=": operator.le,
     ">=": operator.ge,
     # As floats: two signals, each of which counts as 1, would add up to an int.
-    "+": lambda a, b: float(a + b),
-    "-": lambda a, b: float(a - b),
-    "*": lambda a, b: float(a * b),
-    "/": operator.truediv,
-    "DIV": lambda a, b: float(math.trunc(a / b)),
-    "MOD": lambda a, b: math.fmod(a, b),
+    "+": lambda a, b: as_number(a + b),
+    "-": lambda a, b: as_number(a - b),
+    "*": lambda a, b: as_number(a * b),
+    "/": lambda a, b: as_number(a / b),
+    "DIV": lambda a, b: float(math.trunc(as_number(a / b))),
+    "MOD": lambda a, b: math.fmod(as_number(a), as_number(b)),
 }

@@ -12,7 +12,7 @@ from typing import TypeAlias
 import msgspec
 from scara_config.programs.files import Taught
 from scara_config.programs.steps import MoveStep, PathStep, WaitStep
-from scara_config.programs.tp.execution import execute, flow_of
+from scara_config.programs.tp.execution import execute, flow_of, line_of
 from scara_config.programs.tp.listing import (
     Call,
     Expression,
@@ -389,11 +389,11 @@ class Executor:
         try:
             if truth(step.condition, frame.memory):
                 return True
+            self.waited += dt
+            # $WAITTMOUT counts hundredths of a second.
+            if step.jump is None or self.waited < 0.01 * number(Name("$WAITTMOUT"), frame.memory):
+                return False
+            frame.index = line_of(frame.program.flow, step.jump, frame.memory)
         except ExecutionError as error:
             raise ExecutionError(frame.program.flow.named(step.line - 1, str(error))) from error
-        self.waited += dt
-        # $WAITTMOUT counts hundredths of a second.
-        if step.jump is None or self.waited < 0.01 * number(Name("$WAITTMOUT"), frame.memory):
-            return False
-        frame.index = frame.program.flow.labels[int(number(step.jump.index[0], frame.memory))]
         return True
