@@ -261,15 +261,28 @@ def test_a_timer_counts_while_it_runs() -> None:
     assert [clock.of("R", k) for k in (1, 2, 3)] == pytest.approx([0.5, 1.0, 0.5], abs=0.01)
 
 
+@pytest.mark.parametrize("before", ["OFF", "ON"])
 @pytest.mark.parametrize(("line", "seconds"), [("PULSE,0.3sec", 0.3), ("PULSE", 0.1)])
-def test_a_pulse_ends_by_itself(line: str, seconds: float) -> None:
-    """The program goes on meanwhile."""
+def test_a_pulse_ends_by_itself(line: str, seconds: float, before: str) -> None:
+    """An output that was on is off for so long; the program goes on meanwhile."""
     clock = Clock()
-    executor = run(f"DO[1]={line}", "R[1]=1", "WAIT 5(sec)", memory=clock.registers)
+    lines = (f"DO[1]={before}", f"DO[1]={line}", "R[1]=1", "WAIT 5(sec)")
+    executor = run(*lines, memory=clock.registers)
     clock.run(executor, seconds - 0.01)
-    assert clock.of("DO") is True and clock.of("R") == 1.0
+    assert clock.of("DO") is (before == "OFF") and clock.of("R") == 1.0
     clock.run(executor, 0.02)
-    assert clock.of("DO") is False
+    assert clock.of("DO") is (before == "ON")
+
+
+def test_a_pulse_within_a_pulse_makes_it_longer() -> None:
+    """It does not end with the output left the other way round."""
+    clock, pulse = Clock(), "DO[1]=PULSE,0.3sec"
+    executor = run(pulse, "WAIT .2(sec)", pulse, "WAIT 5(sec)", memory=clock.registers)
+    shown = []
+    for seconds in (0.25, 0.2, 0.1, 0.5):
+        clock.run(executor, seconds)
+        shown.append(clock.of("DO"))
+    assert shown == [True, True, False, False]
 
 
 COUNTED = Indexed("R", (40.0,))

@@ -61,8 +61,8 @@ class Registers:
         self.locked: Callable[[], bool] = lambda: False
         # What each timer had counted when it was stopped last, and since when it runs [s].
         self._timers: dict[Place, tuple[float, float | None]] = {}
-        # Outputs that are on for a while, and until when.
-        self._pulses: dict[Place, float] = {}
+        # Outputs that are the other way round for a while: until when, and how they were.
+        self._pulses: dict[Place, tuple[float, bool]] = {}
         self._reads = {operand(Cursor(name)): read for name, read in (reads or {}).items()}
         self._writes = {operand(Cursor(name)): write for name, write in (writes or {}).items()}
         self._values: dict[Place, Value] = {Name("$WAITTMOUT"): 3000.0}
@@ -109,6 +109,9 @@ class Registers:
             # Set before, so it may be set: background logic counts in each period.
             self._values[place] = value
         elif isinstance(value, PulseTime):
+            if not isinstance(place, Indexed) or place.kind not in ("DO", "RO"):
+                raise ExecutionError(f"{print_expression(place)}: DO and RO have pulses")
+            self._check(place)
             self._pulse(place, value)
         elif isinstance(value, Name):
             self._time(place, value.word)
@@ -123,23 +126,28 @@ class Registers:
             self._set(place, value)
 
     def end_pulses(self) -> None:
-        """Switch off the outputs whose time is over; in each period."""
+        """Switch the outputs back whose time is over; in each period."""
         if not self._pulses:
             return
-        for place, until in list(self._pulses.items()):
+        for place, (until, before) in list(self._pulses.items()):
             # The clock is a product of ticks and may fall short of the end by rounding.
             if self._now() >= until - 1e-9:
                 del self._pulses[place]
-                self.write(place, False)
+                self.write(place, before)
 
     def _pulse(self, place: Place, pulse: PulseTime) -> None:
-        """Switch an output on for a while."""
-        if not isinstance(place, Indexed) or place.kind not in ("DO", "RO"):
-            raise ExecutionError(f"{print_expression(place)}: DO and RO have pulses")
-        self.write(place, True)
+        """Turn an output the other way round for a while.
+
+        A pulse that comes while one lasts makes that one longer [our].
+
+        Source:
+            B-83284EN/09, sections 4.6.1, 4.6.2.
+        """
+        _, before = self._pulses.get(place, (0.0, bool(self.read(place))))
+        self.write(place, not before)
         seconds = PULSE_S if pulse.seconds is None else pulse.seconds
         assert isinstance(seconds, float)
-        self._pulses[place] = self._now() + seconds
+        self._pulses[place] = self._now() + seconds, before
 
     def _time(self, place: Place, word: str) -> None:
         """Start, stop or reset a timer."""

@@ -141,7 +141,10 @@ class _Known(Registers):
                 self._values[Indexed("DI", index)] = True
 
     def _pulse(self, place: Indexed | Name, pulse: PulseTime) -> None:
-        self.write(place, False)  # at its end
+        if place == GRIPPER:
+            raise UnknownValueError("a pulse of the suction cannot be told beforehand")
+        # It goes back by itself; it is known again once the program sets it.
+        self._values.pop(place, None)
 
     def _joints(self) -> Value:
         return joint_pose(self._planner.robot.joints, self._end())
