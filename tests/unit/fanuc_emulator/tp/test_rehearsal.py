@@ -220,6 +220,9 @@ def test_a_step_names_the_program_that_its_line_is_in() -> None:
         (["R[1]=2", "J P[1] 50% CNT60", "IF R[1]=1,PAUSE", "J P[2] 9% FINE"], [60.0, 0.0]),
         (["PR[2]=P[4]", "J P[1] 50% CNT60", "L PR[2] 90mm/sec FINE"], [0.0, 0.0]),
         (["PR[2]=P[4]", "LOCK PREG", "J P[1] 50% CNT60", "L PR[2] 90mm/sec FINE"], [60.0, 0.0]),
+        (["R[1]=50", "J P[1] 50% CNT60", "J P[2] R[1]% FINE"], [0.0, 0.0]),
+        (["R[1]=50", "LOCK PREG", "J P[1] 50% CNT60", "J P[2] R[1]% FINE"], [0.0, 0.0]),
+        (["J P[1] 50% CNT60", "J P[2] max_speed FINE"], [60.0, 0.0]),
     ],
 )
 def test_a_corner_is_rounded_where_the_robot_rounds_it(

@@ -136,14 +136,18 @@ def _pose(place: Indexed, memory: Memory) -> Pose:
 def needs_the_end(lines: Sequence[Line], here: int, locked: bool) -> bool:
     """Tell whether what comes waits for the end of the last motion's path.
 
-    The end of a program does, behind a condition too. So does a motion by a position register,
-    which may still change: it is not read ahead, unless it is locked.
+    The end of a program does, behind a condition too. So does a motion whose place or speed stands
+    in a register, which may still change: it is not read ahead, unless LOCK PREG keeps its place.
+
+    Source:
+        B-83284EN/09, sections 4.3.3, with $RGSPD_PREXE as delivered, and 9.4.
     """
     if here >= len(lines):
         return True
     line = lines[here]
-    if isinstance(line, MotionLine) and not locked:
-        return "PR[" in print_line(line)
+    if isinstance(line, MotionLine):
+        told = line.speed is None or isinstance(line.speed, float)
+        return not told or (not locked and "PR[" in print_line(line))
     # SELECT executes an action of its own line or of a case behind it.
     cases = takewhile(lambda each: isinstance(each, Case), lines[here + 1 :])
     branches: tuple[Line, ...] = (line, *cases) if isinstance(line, Select) else (line,)
