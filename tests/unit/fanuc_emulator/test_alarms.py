@@ -125,6 +125,7 @@ def test_date_is_utc_in_six_numbers(code: alarms.AlarmCode) -> None:
         (["OVERRIDE=R[50]"], "an override of 0 % is outside [1, 100]"),
         (["OVERRIDE=101%"], "an override of 101 % is outside [1, 100]"),
         (["R[50]=99", *["R[50]=R[50]*R[50]"] * 8], "inf is no number that a register holds"),
+        (["FOR R[50]=1 TO 3", "R[50]=1.5", "ENDFOR"], "1.5 is no whole number"),
         (["R[50]=7", "$WAITTMOUT=1", "WAIT F[99]=ON TIMEOUT,LBL[R[50]]"], "there is no LBL[7]"),
     ],
 )

@@ -233,7 +233,7 @@ def _execute(flow: Flow, index: int, memory: Memory) -> tuple[int, Line | None]:
                 after += 1
             return after, None
         case For():
-            first, last = number(line.first, memory), number(line.last, memory)
+            first, last = _whole(line.first, memory), _whole(line.last, memory)
             memory.write(resolved(line.counter, memory), first)
             # Multiplied by the step, one comparison serves TO and DOWNTO.
             runs = first * line.step <= last * line.step
@@ -296,13 +296,21 @@ def _select(flow: Flow, index: int, line: Select, memory: Memory) -> tuple[int, 
     return after, None
 
 
+def _whole(expression: Expression, memory: Memory) -> float:
+    """Return a number by which a loop counts. Source: B-83284EN/09, section 4.18.6."""
+    found = number(expression, memory)
+    if not found.is_integer():
+        raise ExecutionError(f"{found:g} is no whole number")
+    return found
+
+
 def _endfor(flow: Flow, index: int, memory: Memory) -> int:
     """Count on and return the line that comes next."""
     begin = flow.partners[index]
     line = flow.program.lines[begin]
     assert isinstance(line, For)
     counter = resolved(line.counter, memory)
-    counted, last = number(counter, memory), number(line.last, memory)
+    counted, last = _whole(counter, memory), _whole(line.last, memory)
     if counted * line.step >= last * line.step:
         return index + 1
     memory.write(counter, counted + line.step)
