@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import msgspec
 import pytest
 from fanuc_emulator.config import load_programs
+from fanuc_emulator.snapshot import WatchdogState
 from fanuc_emulator.tp.executor import ProgramState
 from fanuc_emulator.tp.registers import Registers
 from scara_config import ConfigError
@@ -72,6 +73,13 @@ def test_a_user_alarm_is_told_and_stops_no_program(bench: Bench) -> None:
         bench.controller.registers.write(FLAG, on)
         bench.run(0.02)
     assert bench.now.outputs.fault
+
+
+def test_a_number_that_is_no_state_of_the_watch_is_none(bench: Bench) -> None:
+    """A program may set R[9]: then nobody watches, and the stand-in goes on."""
+    bench = with_logic(bench, "R[9]=(7)")
+    bench.controller.write_heartbeat(5)
+    assert bench.run(0.05).watchdog_state is WatchdogState.DISARMED
 
 
 @pytest.mark.parametrize("line", ["R[30]=(1/R[31])", "PR[5,1]=(1)"])

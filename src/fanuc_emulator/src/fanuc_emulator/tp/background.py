@@ -56,5 +56,8 @@ class Background:
         self._kept = found
         if self._watches:
             self.echo = round(as_number(self._registers.read(_ECHO)))
-            self.state = WatchdogState(round(as_number(self._registers.read(_STATE))))
+            # Where a program has set R[9] to another number, no line of BGTWIN watches any longer.
+            state = round(as_number(self._registers.read(_STATE)))
+            known = state in tuple(WatchdogState)
+            self.state = WatchdogState(state) if known else WatchdogState.DISARMED
         return True
