@@ -38,14 +38,14 @@ class Looks(Protocol):
 
 
 class Notes:
-    """What was repeated in this process and has not been collected yet."""
+    """What this process has to tell at the end of a run and has not been collected yet."""
 
     def __init__(self) -> None:
         """Begin without a note."""
         self._notes: list[str] = []
 
     def add(self, reason: str) -> None:
-        """Note one repeat."""
+        """Note one thing, such as a repeat."""
         self._notes.append(reason)
 
     def take(self) -> list[str]:
@@ -55,7 +55,7 @@ class Notes:
 
 
 NOTES = Notes()
-"""The ones of this process; tests/conftest.py collects them after each test."""
+"""The repeats of this process; plugin.py collects them after each test."""
 
 
 def excuse(begun: float, looks: Looks = MACHINE) -> str:

@@ -16,6 +16,7 @@ from scara_ros.services.service_connection_io import ServiceError
 from websockets.exceptions import WebSocketException
 
 from harness.faults.rows import Row
+from harness.running.repeats import NOTES
 from harness.starter import way_out
 from harness.storm.crew import Crew
 from harness.storm.deeds import DEEDS
@@ -215,10 +216,18 @@ class Storm:
 
 
 def scenes(crew: Crew, seed: int, seconds: float, first: int = 0) -> Iterator[Scene]:
-    """Play the scenes of a seed one after the other until ``seconds`` are over."""
+    """Play the scenes of a seed one after the other until ``seconds`` are over.
+
+    One with something that the machine may have caused counts as a repeat: the budget of a run
+    holds for what is excused too.
+    """
     storm, begun, number = Storm(crew), time.monotonic(), first
     while time.monotonic() - begun < seconds:
-        yield storm.play(seed, number)
+        scene = storm.play(seed, number)
+        if scene.apart:
+            rules = ", ".join(dict.fromkeys(violation.rule for violation in scene.apart))
+            NOTES.add(f"the machine stood still; seed {seed}, scene {number}: {rules}")
+        yield scene
         number += 1
 
 

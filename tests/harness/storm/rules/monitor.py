@@ -51,6 +51,13 @@ NAMES = (
     "a node has died",
 )
 """What the rules call their violations."""
+TIMELESS = (
+    "a joint beyond its range",
+    "a stranger commands beside the holder",
+    "not IDLE again",
+    "a node has died",
+)
+"""Rules that judge no times: no late machine breaks them."""
 STOOD_S = 0.03
 """A machine that stood still for longer than this may be the cause."""
 LEAD_S = 0.5
@@ -68,9 +75,9 @@ def judge(history: History) -> list[Violation]:
 def stood_still(history: History, violation: Violation) -> float:
     """Return for how long the machine itself stood still around a violation [s], 0 if not.
 
-    No late machine ends a process.
+    Only what is about times is excused by it.
     """
-    if violation.rule == "a node has died":
+    if violation.rule in TIMELESS:
         return 0.0
     gaps = [
         end - begin

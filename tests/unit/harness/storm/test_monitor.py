@@ -12,6 +12,7 @@ from typing import Any
 
 import harness.storm.rules
 import pytest
+from harness.running.repeats import NOTES
 from harness.storm import storm
 from harness.storm.rules.history import Decided
 from harness.storm.rules.literal import history, motion, moving, stop
@@ -62,6 +63,33 @@ def test_machine_that_stood_still_excuses_no_death_and_nothing_that_comes_later(
     scene = Scene(3, 1, [], late, judge(late))
     assert {v.rule for v in scene.violations} == {NAMES[0], NAMES[1], NAMES[-1]}
     assert scene.apart == []
+
+
+def test_machine_that_stood_still_excuses_no_joint_beyond_its_range() -> None:
+    """A late machine is none of its causes, as it may be of a speed."""
+    for span, rule, excused in (
+        ((1.0, 2.0, 115.0), "a joint beyond its range", False),
+        ((1.0, 1.1, 440.0), "a joint beyond its speed", True),
+    ):
+        late = history(moving(span), deeds=[motion(0.9)], gaps=[(0.9, 2.0)])
+        scene = Scene(3, 1, [], late, judge(late))
+        assert {v.rule for v in scene.violations} == {rule}
+        assert bool(scene.apart) is excused
+
+
+def test_scene_that_is_excused_by_the_machine_counts_as_a_repeat(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """So that a run with many of them fails."""
+    for gap, notes in (((2.1, 2.14), 1), ((8.0, 9.0), 0)):
+        known = dataclasses.replace(BROKEN, gaps=[gap])
+        scene = Scene(3, 0, [], known, judge(known))
+        player = SimpleNamespace(play=lambda seed, number, scene=scene: scene)
+        monkeypatch.setattr(storm, "Storm", lambda crew, player=player: player)
+        crew: Any = None
+        assert next(storm.scenes(crew, 3, 60.0)) is scene
+        said = NOTES.take()
+        assert len(said) == notes and all(NAMES[0] in text for text in said)
 
 
 def test_rows_of_scenes_are_added_up() -> None:
