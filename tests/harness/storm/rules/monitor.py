@@ -20,12 +20,19 @@ from harness.storm.rules.pair import (
 )
 from harness.storm.rules.reading import lives, motions
 from harness.storm.rules.stalls import replayed
-from harness.storm.rules.stops import moves_after_stop, moves_by_itself
+from harness.storm.rules.stops import (
+    REFUSED,
+    UNANSWERED,
+    moves_after_stop,
+    moves_by_itself,
+    stop_not_taken,
+)
 
 Rule = Callable[[History], Iterator[Violation]]
 RULES: tuple[Rule, ...] = (
     moves_after_stop,
     moves_by_itself,
+    stop_not_taken,
     replayed,
     beyond_limits,
     above_eighty,
@@ -39,6 +46,8 @@ RULES: tuple[Rule, ...] = (
 NAMES = (
     "moves after an acknowledged stop",
     "moves by itself",
+    REFUSED,
+    UNANSWERED,
     "a request from before a stop is done behind a stall",
     "a joint beyond its range",
     "a joint beyond its speed",
@@ -52,6 +61,7 @@ NAMES = (
 )
 """What the rules call their violations."""
 TIMELESS = (
+    REFUSED,
     "a joint beyond its range",
     "a stranger commands beside the holder",
     "not IDLE again",

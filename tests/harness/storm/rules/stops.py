@@ -50,6 +50,12 @@ ENDS_AT_REST = (
 is resumed may be one."""
 STREAMS = ("TWIN_LEADS", "OPERATOR_LEADS")
 GONE = "kill twin_controller"
+ALWAYS_TAKEN = ("STOP", "ESTOP")
+"""Stops that the controller answers at once and takes in every mode: it refuses to PAUSE a stopped
+pair, page and gateway may have waited in vain."""
+TOO_LATE = "did not answer in time"
+"""Part of the answer of a controller that stands still: it has not refused."""
+REFUSED, UNANSWERED = "a stop of the pair is refused", "a stop of the pair is not answered"
 ENDED = ("OFFLINE", "STOPPED", "STANDSTILL", "PAUSED", "ESTOP", "FAULT")
 """Modes in which the controller says that both stand."""
 
@@ -123,6 +129,27 @@ def _left(history: History, stop: Deed) -> float:
     left += [d.at for d in history.decisions if d.at >= since and (d.before, d.after) == aligns]
     left += [s.begun for s in history.strikes if s.ended >= since and GONE in s.name]
     return min(left, default=math.inf)
+
+
+def stop_not_taken(history: History) -> Iterator[Violation]:
+    """Each STOP and ESTOP is taken, and answered, while no fault is in its way."""
+    for deed in history.deeds:
+        if deed.name not in ALWAYS_TAKEN or deed.acknowledged or _in_the_way(history, deed):
+            continue
+        late = deed.answered is None or TOO_LATE in deed.said
+        end = deed.until if deed.answered is None else deed.answered
+        words = f"{deed.name}: {deed.said}" if deed.said else deed.name
+        yield Violation(UNANSWERED if late else REFUSED, deed.sent, end, words)
+
+
+def _in_the_way(history: History, deed: Deed) -> bool:
+    """Return whether a fault, or what it leaves behind, falls into the time of a command."""
+    until = history.ended if deed.answered is None else deed.answered
+    return any(
+        strike.begun <= until
+        and deed.sent <= strike.ended + max(strike.grace.values(), default=0.0)
+        for strike in history.strikes
+    )
 
 
 def moves_by_itself(history: History) -> Iterator[Violation]:

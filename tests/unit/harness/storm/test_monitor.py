@@ -17,6 +17,7 @@ from harness.storm import storm
 from harness.storm.rules.history import Decided
 from harness.storm.rules.literal import history, motion, moving, stop
 from harness.storm.rules.monitor import NAMES, evidence, judge, stood_still
+from harness.storm.rules.stops import TOO_LATE
 from harness.storm.scenes import Step
 from harness.storm.storm import MACHINE, STORM, Scene, summed
 
@@ -75,6 +76,14 @@ def test_machine_that_stood_still_excuses_no_joint_beyond_its_range() -> None:
         scene = Scene(3, 1, [], late, judge(late))
         assert {v.rule for v in scene.violations} == {rule}
         assert bool(scene.apart) is excused
+
+
+@pytest.mark.parametrize(("said", "apart"), [("later", 0), (f"the controller {TOO_LATE}", 1)])
+def test_machine_that_stood_still_excuses_no_refusal(said: str, apart: int) -> None:
+    """Only what is about times: an answer may be late by it."""
+    known = history(deeds=[stop(2.0, success=False, said=said)], gaps=[(1.9, 2.1)])
+    scene = Scene(3, 1, [], known, judge(known))
+    assert (len(scene.violations), len(scene.apart)) == (1, apart)
 
 
 def test_scene_that_is_excused_by_the_machine_counts_as_a_repeat(

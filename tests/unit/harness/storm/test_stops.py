@@ -8,7 +8,14 @@ from typing import Any
 import pytest
 from harness.storm.rules.history import Decided, History, Strike
 from harness.storm.rules.literal import history, motion, moving, release, stop
-from harness.storm.rules.stops import moves_after_stop, moves_by_itself
+from harness.storm.rules.stops import (
+    REFUSED,
+    TOO_LATE,
+    UNANSWERED,
+    moves_after_stop,
+    moves_by_itself,
+    stop_not_taken,
+)
 
 
 def decided(at: float, before: str, after: str, leader: str = "") -> Decided:
@@ -69,6 +76,39 @@ def test_stop_that_nobody_has_acknowledged_promises_nothing(answer: dict[str, ob
     (sent, old) = GOES_ON.deeds
     deeds = [sent, dataclasses.replace(old, **answer)]
     assert not list(moves_after_stop(dataclasses.replace(GOES_ON, deeds=deeds)))
+
+
+@pytest.mark.parametrize(
+    ("answer", "rule"),
+    [
+        ({"success": False, "said": "later"}, REFUSED),
+        ({"success": False, "said": f"the controller {TOO_LATE}"}, UNANSWERED),
+        ({"answered": None}, UNANSWERED),
+    ],
+    ids=["refused", "answered late", "never answered"],
+)
+def test_stop_that_is_not_taken_is_found(answer: dict[str, Any], rule: str) -> None:
+    """Whatever the pair does; a PAUSE of a stopped pair is rightly refused."""
+    (found,) = stop_not_taken(history(deeds=[stop(1.0), stop(2.0, **answer)]))
+    assert (found.rule, found.begin) == (rule, 2.0)
+    pause = dataclasses.replace(stop(2.0, **answer), name="PAUSE")
+    assert not list(stop_not_taken(history(deeds=[pause])))
+
+
+@pytest.mark.parametrize(
+    ("strike", "found"),
+    [
+        (Strike("halt twin_controller 0.5", 1.5, 2.0), 0),
+        (Strike("line web freeze 0.3", 1.2, 1.5, {"twin": 2.5}), 0),
+        (Strike("halt recorder 0.5", 1.2, 1.9), 1),
+        (Strike("halt twin_controller 0.5", 2.5, 3.0), 1),
+    ],
+    ids=["meanwhile", "not over yet", "over", "later"],
+)
+def test_fault_in_the_way_of_a_stop_excuses_it(strike: Strike, found: int) -> None:
+    """And what it leaves behind, as long as it may."""
+    deeds = [stop(2.0, success=False, said="later")]
+    assert len(list(stop_not_taken(history(deeds=deeds, strikes=[strike])))) == found
 
 
 def test_stop_counts_from_the_end_of_a_fault_that_keeps_it_away() -> None:
