@@ -7,7 +7,7 @@ import time
 from random import Random
 
 from harness.faults.fault_cell import ROBOT, FaultCell
-from harness.faults.rows import Row
+from harness.faults.rows import Row, must
 from harness.processes import wait_until
 from harness.wires.damage import Delayed, Fault, Sometimes, Split
 from harness.wires.relay import Relay
@@ -19,6 +19,10 @@ TWIN_REACTION_S = 0.3
 TOLD_S = 0.05
 """From the decision to the twin's first slower set point, on a busy machine."""
 STILL_MM_DEG = 0.05
+MOVES_ON = 0.01
+"""A robot whose fastest joint has more than this part of its speed moves on."""
+NOT_ANSWERED = "the controller did not answer in time"
+"""What the twin controller's service answers for a controller that stands still."""
 
 
 def reaction(cell: FaultCell, fault: str, since: float, allowed: float = REACTION_S) -> Row:
@@ -40,6 +44,33 @@ def reaction(cell: FaultCell, fault: str, since: float, allowed: float = REACTIO
         allowed + cell.real.ramp(since),
         found[-1],
     )
+
+
+def give_stop(cell: FaultCell, command: str) -> None:
+    """Give the pair a stop, and see that it is taken.
+
+    On a late machine the controller may answer late, or not see in time that both stand; nothing
+    lets it refuse a stop.
+    """
+    answer = cell.command(command)
+    must(answer.sent or answer.message == NOT_ANSWERED, f"{command} is refused: {answer.message}")
+    assert answer.success, answer.message
+
+
+def both_stand(cell: FaultCell, since: float, within: float = 2.0, timeout: float = 5.0) -> None:
+    """Wait until both sides stand, ``within`` seconds from ``since`` on.
+
+    Nothing excuses a robot that moves on when the time is out; a twin may be aligned by then.
+    """
+    try:
+        wait_until(
+            lambda: max(cell.real.standstill(since), cell.twin.standstill(since)) < within,
+            timeout,
+            "standstill of both",
+        )
+    except AssertionError:
+        must(not cell.real.under_way(MOVES_ON, 0.1), f"the robot moves on after {timeout:g} s")
+        raise
 
 
 def twin_stands(cell: FaultCell, fault: str, since: float, allowed: float) -> Row:

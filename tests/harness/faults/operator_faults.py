@@ -17,7 +17,7 @@ from fanuc_emulator.pendant.pendant_link_io import PendantLink
 from scara_config.modbus_map import load_modbus_map
 
 from harness.faults.fault_cell import FaultCell
-from harness.faults.link_faults import leader_changes, still_row
+from harness.faults.link_faults import both_stand, give_stop, leader_changes, still_row
 from harness.faults.rows import Row
 from harness.processes import wait_until
 from harness.running.repeats import NOTES
@@ -85,7 +85,7 @@ def stop_reaches_both(cell: FaultCell, rng: Random, count: int) -> list[Row]:
         else:
             to_real.append(seen[0] - decided)
             to_twin.append(seen[1] - decided)
-            _both_stand(cell, decided)
+            both_stand(cell, decided)
     cell.recover()
     name = f"STOP by {', '.join(STOPS)}"
     return [
@@ -141,19 +141,10 @@ def _ended_itself(cell: FaultCell, moved: float, stopped: float) -> str:
     return ""
 
 
-def _both_stand(cell: FaultCell, since: float) -> None:
-    """Wait until both sides stand."""
-    wait_until(
-        lambda: max(cell.real.standstill(since), cell.twin.standstill(since)) < 2.0,
-        5.0,
-        "standstill of both",
-    )
-
-
 def _stop(cell: FaultCell, source: str) -> None:
     """Stop as somebody on that side does."""
     if source == "the operator":
-        assert cell.command("STOP").success
+        give_stop(cell, "STOP")
     elif source == "the robot's pendant":
         with _pendant(cell) as pendant:
             pendant.pulse("panel_abort")
@@ -171,8 +162,8 @@ def estop_released(cell: FaultCell, rng: Random) -> list[Row]:
     """ESTOP during a move, RESET, ALIGN: no release gives the motion back."""
     cell.move(rng.uniform(10.0, 30.0))
     begun = time.time()
-    assert cell.command("ESTOP").success
-    _both_stand(cell, begun)
+    give_stop(cell, "ESTOP")
+    both_stand(cell, begun)
     rested = time.time()
     assert cell.command("RESET").success
     cell.wait_for("STOPPED", 10.0)
@@ -272,8 +263,8 @@ def hold_released(cell: FaultCell, rng: Random) -> list[Row]:
     cell.pendant("hold")
     begun = time.time()
     wait_until(lambda: cell.real.standstill(begun) < 2.0, 10.0, "a robot that is held")
-    assert cell.command("STOP").success
-    _both_stand(cell, begun)
+    give_stop(cell, "STOP")
+    both_stand(cell, begun)
     rested = time.time()
     time.sleep(WATCHED_S)
     rows = [

@@ -7,7 +7,15 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from harness.running.repeats import ATTEMPTS, NOTES, Looks, excuse, first_words, played_out
+from harness.running.repeats import (
+    ATTEMPTS,
+    NOTES,
+    Looks,
+    excuse,
+    first_words,
+    is_played_out,
+    played_out,
+)
 from harness.running.standstill import MACHINE
 
 
@@ -61,6 +69,18 @@ def check(measure: Callable[[], list[Row]]) -> None:
         raise
 
 
+def must(holds: bool, text: str) -> None:
+    """Fail for good where something does not hold: no busy machine is the cause.
+
+    Raises:
+        AssertionError: It does not; nobody measures again for it.
+    """
+    if not holds:
+        error = AssertionError(text)
+        played_out(error)
+        raise error
+
+
 def repeated(
     measure: Callable[[], list[Row]],
     attempts: int = ATTEMPTS,
@@ -71,7 +91,8 @@ def repeated(
 
     Times are measured on a machine that does other things too. So what failed is measured again,
     ``attempts`` times at most, but only if the machine was seen to stand still meanwhile. A row
-    that must always hold has no second chance. ``note`` is told of each repetition at once.
+    that must always hold, and what :func:`must` has found, has no second chance. ``note`` is told
+    of each repetition at once.
 
     Raises:
         AssertionError: The last attempt did not come to an end as described.
@@ -83,7 +104,7 @@ def repeated(
             rows = measure()
         except AssertionError as error:
             why = excuse(begun, looks)
-            if len(missed) == attempts - 1 or not why:
+            if is_played_out(error) or len(missed) == attempts - 1 or not why:
                 raise
             missed.append(f"{why}; not measured: {first_words(error)}")
             note(missed[-1])

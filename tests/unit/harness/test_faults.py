@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from random import Random
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from harness.faults import operator_faults
-from harness.faults.link_faults import disturbed
+from harness.faults import link_faults, operator_faults
+from harness.faults.link_faults import NOT_ANSWERED, both_stand, disturbed, give_stop
 from harness.faults.operator_faults import STOPS, noisy, stop_reaches_both
-from harness.faults.rows import Row, worst
+from harness.faults.person_faults import stays_refused
+from harness.faults.rows import Row, repeated, worst
+from harness.processes import wait_until
 from harness.wires.damage import Delayed, Sometimes
 
 NOTHING: dict[str, float] = {}
@@ -77,3 +80,64 @@ def test_a_figure_that_is_none_is_the_worst() -> None:
     good, none = (Row("cut", "found after [s]", 0.1, value) for value in (0.05, math.nan))
     for rows in ([good, none], [none, good]):
         assert worst(rows) == [none]
+
+
+def plays(scene: Callable[[], object]) -> int:
+    """Return how often a scene that fails is played on a machine that stood still."""
+    played: list[int] = []
+
+    def measure() -> list[Row]:
+        played.append(1)
+        scene()
+        return []
+
+    looks = SimpleNamespace(now=lambda: 0.0, stood_still=lambda since: 0.045)
+    with pytest.raises(AssertionError):
+        repeated(measure, looks=looks)
+    return len(played)
+
+
+def answering(message: str, success: bool = False, sent: bool = False) -> Any:
+    """Return a cell whose twin controller answers so."""
+    answer = SimpleNamespace(message=message, success=success, sent=sent)
+    return SimpleNamespace(command=lambda command: answer)
+
+
+@pytest.mark.parametrize(
+    ("answer", "times"),
+    [
+        (answering("later"), 1),
+        (answering("sent: STOPPED; but the twin is not seen to stand", sent=True), 3),
+        (answering(NOT_ANSWERED), 3),
+    ],
+    ids=["refused", "seen late", "answered late"],
+)
+def test_a_refused_stop_is_final_and_a_late_one_is_not(answer: Any, times: int) -> None:
+    """No busy machine makes the controller refuse it."""
+    assert plays(lambda: give_stop(answer, "STOP")) == times
+
+
+@pytest.mark.parametrize(
+    ("answer", "times"),
+    [(answering("it goes on", success=True), 1), (answering("a link is down"), 3)],
+    ids=["taken", "refused for another reason"],
+)
+def test_a_motion_that_goes_on_beside_a_person_is_final(answer: Any, times: int) -> None:
+    """A machine that was late may have lost a link; it never lets RESUME pass."""
+    assert plays(lambda: stays_refused(answer, "RESUME", "mm away")) == times
+
+
+@pytest.mark.parametrize(("moves", "times"), [(True, 1), (False, 3)])
+def test_a_robot_that_moves_on_after_a_stop_is_final_and_one_that_stood_late_is_not(
+    moves: bool, times: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It stands within seconds, however late the machine is."""
+    monkeypatch.setattr(
+        link_faults, "wait_until", lambda holds, timeout, what: wait_until(holds, 0.0, what)
+    )
+    side = SimpleNamespace(
+        standstill=lambda since: math.inf if moves else 2.5,
+        under_way=lambda share, duration: moves,
+    )
+    cell: Any = SimpleNamespace(real=side, twin=side)
+    assert plays(lambda: both_stand(cell, 0.0)) == times
