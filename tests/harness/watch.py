@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import TypeVar
 
@@ -43,6 +44,8 @@ class Watch:
         self.before = pair.state
         self.streamed: StreamReal | None = None
         self.ahead: dict[int, RobotSetpoint] = {}
+        # Whether the next set points ahead of their time are the first of a stream.
+        self.begins = True
         self.reset_asked = False
         pair.watch = self.check
 
@@ -128,8 +131,7 @@ class Watch:
                 "program speed times override is limited"
             )
             if self.streamed is None or action.send_at <= self.streamed.send_at:
-                off = [abs(a - b) for a, b in zip(q, after.sides.real.last.q)]
-                assert max(off) <= 0.01, "a stream begins where the real robot is"
+                begins_at(after.sides.real, q)
             else:
                 last = self.streamed
                 # Sent in the robot's rhythm, which may drift by a tick.
@@ -141,8 +143,12 @@ class Watch:
             self.streamed = action
 
     def _stream_ahead(self, after: CoreState, actions: list[AnyAction]) -> None:
-        if after.follow.real is None:
+        follows = after.follow.real
+        if follows is None:
             self.ahead = {}
+        # A pause ends the stream, whatever is remembered of it.
+        if follows is None or follows.last is None or after.lead.mode is Mode.PAUSED:
+            self.begins = True
         for action in actions:
             if not isinstance(action, StreamAhead):
                 continue
@@ -152,6 +158,9 @@ class Watch:
             assert effective <= SETUP.config.limit.told_percent + TOLERANCE, (
                 "program speed times override is limited"
             )
+            if self.begins and action.points:
+                begins_at(after.sides.real, action.points[0].q)
+                self.begins = False
             self.ahead |= {point.number: point for point in action.points}
             kept = {
                 number: point
@@ -221,6 +230,12 @@ class Watch:
                 "samples are in order"
             )
         assert len(after.lead.decisions) <= SETUP.config.decision_history
+
+
+def begins_at(real: Side, q: Sequence[float]) -> None:
+    """Check that the first set point of a stream is where the real robot is."""
+    off = [abs(a - b) for a, b in zip(q, real.last.q)]
+    assert max(off) <= 0.01, "a stream begins where the real robot is"
 
 
 def is_fresh(side: Side, now: float, stale_ms: float) -> bool:
