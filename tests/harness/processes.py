@@ -23,6 +23,8 @@ from typing import TYPE_CHECKING, TypeVar
 
 from typing_extensions import Self
 
+from harness.running.repeats import Notes
+
 if TYPE_CHECKING:
     from scara_bringup.processes.forked_io import ForkedChild
 
@@ -33,6 +35,10 @@ PORTS_OF_ONE = 800
 """How many ports one process of tests has for itself: a given one comes again after so many."""
 MARK = "CELL_TEST_MARK"
 ROSRUN = "/usr/bin/rosrun"
+DEAF = Notes()
+"""What SIGINT has not ended, and no test had stalled: the end of a run names it.
+
+It fails nobody: a node whose master stands still, or on a late machine, may rightly be so slow."""
 _PR_SET_PDEATHSIG = 1
 _LIBC = ctypes.CDLL(None, use_errno=True)
 
@@ -126,6 +132,7 @@ class Process:
         """
         self.command = [str(word) for word in command]
         self.log = log
+        self.stalled = False
         self.popen: subprocess.Popen[bytes] | ForkedChild
         if forks:
             from harness.forks import forked  # what it imports is built
@@ -170,11 +177,16 @@ class Process:
 
     def signal(self, number: signal.Signals) -> None:
         """Send a signal to its whole process group."""
+        if number in (signal.SIGSTOP, signal.SIGCONT):
+            self.stalled = number == signal.SIGSTOP
         with contextlib.suppress(ProcessLookupError):
             os.killpg(self.pid, number)
 
     def stop(self, grace: float = 8.0) -> int:
-        """End it: SIGINT, after ``grace`` [s] SIGTERM, then SIGKILL; return the exit code."""
+        """End it: SIGINT, after ``grace`` [s] SIGTERM, then SIGKILL; return the exit code.
+
+        One that needs more than SIGINT is noted in :data:`DEAF`.
+        """
         for number, patience in (
             (signal.SIGINT, grace),
             (signal.SIGTERM, 2.0),
@@ -182,6 +194,8 @@ class Process:
         ):
             if self.poll() is not None:
                 break
+            if number is signal.SIGTERM and not self.stalled:
+                DEAF.add(f"{self}: SIGINT has not ended it within {grace:g} s")
             self.signal(number)
             with contextlib.suppress(subprocess.TimeoutExpired):
                 self.popen.wait(patience)

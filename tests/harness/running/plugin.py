@@ -16,11 +16,12 @@ import pytest
 from _pytest.runner import call_and_report
 from xdist.scheduler import LoadScopeScheduling
 
+from harness import processes
 from harness.running import lanes, repeats
 from harness.running.shared import BROWSERS, GROUP
 from harness.workspace import ROOT
 
-REPEAT, SCENE = "played again", "scene"
+REPEAT, SCENE, DEAF = "played again", "scene", "not ended by SIGINT"
 COUNT_FILE = "CELL_TEST_COUNT"
 """Environment variable: file in which the parts of one run count together."""
 PART = "CELL_TEST_PART"
@@ -40,6 +41,7 @@ class Running:
     def __init__(self) -> None:
         """Count from 0."""
         self.repeated: list[str] = []
+        self.deaf: list[str] = []
         self.scenes = 0
         self.judges = True
         """This run ends with a verdict on its repeats."""
@@ -152,7 +154,7 @@ class Running:
     def pytest_runtest_makereport(
         self, item: pytest.Item, call: pytest.CallInfo[None]
     ) -> pytest.TestReport | None:
-        """Keep why it failed; hand over what was played again, with the test's last report.
+        """Keep why it failed; hand over what was noted meanwhile, with the test's last report.
 
         That report reaches the process that counts.
         """
@@ -160,6 +162,7 @@ class Running:
             self._error = call.excinfo.value
         if call.when == "teardown":
             item.user_properties += [(REPEAT, note) for note in repeats.NOTES.take()]
+            item.user_properties += [(DEAF, note) for note in processes.DEAF.take()]
         return None
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
@@ -170,13 +173,19 @@ class Running:
             self.scenes += name == SCENE
             if name == REPEAT:
                 self.repeated.append(f"{report.nodeid}: {value}")
+            if name == DEAF:
+                self.deaf.append(f"{report.nodeid}: {value}")
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
-        """Print what was played again, and why."""
+        """Print what was played again, and why; and what SIGINT has not ended."""
         if self.scenes or self.repeated:
             terminalreporter.section("scenes in real time")
             for line in repeats.summary(self.repeated, self.scenes, self.judges):
                 terminalreporter.line(line)
+        if self.deaf:
+            terminalreporter.section("processes that SIGINT has not ended")
+            for line in self.deaf:
+                terminalreporter.line(f"  {line}")
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_sessionfinish(self, session: pytest.Session) -> None:

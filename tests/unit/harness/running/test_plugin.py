@@ -6,8 +6,12 @@ import importlib
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
+from harness.processes import DEAF
+from harness.running.plugin import Running
 from harness.running.thorough import SEARCH
 from harness.workspace import ROOT
 from hypothesis.internal.conjecture import providers
@@ -109,3 +113,17 @@ def test_numbers_in_the_code_choose_examples_in_a_search_alone() -> None:
     """By day the same are drawn whatever has changed."""
     importlib.import_module("scara_control.kinematics.numeric")
     assert (len(providers._get_local_constants()) > 0) is SEARCH
+
+
+def test_what_sigint_has_not_ended_is_told_at_the_end_of_a_run() -> None:
+    """By the test that had started it; nobody fails by it."""
+    running, lines = Running(), list[str]()
+    item: Any = SimpleNamespace(user_properties=[])
+    ended: Any = SimpleNamespace(when="teardown", excinfo=None)
+    DEAF.add("node: SIGINT has not ended it")
+    running.pytest_runtest_makereport(item, ended)
+    report: Any = SimpleNamespace(when="teardown", nodeid="test_a", **vars(item))
+    running.pytest_runtest_logreport(report)
+    terminal: Any = SimpleNamespace(section=lines.append, line=lines.append)
+    running.pytest_terminal_summary(terminal)
+    assert lines[-1] == "  test_a: node: SIGINT has not ended it" and len(lines) == 2
