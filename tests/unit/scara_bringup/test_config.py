@@ -12,6 +12,7 @@ from scara_bringup.config import Ports, load_bringup, load_doors
 from scara_bringup.processes.configuration_io import copy_with_ports, link_taught
 from scara_config import ConfigError, files_in_force, load
 from scara_config.frames import TaughtFrame, find_frames, save_frame
+from scara_config.loader import load_keys
 from scara_config.programs.files import program_files
 from scara_config.programs.keeping import keep_program
 
@@ -71,7 +72,7 @@ def test_copy_without_wishes_is_the_original(tmp_path: Path) -> None:
 def test_what_is_taught_in_a_copy_is_there_at_the_next_start(
     tmp_path: Path, taught_before: bool
 ) -> None:
-    """A cell with a name or a port reads a copy; frames and programs are saved in the original."""
+    """A cell with a name or a port reads a copy; frames, programs and numbers are saved in both."""
     (tmp_path / "source").mkdir()
     source = copy_configuration(tmp_path / "source")
     if not taught_before:
@@ -84,11 +85,14 @@ def test_what_is_taught_in_a_copy_is_there_at_the_next_start(
     frame = TaughtFrame("corner", (1.0, 2.0, 3.0))
     save_frame(copied, "user", 3, frame)
     text = program_files(copied)["ARTICLE"].read_text().replace("/PROG  ARTICLE", "/PROG  MINE")
-    keep_program("MINE", text, copied)
+    for _ in range(2):
+        keep_program("MINE", text, copied)
     again = copy_with_ports(source, tmp_path / "again")
     for folder in (source, copied, again):
         assert find_frames(folder).numbered("user")[3] == frame
         assert program_files(folder)["MINE"].read_text() == text
+        (numbered,) = load_keys(folder / "emulator.yaml", {"rsr_programs": list[str]})
+        assert numbered[-1] == "MINE" and numbered.count("MINE") == 1
     assert load_doors(source).gateway.port != 19091
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from scara_config.loader import ConfigError, load, load_keys
-from scara_config.profile import PROGRAM_ENDING, PROGRAMS, locate
+from scara_config.profile import PROGRAM_ENDING, PROGRAMS, known_robots, locate
 from scara_config.programs.files import program_files
 from scara_config.writer import replace_file, write_values
 
@@ -21,7 +21,7 @@ NAME = re.compile(r"[A-Z][A-Z0-9_]{0,15}")
 def keep_program(name: str, text: str, directory: Path | str | None = None) -> str:
     """Write a program into the chosen robot's folder, and give it the next free number of an RSR.
 
-    The file is whole or as it was before.
+    The file is whole or as it was before. Both last, also where a cell reads a run's copy.
 
     Returns:
         The file, and what is still to do, in words.
@@ -41,18 +41,36 @@ def keep_program(name: str, text: str, directory: Path | str | None = None) -> s
     file = kept_file(name, directory)
     # The file first: a number without its program would start nothing.
     replace_file(file, text)
-    if name in numbered:
-        return f"{file.name}: saved"
     # Nothing starts a program of background logic.
     if name in load(path, dict[str, Any]).get("background_programs", ()):
         return f"{file.name}: saved; it counts from the stand-in's next start"
-    if len(numbered) == MOST_NUMBERED:
-        return f"{file.name}: saved, but all {MOST_NUMBERED} numbers of {path.name} are taken"
-    write_values(path, {(NUMBERED,): [*numbered, name]})
-    return f"{file.name}: saved, RSR{len(numbered) + 1}"
+    said = _give_number(path, name)
+    if is_copy(directory):
+        _give_number(locate(PROGRAMS, directory).resolve().with_name(path.name), name)
+    return f"{file.name}: saved{said}"
 
 
 def kept_file(name: str, directory: Path | str | None = None) -> Path:
     """Return the file of one of the robot's programs, which may not be there yet."""
     new = locate(PROGRAMS, directory) / f"{name}{PROGRAM_ENDING}"
     return program_files(directory).get(name, new)
+
+
+def is_copy(directory: Path | str | None = None) -> bool:
+    """Return whether a folder is a run's copy, of which the next start reads ``programs/`` alone.
+
+    The copy has a link there, to the folder in the configuration that was copied.
+    """
+    # A robot's folder in the configuration itself may share another robot's programs.
+    return not known_robots(directory) and locate(PROGRAMS, directory).is_symlink()
+
+
+def _give_number(path: Path, name: str) -> str:
+    """Let the next free RSR start a program that has none yet; return what to say of it."""
+    (numbered,) = load_keys(path, {NUMBERED: list[str]})
+    if name in numbered:
+        return ""
+    if len(numbered) == MOST_NUMBERED:
+        return f", but all {MOST_NUMBERED} numbers of {path.name} are taken"
+    write_values(path, {(NUMBERED,): [*numbered, name]})
+    return f", RSR{len(numbered) + 1}"

@@ -108,7 +108,7 @@ def main() -> None:
         )
         desk = CommandDesk(simulation.control, CommandGate(robot, config), config)
         commands = CommandPorts(names, runner, desk, states)
-        TuningPorts(names, runner, tuning, gains_path(directory))
+        TuningPorts(names, runner, tuning, directory)
         payload.serve(runner)
         if parts is not None:
             parts.serve(runner)

@@ -6,14 +6,24 @@ What is taken, what is refused with which text, and the way back.
 from __future__ import annotations
 
 import math
+import threading
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import msgspec
 import numpy as np
 import pytest
+import rospy
+from dynamic_reconfigure.msg import Config, DoubleParameter
+from dynamic_reconfigure.srv import ReconfigureRequest
+from harness.yaml_files import copy_configuration
 from scara_control.pid import PidGains
 from scara_simulation.config import LoopGains
 from scara_simulation.tuning.gains import PARAMETERS, Tuning, TuningError, value_of
 from scara_simulation.tuning.stability import Plant
+from scara_simulation.tuning.tuning_ports_node import TuningPorts
+from std_msgs.msg import String
 
 GAINS = LoopGains(
     position=PidGains(p=3600.0, i=36_000.0, d=120.0, i_clamp=5.0),
@@ -163,3 +173,30 @@ def test_unstable_gains_of_the_file_are_refused_at_the_start():
 def test_same_value_is_no_change(tuning):
     """Nothing to write, nothing to undo."""
     assert not list(tuning.propose("joint_1", {"position_p": 3600.0}).values())
+
+
+def test_gains_in_a_runs_copy_are_said_to_last_until_the_cell_ends(
+    tuning: Tuning, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The next start of a cell with a name makes another copy of the file that is not changed."""
+    folder, said = copy_configuration(tmp_path), []
+    publisher = SimpleNamespace(publish=said.append)
+    monkeypatch.setattr(rospy, "Publisher", lambda *_, **__: publisher)
+    monkeypatch.setattr(rospy, "Service", lambda *_: None)
+    control = SimpleNamespace(set_gains=lambda *_: None)
+    runner: Any = SimpleNamespace(
+        lock=threading.Lock(), simulation=SimpleNamespace(control=control)
+    )
+
+    def answer_to(p: float) -> str:
+        ports = TuningPorts(["joint_1", "joint_2"], runner, tuning, folder)
+        config = Config(doubles=[DoubleParameter("position_p", p)])
+        ports._set("joint_1", ReconfigureRequest(config=config))
+        return [each.data for each in said if isinstance(each, String)][-1]
+
+    assert answer_to(4000.0) == "set and saved: joint_1: position_p 3600 -> 4000"
+    # As a cell with a name links what people teach.
+    (folder / "programs").rename(folder / "taught")
+    (folder / "programs").symlink_to(folder / "taught")
+    ends = "set and saved until this cell ends: joint_1: position_p 4000 -> 4100"
+    assert answer_to(4100.0) == ends

@@ -27,10 +27,12 @@ from dynamic_reconfigure.msg import (
 )
 from dynamic_reconfigure.srv import Reconfigure, ReconfigureRequest, ReconfigureResponse
 from scara_config import ConfigError
+from scara_config.programs.keeping import is_copy
 from scara_config.writer import write_values
 from std_msgs.msg import String
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
+from scara_simulation.config import gains_path
 from scara_simulation.real_time_runner_io import RealTimeRunner
 from scara_simulation.tuning.gains import PARAMETERS, Change, Tuning, TuningError, value_of
 
@@ -55,10 +57,14 @@ class TuningPorts:
     """
 
     def __init__(
-        self, joints: Sequence[str], runner: RealTimeRunner, tuning: Tuning, file: Path
+        self, joints: Sequence[str], runner: RealTimeRunner, tuning: Tuning, directory: Path
     ) -> None:
-        """Advertise and serve."""
-        self._joints, self._runner, self._tuning, self._file = (list(joints), runner, tuning, file)
+        """Advertise and serve; ``directory`` is the folder of the configuration."""
+        self._joints, self._runner, self._tuning = list(joints), runner, tuning
+        self._file = gains_path(directory)
+        # The next start makes another copy. Nothing goes into what was copied: a change of the farm
+        # may be in these gains.
+        self._saved = "saved until this cell ends" if is_copy(directory) else "saved"
         self._lock = threading.Lock()
         self._status = rospy.Publisher("twin/pid/status", String, queue_size=10, latch=True)
         self._descriptions, self._updates = (
@@ -114,7 +120,7 @@ class TuningPorts:
             )
         except ConfigError as error:
             return self._say(rospy.logerr, f"{what}, but not saved: {change.describe()}: {error}")
-        return self._say(rospy.loginfo, f"{what} and saved: {change.describe()}")
+        return self._say(rospy.loginfo, f"{what} and {self._saved}: {change.describe()}")
 
     def _say(self, log: object, text: str) -> str:
         log(text)  # type: ignore[operator]
