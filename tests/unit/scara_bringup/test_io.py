@@ -9,11 +9,15 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
 
 import pytest
 from harness.processes import free_port, is_alive, wait_until
+from harness.yaml_files import changed_yaml
 from scara_bringup.cell_node import Wishes, run
 from scara_bringup.config import Ports, load_doors
 from scara_bringup.plan import CONTROLLER, EMULATOR, NodePlan, cell_plan
@@ -29,6 +33,8 @@ from scara_bringup.processes.preflight_io import (
 from scara_bringup.processes.processes_io import Processes
 from scara_config import config_directory
 from scara_ros.shell.program_io import FAILED
+
+from scara_bringup import cell_node
 
 
 def plain(name: str, *arguments: str) -> NodePlan:
@@ -267,6 +273,32 @@ def test_a_demo_beside_a_real_robots_address_starts_nothing(
     )
     assert run(wishes) == (FAILED, None)
     assert "real.host is 192.0.2.9" in capsys.readouterr().err and not output.exists()
+
+
+def test_a_cell_with_a_real_robot_shows_its_address_and_no_stand_in(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What `./cell status` says; the stand-in's address leads nowhere."""
+    copied, seen = copy_with_ports(config_directory(), tmp_path / "config"), []
+    changed_yaml(copied / "twin_controller.yaml", copied, ["real", "host"], "192.0.2.9")
+    for name in ("ROS_IP", "ROS_HOSTNAME", "ROS_NAMESPACE", "ROS_MASTER_URI", "ROS_HOME"):
+        monkeypatch.setenv(name, os.environ.get(name, ""))
+    monkeypatch.setenv("PYTHONUNBUFFERED", "1")
+    monkeypatch.setenv("SCARA_CONFIG_DIR", str(copied))
+
+    def shell_of(*parts: Any) -> Any:
+        seen.append(parts)
+        return SimpleNamespace(run=lambda *_: 0)
+
+    warm = SimpleNamespace(of_this_process=lambda *_: nullcontext())
+    monkeypatch.setattr(cell_node, "WarmParent", warm)
+    monkeypatch.setattr(cell_node, "Processes", lambda *_: nullcontext())
+    monkeypatch.setattr(cell_node, "CellShell", shell_of)
+    for without in ((EMULATOR,), (CONTROLLER,)):
+        ports, output = Ports(free_port(), free_port()), tmp_path / without[0]
+        run(Wishes(None, None, output, without, free_port(), ports, False))
+    found = [(doors.modbus.host, shown.plant) for *_, doors, _, shown in seen]
+    assert found == [("192.0.2.9", ""), ("127.0.0.1", "ideal")]
 
 
 def test_second_cell_in_one_namespace_is_refused(fake_master: str) -> None:

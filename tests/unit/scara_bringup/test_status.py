@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import stat
 import subprocess
@@ -12,12 +13,14 @@ from typing import Any
 import msgspec
 import pytest
 from harness.processes import wait_until
+from rich.console import Console
 from scara_bringup.cell_node import _note_ready
 from scara_bringup.cell_shell_node import CellShell, Shown
 from scara_bringup.plan import cell_plan
 from scara_bringup.status import running_io as running
 from scara_bringup.status.running_io import usage_of
 from scara_bringup.status.status import Usage, in_words, node_state
+from scara_bringup.status.status_node import _print_cell
 from scara_bringup.terminal.browser_io import find_opener, open_page
 from scara_bringup.terminal.screen_io import page_addresses, show_cell
 from scara_ros.diagnosis import Diagnosis
@@ -63,6 +66,15 @@ def cell_of(pid: int, folder: Path) -> running.RunningCell:
     nodes = [running.RunningNode("gateway", 1, "rosrun a b", "log")]
     uri = "http://127.0.0.1:11311"
     return running.RunningCell(pid, "up", "r", "ideal", uri, "/", str(folder), {}, nodes)
+
+
+@pytest.mark.parametrize(("plant", "title"), [("ideal", "r, stand-in ideal:"), ("", "r:")])
+def test_a_cell_without_a_stand_in_shows_none(tmp_path: Path, plant: str, title: str) -> None:
+    """A real robot behaves like no plant."""
+    shown = io.StringIO()
+    cell = msgspec.structs.replace(cell_of(1, tmp_path), plant=plant)
+    _print_cell(Console(file=shown), cell, [])
+    assert shown.getvalue().startswith(f"cell: {title} ./cell up, pid 1")
 
 
 def test_a_cell_is_found_while_it_runs_and_by_its_user_only(

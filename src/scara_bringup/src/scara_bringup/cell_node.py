@@ -29,7 +29,7 @@ from scara_bringup.cell_shell_node import CellShell, Shown
 from scara_bringup.config import Ports, load_bringup, load_coupled, load_doors
 from scara_bringup.named.install_node import install_cell
 from scara_bringup.named.named_node import ask_why, refuse_second, refuse_without_room, take_turn
-from scara_bringup.named.naming import free_ports, namespace_by_name
+from scara_bringup.named.naming import SERVED_BY, free_ports, namespace_by_name
 from scara_bringup.named.turn_io import StartTurn
 from scara_bringup.options_node import (
     Anyway,
@@ -329,7 +329,8 @@ def own_configuration(wishes: Wishes, folder: Path) -> Path | None:
 
 def _run(wishes: Wishes, folder: Path, shown: Shown, own_master: bool) -> int:
     """Run a cell that was found right, in the environment that its nodes inherit."""
-    deadlines, doors = load_bringup(), load_doors()
+    stand_in = SERVED_BY["modbus"] not in wishes.without
+    deadlines, doors = load_bringup(), load_doors(stand_in=stand_in)
     runs = str(runs_of(folder, wishes.runs))
     health = load_modbus_map().find("motor_torque") is not None
     if wishes.people and not health:
@@ -346,7 +347,7 @@ def _run(wishes: Wishes, folder: Path, shown: Shown, own_master: bool) -> int:
         WarmParent.of_this_process(PAGES if has_pages else ()) as warm,
         Processes(folder / "log", os.environ, warm) as processes,
     ):
-        shown = replace(shown, runs=runs)
+        shown = replace(shown, runs=runs, plant=shown.plant if stand_in else "")
         shell = CellShell(processes, master, deadlines, doors, folder, shown)
         return shell.run(nodes, foreground, own_master)
 

@@ -57,7 +57,7 @@ class Shown:
     Attributes:
         verb: What was asked for.
         robot: Its name.
-        plant: How its stand-in behaves.
+        plant: How its stand-in behaves; empty: it has none.
         browser: Whether the operator's page is opened where there is a display.
         runs: The folder of all recordings and journals.
         on_ready: Are called when the cell is ready.

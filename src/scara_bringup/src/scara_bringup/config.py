@@ -54,7 +54,7 @@ class Bringup(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Doors(msgspec.Struct, frozen=True):
-    """Where the cell listens."""
+    """Where the cell listens, and ``modbus`` where its robot does."""
 
     modbus: ServerAddress
     gateway: ServerAddress
@@ -86,12 +86,19 @@ def load_bringup(directory: Path | str | None = None) -> Bringup:
     return load(locate("bringup.yaml", directory), Bringup)
 
 
-def load_doors(directory: Path | str | None = None) -> Doors:
+def load_doors(directory: Path | str | None = None, stand_in: bool = True) -> Doors:
     """Read the addresses from the files of ``DOOR_FILES`` in ``directory``.
+
+    Args:
+        directory: Default: the package scara_config.
+        stand_in: Whether the cell has one; else ``modbus`` is that of the robot it is coupled with.
 
     Raises:
         ConfigError: A file is missing, or its host or port does not fit.
     """
-    return Doors(
+    doors = Doors(
         **{name: load(locate(file, directory), ServerAddress) for name, file in DOOR_FILES.items()}
     )
+    if stand_in:
+        return doors
+    return msgspec.structs.replace(doors, modbus=load_coupled(directory).real)

@@ -20,6 +20,7 @@ from cell_recorder.journal.entries import (
     Gap,
     Start,
     Torn,
+    start_entry,
 )
 from cell_recorder.journal.since import Since, SinceError, parse_since
 from cell_recorder.journal.story import StoryLine, duration, tell
@@ -163,6 +164,15 @@ def test_an_alarm_that_was_cleared_is_told_with_how_long_it_lasted() -> None:
     assert [(line.what, line.words, line.outcome) for line in tell([raised, cleared])] == [
         ("error", "[gateway]: down", ""),
         ("cleared", "[gateway]: down", "after 1 min 15 s"),
+    ]
+
+
+def test_a_robot_elsewhere_is_told_as_no_stand_in() -> None:
+    """What behaves like a plant runs on this machine."""
+    starts = [start_entry("r", "ideal", host, 1) for host in ("127.0.0.1", "192.0.2.9")]
+    assert [line.words for line in tell(starts)] == [
+        "the journal began: r, stand-in ideal",
+        "the journal began: r",
     ]
 
 

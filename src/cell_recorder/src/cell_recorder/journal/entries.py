@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any, Protocol, TypeAlias
 
 import msgspec
+from scara_config.quantities import is_this_machine
 
 LONGEST_TEXT = 2000  # our choice: signs; what a client sends may be of any length
 MOST_ITEMS = 50  # our choice: as above
@@ -117,7 +118,7 @@ class Start(Entry, frozen=True, kw_only=True, tag="start"):
 
     Attributes:
         robot: Its name.
-        plant: How its stand-in behaves.
+        plant: How its stand-in behaves; empty: it is a robot elsewhere.
         pid: Of the node.
     """
 
@@ -298,3 +299,15 @@ def outcome_entry(said: WrittenOutcome) -> Audit:
     return Audit(
         who="what_if", what=f"predicted: {said.what}", success=not said.drift, outcome=text
     )
+
+
+def start_entry(robot: str, plant: str, host: str, pid: int) -> Start:
+    """Return the entry of a start; a robot that is not on this machine is no stand-in.
+
+    Args:
+        robot: Its name.
+        plant: How the stand-in of this cell behaves, if it has one.
+        host: Where the twin controller looks for the robot.
+        pid: Of the node.
+    """
+    return Start(robot=robot, plant=plant if is_this_machine(host) else "", pid=pid)

@@ -1,12 +1,12 @@
 """Node ``journal``: writes down what happens in the cell, from its start to its end.
 
-Parameters: ``~config_dir`` (journal.yaml), ``~directory`` (the runs folder; default: runs of the
-environment's CELL_ROOT, else of the working folder). It writes below ``journal/<cell>/`` there, one
-file a day. Subscribes to decisions, audit, part events and what became of judged motions, to
-``/diagnostics`` of its own cell, and while something moves to ``twin_controller/state`` and
-``real/robot_data``; of what learners have passed it reads the course's file. Publishes
-``journal/number``, the number of the newest entry, and ``/diagnostics``. What is written:
-docs/interfaces.md. ``rosrun cell_recorder why`` reads it.
+Parameters: ``~config_dir`` (journal.yaml, and ``real.host`` of twin_controller.yaml),
+``~directory`` (the runs folder; default: runs of the environment's CELL_ROOT, else of the working
+folder). It writes below ``journal/<cell>/`` there, one file a day. Subscribes to decisions, audit,
+part events and what became of judged motions, to ``/diagnostics`` of its own cell, and while
+something moves to ``twin_controller/state`` and ``real/robot_data``; of what learners have passed
+it reads the course's file. Publishes ``journal/number``, the number of the newest entry, and
+``/diagnostics``. What is written: docs/interfaces.md. ``rosrun cell_recorder why`` reads it.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from typing import Any
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from scara_config import load_robot
-from scara_config.profile import chosen_plant
+from scara_config.loader import load_keys
+from scara_config.profile import chosen_plant, locate
 from scara_ros.diagnostics_node import PERIOD_S, Diagnostics
 from scara_ros.names import cell_of, own_program
 from scara_ros.pacing import Pace
@@ -36,7 +37,14 @@ from cell_recorder.journal.alarms import ActiveAlarms
 from cell_recorder.journal.course_results_io import CourseResults
 from cell_recorder.journal.cycles import REAL, TWIN, Cycles
 from cell_recorder.journal.day_files_io import DayFiles
-from cell_recorder.journal.entries import Audit, Decision, Entry, Start, outcome_entry
+from cell_recorder.journal.entries import (
+    Audit,
+    Decision,
+    Entry,
+    Start,
+    outcome_entry,
+    start_entry,
+)
 from cell_recorder.journal.health import diagnose, lost_at_close
 from cell_recorder.journal.reader_io import JOURNAL
 from cell_recorder.journal.repeats import Repeats
@@ -214,7 +222,8 @@ def main() -> None:
     """Write until shut down."""
     with starting("journal") as folder:
         settings = load_journal(folder)
-        start = Start(robot=load_robot(folder).name, plant=chosen_plant(), pid=os.getpid())
+        (host,) = load_keys(locate("twin_controller.yaml", folder), {"real.host": str})
+        start = start_entry(load_robot(folder).name, chosen_plant(), host, os.getpid())
     runs = runs_folder(rospy.get_param("~directory", "")).resolve()
     cell = cell_of(rospy.get_namespace())
     journal = JournalKeeper(settings, runs / JOURNAL / cell, start, CourseResults(runs, cell))

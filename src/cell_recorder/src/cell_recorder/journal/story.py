@@ -145,7 +145,8 @@ def _line(entry: AnyEntry, later: Iterable[AnyEntry]) -> StoryLine:
         words = f"{entry.learner}: {entry.title}"
         return replace(line, what=passed, words=words, outcome=entry.reason)
     if isinstance(entry, Start):
-        return replace(line, words=f"the journal began: {entry.robot}, stand-in {entry.plant}")
+        stand_in = f", stand-in {entry.plant}" if entry.plant else ""
+        return replace(line, words=f"the journal began: {entry.robot}{stand_in}")
     if isinstance(entry, Gap):
         verb = "is" if entry.lost == 1 else "are"
         lost = f"{counted(entry.lost)} {verb} missing here: " if entry.lost else ""

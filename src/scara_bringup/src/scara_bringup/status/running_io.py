@@ -39,7 +39,7 @@ class RunningCell(msgspec.Struct, frozen=True):
         pid: Of the bring-up.
         verb: ``up`` or ``demo``.
         robot: Its name.
-        plant: How its stand-in behaves.
+        plant: How its stand-in behaves; empty: it has none.
         master_uri: The ROS master.
         namespace: Of its nodes.
         folder: Of logs and results.

@@ -101,8 +101,8 @@ def show_status(commands: bool, name: str | None = None) -> int:
 def _print_cell(console: Console, cell: RunningCell, states: list[NodeState]) -> None:
     """Print a cell: what it is, its nodes, its addresses."""
     where = "" if cell.namespace == "/" else f", namespace {cell.namespace}"
-    what = f"{cell.name}: {cell.robot}, stand-in {cell.plant}"
-    title = f"{what}: ./cell {cell.verb}, pid {cell.pid}{where}"
+    stand_in = f", stand-in {cell.plant}" if cell.plant else ""
+    title = f"{cell.name}: {cell.robot}{stand_in}: ./cell {cell.verb}, pid {cell.pid}{where}"
     console.print(escape(title), style="bold", soft_wrap=True)
     table = Table(box=None, pad_edge=False)
     table.add_column("node", no_wrap=True)
