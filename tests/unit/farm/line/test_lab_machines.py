@@ -37,6 +37,7 @@ bag = pathlib.Path(sys.argv[1])
 print(f"report: {bag.resolve().parent.as_uri()}/report.html", bag.parent.name)
 print(bag, file=sys.stderr)
 """
+NAMES = "print(*sorted(file.name for file in pathlib.Path(sys.argv[1]).parent.iterdir()))\n"
 
 
 @dataclass
@@ -130,6 +131,19 @@ def test_another_machine_gives_the_same_results_bit_for_bit(two: Two) -> None:
         assert far == here and here.count(b"\n") == len(two.desk.said(f"{name}_here"))
         assert {file: file.read_bytes() for file in reports if file.exists()} == kept
     assert len(kept) == 3
+
+
+def test_all_parts_of_a_recording_are_one_job_and_go_with_it(two: Two) -> None:
+    """Also where a link names the run once more; without the first part the next one is a job."""
+    two.program("replay", NAMES)
+    folder = two.desk.folder / "long"
+    for file in (folder / "a" / "run.bag", *(folder / name / "run.part0002.bag" for name in "ab")):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(b"bag")
+    (folder / "latest").symlink_to("a")
+    for name, more in (("parts_here", ()), ("parts_far", ("--scheduler", two.address))):
+        two.desk.run(name, *more, words=("replay", f"{folder}/*"))
+        assert two.desk.said(name) == ["run.bag run.part0002.bag\n", "run.part0002.bag\n"]
 
 
 def test_a_worker_that_is_killed_there_loses_nothing(two: Two) -> None:

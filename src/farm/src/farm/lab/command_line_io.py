@@ -20,7 +20,7 @@ from scara_ros.shell.command_line_io import CommandLine
 from scara_ros.shell.program_io import FAILED, INTERRUPTED, WRONG, workspace
 
 from farm.lab.address import PORT, AddressError, listened, scheduler_address
-from farm.lab.plan import OF_BAGS, PROGRAMS, LabPlanError, Plan, jobs_of, summary
+from farm.lab.plan import OF_BAGS, PROGRAMS, LabPlanError, Plan, first_part, jobs_of, summary
 from farm.lab.results_io import RESULTS, LabError, Result, begin, read_plan, result_of
 
 Workers = Annotated[
@@ -69,7 +69,7 @@ def _add(kind: str) -> None:
     ) -> None:
         """Run an experiment; one that was interrupted goes on with the same words and folder."""
         at = scheduler and scheduler_address(scheduler)
-        asked = [bag for each in targets for bag in _bags(each)] if kind in OF_BAGS else targets
+        asked = _bags(targets) if kind in OF_BAGS else targets
         words = WORDS.get(kind, ())
         plan = Plan(kind, tuple(asked), words, variations, spread_mm, _speeds(speed), seed)
         runs = workspace() / "runs" / "lab"
@@ -171,12 +171,15 @@ def _run(folder: Path, plan: Plan, workers: int | None, scheduler: str) -> list[
     return results
 
 
-def _bags(target: str) -> list[str]:
-    """Return the recordings that a word means; * stands for anything, also within quotes."""
-    found: list[str] = []
-    for path in map(Path, sorted(glob(target)) or [target]):
-        found += map(str, sorted(path.rglob("*.bag")) if path.is_dir() else [path])
-    return [str(Path(path).resolve()) for path in dict.fromkeys(found)]
+def _bags(targets: list[str]) -> list[str]:
+    """Return the recordings that words mean; * stands for anything, also within quotes."""
+    found: list[Path] = []
+    for path in (Path(name) for each in targets for name in sorted(glob(each)) or [each]):
+        found += sorted(path.rglob("*.bag")) if path.is_dir() else [path]
+    # By their true names: runs/latest leads to a run that is named beside it.
+    bags = dict.fromkeys(path.resolve() for path in found)
+    # A later part is read with the first one: alone it would be another report in the same file.
+    return [str(bag) for bag in bags if first_part(bag) == bag or first_part(bag) not in bags]
 
 
 def _speeds(text: str) -> tuple[float, float] | None:

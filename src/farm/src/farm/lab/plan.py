@@ -6,7 +6,9 @@ same plan gives the same jobs, on any machine and in any order.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
+from pathlib import PurePath
 from typing import Protocol
 
 import msgspec
@@ -21,6 +23,8 @@ PROGRAMS = {
 """Kinds of jobs: package and program, as rosrun finds it."""
 OF_BAGS = ("replay", "report", "fit")
 """Kinds whose targets are recordings."""
+LATER_PART = re.compile(r"\.part[0-9]+(?=\.bag\Z)")
+"""What the name of a later part of a recording has more than that of the first one."""
 MOST_JOBS = 10_000
 """Our choice: a plan beyond it is a mistake in a word."""
 DIGITS = 5
@@ -129,6 +133,16 @@ def _varied(plan: Plan, target: str, number: int, chance_of: ChanceOf) -> tuple[
     if plan.speeds is None:
         return (text,)
     return (text, "--speed", f"{chance.uniform(*plan.speeds):.1f}")
+
+
+def first_part(bag: PurePath) -> PurePath:
+    """Return the file that a recording begins with, from any of its parts.
+
+    Example:
+        >>> first_part(PurePath("run.part0002.bag")).name, first_part(PurePath("run.bag")).name
+        ('run.bag', 'run.bag')
+    """
+    return bag.with_name(LATER_PART.sub("", bag.name))
 
 
 def summary(codes: Sequence[int]) -> str:

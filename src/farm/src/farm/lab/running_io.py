@@ -35,7 +35,7 @@ from scara_config.loader import OVERRIDE
 from scara_config.profile import CHOICE, PLANT_CHOICE
 from scara_ros.shell.program_io import workspace
 
-from farm.lab.plan import OF_BAGS, PROGRAMS, Job
+from farm.lab.plan import OF_BAGS, PROGRAMS, Job, first_part
 from farm.lab.results_io import LabError, Result, keep, result_of
 
 TRIES = 2
@@ -176,12 +176,13 @@ class Jobs(WorkerPlugin):
                 os.killpg(self._process.pid, signal.SIGKILL)
 
 
-def do(job: Job, content: bytes | None, version: str | None, settings: dict[str, str]) -> Answer:
+def do(job: Job, files: dict[str, bytes], version: str | None, settings: dict[str, str]) -> Answer:
     """Run a job on a worker; on one of another machine in a folder of its own.
 
     Args:
         job: As the asking machine has it.
-        content: Of the file that is its first word; None: that is no file, or of this machine.
+        files: By name, what it reads where its first word is; none: that is no file, or of this
+            machine.
         version: Of the asking machine; None: it is this one.
         settings: Of its environment, :data:`SETTINGS`.
 
@@ -204,8 +205,9 @@ def do(job: Job, content: bytes | None, version: str | None, settings: dict[str,
         folder = Path(name).resolve() / (word.parent.name or "job")
         folder.mkdir()
         file, done = folder / word.name, job
-        if content is not None:
-            file.write_bytes(content)
+        for each, content in files.items():
+            folder.joinpath(each).write_bytes(content)
+        if files:
             done = replace(job, words=(str(file), *job.words[1:]))
 
         def named_as_asked(text: str) -> str:
@@ -257,13 +259,16 @@ def run(
         while waiting or given:
             while waiting and held < MOST_BYTES:
                 job = waiting.pop()
-                file, content = Path(job.words[0]), None
-                # A worker of this machine reads the file by itself.
+                file, files = Path(job.words[0]), {}
+                # A worker of this machine reads them by itself.
                 if version and (job.kind in OF_BAGS or file.is_file()):
-                    content = file.read_bytes()
-                words, key = (do, job, content, version, settings), f"{lot}-{job.name}"
+                    # Of a recording all parts: they are read as one, wherever they are.
+                    bags = file.parent.glob("*.bag")
+                    parts = [file, *(bag for bag in bags if first_part(bag) == file != bag)]
+                    files = {each.name: each.read_bytes() for each in parts}
+                words, key = (do, job, files, version, settings), f"{lot}-{job.name}"
                 coming.add(client.submit(*words, key=key, pure=False, resources=needs))
-                given[key] = job, len(content or b"")
+                given[key] = job, sum(map(len, files.values()))
                 held += given[key][1]
             future = next(coming)
             job, size = given.pop(str(future.key))
