@@ -93,7 +93,7 @@ def read_kept(file: Path) -> Kept:
         return msgspec.json.decode(file.read_bytes(), type=Kept)
     except FileNotFoundError:
         return Kept()
-    except (OSError, msgspec.DecodeError) as error:
+    except (OSError, msgspec.DecodeError, UnicodeDecodeError) as error:
         raise ConfigError(f"{file}: cannot be read: {error}; remove it to begin anew") from error
 
 
@@ -155,7 +155,7 @@ def running_change(folder: Path) -> Running | None:
         return msgspec.json.decode(file.read_bytes(), type=Running)
     except FileNotFoundError:
         return None
-    except (OSError, msgspec.DecodeError) as error:
+    except (OSError, msgspec.DecodeError, UnicodeDecodeError) as error:
         raise ConfigError(f"{file}: cannot be read: {error}") from error
 
 

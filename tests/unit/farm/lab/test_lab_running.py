@@ -63,6 +63,12 @@ def test_a_folder_holds_one_plan(tmp_path: Path) -> None:
         begin(tmp_path, msgspec.structs.replace(PLAN, seed=1))
     with pytest.raises(LabError, match="is no plan of the lab"):
         read_plan(tmp_path / "nothing")
+    for name in ("plan.json", "0000_0000.json"):
+        (tmp_path / name).write_bytes(b'{"kind": "\xff"}')
+    with pytest.raises(LabError, match="is no plan of the lab"):
+        read_plan(tmp_path)
+    # A result that cannot be read was not run.
+    assert result_of(tmp_path, jobs_of(PLAN, Random)[0]) is None
 
 
 @pytest.mark.thorough

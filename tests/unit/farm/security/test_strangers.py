@@ -283,8 +283,13 @@ def test_a_machine_that_is_invited_comes_in_at_once(site: Site) -> None:
     assert site.through({b"old"}) == [] and router.info is not None
 
 
+@pytest.mark.parametrize(("part", "damaged"), [(b"{", b""), (b"pc_1", b"pc\xff1")])
 def test_nobody_comes_in_while_nobody_knows_who_may(
-    site: Site, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    part: bytes,
+    damaged: bytes,
+    site: Site,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A register that cannot be read closes the door, not the desk; whole again, it opens."""
     monkeypatch.setattr(door, "AGAIN_S", door.LOOK_S)
@@ -292,7 +297,7 @@ def test_nobody_comes_in_while_nobody_knows_who_may(
     site.listen()
     file = site.folder.parent / "authority" / REGISTER
     whole = file.read_bytes()
-    file.write_bytes(b"{")
+    file.write_bytes(whole.replace(part, damaged))
     wait_until(lambda: site.door.names is None, DEADLINE_S, "a closed door")
     with pytest.raises(BusError):
         open_client(site.address(invited), 1000.0, 0.3)

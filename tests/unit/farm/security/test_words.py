@@ -90,11 +90,15 @@ def test_who_is_revoked_in_the_lab_is_left_behind(say, tmp_path: Path) -> None: 
         (("invite", "pc_2", "--address", "0.0.0.0"), "at which other machines reach this one"),
         (("revoke", "pc_2"), "was not invited; there are: none"),
         (("join", "missing"), "No such file"),
+        (("join", "damaged"), "is no invitation to a farm"),
         (("--listen", "::"), "--listen"),
         (("renew",), "renew --all: all is made anew. For one machine alone: ./cell farm invite"),
     ],
 )
-def test_wrong_words_end_with_the_reason(say, words: tuple[str, ...], said: str) -> None:  # type: ignore[no-untyped-def]
+def test_wrong_words_end_with_the_reason(  # type: ignore[no-untyped-def]
+    say, tmp_path: Path, words: tuple[str, ...], said: str
+) -> None:
     """Exit code 2; nothing was made."""
+    (tmp_path / "damaged").write_bytes(b'{"site": "\xff"}')
     code, text = say(*words)
     assert code == 2 and said in text, text

@@ -164,6 +164,10 @@ def test_what_is_kept_is_whole_or_as_it_was(tmp_path: Path) -> None:
     kept = Kept().offered(SLOW, "ann@d")
     write_kept(file, kept)
     assert read_kept(file) == kept
-    file.write_text("{")
-    with pytest.raises(ConfigError, match=f"{file}: cannot be read.*remove it"):
-        read_kept(file)
+    for damaged in (b"{", b'{"by": "\xff"}'):
+        file.write_bytes(damaged)
+        with pytest.raises(ConfigError, match=f"{file}: cannot be read.*remove it"):
+            read_kept(file)
+        (tmp_path / RUNNING).write_bytes(damaged)
+        with pytest.raises(ConfigError, match=f"{RUNNING}: cannot be read"):
+            running_change(tmp_path)

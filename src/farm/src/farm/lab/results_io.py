@@ -67,7 +67,7 @@ def read_plan(folder: Path) -> Plan:
     """
     try:
         return msgspec.json.decode((folder / PLAN).read_bytes(), type=Plan)
-    except (OSError, msgspec.DecodeError) as error:
+    except (OSError, msgspec.DecodeError, UnicodeDecodeError) as error:
         raise LabError(f"{folder / PLAN}: is no plan of the lab: {error}") from error
 
 
@@ -76,7 +76,7 @@ def result_of(folder: Path, job: Job) -> Result | None:
     try:
         return msgspec.json.decode((folder / f"{job.name}.json").read_bytes(), type=Result)
     # What cannot be read counts as not run: the job is run again.
-    except (FileNotFoundError, msgspec.DecodeError):
+    except (FileNotFoundError, msgspec.DecodeError, UnicodeDecodeError):
         return None
 
 

@@ -266,7 +266,7 @@ def read_register(folder: Path) -> MemberRegister:
         return msgspec.json.decode(file.read_bytes(), type=MemberRegister)
     except FileNotFoundError:
         return MemberRegister()
-    except (OSError, msgspec.DecodeError) as error:
+    except (OSError, msgspec.DecodeError, UnicodeDecodeError) as error:
         raise SecurityError(
             f"{file}: cannot be read, so nobody knows who was invited: {error}"
         ) from error

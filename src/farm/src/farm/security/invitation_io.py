@@ -63,7 +63,7 @@ def read_invitation(file: Path) -> Invitation:
         return msgspec.json.decode(file.read_bytes(), type=Invitation)
     except OSError as error:
         raise SecurityError(f"{file}: {error.strerror}") from error
-    except msgspec.DecodeError as error:
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise SecurityError(f"{file}: is no invitation to a farm: {error}") from error
 
 
