@@ -11,6 +11,7 @@ from typing import NamedTuple
 import pytest
 from farm.bus_io import BusError, open_client, open_router, wait_for_desk
 from farm.desk.alarms import LINK
+from farm.desk.command_line_io import app
 from farm.desk.commands_io import cells_there, order
 from farm.desk.history_io import History, HistoryError, Kept
 from farm.desk.reading_io import AskingError, ask
@@ -30,8 +31,10 @@ from farm.wire import (
     encode,
 )
 from harness.processes import wait_until
+from harness.workspace import ROOT
 from msgspec.structs import replace
 from scara_ros.journal_files_io import JournalBounds
+from typer.testing import CliRunner
 from unit.farm.conftest import CELL, Farm, Journal
 
 from bench.synthetic.invented import Invented
@@ -135,6 +138,32 @@ def test_a_stop_reaches_each_cell_and_is_answered(farm: Farm) -> None:
     assert all(a.answer == Answer(True, "STOP received") for a in answers)
     assert [(c.person, c.desk, c.command) for c in farm.obeyed] == [("ann", "desk_1", "STOP")] * 3
     assert len({c.id for c in farm.obeyed}) == 3
+
+
+def test_a_stop_of_all_fails_while_somebody_is_lost_or_nobody_knows(
+    farm: Farm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By the exit code of the command line; whoever stops one cell asks for no other."""
+    monkeypatch.setenv("SCARA_CONFIG_DIR", str(ROOT / "config"))
+    monkeypatch.setenv("FARM_KEYS", str(farm.folder.parent / "keys"))
+
+    def say(cell: str) -> tuple[int, str]:
+        words = ("stop", cell, "--router-port", str(farm.config.router.port), "--person", "ann")
+        done = CliRunner().invoke(app, words)
+        return done.exit_code, done.output
+
+    session = farm.router()
+    farm.link(farm.client(), Journal())
+    wait_until(lambda: bool(cells_there(session, "site", 1.0)), DEADLINE_S, "the cell")
+    code, text = say("all")
+    assert code == 1 and "STOP received" in text and "who is lost is not known" in text
+    with History(farm.folder, 4, 16.0) as history:
+        history.write([Kept(keys.CellName("site", "m", "b"), 0, Event(1, 1.0, "audit"))])
+    farm.desk(session)
+    code, text = say("all")
+    assert code == 1 and "STOP m/b: NOT REACHED: Lost" in text and "1 not reached" in text
+    code, text = say("a")
+    assert code == 0 and text.endswith("1 cells asked, 0 did not accept\n")
 
 
 def test_a_refused_command_reaches_nothing(farm: Farm) -> None:

@@ -3,9 +3,16 @@
 from __future__ import annotations
 
 import asyncio
+import json
+from types import SimpleNamespace
 
 import pytest
-from farm.desk.page_io import Page
+from farm.desk import page_io
+from farm.desk.commands_io import Answered
+from farm.desk.page_io import Page, PageRequest
+from farm.desk.roster import Roster
+from farm.keys import CellName
+from farm.wire import Answer
 from starlette.requests import Request
 
 NONE = [b"", b"{", b'{"cell": "\xff", "command": "STOP"}', b"[" * 100_000, b'{"cell": 1}']
@@ -27,3 +34,30 @@ def test_what_is_no_request_is_refused_before_anything_is_done(asked: str, body:
     page = object.__new__(Page)
     answer = asyncio.run(getattr(page, asked)(request(body)))
     assert answer.status_code == 400 and answer.body
+
+
+HERE, LOST = CellName("site", "m", "a"), CellName("site", "m", "b")
+
+
+def test_a_stop_of_all_names_whom_it_did_not_reach(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Behind the answers of those that are there; who stops one cell asks for no other."""
+    roster = Roster(1.0)
+    roster.remember(LOST, 1.0)
+    answer = Answer(True, "STOP received")
+    monkeypatch.setattr(
+        page_io, "order", lambda _, cells, *__: [Answered(cell, answer, 0.1) for cell in cells]
+    )
+    page = object.__new__(Page)
+    page._desk = SimpleNamespace(session=None, rows=lambda: roster.rows(2.0))  # type: ignore[assignment]
+    page._site, page._who, page._expiry_s = "site", ("ann", "desk"), 2.0
+
+    def answers(cell: str, *there: CellName) -> list[tuple[bool, str]]:
+        monkeypatch.setattr(page_io, "cells_there", lambda *_: list(there))
+        lines = map(json.loads, page._answers(PageRequest("STOP", cell)))
+        return [(line["good"], line["text"]) for line in lines]
+
+    good = (True, "m/a: STOP received (100 ms)")
+    away = (False, "m/b: NOT REACHED: use the STOP at the cell")
+    assert answers("all", HERE) == [good, away]
+    assert answers("all") == [(False, "no cell is there"), away]
+    assert answers("a", HERE) == [good]

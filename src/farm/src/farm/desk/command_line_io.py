@@ -1,6 +1,7 @@
 """Command line of ``./cell farm``: the desk, and the same questions as text.
 
-Exit code: 0 all well; 1 a cell refused, did not answer, or nobody is there; 2 a wrong word.
+Exit code: 0 all well; 1 a cell refused, did not answer or was not reached, or nobody is there; 2 a
+wrong word.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from farm.config import FarmConfig, ReachedError, load_farm, reached
 from farm.desk.fetching_io import FetchError
 from farm.desk.questions import QuestionError, Wanted, causes, query, since, table
 from farm.desk.reading_io import AskingError, ask
-from farm.desk.roster import LOST, Row, clock_warning, differs, status_title
+from farm.desk.roster import LOST, Row, clock_warning, differs, not_reached, status_title
 from farm.security.access import Role
 from farm.security.invitation_io import SecurityError, keys_folder
 
@@ -177,12 +178,16 @@ def _order(command: str, word: str, router_port: int | None, person: str | None)
         for answered in order(session, chosen, command, person_name(person), desk_name(), expiry):
             typer.echo(f"{command} {answered.text}")
             bad += answered.answer is None or not answered.answer.accepted
-        # The desk may be slow or gone; it was asked last.
-        lost = [row for row in roster_rows(config, session) or () if row.status == LOST]
-    for row in lost if word == "all" else ():
+        # The desk may be slow or gone: it is asked last, and only who asks all has to know.
+        rows = roster_rows(config, session) if word == "all" else []
+    lost = not_reached(rows or (), chosen)
+    for row in lost:
         typer.echo(f"{command} {row.name}: NOT REACHED: {_status(row)}")
-    typer.echo(f"{len(chosen)} cells asked, {bad} did not accept, {len(lost)} are lost")
-    raise typer.Exit(FAILED if bad else 0)
+    away = f", {len(lost)} not reached" if rows else ""
+    typer.echo(f"{len(chosen)} cells asked, {bad} did not accept{away}")
+    if rows is None:
+        fail("the desk does not answer: who is lost is not known", FAILED)
+    raise typer.Exit(FAILED if bad or lost else 0)
 
 
 def _ask_history(folder: Path, statement: str, values: list[object]) -> None:

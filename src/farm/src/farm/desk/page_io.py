@@ -45,6 +45,7 @@ from farm.desk.figures_io import (
 )
 from farm.desk.questions import QuestionError, since
 from farm.desk.reading_io import AskingError
+from farm.desk.roster import not_reached
 from farm.desk.wall import wall_of
 from farm.keys import ChoiceError, choose
 from farm.link.rights import ALWAYS
@@ -169,17 +170,21 @@ class Page:
 
     def _answers(self, asked: PageRequest) -> Iterator[bytes]:
         """Yield what each cell says, a line each; this runs in a thread of its own."""
+        there = cells_there(self._desk.session, self._site, THERE_S)
         try:
-            there = cells_there(self._desk.session, self._site, THERE_S)
             chosen = choose(asked.cell, there)
         except ChoiceError as error:
             yield _line(asked.cell, False, str(error), 0.0)
-            return
+            chosen = []
         person, desk = self._who
         answers = order(self._desk.session, chosen, asked.command, person, desk, self._expiry_s)
         for answered in answers:
             good = answered.answer is not None and answered.answer.accepted
             yield _line(str(answered.cell), good, answered.text, answered.seconds)
+        # Last: those that are there wait for nobody.
+        for row in not_reached(self._desk.rows(), there) if asked.cell == "all" else ():
+            text = f"{row.name}: NOT REACHED: use the {asked.command} at the cell"
+            yield _line(row.name, False, text, 0.0)
 
     def _build(self) -> None:
         """Build one page."""

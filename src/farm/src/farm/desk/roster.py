@@ -246,6 +246,17 @@ def differs(shown: Configuration | None) -> str:
     return f"{running}; {shown.note}" if shown.note else running
 
 
+def not_reached(rows: Iterable[Row], asked: Iterable[CellName]) -> list[Row]:
+    """Return the cells that a command for all did not reach: the desk knows them, nobody asked.
+
+    Args:
+        rows: Of the desk.
+        asked: Who was there when all were asked.
+    """
+    names = set(map(str, asked))
+    return [row for row in rows if row.name not in names]
+
+
 class Alike(msgspec.Struct, frozen=True):
     """Cells whose configuration differs from their own files in the same way.
 
