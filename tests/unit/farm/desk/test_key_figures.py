@@ -127,6 +127,13 @@ def test_time_without_a_journal_is_off_and_no_stop(figures: Figures) -> None:
     assert (found.off_s, found.busy_s, found.stopped_s) == (50.0, 50.0, 0.0)
 
 
+def test_an_idle_cell_is_off_from_its_last_entry_of_any_kind(figures: Figures) -> None:
+    """But not from what its journal has found in its files at the start, and tells before it."""
+    idle = figures(decision(10, True), event(55, "alarm"), start(60.0))
+    assert (idle.off_s, idle.busy_s) == (5.0, 95.0)
+    assert figures(event(55, "audit"), event(59, "torn"), event(59, "gap"), start(60)).off_s == 5.0
+
+
 def test_what_was_before_counts_only_for_how_the_cell_was(figures: Figures) -> None:
     """A stop that lasts into the time looked at is no stop of it, but stopped time."""
     found = figures(cycle(0, 20), decision(30, True), decision(60, False), begin=50.0)

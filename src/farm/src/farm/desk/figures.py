@@ -142,15 +142,19 @@ class KeyFigures(msgspec.Struct, frozen=True):
 
 # $planned and $planned_s: programs with a planned run time, and these times [s].
 KEY_FIGURES = f"""
-WITH told AS (
-  SELECT *, row_number() OVER row AS n, min_by(unix, (era, number)) OVER cell AS since,
-    max(unix) OVER (row ROWS BETWEEN UNBOUNDED PRECEDING AND 1 PRECEDING) AS last,
+WITH told AS ( -- Off is from the last entry of any kind. What a journal has found in its files at
+  -- its start, it tells before it: that is no sign that it ran.
+  SELECT name, kind, unix, row_number() OVER row AS n, min_by(unix, (era, number)) OVER cell
+    AS since, max(CASE WHEN kind NOT IN ('gap', 'torn') THEN unix END)
+      OVER (row ROWS BETWEEN UNBOUNDED PRECEDING AND 1 PRECEDING) AS last,
     kind = 'decision' AND stop AS stops, coalesce(body->>'who', '') = '' AS unasked,
     kind = 'start' OR kind = 'decision' AND NOT stop
       AND coalesce(body->>'mode_before' <> body->>'mode_after', false) AS goes_on
-  FROM caused WHERE kind IN ('decision', 'cycle', 'start')
-    AND time >= moment($begin - {BEFORE_S}) AND time < moment($until)
+  FROM (SELECT name, kind, unix, era, number, stop,
+      CASE WHEN kind = 'decision' THEN body END AS body FROM caused
+    WHERE time >= moment($begin - {BEFORE_S}) AND time < moment($until))
   WINDOW cell AS (PARTITION BY name), row AS (PARTITION BY name ORDER BY era, number)
+  QUALIFY kind IN ('decision', 'cycle', 'start')
 ), cells AS (
   SELECT name, greatest($begin, min(since)) AS begin FROM told GROUP BY name
 ), -- A run begins where a pair goes on. Whether it was stopped while it was off nobody knows.
