@@ -12,14 +12,16 @@ from pathlib import Path
 import pytest
 from farm.desk.command_line_io import app
 from farm.desk.lines import rollout_io as rollout
+from farm.desk.roster import Row
 from farm.link.cell_link_io import CellLink
 from farm.link.changes_io import CellChanges, _looking
 from farm.link.rights import CONFIGURING, Rights
-from farm.wire import Answer, CellState, Level
+from farm.wire import Answer, CellState, Configuration, Level
 from harness.processes import wait_until
 from harness.yaml_files import CONFIG
 from msgspec.structs import replace
 from scara_bringup.processes.configuration_io import begin_with_change, copy_with_ports, got_ready
+from scara_config.rollout.change import change_of
 from scara_config.rollout.kept import apply_change, kept_file
 from typer.testing import CliRunner
 from unit.farm.conftest import Farm, Journal
@@ -195,6 +197,28 @@ def test_a_cell_that_does_not_get_ready_ends_it(site: Site) -> None:
     assert code == 1, said
     assert "m/a: left settled" in said and "did not get ready with it" in said
     assert b.told == ["EXAMINE True"] and b.starts == 1
+
+
+def test_a_cell_at_which_it_is_taken_back_ends_it(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Also the first one, before its next start: else nobody would hear of it, without end."""
+    change = change_of(CHANGE)
+    asked: list[object] = []
+    has_it = Configuration(4, "", change.text, proven=False)
+    shown = (Configuration(3), Configuration(3), has_it, Configuration(5))
+    row = Row("m/a", Level.GOOD, "IDLE", 0.0, "", None, 0.0, 1, 0, 1.0, 20.0)
+    rows = ({"m/a": replace(row, configuration=each)} for each in shown)
+    monkeypatch.setattr(rollout, "_rows", lambda *_: next(rows))
+    monkeypatch.setattr(rollout, "LOOK_S", 0.0)
+    cell = keys.CellName("site", "m", "a")
+
+    def offer(names: object, _: object) -> bool:
+        asked.append(names)
+        return True
+
+    assert not rollout._roll(None, None, [cell], change, 0.0, offer)  # type: ignore[arg-type]
+    assert asked == [["m/a"]] and "settled: m/a went back: own files" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -75,6 +75,24 @@ def test_it_ends_where_a_cell_is_not_well() -> None:
     assert (gone.do, gone.text) == (Do.END, "m/b is not there")
 
 
+def test_it_ends_where_somebody_takes_it_back() -> None:
+    """Which is not what a cell still shows until its next health message."""
+    asked = {"m/a": 1, "m/b": 3}
+
+    def said(b: Configuration) -> tuple[Do, str]:
+        rows = {name: row(name, each) for name, each in zip(CELLS, (RUNS, b, OWN))}
+        found = next_step(WANTED, CELLS, rows, 0.0, WAIT_S, 60.0, asked)[0]
+        return found.do, found.text
+
+    assert said(Configuration(3)) == (Do.OFFER, "m/a is well with it: m/b")
+    assert said(replace(TOLD, number=4)) == (Do.OFFER, "m/a is well with it: m/c")
+    assert said(Configuration(5)) == (Do.END, "m/b went back: own files")
+    assert said(Configuration(5, WANTED)) == (
+        Do.END,
+        f"m/b went back: {WANTED}, next start: own files",
+    )
+
+
 @pytest.mark.parametrize(
     ("b", "c", "ill", "said"),
     [

@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from types import MappingProxyType
 
-from farm.desk.roster import LOST, SILENT, Row
+from farm.desk.roster import LOST, SILENT, Row, differs
 from farm.wire import Configuration, Level
 
 
@@ -45,6 +46,7 @@ def next_step(
     since: float | None,
     wait_s: float,
     now: float,
+    numbers: Mapping[str, int] = MappingProxyType({}),
 ) -> tuple[RolloutStep, float | None]:
     """Return what to do next.
 
@@ -55,13 +57,15 @@ def next_step(
         since: When the first cell was first seen running with the change [s]; None: not yet.
         wait_s: The first cell has to be well for so long before the rest get the change [s].
         now: Time [s].
+        numbers: Of each cell that was asked to take the change, or had it, the number of the
+            configuration that it showed then.
 
     Returns:
         The step, and ``since`` for the next one.
     """
     # Before any step: a cell that is not well ends the whole.
     for cell in cells:
-        if why := _trouble(wanted, cell, rows.get(cell)):
+        if why := _trouble(wanted, cell, rows.get(cell), numbers.get(cell)):
             return RolloutStep(Do.END, (), why), since
     first, rest = cells[0], tuple(cells[1:])
     shown = {cell: _shown(rows[cell]) for cell in cells}
@@ -101,7 +105,7 @@ def _runs(shown: Configuration, wanted: str) -> bool:
     return shown.running == shown.wanted == wanted and shown.proven
 
 
-def _trouble(wanted: str, cell: str, row: Row | None) -> str:
+def _trouble(wanted: str, cell: str, row: Row | None, number: int | None) -> str:
     """Return why a roll-out has to end because of a cell; empty: it need not."""
     if row is None:
         return f"{cell} is not there"
@@ -114,4 +118,7 @@ def _trouble(wanted: str, cell: str, row: Row | None) -> str:
         return f"{cell} says nothing of its configuration"
     if wanted in shown.note:
         return f"{cell}: {shown.note}"
+    # Until its next health message it shows what it had when it was asked: the same number.
+    if number not in (None, shown.number) and shown.wanted != wanted:
+        return f"{cell} went back: {differs(shown) or 'own files'}"
     return ""

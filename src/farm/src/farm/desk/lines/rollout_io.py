@@ -83,9 +83,9 @@ def rollout(
         if check:
             return
 
-        def offer(names: Sequence[str]) -> bool:
+        def offer(names: Sequence[str], rows: dict[str, Row]) -> bool:
             to = [cell for cell in chosen if str(cell) in names]
-            return asking.put(session, to, _rows(config, session), "CONFIGURE", wanted)
+            return asking.put(session, to, rows, "CONFIGURE", wanted)
 
         well = _roll(config, session, chosen, wanted, wait, offer)
     raise typer.Exit(0 if well else FAILED)
@@ -147,26 +147,31 @@ def _roll(
     chosen: Sequence[CellName],
     change: Change,
     wait_s: float,
-    offer: Callable[[Sequence[str]], bool],
+    offer: Callable[[Sequence[str], dict[str, Row]], bool],
 ) -> bool:
     """Go on step by step until all cells run with the change; return whether they do."""
     names, said = [str(cell) for cell in chosen], ""
     since: float | None = None
-    offered: set[str] = set()
+    # Of who was asked or has it: a later number without it is that of somebody who took it back.
+    numbers: dict[str, int] = {}
     while True:
         rows = _rows(config, session)
-        step, since = next_step(change.text, names, rows, since, wait_s, time.monotonic())
+        now = time.monotonic()
+        step, since = next_step(change.text, names, rows, since, wait_s, now, numbers)
         # What a cell shows of it comes with its next health message: it is asked once.
-        fresh = [name for name in step.cells if name not in offered]
+        fresh = [name for name in step.cells if name not in numbers]
         if step.text != said and (fresh or not step.cells):
             said = step.text
             typer.echo(f"{change.name}: {said}")
         if step.do is Do.DONE:
             return True
-        if step.do is Do.END or (fresh and not offer(fresh)):
+        if step.do is Do.END or (fresh and not offer(fresh, rows)):
             typer.echo("It ends here. To go back: ./cell farm rollout --take-back --cells CELL")
             return False
-        offered.update(fresh)
+        for name in names:
+            shown = rows[name].configuration or Configuration()
+            if name in fresh or shown.wanted == change.text:
+                numbers[name] = shown.number
         time.sleep(LOOK_S)
 
 
