@@ -13,6 +13,8 @@ from twin_analysis.health.live.taking import LONGEST_S, REST_S, HeardCycle, Taki
 from twin_analysis.health.live.telling import RECENT_S, WearStatus, diagnose
 from twin_analysis.health.live.weeks import (
     MOST_KINDS,
+    DAY_S,
+    MOST_CYCLES,
     CycleShape,
     KeptSigns,
     KindVerdict,
@@ -35,6 +37,7 @@ JOINTS = JointFacts(NAMES, np.full(3, 2.0), np.full(3, 3.0), (True,) * 3, ("deg"
 SHAPE = CycleShape("real", "PALLETISE", list(NAMES), 20.0, [1.0, 1.0, 0.0], [0.5, 0.5, 0.0])
 NAN = float("nan")
 
+NOW = 1.8e9  # a time in 2027 [s]
 
 def signs(friction: float = 5.0, at: float = 0.0, standing: bool = True) -> KeptSigns:
     """Return the signs of a cycle: joint_2 rubs so much, joint_4 stands."""
@@ -128,6 +131,41 @@ def test_the_first_week_ends_with_enough_cycles_and_then_the_newest_are_held_aga
 
 
 def test_only_the_same_cycle_is_compared() -> None:
+def test_a_clock_that_was_wrong_does_not_end_the_first_week_early_nor_for_ever() -> None:
+    """Neither one that was a year ahead, nor one that was not set yet; a holiday is no week either.
+
+    Of what it learns in the week nothing is lost, and what was seen once makes nothing else old.
+    """
+    week_s, hour = 7 * DAY_S, DAY_S / 24
+
+    def ends_at(*begin: float) -> float:
+        """Return after how many days the first week is over, of a cycle an hour from 0 on."""
+        kept, told = Weeks(), None
+        for at in (NOW + time for time in (*begin, *np.arange(0.0, 15 * DAY_S, hour))):
+            if told is None or not told.kind.complete:
+                kept, told = with_cycle(kept, JOINTS, SHAPE, signs(at=at), week_s)
+                seen = at - NOW
+        assert told is not None and told.kind.complete and len(told.kind.week) > 6 * 24
+        return seen / DAY_S
+
+    assert ends_at() == ends_at(365 * DAY_S) == 7.0
+    assert ends_at(-NOW) == ends_at(-30 * DAY_S) == 6.0
+    kept, _ = with_cycle(Weeks(), JOINTS, SHAPE, signs(at=NOW), week_s)
+    jogged = msgspec.structs.replace(SHAPE, program="JOG")
+    kept, _ = with_cycle(kept, JOINTS, jogged, signs(at=2 * NOW), week_s)
+    kept, told = with_cycle(kept, JOINTS, SHAPE, signs(at=NOW + hour), week_s)
+    assert max(kind.newest for kind in kept.kinds) == told.kind.newest == NOW + hour
+
+
+def test_a_first_week_of_more_cycles_than_are_kept_ends_too() -> None:
+    """Those behind the last one that is kept have their time."""
+    kept, told = Weeks(), None
+    for at in np.linspace(0.0, 7 * DAY_S, 2 * MOST_CYCLES):
+        assert told is None or not told.kind.complete
+        kept, told = with_cycle(kept, JOINTS, SHAPE, signs(at=NOW + at), 7 * DAY_S - 1.0)
+    assert told is not None and told.kind.complete and len(told.kind.week) == MOST_CYCLES
+
+
     """Another program, speed, way, or length is another one."""
     assert is_same(
         SHAPE, msgspec.structs.replace(SHAPE, seconds=20.9, spans=[1.09, 1.0, 0.01]), JOINTS
@@ -195,7 +233,7 @@ def test_the_node_says_what_wears_before_anything_else() -> None:
     stood = replace(well, compared=False, left_out="no joint moved")
 
     def said(*told: KindVerdict, problem: str = "") -> tuple[int, str]:
-        found = diagnose(WearStatus(told, 1, "", problem), "health_watch: wear")
+        found = diagnose(WearStatus(told, 1, "", problem), "health_watch: wear", NOW)
         return found.level, found.message
 
     assert said() == (Level.OK, "no cycle was taken yet")
@@ -210,3 +248,6 @@ def test_the_node_says_what_wears_before_anything_else() -> None:
         well, kind=msgspec.structs.replace(well.kind, recent=[signs(5.0, 2 * RECENT_S)])
     )
     assert said(later, worn)[0] == Level.OK
+    # But one that was seen while the clock was ahead makes nothing old.
+    ahead = replace(well, kind=msgspec.structs.replace(well.kind, recent=[signs(5.0, 2 * NOW)]))
+    assert said(ahead, worn) == (Level.WARN, worn.finding.text)

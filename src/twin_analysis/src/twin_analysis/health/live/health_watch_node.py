@@ -112,7 +112,7 @@ class HealthWatch:
                     self._woken.set()  # to listen again at once, where that is due
                     look = partial(self._guarded, partial(self._look, taken, heard))
                     threading.Thread(target=look, name="look", daemon=True).start()
-                found = diagnose(self._watched, f"{rospy.get_name()}: wear")
+                found = diagnose(self._watched, f"{rospy.get_name()}: wear", time.time())
                 if pace.is_due(time.monotonic(), (found.level, found.message, self._watched.taken)):
                     self._diagnostics.publish(found)
 

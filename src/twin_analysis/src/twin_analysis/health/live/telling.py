@@ -32,9 +32,11 @@ class WearStatus:
     problem: str = ""
 
 
-def diagnose(watched: WearStatus, name: str) -> Diagnosis:
-    """Judge the robot, and the monitor of the node ``name``."""
-    newest = max((each.kind.newest for each in watched.told), default=0.0)
+def diagnose(watched: WearStatus, name: str, now: float) -> Diagnosis:
+    """Judge the robot, and the monitor of the node ``name``; ``now`` is Unix time [s]."""
+    # What was seen while the clock was ahead makes nothing else old.
+    seen = (each.kind.newest for each in watched.told if each.kind.newest <= now)
+    newest = max(seen, default=0.0)
     recent = [each for each in watched.told if newest - each.kind.newest <= RECENT_S]
     worst = worst_of(recent)
     complete = [each for each in recent if each.kind.complete]

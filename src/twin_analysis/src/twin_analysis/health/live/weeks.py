@@ -31,6 +31,9 @@ SAME, SAME_RANGE, SAME_S = 0.1, 0.01, 1.0
 and takes as long but for this part, or so long. Our choice."""
 PACE_S = 0.1
 """How fast a joint goes is looked at over so long: noise counts less. Our choice."""
+DAY_S = 24 * 3600.0
+"""So much of the time between two cycles counts for a first week: a robot that stood for longer, or
+a clock that was set meanwhile, makes no week. Our choice."""
 
 Numbers = list[float | None]
 
@@ -86,6 +89,17 @@ class CycleKind(msgspec.Struct, frozen=True):
     def newest(self) -> float:
         """When it was seen last [s]."""
         return (self.recent or self.week)[-1].time
+
+    def until(self, now: float) -> CycleKind:
+        """Return it with nothing later than ``now`` [s]: the clock was ahead, and was set back.
+
+        When a cycle was is not known then; what it said counts all the same.
+        """
+        week, recent = (
+            [msgspec.structs.replace(each, time=min(each.time, now)) for each in rows]
+            for rows in (self.week, self.recent)
+        )
+        return msgspec.structs.replace(self, week=week, recent=recent)
 
 
 class Weeks(msgspec.Struct, frozen=True):
@@ -163,7 +177,7 @@ def with_cycle(
         week_s: How long a first week is [s].
     """
     own = joints.of(shape.names)
-    kinds = list(weeks.kinds)
+    kinds = [kind.until(signs.time) for kind in weeks.kinds]
     same = [kind for kind in kinds if is_same(kind.shape, shape, own)]
     kind = same[0] if same else CycleKind(shape, [])
     if same:
@@ -176,7 +190,11 @@ def with_cycle(
     else:
         # The first ones stay: they are the healthy robot's.
         week = [*kind.week, signs][:MOST_CYCLES]
-        over = len(week) >= LEAST and signs.time - week[0].time >= week_s
+        gaps = np.diff([each.time for each in (*kind.week, signs)])
+        # A full week keeps none that comes later: the time since its last one counts whole.
+        between, since = gaps[: MOST_CYCLES - 1], gaps[MOST_CYCLES - 1 :]
+        lasted = float(np.clip(between, 0.0, DAY_S).sum() + since.sum())
+        over = len(week) >= LEAST and lasted >= week_s
         kind = msgspec.structs.replace(kind, week=week, complete=over)
     return Weeks([*kinds, kind]), judged(kind, joints)
 
