@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 import msgspec
-from farm.desk.alarm_desk_io import ACKNOWLEDGE, MARKS, SHELVE, AlarmDesk, MarksAsked
+from farm.desk.alarm_desk_io import ACKNOWLEDGE, LINKS, MARKS, SHELVE, AlarmDesk, MarksAsked
 from farm.desk.alarms import AlarmRow, AlarmStatus
 from farm.desk.history_io import History, Kept
 from farm.desk.reading_io import of_kinds
@@ -100,3 +100,35 @@ def test_a_lost_cell_is_an_alarm_until_somebody_has_looked(tmp_path: Path) -> No
     assert [(r.cell, r.status) for r in desk.rows()] == [(name, AlarmStatus.RAISED)]
     desk.there({}, 9.0)
     assert [r.status for r in desk.rows()] == [AlarmStatus.CLEARED]
+
+
+def test_a_cell_that_was_lost_unseen_is_listed_after_a_restart(tmp_path: Path) -> None:
+    """No journal knows of it: the desk keeps it, also while it is off; who has looked is kept."""
+    file, name = tmp_path / MARKS, "m/b: link"
+    first = AlarmDesk(file, [])
+    first.there({"m/b": 7.0}, 8.0)
+    first.there({"m/b": 7.0}, 8.5)
+    first.there({}, 9.0)
+    again = AlarmDesk(file, [])
+    (row,) = again.rows()
+    assert (row.id, row.status, row.times) == (name, AlarmStatus.CLEARED, 1)
+    assert (row.raised, row.cleared) == (7.0, 9.0)
+    assert again.mark(MarksAsked(ACKNOWLEDGE, [name]), "ann@desk").accepted
+    third = AlarmDesk(file, [])
+    assert third.rows() == []
+    third.there({"m/b": 20.0}, 21.0)
+    fourth = AlarmDesk(file, [])
+    fourth.there({}, 30.0)
+    (row,) = AlarmDesk(file, []).rows()
+    assert (row.status, row.raised, row.cleared, row.times) == (AlarmStatus.CLEARED, 20.0, 30.0, 1)
+    assert len((tmp_path / LINKS).read_bytes().splitlines()) == 4
+
+
+def test_a_lost_cell_is_an_alarm_on_a_full_disk_too(tmp_path: Path) -> None:
+    """It is kept when there is room."""
+    desk = AlarmDesk(tmp_path / "no_folder" / MARKS, [])
+    desk.there({"m/b": 7.0}, 8.0)
+    assert [row.status for row in desk.rows()] == [AlarmStatus.RAISED]
+    (tmp_path / "no_folder").mkdir()
+    desk.there({"m/b": 7.0}, 9.0)
+    assert len(AlarmDesk(tmp_path / "no_folder" / MARKS, []).rows()) == 1

@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import threading
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import TypeVar
 
 import msgspec
 
-from farm.desk.alarms import AlarmBook, AlarmRow, Mark, MarkError
+from farm.desk.alarms import LINK, AlarmBook, AlarmRow, Mark, MarkError
 from farm.desk.history_io import Kept
 from farm.keys import CellName
 from farm.wire import Answer, Event, WireError, decode
 
 MARKS = "alarm_marks.jsonl"
 """File of the marks, in the desk's data: one JSON object a line, appended to only."""
+LINKS = "alarm_links.jsonl"
+"""File beside it, of the same form: which cells were lost and came back, as no journal can tell."""
 KINDS = ("alarm", "start")
 """Events of a journal that say something of alarms."""
 ACKNOWLEDGE, SHELVE = "acknowledge", "shelve"
+
+T = TypeVar("T")
 
 
 class MarksAsked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -38,6 +44,20 @@ class MarksAsked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     why: str = ""
 
 
+class LinkChange(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A cell was lost, or came back.
+
+    Attributes:
+        cell: MACHINE/CELL.
+        lost: Which of both.
+        time: When [s since 1970].
+    """
+
+    cell: str
+    lost: bool
+    time: float
+
+
 class AlarmDesk:
     """Holds all alarms; safe to use from several threads."""
 
@@ -45,21 +65,23 @@ class AlarmDesk:
         """Read what was.
 
         Args:
-            file: Of the marks; made with the first one.
+            file: Of the marks; made with the first one. Lost cells are kept beside it.
             history: The events of the history that say something of alarms, in their order.
 
         Raises:
             OSError: The file cannot be read.
         """
-        self._file, self._lock = file, threading.Lock()
+        self._file, self._links, self._lock = file, file.with_name(LINKS), threading.Lock()
         self._book = AlarmBook()
+        # The newest of each cell that is on the disk.
+        self._changes: dict[str, LinkChange] = {}
         for kept in history:
             self._book.told(str(kept.cell), kept.event)
-        for line in file.read_bytes().splitlines() if file.exists() else ():
-            try:
-                self._book.read(decode(line, Mark))
-            except WireError:  # torn by a crash: the alarm asks for somebody again
-                continue
+        for change in _lines(self._links, LinkChange):
+            (self._book.lost if change.lost else self._book.found)(change.cell, change.time)
+            self._changes[change.cell] = change
+        for mark in _lines(file, Mark):
+            self._book.read(mark)
 
     def told(self, cell: CellName, event: Event) -> None:
         """Take in an event."""
@@ -74,6 +96,13 @@ class AlarmDesk:
             # A cell of which no alarm is known has none to clear.
             for cell in {known.cell for known in self._book.known.values()} - set(lost):
                 self._book.found(cell, now)
+            for known in self._book.known.values():
+                change = LinkChange(known.cell, not known.cleared, known.cleared or known.raised)
+                if known.source == LINK and change != self._changes.get(known.cell):
+                    # A disk that takes nothing is tried again at the next look.
+                    with contextlib.suppress(OSError):
+                        _append(self._links, change)
+                        self._changes[known.cell] = change
 
     def rows(self) -> list[AlarmRow]:
         """Return what asks for somebody, the most urgent first."""
@@ -91,7 +120,7 @@ class AlarmDesk:
                     mark = self._book.shelve(name, person, now, asked.seconds, asked.why)
                 else:
                     return Answer(False, f"{asked.word}: allowed are {ACKNOWLEDGE} and {SHELVE}")
-                self._write(mark)
+                _append(self._file, mark)
             except MarkError as error:
                 return Answer(False, str(error))
             except OSError as error:
@@ -113,16 +142,32 @@ class AlarmDesk:
         equal = f", and {len(answers) - 1} more" if len(answers) > 1 else ""
         return Answer(True, answers[0].text + equal)
 
-    def _write(self, mark: Mark) -> None:
-        with self._file.open("ab+") as stream:
-            # A line that a crash has torn stays a line of its own.
-            if stream.tell():
-                stream.seek(-1, os.SEEK_END)
-                if stream.read() != b"\n":
-                    stream.write(b"\n")
-            stream.write(msgspec.json.encode(mark) + b"\n")
-            stream.flush()
-            os.fsync(stream.fileno())
+
+def _lines(file: Path, kind: type[T]) -> Iterator[T]:
+    """Yield what was kept; a line that a crash has torn is left out: the alarm asks again."""
+    for line in file.read_bytes().splitlines() if file.exists() else ():
+        try:
+            kept = decode(line, kind)
+        except WireError:
+            continue
+        yield kept
+
+
+def _append(file: Path, kept: Mark | LinkChange) -> None:
+    """Write a line; it is on the disk then.
+
+    Raises:
+        OSError: It is not.
+    """
+    with file.open("ab+") as stream:
+        # A line that a crash has torn stays a line of its own.
+        if stream.tell():
+            stream.seek(-1, os.SEEK_END)
+            if stream.read() != b"\n":
+                stream.write(b"\n")
+        stream.write(msgspec.json.encode(kept) + b"\n")
+        stream.flush()
+        os.fsync(stream.fileno())
 
 
 def _said(mark: Mark) -> str:
