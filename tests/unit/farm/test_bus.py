@@ -324,6 +324,33 @@ def test_a_desk_that_was_off_catches_up(farm: Farm) -> None:
     assert found.rows[-1][1] == '{"n": 1447}'
 
 
+def test_a_power_cut_at_a_cell_loses_and_doubles_nothing(farm: Farm) -> None:
+    """Its journal has lost its end, which the desk has, and gives those numbers again."""
+
+    def kept() -> list[tuple[int, int, float]]:
+        columns = "era, number, epoch(time)"
+        return ask(farm.folder, f"SELECT {columns} FROM events ORDER BY era, number").rows
+
+    journal, expected = Journal(), [(0, n, float(n)) for n in range(1, 301)]
+    journal.add(300)
+    desk = farm.desk(farm.router())
+    # The first time more is written before the desk asks, the second time nothing is.
+    for era, has, more in ((1, 298, 6), (2, 302, 0)):
+        link = farm.link(farm.client(), journal)
+        wait_until(lambda expected=expected: kept() == expected, DEADLINE_S, "all events")
+        link.close()
+        wait_until(lambda: desk.rows()[0].status == LOST, DEADLINE_S, "the power cut")
+        del journal.events[has:]
+        for number in range(has + 1, has + more + 1):
+            journal.events.append(Event(number, number + 0.5 * era, "audit"))
+            expected.append((era, number, number + 0.5 * era))
+    farm.link(farm.client(), journal)
+    wait_until(lambda: desk.progress()[CELL].era == 2, DEADLINE_S, "the shorter journal")
+    journal.events.append(Event(303, 400.0, "audit"))
+    expected.append((2, 303, 400.0))
+    wait_until(lambda: kept() == expected, DEADLINE_S, "what comes behind it")
+
+
 @pytest.mark.parametrize("kind", [HistoryError, MemoryError])
 def test_a_full_disk_loses_nothing(
     kind: type[Exception], farm: Farm, monkeypatch: pytest.MonkeyPatch

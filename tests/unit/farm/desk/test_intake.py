@@ -5,7 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import pytest
-from farm.desk.intake import MOST_WAITING, Progress, take_answer, take_health, take_live
+from farm.desk.intake import (
+    MOST_WAITING,
+    Progress,
+    common_number,
+    is_other,
+    question,
+    take_answer,
+    take_health,
+    take_live,
+)
 from farm.wire import Event, Events
 from hypothesis import given
 from hypothesis import strategies as st
@@ -95,6 +104,48 @@ def test_a_journal_that_begins_anew_is_another_era(count: int) -> None:
     assert kept.ask is (count > 0) and kept.progress.era == 1
     kept.take(take_answer(kept.progress, 0, answer(range(1, count + 1), 1, count)))
     assert kept.events == [(1, number) for number in range(1, count + 1)]
+
+
+def again(number: int) -> Event:
+    """Return an event of a number that is given once more."""
+    return Event(number, number + 0.5, "audit")
+
+
+def test_a_journal_that_lost_its_end_goes_on_behind_what_it_still_has() -> None:
+    """After a power cut; its numbers are given again, with other times, and nothing comes twice."""
+    kept = Kept(Progress(last=100, time=100.0, checked=False))
+    kept.take(take_live(kept.progress, again(101)))
+    assert kept.events == [] and kept.ask and question(kept.progress) == 99
+    said = Events(1, 104, tuple(map(again, range(100, 105))))
+    assert is_other(kept.progress, 100, said)
+    known = {number: number + 1e-7 for number in range(97, 101)}
+    compared = Events(1, 104, (event(97), event(98), again(99), again(100)))
+    common = common_number(known, compared)
+    kept.take(take_answer(kept.progress, 100, said, common))
+    assert kept.ask and question(kept.progress) == common == 98
+    kept.take(take_answer(kept.progress, 98, Events(1, 104, tuple(map(again, range(99, 105))))))
+    assert kept.events == [(1, number) for number in range(99, 105)] and not kept.ask
+
+
+def test_a_journal_that_is_shorter_goes_on_behind_what_it_still_has() -> None:
+    """Nothing was written since the power cut: nothing is read again, and the next event counts."""
+    kept, said = Kept(Progress(last=100, time=100.0, checked=False)), Events(1, 98)
+    assert is_other(kept.progress, 100, said)
+    kept.take(take_answer(kept.progress, 100, said, 98))
+    assert kept.events == [] and not kept.ask
+    kept.take(take_live(kept.progress, again(99)))
+    assert kept.events == [(1, 99)]
+
+
+def test_what_is_published_waits_until_the_journal_is_known_to_go_on() -> None:
+    """By the newest event that was taken: its number, and its time as the history has it."""
+    kept = Kept(Progress(last=5, time=5.0 + 1e-7, checked=False))
+    assert take_health(kept.progress, 5)
+    kept.take(take_live(kept.progress, event(6)))
+    assert kept.events == [] and kept.ask
+    kept.take(take_answer(kept.progress, 5, answer(range(5, 6), 1, 6)))
+    assert kept.events == [(0, 6)] and not kept.ask
+    assert kept.progress == Progress(last=6, time=6.0)
 
 
 def test_an_answer_from_before_a_set_back_counts_for_nothing() -> None:

@@ -14,6 +14,7 @@ from typing import Any
 
 import msgspec
 import zenoh
+from msgspec.structs import replace
 from scara_ros.shell.program_io import say
 
 from farm import keys
@@ -22,9 +23,18 @@ from farm.desk.alarm_desk_io import KINDS as OF_ALARMS
 from farm.desk.alarm_desk_io import MARKS, AlarmDesk, MarksAsked
 from farm.desk.alarms import AlarmRow
 from farm.desk.history_io import History, HistoryError, Kept
-from farm.desk.intake import Progress, Taken, take_answer, take_health, take_live
+from farm.desk.intake import (
+    Progress,
+    Taken,
+    common_number,
+    is_other,
+    question,
+    take_answer,
+    take_health,
+    take_live,
+)
 from farm.desk.mailbox_io import Mailbox
-from farm.desk.reading_io import newest_of, of_kinds
+from farm.desk.reading_io import newest_of, of_kinds, times_of
 from farm.desk.roster import Roster, Row
 from farm.keys import CellName
 from farm.wire import Answer, CellState, Event, Events, Health, WireError, decode, encode
@@ -90,7 +100,7 @@ class Desk:
         self.recent: deque[tuple[CellName, Event]] = deque(maxlen=config.desk.recent_events)
         for cell, (era, number, time_s) in newest_of(history.folder).items():
             if cell.site == config.site:
-                self._progress[cell] = Progress(era, number)
+                self._progress[cell] = Progress(era, number, time_s, checked=False)
                 self._roster.remember(cell, time_s)
         marks = history.folder.parent / MARKS
         try:
@@ -224,6 +234,10 @@ class Desk:
         there = sample.kind == zenoh.SampleKind.PUT
         with self._lock:
             (self._roster.alive if there else self._roster.gone)(cell, now)
+            if there and (known := self._progress.get(cell)) is not None:
+                # After a power cut a journal has lost its end, and gives those numbers again. What
+                # waits may be of that end.
+                self._progress[cell] = replace(known, checked=False, waiting={})
         if there:
             self._ask(cell)
 
@@ -283,12 +297,22 @@ class Desk:
             more = True
             while more and not self._ended.is_set() and not self._set_aside:
                 with self._lock:
-                    asked = self._of(cell).last
-                answer = self._answer(cell, asked)
+                    progress = self._of(cell)
+                asked, common = progress.last, 0
+                answer = self._answer(cell, question(progress))
                 if answer is None:
                     return
+                if is_other(progress, asked, answer):
+                    known = times_of(self._history.folder, cell, asked)
+                    compared = self._answer(cell, max(0, min(known, default=1) - 1))
+                    if compared is None:
+                        return
+                    common = common_number(known, compared)
                 with self._lock:
-                    more = self._take(cell, take_answer(self._of(cell), asked, answer))
+                    # Where its link has come meanwhile it is asked anew.
+                    if self._of(cell).checked == progress.checked:
+                        taken = take_answer(self._of(cell), asked, answer, common)
+                        more = self._take(cell, taken)
                 while len(self._queue) > MOST_UNWRITTEN and not self._ended.wait(0.05):
                     pass
         finally:

@@ -125,6 +125,13 @@ NEWEST = (
     "max_by(epoch(time), (era, number)) AS time FROM events GROUP BY site, machine, cell"
 )
 """The newest event of each cell."""
+COMPARED = 100
+"""Our choice: a power cut takes what a journal had for less than a second."""
+TIMES = (
+    "SELECT number, max_by(epoch(time), era) FROM events WHERE site = ? AND machine = ? AND "
+    f"cell = ? AND number <= ? GROUP BY number ORDER BY number DESC LIMIT {COMPARED}"
+)
+"""The times of a cell's newest events up to a number."""
 OF_KINDS = (
     "SELECT site, machine, cell, era, number, epoch(time), kind, stop, text, body FROM events "
     "WHERE list_contains(?, kind) ORDER BY era, number"

@@ -13,7 +13,7 @@ import msgspec
 from farm.desk.figures import VIEWS
 from farm.desk.files import counting
 from farm.desk.history_io import SCHEMA, HistoryError, Kept
-from farm.desk.questions import COLUMNS, NEWEST, OF_KINDS
+from farm.desk.questions import COLUMNS, NEWEST, OF_KINDS, TIMES
 from farm.keys import CellName
 from farm.wire import Event
 
@@ -74,6 +74,11 @@ def newest_of(folder: Path) -> dict[CellName, tuple[int, int, float]]:
     """Return era, number and time [s since 1970] of each cell's newest event; see :func:`ask`."""
     rows = ask(folder, NEWEST).rows
     return {CellName(*name): (era, number, time) for *name, era, number, time in rows}
+
+
+def times_of(folder: Path, cell: CellName, last: int) -> dict[int, float]:
+    """Return the times of a cell's newest events up to a number [s since 1970]; see :func:`ask`."""
+    return dict(ask(folder, TIMES, [*cell, last]).rows)
 
 
 def of_kinds(folder: Path, kinds: Sequence[str]) -> Iterator[Kept]:
