@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import shlex
 import stat
 import subprocess
 from pathlib import Path
@@ -13,10 +14,11 @@ from typing import Any
 import msgspec
 import pytest
 from harness.processes import wait_until
+from harness.yaml_files import copy_configuration
 from rich.console import Console
 from scara_bringup.cell_node import _note_ready
 from scara_bringup.cell_shell_node import CellShell, Shown
-from scara_bringup.plan import cell_plan
+from scara_bringup.plan import NodePlan, cell_plan
 from scara_bringup.status import running_io as running
 from scara_bringup.status.running_io import usage_of
 from scara_bringup.status.status import Usage, in_words, node_state
@@ -183,3 +185,23 @@ def test_the_addresses_of_the_pages_come_last(
     assert any("pendant run ARTICLE" in line for line in lines)
     assert not any("export ROS_NAMESPACE" in line for line in lines), "another shell needs none"
     assert page_addresses(DOORS, cell_plan(DOORS), tmp_path) == {}
+
+
+def test_what_is_pasted_into_another_shell_keeps_its_words(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A folder's name may hold a space."""
+    folder = tmp_path / "my cell"
+    folder.mkdir()
+    monkeypatch.setenv("SCARA_CONFIG_DIR", str(copy_configuration(folder)))
+    show_cell([], {}, "http://m", folder, 5.0)
+    lines = [shlex.split(line) for line in capsys.readouterr().out.splitlines() if "export" in line]
+    assert ["export", f"SCARA_CONFIG_DIR={folder}"] in lines
+    words = ("rosrun", "cell_recorder", "recorder", f"_directory:={folder}")
+    shell: Any = CellShell.__new__(CellShell)
+    shell._processes = SimpleNamespace(pids=lambda: {"recorder": 1}, log_of=str)
+    shell._master, shell._folder = SimpleNamespace(uri="http://m"), folder
+    shell._shown, shell._doors = Shown("up", "r", ""), DOORS
+    cell: Any = SimpleNamespace(nodes=[NodePlan("recorder", *words[1:3], words[3:])])
+    (node,) = shell._running(cell, {}).nodes
+    assert shlex.split(node.command) == list(words)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import signal
 import time
 from collections.abc import Callable
@@ -240,7 +241,7 @@ class CellShell:
             RunningNode(
                 node.name,
                 pids[node.name],
-                " ".join(("rosrun", node.package, node.executable, *node.arguments)),
+                shlex.join(("rosrun", node.package, node.executable, *node.arguments)),
                 str(self._processes.log_of(node.name)),
             )
             for node in cell.nodes

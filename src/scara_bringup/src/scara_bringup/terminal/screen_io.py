@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -116,4 +117,5 @@ def _settings(master_uri: str) -> list[str]:
         name: os.environ.get(name, "")
         for name in ("ROS_NAMESPACE", "SCARA_CONFIG_DIR", CHOICE, PLANT_CHOICE)
     }
-    return [f"export {name}={value}" for name, value in wanted.items() if value not in ("", "/")]
+    there = {name: value for name, value in wanted.items() if value not in ("", "/")}
+    return [f"export {name}={shlex.quote(value)}" for name, value in there.items()]
