@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 import pytest
 from scara_ros.diagnosis import Level
+from twin_analysis.health.live.health_watch_node import week_file
 from twin_analysis.health.live.taking import LONGEST_S, REST_S, HeardCycle, Taking
 from twin_analysis.health.live.telling import RECENT_S, WearStatus, diagnose
 from twin_analysis.health.live.weeks import (
@@ -217,6 +218,21 @@ def test_what_is_kept_survives_and_a_broken_file_is_put_aside(tmp_path: Path) ->
     file.write_text('{"kinds": [{')
     assert read_weeks(file) == Weeks()
     assert file.with_suffix(".unreadable").read_text() == '{"kinds": [{'
+
+
+def test_each_robot_has_a_first_week_of_its_own() -> None:
+    """A real one is not held against what was learned from the stand-in, nor from another one."""
+    hosts = ("127.0.0.1", "192.0.2.9", "192.0.2.10", "fe80::1")
+    assert [week_file("r", "ideal", host) for host in hosts] == [
+        "r.json",
+        "r_192.0.2.9.json",
+        "r_192.0.2.10.json",
+        "r_fe80__1.json",
+    ]
+    assert [week_file("r", "field:7", host) for host in hosts[:2]] == [
+        "r_field_7.json",
+        "r_192.0.2.9.json",
+    ]
 
 
 def test_the_node_says_what_wears_before_anything_else() -> None:

@@ -24,8 +24,10 @@ from typing import Any
 import numpy as np
 import rospy
 from scara_config import load_robot
+from scara_config.loader import load_keys
 from scara_config.modbus_map import load_modbus_map
-from scara_config.profile import DEFAULT_PLANT, chosen_plant
+from scara_config.profile import DEFAULT_PLANT, chosen_plant, locate
+from scara_config.quantities import is_this_machine
 from scara_ros.diagnostics_node import PERIOD_S, Diagnostics
 from scara_ros.names import cell_of, own_program
 from scara_ros.pacing import Pace
@@ -207,21 +209,36 @@ def joints_of(raw: list[bytes]) -> JointReadings:
     )
 
 
+def week_file(robot: str, plant: str, host: str) -> str:
+    """Return the name of the file with a robot's first week.
+
+    Another address is another robot, and so is a stand-in that behaves in another way.
+
+    Args:
+        robot: Name of its profile.
+        plant: How a stand-in behaves; it counts on this machine alone.
+        host: Where the twin controller looks for the robot.
+    """
+    which = "" if plant == DEFAULT_PLANT else f"_{plant}"
+    if not is_this_machine(host):
+        which = f"_{host}"
+    return f"{robot}{which}.json".replace(":", "_")
+
+
 def main() -> None:
     """Watch until shut down."""
     with starting("health_watch", ValueError) as folder:
         robot, layout = load_robot(folder), load_modbus_map(folder)
+        (host,) = load_keys(locate("twin_controller.yaml", folder), {"real.host": str})
         every_s = float(rospy.get_param("~every_s", EVERY_S))
         week_s = float(rospy.get_param("~week_s", WEEK_S))
     if layout.find("motor_torque") is None:
         rospy.loginfo("wear is not watched: the robot's map has no motor_torque")
         return
     os.nice(NICENESS)
-    # A stand-in that behaves in another way is another robot.
-    plant = chosen_plant()
-    name = robot.name if plant == DEFAULT_PLANT else f"{robot.name}_{plant.replace(':', '_')}"
     runs = runs_folder(rospy.get_param("~directory", "")).resolve()
-    file = runs / FOLDER / cell_of(rospy.get_namespace()) / f"{name}.json"
+    name = week_file(robot.name, chosen_plant(), host)
+    file = runs / FOLDER / cell_of(rospy.get_namespace()) / name
     HealthWatch(facts_of(robot), file, every_s, week_s)
     rospy.loginfo("health_watch is ready")
     keep_for_good()
