@@ -7,13 +7,16 @@ from dataclasses import dataclass
 
 import msgspec
 import pytest
+from fanuc_emulator.config import load_emulator
 from fanuc_emulator.snpx.assignments import AssignmentTable
-from harness.emulated.served import CONFIG, LAYOUT, ROBOT, served
+from harness.emulated.served import CONFIG, LAYOUT, ROBOT, running, served
 from robot_doctor.doctor_node import _robot
 from robot_doctor.finding import Finding, Level
 from robot_doctor.profile_files_io import read_profile
 from robot_doctor.set_up_checks import _position
 from scara_config.frames import NO_FRAMES, FrameTable, TaughtFrame, find_frames
+from scara_config.profile import DEFAULT_PLANT
+from scara_config.set_up.kit_map import kit_map
 from scara_config.set_up.settings import SETTINGS, setting
 from scara_config.set_up.slots import FRAMES, slot_table
 from twin_controller.config import load_twin_controller
@@ -138,6 +141,21 @@ def test_a_ready_robot_has_no_gap() -> None:
     texts = [finding.what for finding in seen.findings]
     assert "the controller is set up as the kit says" in texts
     assert "two settings cannot be seen from here" in texts
+
+
+@pytest.mark.parametrize("programs", ["none", "kit"])
+def test_what_the_kits_map_cannot_show_of_the_programs_is_told(programs: str) -> None:
+    """Its clock is the controller's own: it runs without any program, and without a watchdog."""
+    layout = kit_map(LAYOUT)
+    config = load_emulator(ROBOT, CONFIG, DEFAULT_PLANT, f"ready, programs: {programs}")
+    with running(config, layout=layout, settings=config.settings) as (port, *_):
+        found = list(_robot(PROFILE, layout, CONTROLLER, ("127.0.0.1", port), move=False))
+    assert [finding for finding in found if finding.level is Level.WRONG] == []
+    (told,) = [finding for finding in found if "BGTWIN runs cannot be seen" in finding.what]
+    assert told.level is Level.NOTE and "doctor --stops" in told.advice
+    assert "BG Logic" in told.advice
+    texts = [finding.what for finding in found]
+    assert "the controller is set up as the kit says" not in texts
 
 
 def test_a_missing_slot_of_the_mode_switch_is_named() -> None:
