@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
+from types import SimpleNamespace
 
 import pytest
 from harness.emulated.served import CONFIG, LAYOUT, ROBOT, last_beat, served
@@ -11,6 +13,7 @@ from harness.processes import wait_until
 from msgspec.structs import replace
 from robot_doctor.finding import Group, Level, note
 from robot_doctor.free_space import free_way
+from robot_doctor.link_checks import check_nudge
 from robot_doctor.profile_files_io import read_profile
 from robot_doctor.robot_probe_io import HAIR, SWING, Mover
 from scara_config import KeepOut
@@ -92,6 +95,39 @@ def test_a_joint_that_stays_or_is_not_back_is_told(monkeypatch: pytest.MonkeyPat
     told = [each.what for each in Mover(ROBOT, LAYOUT, CONTROLLER, HERE, 1).nudge_all()]
     assert "joint_1 is not moved: a fence" in told and "joint_1 is not swung: a fence" in told
     assert told[-1] == "joint_1 is not back: it stands +0.52 deg from where it began"
+
+
+def test_a_slow_joint_gets_the_time_that_a_low_override_leaves_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As doctor --stops leaves it, at 1 %: a good robot would be called wrong."""
+    joint = replace(ROBOT.twin_joints[0], velocity_deg_s=60.0)
+    robot = replace(ROBOT, keep_out=[], joints=[joint, *ROBOT.joints[1:]])
+    now, asked, at = 0.0, (0.0, 0.0), [0.0] * len(robot.joints)
+
+    def sleep(seconds: float) -> None:
+        nonlocal now
+        now += seconds
+        position, percent = asked
+        most = 1e-4 * percent * joint.velocity * seconds
+        at[0] += min(max(position - at[0], -most), most)
+
+    def tell(_: Mover, positions: Sequence[float], percent: float) -> None:
+        nonlocal asked
+        asked = positions[0], percent
+
+    clock = SimpleNamespace(monotonic=lambda: now, sleep=sleep)
+    sample = SimpleNamespace(override=1, motion=SimpleNamespace(q=at, qdot=()))
+    monkeypatch.setattr("robot_doctor.robot_probe_io.time", clock)
+    monkeypatch.setattr(Mover, "_start", lambda _: "")
+    monkeypatch.setattr(Mover, "_tell", tell)
+    monkeypatch.setattr(Mover, "_sample", sample)
+    mover = Mover(robot, LAYOUT, CONTROLLER, HERE, 1)
+    reason, way = mover.try_stream()
+    assert reason == "" and abs(way) == pytest.approx(5.0, abs=0.5)
+    # The hair of doctor --move, by a tenth of the speed.
+    nudge = mover._nudge(0, joint, HAIR["deg"] * joint.scale)
+    assert check_nudge(nudge, robot.twin_joints).level is Level.FINE, nudge
 
 
 @pytest.mark.thorough

@@ -24,6 +24,8 @@ RATE_TOLERANCE = 0.02
 WRAP = 2**31
 MOVED_LEAST, MOVED_MOST = 0.7, 1.3
 STRAY = 0.3
+KEEPS_UP = 0.8
+"""So much of the speed that it may have is asked of a joint; our choice."""
 
 
 class Answer(msgspec.Struct, frozen=True):
@@ -90,6 +92,21 @@ def check_answers(
     else:
         yield fine(Group.LINKS, text)
     yield from _check_clock(robot, layout, answers, config)
+
+
+def least_time(joint: Joint, way: float, percent: float, override: float) -> float:
+    """Return how long a joint is given at least for a way [s].
+
+    A robot runs the stream program at its override: one that has just been set to 1 % is slow.
+
+    Args:
+        joint: Of the profile.
+        way: How far it goes [rad or m].
+        percent: Speed that the set points come with.
+        override: Of the robot [percent]; one that shows none counts as 1.
+    """
+    fastest = 1e-4 * percent * max(override, 1.0) * joint.velocity
+    return abs(way) / (KEEPS_UP * fastest)
 
 
 def check_nudge(nudge: Nudge, joints: Sequence[Joint]) -> Finding:

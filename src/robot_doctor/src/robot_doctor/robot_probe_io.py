@@ -28,11 +28,11 @@ from twin_controller.robot_sample import (
 from robot_doctor.delay_checks import DelayStretch, check_delays
 from robot_doctor.finding import Finding, Group, note, wrong
 from robot_doctor.free_space import free_way, moved
-from robot_doctor.link_checks import MOVED_LEAST, Answer, Nudge, check_nudge
+from robot_doctor.link_checks import MOVED_LEAST, Answer, Nudge, check_nudge, least_time
 
 HAIR = {"deg": 0.5, "mm": 1.0}
 SWING, SWING_S, LISTEN_S = {"deg": 10.0, "mm": 20.0}, 0.8, 0.5
-SWING_PERCENT, KEEPS_UP = 20.0, 0.8
+SWING_PERCENT = 20.0
 PEAK = 1.875
 """Largest speed of a swing over its mean speed."""
 RAMP_S = 0.5
@@ -228,7 +228,7 @@ class Mover:
                 yield note(Group.LINKS, what, "jog it back: the next --move begins where it stands")
 
     def try_stream(self) -> tuple[str, float]:
-        """Start the stream program and send a joint away and back, at 5 deg/s or mm/s.
+        """Start the stream program and send a joint away and back, at 5 deg/s or mm/s at most.
 
         It is the first that comes near no keep-out zone.
 
@@ -342,9 +342,8 @@ class Mover:
         start = self._positions()
         # A robot runs its program at its override; a swing at its limit would be late for that.
         override = max(float(self._sample.override), 1.0)
-        fastest = 1e-2 * min(SWING_PERCENT, override) * joint.velocity
-        duration = max(SWING_S, PEAK * abs(way) / (KEEPS_UP * fastest))
         percent = min(100.0, 100.0 * SWING_PERCENT / override)
+        duration = max(SWING_S, PEAK * least_time(joint, way, percent, override))
         stretch = DelayStretch(joint, self._columns[index], self._config)
         self._stretch = stretch
         begun = time.monotonic()
@@ -377,6 +376,9 @@ class Mover:
 
         Return the largest speed.
         """
+        way = end[index] - begin[index]
+        least = least_time(self._joints[index], way, percent, float(self._sample.override))
+        ramp_s = max(ramp_s, least)
         speed, started = 0.0, time.monotonic()
         while (passed := time.monotonic() - started) < ramp_s + SETTLE_S:
             share = min(passed / ramp_s, 1.0)
@@ -386,11 +388,7 @@ class Mover:
             here = motion.qdot[column] if motion.qdot else motion.q[column] - begin[index]
             speed = here if abs(here) > abs(speed) else speed
             rest = abs(self._positions()[index] - end[index])
-            if (
-                share == 1.0
-                and rest < CLOSE * abs(end[index] - begin[index])
-                and passed > ramp_s + 0.2
-            ):
+            if share == 1.0 and rest < CLOSE * abs(way) and passed > ramp_s + 0.2:
                 break
             time.sleep(PERIOD_S)
         return speed
