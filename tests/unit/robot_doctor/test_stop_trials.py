@@ -166,9 +166,10 @@ def test_the_allocation_is_what_its_outputs_show() -> None:
 def test_a_question_says_what_the_person_does_first() -> None:
     """By what the program does now."""
     # Most joints are too slow to be seen below it, at 1 % override.
-    for word in ("Start a program", "100%", "1 %"):
+    for word in ("Start a program", "AUTO: by your PLC", "T1: at the pendant", "100%", "1 %"):
         assert word in question(Trial.HOLD, ABORTED, False)
-    assert "by START at the pendant" in question(Trial.CSTOPI, PAUSED, False)
+    # In AUTO and Remote no key there starts or resumes one.
+    assert "AUTO: by your PLC; T1: at the pendant" in question(Trial.CSTOPI, PAUSED, False)
     assert "START lets the program go on" in question(Trial.CSTOPI, PAUSED, True)
     assert "End the program at the pendant" in question(Trial.RSR, PAUSED, True)
 
@@ -376,6 +377,7 @@ def test_a_program_that_is_too_slow_to_be_seen_is_told_so() -> None:
     ):
         first = next(trials.run())
     assert "1 deg/s or mm/s or more" in first.what and "more percent" in first.what
+    assert "none was started" in first.what
 
 
 def test_a_server_that_does_not_answer_is_told_in_one_line(

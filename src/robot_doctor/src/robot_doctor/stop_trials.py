@@ -78,6 +78,8 @@ _DECIDES = {
     Trial.RSR: "rsr",
 }
 """What on the robot's screens decides whether it works."""
+_BY_WHOM = "(AUTO: by your PLC; T1: at the pendant)"
+"""In AUTO and Remote no key of the pendant starts a program. Source: B-83284EN/09, 5.2.2."""
 
 
 class TrialEnd(Enum):
@@ -201,9 +203,9 @@ def question(trial: Trial, state: ProgramState, starts: bool) -> str:
         first = "" if state is ProgramState.ABORTED else "End the program at the pendant (ABORT). "
     elif state is ProgramState.ABORTED:
         # A program of fewer percent would not count as one that moves.
-        first = "Start a program at the pendant that moves by J P[n] 100%: the override is 1 %. "
+        first = f"Start a program {_BY_WHOM} that moves by J P[n] 100%: the override is 1 %. "
     elif state is ProgramState.PAUSED and not starts:
-        first = "Let the program go on, by START at the pendant. "
+        first = f"Let the program go on {_BY_WHOM}, by START. "
     else:
         first = "START lets the program go on. " * (state is ProgramState.PAUSED)
     number = list(Trial).index(trial) + 1

@@ -38,7 +38,7 @@ from robot_doctor.stop_trials import (
 
 FIRST_S, STAYS_S = 3.0, 1.0
 COMES_S = 30.0
-"""So long a person at the pendant has to start a program once the question is answered."""
+"""So long a person, or the PLC, has to start a program once the question is answered."""
 SILENT_S = 0.5
 REMEMBERED = 1000
 """Readings: those of ten seconds."""
@@ -163,7 +163,7 @@ class StopTrials:
         if trial in (Trial.START, Trial.RSR) and not (stopped or self._stoppable):
             return leave("nothing was seen to stop this robot yet")
         if trial not in (Trial.RSR, Trial.START):
-            # Before the question: who reads it may start a program at the pendant at once.
+            # Before the question: who reads it may start a program at once.
             self._link.send(Number("override", SLOWEST_PERCENT))
         if not self._ask(question(trial, self._state, starts)):
             return leave("the answer was no")
@@ -179,7 +179,7 @@ class StopTrials:
                 self._pause_again()
             least = f"{MOVES / WINDOW_S:g} deg/s or mm/s"
             what = f"no program moved a joint by {least} or more within {self._comes:g} s"
-            return leave(f"{what}: give its motions more percent")
+            return leave(f"{what}: perhaps none was started; else give its motions more percent")
         # So how late it brakes can be measured; it is stopped all the same.
         self._wait(FIRST_S, lambda: evenly(self._looks))
         return self._try_stop(trial)
