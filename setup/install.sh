@@ -141,6 +141,7 @@ step_libraries() {
 
 # Print everything that asks for a new build when it changes.
 build_inputs() {
+  local -x LC_ALL=C # files in one order, whoever asks
   echo "$root"
   (scope=run && installed_packages) # what only tests need changes no build
   sha256sum CMakeLists.txt

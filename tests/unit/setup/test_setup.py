@@ -142,6 +142,18 @@ PATH="$PWD/fake:$PATH"
 """
 
 
+def test_another_locale_asks_for_no_new_build(tree: Path) -> None:
+    """Each sorts in its own order: two people at one workspace would build it again and again."""
+    # As a locale of people does: not as C.
+    odd = 'sort() { [ "$LC_ALL" = C ] || set -- "$@" -r; command sort "$@"; }'
+    for name in ("a_node", "another"):
+        (tree / "src/example/nodes" / name).write_text("")
+    (tree / "src/example/setup.py").write_text("")
+    script = f"{DPKG}\n{odd}\nbuild_inputs"
+    one, other = [bash(tree, script, {"LC_ALL": name}).stdout for name in ("C", "C.UTF-8")]
+    assert one == other and "src/example/nodes/another" in one
+
+
 def test_missing_packages_are_those_not_fully_installed(tree: Path) -> None:
     """A removed package whose settings remain is missing; comments are no packages."""
     (tree / "setup/apt.txt").write_text("# ROS\ncatkin\nrosbash   # shell\ncmake\n\nmbpoll\n")
