@@ -70,6 +70,11 @@ def state_such_that(ros, condition, timeout=10.0):
     return ros.wait_for_message("twin/joint_states", JointState, timeout, such_that=condition)
 
 
+def stands(state):
+    """Return whether the table is at rest."""
+    return abs(state.velocity[3]) < 1e-6
+
+
 def modes_such_that(ros, condition):
     """Wait for the joints' modes that meet ``condition``; older ones may be on their way."""
     from std_msgs.msg import String
@@ -149,26 +154,29 @@ def test_velocity_command_turns_the_table_until_zero_comes(cell):
     )
 
 
-def test_velocity_that_nobody_repeats_ends_and_stop_ends_it_at_once(cell):
-    """The simulator obeys STOP by itself; after ESTOP it refuses until RESET."""
+def test_velocity_that_nobody_repeats_ends(cell):
+    """A client that is gone turns nothing for ever."""
+    command(cell, "table_joint", "velocity", 0.3)
+    state_such_that(cell, lambda s: s.velocity[3] > 0.2)
+    state_such_that(cell, stands)
+
+
+@pytest.mark.parametrize("name", ["STOP", "ESTOP"])
+def test_stop_ends_a_direct_motion_on_its_way(cell, name):
+    """The simulator obeys by itself; after ESTOP it refuses until RESET."""
     from scara_msgs.msg import MotionCommand
 
-    def order(number):
-        cell.publisher("motion_command", MotionCommand).publish(MotionCommand(command=number))
-
-    def stands(state):
-        return abs(state.velocity[3]) < 1e-6
-
-    command(cell, "table_joint", "velocity", 0.3)
+    orders = cell.publisher("motion_command", MotionCommand)
+    # A position, for it would be reached: a velocity ends by itself, sooner still when it is
+    # refused. The way there lasts more than a second.
+    command(cell, "table_joint", "position", 3.0)
     state_such_that(cell, lambda s: s.velocity[3] > 0.2)
-    state_such_that(cell, stands)
-    command(cell, "table_joint", "velocity", 0.3)
-    state_such_that(cell, lambda s: s.velocity[3] > 0.2)
-    order(MotionCommand.ESTOP)
-    state_such_that(cell, stands)
-    command(cell, "table_joint", "velocity", 0.3)
-    refusal(cell, "table_joint: the emergency stop is latched: RESET first")
-    order(MotionCommand.RESET)
+    orders.publish(MotionCommand(command=getattr(MotionCommand, name)))
+    assert state_such_that(cell, stands).position[3] < 2.9
+    if name == "ESTOP":
+        command(cell, "table_joint", "velocity", 0.3)
+        refusal(cell, "table_joint: the emergency stop is latched: RESET first")
+        orders.publish(MotionCommand(command=MotionCommand.RESET))
     with turning(cell, "table_joint", -0.3):
         state_such_that(cell, lambda s: s.velocity[3] < -0.2)
 
