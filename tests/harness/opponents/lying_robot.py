@@ -51,15 +51,17 @@ def truth(clock_ms: int) -> tuple[list[float], list[float]]:
 class LyingRobot:
     """Serves FC2, FC3, FC5 and FC16 on a free port; a context manager.
 
-    ``lies`` counts what was told.
+    ``lies`` counts what was told; ``told`` holds each clock, and whether there was a lie at it.
     """
 
     def __init__(self, seed: int) -> None:
         """Lie with probability ``LIES_EACH``."""
         self.lies: Counter[str] = Counter()
+        self.told: dict[float, bool] = {}
         self.answers = 0
         self.honest = False
         self._rng, self._rate, self._before = Random(seed), LIES_EACH, b""
+        self._clock_ms = 0
         self._lied = {True: False, False: False}
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.port: int = self._listener.getsockname()[1]
@@ -104,6 +106,7 @@ class LyingRobot:
 
     def _words(self) -> list[int]:
         clock_ms = int(time.monotonic() * 500.0) * 2 % (1 << 31)
+        self._clock_ms = clock_ms
         q, qdot = truth(clock_ms)
         axes, speeds = [0.0] * 9, [0.0] * 9
         for joint, position, speed in zip(ROBOT.joints, q, qdot):
@@ -122,14 +125,16 @@ class LyingRobot:
     def _perhaps_lie(self, adu: bytes) -> bytes | None:
         self.answers += 1
         state = adu[7] == 3 and len(adu) > 90
-        if (
-            self.honest
-            or self._lied[state]
-            or self._rng.random() >= self._rate * (1.0 if state else 0.2)
-        ):
-            self._lied[state] = False
+        lies = (
+            not self.honest
+            and not self._lied[state]
+            and self._rng.random() < self._rate * (1.0 if state else 0.2)
+        )
+        self._lied[state] = lies
+        if state:
+            self.told[self._clock_ms] = lies or self.told.get(self._clock_ms, False)
+        if not lies:
             return adu
-        self._lied[state] = True
         kinds = {**FRAMING, **VALUES} if state else FRAMING
         name = (
             self._rng.choice(sorted(VALUES))

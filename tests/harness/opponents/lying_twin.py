@@ -68,12 +68,14 @@ def true_message(stamp: float) -> Message:
 class LyingTwin:
     """Publishes joint states as fast as it can; a context manager.
 
-    ``lies`` counts what was told, ``sent`` all packets.
+    ``lies`` counts what was told, ``sent`` all packets; ``told`` holds each true stamp, and whether
+    there was a lie at it.
     """
 
     def __init__(self, seed: int) -> None:
         """Lie by chance, never twice in a row."""
         self.lies: Counter[str] = Counter()
+        self.told: dict[float, bool] = {}
         self.sent = 0
         self.honest = False
         self._rng, self._rate = Random(seed), 0.5
@@ -97,6 +99,9 @@ class LyingTwin:
             while self.sent % BURST or not self._stop.wait(PAUSE_S):
                 message = true_message(BOOT + time.monotonic())
                 lied = not self.honest and not lied and self._rng.random() < self._rate
+                stamp = message["header"]["stamp"]
+                at = stamp["secs"] + stamp["nsecs"] * 1e-9
+                self.told[at] = lied or self.told.get(at, False)
                 self.sent += 1
                 line.send(self._lie(message) if lied else _packet(message), text=True)
         except ConnectionClosed:
