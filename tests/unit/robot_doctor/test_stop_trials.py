@@ -8,6 +8,8 @@ import shutil
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from fanuc_emulator.drives.servo_loop_io import ServoLoop
@@ -35,7 +37,7 @@ from robot_doctor.stop_trials_io import StopTrials, UnexpectedError
 from scara_config import load_robot
 from twin_controller.config import load_twin_controller
 from twin_controller.modbus.port_io import LinkLostError
-from twin_controller.robot_sample import ProgramState
+from twin_controller.robot_sample import AlarmStatus, ProgramState, WatchdogState
 from typer.testing import CliRunner
 
 from robot_doctor import doctor_node
@@ -264,6 +266,22 @@ def test_a_robot_whose_alarm_stays_after_reset_is_held_and_told(
         with quick(ROBOT, LAYOUT, quickly, (HERE, port), answer) as trials:
             last = list(trials.run())[-1]
     assert last.level is Level.WRONG and "alarm stays after RESET: SERVO" in last.what
+
+
+@pytest.mark.parametrize(("outputs", "said"), [({"sysrdy"}, ""), ({"sysrdy", "fault"}, "11-007 x")])
+def test_an_alarm_without_a_severity_stops_where_the_robot_shows_a_fault(
+    outputs: set[str], said: str
+) -> None:
+    """Else what a robot has only refused would end all trials, as an alarm that stays."""
+    trials = StopTrials(ROBOT, LAYOUT, CONTROLLER, (HERE, 1), lambda _: True)
+    motion = SimpleNamespace(q=ROBOT.home_positions)
+    sample: Any = SimpleNamespace(
+        motion=motion, outputs=outputs, watchdog_state=WatchdogState.DISARMED
+    )
+    trials._take(sample, 0.0, 0.0)
+    program: Any = SimpleNamespace(state=ABORTED)
+    trials._told(program, AlarmStatus(11, 7, "", "x", ""))
+    assert trials._alarm == said
 
 
 def test_what_is_not_expected_holds_the_robot_for_good() -> None:

@@ -13,7 +13,7 @@ from scara_config import Robot
 from scara_config.modbus_map import ModbusMap
 from twin_controller.config import TwinControllerConfig
 from twin_controller.modbus.link_io import ModbusLink
-from twin_controller.robot.intake import alarm_text, is_stopping
+from twin_controller.robot.intake import alarm_text, is_faulted, is_stopping
 from twin_controller.robot.signals import Number, Pulse, Signal, Step
 from twin_controller.robot_sample import AlarmStatus, ProgramState, ProgramStatus, RobotSample
 
@@ -93,7 +93,7 @@ class StopTrials:
         self.outputs: frozenset[str] = frozenset()
         self._changed = threading.Condition()
         self._looks: deque[Look] = deque(maxlen=REMEMBERED)
-        self._state, self._alarm = ProgramState.ABORTED, ""
+        self._state, self._alarm, self._faulted = ProgramState.ABORTED, "", True
         # Of the program, by the link that is open now.
         self._heard = threading.Event()
         self._rests = True  # as far as was seen
@@ -308,9 +308,10 @@ class StopTrials:
             if self._state is not ProgramState.ABORTED:
                 self.outputs |= sample.outputs
             self._looks.append(Look(received, places, self._state))
+            self._faulted = is_faulted(sample)
             self._changed.notify()
 
     def _told(self, program: ProgramStatus, alarm: AlarmStatus) -> None:
         self._state = program.state
-        self._alarm = alarm_text(alarm) if is_stopping(alarm) else ""
+        self._alarm = alarm_text(alarm) if is_stopping(alarm, self._faulted) else ""
         self._heard.set()
