@@ -36,9 +36,18 @@ ROWS = [(True, 0.24), *((False, gap) for gap in EACH_TIME_S)]
 OTHER_ROWS = [row for row in product((True, False), EACH_TIME_S + OTHERS_S) if row not in ROWS]
 STAMPS_AND_GAPS = [*ROWS, *thorough(*OTHER_ROWS)]
 WAITED_FOR = ("motion_server", "joint_pose_controller")
+ROUTES = {
+    "target": "joint_pose_controller",
+    "jog": "joint_vel_controller",
+    "goal": "trajectory_server",
+    "velocity": "simulator",
+    "position": "simulator",
+}
+"""What no service answers, and who carries it out."""
 WATCHED_S = 0.4
 ANSWER_S = 10.0
 REST_RAD = 1e-4
+MOVED_RAD = 20.0 * REST_RAD
 FAR = [1.0, 0.5, -0.1, 0.5]
 
 
@@ -117,27 +126,75 @@ class Cell:
         finally:
             self.nodes[name].signal(signal.SIGCONT)
 
-    def background(self, call: Any, **fields: object) -> list[Any]:
-        """Call a service in a thread; return a list that will hold the answer."""
+    def call(
+        self,
+        asked_for: tuple[str, dict[str, Any]],
+        standing: str,
+        stalled: float,
+        *,
+        stamped: bool,
+        stop: bool = True,
+    ) -> Any:
+        """Ask for a move while a node stands still, and STOP meanwhile; return the answer."""
+        name, fields = asked_for
         answers: list[Any] = []
-        threading.Thread(target=lambda: answers.append(call(**fields)), daemon=True).start()
-        return answers
+        with self.line(name) as line:
+            with self.standing(standing, stalled):
+                fields = {"asked": time.monotonic() if stamped else 0.0, **fields}
+                call = partial(line.call, ANSWER_S, speed_percent=30.0, **fields)
+                threading.Thread(target=lambda: answers.append(call()), daemon=True).start()
+                time.sleep(0.5 * stalled)
+                if stop:
+                    self.stop(stamped=stamped)
+            return self.ros.wait_until(lambda: answers, ANSWER_S, "the answer")[0]
+
+    def send(self, order: str, begin: list[float], *, stamped: bool = False) -> None:
+        """Send an order that no service answers, to a twin that stands at ``begin``."""
+        import rospy
+        from sensor_msgs.msg import JointState
+
+        from control_msgs.msg import JointJog
+
+        stamp = rospy.Time.now() if stamped else rospy.Time()
+        if order == "target":
+            target = JointState(name=NAMES, position=FAR, velocity=[30.0])
+            target.header.stamp = stamp
+            self.targets.publish(target)
+        elif order == "jog":
+            jog = JointJog(joint_names=[NAMES[0]], velocities=[0.3])
+            jog.header.stamp = stamp
+            self.jogs.publish(jog)
+        elif order == "goal":
+            self.goals.send_goal(self.goal(3.0))
+        else:
+            self.direct[order].publish(begin[0] + 0.3)
 
     def rests(self) -> None:
         """Wait until nothing moves."""
+        since = time.time()
         self.ros.wait_until(lambda: self.states[-1].state == "idle", 10.0, "an idle twin")
         self.ros.wait_until(
-            lambda: max(map(abs, self.joints[-1].velocity)) < REST_RAD, 10.0, "a twin at rest"
+            lambda: self.told_after(since) and max(map(abs, self.joints[-1].velocity)) < REST_RAD,
+            10.0,
+            "a twin at rest",
         )
 
+    def told_after(self, since: float) -> bool:
+        """Return whether the simulator has told where the joints are after ``since`` [s]."""
+        return bool(self.joints[-1].header.stamp.to_sec() > since)
+
+    def farthest(self, begin: list[float], first: int) -> float:
+        """Return how far a joint was from ``begin`` since the joint state number ``first``."""
+        states = self.joints[first:]
+        return max((abs(a - b) for s in states for a, b in zip(s.position, begin)), default=0.0)
+
     def stays(self, begin: list[float]) -> None:
-        """Watch for a while; the twin does not leave where it stood."""
-        end, farthest = time.monotonic() + WATCHED_S, 0.0
-        while time.monotonic() < end:
-            gaps = [abs(a - b) for a, b in zip(self.joints[-1].position, begin)]
-            farthest = max(farthest, *gaps)
-            time.sleep(0.01)
-        assert farthest < REST_RAD
+        """Watch for a while; the twin does not leave where it stood, and all nodes go on."""
+        end, seen = time.time() + WATCHED_S, len(self.joints)
+        self.ros.wait_until(lambda: self.told_after(end), ANSWER_S, "joints after the standstill")
+        ended = [name for name, node in self.nodes.items() if node.poll() is not None]
+        assert not ended, f"ended: {ended}"
+        assert self.farthest(begin, seen) < REST_RAD
 
     def goal(self, seconds: float) -> Any:
         """Return a goal that leads far, in a time [s]."""
@@ -197,15 +254,7 @@ def test_a_move_that_waited_behind_a_node_does_not_begin_after_stop(
     stamped: bool,
 ) -> None:
     """It waits for another node, or in the queue of the node itself, beside the STOP."""
-    name, fields = asked_for
-    with cell.line(name) as line:
-        with cell.standing(standing, stalled):
-            asked = time.monotonic() if stamped else 0.0
-            call = partial(line.call, ANSWER_S)
-            answers = cell.background(call, speed_percent=30.0, asked=asked, **fields)
-            time.sleep(0.5 * stalled)
-            cell.stop(stamped=stamped)
-        answer = cell.ros.wait_until(lambda: answers, ANSWER_S, "the answer")[0]
+    answer = cell.call(asked_for, standing, stalled, stamped=stamped)
     assert not answer.success and "by STOP: test" in answer.message
     cell.stays(place)
 
@@ -218,23 +267,14 @@ def test_a_point_that_is_asked_for_after_the_stop_is_reached(cell: Cell) -> None
     assert answer.success, answer.message
 
 
-@pytest.mark.parametrize("node", ["joint_pose_controller", "joint_vel_controller"])
+@pytest.mark.parametrize("order", ["target", "jog"])
 @pytest.mark.parametrize(("stamped", "stalled"), STAMPS_AND_GAPS)
 def test_a_message_that_waited_does_not_begin_after_stop(
-    cell: Cell, place: list[float], node: str, stalled: float, stamped: bool
+    cell: Cell, place: list[float], order: str, stalled: float, stamped: bool
 ) -> None:
     """A target or a jog has no answer: the twin tells."""
-    import rospy
-    from sensor_msgs.msg import JointState
-
-    from control_msgs.msg import JointJog
-
-    with cell.standing(node, stalled):
-        message, topic = JointState(name=NAMES, position=FAR, velocity=[30.0]), cell.targets
-        if node == "joint_vel_controller":
-            message, topic = JointJog(joint_names=[NAMES[0]], velocities=[0.3]), cell.jogs
-        message.header.stamp = rospy.Time.now() if stamped else rospy.Time()
-        topic.publish(message)
+    with cell.standing(ROUTES[order], stalled):
+        cell.send(order, place, stamped=stamped)
         time.sleep(0.5 * stalled)
         cell.stop(stamped=stamped)
     cell.stays(place)
@@ -245,8 +285,8 @@ def test_a_goal_that_waited_does_not_begin_after_stop(
     cell: Cell, place: list[float], stalled: float
 ) -> None:
     """trajectory_server finds the goal and the STOP side by side."""
-    with cell.standing("trajectory_server", stalled):
-        cell.goals.send_goal(cell.goal(3.0))
+    with cell.standing(ROUTES["goal"], stalled):
+        cell.send("goal", place)
         time.sleep(0.5 * stalled)
         cell.stop()
     assert cell.goals.wait_for_result(duration(10.0))
@@ -282,8 +322,29 @@ def test_a_direct_command_that_waited_does_not_begin_after_stop(
     cell: Cell, place: list[float], kind: str, stalled: float
 ) -> None:
     """A plain number names no time: the simulator finds it and the STOP side by side."""
-    with cell.standing("simulator", stalled):
-        cell.direct[kind].publish(place[0] + 0.3)
+    with cell.standing(ROUTES[kind], stalled):
+        cell.send(kind, place)
         time.sleep(0.5 * stalled)
         cell.stop()
     cell.stays(place)
+
+
+def test_a_move_that_waited_without_a_stop_is_made(cell: Cell, place: list[float]) -> None:
+    """So it is the STOP that the other rounds show."""
+    seen = len(cell.joints)
+    assert cell.call(POINT, WAITED_FOR[0], EACH_TIME_S[0], stamped=True, stop=False).success
+    assert cell.farthest(place, seen) > MOVED_RAD
+
+
+@pytest.mark.parametrize("order", ROUTES)
+def test_an_order_that_waited_without_a_stop_moves_the_twin(
+    cell: Cell, place: list[float], order: str
+) -> None:
+    """Likewise: what nobody carries out shows nothing about STOP."""
+    seen = len(cell.joints)
+    with cell.standing(ROUTES[order], EACH_TIME_S[0]):
+        cell.send(order, place)
+    cell.ros.wait_until(
+        lambda: cell.farthest(place, seen) > MOVED_RAD, ANSWER_S, "a twin that moves"
+    )
+    cell.stop()
