@@ -60,19 +60,13 @@ class Client:
     def send(self, *points, feedback=None):
         """Send a goal, wait for its end; return status and result.
 
-        It is sent again where this machine held up the server's own stream.
+        A stream that this machine held up fails the test: the whole of it is played again, counted.
         """
         import rospy
-        from actionlib_msgs.msg import GoalStatus
 
-        for _ in range(3):
-            self.client.send_goal(self.goal(*points), feedback_cb=feedback)
-            assert self.client.wait_for_result(rospy.Duration(30))
-            status, result = self.client.get_state(), self.client.get_result()
-            if status != GoalStatus.ABORTED or "no packet" not in result.error_string:
-                break
-            self.idle()
-        return status, result
+        self.client.send_goal(self.goal(*points), feedback_cb=feedback)
+        assert self.client.wait_for_result(rospy.Duration(30))
+        return self.client.get_state(), self.client.get_result()
 
     def arrive(self, *points):
         """Send a goal that must succeed."""
@@ -149,24 +143,18 @@ def test_cancel_ends_a_goal_on_its_way(client) -> None:
 
 
 def test_a_stop_aborts_and_an_emergency_stop_rejects_until_reset(client) -> None:
-    """The reason of the command reaches the client, or what had ended the goal before it came."""
+    """The reason of the command reaches the client."""
     import rospy
     from actionlib_msgs.msg import GoalStatus
 
     from scara_msgs.msg import MotionCommand
 
-    begun = len(client.states)
     client.begin((4.0, AWAY))
     client.commands.publish(MotionCommand(command=MotionCommand.ESTOP, reason="the red button"))
     assert client.client.wait_for_result(rospy.Duration(10))
     assert client.client.get_state() == GoalStatus.ABORTED
     text = client.client.get_result().error_string
-
-    def broken_off() -> bool:
-        return any("no packet" in s.message and s.message in text for s in client.states[begun:])
-
-    # A server that this machine holds up breaks its own stream off, and that was first then.
-    client.ros.wait_until(lambda: "the red button" in text or broken_off(), 5.0, text)
+    assert "the red button" in text, text
 
     def refused() -> str:
         status, result = client.send((1.2, HOME))
@@ -177,9 +165,11 @@ def test_a_stop_aborts_and_an_emergency_stop_rejects_until_reset(client) -> None
     client.ros.wait_until(lambda: "RESET it first" in refused(), 10.0, "the reason of the latch")
     client.commands.publish(MotionCommand(command=MotionCommand.RESET))
     client.idle()
+
+    def arrives() -> bool:
+        status, result = client.send((1.2, HOME))
+        assert status in (GoalStatus.REJECTED, GoalStatus.SUCCEEDED), result
+        return bool(status == GoalStatus.SUCCEEDED)
+
     # The server may hear of the reset a little later than this test, and rejects until then.
-    client.ros.wait_until(
-        lambda: client.send((1.2, HOME))[0] == GoalStatus.SUCCEEDED,
-        10.0,
-        "a goal that is accepted again",
-    )
+    client.ros.wait_until(arrives, 10.0, "a goal that is accepted again")
