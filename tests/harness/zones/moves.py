@@ -6,6 +6,7 @@ up to 2 ms too early or too late, and packets of the twin come up to 2 ms later 
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -13,7 +14,7 @@ from random import Random
 
 import msgspec
 import numpy as np
-from scara_config import KeepOut
+from scara_config import KeepOut, Robot
 from scara_config.programs.steps import MoveStep
 from twin_controller.core.events import AnyEvent, RealMeasured, TwinMeasured
 
@@ -35,6 +36,8 @@ STANDS_S = 0.4
 """So long the robot stands beside the zone before anything moves: its override is lowered."""
 LIMIT_S = 90.0
 """A way that grazes a zone's clearance is crept along."""
+THERE = 0.1
+"""A side whose joints are no further from its target has come there [deg or mm]."""
 LEADERS = ("program", "move_to", "operator")
 FINE_ROWS = 30_000
 """Of a way that is judged: at most 0.1 mm from one to the next."""
@@ -121,7 +124,7 @@ class ZoneCell(VirtualCell):
             for side in (self.real, self.twin)
         )
         stopped = bool(stops) or "keep-out zone" in refused
-        other = "" if stopped else refused or self._unexpected()
+        other = "" if stopped else refused or self._unexpected(target)
         words = (stops or [refused])[0]
         # Between two rows of a coarse way the tool goes up to 2 mm: too much for the verdict.
         near = self.body.clearance(
@@ -133,7 +136,7 @@ class ZoneCell(VirtualCell):
 
     def _begin(self, leader: str, number: int, target: Sequence[float], speed: float) -> str:
         """Begin the move; return why it was refused."""
-        self._slowed, self._answers = False, []
+        self._slowed, self._answer = False, (True, "")
         self.real.robot.write_override(round(speed) if leader == "program" else 100)
         self.schedule.run(STANDS_S)
         if leader == "program":
@@ -146,10 +149,12 @@ class ZoneCell(VirtualCell):
         point = tuple(self.body.watched(np.array([target]))[0, 0])
         elbow = "righty" if self.body.bend(target) > 0.0 else "lefty"
         yaw = self.body.yaw(target) if self.turns else None
-        self.twin.move_to.begin(
-            point, speed, elbow, lambda *answer: self._answers.append(answer), yaw
-        )
+        self._answer = False, "move_to was never answered"
+        self.twin.move_to.begin(point, speed, elbow, self._answered, yaw)
         return ""
+
+    def _answered(self, success: bool, words: str) -> None:
+        self._answer = success, words
 
     def _end(self) -> None:
         """Wait until the move has ended, however it did."""
@@ -163,11 +168,14 @@ class ZoneCell(VirtualCell):
             if not busy and self.still_for() >= 0.3:
                 return
 
-    def _unexpected(self) -> str:
+    def _unexpected(self, target: Sequence[float]) -> str:
         """Return what else ended the move; empty if it came to its end."""
-        if self.mode == "IDLE":
-            return ""
-        return f"{self.mode}: {self.why}"
+        if self.mode != "IDLE":
+            return f"{self.mode}: {self.why}"
+        success, words = self._answer
+        if not success:
+            return words
+        return elsewhere(self.files.robot, target, self.real.truth[-1][1], self.twin.truth[-1][1])
 
     def _recover(self) -> None:
         """Be idle again, without a zone."""
@@ -234,6 +242,23 @@ class ZoneCell(VirtualCell):
     def _full(self, files: CellFiles, q: Sequence[float]) -> tuple[float, ...]:
         twin = iter(q)
         return tuple(next(twin) if joint.twin else 0.0 for joint in files.robot.joints)
+
+
+def elsewhere(
+    robot: Robot, target: Sequence[float], real: Sequence[float], twin: Sequence[float]
+) -> str:
+    """Return which joint of the arm ends elsewhere than at the target, empty if none does.
+
+    A whole turn away is the same place.
+    """
+    for side, q in (("real", real), ("twin", twin)):
+        for joint, end, wanted in zip(robot.twin_joints, q, target, strict=True):
+            off = (end - wanted) / joint.scale
+            if joint.si_unit == "rad":
+                off = math.remainder(off, 360.0)
+            if joint.screw_axis is not None and abs(off) > THERE:
+                return f"{side}: {joint.name} ends {off:.2f} deg or mm from the target"
+    return ""
 
 
 def wrong_moves(cell: ZoneCell, moves: int, counts: Counter[str]) -> list[tuple[int, Outcome]]:
