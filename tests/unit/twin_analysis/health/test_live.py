@@ -13,9 +13,9 @@ from twin_analysis.health.live.health_watch_node import week_file
 from twin_analysis.health.live.taking import LONGEST_S, REST_S, HeardCycle, Taking
 from twin_analysis.health.live.telling import RECENT_S, WearStatus, diagnose
 from twin_analysis.health.live.weeks import (
-    MOST_KINDS,
     DAY_S,
     MOST_CYCLES,
+    MOST_KINDS,
     CycleShape,
     KeptSigns,
     KindVerdict,
@@ -37,8 +37,8 @@ NAMES = ("joint_1", "joint_2", "joint_4")
 JOINTS = JointFacts(NAMES, np.full(3, 2.0), np.full(3, 3.0), (True,) * 3, ("deg",) * 3)
 SHAPE = CycleShape("real", "PALLETISE", list(NAMES), 20.0, [1.0, 1.0, 0.0], [0.5, 0.5, 0.0])
 NAN = float("nan")
-
 NOW = 1.8e9  # a time in 2027 [s]
+
 
 def signs(friction: float = 5.0, at: float = 0.0, standing: bool = True) -> KeptSigns:
     """Return the signs of a cycle: joint_2 rubs so much, joint_4 stands."""
@@ -131,7 +131,6 @@ def test_the_first_week_ends_with_enough_cycles_and_then_the_newest_are_held_aga
     assert judged(kept.kinds[0], JOINTS) == told
 
 
-def test_only_the_same_cycle_is_compared() -> None:
 def test_a_clock_that_was_wrong_does_not_end_the_first_week_early_nor_for_ever() -> None:
     """Neither one that was a year ahead, nor one that was not set yet; a holiday is no week either.
 
@@ -167,6 +166,7 @@ def test_a_first_week_of_more_cycles_than_are_kept_ends_too() -> None:
     assert told is not None and told.kind.complete and len(told.kind.week) == MOST_CYCLES
 
 
+def test_only_the_same_cycle_is_compared() -> None:
     """Another program, speed, way, or length is another one."""
     assert is_same(
         SHAPE, msgspec.structs.replace(SHAPE, seconds=20.9, spans=[1.09, 1.0, 0.01]), JOINTS
