@@ -75,13 +75,14 @@ const PRESSES = ["click", "beforeinput", "change", "keydown"];
 
 function barWhileLost(live, stop) {
   const bar = (event) => {
-    if (live.open || event.target.closest?.("[data-stop]")) return;
+    if ((live.open && window.socket.connected) || event.target.closest?.("[data-stop]")) return;
     if (event.type === "keydown" && event.key !== "Enter") return;
     event.preventDefault();
     event.stopImmediatePropagation();
   };
   for (const kind of PRESSES) document.addEventListener(kind, bar, true);
   window.socket.io.on("reconnect_attempt", forgetPresses);
+  window.socket.io.on("open", forgetPresses); // what waits is sent right after it
   // The server may not know what was chosen or typed right before the loss, and nobody tells it again.
   window.socket.io.on("reconnect", () => {
     stop.keep();

@@ -80,6 +80,8 @@ def test_first_stop_of_a_viewer_gets_through_without_a_master(
     cell.controller.heard.clear()  # of an attempt while the machine stood still
     with cell.panel.live() as viewer:
         cell.master.signal(number)
+        # A page that shows the camera lets it be subscribed to, for which the master is asked.
+        assert cell.panel.get("/camera.jpg").status == 503
         confirmed, after = stopped(viewer)
         assert confirmed and after < IN_TIME_S
         confirmed, after = stopped(viewer, "ESTOP")
@@ -272,6 +274,30 @@ def test_what_is_lit_after_a_loss_is_what_counts(theatre: Theatre) -> None:
     expect(page.locator("[data-command]").first).to_contain_text(re.compile(rf"X \+{shown}\b"))
     page.keyboard.press("Escape")
     expect(banner).to_be_hidden()
+
+
+# Only the line of the server's buttons breaks; Align is pressed right before it comes back.
+BREAK_ONE = """(button) => {
+    window.isOld = true;
+    socket.io.on("reconnect_attempt", () => button.click());
+    socket.io.engine.close();
+}"""
+
+
+def test_nothing_that_was_pressed_while_only_the_buttons_line_was_lost_is_done_later(
+    theatre: Theatre,
+) -> None:
+    """The page's other line lives on, so nothing is grey; what waits is forgotten."""
+    page = theatre.page
+    theatre.play("stopped")
+    align = page.get_by_role("button", name="Align", exact=True).locator("visible=true")
+    told = page.locator("[data-command]").filter(has_text="Align")
+    align.evaluate(BREAK_ONE)
+    page.wait_for_function("() => !window.isOld && window.panel?.live.open")
+    expect(page.locator('[data-live="mode"]')).not_to_be_empty()
+    assert told.count() == 0
+    align.click()
+    expect(told).to_have_count(1)
 
 
 def test_line_that_broke_without_a_word_is_opened_again(theatre: Theatre) -> None:
