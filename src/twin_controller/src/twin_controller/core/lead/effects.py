@@ -19,6 +19,7 @@ from twin_controller.core.orders.stop import (
     tell_estop,
     tell_stop,
     tell_twin_stop,
+    under_way,
 )
 from twin_controller.core.orders.stream import ask_for_stream, begin_stream
 from twin_controller.core.setup import Setup
@@ -142,8 +143,7 @@ def _begin_stream(setup: Setup, state: CoreState, now: float) -> CoreState:
     """Let the real robot follow."""
     # What slowed the last set point down counts until the next one is judged.
     follows = RealFollows(onset=onsets(setup, state).twin, slowed=state.follow.slowed)
-    stop = state.orders.stop
-    stopping = stop is not None and stop.given_back is None
+    stopping = under_way(state.orders.stop)
     stream = begin_stream(state.sides.real.flags, stopping, setup.config.stream, now)
     return replace(
         state,

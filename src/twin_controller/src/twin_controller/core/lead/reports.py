@@ -17,7 +17,13 @@ from twin_controller.core.lead.table import FOLLOWS_TWIN, LEADING
 from twin_controller.core.orders.order import due
 from twin_controller.core.orders.speed import Speeds, hear_override
 from twin_controller.core.orders.state import OWN_COMMAND, held_there, is_old, pauses
-from twin_controller.core.orders.stop import StopOrder, estop_missed, moves_on, speeds_since
+from twin_controller.core.orders.stop import (
+    StopOrder,
+    estop_missed,
+    moves_on,
+    speeds_since,
+    under_way,
+)
 from twin_controller.core.orders.stream import AUTO, StreamOrder, by_hand
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides import change
@@ -356,8 +362,7 @@ def _real_reports(setup: Setup, state: CoreState, flags: RealMeasured, now: floa
     if own is not None and follows.onset is not None and own <= follows.onset:
         return [Trigger.REAL_WAS_FIRST]
     # The stream before is told to end: this one is asked for when that is shown.
-    stop = state.orders.stop
-    if stop is not None and stop.given_back is None:
+    if under_way(state.orders.stop):
         return []
     held = held_there(setup.config.stop, state.orders, flags)
     return _stream_reports(state.orders.stream, flags, held, now)
@@ -380,9 +385,7 @@ def _stream_reports(
         return []
     if start.shown:
         return [Trigger.REAL_STOPPED]
-    if due([start], now).failures:
-        return [Trigger.STREAM_FAILED]
-    return []
+    return [Trigger.STREAM_FAILED] if due([start], now).failures else []
 
 
 def _paused_real_reports(lead: Lead, flags: RealMeasured, blocked: bool) -> list[Trigger]:
@@ -394,6 +397,4 @@ def _paused_real_reports(lead: Lead, flags: RealMeasured, blocked: bool) -> list
             return [Trigger.REAL_STOPPED]
         return [Trigger.RELEASED_BLOCKED if blocked else Trigger.REAL_RELEASED]
     own = flags.own_program and lead.program_was_off and lead.paused in FOLLOWS_TWIN
-    if own:
-        return [Trigger.REAL_TOOK_OVER]
-    return []
+    return [Trigger.REAL_TOOK_OVER] if own else []

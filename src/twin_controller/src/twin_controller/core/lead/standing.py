@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from twin_controller.core.events import RealMeasured
 from twin_controller.core.orders.state import is_old
+from twin_controller.core.orders.stop import under_way
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides import change
 from twin_controller.core.state import CoreState
@@ -18,7 +19,7 @@ def real_stands(setup: Setup, state: CoreState, flags: RealMeasured, now: float)
 def unshown(state: CoreState) -> bool:
     """Return whether the real robot was told to stop or to pause and has not shown that yet."""
     stop = state.orders.stop
-    return stop is not None and stop.given_back is None and not stop.order.shown
+    return under_way(stop) and not stop.order.shown
 
 
 def unseen(setup: Setup, state: CoreState, since: float) -> str:

@@ -19,6 +19,8 @@ end until it stands.
 
 from __future__ import annotations
 
+from typing import TypeGuard
+
 import msgspec
 
 from twin_controller.config import Change, EStop, Stop
@@ -63,6 +65,11 @@ class StopOrder(msgspec.Struct, frozen=True):
     given_back: float | None = None
 
 
+def under_way(stop: StopOrder | None) -> TypeGuard[StopOrder]:
+    """Return whether the robot was told to stop or to hold, and has not got its HOLD back."""
+    return stop is not None and stop.given_back is None
+
+
 def stop_patience(config: Stop) -> Patience:
     """Return how long the robot may take to show a stop."""
     return Patience(config.retry_ms * 1e-3, config.attempts, GiveUp.DRIVES_OFF)
@@ -89,7 +96,7 @@ def tell_stop(
 ) -> StopOrder:
     """Return the stop after the robot, whose link is up or not, was told ``command``."""
     # What a robot was told while it was away was never written: it counts from one again.
-    again = stop is not None and stop.given_back is None and stop.order.wanted is command
+    again = under_way(stop) and stop.order.wanted is command
     if stop is None or not again or not reached:
         return StopOrder(tell(None, command, _patience(command, config), now), now, reached)
     order = tell(stop.order, command, _patience(command, config), now)

@@ -12,7 +12,7 @@ from twin_controller.config import Stream
 from twin_controller.core.actions import Command, SendReal
 from twin_controller.core.events import RealMeasured
 from twin_controller.core.orders.order import GiveUp, Order, Patience, due, send
-from twin_controller.core.orders.stop import StopOrder
+from twin_controller.core.orders.stop import StopOrder, under_way
 from twin_controller.core.setup import Setup
 
 replace = msgspec.structs.replace
@@ -94,7 +94,7 @@ def begins_late(order: StreamOrder | None, stop: StopOrder | None) -> str:
     """Return why the robot follows later than a set point takes; empty: it follows, or soon."""
     if order is None or order.start.shown:
         return ""
-    if stop is not None and stop.given_back is None:
+    if under_way(stop):
         return "the real robot still ends its stream program"
     if order.start.attempts > 1:
         return "the real robot has not started its stream program yet"

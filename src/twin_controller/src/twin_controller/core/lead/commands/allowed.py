@@ -7,6 +7,7 @@ from twin_controller.core.events import Operator
 from twin_controller.core.lead.modes import COMMANDS, Mode, Trigger
 from twin_controller.core.lead.operator import operate
 from twin_controller.core.lead.table import look_up
+from twin_controller.core.orders.stop import under_way
 from twin_controller.core.orders.stream import unstartable
 from twin_controller.core.setup import Setup
 from twin_controller.core.state import CoreState
@@ -32,8 +33,7 @@ def refusals(setup: Setup, state: CoreState, now: float) -> dict[str, str]:
     found["SPEED"] = _answer(setup, state, now, "SPEED")
     found["MOVE"] = found["MOVE_JOINTS"] = _answer(setup, state, now, "MOVE")
     found["RUN"] = _why_not_lead(state, Trigger.REAL_MOVED)
-    stop = state.orders.stop
-    if not found["RUN"] and (state.orders.hold_away or (stop and stop.given_back is None)):
+    if not found["RUN"] and (state.orders.hold_away or under_way(state.orders.stop)):
         # The robot itself would refuse it.
         found["RUN"] = "the real robot still ends its stream program: wait a moment"
     # A jog makes the twin the leader, and goes on meanwhile.
