@@ -19,7 +19,7 @@ from harness.running.thorough import thorough
 from harness.wires.browser import LOAD_MS, kept_chromium
 from harness.wires.command_service import NAME, CommandService
 from harness.wires.operator_page import Panel, heard
-from playwright.sync_api import Page, WebSocketRoute, expect
+from playwright.sync_api import Locator, Page, WebSocketRoute, expect
 from websockets.sync.client import ClientConnection
 
 IN_TIME_S = 0.5
@@ -228,14 +228,18 @@ def test_confirmed_goes_with_the_mode_and_with_each_line_that_is_lost(theatre: T
     assert place.inner_text() == ""
 
 
+def to_be_aligned(theatre: Theatre) -> tuple[Locator, Locator]:
+    """Show a stopped pair; return the button Align, and where it is told of once it is pressed."""
+    theatre.play("stopped")
+    align = theatre.page.get_by_role("button", name="Align", exact=True).locator("visible=true")
+    return align, theatre.page.locator("[data-command]").filter(has_text="Align")
+
+
 def test_nothing_that_was_pressed_while_the_connection_was_lost_is_done_later(
     theatre: Theatre,
 ) -> None:
     """By key, or by a finger in a dialog: it would come behind a STOP that was not sent."""
-    page = theatre.page
-    theatre.play("stopped")
-    align = page.get_by_role("button", name="Align", exact=True).locator("visible=true")
-    told = page.locator("[data-command]").filter(has_text="Align")
+    page, (align, told) = theatre.page, to_be_aligned(theatre)
     align.focus()
     page.evaluate("panel.live.socket.close(); socket.disconnect(); socket.emit('event', {})")
     expect(page.locator(".banner-lost")).to_be_visible()
@@ -288,10 +292,7 @@ def test_nothing_that_was_pressed_while_only_the_buttons_line_was_lost_is_done_l
     theatre: Theatre,
 ) -> None:
     """The page's other line lives on, so nothing is grey; what waits is forgotten."""
-    page = theatre.page
-    theatre.play("stopped")
-    align = page.get_by_role("button", name="Align", exact=True).locator("visible=true")
-    told = page.locator("[data-command]").filter(has_text="Align")
+    page, (align, told) = theatre.page, to_be_aligned(theatre)
     align.evaluate(BREAK_ONE)
     page.wait_for_function("() => !window.isOld && window.panel?.live.open")
     expect(page.locator('[data-live="mode"]')).not_to_be_empty()
