@@ -164,11 +164,18 @@ def test_stop_of_a_client_that_goes_at_once_is_sent(make_cell: MakeCell) -> None
     assert stop.cancelled.wait(DEADLINE)
 
 
-def test_viewers_stop_is_refused_and_stops_nothing(cell: Cell) -> None:
-    """It has no right to command; a stop of the page has its own way."""
+def test_stop_is_the_one_command_of_who_only_watches(cell: Cell) -> None:
+    """Called, it goes as anybody's; whoever may not publish commands publishes none to stop."""
     viewer = cell.client("?token=look")
-    assert "role viewer may not" in viewer.ask(**STOP, id="s")["values"]
-    assert cell.graph.stops == []
+    resume = STOP | {"args": {"command": "RESUME"}}
+    assert "role viewer may not" in viewer.ask(**resume, id="r")["values"]
+    viewer.say(op="publish", topic="motion_command", msg={"command": 1})
+    assert "role viewer may not" in viewer.hear()["msg"]
+    assert cell.graph.stops == [] and cell.graph.calls.empty()
+    viewer.say(**STOP, id="s")
+    next_call(cell).end.put({"success": True})
+    assert viewer.hear()["id"] == "s"
+    assert len(cell.graph.stops) == 1
 
 
 def test_what_a_client_sent_before_it_left_is_performed(cell: Cell) -> None:

@@ -132,7 +132,7 @@ class Client:
 
     async def _act(self, packet: Packet, came: float, stops: bool = False) -> None:
         """Judge a packet in its turn, and perform it or answer it."""
-        outcome = self.session.judge(packet, self._heard)
+        outcome = self.session.judge(packet, self._heard, stops)
         if isinstance(outcome, Request):
             if stops:
                 self._shared.graph.stopped(came)

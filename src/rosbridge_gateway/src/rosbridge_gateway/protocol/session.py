@@ -125,8 +125,11 @@ class Session:
             return self._unwrap(packet, now)
         return Arrived(packet)
 
-    def judge(self, packet: Packet, now: float) -> Request | Packet | None:
-        """Judge a packet in its turn: what the client sent before has been performed."""
+    def judge(self, packet: Packet, now: float, stops: bool = False) -> Request | Packet | None:
+        """Judge a packet in its turn: what the client sent before has been performed.
+
+        A call that ``stops`` a robot needs no right: it is the service that everybody may ask.
+        """
         if isinstance(packet, packets.SetLevel):
             self._level = _SEVERITY[packet.level]
             return None
@@ -136,7 +139,9 @@ class Session:
             name = names.resolve(_written(packet), self._namespace)
         except names.NameNotLegalError as error:
             return self.refuse(packet, str(error), now)
-        reason = self._roles.authorise(self.role, _op(packet), name) or self._exceeded(packet, name)
+        anybodys = stops and isinstance(packet, packets.CallService)
+        reason = None if anybodys else self._roles.authorise(self.role, _op(packet), name)
+        reason = reason or self._exceeded(packet, name)
         return self.refuse(packet, reason, now) if reason else Request(packet, name)
 
     def _unwrap(self, outer: packets.Fragment | packets.Png, now: float) -> Arrived | Packet | None:
