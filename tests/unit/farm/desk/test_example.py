@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import time
 
 from farm.desk.commands_io import order
 from farm.keys import CellName
@@ -24,7 +25,8 @@ def test_the_feeder_joins_is_shown_and_stops(farm: Farm) -> None:
     process = subprocess.Popen(words, stdout=subprocess.DEVNULL)
     try:
         wait_until(lambda: [r.status for r in desk.rows()] == ["feeds"], 20.0, "the feeder")
-        (answered,) = order(session, [FEEDER], "STOP", "ann", "desk", 2.0)
+        slow = time.time() - 60.0  # the desk's clock, so the STOP has expired when it comes
+        (answered,) = order(session, [FEEDER], "STOP", "ann", "desk", 2.0, lambda: slow)
         assert answered.answer == Answer(True, "received")
         (refused,) = order(session, [FEEDER], "HOME", "ann", "desk", 2.0)
         assert refused.answer is not None and not refused.answer.accepted
