@@ -304,6 +304,26 @@ def test_saturated_effort_is_limited_counted_and_stops_the_integral():
     assert joint.efforts[-1] == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.parametrize("steps", [0, 50])
+def test_a_stop_ends_a_position_command_of_a_plain_pid(steps):
+    """It has no path to be seen by, and before its first step not even a speed."""
+    joint = Joint(model_based=False)
+    joint.loop.command_position(1.0)
+    joint.run(steps)
+    joint.loop.stop()
+    stood = joint.run(2000).q
+    assert stood < 0.3
+    assert joint.run(500).q == pytest.approx(stood, abs=1e-5)
+
+
+def test_a_stop_leaves_a_joint_of_a_plain_pid_that_rests_where_its_weight_holds_it():
+    """It hangs below its set point; held there, it would sag by as much again at each stop."""
+    joint = Joint(load=50.0, model_based=False).run(3000)
+    joint.loop.stop()
+    assert joint.loop.mode == "position"
+    assert joint.loop.position_setpoint == 0.0
+
+
 def test_friction_is_overcome_in_the_direction_of_the_set_point_without_a_jump():
     """Damping grows with the speed; dry friction sets in over the speed of standing still."""
     model = JointModel("j", -1, 1, 3, 10, 100, standstill=0.01, damping=2.0, friction=0.5)

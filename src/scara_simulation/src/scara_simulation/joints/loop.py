@@ -166,9 +166,13 @@ class JointLoop(Cells):
 
         A joint that rests stays as it is. Set points with a time end where their sender ends them.
         """
+        # A plain PID has no path: it is on its way from its command on until the joint stands.
+        by_step = not self._model_based and (
+            self._target != self.position_setpoint or self.is_moving(self._last_velocity)
+        )
         if self.mode == "velocity":
             self._velocity_command = 0.0
-        elif self.mode == "position" and self._path is not None:
+        elif self.mode == "position" and (by_step or self._path is not None):
             self.command_velocity(0.0)
 
     def command_track(self, track: JointTrack, column: int) -> None:
