@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
+import shutil
 from collections.abc import Sequence
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -19,6 +21,7 @@ from robot_doctor.robot_probe_io import HAIR, SWING, Mover
 from scara_config import KeepOut
 from scara_control.keep_out.points import watched_points
 from twin_controller.config import load_twin_controller
+from typer.testing import CliRunner
 
 from robot_doctor import doctor_node
 
@@ -57,6 +60,31 @@ def test_a_robot_that_goes_on_after_a_stop_is_told_and_stays_held(
         assert "hold" not in loop.snapshot.inputs
     assert last_beat(written), "its watchdog stays armed, and ends what runs"
     assert "NOT SEEN TO STAND" in found[-1].what and found[-1].level is Level.WRONG, found
+
+
+def test_a_robot_whose_files_are_wrong_is_neither_moved_nor_tried(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A misspelt keep_out keeps nothing out: it is told before, and nothing is written."""
+    config = tmp_path / "config"
+    shutil.copytree(CONFIG, config)
+    file = config / "robots/fanuc_sr6ia/robot.yaml"
+    file.write_text(file.read_text().replace("\nkeep_out:", "\nkeepout:"))
+    asked: list[str] = []
+    monkeypatch.setattr(doctor_node, "SECONDS", 0.3)
+    monkeypatch.setattr(doctor_node, "answer", asked.append)
+    monkeypatch.setattr(Mover, "nudge_all", lambda _: [note(Group.LINKS, "it was moved", "")])
+    nobody = ["--twin-url", "ws://127.0.0.1:1"]
+    with served("ready") as (port, _, written):
+        words = ["--host", HERE, "--port", str(port), "--config-dir", str(config)]
+        moving = CliRunner().invoke(doctor_node.app, ["--move", *nobody, *words])
+        trying = CliRunner().invoke(doctor_node.app, ["--stops", *words])
+    assert "WRONG nothing is moved" in moving.output and moving.exit_code == 1
+    assert "round trip" in moving.output, "what is only read is told"
+    assert trying.exit_code == 2
+    for told in (moving.output, trying.output):
+        assert "keepout" in told
+    assert "it was moved" not in moving.output and asked == written == []
 
 
 def fence(side: float) -> KeepOut:

@@ -104,7 +104,11 @@ def doctor(
     findings = list(examine(profile))
     findings += other_files(folder, profile, findings)
     if not offline:
-        findings += _links(profile, folder, host, port, twin_url, move)
+        moves = move and is_healthy(findings)
+        # What cannot be read of these files, as a keep-out zone, is missing in what would be moved.
+        if move and not moves:
+            findings.append(wrong(Group.LINKS, "nothing is moved", "correct the files first"))
+        findings += _links(profile, folder, host, port, twin_url, moves)
     show(console, profile, findings, folder)
     real, healthy = "", is_healthy(findings)
     if healthy:
@@ -226,6 +230,9 @@ def _stops(
     robot = profile.robot
     if isinstance(robot, ConfigError):
         raise robot
+    # What was left out to read the rest may be what keeps somebody safe.
+    if profile.faults:
+        raise ConfigError("\n".join(profile.faults))
     if not robot.lead:
         raise ConfigError("robot.yaml: lead is false: nothing is ever written to the robot")
     config = load_twin_controller(robot, folder)
