@@ -15,10 +15,20 @@ from harness.pair import Pair
 from harness.recording import Recording, eventful
 from harness.workspace import ROOT
 from scara_config import ConfigError, files_in_force
-from twin_analysis.replay.decision_reader_io import read_decisions, read_inputs, read_setups
+from scara_control.joint_motion import JointMotion
+from twin_analysis.replay.decision_reader_io import (
+    INPUTS,
+    read_decisions,
+    read_inputs,
+    read_setups,
+)
 from twin_analysis.replay.decisions import ReplayResult, replay
 from twin_analysis.replay.history import shadow_at
+from twin_analysis.replay.reader_io import read_real
 from twin_analysis.replay.replay_decisions_node import app
+from twin_controller.core.events import RealMeasured
+from twin_controller.reporting.snapshots import encode_events
+from twin_experiments.metrics.tracks import Mechanism
 from twin_experiments.report.record import RecordError
 from typer.testing import CliRunner
 
@@ -218,3 +228,41 @@ def test_a_time_before_the_first_state_is_refused(write: Write, recording: Recor
     broken = [*inputs[30:60], *inputs[65:70]]
     with pytest.raises(RecordError, match="messages of inputs are lost"):
         shadow_at(setups, broken, -0.0001)
+
+
+FOREIGN = Mechanism(("a", "b"), None, (), None)
+
+
+def answered(at: float, clock: float, tells_speeds: bool = True) -> RealMeasured:
+    """Return an answer of a robot whose first joint turns at 1 rad/s by its own clock [s].
+
+    Its program runs from 5.1 s of that clock on.
+    """
+    motion = JointMotion((clock, 0.0), (1.0, 0.0) if tells_speeds else (), ())
+    clock_ms, running = round(1e3 * clock), clock > 5.095
+    return RealMeasured(at, at - 1e-3, at, clock_ms, motion, own_program=running)
+
+
+def write_answers(maker: Any, path: Path, answers: list[RealMeasured]) -> Path:
+    """Write a bag of inputs, one answer in each."""
+    kind, none = "scara_msgs/msg/CoreInput", np.zeros(0, np.uint8)
+    for number, answer in enumerate(answers):
+        data = np.frombuffer(encode_events([answer]), np.uint8)
+        maker.add(answer.now, INPUTS, kind, maker.header(answer.now), number, data, none)
+    return maker.write(path)
+
+
+@pytest.mark.parametrize("tells_speeds", [True, False])
+def test_what_the_robot_answered_is_read_again(
+    bag_maker: Any, tmp_path: Path, tells_speeds: bool
+) -> None:
+    """Positions by its own clock, velocities or their slope, and when a program ran."""
+    steps = 0.01 * np.arange(20)
+    answers = [answered(1.0 + step, 5.0 + step, tells_speeds) for step in steps.tolist()]
+    bag = write_answers(bag_maker(), tmp_path / "run.bag", answers)
+    real, running, source = read_real(bag, FOREIGN, None)
+    assert source == INPUTS
+    assert real.stamps == pytest.approx(steps, abs=1e-6)
+    assert real.positions[:, 0] == pytest.approx(5.0 + steps)
+    assert real.velocities[:, 0] == pytest.approx(1.0)
+    assert running is not None and running.tolist() == [False] * 10 + [True] * 10

@@ -14,10 +14,10 @@ from twin_controller.core.sides.clock import unwrap_ms
 from twin_controller.reporting.snapshots import decode_events
 from twin_experiments.metrics.series import Mask, Motion
 from twin_experiments.metrics.tracks import Mechanism
-from twin_experiments.report.record import RecordError, build_side
+from twin_experiments.report.record import RecordError
 from twin_experiments.report.run_reader_io import MEASURED
 
-from twin_analysis.compare.joint_topics_io import read_joint_topic
+from twin_analysis.compare.joint_topics_io import JointTopic, read_joint_topic
 from twin_analysis.replay.decision_reader_io import INPUTS
 
 FEWEST = 10
@@ -45,7 +45,7 @@ def read_real(
     """
     with open_bag(path) as bag:
         if topic is None and bag.count(INPUTS):
-            found = _read_samples(bag)
+            found = _read_samples(bag, mechanism.names)
             if found is not None:
                 return *found, INPUTS
         chosen = topic or MEASURED
@@ -53,7 +53,7 @@ def read_real(
         return motion, None, chosen
 
 
-def _read_samples(bag: Bag) -> tuple[Motion, Mask] | None:
+def _read_samples(bag: Bag, names: tuple[str, ...]) -> tuple[Motion, Mask] | None:
     """Return the readings of the robot among the inputs, by its own clock, and when a program ran.
 
     None if there are hardly any.
@@ -79,10 +79,11 @@ def _read_samples(bag: Bag) -> tuple[Motion, Mask] | None:
     # The answer that was quickest tells best when the robot's clock showed what.
     stamps = times + delays.min()
     rising = np.concatenate(([True], np.diff(np.maximum.accumulate(stamps)) > 0.0))
-    positions, velocities = (
-        np.array([getattr(event, name) for _, _, event in rows]) for name in ("q", "qdot")
-    )
+    motions = [event.motion for _, _, event in rows]
+    positions = np.array([m.q for m in motions])
+    # Of a robot that tells no velocities the positions are differentiated.
+    velocities = np.array([m.qdot for m in motions]) if all(m.qdot for m in motions) else None
     running = np.array([event.own_program or event.streaming for _, _, event in rows])
-    real = build_side("real", stamps, positions, velocities)
-    # As build_side leaves samples out.
-    return real, running[rising]
+    samples = JointTopic(INPUTS, names, stamps, positions, velocities, ())
+    # As samples that do not go forward are left out of the motion.
+    return samples.motion("real", names), running[rising]
