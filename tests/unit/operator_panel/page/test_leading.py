@@ -189,6 +189,19 @@ def test_a_step_is_of_the_line_that_was_chosen_when_it_was_pressed(
     assert fields["joint_positions"][0] == pytest.approx(0.1), "line 2, and not line 3"
 
 
+def test_a_step_that_was_refused_is_made_again(scene: Scene) -> None:
+    """Both robots would go to the line behind without that one."""
+    asyncio.run(scene.leading.step())
+    scene.cell.refuses = "a stop or a pause came after it was pressed: press it again"
+    with pytest.raises(TeachError, match="press it again"):
+        asyncio.run(scene.leading.step())
+    scene.cell.refuses = ""
+    asyncio.run(scene.leading.step())
+    reached = [fields["joint_positions"][0] for _, fields in scene.cell.sent]
+    assert reached == pytest.approx([0.0, 0.1, 0.1], abs=1e-6), "line 1, and line 2 twice"
+    assert scene.leading.chosen == 2
+
+
 def test_each_motion_is_sent_once_the_one_before_has_ended(scene: Scene) -> None:
     """And is older than the state by which it is sent: a stop that is not seen yet refuses it."""
     assert scene.run() == "TAUGHT has ended."

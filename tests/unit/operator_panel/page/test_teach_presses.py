@@ -1,4 +1,4 @@
-"""A button of tab Teach edits once, as by a glove, and the line that was chosen when pressed."""
+"""A button of tab Teach acts once, as by a glove, and on the line that was chosen when pressed."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ import asyncio
 import time
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
+from operator_panel.door import Answer
 from operator_panel.page.work.teach_io import _Teach
 from operator_panel.teach import draft as teach
 from operator_panel.teach.draft import Draft
@@ -92,3 +94,35 @@ def test_an_edit_is_of_the_line_that_was_chosen_when_it_was_pressed(
     if name == "Touch up":
         done = teach.touched_up(before, ROBOT, 1, here)
     assert scene.lesson.draft == done
+
+
+def test_second_press_of_step_is_told_and_moves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Both robots would go on before they stand where the first leads them."""
+    from nicegui import Client, ui
+
+    scene = Scene(tmp_path)
+    view, cell = scene.leading._view, scene.cell
+    presses: dict[str, Any] = {}
+
+    async def slow(motion: str, **fields: Any) -> Answer:
+        await asyncio.sleep(0)
+        return Answer(False, "no judge runs")
+
+    def button(text: str, *given: Any) -> ui.element:
+        presses[text] = given[-1]
+        return ui.element()
+
+    monkeypatch.setattr(view, "button", button)
+    monkeypatch.setattr(cell, "try_motion", slow)
+    with Client(ui.page("/teach")):
+        form = _Teach(view, scene.lesson)
+        form._leading.choose(0)
+
+        async def twice() -> None:
+            await asyncio.gather(presses["Step"](), presses["Step"]())
+
+        asyncio.run(twice())
+    assert len(cell.sent) == 1
+    assert form._said.text == "Step was not done: Step before it had not ended."

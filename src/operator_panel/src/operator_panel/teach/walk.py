@@ -94,6 +94,12 @@ class Walk:
         """The line that was executed last, with its number."""
         return f"line {self.at}: {print_line(self.draft.program.lines[self.at - 1]).strip()}"
 
+    def copied(self) -> Walk:
+        """Return a walk that stands here too; what either sets from now on, the other lacks."""
+        made = copy(self)
+        made._values = dict(self._values)
+        return made
+
     def step(self) -> Act | None:
         """Execute the next line; return what it asks for, None if nothing takes time.
 
@@ -124,9 +130,9 @@ class Walk:
         act = self._next()
         while isinstance(act, LedMove) and act.corner_mm:
             # Looked ahead on a copy: what cannot be joined has to be executed later, in its turn.
-            ahead = copy(self)
+            ahead = self.copied()
             # The gripper may show something else by then: a line that asks for it ends the order.
-            ahead._values, ahead.closed = dict(self._values), None
+            ahead.closed = None
             try:
                 then = ahead._next()
             except TeachError:

@@ -93,6 +93,8 @@ class Leading:
         draft = await self._in_joints()
         if walk is None or walk.draft != draft:
             walk = Walk(draft, self._view.robot, chosen)
+        # On a copy: a line that is refused was not executed, and comes again.
+        walk = walk.copied()
         act = walk.step()
         if isinstance(act, Word):
             return "good", "The program ends here."

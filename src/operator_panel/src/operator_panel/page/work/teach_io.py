@@ -111,7 +111,7 @@ class _Teach:
                 ("Go to line", leading.go_here),
                 ("Step", leading.step),
             ):
-                view.button(text, "MOVE", "", partial(self._try, text, act))
+                view.button(text, "MOVE", "", partial(self._press, text, act))
             view.button("Run", "MOVE", "", self._question)
         with ui.element("div").classes("row-line"):
             for text, look in (("Judge all", self._judge_all), ("Preview", self._preview)):
@@ -140,9 +140,9 @@ class _Teach:
         self._view.guard(made, "SPEED")
 
     async def _press(self, text: str, act: Callable[[], Any]) -> None:
-        """Do an edit; what is refused is said below the lines."""
+        """Do an edit or a step; what is refused is said below the lines."""
         # The second press of a glove's two is of the line that was chosen before the first, until
-        # that one is on the disk: it would move or delete another line.
+        # that one is on the disk or sent: it would move, delete or execute another line.
         if self._pressed:
             self._say("warn", f"{text} was not done: {self._pressed} before it had not ended.")
             return
