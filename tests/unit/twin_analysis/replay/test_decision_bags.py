@@ -266,3 +266,30 @@ def test_what_the_robot_answered_is_read_again(
     assert real.positions[:, 0] == pytest.approx(5.0 + steps)
     assert real.velocities[:, 0] == pytest.approx(1.0)
     assert running is not None and running.tolist() == [False] * 10 + [True] * 10
+
+
+@pytest.mark.parametrize(
+    ("went", "passed", "text"),
+    [
+        (15.0, 15.0, None),
+        (-0.5, 0.01, None),
+        (-5.09, 4.0, "the robot's clock went by -5.09 s in 4.00 s: it was started anew"),
+        (-1.5, 0.01, "the robot's clock went by -1.50 s in 0.01 s"),
+        (20.0, 1.0, "at 1.09 s the robot's clock went by 20.00 s in 1.00 s"),
+    ],
+)
+def test_a_silence_can_be_played_and_a_robot_started_anew_cannot(
+    bag_maker: Any, tmp_path: Path, went: float, passed: float, text: str | None
+) -> None:
+    """Its clock is held against what passed here, however long both were apart."""
+    steps = (0.01 * np.arange(10)).tolist()
+    answers = [answered(1.0 + step, 5.0 + step) for step in steps]
+    answers += [answered(1.09 + passed + step, 5.09 + went + step) for step in steps]
+    bag = write_answers(bag_maker(), tmp_path / "run.bag", answers)
+    if text is not None:
+        with pytest.raises(RecordError, match=text):
+            read_real(bag, FOREIGN, None)
+        return
+    real, running, _ = read_real(bag, FOREIGN, None)
+    assert running is not None and len(running) == len(real.stamps)
+    assert np.diff(real.stamps).max() == pytest.approx(max(went, 0.01), abs=1e-6)
