@@ -98,3 +98,12 @@ def test_file_that_cannot_be_read_stays_and_its_fault_is_told(tmp_path: Path) ->
     edit(lesson, teach.waiting(lesson.draft, ROBOT, 0, 1.0))
     assert lesson.path.name == "TAUGHT_2.LS"
     assert (tmp_path / "TAUGHT.LS").read_text() == "torn"
+
+
+def test_import_whose_name_leads_to_another_folder_is_refused(tmp_path: Path) -> None:
+    """The name is that of the file: nothing is written beside the drafts."""
+    lesson = Lesson(tmp_path / "runs" / "drafts", ROBOT)
+    text = wait_of(0.5).text.replace("/PROG  TAUGHT", "/PROG  ../../OUT")
+    with pytest.raises(TeachError, match=r"'\.\./\.\./OUT': capitals, digits and underlines"):
+        asyncio.run(lesson.edit(lambda history: history.edited(draft_of(text, ROBOT), 0)))
+    assert list(tmp_path.iterdir()) == []

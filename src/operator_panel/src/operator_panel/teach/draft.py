@@ -87,6 +87,10 @@ def checked(program: Program, robot: Robot) -> Draft:
     Raises:
         TeachError: It does not, or this robot cannot make it; in the reader's words.
     """
+    # It is a file's name too: no other folder may stand in it.
+    if not NAME.fullmatch(program.name):
+        rule = "capitals, digits and underlines, 32 at most, a capital first"
+        raise TeachError(f"{program.name!r}: {rule}")
     if len(program.lines) > MOST_LINES:
         raise TeachError(f"{len(program.lines)} lines: allowed are {MOST_LINES}")
     try:
@@ -111,8 +115,6 @@ def renamed(draft: Draft, robot: Robot, name: str) -> Draft:
     Raises:
         TeachError: No controller takes it.
     """
-    if not NAME.fullmatch(name):
-        raise TeachError(f"{name!r}: capitals, digits and underlines, 32 at most, a capital first")
     return checked(msgspec.structs.replace(draft.program, name=name), robot)
 
 
