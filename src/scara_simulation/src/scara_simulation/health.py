@@ -22,10 +22,11 @@ class Status(msgspec.Struct, frozen=True):
     """How the simulation is doing.
 
     Counters since the start, those of saturated efforts by joint; deadlines and speed of the last
-    report period.
+    report period, and whether that was ``whole``: one that has ended, and held no pause.
     """
 
     paused: bool
+    whole: bool
     steps: int
     real_time_factor: float
     deadlines: DeadlineReport
@@ -108,13 +109,8 @@ def judge(
         texts.append(saturation)
     if limited := status.limited_steps - last.limited_steps:
         texts.append(f"set point kept inside its limits in {limited} joint steps")
-    # Not after a pause: the period that is told holds a part of it.
-    slow = (
-        factor > 0.0
-        and not last.paused
-        and last.steps > 0
-        and status.real_time_factor < SLOWEST * factor
-    )
+    # A share of real time says nothing of a period that holds a part of a pause.
+    slow = factor > 0.0 and status.whole and status.real_time_factor < SLOWEST * factor
     if slow:
         texts.insert(
             0, f"too slow: {status.real_time_factor:.2f} of real time instead of {factor:g}"

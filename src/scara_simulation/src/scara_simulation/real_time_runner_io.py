@@ -49,11 +49,11 @@ class RealTimeRunner:
         self.simulation = simulation
         self._config, self._factor, self._follow = config, factor, follow_system_clock
         self._publish, self._report = publish, report
+        self.paused = False
         self._begin(time.monotonic_ns())
         # Made by hand while paused: of the pause, they alone are simulated time.
         self._paused_steps = 0
         self._failure: Exception | None = None
-        self.paused = False
         self._stalls = self._clock_steps = self._refused = 0
         self._last_refusal = ""
 
@@ -95,7 +95,10 @@ class RealTimeRunner:
             config.step_ns, self._factor, int(config.max_catch_up_ms * 1e6), now_ns
         )
         # Since when, from which step, and what the last period of reporting has shown.
-        self._window = (now_ns, self.simulation.steps, DeadlineReport(0, 0, 0.0, 0.0, 0.0), 0.0)
+        none = DeadlineReport(0, 0, 0.0, 0.0, 0.0)
+        self._window = (now_ns, self.simulation.steps, none, 0.0, False)
+        # Until a pause, also one that ends before the period does.
+        self._whole = not self.paused
         # When, and what of it a change of is reported at once.
         self._reported = (now_ns, (False, 0, 0, 0))
 
@@ -113,7 +116,7 @@ class RealTimeRunner:
         """Stop simulated time; what was true before is published when this returns."""
         with self._telling, self.lock:
             if not self.paused:
-                self.paused, self._paused_steps = True, 0
+                self.paused, self._whole, self._paused_steps = True, False, 0
 
     def unpause(self) -> None:
         """Let simulated time go on.
@@ -165,7 +168,7 @@ class RealTimeRunner:
         return self.simulation.advance(due)
 
     def _report_if_due(self, now_ns: int) -> None:
-        began, steps, _, _ = self._window
+        began, steps = self._window[:2]
         reported_ns, last = self._reported
         changed = (self.paused, self._stalls, self._clock_steps, self._refused)
         if now_ns - began >= 1_000_000_000 // self._config.diagnostics_rate_hz:
@@ -178,7 +181,9 @@ class RealTimeRunner:
                 self._clock_offset_ns += step
                 self._clock_steps += 1
             speed = (self.simulation.steps - steps) * self._config.step_ns / (now_ns - began)
-            self._window = (now_ns, self.simulation.steps, self._deadlines.report(), speed)
+            with self.lock:  # a pause that begins now belongs to the next period
+                whole, self._whole = self._whole, not self.paused
+            self._window = (now_ns, self.simulation.steps, self._deadlines.report(), speed, whole)
         elif changed == last or now_ns - reported_ns < _CHANGE_PERIOD_NS:
             return
         self._reported = (now_ns, changed)
@@ -189,6 +194,7 @@ class RealTimeRunner:
         control = self.simulation.control
         return Status(
             paused=self.paused,
+            whole=self._window[4],
             steps=self.simulation.steps,
             real_time_factor=self._window[3],
             deadlines=self._window[2],

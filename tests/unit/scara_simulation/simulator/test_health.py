@@ -9,6 +9,7 @@ from scara_simulation.real_time import DeadlineReport
 
 BEFORE = Status(
     paused=False,
+    whole=True,
     steps=1000,
     real_time_factor=1.0,
     deadlines=DeadlineReport(500, 0, 0.1, 0.2, 0.3),
@@ -36,6 +37,7 @@ BEFORE = Status(
         ),
         ({"limited_steps": 2}, "warn", "set point kept inside its limits in 2 joint steps"),
         ({"real_time_factor": 0.5}, "error", "too slow: 0.50 of real time instead of 1"),
+        ({"real_time_factor": 0.5, "whole": False}, "ok", "running"),
     ],
 )
 def test_new_trouble_is_named(changes, level, text):

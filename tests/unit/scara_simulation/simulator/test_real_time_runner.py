@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from threading import Thread
 
@@ -9,6 +10,7 @@ import pytest
 from scara_config import load_robot
 from scara_control.pid import PidGains
 from scara_simulation.config import LoopGains, load_simulation
+from scara_simulation.health import judge
 from scara_simulation.joints.control import JointControl
 from scara_simulation.joints.model import JointModel
 from scara_simulation.real_time_runner_io import RealTimeRunner
@@ -229,6 +231,37 @@ def test_reports_come_each_second_and_soon_after_a_change(clock):
     assert (cell.reports[0].refused, cell.reports[0].last_refusal) == (1, "joint_1 = nan")
     assert cell.reports[-1].real_time_factor == pytest.approx(1.0, abs=0.01)
     assert cell.reports[-1].deadlines.wakes == pytest.approx(1000 / WAKE_MS, abs=1)
+
+
+@pytest.mark.parametrize(
+    "marks",
+    [
+        [(1300, "pause"), (1600, "unpause")],  # within one report period
+        [(1300, "pause"), (2600, "unpause")],
+        [(200, "refuse"), (500, "refuse")],  # told before the first period has ended
+    ],
+)
+def test_what_is_no_whole_second_is_not_too_slow(clock, marks):
+    """A part of a pause, or of the first second: no share of real time can be told of it."""
+    cell = Cell(clock)
+    acts = {
+        "pause": cell.work.pause,
+        "unpause": cell.work.unpause,
+        "refuse": lambda: cell.work.refuse("joint_1 = nan"),
+    }
+    cell.run(4200, [(at, acts[what]) for at, what in marks])
+    pairs = itertools.pairwise([None, *cell.reports])
+    assert "error" not in [judge(status, last, 1.0)[0] for last, status in pairs]
+    assert cell.reports[-1].whole
+
+
+def test_second_that_is_too_slow_behind_a_pause_is_told(clock):
+    """Only the period with the pause in it is left out."""
+    cell = Cell(clock)
+    marks = [(1300, cell.work.pause), (1600, cell.work.unpause), (3300, lambda: cell.stall(400))]
+    cell.run(4500, marks)
+    pairs = itertools.pairwise([None, *cell.reports])
+    assert [judge(status, last, 1.0)[0] for last, status in pairs][-1] == "error"
 
 
 def test_error_of_a_callback_ends_the_run(clock):
