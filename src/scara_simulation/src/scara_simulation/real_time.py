@@ -23,12 +23,13 @@ class PhysicsPace:
         Args:
             step_ns: Simulated length of a step.
             factor: Simulated time per real time; 0: as fast as possible.
-            max_catch_up_ns: Longest stall, in simulated time, that is made up for.
+            max_catch_up_ns: Longest stall that is made up for; where simulated time is slower than
+                real time, it is simulated time.
             now_ns: Monotonic time.
         """
         self._step_ns = step_ns
         self._factor = factor
-        self._max_steps = max(1, max_catch_up_ns // step_ns)
+        self._max_steps = max(1, round(max_catch_up_ns * max(1.0, factor)) // step_ns)
         self._start_ns = now_ns
         self._done = 0
         self.skipped_steps = 0

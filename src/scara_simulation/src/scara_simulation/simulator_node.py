@@ -78,7 +78,7 @@ def main() -> None:
     part = part_payload(work) if work else None
     told = ToldDynamics(robot, config, carried.told, part, partial(_holds_part, world))
     with world, told:
-        states = StatePorts(names, config.dt, publish_clock=publish_clock)
+        states = StatePorts(names, config.dt, factor, publish_clock=publish_clock)
         simulation = _simulation(world, robot, config, gains, told)
         parts = (
             PartsPorts(world, work, own_frame(robot.base_frame))

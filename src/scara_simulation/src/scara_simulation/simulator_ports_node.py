@@ -38,11 +38,16 @@ class StatePorts:
     The queues hold a burst after a stall: every 10 ms of the motion is to be recorded.
     """
 
-    def __init__(self, joints: Sequence[str], dt: float, *, publish_clock: bool) -> None:
-        """Advertise everything."""
+    def __init__(
+        self, joints: Sequence[str], dt: float, factor: float, *, publish_clock: bool
+    ) -> None:
+        """Advertise everything; ``factor`` is simulated time per real time."""
         self._joints, self._dt = list(joints), dt
         self._joint_states = rospy.Publisher(
-            "twin/joint_states", JointState, queue_size=20, tcp_nodelay=True
+            "twin/joint_states",
+            JointState,
+            queue_size=round(20 * max(1.0, factor)),
+            tcp_nodelay=True,
         )
         self._loops = {
             (name, kind): rospy.Publisher(
@@ -51,7 +56,7 @@ class StatePorts:
             for name in joints
             for kind in ("position", "velocity")
         }
-        # As many as fit in the longest catch-up, of which nothing is to be lost.
+        # As many as fit in the longest catch-up at 20 times real time; nothing of it is to be lost.
         self._each_step = {
             (name, kind): rospy.Publisher(
                 f"twin/{name}_{kind}_controller/state_each_step",

@@ -30,6 +30,13 @@ def test_real_time_factor_stretches_the_deadlines(factor, steps):
     assert PhysicsPace(MS, factor, 50 * MS, 0).due(10 * MS)[0] == steps
 
 
+@pytest.mark.parametrize(("factor", "most"), [(0.5, 50), (1.0, 50), (50.0, 2500)])
+def test_stall_is_made_up_for_by_real_time_where_simulated_time_is_faster(factor, most):
+    """A wake of 50 times real time alone has more steps than a stall of 50 ms at real time."""
+    pace = PhysicsPace(MS, factor, 50 * MS, 0)
+    assert pace.due(1000 * MS) == (most, 1000 * factor - most)
+
+
 @given(st.lists(st.integers(0, 30 * MS), max_size=50))
 def test_no_step_is_lost_or_made_twice(waits):
     """Made and skipped steps together are the time that has passed."""
