@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from operator_panel.teach import draft as teach
 from operator_panel.teach.draft import Draft, TeachError, draft_of, empty
 from operator_panel.teach.history import MOST, Edits
-from operator_panel.teach.places import position_of, stands_at, twin_target
+from operator_panel.teach.places import position_of, real_at, stands_at, twin_target
 from scara_config import Joint, Robot, load_robot
 from scara_config.programs.files import joint_values, program_files, taught_of
 from scara_config.programs.steps import GripperStep, MoveStep, WaitStep
@@ -323,3 +323,13 @@ def test_position_is_taken_of_a_pair_that_stands_together(side: str) -> None:
         changed = msgspec.structs.replace(state, **{wrong: wrong == "diverged"})
         with pytest.raises(TeachError, match=why):
             stands_at(ROBOT, msgspec.structs.replace(snapshot, state=changed))
+
+
+def test_no_place_is_taken_of_a_robot_that_is_not_heard() -> None:
+    """Where it stood before its line was lost is not where it stands."""
+    snapshot = ready(ROBOT, 0.0)
+    state = snapshot.state
+    assert state is not None and real_at(ROBOT, snapshot)
+    lost = msgspec.structs.replace(state, mode="OFFLINE", real_position=())
+    with pytest.raises(TeachError, match="joint_1 is, is not known"):
+        real_at(ROBOT, msgspec.structs.replace(snapshot, state=lost))

@@ -12,7 +12,15 @@ from harness.workspace import ROOT
 from operator_panel.view import words
 from operator_panel.view.frame import FrameMaker
 from operator_panel.view.past import History
-from operator_panel.view.snapshot import CellState, Link, Loop, RobotPackage, Sighting, Snapshot
+from operator_panel.view.snapshot import (
+    CellState,
+    Link,
+    Loop,
+    RobotPackage,
+    RobotStatus,
+    Sighting,
+    Snapshot,
+)
 from scara_config import load_robot
 
 from scara_description.urdf import parse_urdf
@@ -24,6 +32,7 @@ MODEL = parse_urdf(
 MAKER = FrameMaker(ROBOT, MODEL, 0.6, (20.0, 2.0))
 NAMES = tuple(joint.name for joint in ROBOT.twin_joints)
 NOW = 50.0
+STATUS = RobotStatus(2, 0, 1, 1, 0, 0)
 STATE = CellState(
     mode="REAL_LEADS",
     leader="real",
@@ -133,6 +142,19 @@ def test_place_of_the_page_says_what_the_cell_says(place: str, text: str) -> Non
     """The article's rounding and package; no code is shown for what has a name."""
     package = RobotPackage("program", 50.0, True, True, "ARTICLE line 3 running")
     assert frame_of(package=package)["text"][place] == text
+
+
+def test_what_an_unheard_robot_said_last_is_not_of_now() -> None:
+    """Its line was lost: it neither runs nor is ready, nor can be started from here."""
+    package = RobotPackage("program", 50.0, True, True, "ARTICLE line 3 running")
+    package = msgspec.structs.replace(package, operation_mode="AUTO")
+    assert "can be started" in frame_of(package=package, status=STATUS)["text"]["status.mode"]
+    lost = msgspec.structs.replace(STATE, mode="OFFLINE", leader="", real_position=(), deviation=())
+    frame = frame_of(lost, package=package, status=STATUS)
+    text = frame["text"]
+    said = {text[f"robot.{key}"] for key in ("program", "speed", "ready")}
+    assert said == {words.UNKNOWN} and "program" not in frame
+    assert "can be started" not in text["status.mode"]
 
 
 @pytest.mark.parametrize(

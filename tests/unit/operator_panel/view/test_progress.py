@@ -14,9 +14,10 @@ YES = Answer(True, "OPERATOR_LEADS: both are commanded")
 
 
 def told(mode: str, why: str = "", still: bool = False, **fields: Any) -> Snapshot:
-    """Return what the controller says in a mode."""
+    """Return what the controller says in a mode; the robot is heard."""
     package = fields.pop("package", None)
-    state = CellState(mode, why=why, real_standing_still=still, twin_standing_still=still, **fields)
+    fields |= {"real_standing_still": still, "twin_standing_still": still}
+    state = CellState(mode, why=why, real_position=(0.0,), **fields)
     return Snapshot(master=True, state=state, package=package)
 
 

@@ -24,11 +24,13 @@ def cell(
     mode: str = "",
     said: str = "",
     kind: str = "program",
+    heard: bool = True,
 ) -> Snapshot:
-    """Return a cell with a program that runs or not, and leads as long."""
+    """Return a cell with a program that runs or not, and leads as long; ``heard``: the robot is."""
     leader = leader if leader is not None else "real" if running else ""
     mode = mode or (f"{leader.upper()}_LEADS" if leader else "IDLE")
-    state = CellState(mode, leader=leader, deviation_mm=deviation_mm)
+    position = (0.0,) if heard else ()
+    state = CellState(mode, leader=leader, deviation_mm=deviation_mm, real_position=position)
     said = said or f"ARTICLE line 1 {'running' if running else 'aborted'}"
     package = RobotPackage(kind, 50.0, True, running, said)
     apart = ((0.0, deviation_mm),) if leader and math.isfinite(deviation_mm) else ()
@@ -100,6 +102,13 @@ def test_cycle_that_nobody_saw_to_its_end_is_not_counted() -> None:
     today.look(cell(True), True, DAY, "12:00:05", 5.0)
     today.look(cell(False), False, DAY, "12:00:09", 9.0)
     assert today.texts(cell(False), 9.0)["today.cycles"] == f"real 0{NO_MOVES}"
+
+
+def test_run_of_a_robot_that_is_not_heard_counts_no_longer() -> None:
+    """Its line was lost: whether the program still runs, and how it ends, is not known."""
+    lost = cell(True, leader="", mode="OFFLINE", heard=False)
+    assert after(RUNS, lost)["today.running"] == UNKNOWN
+    assert after(RUNS, lost, RESTS)["today.cycles"] == f"real 0{NO_MOVES}"
 
 
 def test_largest_deviation_counts_while_a_side_leads_and_has_its_time() -> None:

@@ -119,6 +119,7 @@ class Snapshot(msgspec.Struct, frozen=True):
         apart: Of the last ``RECENT_S``, when each state came in which a side led, and how far the
             tools were apart in it [mm]: a peak is shorter than the time between two looks.
         silent_since: Time of day of the last one, as text, for people.
+        package: The real robot's newest; None while the robot is not heard.
         parts: Parts of each side, ``twin`` and ``real``.
         status: The real robot in the words of ROS-Industrial.
         placed: Side to how many parts it has placed since the page's server was started.
@@ -148,6 +149,11 @@ class Snapshot(msgspec.Struct, frozen=True):
     moves_unjudged: bool = True
     made: Made | None = None
     people: dict[str, Sighting] = {}
+
+    def __post_init__(self) -> None:
+        """Forget the package of a real robot that is not heard: it says nothing of now."""
+        if self.state is not None and not self.state.real_position:
+            msgspec.structs.force_setattr(self, "package", None)
 
     def refused(self) -> dict[str, str]:
         """Return for each command why the twin controller refuses it; an empty text: allowed."""

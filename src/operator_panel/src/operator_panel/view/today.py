@@ -61,7 +61,9 @@ class Today:
             return
         for _, apart_mm in snapshot.apart:
             self._worst = max(self._worst, (apart_mm, clock), key=lambda one: one[0])
-        if package is not None:
+        if package is None:
+            self._run = None  # nobody knows how it ends
+        else:
             # Time a program of the real robot from its start to its end; count it once at rest
             name, run = current_line(package.program)[0], self._run
             # A paused one goes on. What runs while another side leads is the stream to the robot.
@@ -91,7 +93,7 @@ class Today:
             f"{side} {snapshot.placed.get(side, 0) - self._placed_before.get(side, 0)}"
             for side in SIDES
         ]
-        running = "none runs"
+        running = "none runs" if snapshot.package is not None else words.UNKNOWN
         if self._run is not None and self._run.ended is None:
             running = f"{self._run.name}, {now - self._run.began:.0f} s so far"
         worst, clock = self._worst
