@@ -10,9 +10,17 @@ from operator_panel.view.snapshot import CellState, Link
 from scara_ros.page import page_words
 
 
-def motion(real: bool, twin: bool) -> str:
-    """Return what is said of both sides that stand still, or do not."""
-    return words.motion_text(CellState("IDLE", real_standing_still=real, twin_standing_still=twin))
+def motion(real: bool | None, twin: bool | None) -> str:
+    """Return what is said of sides that stand still, or do not; None: a side is not heard."""
+    return words.motion_text(
+        CellState(
+            "IDLE",
+            real_position=() if real is None else (0.0,),
+            twin_position=() if twin is None else (0.0,),
+            real_standing_still=bool(real),
+            twin_standing_still=bool(twin),
+        )
+    )
 
 
 @pytest.mark.parametrize(
@@ -96,6 +104,10 @@ def test_command_is_told_with_what_was_asked(
         (motion(False, True), "the real robot moves"),
         (motion(True, False), "the twin moves"),
         (motion(False, False), "both move"),
+        # Nobody knows that such a side stands still: the controller does not say so.
+        (motion(None, True), "the real robot is not heard"),
+        (motion(True, None), "the twin is not heard"),
+        (motion(None, None), "neither is heard"),
         # An offset of 20000 days tells an operator nothing.
         (
             words.link_figures(Link("real", True, "", 0.004, 0.003, 1.8e9, 0.0042)),

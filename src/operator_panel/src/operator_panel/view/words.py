@@ -100,7 +100,11 @@ def link_state(link: Link) -> str:
 
 
 def motion_text(state: CellState) -> str:
-    """Return which side moves."""
+    """Return which side moves, or which is not heard: that one may do either."""
+    positions = {"real": state.real_position, "twin": state.twin_position}
+    unheard = [SIDES[side] for side, position in positions.items() if not position]
+    if unheard:
+        return f"the {unheard[0]} is not heard" if len(unheard) == 1 else "neither is heard"
     real, twin = not state.real_standing_still, not state.twin_standing_still
     if real and twin:
         return "both move"
