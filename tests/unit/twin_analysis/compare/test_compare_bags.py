@@ -211,6 +211,24 @@ def test_an_experiment_that_was_not_recorded_takes_no_other_with_it(
     assert (two.name, two.pairs) == ("two", ()) and "samples between 3.9" in two.reasons[0]
 
 
+@pytest.mark.usefixtures("without_figures")
+def test_where_an_experiment_begins_and_ends_is_read_from_its_marks(
+    bag_maker: Any, tmp_path: Path
+) -> None:
+    """What the recording lacks of it is told: here the end, and the twin behind 2 s."""
+    maker = bag_maker()
+    positions, speeds = swing()
+    maker.joint_states("arm/joint_states", ("shoulder", "wrist"), TIMES, positions, speeds)
+    until = TIMES < 2.0
+    silent = (TIMES[until], positions[until], speeds[until])
+    maker.joint_states("sim/joint_states", ("shoulder", "wrist"), *silent)
+    maker.marker(0.5, "start one")
+    (experiment,) = compare(maker.write(tmp_path / "run.bag"), topics=TOPICS).experiments
+    early, holes = experiment.reasons
+    assert early.endswith(": the recording ends before the experiment does")
+    assert ": 57." in holes and "of the time has no samples" in holes
+
+
 def test_bags_without_a_common_joint_cannot_be_compared(foreign: Foreign, tmp_path: Path) -> None:
     """What each has is named."""
     (tmp_path / "b").mkdir()

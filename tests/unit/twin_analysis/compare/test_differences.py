@@ -10,6 +10,7 @@ import pytest
 from harness.workspace import ROOT
 from scara_config import load_robot
 from scara_control.kinematics.screws import ScrewModel, tool_positions
+from twin_analysis.compare.charts import compared_charts
 from twin_analysis.compare.config import load_comparison
 from twin_analysis.compare.differences import Comparer
 from twin_analysis.compare.document import comparison_sentences
@@ -24,7 +25,7 @@ from twin_experiments.metrics.tracks import (
     first_to_move,
     onset,
 )
-from twin_experiments.report.record import cut
+from twin_experiments.report.record import ENDS_EARLY, cut
 
 ROBOT, EXPERIMENTS, CONFIG = load_robot(), load_experiments(load_robot()), load_comparison()
 NAMES = tuple(joint.name for joint in ROBOT.twin_joints)
@@ -247,3 +248,58 @@ def test_a_repeat_is_not_held_against_what_nobody_recorded() -> None:
     found = compare_tracks("x", [first, other], comparer())
     assert found.reasons[0].startswith("b: 22.")
     assert found.runs[0].path_max < 0.1
+
+
+PART = "only a part is recorded"
+
+
+def test_a_side_that_falls_silent_is_told_and_nothing_is_drawn_behind_it() -> None:
+    """The robot goes back while nobody tells where the twin is: no figure is of that."""
+    whole = replace(track(), start=0.0, end=5.0)
+    silent = replace(whole, label="b", twin=cut(whole.twin, 0.0, 2.0))
+    found = compare_tracks("x", [whole, silent], comparer())
+    assert found.reasons == (
+        "b: 60.0 % of the time has no samples, limit 1 %: no figure says what happened then",
+        f"b: not held against a: of b {PART}",
+    )
+    both, pair = found.pairs
+    assert both.gaps == () and both.excluded_percent < 0.2
+    assert [(gap.side, gap.start, round(gap.duration, 6)) for gap in pair.gaps] == [
+        ("twin", 2.0, 3.0)
+    ]
+    assert pair.along_path[0][-1] == pytest.approx(0.5 * both.along_path[0][-1], rel=0.01)
+    assert found.runs == ()
+
+
+def test_nothing_is_drawn_on_behind_the_last_sample_of_an_unmarked_recording() -> None:
+    """Nobody knows when it ended, so it lacks nothing; its two sides are known for a while."""
+    whole = track()
+    full, pair = (
+        comparer().pair(replace(whole, twin=cut(whole.twin, 0.0, until))) for until in (5.0, 2.0)
+    )
+    assert pair.excluded_percent == 0.0
+    assert pair.along_path[0][-1] == pytest.approx(0.5 * full.along_path[0][-1], rel=0.01)
+
+
+def test_where_no_place_of_the_path_is_known_of_both_it_is_not_drawn() -> None:
+    """The other charts are."""
+    found = compare_tracks("x", [track()], comparer())
+    assert set(compared_charts(found, MECHANISM)) == {"joints", "distance", "along_path"}
+    (pair,) = found.pairs
+    nowhere = replace(found, pairs=(replace(pair, along_path=(np.zeros(0), np.zeros(0))),))
+    assert set(compared_charts(nowhere, MECHANISM)) == {"joints", "distance"}
+
+
+@pytest.mark.parametrize("whose", ["a", "b"])
+def test_a_recording_that_ended_early_is_held_against_no_other(whose: str) -> None:
+    """Part by part of its path it would be elsewhere; nor is any held against it."""
+    whole = {label: replace(track(label), start=0.0, end=5.0) for label in "ab"}
+    real, twin = (cut(side, 0.0, 2.0) for side in (whole["a"].real, whole["a"].twin))
+    whole[whose] = replace(whole[whose], real=real, twin=twin, end=2.0, finished=False)
+    found = compare_tracks("x", list(whole.values()), comparer())
+    assert found.runs == () and len(found.pairs) == 2
+    assert found.reasons == (
+        f"{whose}: {ENDS_EARLY}",
+        f"b: not held against a: of {whose} {PART}",
+    )
+    assert [pair.excluded_percent < 0.5 for pair in found.pairs] == [True, True]

@@ -30,7 +30,10 @@ def color_of(number: int) -> str:
 
 
 def compared_charts(experiment: ExperimentComparison, mechanism: Mechanism) -> dict[str, Chart]:
-    """Return the charts of one experiment: ``joints``, ``distance`` and ``along_path``."""
+    """Return the charts of one experiment: ``joints``, ``distance`` and ``along_path``.
+
+    The last one only where a place of a path is known of both sides.
+    """
     pairs = experiment.pairs
     if not pairs:
         return {}
@@ -57,12 +60,11 @@ def compared_charts(experiment: ExperimentComparison, mechanism: Mechanism) -> d
     unit, after = mechanism.place_unit, "time after the leader's first motion [s]"
     labels = [pair.track.label for pair in pairs]
     over_time = _apart(labels, [pair.over_time for pair in pairs], unit)
-    along_path = _apart(labels, [pair.along_path for pair in pairs], unit)
-    return {
-        "joints": _over(after, joints),
-        "distance": _over(after, [over_time]),
-        "along_path": _over(f"way of the leader [{unit}]", [along_path]),
-    }
+    charts = {"joints": _over(after, joints), "distance": _over(after, [over_time])}
+    if any(len(pair.along_path[0]) for pair in pairs):
+        along_path = _apart(labels, [pair.along_path for pair in pairs], unit)
+        charts["along_path"] = _over(f"way of the leader [{unit}]", [along_path])
+    return charts
 
 
 def _apart(labels: Sequence[str], distances: Sequence[Any], unit: str) -> dict[str, Any]:

@@ -20,6 +20,7 @@ from twin_experiments.metrics.series import (
     Motion,
     SampleGap,
     align,
+    count_ends,
     find_gaps,
     known_at,
 )
@@ -72,10 +73,10 @@ class PairDeviation:
         begun: The leader's first motion [s].
         over_time: Distance over time: instants after ``begun`` [s], distances in the unit of the
             places.
-        along_path: Distance along the leader's path: length so far, distances, both in the unit of
-            the places.
-        excluded_percent: Share of the common time in which a side has no samples; no figure is of
-            that time.
+        along_path: Distance along the leader's path while both sides have samples: length so far,
+            distances, both in the unit of the places.
+        excluded_percent: Share of the experiment in which a side has no samples; no figure is of
+            that time. Of a recording without marks: of the common time.
         gaps: These holes.
     """
 
@@ -155,11 +156,13 @@ class Comparer:
         Raises:
             MetricsError: The two cannot be brought onto one time axis.
         """
-        aligned = align(
-            track.real, track.twin, self._settings.rate_hz, self._settings.longest_gap_s
-        )
+        sides, longest = (track.real, track.twin), self._settings.longest_gap_s
+        aligned = align(*sides, self._settings.rate_hz, longest)
+        # Nobody knows when an experiment without marks began and ended.
+        if track.marked:
+            aligned = count_ends(aligned, sides, track.start, track.end, longest)
         speeds = self._speeds([track])
-        snapshots = self._snapshots(track.real, track.twin)
+        snapshots = self._snapshots(*sides)
         fidelity, matched_mm = self._fidelity(*snapshots, speeds), None
         if self._mechanism.tool is not None and len(fidelity.pairs):
             (real, twin), pairs = snapshots[0], fidelity.pairs
@@ -171,7 +174,9 @@ class Comparer:
         )
         # Where nothing moves, time counts from the first instant.
         zero = float(aligned.instants[0]) if begun is None else begun
-        known = self._known(instants, track.real, track.twin)
+        first, last = track.common
+        # Behind the last sample of a side its last place would be drawn on.
+        known = self._known(instants, *sides) & (instants >= first) & (instants <= last)
         # From SI to the units of the border.
         apart = (aligned.real.positions - aligned.twin.positions) / self._mechanism.scales
         leader, follower = aligned.real.velocities, aligned.twin.velocities
@@ -201,6 +206,17 @@ class Comparer:
             excluded_percent=100.0 * aligned.excluded_share,
             gaps=aligned.gaps,
         )
+
+    def is_whole(self, track: Track) -> bool:
+        """Return whether a track goes from the begin of its experiment to the end.
+
+        A part of a path has other places at the same parts of its length.
+        """
+        if not track.marked:
+            return track.finished
+        begin, end = track.common
+        missing = 1.0 - (end - begin) / (track.end - track.start)
+        return track.finished and 100.0 * missing <= self.most_excluded_percent
 
     def runs(self, first: Track, other: Track) -> tuple[RunDifference, RunDifference]:
         """Hold a recording against the first one, side by side, from the leader's first motion on.

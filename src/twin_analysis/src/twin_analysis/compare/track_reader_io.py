@@ -144,5 +144,6 @@ def tracks_of(
             leader: str = experiment.leader
         else:
             leader = first_to_move(*sides, mechanism.moving_speeds(sides, percent))
-        found.append(Track(opened.label, span.label, leader, *sides, notes))
+        when = (span.start, span.end)
+        found.append(Track(opened.label, span.label, leader, *sides, notes, *when, span.finished))
     return found, lost

@@ -16,6 +16,7 @@ from twin_experiments.metrics.tracks import Mechanism, Track
 from twin_experiments.report.figures_io import draw_chart, write_figures
 from twin_experiments.report.label.sentence import missing_sentence
 from twin_experiments.report.page_io import anchor, figure, render, table
+from twin_experiments.report.record import ENDS_EARLY
 
 from twin_analysis.compare.charts import compared_charts
 from twin_analysis.compare.config import ComparisonFile, load_comparison
@@ -137,6 +138,8 @@ def compare_tracks(
     runs: list[RunDifference] = []
     reasons = list(lost)
     for number, track in enumerate(tracks):
+        if not track.finished:
+            reasons.append(f"{track.label}: {ENDS_EARLY}")
         try:
             pair = comparer.pair(track)
             pairs.append(pair)
@@ -146,7 +149,13 @@ def compare_tracks(
                     f"{track.label}: {excluded:.1f} % of the time has no samples, limit "
                     f"{most:g} %: no figure says what happened then"
                 )
-            if number:
+            parts = [each.label for each in (tracks[0], track) if not comparer.is_whole(each)]
+            if number and parts:
+                reasons.append(
+                    f"{track.label}: not held against {tracks[0].label}: of {' and '.join(parts)} "
+                    "only a part is recorded"
+                )
+            elif number:
                 runs += comparer.runs(tracks[0], track)
         # A recording that cannot be compared must not take the others with it.
         except (MetricsError, FidelityError) as error:

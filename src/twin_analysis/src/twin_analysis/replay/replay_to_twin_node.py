@@ -164,7 +164,9 @@ def _run(
     tracks, lost = tracks_of(opened, mechanism, percent)
     compared = [compare_tracks(name, [], comparer, [text]) for name, text in lost]
     for track in tracks:
-        beside = compare_tracks(track.experiment, [track, live(track)], comparer)
+        # The live pair does what was recorded, be it a part: no more of the experiment is to come.
+        sides = [replace(track, finished=True), live(track)]
+        beside = compare_tracks(track.experiment, sides, comparer)
         # At another pace the same time after the start is another place: run against run says
         # nothing.
         compared.append(beside if rate == 1.0 else replace(beside, runs=()))
@@ -219,7 +221,7 @@ def _live(
             playback.played_at(float(at)) - latency for at in recorded.real.stamps[[0, -1]]
         )
         sides = [cut(motion, start, end) for motion in (real, twin)]
-        return Track(LIVE, recorded.experiment, "real", sides[0], sides[1])
+        return Track(LIVE, recorded.experiment, "real", sides[0], sides[1], start=start, end=end)
 
     return track_of
 

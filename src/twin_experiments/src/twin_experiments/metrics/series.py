@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -212,6 +212,31 @@ def align(real: Motion, twin: Motion, rate: float, longest_gap: float) -> Aligne
         gaps=gaps,
         span=float(end - start),
     )
+
+
+def count_ends(
+    aligned: Aligned, motions: tuple[Motion, Motion], start: float, end: float, longest_gap: float
+) -> Aligned:
+    """Count what is missing at the ends of an experiment as holes too.
+
+    A side that falls silent is not excused.
+
+    Args:
+        aligned: Both sides over their common time span.
+        motions: The same sides as they were recorded.
+        start: When the experiment began [s].
+        end: When it ended [s].
+        longest_gap: Samples further apart than this [s] leave a hole.
+    """
+    missing = [
+        SampleGap(motion.side, begin, stop - begin)
+        for motion in motions
+        for begin, stop in ((start, float(motion.stamps[0])), (float(motion.stamps[-1]), end))
+        if stop - begin > longest_gap
+    ]
+    if (end - start) - aligned.span <= longest_gap:
+        return aligned
+    return replace(aligned, gaps=(*aligned.gaps, *missing), span=end - start)
 
 
 def true_runs(mask: Mask, segments: tuple[tuple[int, int], ...]) -> list[tuple[int, int]]:

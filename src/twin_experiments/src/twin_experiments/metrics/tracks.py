@@ -5,6 +5,7 @@ They are compared in time from the first motion on, and along the path.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -79,7 +80,19 @@ class Mechanism:
 
 @dataclass(frozen=True)
 class Track:
-    """One experiment of one recording. ``notes`` say what had to be assumed."""
+    """One experiment of one recording.
+
+    Args:
+        label: Of the recording.
+        experiment: Its name.
+        leader: The side that led.
+        real: The real side during the experiment.
+        twin: The twin likewise.
+        notes: What had to be assumed.
+        start: When the experiment began [s]; -inf where nobody marked it.
+        end: When it ended [s]; likewise.
+        finished: The recording did not end first.
+    """
 
     label: str
     experiment: str
@@ -87,6 +100,21 @@ class Track:
     real: Motion
     twin: Motion
     notes: tuple[str, ...] = ()
+    start: float = -math.inf
+    end: float = math.inf
+    finished: bool = True
+
+    @property
+    def marked(self) -> bool:
+        """Whether somebody marked when the experiment was."""
+        return math.isfinite(self.end - self.start)
+
+    @property
+    def common(self) -> tuple[float, float]:
+        """From when to when both sides have samples [s]."""
+        sides = (self.real, self.twin)
+        begin = max(float(side.stamps[0]) for side in sides)
+        return begin, min(float(side.stamps[-1]) for side in sides)
 
     def side(self, name: str) -> Motion:
         """Return one side's motion."""

@@ -23,12 +23,12 @@ from twin_experiments.metrics.errors import (
 )
 from twin_experiments.metrics.needles import Needle, find_needles
 from twin_experiments.metrics.pauses import Pause, pauses_within, undisturbed
-from twin_experiments.metrics.series import Array, MetricsError, Motion, SampleGap
+from twin_experiments.metrics.series import Array, MetricsError, Motion, count_ends
 from twin_experiments.metrics.tracks import first_to_move
 from twin_experiments.metrics.true_positions import TrueArm, TruePositioning, true_positioning
 from twin_experiments.metrics.unseen import UnseenDelay, unseen_delay
 from twin_experiments.palletising import SIDES, Handled, SideOutcome, outcome, shortcomings
-from twin_experiments.report.record import Age, RecordError, Run, Span, cut, pick
+from twin_experiments.report.record import ENDS_EARLY, Age, RecordError, Run, Span, cut, pick
 
 
 @dataclass(frozen=True)
@@ -187,7 +187,9 @@ def _analyse_span(
         comparison = compare(arm[0], arm[1], tool, settings, experiment.leader, positions)
     except (MetricsError, RecordError) as error:
         return Result(span, experiment.leader, visits, (), None, None, ages, (str(error),))
-    comparison = _complete_gaps(comparison, motions, span, settings.longest_gap_s)
+    seen = comparison.trace
+    aligned = count_ends(seen.aligned, motions, span.start, span.end, settings.longest_gap_s)
+    comparison = replace(comparison, trace=replace(seen, aligned=aligned))
     # The set positions at which both stood still, in order, repetitions joined
     names = [rest.set_position for rest in comparison.rests if rest.set_position is not None]
     held = tuple(name for name, _ in groupby(names))
@@ -261,7 +263,7 @@ def judge(
     """Return every reason why an experiment fails; none: it passes."""
     reasons = []
     if not span.finished:
-        reasons.append("the recording ends before the experiment does")
+        reasons.append(ENDS_EARLY)
     reasons += [excess.text for excess in exceeded(comparison, reach_mm, limits)]
     wanted = tuple(name for name, _ in groupby(experiment.visits))
     # Only the last ones: where both stood before the first visit does not count.
@@ -298,27 +300,3 @@ def summarize_age(age: Age, span: Span) -> dict[str, float] | None:
         "p95": float(np.percentile(inside, 95.0)),
         "max": float(inside.max()),
     }
-
-
-def _complete_gaps(
-    comparison: Comparison, motions: tuple[Motion, Motion], span: Span, longest: float
-) -> Comparison:
-    """Count what is missing at the ends of an experiment as holes too.
-
-    A side that falls silent is not excused.
-    """
-    gaps = list(comparison.trace.aligned.gaps)
-    for motion in motions:
-        for start, end in (
-            (span.start, float(motion.stamps[0])),
-            (float(motion.stamps[-1]), span.end),
-        ):
-            if end - start > longest:
-                gaps.append(SampleGap(motion.side, start, end - start))
-    start = max(motion.stamps[0] for motion in motions)
-    end = min(motion.stamps[-1] for motion in motions)
-    missing = (span.end - span.start) - float(end - start)
-    if missing <= longest:
-        return comparison
-    aligned = replace(comparison.trace.aligned, gaps=tuple(gaps), span=span.end - span.start)
-    return replace(comparison, trace=replace(comparison.trace, aligned=aligned))

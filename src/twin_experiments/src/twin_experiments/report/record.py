@@ -16,6 +16,7 @@ from twin_experiments.report.predictions import Foretold
 
 WHOLE = "recording"
 """Name of the one experiment of a recording without marks."""
+ENDS_EARLY = "the recording ends before the experiment does"
 
 
 class RecordError(ValueError):
