@@ -14,6 +14,7 @@ from cell_recorder.reading.bag_reader_io import BagError, open_bag
 from harness.imitated_run import BagMaker
 from rich.console import Console
 from scara_config import load_robot
+from scara_simulation.config import load_simulation
 from twin_analysis.fit import fit_twin_node as fit_twin
 from twin_analysis.fit.recording_io import FOLLOW, TRUTH, read_recording
 from twin_analysis.fit.search import Errors, FitResult
@@ -89,3 +90,24 @@ def test_what_is_worse_on_the_held_out_part_is_not_written(
     assert "joint_1 loop speed" in done.output and "x 1.500" in done.output
     assert model.gains[0].position.p == pytest.approx(2.25 * start.gains[0].position.p)
     assert (gains.read_text() != before) is (said == "written")
+
+
+def test_what_is_fitted_to_one_robot_is_written_into_its_own_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Other robots share the files above it: they know no joint_4, or have another friction."""
+    folder = tmp_path / "config"
+    shutil.copytree(CONFIG, folder)
+    shared = (folder / "simulation.yaml").read_text()
+    monkeypatch.setenv("SCARA_ROBOT", "articulated_six")
+    console, about = Console(file=StringIO()), ("joint_dynamics", "joint_4")
+    changes = {(*about, "damping"): 1.5, (*about, "friction"): 2.5}
+    values: Any = {"simulation.yaml": changes}
+    assert fit_twin.propose(console, folder, values, False) == []
+    own = folder / "robots" / "articulated_six" / "simulation.yaml"
+    assert not own.exists()
+    assert fit_twin.propose(console, folder, values, True) == [own]
+    assert load_simulation(load_robot(folder), folder).dynamics == {"joint_4": (1.5, 2.5)}
+    monkeypatch.setenv("SCARA_ROBOT", "fanuc_sr6ia")
+    assert load_simulation(load_robot(folder), folder).dynamics == {}
+    assert (folder / "simulation.yaml").read_text() == shared

@@ -20,6 +20,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from scara_config import ConfigError, Robot, config_directory, load_robot, locate
+from scara_config.profile import robot_folder
 from scara_config.writer import changed_text, replace_file
 from scara_control.kinematics.screws import ScrewModel, tool_positions
 from scara_ros.shell.command_line_io import CommandLine
@@ -74,11 +75,13 @@ def fit(
     show(console, robot, choice, start, found)
     values = yaml_values(found.model, choice, [j.name for j in robot.twin_joints])
     worse = found.after[1].rms_mm > found.before[1].rms_mm
-    propose(console, folder, values, write and not worse)
-    said = "written" if write else "nothing was written; --write does"
+    written = propose(console, folder, values, write and not worse)
+    said = "nothing was written; --write does"
+    if written:
+        said = f"written: {', '.join(str(path) for path in written)}"
     if worse:
         said = "nothing was written: on the held-out part the proposal is worse than before"
-    console.print(said, style="bold", soft_wrap=True)
+    console.print(said, style="bold", markup=False, soft_wrap=True)
     if as_json:
         print(json.dumps(fitted(robot, choice, found)))
     raise typer.Exit(WORSE if write and worse else 0)
@@ -212,8 +215,11 @@ def fitted(robot: Robot, choice: Choice, found: FitResult) -> dict[str, Any]:
 
 def propose(
     console: Console, folder: Path, values: dict[str, dict[tuple[str, ...], float]], write: bool
-) -> None:
-    """Show the YAML difference, and write it if asked to."""
+) -> list[Path]:
+    """Show the YAML difference, and write it if asked to; return the files that were written.
+
+    They are the robot's own: one that it shared is copied there as a whole.
+    """
     places = {name: locate(name, folder) for name in values}
     texts = {name: changed_text(places[name], changes) for name, changes in values.items()}
     for name, text in texts.items():
@@ -222,9 +228,12 @@ def propose(
             before.splitlines(), text.splitlines(), name, f"{name} (proposed)", lineterm="", n=0
         )
         console.print("\n".join(lines), markup=False, highlight=False, soft_wrap=True)
-    if write:
-        for name, text in texts.items():
-            replace_file(places[name], text)
+    if not write:
+        return []
+    own = {robot_folder(folder) / name: text for name, text in texts.items()}
+    for path, text in own.items():
+        replace_file(path, text)
+    return list(own)
 
 
 main = app.run
