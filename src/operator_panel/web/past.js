@@ -159,7 +159,7 @@ export class TimeLine {
     const clock = clockText(Math.abs(this.at - this.target) < 0.5 ? this.target : this.at);
     if (!this.run) {
       const ago = Math.max(0, Math.round(Date.now() / 1000 + this.ahead - this.at));
-      this.tell(`${clock}, ${length(ago)} ago`);
+      this.tell(`${clock}, ${length(ago)} ago`, this.look.frame.silent);
       return;
     }
     const { first, last, ends, note } = this.look;

@@ -4,6 +4,8 @@ const ENDED = new Set(["done", "stopped", "refused", "lost"]);
 
 // What shows a moment of the past while somebody looks back.
 const OF_THE_PAST = ".joints-card, .links-card, .scene-card";
+// What a place shows of which a moment says nothing.
+const UNKNOWN = { text: "", tone: "", bar: [null, null], gauge: 0 };
 const OLD_MS = 10_000; // after that long a command that has ended is no news
 
 function clock(date) {
@@ -45,9 +47,15 @@ export class Texts {
     }
   }
 
+  // No number of now stays where the frame of a moment lacks one, as while nobody has said anything yet.
   showPast(frame) {
     this.part = (place) => place.closest(OF_THE_PAST);
-    this.put(frame);
+    const whole = {};
+    for (const [kind, found] of this.places) {
+      const unknown = [...found.keys()].map((key) => [key, UNKNOWN[kind]]);
+      whole[kind] = { ...Object.fromEntries(unknown), ...frame[kind] };
+    }
+    this.put(whole);
   }
 
   put(frame) {

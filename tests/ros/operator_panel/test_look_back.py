@@ -215,6 +215,32 @@ def test_typed_time_of_day_leads_through_the_last_ten_minutes(theatre: Theatre) 
     page.locator(".past-note").get_by_role("button", name="Live").click()
 
 
+def test_moment_at_which_nobody_was_heard_says_so_and_shows_no_number_of_now(
+    theatre: Theatre,
+) -> None:
+    """The page knew nothing then: the violet frames are empty, and the bar says why."""
+    page = theatre.page
+    theatre.resize("low")
+    page.request.get(f"{theatre.address}/scene/no_master")
+    theatre.remembered()
+    found = page.request.get(f"{theatre.address}/past.json?at={time.time()}").json()
+    theatre.play("ready")
+    theatre.remembered()
+    number, told = page.locator('[data-live="joint_1.real"]'), page.locator("[data-past-text]")
+    place = page.locator("[data-bar=joint_1] > *").first
+    page.locator("[data-look-back]").click()
+    page.wait_for_function("() => window.panel.timeLine.look")
+    expect(number).to_have_text(re.compile(r"\d"))
+    expect(place).not_to_have_attribute("hidden", "")
+    expect(told).not_to_contain_text("ROS master")
+    page.evaluate("(at) => window.panel.timeLine.ask(at)", found["last"])
+    expect(told).to_contain_text(" ago. No ROS master answers.")
+    expect(number).to_have_text("")
+    expect(place).to_have_attribute("hidden", "")
+    page.locator(".past-note").get_by_role("button", name="Live").click()
+    expect(number).to_have_text(re.compile(r"\d"))
+
+
 def test_recording_that_cannot_be_shown_says_why_on_the_time_line(theatre: Theatre) -> None:
     """And Live still leads back."""
     theatre.resize("low")
