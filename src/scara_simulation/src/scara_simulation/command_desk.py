@@ -3,7 +3,7 @@
 The motion nodes ramp their own motion down on STOP, PAUSE and ESTOP. The simulator obeys the same
 commands, for whatever reaches it without them: a velocity or a position for a single joint, typed
 by hand or sent by a client. After ESTOP nothing moves it until RESET, set points with a time
-neither.
+neither: only while the motion nodes ramp down by them.
 """
 
 from __future__ import annotations
@@ -55,12 +55,18 @@ class CommandDesk:
         Raises:
             CommandError: It is not possible, or not now; the text says why.
         """
-        # The motion nodes bring the twin to rest by set points: they may end their ramp. A clock
-        # that is set back gives no second one.
-        if self._estopped is not None and not 0.0 <= now - self._estopped <= self._ramp:
+        if self._has_ramped(now):
             raise CommandError(LATCHED)
         track = self._gate.track(setpoints, now)
         self._control.command_track(setpoints.names, track)
+
+    def end_tracks(self, now: float) -> None:
+        """End set points that would go on behind the ramp of an emergency stop.
+
+        To be called behind each run of steps: they may have been taken long before.
+        """
+        if self._has_ramped(now):
+            self._control.end_tracks(now)
 
     def limit_speed(self, percent: float) -> None:
         """Cap the speed of direct commands [percent]: the cap of all other motion of the twin.
@@ -87,6 +93,12 @@ class CommandDesk:
         # All others clear what was paused: from then on a new command counts.
         self._paused = command is Command.PAUSE
         self._control.stop()
+
+    def _has_ramped(self, now: float) -> bool:
+        """Return whether an emergency stop is latched, and its ramp over at ``now`` [s]."""
+        # The motion nodes bring the twin to rest by set points: they may end their ramp. A clock
+        # that is set back gives no second one.
+        return self._estopped is not None and not 0.0 <= now - self._estopped <= self._ramp
 
     def _judge_now(self, name: str) -> None:
         if self._estopped is not None:

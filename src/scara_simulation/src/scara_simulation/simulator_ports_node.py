@@ -164,9 +164,11 @@ class CommandPorts:
         rospy.Service("step", Step, self._step)
 
     def ran(self) -> None:
-        """Note that this node runs."""
+        """Note that this node runs, and end what nobody may go on moving."""
         with self._runner.lock:
             self._epoch.ran(time.monotonic())
+            self._desk.end_tracks(self._runner.simulation.now)
+            self._tell_modes()
 
     def _listen(self, topic: str, kind: type, take: Callable[[object], None]) -> None:
         # A queue of 10: commands to different joints share a topic, so the newest must not displace

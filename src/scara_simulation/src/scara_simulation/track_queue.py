@@ -46,6 +46,10 @@ class TrackQueue:
             (track, column, delay + duration) for track, column, delay in self._entries
         ]
 
+    def lasts(self, t: float) -> bool:
+        """Return whether points are due after the time ``t`` [s]."""
+        return any(track.last_time + delay > t for track, _, delay in self._entries)
+
     def sample(self, t: float) -> AxisMotion:
         """Return the motion at time ``t``; tracks that have been replaced by then are forgotten."""
         track, column, delay = self._due(t)

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 from scara_control.joint_track import JointTrack
+from scara_control.motion.commands import Command
 from scara_control.pid import PidGains
+from scara_simulation.command_desk import CommandDesk
+from scara_simulation.commands import CommandError
 from scara_simulation.config import LoopGains
 from scara_simulation.joints.control import JointControl
 from scara_simulation.joints.model import JointModel
@@ -43,10 +48,10 @@ def simulation():
     return Simulation(Mass(), control, [0.25], Timing(MS, EPOCH, 5, 10))
 
 
-def moving(velocity=1.0, start=0.25, duration=2.0):
+def moving(velocity=1.0, start=0.25, duration=2.0, begin=0.0):
     """Make a track of even speed."""
     return JointTrack(
-        [0.0, duration],
+        [begin, begin + duration],
         [[start], [start + velocity * duration]],
         [[velocity]] * 2,
         [[0.0]] * 2,
@@ -136,3 +141,59 @@ def test_reset_returns_to_the_start_and_time_goes_on(simulation):
     last = simulation.advance(200)[-1]
     assert last.positions == [0.25]
     assert last.stamp_ns == EPOCH + 400 * MS
+
+
+def sent(track):
+    """Make a message of the mass; the gate lets it through as it is."""
+    return SimpleNamespace(names=["slide"], track=track)
+
+
+@pytest.fixture
+def desk(simulation):
+    """Give the desk in front of the mass."""
+    gate = SimpleNamespace(track=lambda message, now: message.track)
+    config = SimpleNamespace(velocity_timeout_ms=500.0, stop_ramp_ms=500.0)
+    return CommandDesk(simulation.control, gate, config)
+
+
+def run(simulation, desk, steps):
+    """Run as the node does; return the last state."""
+    for _ in range(steps // 10):
+        last = simulation.advance(10)[-1]
+        desk.end_tracks(simulation.now)
+    return last
+
+
+@pytest.mark.parametrize(("stop", "stands_at"), [(Command.ESTOP, 1.0), (Command.STOP, 2.75)])
+def test_an_emergency_stop_ends_set_points_that_were_taken_before(
+    simulation, desk, stop, stands_at
+):
+    """5 s of them in one message, whose sender heard of no stop; STOP leaves them to the sender."""
+    desk.track(sent(moving(0.5, duration=5.0)), simulation.now)
+    run(simulation, desk, 1000)
+    desk.obey(stop, simulation.now)
+    ramping = run(simulation, desk, 490)
+    assert ramping.velocities[0] == pytest.approx(0.5, abs=1e-3), "a ramp of the motion nodes"
+    assert run(simulation, desk, 5000).positions[0] == pytest.approx(stands_at, abs=0.05)
+
+
+@pytest.mark.parametrize("begin", [0.31, 0.9])
+def test_set_points_that_come_in_the_ramp_of_an_emergency_stop_end_with_it(simulation, desk, begin):
+    """Also those that would begin behind it."""
+    desk.obey(Command.ESTOP, simulation.now)
+    run(simulation, desk, 300)
+    desk.track(sent(moving(0.5, duration=5.0, begin=begin)), simulation.now)
+    assert run(simulation, desk, 600).positions[0] < 0.25 + 0.5 * 0.25
+    stood = run(simulation, desk, 10).positions[0]
+    assert run(simulation, desk, 4000).positions[0] == pytest.approx(stood, abs=1e-4)
+    with pytest.raises(CommandError, match="RESET first"):
+        desk.track(sent(moving()), simulation.now)
+
+
+def test_an_emergency_stop_leaves_a_joint_that_rests_behind_its_set_points(simulation, desk):
+    """The motion nodes hold it by the last of them."""
+    desk.track(sent(moving(0.0, start=0.3, duration=0.5)), simulation.now)
+    run(simulation, desk, 1000)
+    desk.obey(Command.ESTOP, simulation.now)
+    assert run(simulation, desk, 1000).positions[0] == pytest.approx(0.3, abs=1e-6)
+    assert simulation.control.modes == "slide:trajectory"

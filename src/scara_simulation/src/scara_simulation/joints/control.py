@@ -110,6 +110,11 @@ class JointControl:
         for loop in self.loops:
             loop.stop()
 
+    def end_tracks(self, t: float) -> None:
+        """Let each joint come to rest that set points move at the time ``t`` [s], or will later."""
+        for loop in self.loops:
+            loop.end_track(t)
+
     def command_track(self, names: Sequence[str], track: JointTrack) -> None:
         """Let the joints called ``names`` follow the columns of ``track``."""
         for column, name in enumerate(names):

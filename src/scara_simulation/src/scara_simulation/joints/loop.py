@@ -175,6 +175,13 @@ class JointLoop(Cells):
         elif self.mode == "position" and (by_step or self._path is not None):
             self.command_velocity(0.0)
 
+    def end_track(self, t: float) -> None:
+        """Come to rest if set points with a time move the joint at ``t`` [s], or will later."""
+        if self.mode == "trajectory" and (
+            self.is_moving(self._last_velocity) or self._queue.lasts(t)
+        ):
+            self.command_velocity(0.0)
+
     def command_track(self, track: JointTrack, column: int) -> None:
         """Follow a column of ``track`` from its first point on; what was sent for earlier stays."""
         self._close_loop("trajectory", holding=True)
