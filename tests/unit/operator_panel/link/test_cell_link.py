@@ -1,14 +1,17 @@
-"""A program's key takes seconds to be pressed: a stop that comes meanwhile ends that."""
+"""What takes seconds to begin is ended by a stop that comes meanwhile, and holds none up."""
 
 from __future__ import annotations
 
 import asyncio
 import math
+import threading
 import time
 from collections.abc import Awaitable, Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+import rospy
 from harness.workspace import ROOT
 from operator_panel.config import load_panel, load_surroundings
 from operator_panel.door import Answer
@@ -16,6 +19,7 @@ from operator_panel.link.cell_link_node import CellLink
 from scara_config import load_robot
 from scara_ros.gate.permit import Permit
 from scara_ros.names import Seat
+from scara_ros.services.service_client_node import ServiceClient
 
 FOLDER = ROOT / "config"
 KEY = '#!/bin/sh\necho begun > "{0}/begun"\nsleep {1}\necho "$1" > "{0}/pressed"\n'
@@ -115,3 +119,32 @@ def test_the_gripper_is_not_switched_behind_a_newer_stop(
     link._listening._change(ended=math.inf)
     answer = asyncio.run(link.grip(True, asked=time.monotonic()))
     assert "a stop or a pause came" in answer.message
+
+
+@pytest.mark.parametrize("ending", ["PAUSE", "STANDSTILL"])
+def test_what_ends_a_motion_waits_for_no_move_that_is_not_answered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str
+) -> None:
+    """Whoever presses it expects that nothing begins: somebody's move is with its judge."""
+    link, judged = link_with(tmp_path, monkeypatch, 0.0), threading.Event()
+    heard: list[str] = []
+
+    def obey(_: ServiceClient, command: str, **__: object) -> SimpleNamespace:
+        heard.append(command)
+        if command == "MOVE":
+            judged.wait(10.0)
+        return SimpleNamespace(success=True, sent=True, message=command)
+
+    async def scene() -> Answer:
+        moving = asyncio.create_task(link.command(Seat(), "MOVE"))
+        try:
+            await until(lambda: heard == ["MOVE"])
+            return await asyncio.wait_for(link.command(Seat(), ending), 5.0)
+        finally:
+            judged.set()
+            await moving
+
+    monkeypatch.setattr(rospy.core, "is_initialized", lambda: True)
+    monkeypatch.setattr(ServiceClient, "__call__", obey)
+    assert asyncio.run(scene()) == Answer(True, ending)
+    assert heard == ["MOVE", ending]

@@ -86,6 +86,8 @@ class CellLink:
         self._reading = asyncio.Lock()
         timeout = config.call_timeout_s
         self._commands = Lane(COMMAND, TwinCommand, timeout)
+        # What ends a motion does not wait until what begins one was answered.
+        self._endings = Lane(COMMAND, TwinCommand, timeout)
         self._control = Lane("twin_controller/control", Control, timeout)
         self._stops = StopLine(TwinCommand, rosgraph.names.make_caller_id(NODE), _find_command)
         self._judge = Lane("twin_controller/judge", JudgeMove, timeout)
@@ -152,12 +154,11 @@ class CellLink:
     async def command(self, seat: Seat, command: str, **fields: Any) -> Answer:
         """Send a command to the twin controller; it is as old as this call, not as its turn."""
         who, asked = self._who(seat), fields.pop("asked", time.monotonic())
+        lane = self._commands
         if command in ENDING:
-            self._stopped_at = asked
+            self._stopped_at, lane = asked, self._endings
         # The page shows by itself when both stand; what comes behind a PAUSE does not wait for it.
-        response = await self._commands.call(
-            command=command, asked=asked, at_once=True, **who, **fields
-        )
+        response = await lane.call(command=command, asked=asked, at_once=True, **who, **fields)
         if isinstance(response, Answer):
             return response
         return Answer(response.success or response.sent, response.message)
