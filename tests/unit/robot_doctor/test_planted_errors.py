@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shutil
 import struct
@@ -96,9 +97,11 @@ def answers(rate: float = 1.0, **changed: Any) -> list[Answer]:
     return found
 
 
-def test_answers_of_a_healthy_robot_are_fine() -> None:
-    """Round trip, rate, clock and renewal."""
-    found = list(check_answers(ROBOT, LAYOUT, answers(), CONTROLLER))
+@pytest.mark.parametrize("absent", [0.0, 1e-30, math.nan])
+def test_answers_of_a_healthy_robot_are_fine(absent: float) -> None:
+    """Round trip, rate, clock and renewal; an axis that is not there may read anything small."""
+    given = answers(position=[0.0, 0.0, -160.0, 0.0, 0.0, absent, 0, 0, 0])
+    found = list(check_answers(ROBOT, LAYOUT, given, CONTROLLER))
     assert [finding.level for finding in found] == [Level.FINE] * 3
     assert "100 answers a second" in found[0].what and "rate 1.0" in found[1].what
 
@@ -125,9 +128,14 @@ def test_one_late_answer_does_not_make_a_clock_wrong(late: int) -> None:
             "joint_3 = 160.0 mm is outside",
             "correct scale",
         ),
+        (
+            lambda: (LAYOUT, answers(position=[0.0, 0.0, -160.0, 0.0, 0.0, -98.26, 0, 0, 0])),
+            "axis 6 reads -98.26 and robot.yaml has no joint of it",
+            "twin: false",
+        ),
         (lambda: (LAYOUT, answers(trip=0.2)), "round trip 200.00 ms", "real.timeout_ms = 70"),
     ],
-    ids=["word order", "clock in s", "clock stands", "wrong sign", "slow network"],
+    ids=["word order", "clock in s", "clock stands", "wrong sign", "an axis", "slow network"],
 )
 def test_a_wrong_link_is_found(change: Callable[[], Any], text: str, advice: str) -> None:
     """What only the robot's answers show."""

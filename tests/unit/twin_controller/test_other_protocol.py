@@ -106,6 +106,18 @@ def test_a_set_point_is_made_whole_with_the_joints_that_rest(cell: MemoryCell) -
     assert cell.asked == [("write_setpoint", StreamReal(whole, 30.0, 5.0))]
 
 
+def test_an_axis_that_no_joint_names_rests_as_well(cell: MemoryCell) -> None:
+    """Behind the joints, as it was read before the stream; whoever starts a pause finds it too."""
+    cell.robot.show(axes=(5.0, -98.3))
+    cell.robot.show(axes=(5.0, -98.4), control_type=ControlType.STREAM)
+    cell.link.stream(StreamReal(RobotSetpoint((0.11, 0.21, -0.06, 0.41)), 30.0, 5.0))
+    paused = frozenset(("sysrdy", "paused"))
+    cell.robot.show(axes=(5.0, -98.5), control_type=ControlType.STREAM, outputs=paused)
+    cell.link.perform(Command.GIVE_HOLD_BACK)
+    sent = [each for asked in cell.asked for each in asked if isinstance(each, StreamReal)]
+    assert [each.setpoint.q[len(ROBOT.joints) :] for each in sent] == [(5.0, -98.3), (5.0, -98.5)]
+
+
 def test_a_joint_that_rests_a_hair_outside_its_range_stays_at_its_edge(cell: MemoryCell) -> None:
     """A reading may be a little outside, a set point may not: each of them would be refused."""
     joint = ROBOT.joints[3]

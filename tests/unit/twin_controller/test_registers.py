@@ -194,6 +194,17 @@ def test_set_points_stand_low_word_first_in_degrees_and_millimetres() -> None:
     assert CODEC.encode_setpoint((0.0, 0.0, -0.160, 0.0, 0.0), 4711, 0.4)[1][20] == 1, "not less"
 
 
+def test_an_axis_without_a_joint_is_written_as_it_was_read() -> None:
+    """In PR[1] and in a place of the ring; what is no number is 0."""
+    words = state_words()
+    words[28:32] = low_first(-98.26, math.nan)
+    sample = CODEC.decode_sample(words, SIGNALS)
+    whole = (*sample.motion.q, *sample.axes)
+    _, written = CODEC.encode_setpoint(whole, 1, 50.0)
+    assert written[10:14] == [*low_first(-98.26), 0, 0]
+    assert CODEC.encode_positions(whole) == written[:18]
+
+
 @pytest.mark.parametrize(
     ("positions", "speed", "text"),
     [

@@ -26,6 +26,8 @@ MOVED_LEAST, MOVED_MOST = 0.7, 1.3
 STRAY = 0.3
 KEEPS_UP = 0.8
 """So much of the speed that it may have is asked of a joint; our choice."""
+ABSENT = 1e-3
+"""An axis that is not there may read so much [deg or mm]; our choice."""
 
 
 class Answer(msgspec.Struct, frozen=True):
@@ -189,6 +191,12 @@ def _check_clock(
         return
     yield _offset(samples, answers, rate)
     yield _period(samples, answers, config)
+    named = [joint.axis_number for joint in robot.joints]
+    for number, read in enumerate(samples[-1].axes, 1):
+        if number not in named and abs(read) > ABSENT:
+            what = f"axis {number} reads {read:g} and robot.yaml has no joint of it"
+            advice = "give it one, with twin: false if it is the robot's alone"
+            yield wrong(Group.LINKS, what, advice)
 
 
 def _offset(samples: Sequence[RobotSample], answers: Sequence[Answer], rate: float) -> Finding:

@@ -113,7 +113,8 @@ class RegisterCodec:
             raise SampleError(f"{len(bits)} signals instead of {self.outputs.count}")
         if self._number("position_valid", words) != 1:
             raise SampleError("the robot says that its position is not valid")
-        q = positions_of(self._floats("position", words), self._joints, TOLERANCE)
+        axes = self._floats("position", words)
+        q = positions_of(axes, self._joints, TOLERANCE)
         qdot: Sequence[float] = ()
         if "velocity" in self._registers:
             qdot = velocities_of(self._floats("velocity", words), self._joints)
@@ -151,6 +152,7 @@ class RegisterCodec:
             ring_places=self._places,
             operation_mode=next((mode for mode, bits in MODE_BITS.items() if bits == switch), ""),
             efforts=tuple(efforts),
+            axes=tuple([axis if math.isfinite(axis) else 0.0 for axis in axes]),
             **{name: self._number(name, words) for name in NUMBERS if name in self._registers},
         )
 
@@ -212,7 +214,7 @@ class RegisterCodec:
         """Return PDU address and words of ``setpoint``: PR[1], its validity, R[1] and R[2].
 
         Args:
-            positions: Joint positions in the order of robot.yaml [rad or m].
+            positions: As :func:`~twin_controller.modbus.axes.axes_of` takes them.
             heartbeat: R[1], 0..32767.
             speed_percent: R[2]; rounded down to a whole percent, but 1 at least; 1..100.
 
@@ -234,7 +236,7 @@ class RegisterCodec:
         return self.setpoint.offset, self._block(self.setpoint, values)
 
     def encode_positions(self, positions: Sequence[float]) -> list[int]:
-        """Return the words of one set point [rad or m], as it stands in a place of the ring.
+        """Return the words of one set point, as it stands in a place of the ring.
 
         Raises:
             SetpointError: Wrong count, a value not finite or outside the joint's range.

@@ -63,6 +63,8 @@ class RobotSample(msgspec.Struct, frozen=True):
         ring_underruns: So often it had none left.
         operation_mode: At what its mode switch stands: AUTO, T1 or T2; empty: it does not tell.
         efforts: Of all joints in the order of robot.yaml [N m or N]; empty: it does not tell.
+        axes: Of the controller, as read [deg or mm], 0 where one is not finite; also those that
+            robot.yaml does not name.
     """
 
     motion: JointMotion
@@ -79,6 +81,7 @@ class RobotSample(msgspec.Struct, frozen=True):
     ring_underruns: int = 0
     operation_mode: str = ""
     efforts: tuple[float, ...] = ()
+    axes: tuple[float, ...] = ()
 
     @property
     def speed_percent(self) -> float | None:

@@ -95,6 +95,17 @@ def test_a_set_point_goes_out_in_one_request_with_the_heartbeat(robot: Robot, ow
     assert len(set(beats)) == len(beats)
 
 
+def test_an_axis_that_robot_yaml_does_not_name_stays_where_it_is(
+    robot: Robot, owner: Owner
+) -> None:
+    """0 is a place like any other: the first set point would send it there."""
+    robot.put_float(11010, -98.26)
+    with owner.link(robot.port) as link:
+        owner.wait_for(UP)
+        link.write_now((0.0, 0.0, -0.1, 0.0), 50.0)
+        assert wait_until(lambda: robot.writes(11050))[-1][10:12] == _words(-98.26)
+
+
 def test_the_latest_set_point_wins(robot: Robot, owner: Owner, link: ModbusLink) -> None:
     """A slow wire never makes a queue of old set points."""
     for k in range(200):

@@ -72,14 +72,21 @@ def efforts_of(axes: Sequence[float], joints: Sequence[Joint]) -> tuple[float, .
 
 
 def axes_of(positions: Sequence[float], joints: Sequence[Joint], count: int) -> list[float]:
-    """Return ``count`` axes in border units; an axis without a joint is 0.
+    """Return ``count`` axes in border units.
+
+    Args:
+        positions: Of the joints [rad or m]. Behind them may follow all axes as they were read
+            [deg or mm]: one without a joint stays there; else it is 0.
+        joints: Of robot.yaml.
+        count: Of the controller's axes.
 
     Raises:
         SetpointError: Wrong count, a value not finite or outside the joint's range.
     """
-    if len(positions) != len(joints):
-        raise SetpointError(f"set point: {len(positions)} positions for {len(joints)} joints")
-    axes = [0.0] * count
+    told, rest = len(positions), positions[len(joints) :]
+    if told not in (len(joints), len(joints) + count):
+        raise SetpointError(f"set point: {told} positions for {len(joints)} joints")
+    axes = list(rest) or [0.0] * count
     for joint, position in zip(joints, positions):
         # Turning deg into rad and back may leave a limit a rounding error outside.
         inside = joint.lower - 1e-9 <= position <= joint.upper + 1e-9

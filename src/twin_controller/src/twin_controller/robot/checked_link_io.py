@@ -121,7 +121,8 @@ class CheckedLink:
                     reading = self._intake.plausible.last
                     if reading is not None:
                         # A reading may be a little outside its range, a set point may not.
-                        q = inside(self._robot.joints, reading.motion.q)
+                        joints = inside(self._robot.joints, reading.motion.q)
+                        q = (*joints, *self._intake.axes)
                         self._link.write_setpoint(StreamReal(RobotSetpoint(q), 1.0, 0.0))
 
     def write_setpoint(self, action: StreamReal) -> None:

@@ -36,15 +36,18 @@ class Intake(msgspec.Struct, frozen=True):
         plausible: The last reading that was believed; begins anew with each connection.
         resting: Where the robot's joints were when the stream began or went on, those without a
             twin too [rad or m]. Empty while unknown. It outlives a connection.
+        axes: Where the controller's axes were then, as read: robot.yaml need not name each. Empty
+            where the protocol tells none.
     """
 
     plausible: Plausibility = Plausibility()
     resting: tuple[float, ...] = ()
+    axes: tuple[float, ...] = ()
 
 
 def begin(intake: Intake) -> Intake:
     """Return what is known after a new connection was made."""
-    return Intake(resting=intake.resting)
+    return Intake(resting=intake.resting, axes=intake.axes)
 
 
 def take(
@@ -63,20 +66,22 @@ def take(
     """
     reading = Reading(sample.motion, received)
     plausible, verdict = judge(intake.plausible, reading, joints, wrap=1e-3 * CLOCK_WRAP_MS)
-    resting = intake.resting
+    resting, axes = intake.resting, intake.axes
     # In a pause somebody may turn a joint at the pendant: the stream goes on from where it is then.
     streams = sample.control_type is ControlType.STREAM and not is_paused(sample)
     if verdict is Verdict.ACCEPTED and not (streams and resting):
-        resting = sample.motion.q
-    return Intake(plausible, resting), verdict
+        resting, axes = sample.motion.q, sample.axes
+    return Intake(plausible, resting, axes), verdict
 
 
 def whole_pose(
     intake: Intake, positions: Sequence[float], joints: Sequence[Joint]
 ) -> tuple[float, ...]:
-    """Return a set point for all joints of the robot; those without a twin stay where they rest.
+    """Return a set point for all joints of the robot, and behind them where all its axes rest.
 
-    One that was read a little outside its range stays at its edge: a set point may not be outside.
+    Joints without a twin stay where they rest, and so do axes that robot.yaml does not name. A
+    joint that was read a little outside its range stays at its edge: a set point may not be
+    outside.
 
     Args:
         intake: Knows where they rest.
@@ -92,10 +97,8 @@ def whole_pose(
     if len(positions) != count:
         raise SetpointError(f"set point: {len(positions)} positions for {count} joints of the twin")
     twin = iter(positions)
-    return tuple(
-        next(twin) if joint.twin else rest
-        for joint, rest in zip(joints, inside(joints, intake.resting))
-    )
+    rests = zip(joints, inside(joints, intake.resting))
+    return (*[next(twin) if joint.twin else rest for joint, rest in rests], *intake.axes)
 
 
 def measured(

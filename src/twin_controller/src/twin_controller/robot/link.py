@@ -2,7 +2,8 @@
 
 A protocol knows its wire and nothing else. It writes what it is asked to write, and it hands over
 what it has read as a RobotSample: all joints of robot.yaml, in SI. A set point is the core's own
-action, completed by the joints that the twin does not have. Which signals make a stop, which sample
+action, completed by the joints that the twin does not have, and behind them by the axes that the
+samples tell: robot.yaml need not name each of them. Which signals make a stop, which sample
 is believed and where the joints without a twin stay is decided behind the seam, once for all
 protocols: see :mod:`twin_controller.robot.signals` and :mod:`twin_controller.robot.intake`.
 """
