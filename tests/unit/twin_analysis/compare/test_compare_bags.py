@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 from cell_recorder.reading.bag_reader_io import BagError
 from harness.workspace import ROOT
-from twin_analysis.compare.track_reader_io import Topics
-from twin_analysis.compare.writer_io import WrittenComparison, write_comparison
+from scara_config import files_in_force
+from twin_analysis.compare.track_reader_io import Opened, Topics, find_mechanism, read_bag
+from twin_analysis.compare.writer_io import WrittenComparison, remarks_of, write_comparison
 from twin_experiments.report.record import RecordError
 
 CONFIG = ROOT / "config"
@@ -237,6 +238,45 @@ def test_bags_without_a_common_joint_cannot_be_compared(foreign: Foreign, tmp_pa
         RecordError, match=r"no joint is in all of them: .*shoulder, wrist.*left, right"
     ):
         compare(one, other, topics=TOPICS)
+
+
+def recorded_files(**changed: str) -> str:
+    """Return what the twin controller says of the chosen robot's files, some of them changed."""
+    files = {name: path.read_text() for name, path in files_in_force(CONFIG).items()}
+    return json.dumps({**files, **changed})
+
+
+def opened(make_bag: MakeBag, label: str, files: str | None = None) -> Opened:
+    """Read a bag that holds these files, or none."""
+    bag = make_bag(experiments=("real_leads",), configuration=files)
+    return read_bag(bag, label, Topics(), CONFIG)
+
+
+def test_recordings_of_different_robots_are_refused(
+    make_bag: MakeBag, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same name slides in one and turns in the other; both are named."""
+    here, mine = opened(make_bag, "here"), opened(make_bag, "a", recorded_files())
+    monkeypatch.setenv("SCARA_ROBOT", "articulated_six")
+    other = opened(make_bag, "b", recorded_files())
+    text = r"b was recorded of articulated_six \(sliding: none\), a of fanuc_sr6ia "
+    text += r"\(sliding: joint_3\): only recordings of one robot"
+    with pytest.raises(RecordError, match=text):
+        find_mechanism([mine, other])
+    with pytest.raises(RecordError, match=r"here of fanuc_sr6ia .*, by this machine's profile: "):
+        find_mechanism([here, other])
+    # Nobody knows of which robot a bag without a profile is.
+    assert find_mechanism([mine, here]).names == find_mechanism([mine]).names
+
+
+def test_other_lengths_of_the_same_robot_are_told(make_bag: MakeBag) -> None:
+    """Its places are those of the first recording's arm."""
+    text = (CONFIG / "robots" / "fanuc_sr6ia" / "robot.yaml").read_text()
+    longer = recorded_files(**{"robot.yaml": text.replace("l1_mm: 350.0", "l1_mm: 350.5")})
+    both = [opened(make_bag, "a", recorded_files()), opened(make_bag, "b", longer)]
+    assert find_mechanism(both).tool is not None
+    told = [remark for remark in remarks_of(both) if "lengths" in remark]
+    assert told == ["b: recorded with other lengths of the arm than those of a, which count here"]
 
 
 @pytest.mark.usefixtures("without_figures")

@@ -16,7 +16,7 @@ from scara_config import Robot, load_robot
 from scara_control.kinematics.screws import ScrewModel, tool_positions
 from twin_experiments.config import ExperimentsFile, load_experiments
 from twin_experiments.metrics.tracks import Mechanism, Track, first_to_move
-from twin_experiments.report.configuration import choose
+from twin_experiments.report.configuration import ROBOT, choose
 from twin_experiments.report.record import WHOLE, RecordError, Span, cut, find_spans
 from twin_experiments.report.run_reader_io import MARKER, MEASURED, REAL, TWIN, read_configuration
 
@@ -36,13 +36,17 @@ class Topics:
 
 @dataclass(frozen=True)
 class Opened:
-    """One bag read: both sides, experiments, profile and remarks."""
+    """One bag read: both sides, experiments, profile and remarks.
+
+    ``has_profile`` is False where the profile is this machine's, because the bag holds none.
+    """
 
     label: str
     real: JointTopic
     twin: JointTopic
     spans: tuple[Span, ...]
     robot: Robot
+    has_profile: bool
     experiments: ExperimentsFile
     repaired: bool
     missing: tuple[str, ...]
@@ -58,7 +62,8 @@ def read_bag(path: Path, label: str, topics: Topics, config_directory: Path | No
     """
     with open_bag(path) as bag:
         here = load_robot(config_directory)
-        chosen = choose(read_configuration(bag), here, load_experiments(here, config_directory))
+        recorded = read_configuration(bag)
+        chosen = choose(recorded, here, load_experiments(here, config_directory))
         real = topics.real or (REAL if bag.count(REAL) else MEASURED)
         # One experiment over everything if nothing was marked.
         spans: tuple[Span, ...] = (Span(WHOLE, -math.inf, math.inf, True, marked=False),)
@@ -75,6 +80,7 @@ def read_bag(path: Path, label: str, topics: Topics, config_directory: Path | No
             twin=sides[1],
             spans=spans,
             robot=chosen.robot,
+            has_profile=ROBOT in recorded,
             experiments=chosen.experiments,
             repaired=bag.repaired,
             # Only who has read them knows what is missing of them.
@@ -86,7 +92,8 @@ def find_mechanism(opened: Sequence[Opened]) -> Mechanism:
     """Return the joints that all sides of all bags have; with kinematics if the profile fits.
 
     Raises:
-        RecordError: They have none in common; what each has is named.
+        RecordError: They have none in common; what each has is named. Or a bag is of another robot
+            than the first one, by whose profile all are read.
     """
     robot = opened[0].robot
     sides = [topic for bag in opened for topic in (bag.real, bag.twin)]
@@ -98,6 +105,14 @@ def find_mechanism(opened: Sequence[Opened]) -> Mechanism:
             for t in (bag.real, bag.twin)
         )
         raise RecordError(f"no joint is in all of them: {held}")
+    for bag in opened[1:]:
+        kinds = [kind_of(each, common) for each in (bag.robot, robot)]
+        if bag.has_profile and kinds[0] != kinds[1]:
+            whose = "" if opened[0].has_profile else ", by this machine's profile"
+            raise RecordError(
+                f"{bag.label} was recorded of {kinds[0]}, {opened[0].label} of {kinds[1]}{whose}: "
+                "only recordings of one robot can be held together"
+            )
     profile = [joint for joint in robot.twin_joints if joint.name in common]
     if not profile:
         return Mechanism(tuple(common), None, (), None)
@@ -109,6 +124,18 @@ def find_mechanism(opened: Sequence[Opened]) -> Mechanism:
     return Mechanism(
         names, tuple(profile), columns, partial(tool_positions, ScrewModel.from_robot(robot))
     )
+
+
+def kind_of(robot: Robot, names: Sequence[str]) -> str:
+    """Return in words what has to be alike: a robot's name, and which of some joints slide."""
+    sliding = sorted(j.name for j in robot.joints if j.name in names and j.si_unit == "m")
+    return f"{robot.name} (sliding: {', '.join(sliding) or 'none'})"
+
+
+def lengths_of(robot: Robot) -> list[list[float]]:
+    """Return what says where the tool is: its home pose and the screw axes, to 1 um."""
+    rows = [*robot.home_pose, *(joint.screw_axis or () for joint in robot.arm_joints)]
+    return [[round(value, 6) for value in row] for row in rows]
 
 
 def tracks_of(

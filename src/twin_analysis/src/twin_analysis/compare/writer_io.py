@@ -36,6 +36,7 @@ from twin_analysis.compare.track_reader_io import (
     Opened,
     Topics,
     find_mechanism,
+    lengths_of,
     read_bag,
     tracks_of,
 )
@@ -190,6 +191,11 @@ def remarks_of(opened: Sequence[Opened]) -> tuple[str, ...]:
             remarks.append(f"{bag.label}: the recording was not finished, a repaired copy was read")
         if bag.missing:
             remarks.append(f"{bag.label}: {missing_sentence(bag.missing)}")
+        if bag.has_profile and lengths_of(bag.robot) != lengths_of(opened[0].robot):
+            remarks.append(
+                f"{bag.label}: recorded with other lengths of the arm than those of "
+                f"{opened[0].label}, which count here"
+            )
         remarks += [f"{bag.label}: {note}" for note in (*bag.real.notes, *bag.twin.notes)]
         remarks.append(f"{bag.label}: real is {bag.real.topic}, twin is {bag.twin.topic}")
     return tuple(remarks)
