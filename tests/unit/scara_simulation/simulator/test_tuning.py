@@ -32,6 +32,11 @@ GAINS = LoopGains(
 PLANT = Plant(np.array([[[1.0, 0.0], [0.0, 1.0]]]), np.zeros(2), 1e-3)
 
 
+def _runner() -> Any:
+    control = SimpleNamespace(set_gains=lambda *_: None)
+    return SimpleNamespace(lock=threading.Lock(), simulation=SimpleNamespace(control=control))
+
+
 @pytest.fixture
 def tuning():
     """Give two equal joints of 1 kg m^2 without damping."""
@@ -135,6 +140,45 @@ def test_gain_without_any_stable_value_says_so(tuning):
         tuning.propose("joint_1", {"position_p": 1e8, "position_d": 1e8})
 
 
+def test_change_tells_the_ranges_of_coupled_joints_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They depend on its gains, and stay published for late listeners; their own gains stay."""
+    matrix = np.array([[[1.0, 0.6, 0.0], [0.6, 1.0, 0.0], [0.0, 0.0, 1.0]]])
+    joints = ["joint_1", "joint_2", "joint_3"]
+    tuning = Tuning(joints, [GAINS] * 3, [100.0] * 3, Plant(matrix, np.zeros(3), 1e-3))
+    told: dict[str, list[Any]] = {}
+
+    def advertise(topic: str, *_: Any, **__: Any) -> Any:
+        return SimpleNamespace(publish=told.setdefault(topic.removeprefix("twin/pid/"), []).append)
+
+    monkeypatch.setattr(rospy, "Publisher", advertise)
+    monkeypatch.setattr(rospy, "Service", lambda *_: None)
+    ports = TuningPorts(joints, _runner(), tuning, copy_configuration(tmp_path))
+    config = Config(doubles=[DoubleParameter("position_d", 400.0)])
+    ports._set("joint_1", ReconfigureRequest(config=config))
+    assert {name: len(told[f"{name}/parameter_updates"]) for name in joints} == {
+        "joint_1": 2,
+        "joint_2": 1,
+        "joint_3": 1,
+    }
+    assert len(told["joint_3/parameter_descriptions"]) == 1
+    before, after = (
+        {each.name: each.value for each in description.max.doubles}
+        for description in told["joint_2/parameter_descriptions"]
+    )
+    assert after["position_d"] == tuning.ranges("joint_2")["position_d"][1] != before["position_d"]
+
+
+def test_joints_of_which_each_is_judged_alone_are_not_coupled() -> None:
+    """With many joints two bounds of its inertia stand for the others."""
+    plant = Plant(np.array([[[1.0, 0.6], [0.6, 1.0]]]), np.zeros(2), 1e-3)
+    alone = msgspec.structs.replace(plant, extremes=((0.64, 1.0),) * 2)
+    for each, found in ((plant, ["joint_2"]), (alone, [])):
+        tuning = Tuning(["joint_1", "joint_2"], [GAINS, GAINS], [100.0, 40.0], each)
+        assert tuning.coupled("joint_1") == found
+
+
 @pytest.mark.parametrize(
     "name", ["position_p", "position_i", "position_d", "velocity_p", "velocity_i", "velocity_d"]
 )
@@ -183,10 +227,7 @@ def test_gains_in_a_runs_copy_are_said_to_last_until_the_cell_ends(
     publisher = SimpleNamespace(publish=said.append)
     monkeypatch.setattr(rospy, "Publisher", lambda *_, **__: publisher)
     monkeypatch.setattr(rospy, "Service", lambda *_: None)
-    control = SimpleNamespace(set_gains=lambda *_: None)
-    runner: Any = SimpleNamespace(
-        lock=threading.Lock(), simulation=SimpleNamespace(control=control)
-    )
+    runner = _runner()
 
     def answer_to(p: float) -> str:
         ports = TuningPorts(["joint_1", "joint_2"], runner, tuning, folder)

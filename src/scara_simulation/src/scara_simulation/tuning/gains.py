@@ -109,6 +109,13 @@ class Tuning:
             if key != "antiwindup"
         }
 
+    def coupled(self, joint: str) -> list[str]:
+        """Return the other joints whose ranges depend on the gains of ``joint``."""
+        index = self._joints.index(joint)
+        # With many joints each is judged alone.
+        group = [] if self._plant.extremes else self._plant.group(index)
+        return [self._joints[k] for k in group if k != index]
+
     def propose(self, joint: str, values: Mapping[str, object]) -> Change:
         """Return the change that sets the parameters ``values``; nothing is changed yet.
 

@@ -113,6 +113,8 @@ class TuningPorts:
         with self._runner.lock:
             self._runner.simulation.control.set_gains(change.joint, change.after)
         self._tell(change.joint)
+        for joint in self._tuning.coupled(change.joint):
+            self._describe(joint)
         try:
             write_values(
                 self._file,
@@ -128,7 +130,12 @@ class TuningPorts:
         return text
 
     def _tell(self, joint: str) -> None:
-        """Publish a joint's gains, and the ranges, which depend on the other gains."""
+        """Publish a joint's ranges, then its gains."""
+        self._describe(joint)
+        self._updates[joint].publish(_config(self._numbers(joint)))
+
+    def _describe(self, joint: str) -> None:
+        """Publish a joint's ranges, which depend on the other gains, also of coupled joints."""
         numbers, ranges = self._numbers(joint), self._tuning.ranges(joint)
         lower, upper = (
             {name: ranges[name][side] if name in ranges else bool(side) for name in PARAMETERS}
@@ -146,7 +153,6 @@ class TuningPorts:
                 groups=[group], min=_config(lower), max=_config(upper), dflt=_config(numbers)
             )
         )
-        self._updates[joint].publish(_config(numbers))
 
     def _numbers(self, joint: str) -> dict[str, float | bool]:
         return {name: value_of(self._tuning.gains(joint), name) for name in PARAMETERS}
