@@ -17,7 +17,7 @@ import shutil
 import sys
 import threading
 import time
-from collections.abc import Awaitable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -238,7 +238,7 @@ class StageDoor:
         """Put nothing back."""
         return Answer(True, "the parts of both cells stand where they stood at the start")
 
-    async def pendant(self, *words: str, asked: float) -> Answer:
+    async def pendant(self, *words: str, asked: float, barred: Callable[[], str]) -> Answer:
         """Press nothing."""
         return Answer(True, " ".join(words))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -145,5 +145,9 @@ class CellDoor(Protocol):
     async def put_parts_back(self) -> Answer:
         """Put the parts of both sides where they stood at the start."""
 
-    async def pendant(self, *words: str, asked: float) -> Answer:
-        """Press a key of the real robot's pendant; ``run`` is as old as ``asked``."""
+    async def pendant(self, *words: str, asked: float, barred: Callable[[], str]) -> Answer:
+        """Press a key of the real robot's pendant.
+
+        ``run`` is as old as ``asked``, and given up once ``barred`` tells why its page may not
+        command any longer.
+        """

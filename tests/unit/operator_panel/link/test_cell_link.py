@@ -7,6 +7,7 @@ import math
 import threading
 import time
 from collections.abc import Awaitable, Callable
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -14,8 +15,10 @@ import pytest
 import rospy
 from harness.workspace import ROOT
 from operator_panel.config import load_panel, load_surroundings
+from operator_panel.control.authority import Role, refusal
 from operator_panel.door import Answer
 from operator_panel.link.cell_link_node import CellLink
+from operator_panel.view.snapshot import CellState
 from scara_config import load_robot
 from scara_ros.gate.permit import Permit
 from scara_ros.names import Seat
@@ -63,13 +66,41 @@ async def stop_elsewhere(link: CellLink) -> None:
     link._listening._change(ended=time.monotonic())
 
 
-@pytest.mark.parametrize("press", [stop, pause, stop_elsewhere])
+def may_command(link: CellLink) -> str:
+    """Return why operator 1 may not command, as the page's desk does."""
+    return refusal(Role.OPERATOR, "operator 1", link._listening.snapshot().state)
+
+
+def hands(link: CellLink, holder: str) -> None:
+    """Let the controller say who holds control."""
+    state = CellState("IDLE", holder=holder, not_in_control=f"{holder} holds control: ask for it")
+    link._listening._change(state=state)
+
+
+async def hand_over(link: CellLink) -> None:
+    """Give control to somebody who has asked for it."""
+    hands(link, "fitter 2")
+
+
+STOPPED = "a stop or a pause came"
+
+
+@pytest.mark.parametrize(
+    ("press", "why"),
+    [
+        (stop, STOPPED),
+        (pause, STOPPED),
+        (stop_elsewhere, STOPPED),
+        (hand_over, "fitter 2 holds control"),
+    ],
+)
 @pytest.mark.parametrize("when", ["judged", "started"])
 def test_a_program_that_was_asked_for_before_a_stop_is_not_started_after_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, press: Press, when: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, press: Press, why: str, when: str
 ) -> None:
-    """While the judge works, and while the pendant starts; the next press counts again."""
+    """Nor after control was handed over; while the judge works, and while the pendant starts."""
     link = link_with(tmp_path, monkeypatch, SLOW_S)
+    hands(link, "operator 1")
     judged = asyncio.Event()
 
     async def judge(*_: str) -> Permit:
@@ -77,7 +108,10 @@ def test_a_program_that_was_asked_for_before_a_stop_is_not_started_after_it(
         return Permit(True, "")
 
     async def scene() -> Answer:
-        running = asyncio.create_task(link.pendant("run", "X", asked=time.monotonic()))
+        barred = partial(may_command, link)
+        running = asyncio.create_task(
+            link.pendant("run", "X", asked=time.monotonic(), barred=barred)
+        )
         await asyncio.sleep(0)
         if when == "started":
             judged.set()
@@ -88,7 +122,7 @@ def test_a_program_that_was_asked_for_before_a_stop_is_not_started_after_it(
 
     monkeypatch.setattr(link._program_gate, "judge", judge)
     answer = asyncio.run(scene())
-    assert not answer.success and "a stop or a pause came" in answer.message
+    assert not answer.success and why in answer.message
     assert (tmp_path / "begun").exists() == (when == "started")
     assert not (tmp_path / "pressed").exists()
 
@@ -99,13 +133,14 @@ def test_a_key_is_pressed_unless_a_program_is_older_than_a_stop(
 ) -> None:
     """An override moves nothing, and whoever presses Run behind a stop knows of it."""
     link = link_with(tmp_path, monkeypatch, 0.0)
+    hands(link, "operator 1")
 
     async def scene() -> Answer:
         asked = time.monotonic()
         await stop(link)
         if words[0] == "run":
             asked = time.monotonic()
-        return await link.pendant(*words, asked=asked)
+        return await link.pendant(*words, asked=asked, barred=partial(may_command, link))
 
     assert asyncio.run(scene()).success
     assert (tmp_path / "pressed").read_text() == f"{words[0]}\n"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import threading
 import time
-from collections.abc import Awaitable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -277,17 +277,18 @@ class CellLink:
                 return Answer(False, f"{side}: {answer.message}", lost=answer.lost)
         return Answer(True, "the parts of both cells stand where they stood at the start")
 
-    async def pendant(self, *words: str, asked: float) -> Answer:
+    async def pendant(self, *words: str, asked: float, barred: Callable[[], str]) -> Answer:
         """Press a key of the real robot's pendant."""
 
         def stopped() -> str:
-            return self._stopped(asked) if words[0] == "run" else ""
+            return (self._stopped(asked) or barred()) if words[0] == "run" else ""
 
         self.say(f"pendant {' '.join(words)}")
         found = await self._program_gate.judge(*words)
         if not found.allowed:
             return Answer(False, found.text)
-        # The judge takes seconds; nothing else asks whether a stop came meanwhile.
+        # The judge takes seconds; nothing else asks whether a stop came meanwhile, or whether the
+        # page has handed control over.
         if why := stopped():
             return Answer(False, why)
         return with_note(await self._pendant.press(words, stopped), found)

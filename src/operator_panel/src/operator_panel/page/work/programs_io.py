@@ -153,5 +153,5 @@ async def _say(view: PageView, *keys: str) -> None:
     """Press a key of the pendant, if this page is in control."""
     kind, title = KEYS.get(keys[0], (keys[0], keys[0].capitalize()))
     title = f"{title} {' '.join(keys[1:])}".strip()
-    asked = time.monotonic()
-    await view.act(kind, title, lambda: view.door.pendant(*keys, asked=asked))
+    asked, barred = time.monotonic(), partial(view.desk.refusal, view.session.page)
+    await view.act(kind, title, lambda: view.door.pendant(*keys, asked=asked, barred=barred))
