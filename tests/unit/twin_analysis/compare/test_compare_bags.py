@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from functools import partial
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,9 @@ import numpy as np
 import pytest
 from cell_recorder.reading.bag_reader_io import BagError
 from harness.workspace import ROOT
+from rich.console import Console
 from scara_config import files_in_force
+from twin_analysis.compare.compare_node import print_comparison
 from twin_analysis.compare.track_reader_io import Opened, Topics, find_mechanism, read_bag
 from twin_analysis.compare.writer_io import WrittenComparison, remarks_of, write_comparison
 from twin_experiments.report.record import RecordError
@@ -75,6 +78,17 @@ def write_foreign(
                 sample.message.header.__dict__["stamp"] = zero
     maker.text(0.0, "notes", "a robot")
     return maker.write(folder / "foreign.bag")
+
+
+def write_marked(maker: Any, path: Path, *markers: tuple[float, str], until: float = 4.0) -> Path:
+    """Write a bag of a robot that is not ours, with marks; its twin ends at ``until`` [s]."""
+    for topic, late, end in (("arm/joint_states", 0.0, 4.0), ("sim/joint_states", 0.02, until)):
+        count = round(100.0 * end)
+        rows = [each[:count] for each in (TIMES, *swing(late))]
+        maker.joint_states(topic, ("shoulder", "wrist"), *rows)
+    for at, text in markers:
+        maker.marker(at, text)
+    return maker.write(path)
 
 
 def test_a_run_is_compared_experiment_by_experiment(make_bag: MakeBag) -> None:
@@ -201,12 +215,8 @@ def test_an_experiment_that_was_not_recorded_takes_no_other_with_it(
     bag_maker: Any, tmp_path: Path
 ) -> None:
     """The recorder was ended as it began; all that was recorded is compared."""
-    maker = bag_maker()
-    for topic, late in (("arm/joint_states", 0.0), ("sim/joint_states", 0.02)):
-        maker.joint_states(topic, ("shoulder", "wrist"), TIMES, *swing(late))
-    for at, text in ((0.5, "start one"), (3.0, "end one"), (3.995, "start two")):
-        maker.marker(at, text)
-    written = compare(maker.write(tmp_path / "run.bag"), topics=TOPICS)
+    marks = ((0.5, "start one"), (3.0, "end one"), (3.995, "start two"))
+    written = compare(write_marked(bag_maker(), tmp_path / "run.bag", *marks), topics=TOPICS)
     one, two = written.experiments
     assert (one.name, len(one.pairs), one.reasons) == ("one", 1, ())
     assert (two.name, two.pairs) == ("two", ()) and "samples between 3.9" in two.reasons[0]
@@ -217,17 +227,31 @@ def test_where_an_experiment_begins_and_ends_is_read_from_its_marks(
     bag_maker: Any, tmp_path: Path
 ) -> None:
     """What the recording lacks of it is told: here the end, and the twin behind 2 s."""
-    maker = bag_maker()
-    positions, speeds = swing()
-    maker.joint_states("arm/joint_states", ("shoulder", "wrist"), TIMES, positions, speeds)
-    until = TIMES < 2.0
-    silent = (TIMES[until], positions[until], speeds[until])
-    maker.joint_states("sim/joint_states", ("shoulder", "wrist"), *silent)
-    maker.marker(0.5, "start one")
-    (experiment,) = compare(maker.write(tmp_path / "run.bag"), topics=TOPICS).experiments
+    bag = write_marked(bag_maker(), tmp_path / "run.bag", (0.5, "start one"), until=2.0)
+    (experiment,) = compare(bag, topics=TOPICS).experiments
     early, holes = experiment.reasons
     assert early.endswith(": the recording ends before the experiment does")
     assert ": 57." in holes and "of the time has no samples" in holes
+
+
+@pytest.mark.usefixtures("without_figures")
+def test_what_the_others_are_held_against_is_named(bag_maker: Any, tmp_path: Path) -> None:
+    """The first recording that has the experiment; that the very first lacks it is a reason."""
+    bags = [
+        write_marked(
+            bag_maker(), tmp_path / f"{label}.bag", (0.5, f"start {name}"), (3.5, f"end {name}")
+        )
+        for label, name in (("a", "one"), ("b", "two"), ("c", "two"))
+    ]
+    written, said = compare(*bags, topics=TOPICS), StringIO()
+    one, two = written.experiments
+    assert (one.first, one.runs, one.reasons) == ("a", (), ())
+    assert two.reasons == ("a has no two: nothing is held against it",)
+    document = json.loads((written.folder / "comparison.json").read_text())
+    assert [experiment["first"] for experiment in document["experiments"]] == ["a", "b"]
+    assert "Against b (2)" in (written.folder / "comparison.html").read_text()
+    print_comparison(written, Console(file=said, width=200))
+    assert "two: against b" in said.getvalue()
 
 
 def test_bags_without_a_common_joint_cannot_be_compared(foreign: Foreign, tmp_path: Path) -> None:

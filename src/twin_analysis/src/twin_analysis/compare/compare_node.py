@@ -69,7 +69,7 @@ def print_comparison(written: WrittenComparison, console: Console) -> None:
             console,
         )
         if experiment.runs:
-            title = f"{experiment.name}: against the first recording"
+            title = f"{experiment.name}: against {experiment.first}"
             _print_table(title, [RUN_HEADINGS, *run_rows(experiment, unit)], console)
         for reason in experiment.reasons:
             console.print(reason, markup=False, soft_wrap=True)

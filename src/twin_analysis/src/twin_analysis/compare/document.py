@@ -60,9 +60,8 @@ def comparison_document(
 
     Args:
         mechanism: What was compared.
-        labels: Label of each recording to its path; the first one is what the others are held
-            against.
-        compared: Each experiment.
+        labels: Label of each recording to its path.
+        compared: Each experiment; its ``first`` is what the others are held against.
     """
     document = {
         "recordings": labels,
@@ -71,6 +70,7 @@ def comparison_document(
         "experiments": [
             {
                 "name": experiment.name,
+                "first": experiment.first or None,
                 "real_twin": [_pair(pair) for pair in experiment.pairs],
                 "against_first": [_run(run) for run in experiment.runs],
                 "reasons": list(experiment.reasons),

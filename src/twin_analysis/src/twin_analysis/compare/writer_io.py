@@ -53,7 +53,7 @@ LEGEND = (
     "sides that have a counterpart in the other, in order, with every joint within what "
     "comparison.yaml accepts (trace alignment after Munoz et al., IEEE TSE 2024); of moving: "
     "the same of those in motion; matched apart: mean distance of the tools in matched "
-    "snapshots; gaps: runs of snapshots without a match. Against the first recording: same "
+    "snapshots; gaps: runs of snapshots without a match. Against another recording: same "
     "time counts from the leader's first motion, off the path is the distance from its path, "
     "whatever the speed."
 )
@@ -90,6 +90,12 @@ def write_comparison(
     tracks = [track for found, _ in of_bags for track in found]
     lost = [each for _, gone in of_bags for each in gone]
     names = dict.fromkeys([*(track.experiment for track in tracks), *(name for name, _ in lost)])
+    had = {track.experiment for track in of_bags[0][0]} | {name for name, _ in of_bags[0][1]}
+    lost += [
+        (name, f"{opened[0].label} has no {name}: nothing is held against it")
+        for name in names
+        if name not in had
+    ]
     compared = tuple(
         compare_tracks(
             name,
@@ -267,7 +273,7 @@ def _experiment(experiment: ExperimentComparison, written: WrittenComparison) ->
         ],
         "tables": [
             (
-                "Against the first recording",
+                f"Against {experiment.first}",
                 table(RUN_HEADINGS, run_rows(experiment, written.mechanism.place_unit)),
             ),
             ("Joints, real against twin", table(("recording", "joint", "rms", "max"), joints)),
