@@ -9,12 +9,19 @@ import pytest
 from harness.workspace import ROOT
 from harness.yaml_files import copy_configuration, shipped
 from scara_bringup.config import Ports, load_bringup, load_doors
-from scara_bringup.processes.configuration_io import copy_with_ports, link_taught
+from scara_bringup.processes.configuration_io import (
+    begin_with_change,
+    copy_with_ports,
+    link_taught,
+)
 from scara_config import ConfigError, files_in_force, load
 from scara_config.frames import TaughtFrame, find_frames, save_frame
 from scara_config.loader import load_keys
+from scara_config.profile import CHOICE
 from scara_config.programs.files import program_files
 from scara_config.programs.keeping import keep_program
+from scara_config.rollout.change import Change
+from scara_config.rollout.kept import Kept, kept_file, read_kept, write_kept
 
 CONFIG = ROOT / "config"
 
@@ -59,6 +66,28 @@ def test_copy_with_ports_changes_both_ends_and_nothing_else(tmp_path: Path) -> N
         CONFIG / "twin_controller.yaml"
     ).read_text().count("#")
     assert files_in_force(copied).keys() == files_in_force(CONFIG).keys()
+
+
+def test_a_change_of_another_robot_waits_until_the_cell_has_that_one_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What was proven with one robot is a guess for another; the cell's name is the same."""
+    file, change = kept_file(tmp_path, "milk_1"), Change("stiff", {"pid_gains.yaml": {"a": 1.0}})
+    monkeypatch.setenv(CHOICE, "fanuc_sr6ia")
+    write_kept(file, Kept().offered(change, "ann@d").start().ready())
+    before = file.read_bytes()
+    monkeypatch.setenv(CHOICE, "epson_gx4")
+    kept = begin_with_change(file, CONFIG)
+    assert kept.wanted is None and "is for fanuc_sr6ia, this cell has epson_gx4" in kept.note
+    assert file.read_bytes() == before
+    other = kept.offered(change, "bob@d")
+    assert (other.number, other.robot, other.before) == (2, "epson_gx4", None)
+    monkeypatch.setenv(CHOICE, "fanuc_sr6ia")
+    assert read_kept(file).wanted == change
+    # One that was kept before robots were told apart.
+    file.write_text('{"number":1,"wanted":{"name":"old","values":{}}}')
+    monkeypatch.setenv(CHOICE, "epson_gx4")
+    assert read_kept(file).wanted == Change("old", {})
 
 
 def test_copy_without_wishes_is_the_original(tmp_path: Path) -> None:

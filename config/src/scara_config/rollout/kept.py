@@ -14,7 +14,7 @@ import msgspec
 from msgspec.structs import replace
 
 from scara_config.loader import ConfigError
-from scara_config.profile import copy_in_force, files_in_force
+from scara_config.profile import chosen_robot, copy_in_force, files_in_force
 from scara_config.readers import check_files
 from scara_config.rollout.change import Change
 from scara_config.writer import changed_text, replace_file
@@ -33,6 +33,7 @@ class Kept(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         begun: A start with it has begun.
         proven: The cell has got ready with it, or without any.
         note: Why the cell has left a change by itself; or empty.
+        robot: Whose files they change; empty: whichever the cell has, in a file of before.
     """
 
     number: int = 0
@@ -42,15 +43,16 @@ class Kept(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     begun: bool = False
     proven: bool = True
     note: str = ""
+    robot: str = ""
 
     def offered(self, change: Change, by: str) -> Kept:
         """Return it with a new change; one that was never proven is forgotten."""
         before = self.wanted if self.proven else self.before
-        return Kept(self.number + 1, change, before, by, proven=False)
+        return Kept(self.number + 1, change, before, by, proven=False, robot=chosen_robot())
 
     def taken_back(self, by: str, note: str = "") -> Kept:
         """Return it with what held before."""
-        return Kept(self.number + 1, self.before, by=by, note=note)
+        return Kept(self.number + 1, self.before, by=by, note=note, robot=self.robot)
 
     def start(self) -> Kept:
         """Return it as a start begins with it: a change is tried once, then it must be proven."""
@@ -84,17 +86,24 @@ def kept_file(runs: Path, cell: str) -> Path:
 
 
 def read_kept(file: Path) -> Kept:
-    """Return what is kept; nothing if there is no file.
+    """Return what is kept for the chosen robot; nothing if there is no file.
+
+    The cell's name says nothing of its robot: of another one's change only the note tells.
 
     Raises:
         ConfigError: It cannot be read.
     """
     try:
-        return msgspec.json.decode(file.read_bytes(), type=Kept)
+        kept = msgspec.json.decode(file.read_bytes(), type=Kept)
     except FileNotFoundError:
         return Kept()
     except (OSError, msgspec.DecodeError, UnicodeDecodeError) as error:
         raise ConfigError(f"{file}: cannot be read: {error}; remove it to begin anew") from error
+    here = chosen_robot()
+    if kept.wanted is None or kept.robot in ("", here):
+        return kept
+    waits = f"{kept.wanted.text} is for {kept.robot}, this cell has {here}: it waits for its robot"
+    return Kept(kept.number, note=waits)
 
 
 def write_kept(file: Path, kept: Kept) -> None:
