@@ -92,6 +92,10 @@ class Simulation:
         """Nominal time of the present state [ns]."""
         return self._base_ns + self.steps * self._timing.step_ns
 
+    def stamp_before(self, steps: int) -> int:
+        """Return the nominal time of the state so many steps before the present one [ns]."""
+        return self.stamp_ns - steps * self._timing.step_ns
+
     @property
     def now(self) -> float:
         """Nominal time of the present state on the axis of the set points [s]."""

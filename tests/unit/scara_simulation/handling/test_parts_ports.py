@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -11,11 +12,16 @@ import rospy
 from scara_config.palletise import find_palletise
 from scara_ros.names import part_name
 from scara_simulation.handling import parts_ports_node as parts_ports
+from scara_simulation.handling.ledger import Happening
 from scara_simulation.handling.part_bodies_io import PartShown
 from scara_simulation.handling.part_world_io import PartsNow
 from scara_simulation.handling.parts_ports_node import PartsPorts
 from scara_simulation.handling.suction import Suction
+from scara_simulation.joints.control import JointControl
+from scara_simulation.simulation import Simulation, Timing
 from visualization_msgs.msg import Marker
+
+from scara_msgs.msg import PartEvent
 
 PERIOD_S = parts_ports.PARTS_PERIOD_NS * 1e-9
 UPRIGHT = (0.0, 0.0, 0.0, 1.0)
@@ -119,3 +125,24 @@ def test_a_grip_is_told_at_once(told: dict[str, list[Any]]) -> None:
     ports.publish(cast(Any, [SimpleNamespace(stamp_ns=100_550_000_000)]))
     assert len(told["twin/parts"]) == before + 1
     assert told["twin/parts"][-1].markers[0].color.r > 0.9
+
+
+def test_an_event_has_the_time_of_its_step(
+    told: dict[str, list[Any]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not that of the next snapshot; a world that was mounted anew counts its steps anew."""
+    monkeypatch.setattr(rospy, "Service", lambda *_: None)
+    still = SimpleNamespace(read=lambda: ([], []), step=lambda _: None, reset=lambda _: None)
+    control, ms = JointControl([], [], [], 1e-3, None), 1_000_000
+    simulation = Simulation(cast(Any, still), control, [], Timing(ms, 5000 * ms, 10, 10))
+    gripped = Happening(PartEvent.GRIPPED, "part_1", "", "part_1 was gripped", (0.5, 0.1, 0.02))
+    world = SimpleNamespace(now=PartsNow(list(REST), Suction(), 0, 0, "", ""), happened=deque())
+    work = find_palletise()
+    assert work is not None
+    ports = PartsPorts(cast(Any, world), work, "base_link")
+    ports.serve(cast(Any, SimpleNamespace(simulation=simulation)))
+    for world.steps, step in ((10, 3), (20, 20), (2, 25)):
+        world.happened.append((step, gripped))
+        ports.publish(simulation.advance(10))
+    stamps = [event.header.stamp.to_nsec() / ms for event in told["twin/part_events"]]
+    assert stamps == [5003.0, 5020.0, 5030.0]

@@ -73,12 +73,16 @@ class PartsPorts:
         if not snapshots:
             return
         stamp_ns, now = snapshots[-1].stamp_ns, self._world.now
-        stamp = rospy.Time(stamp_ns // 1_000_000_000, stamp_ns % 1_000_000_000)
+        stamp = rospy.Time(*divmod(stamp_ns, 1_000_000_000))
         while self._world.happened:
-            _, happened = self._world.happened.popleft()
+            step, happened = self._world.happened.popleft()
+            # A world in which another payload was mounted counts its steps anew: what is told of
+            # the one before is as old as this state.
+            ago = max(0, self._world.steps - step)
+            at = rospy.Time(*divmod(self._runner.simulation.stamp_before(ago), 1_000_000_000))
             event = PartEvent(**msgspec.structs.asdict(happened))
             event.position = Point(*happened.position)
-            event.header.stamp, event.header.frame_id = stamp, self._frame
+            event.header.stamp, event.header.frame_id = at, self._frame
             self._events.publish(event)
             if event.kind in (PartEvent.DROPPED, PartEvent.COLLISION):
                 rospy.logwarn("%s: %s", event.kind, event.message)
