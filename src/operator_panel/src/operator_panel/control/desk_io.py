@@ -101,8 +101,8 @@ class PageDesk:
         # The press whose refusal was shown: a held button gives signs all the while.
         self._noted = ("", 0)
         self._door, self._keep_s, self._let_go_s, self._say = door, keep_s, let_go_s, say
-        self._dead_man, self.arm = dead_man, arm
-        self._silent_s = silent_s
+        self._dead_man, self.arm, self._silent_s = dead_man, arm, silent_s
+        self.taught = 0  # how often a page has written frames.yaml: all pages look at it
         # The jog runs in a thread of its own, so that a busy page cannot keep a joint moving.
         self._lock = threading.Lock()
         # Ends a wait for the next sign of life, for a holder that is back or begins to jog.

@@ -50,6 +50,8 @@ class PageView:
         self.after: list[Callable[[Snapshot, bool], None]] = []
         self._guarded: list[tuple[Any, str, str]] = []
         self._frames_shown: list[Callable[[], None]] = []
+        # How often any page had written the frames when this one read them last.
+        self._taught = 0
         self._shown: tuple[object, ...] = ()
 
     def read_frames(self) -> None:
@@ -121,7 +123,10 @@ class PageView:
             self.desk.note(self.session.page, what, answer)
 
     def refresh(self, snapshot: Snapshot, silent: bool) -> None:
-        """Bring the buttons up to date; cheap while nothing has changed."""
+        """Bring buttons and frames up to date; cheap while nothing has changed."""
+        if self._taught != self.desk.taught:
+            self._taught = self.desk.taught
+            self.read_frames()
         refused = snapshot.refused()
         state = snapshot.state
         hands = state and (state.holder, state.not_in_control)

@@ -123,7 +123,7 @@ class _FrameForm:
 
     async def _read(self) -> None:
         """Compare the robot's frames with those here, without a question: nothing is written."""
-        self._view.read_frames()  # another page may have taught one
+        self._view.read_frames()  # somebody may have edited the file
         answer = await self._view.door.robot_frames()
         self._theirs = answer.values.get("frames", {})
         differ = list(frame_differences(self._theirs, self._view.frames, "robot"))
@@ -148,7 +148,7 @@ class _FrameForm:
         except ConfigError as error:
             return Answer(False, str(error))
         self._take.set_visibility(False)
-        view.read_frames()
+        view.desk.taught += 1
         self._again()
         return Answer(True, f"{count} frames of the robot are in {FILE}")
 
@@ -171,6 +171,6 @@ class _FrameForm:
                 return Answer(False, "the page's server is ending")
         except ConfigError as error:
             return Answer(False, str(error))
-        view.read_frames()
+        view.desk.taught += 1
         self._again()
         return Answer(True, f"{frame.name} is {kind} frame {number} in {FILE}")
