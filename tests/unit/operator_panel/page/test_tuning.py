@@ -116,3 +116,9 @@ def test_gains_are_set_at_the_joint_for_which_they_were_typed(form: Form) -> Non
         asyncio.run(press())
     assert form.form._switches["antiwindup"].value is False, "joint_2 is shown by now"
     assert tuned == [("joint_1", GAINS, {"antiwindup": True})]
+
+
+def test_the_note_leaves_it_to_the_answer_how_long_gains_last(form: Form) -> None:
+    """In a cell with a name they are written to a copy, and last until that cell ends."""
+    note = form.form._message.text
+    assert "written" not in note and "the answer says how long" in note

@@ -19,7 +19,7 @@ from operator_panel.page.view_io import PageView, push_button
 from operator_panel.step_response import Response, describe, step_response
 
 MISSING = "Not available: the simulator offers no tuning service for this joint."
-NOTE = "Set in the running simulator and written to pid_gains.yaml."
+NOTE = "Set in the running simulator; the answer says how long they last."
 
 SMALL_PX = "0.875 * parseFloat(getComputedStyle(document.documentElement).fontSize)"
 """The page's smallest letters, for a drawing, which knows no rem: the browser reckons it."""
