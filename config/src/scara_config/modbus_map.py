@@ -344,11 +344,7 @@ def _wrong_inputs(layout: ModbusMap) -> Iterator[str]:
         return
     if layout.coils:
         yield "command_word: there are coils too"
-    first, second, echo = (
-        layout.find(word.register),
-        layout.find(word.sequence),
-        layout.find(word.echo),
-    )
+    first, second, echo = map(layout.find, (word.register, word.sequence, word.echo))
     for key, register in (("register", first), ("sequence", second), ("echo", echo)):
         if register is None or register.words != 1:
             yield (
@@ -387,8 +383,11 @@ def _wrong_coils(
     coils: dict[str, Bit], gripper: tuple[str, ...], panel: tuple[str, ...]
 ) -> Iterator[str]:
     yield from _wrong_names("coils", coils, INPUTS + gripper + panel)
-    for name in (name for name in COMMANDS + gripper if name in coils and not coils[name].write):
-        yield f"coils.{name}.write = false: must be true, the robot is commanded by it"
+    for name in (name for name in COMMANDS + gripper if name in coils):
+        if not coils[name].write:
+            yield f"coils.{name}.write = false: must be true, the robot is commanded by it"
+        if name not in LEVELS and not coils[name].pulse_ms:
+            yield f"coils.{name}.pulse_ms = 0: must be above 0, it is pulsed"
     for name in (name for name in panel if name in coils and coils[name].write):
         yield f"coils.{name}.write = true: must be false, it is the button of whoever stands there"
 

@@ -170,6 +170,12 @@ def test_width_follows_from_type_and_count(kind: Any, count: int, words: int) ->
             {"address": 6019, "meaning": ""},
             r"coils\.rsr9: is unknown, allowed are imstp",
         ),
+        (["coils", "cstopi", "pulse_ms"], 0, r"coils\.cstopi\.pulse_ms = 0: must be above 0"),
+        (
+            ["coils", "rsr1", "pulse_ms"],
+            REMOVED,
+            r"coils\.rsr1\.pulse_ms = 0: must be above 0, it is pulsed",
+        ),
         (["discrete_inputs", "busy"], REMOVED, r"discrete_inputs\.busy: is missing"),
         (["device_id"], 248, r"device_id = 248: Expected `int` <= 247"),
         (["word_order"], "middle", r"word_order = 'middle'"),
