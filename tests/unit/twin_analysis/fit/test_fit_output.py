@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from io import StringIO
 from pathlib import Path
@@ -42,19 +43,50 @@ def test_a_progress_bar_is_for_a_terminal(monkeypatch: pytest.MonkeyPatch, termi
     assert ("mm rms" in console.file.getvalue()) is terminal  # type: ignore[attr-defined]
 
 
-def test_positions_that_begin_after_the_stream_are_no_recording(tmp_path: Path) -> None:
-    """There is nothing to hold the first packets against; the text says from when to when."""
-    maker, names = BagMaker(), ["joint_1", "joint_2"]
+def recorded_of(names: list[str], told: list[str], path: Path) -> Path:
+    """Write half a second of following by joints ``names``, and of a robot that tells ``told``."""
+    maker = BagMaker()
     point, kind = "trajectory_msgs/msg/JointTrajectoryPoint", "trajectory_msgs/msg/JointTrajectory"
-    zeros, none = np.zeros(2), maker.store.types["builtin_interfaces/msg/Duration"](0, 0)
+    zeros, none = np.zeros(len(names)), maker.store.types["builtin_interfaces/msg/Duration"](0, 0)
     for k in range(50):
         points = [maker.store.types[point](zeros, zeros, zeros, np.zeros(0), none)]
         maker.add(1.0 + 0.01 * k, FOLLOW, kind, maker.header(1.0 + 0.01 * k), names, points)
-    stamps, rows = 1.2 + 0.01 * np.arange(30), np.zeros((30, 2))
-    maker.joint_states(TRUTH, names, stamps, rows, rows)
+    stamps, rows = 1.2 + 0.01 * np.arange(30), np.zeros((30, len(told)))
+    maker.joint_states(TRUTH, told, stamps, rows, rows)
+    return maker.write(path)
+
+
+def test_positions_that_begin_after_the_stream_are_no_recording(tmp_path: Path) -> None:
+    """There is nothing to hold the first packets against; the text says from when to when."""
+    names = ["joint_1", "joint_2"]
+    bag = recorded_of(names, names, tmp_path / "run.bag")
     text = r"ground_truth is recorded from 0.20 to 0.49 s, but the twin follows from .* on: record"
-    with open_bag(maker.write(tmp_path / "run.bag")) as bag, pytest.raises(BagError, match=text):
-        read_recording(bag, names, 0.005)
+    with open_bag(bag) as opened, pytest.raises(BagError, match=text):
+        read_recording(opened, names, 0.005)
+
+
+@pytest.mark.parametrize("topic", [FOLLOW, TRUTH])
+def test_joints_that_a_recording_lacks_are_named_with_those_that_it_has(
+    tmp_path: Path, topic: str
+) -> None:
+    """Of another robot, or of one with other joints then."""
+    names, fewer = ["joint_1", "joint_2"], ["joint_1", "joint_9"]
+    held = (fewer, names) if topic == FOLLOW else (names, fewer)
+    bag = recorded_of(*held, tmp_path / "run.bag")
+    text = f"{topic} has joint_1, joint_9; the twin of this robot has joint_1, joint_2"
+    with open_bag(bag) as opened, pytest.raises(BagError, match=text):
+        read_recording(opened, names, 0.005)
+
+
+def test_a_recording_of_another_robot_is_refused(tmp_path: Path) -> None:
+    """Its joints have the same names, and its arm is 250 mm shorter: nothing would show it."""
+    robot = (CONFIG / "robots" / "fanuc_sr3ia" / "robot.yaml").read_text()
+    maker = BagMaker()
+    maker.text(0.0, "twin_controller/configuration", json.dumps({"robot.yaml": robot}))
+    bag = maker.write(tmp_path / "run.bag")
+    done = CliRunner().invoke(fit_twin.app, [str(bag), "--config-dir", str(CONFIG)])
+    assert done.exit_code == 2, done.output
+    assert "recorded of fanuc_sr3ia; this is fanuc_sr6ia: fit it with SCARA_ROBOT" in done.output
 
 
 @pytest.mark.parametrize(

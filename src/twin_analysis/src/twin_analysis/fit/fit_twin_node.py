@@ -30,7 +30,7 @@ from scara_simulation.world_io import World
 from twin_controller.config import load_twin_controller
 
 from twin_analysis.fit.offline_twin_io import SNAPSHOT_STEPS, OfflineTwin
-from twin_analysis.fit.recording_io import Recording, read_recording
+from twin_analysis.fit.recording_io import Recording, check_robot, read_recording
 from twin_analysis.fit.search import FitResult, fit_twin
 from twin_analysis.fit.twin_model import Choice, FloatArray, TwinModel, names_of, yaml_values
 
@@ -65,6 +65,7 @@ def fit(
     folder = Path(config_dir or config_directory())
     robot = load_robot(folder)
     with open_bag(bag) as opened:
+        check_robot(opened, robot.name)
         simulation = load_simulation(robot, folder)
         recording = read_recording(
             opened, [j.name for j in robot.twin_joints], SNAPSHOT_STEPS * simulation.dt

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -11,6 +11,7 @@ from cell_recorder.reading.bag_reader_io import Bag, BagError
 from ruamel.yaml import YAML
 from scara_control.joint_motion import JointMotion
 from scipy.interpolate import CubicHermiteSpline
+from twin_experiments.report.run_reader_io import read_configuration
 
 from twin_analysis.fit.offline_twin_io import Packet
 from twin_analysis.fit.twin_model import FloatArray
@@ -48,6 +49,24 @@ class Recording(msgspec.Struct, frozen=True):
         return float(self.times[-1])
 
 
+def check_robot(bag: Bag, name: str) -> None:
+    """Refuse a recording of another robot.
+
+    Args:
+        bag: The bag; one that holds no robot.yaml is taken.
+        name: Of the robot that is fitted.
+
+    Raises:
+        BagError: It was recorded of another one.
+    """
+    recorded = _recorded(bag, "robot.yaml").get("name", name)
+    if recorded != name:
+        raise BagError(
+            f"{bag.path}: recorded of {recorded}; this is {name}: "
+            f"fit it with SCARA_ROBOT={recorded}"
+        )
+
+
 def read_recording(bag: Bag, joints: Sequence[str], step: float) -> Recording:
     """Read the longest uninterrupted stretch of following.
 
@@ -57,13 +76,16 @@ def read_recording(bag: Bag, joints: Sequence[str], step: float) -> Recording:
         step: Distance of the instants [s].
 
     Raises:
-        BagError: There is no stream, or the robot's positions are missing, or begin after it.
+        BagError: There is no stream, or the robot's positions are missing, or begin after it, or
+            one of the two lacks a joint.
     """
     bag.require([FOLLOW])
     origin = bag.start
     packets = [
         packet
-        for packet in (_packet(at, message, joints, origin) for at, message in bag.messages(FOLLOW))
+        for packet in (
+            _packet(bag, at, message, joints, origin) for at, message in bag.messages(FOLLOW)
+        )
         if packet
     ]
     stretch = _longest(packets)
@@ -93,21 +115,35 @@ def read_recording(bag: Bag, joints: Sequence[str], step: float) -> Recording:
 
 def _delay(bag: Bag) -> float | None:
     """Return the delay in the recorded twin_controller.yaml [s]."""
-    for _, message in bag.messages("twin_controller/configuration"):
-        text = json.loads(message.data).get("twin_controller.yaml", "")
-        tree = YAML(typ="safe").load(text) or {}
-        value = tree.get("real", {}).get("sample_latency_ms")
-        return None if value is None else float(value) * 1e-3
-    return None
+    value = _recorded(bag, "twin_controller.yaml").get("real", {}).get("sample_latency_ms")
+    return None if value is None else float(value) * 1e-3
 
 
-def _packet(at: float, message: object, joints: Sequence[str], origin: float) -> Packet | None:
+def _recorded(bag: Bag, name: str) -> Any:
+    """Return the content of a recorded file; empty if the bag does not hold it."""
+    return YAML(typ="safe").load(read_configuration(bag).get(name, "")) or {}
+
+
+def _columns(bag: Bag, topic: str, held: Sequence[str], joints: Sequence[str]) -> list[int]:
+    """Return where in a message of a topic the joints are."""
+    held = list(held)
+    if not set(joints) <= set(held):
+        raise BagError(
+            f"{bag.path}: {topic} has {', '.join(held) or 'no joints'}; the twin of this robot has "
+            f"{', '.join(joints)}"
+        )
+    return [held.index(name) for name in joints]
+
+
+def _packet(
+    bag: Bag, at: float, message: Any, joints: Sequence[str], origin: float
+) -> Packet | None:
     """Convert one message; None for the end of a stream."""
-    points = message.points  # type: ignore[attr-defined]
+    points = message.points
     if not points:
         return None
-    order = [list(message.joint_names).index(name) for name in joints]  # type: ignore[attr-defined]
-    stamp = message.header.stamp  # type: ignore[attr-defined]
+    order = _columns(bag, FOLLOW, message.joint_names, joints)
+    stamp = message.header.stamp
     # Whole seconds first: a double of the seconds since 1970 resolves 0.2 us at best.
     true_at = (stamp.sec - int(origin)) + stamp.nanosec * 1e-9 - (origin - int(origin))
     q, qdot, qddot = (
@@ -136,7 +172,7 @@ def _robot(bag: Bag, topic: str, joints: Sequence[str], origin: float) -> CubicH
     positions: list[list[float]] = []
     velocities: list[list[float]] = []
     for _, message in bag.messages(topic):
-        order = [list(message.name).index(name) for name in joints]
+        order = _columns(bag, topic, message.name, joints)
         stamp = message.header.stamp
         at = (stamp.sec - int(origin)) + stamp.nanosec * 1e-9 - (origin - int(origin))
         # A spline needs rising times.
