@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import asyncio
 import time
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from harness.yaml_files import copy_configuration
 from operator_panel.door import Answer
+from operator_panel.page.work.draft_files_io import DraftFiles
 from operator_panel.page.work.teach_io import _Teach
 from operator_panel.teach import draft as teach
-from operator_panel.teach.draft import Draft
+from operator_panel.teach.draft import Draft, TeachError
 from operator_panel.teach.places import position_of
+from scara_config.programs.files import program_files
 from scara_config.programs.tp.listing import Position
 from unit.operator_panel.page.test_leading import ROBOT, Scene
 
@@ -126,3 +131,36 @@ def test_second_press_of_step_is_told_and_moves_nothing(
         asyncio.run(twice())
     assert len(cell.sent) == 1
     assert form._said.text == "Step was not done: Step before it had not ended."
+
+
+def test_save_replaces_the_program_that_it_has_asked_about(tmp_path: Path) -> None:
+    """Another page renames the draft while the question stands: nobody said yes to that name."""
+    from nicegui import Client, ui
+
+    folder, scene = copy_configuration(tmp_path), Scene(tmp_path / "drafts")
+    view, lesson = scene.leading._view, scene.lesson
+    view.around = SimpleNamespace(folder=folder)  # type: ignore[assignment]
+    before = {file: file.read_text() for file in program_files(folder).values()}
+    said: list[str] = []
+
+    async def attempt(_: str, act: Callable[[], Any]) -> None:
+        try:
+            await act()
+        except TeachError as error:
+            said.append(str(error))
+
+    async def edit(*_: object) -> None:
+        """Edit nothing."""
+
+    def rename(name: str) -> None:
+        scene.teach(teach.renamed(lesson.draft, ROBOT, name))
+
+    with Client(ui.page("/teach")):
+        files = DraftFiles(view, lesson, attempt, edit, lambda: "")
+        rename("ARTICLE")
+        asyncio.run(files._asked())
+        assert files._question.text.startswith("ARTICLE is there already")
+        rename("TWO_POINT")
+        asyncio.run(files._replace())
+    assert said == ["the draft is TWO_POINT by now, not ARTICLE: press Save again"]
+    assert {file: file.read_text() for file in program_files(folder).values()} == before

@@ -51,6 +51,8 @@ class DraftFiles:
         """
         self._view, self._lesson = view, lesson
         self._try, self._edit, self._locked = attempt, edit, locked
+        # The draft's name when the question was asked: another page may rename it.
+        self._name = ""
         with ui.element("div").classes("row-line"):
             upload = ui.upload(on_upload=self._import, max_file_size=MOST_BYTES, auto_upload=True)
             upload.classes("hidden").props(f'accept="{PROGRAM_ENDING},{PROGRAM_ENDING.lower()}"')
@@ -109,33 +111,36 @@ class DraftFiles:
 
     async def _asked(self) -> None:
         """Save, or ask first where a program of that name is there."""
-        name = self._lesson.draft.program.name
+        self._name = name = self._lesson.draft.program.name
         try:
             there = kept_file(name, self._view.around.folder).exists()
         except ConfigError:
             there = False  # what is wrong is said where it is saved
         if not there:
-            await self._try("Save", self._save)
+            await self._try("Save", partial(self._save, name))
             return
         self._question.set_text(f"{name} is there already. What it does now is lost.")
         self._dialog.open()
 
     async def _replace(self) -> None:
         self._dialog.close()
-        await self._try("Save", self._save)
+        await self._try("Save", partial(self._save, self._name))
 
-    async def _save(self) -> tuple[str, str]:
-        """Let the draft be one of the robot's programs.
+    async def _save(self, name: str) -> tuple[str, str]:
+        """Let the draft be one of the robot's programs, by the name for which Save was pressed.
 
         Raises:
-            TeachError: The robot runs it, this page is not in control, or it cannot be written.
+            TeachError: The robot runs it, this page is not in control, the draft has another
+                name by now, or it cannot be written.
         """
         refused = self._locked() or await self._view.desk.take(self._view.session.page)
         if refused:
             raise TeachError(refused)
         draft, folder = self._lesson.draft, self._view.around.folder
+        if (now := draft.program.name) != name:
+            raise TeachError(f"the draft is {now} by now, not {name}: press Save again")
         try:
-            said = await run.io_bound(keep_program, draft.program.name, draft.text, folder)
+            said = await run.io_bound(keep_program, name, draft.text, folder)
         except ConfigError as error:
             raise TeachError(str(error)) from error
         self._lesson.saved += 1
