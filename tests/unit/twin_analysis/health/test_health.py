@@ -173,6 +173,20 @@ def test_a_finding_says_what_how_much_why_and_where_to_look(
     assert "look at" in said
 
 
+@pytest.mark.parametrize(
+    ("change", "margin", "text"),
+    [
+        (0.06, 0.154, "the arm moves 6 % (-9 to 21) more inertia"),
+        (-0.06, 0.08, "the arm moves 6 % (-2 to 14) less inertia"),
+    ],
+)
+def test_a_change_that_may_be_none_is_told_with_both_signs(
+    change: float, margin: float, text: str
+) -> None:
+    """An interval over zero says that the change may as well be the other way round."""
+    assert words("payload", "", change, margin, "").startswith(text)
+
+
 def test_play_is_told_in_the_joints_own_unit() -> None:
     """The same name slides in one robot and turns in another."""
     found = []

@@ -261,8 +261,9 @@ friction: look at its grease, its bearings and what rubs on its cables
                 f"{way}"
             )
         case "payload":
-            more = "more" if change > 0.0 else "less"
-            low, high = sorted((abs(low), abs(high)))
+            more = "more"
+            if change < 0.0:
+                more, low, high = "less", -high, -low
             said = f"the arm moves {abs(off):.0f} % ({low:.0f} to {high:.0f}) {more} inertia"
         case "backlash":
             scale = 1e3 if unit == "mm" else 180.0 / math.pi
