@@ -57,6 +57,32 @@ def delivered(way_in: bool) -> Iterator[tuple[int, AssignmentTable]]:
         yield port, tables[0]
 
 
+def test_a_map_that_somebody_has_mended_is_not_written_over(tmp_path: Path) -> None:
+    """Nor another robot's that it is a link to: the coils that stop a robot stand in it."""
+    kit, other = tmp_path / "kit", tmp_path / "other"
+    file, link = kit / "modbus_map.yaml", other / "modbus_map.yaml"
+
+    def made(folder: Path) -> tuple[int, str]:
+        done = CliRunner().invoke(make, ["fanuc_sr6ia", "--out", str(folder)])
+        return done.exit_code, done.output
+
+    assert made(kit)[0] == 0 and made(kit)[0] == 0, "what is as it was made is made again"
+    text = file.read_text()
+    file.write_text(f"{text}# HOLD is 20002\n")
+    other.mkdir()
+    link.symlink_to(file)
+    for folder in (kit, other):
+        code, said = made(folder)
+        assert code == 2 and f"{folder / file.name}: is there with other content" in said
+        assert "--out" in said
+    assert file.read_text() == f"{text}# HOLD is 20002\n"
+    assert list(other.iterdir()) == [link], "no sheet either"
+    link.unlink()
+    link.symlink_to(tmp_path / "none")
+    assert made(other)[0] == 0 and link.read_text() == text
+    assert not link.is_symlink() and not (tmp_path / "none").exists()
+
+
 def test_the_kit_has_a_page_for_each_thing_to_do(tmp_path: Path) -> None:
     """Every setting, every slot, every program, and boxes to tick; as a page that prints too."""
     done = CliRunner().invoke(make, ["fanuc_sr6ia", "--out", str(tmp_path / "kit")])

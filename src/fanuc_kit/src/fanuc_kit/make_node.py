@@ -13,6 +13,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from scara_config import ConfigError, load_robot
+from scara_config.files.whole_file import write_whole
 from scara_config.modbus_map import load_modbus_map
 from scara_config.profile import chosen_robot
 from scara_config.set_up.kit_map import kit_map
@@ -46,15 +47,21 @@ def make(
     texts["kit.html"] = html(f"{profile.name}: kit", sheets)
     if profile.lead:
         texts |= {f"{name}.LS": text for name, text in program_texts().items()}
+    files = {folder / name: text.encode() for name, text in texts.items()}
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for name, text in texts.items():
-            (folder / name).write_text(text, encoding="utf-8")
+        for path, content in files.items():
+            # Whoever fits the robot mends its map: the coils that stop it may have other numbers.
+            if path.exists() and path.read_bytes() != content:
+                what = f"{path}: is there with other content"
+                raise ConfigError(f"{what}; name another folder by --out")
+        for path, content in files.items():
+            write_whole(path, content)
     except OSError as error:
         raise ConfigError(f"{folder}: cannot be written: {error}") from error
     console = Console(highlight=False, soft_wrap=True)
-    for name in texts:
-        console.print(f"made {folder / name}", markup=False)
+    for path in files:
+        console.print(f"made {path}", markup=False)
     console.print(f"next: print {folder / 'kit.html'}, begin with its first sheet", markup=False)
 
 
