@@ -6,6 +6,7 @@ import itertools
 import math
 import shutil
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -282,6 +283,14 @@ def test_an_alarm_without_a_severity_stops_where_the_robot_shows_a_fault(
     program: Any = SimpleNamespace(state=ABORTED)
     trials._told(program, AlarmStatus(11, 7, "", "x", ""))
     assert trials._alarm == said
+
+
+def test_the_last_look_of_a_wait_is_under_its_lock_as_well() -> None:
+    """A reading that comes meanwhile would break off whoever walks through them."""
+    trials = StopTrials(ROBOT, LAYOUT, CONTROLLER, (HERE, 1), lambda _: True)
+    take = partial(trials._changed.acquire, blocking=False)
+    with ThreadPoolExecutor(1) as other:
+        assert not trials._wait(0.0, lambda: other.submit(take).result())
 
 
 def test_what_is_not_expected_holds_the_robot_for_good() -> None:

@@ -284,7 +284,8 @@ class StopTrials:
                     raise UnexpectedError("the robot does not answer")
                 if fast := too_fast(self._looks, self._robot):
                     raise UnexpectedError(fast)
-        return done()
+            # Here too: the link's thread appends to what it walks through.
+            return done()
 
     def _connect_anew(self, heartbeat: bool) -> None:
         """Let another link take over, as if nobody had said farewell."""
