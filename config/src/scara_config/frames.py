@@ -37,7 +37,8 @@ SAME = 0.01
 """Frames that differ by less [mm, deg] are the same: controllers print thousandths; our choice."""
 _HEADER = """\
 # User and tool frames: taught on the page, or typed. W, P, R turn about the fixed x, y, z.
-# user: by base_link; tool: by tool0. A controller has them as UFRAME[n] and UTOOL[n].
+# user: by base_link. tool: by tool0; a SCARA's by its flange: at zero joints x is base_link's.
+# A controller has them as UFRAME[n] and UTOOL[n].
 """
 
 

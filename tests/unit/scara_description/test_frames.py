@@ -9,13 +9,16 @@ from xml.etree import ElementTree
 import numpy as np
 import PyKDL
 import pytest
+from fanuc_emulator.drives.arm import Arm
 from harness.workspace import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
 from scara_config import load_robot
+from scara_config.frames import FrameTable, TaughtFrame
 from scara_control.kinematics.screws import ScrewModel, forward_kinematics
-from scara_description.frames import FramePose, Frames, JointStateError, frames_of
+from scara_description.frames import FramePose, Frames, JointStateError, frames_of, taught_poses
 from scara_description.ghost import PREFIX, ghost_of
+from scara_description.taught_frames import flange_in_tool, pose_of
 from scipy.spatial.transform import Rotation
 
 from scara_description.urdf import UrdfError
@@ -202,6 +205,22 @@ def test_state_that_does_not_fit_is_refused(
     """A tf listener would take a NaN and lose the frame without a word."""
     with pytest.raises(JointStateError, match=why):
         frames_of(two_links("")).moved(names, positions)
+
+
+@pytest.mark.parametrize("name", ["scara_4axis", "articulated_six"])
+def test_taught_frames_are_shown_where_the_robots_controller_has_them(name: str) -> None:
+    """A tool by the stand-in's flange, which on a SCARA is turned otherwise than tool0."""
+    robot = load_robot(ROOT / "config" / "robots" / name)
+    box = TaughtFrame("box", (200.0, -300.0, 50.0), (0.0, 0.0, 30.0))
+    pin = TaughtFrame("pin", (40.0, 10.0, 60.0), (10.0, 20.0, 30.0))
+    table = FrameTable({"uframe_1": box}, {"utool_2": pin})
+    user, tool = taught_poses(table, "base_link", "tool0", flange_in_tool(robot))
+    assert (user.parent, user.child) == ("base_link", "uframe_1")
+    assert (tool.parent, tool.child) == ("tool0", "utool_2")
+    assert matrix(user) == pytest.approx(pose_of(box), abs=1e-12)
+    for q in np.random.default_rng(13).uniform(-1.0, 1.0, (20, len(robot.arm_joints))):
+        shown = forward_kinematics(ScrewModel.from_robot(robot), q) @ matrix(tool)
+        assert shown == pytest.approx(Arm(robot).pose(q) @ pose_of(pin), abs=1e-12)
 
 
 def test_shapes_do_not_matter() -> None:

@@ -13,8 +13,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import msgspec
+import numpy as np
 from scara_config.frames import FrameTable
 
+from scara_description.taught_frames import FloatArray, pose_of
 from scara_description.urdf import (
     WORLD,
     JointFrame,
@@ -22,6 +24,7 @@ from scara_description.urdf import (
     Vector,
     origin_transform,
     parse_robot,
+    rpy_of,
     tree_of,
     without_world,
 )
@@ -140,20 +143,25 @@ def frames_of(description: str) -> Frames:
     )
 
 
-def taught_poses(table: FrameTable, base: str, tool: str) -> tuple[FramePose, ...]:
+def taught_poses(
+    table: FrameTable, base: str, tool: str, flange: FloatArray
+) -> tuple[FramePose, ...]:
     """Return the frames that were taught: ``uframe_<n>`` in the base, ``utool_<n>`` in the tool.
 
     Args:
         table: frames.yaml.
         base: Name of the base's frame.
         tool: Name of the tool's own frame.
+        flange: How the flange, by which tool frames are told, is turned in ``tool``, shape (3, 3);
+            see :func:`scara_description.taught_frames.flange_in_tool`.
     """
     found = []
-    for parent, frames in ((base, table.user), (tool, table.tool)):
+    for parent, frames, turn in ((base, table.user, np.eye(3)), (tool, table.tool, flange)):
         for name, frame in sorted(frames.items()):
-            x, y, z = (1e-3 * value for value in frame.xyz_mm)
-            w, p, r = map(math.radians, frame.wpr_deg)
-            found.append(FramePose(parent, name, (x, y, z), _turned((w, p, r))))
+            pose = pose_of(frame)
+            x, y, z = (turn @ pose[:3, 3]).tolist()
+            rotation = _turned(rpy_of(turn @ pose[:3, :3]))
+            found.append(FramePose(parent, name, (x, y, z), rotation))
     return tuple(found)
 
 

@@ -27,7 +27,7 @@ from typing import Any
 import msgspec
 import rospy
 from geometry_msgs.msg import TransformStamped
-from scara_config import ConfigError, load, load_robot, locate
+from scara_config import ConfigError, Robot, load, load_robot, locate
 from scara_config.frames import FILE, find_frames
 from scara_ros.pacing import Pace
 from scara_ros.process.memory_io import keep_for_good
@@ -46,6 +46,7 @@ from scara_description.frames import (
     taught_poses,
 )
 from scara_description.ghost import DescriptionError, ghost_of
+from scara_description.taught_frames import flange_in_tool
 from scara_description.urdf import UrdfError
 
 NAME = "robot_state_publisher"
@@ -76,8 +77,7 @@ def main() -> None:
     for name, text in described.items():
         told.append(rospy.Publisher(name, String, queue_size=1, latch=True))
         told[-1].publish(String(text))
-    names = own_frame(robot.base_frame), own_frame(robot.tool_frame)
-    taught = TaughtFrames(folder, *names)
+    taught = TaughtFrames(folder, robot)
     twin_frames, real_frames = (each.frames.renamed(own_frame) for each in (twin, real))
     publisher = StatePublisher(twin_frames, real_frames, taught, rate)
     # An Event that is waited for knows nothing of the node's end.
@@ -101,9 +101,10 @@ class Description:
 class TaughtFrames:
     """What frames.yaml says, read again when the file has changed."""
 
-    def __init__(self, folder: Path, base: str, tool: str) -> None:
-        """Know nothing yet; ``base`` and ``tool`` are the frames that taught ones hang in."""
-        self._folder, self._names = folder, (base, tool)
+    def __init__(self, folder: Path, robot: Robot) -> None:
+        """Know nothing yet; taught frames hang in the base and the tool of ``robot``."""
+        self._folder, self._flange = folder, flange_in_tool(robot)
+        self._names = own_frame(robot.base_frame), own_frame(robot.tool_frame)
         self._stamp: tuple[int, ...] | None = None
         self.poses: tuple[FramePose, ...] = ()
 
@@ -117,7 +118,7 @@ class TaughtFrames:
         # Before it is read, so that a wrong file is told once and not each second.
         self._stamp = stamp
         try:
-            self.poses = taught_poses(find_frames(self._folder), *self._names)
+            self.poses = taught_poses(find_frames(self._folder), *self._names, self._flange)
         except ConfigError as error:
             rospy.logwarn("taught frames stay as they were: %s", error)
             return False

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scara_config import Robot
 from scara_config.frames import TaughtFrame
 
 from scara_description.urdf import origin_transform
@@ -36,6 +37,25 @@ def pose_of(frame: TaughtFrame) -> FloatArray:
     x, y, z = (1e-3 * value for value in frame.xyz_mm)
     w, p, r = map(math.radians, frame.wpr_deg)
     return origin_transform((x, y, z), (w, p, r))
+
+
+def flange_in_tool(robot: Robot) -> FloatArray:
+    r"""Return how the flange, by which tool frames are told, is turned in the frame ``tool_frame``.
+
+    .. math:: R = R_{home}^T F
+
+    The maker of a SCARA counts the turn of its flange by the base: with all joints at 0 it is F, x
+    along that of the base, z down if the tool points down. ``home_pose`` says how ``tool_frame`` is
+    turned there. The flange of another arm is its ``tool_frame``.
+
+    Returns:
+        Shape (3, 3).
+    """
+    if robot.geometry is None:
+        return np.eye(3)
+    home = np.array(robot.home_pose)[:3, :3]
+    maker = np.diag((1.0, -1.0, -1.0)) if home[2, 2] < 0.0 else np.eye(3)
+    return np.asarray(home.T @ maker)
 
 
 def frame_of(name: str, pose: FloatArray) -> TaughtFrame:
@@ -83,7 +103,7 @@ def tool_tip(poses: Sequence[FloatArray]) -> tuple[FloatArray, float]:
     by least squares. A direction in which no turn moves the tip is not known by it.
 
     Args:
-        poses: At least three of the frame ``tool_frame``, shape (4, 4) [m].
+        poses: At least three of the flange, see :func:`flange_in_tool`, shape (4, 4) [m].
 
     Returns:
         The tip by the flange, shape (3,) [m], and how far its points are apart [m].
@@ -127,7 +147,7 @@ def tool_frame(name: str, poses: Sequence[FloatArray]) -> TaughtFrame:
 
     Args:
         name: Of the frame.
-        poses: Of the frame ``tool_frame``, shape (4, 4) [m].
+        poses: Of the flange, see :func:`flange_in_tool`, shape (4, 4) [m].
 
     Raises:
         FrameError: Another count, and as :func:`tool_tip` and :func:`user_frame`.

@@ -9,10 +9,15 @@ import numpy as np
 import pytest
 from harness.kdl_chain import KdlChain, kdl_pose
 from harness.workspace import ROOT
+from operator_panel.config import ToolSpeeds
+from operator_panel.control.frame_lessons import LESSONS, taught
+from operator_panel.control.tool_jog import ToolArm
 from scara_config import ConfigError, load_robot
 from scara_config.frames import FrameTable, TaughtFrame
 from scara_control.kinematics.base_targets import BaseTargetError, BaseTargets
 from scara_control.kinematics.tool import tool_kinematics
+
+from scara_description.urdf import parse_urdf
 
 ROBOTS = {
     name: load_robot(ROOT / "config" / "robots" / name)
@@ -104,3 +109,27 @@ def test_a_tip_before_a_flange_that_cannot_lean_is_where_the_flange_points() -> 
         expected, _ = BaseTargets(sr6ia, tool).in_base(TABLE, point, None, (0, 1), seed)
         place, yaw = targets.in_base(TABLE, point, None, (0, 1), seed)
         assert place == pytest.approx(expected) and yaw is None
+
+
+@pytest.mark.parametrize("name", ["scara_4axis", "epson_gx4"])
+def test_a_tool_that_was_taught_on_the_page_is_used_as_it_was_taught(name: str) -> None:
+    """The real tip, fixed to the last link, comes to the place, whatever the tool is turned by."""
+    robot = load_robot(ROOT / "config" / "robots" / name)
+    tool = tool_kinematics(robot)
+    chain = KdlChain(tool.joints, robot.home_pose)
+    seed = [robot.home[joint.name] * joint.scale for joint in tool.joints]
+    # By tool0; turned about the vertical alone, a tool does not tell its height.
+    tip = np.array([0.03, -0.02, 0.0])
+    touched = np.array([0.7e-3 * robot.reach_mm, 0.05, 0.1])
+    speeds = ToolSpeeds(slow_mm_s=1.0, fast_mm_s=2.0, slow_deg_s=1.0, fast_deg_s=2.0)
+    arm = ToolArm(robot, parse_urdf(robot.description.read_text("utf-8")), speeds, 10.0)
+    poses = []
+    for yaw in (0.0, 1.0, -1.0):
+        turned = chain.pose(tool.inverse(*touched, None, seed, yaw).chosen.q)[:, :3]
+        q = tool.inverse(*(touched - turned @ tip), None, seed, yaw).chosen.q
+        poses.append(arm.flange({joint.name: each for joint, each in zip(tool.joints, q)}))
+    table = FrameTable({}, {"utool_1": taught(LESSONS["tool_3"], "pin", poses)})
+    point = (0.6e-3 * robot.reach_mm, -0.05, 0.08)
+    target, yaw = BaseTargets(robot, tool).in_base(table, point, 0.4, (0, 1), seed)
+    pose = chain.pose(tool.inverse(*target, None, seed, yaw).chosen.q)
+    assert pose[:, :3] @ tip + pose[:, 3] == pytest.approx(point, abs=1e-6)

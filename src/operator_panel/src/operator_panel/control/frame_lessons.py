@@ -44,7 +44,7 @@ def taught(lesson: FrameLesson, name: str, poses: Sequence[np.ndarray]) -> Taugh
     Args:
         lesson: Which points they are.
         name: Of the frame.
-        poses: Of the tool's own frame in the base, shape (4, 4) [m].
+        poses: Of the flange in the base, shape (4, 4) [m].
 
     Raises:
         FrameError: A point is missing or does not fit, or the name is empty or too long.

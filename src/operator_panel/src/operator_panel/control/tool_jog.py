@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 from scara_config import Joint, Robot
+from scara_description.taught_frames import flange_in_tool
 
 from operator_panel.config import ToolSpeeds
 from operator_panel.control.jog import JogError, Where
@@ -127,6 +128,12 @@ class ToolArm:
     def pose(self, positions: Mapping[str, float]) -> np.ndarray:
         """Return the tool's pose in the root, shape ``(4, 4)``."""
         return link_pose(self.model, self.robot.tool_frame, positions)
+
+    def flange(self, positions: Mapping[str, float]) -> np.ndarray:
+        """Return the flange in the root, by which tool frames are taught; shape ``(4, 4)``."""
+        pose = self.pose(positions)
+        pose[:3, :3] = pose[:3, :3] @ flange_in_tool(self.robot)
+        return pose
 
     def solve(self, positions: Mapping[str, float], twist: np.ndarray) -> dict[str, float]:
         """Return joint velocities that move the tool by ``twist``, or a share of it.

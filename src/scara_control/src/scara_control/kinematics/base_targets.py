@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from scara_config import Robot
 from scara_config.frames import FrameTable, TaughtFrame
-from scara_description.taught_frames import pose_of
+from scara_description.taught_frames import flange_in_tool, pose_of
 
 from scara_control.errors import ScaraControlError
 from scara_control.kinematics.scara import Triple
@@ -31,13 +31,12 @@ class BaseTargets:
     def __init__(self, robot: Robot, tool: ToolKinematics) -> None:
         """Look at how the flange is turned where the tool's yaw is 0."""
         self._tool = tool
+        # A SCARA counts its yaw from zero joints, another arm from home.
+        straight = [robot.home[joint.name] * joint.scale for joint in tool.joints]
         if robot.geometry is not None:
-            # A SCARA's flange is turned by the sum of its turning joints, as its maker counts it.
-            down = robot.home_pose[2][2] < 0.0
-            self._flange = np.diag((1.0, -1.0, -1.0)) if down else np.eye(3)
-        else:
-            home = [robot.home[joint.name] * joint.scale for joint in tool.joints]
-            self._flange = forward_kinematics(ScrewModel.from_robot(robot), home)[:3, :3]
+            straight = [0.0] * len(straight)
+        turn = forward_kinematics(ScrewModel.from_robot(robot), straight)[:3, :3]
+        self._flange = turn @ flange_in_tool(robot)
         axes = [np.array(joint.screw_axis[:3]) for joint in tool.joints if joint.screw_axis]
         across = [np.linalg.norm(np.cross(axis, self._flange[:, 2])) for axis in axes]
         self._leans = robot.geometry is None and max(across, default=0.0) > _PARALLEL

@@ -118,7 +118,7 @@ class _FrameForm:
         except StepError as error:
             view.tell(Answer(False, str(error)), "Record point")
             return
-        self._poses.append(view.desk.arm.pose(now))
+        self._poses.append(view.desk.arm.flange(now))
         self._told()
 
     async def _read(self) -> None:
