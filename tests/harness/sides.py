@@ -94,8 +94,9 @@ class RealSide:
             self.real_path, self.real_path_start = path, now
 
     def end_program(self) -> None:
-        """End it; the robot stays where it is."""
+        """End it; the robot stays where it is. A stream that waited for it begins."""
         self.own_program, self.program_paused, self.real_path = False, False, None
+        self.streaming, self.queued = self.streaming or self.queued, False
 
     def press_estop(self) -> None:
         """Press the robot's emergency stop; it stays pressed until ``estop_pressed`` is cleared."""
@@ -105,7 +106,7 @@ class RealSide:
     def raise_alarm(self) -> None:
         """Stop by an alarm; its cause stays until ``fault_persists`` is cleared."""
         self.fault = self.fault_persists = True
-        self.streaming = False
+        self.streaming = self.queued = False
         self.end_program()
 
     def command_real(self, do: Command) -> None:
@@ -122,6 +123,8 @@ class RealSide:
             self.hold_away = True
             self.program_paused = self.own_program or self.streaming
             self.ahead = {}
+        elif do is Command.END_STREAM:
+            self._forget_setpoints()
         elif do is Command.GIVE_HOLD_BACK:
             self.hold_away = False
         elif do is Command.RELEASE_REAL:
@@ -176,7 +179,7 @@ class RealSide:
         return self.real_path(elapsed), rate(self.real_path, elapsed)
 
     def _drives_off(self) -> None:
-        self.drives = self.streaming = self.program_paused = False
+        self.drives = self.streaming = self.queued = self.program_paused = False
         self.end_program()
         self._forget_setpoints()
 

@@ -57,6 +57,25 @@ def operator_leads(pair: Pair) -> None:
     assert pair.mode == Mode.OPERATOR_LEADS
 
 
+@pytest.mark.parametrize("places", [0, 10], ids=["set points", "ring"])
+def test_a_stream_that_begins_behind_the_robots_own_program_moves_nothing(places: int) -> None:
+    """RSR1 comes right behind that program's start: it waits, and starts the stream at its end."""
+    pair = Pair(places=places)
+    pair.command_delay = 0.03
+    pair.connect()
+    since, goal = len(pair.decisions()), shifted(HOME, 5.0, -5.0)
+    pair.do("MOVE_JOINTS", target=AWAY)
+    pair.run_until(lambda: Command.START_STREAM in pair.performed(), 1.0)
+    pair.start_program(ramp(HOME, goal, 1.0), run=2.0)
+    assert pair.queued and pair.mode is Mode.REAL_LEADS
+    pair.end_program()
+    assert pair.streaming
+    pair.run(3.0)
+    assert pair.real_q == goal
+    assert pair.triggers(since)[-2:] == ["REAL_TOOK_OVER", "AT_REST_STREAMED"]
+    assert pair.mode is Mode.IDLE and not pair.streaming
+
+
 LEADS: list[Callable[[Pair], None]] = [real_leads, twin_leads, operator_leads]
 
 

@@ -41,6 +41,7 @@ class Trigger(StrEnum):
     TWIN_MOVED_PAUSED = "the twin moved although the pair is paused"
     TWIN_MOVED_STOPPED = "the twin moved although the pair is stopped"
     AT_REST = "both stand still and agree"
+    AT_REST_STREAMED = "both stand still, and a stream that was asked for earlier has begun"
     UNSETTLED = "both stand still but do not agree"
     REAL_FAULT = "the real robot reports an alarm that stops it"
     REAL_DRIVES_OFF = "the real robot's drives are off"

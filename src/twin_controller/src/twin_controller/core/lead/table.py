@@ -91,9 +91,11 @@ DEFAULTS: dict[Trigger, Row] = {
 
 # Rows that several modes share.
 _REAL_LEADS = Row(Mode.REAL_LEADS, (Command.BEGIN_FOLLOW_TWIN,), "the twin follows")
+# A stream that was asked for too late waits for the end of the robot's program: what was meant for
+# it must not move the robot then. Its CSTOPI would end that program.
 _TAKE_OVER = Row(
     Mode.REAL_LEADS,
-    (Command.YIELD_TWIN, Command.BEGIN_FOLLOW_TWIN),
+    (Command.END_STREAM, Command.YIELD_TWIN, Command.BEGIN_FOLLOW_TWIN),
     "the real robot wins; the twin's own motion ends",
 )
 _WAS_FIRST = Row(
@@ -112,6 +114,11 @@ _OPERATOR_LEADS = Row(
 _TO_IDLE = Row(Mode.IDLE, (Command.RELEASE_TWIN, Command.BASELINE), "the positions are agreed")
 _TO_IDLE_STREAMED = Row(
     Mode.IDLE, (Command.END_AT_REST, Command.BASELINE), "the positions are agreed"
+)
+_TO_IDLE_UNLED = Row(
+    Mode.IDLE,
+    (Command.RELEASE_TWIN, Command.END_AT_REST, Command.BASELINE),
+    "it is ended, the positions are agreed",
 )
 _ALIGN = Row(Mode.ALIGNING, (Command.BEGIN_ALIGN,), "the twin goes slowly to the real robot's pose")
 _REALIGN = Row(
@@ -252,6 +259,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
     Mode.REAL_LEADS: {
         **_FOLLOWING,
         Trigger.AT_REST: _TO_IDLE,
+        Trigger.AT_REST_STREAMED: _TO_IDLE_UNLED,
         Trigger.UNSETTLED: _REALIGN,
         # Both were started at once: the twin's own move was announced when the robot took the lead.
         Trigger.TWIN_MOVES_TOO: Row(

@@ -154,9 +154,9 @@ def _words(setup: Setup, state: CoreState, trigger: Trigger) -> str:
             return safety.guard.too_fast
         case Trigger.TOO_CLOSE | Trigger.RESUME_BLOCKED if safety.separation.too_close:
             return safety.separation.reason
-        case Trigger.AT_REST | Trigger.UNSETTLED if state.lead.leader == "real":
-            return f"the twin only followed, in {twin.echoed} samples"
-        case Trigger.AT_REST | Trigger.UNSETTLED:
+        case Trigger.AT_REST | Trigger.AT_REST_STREAMED | Trigger.UNSETTLED:
+            if state.lead.leader == "real":
+                return f"the twin only followed, in {twin.echoed} samples"
             return f"the real robot only followed, in {real.echoed} samples"
         case Trigger.STOP_IGNORED if state.orders.stop is not None:
             order = state.orders.stop.order

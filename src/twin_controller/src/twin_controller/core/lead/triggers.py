@@ -244,7 +244,10 @@ def rest_triggers(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
     if lead.mode not in LEADING or not _both_rest(setup, state, now):
         return []
     if deviation(setup, sides) <= config.settle.tolerance:
-        return [Trigger.AT_REST]
+        flags = sides.real.flags
+        unled = flags is not None and flags.streaming and not flags.paused
+        unled = unled and lead.mode is Mode.REAL_LEADS
+        return [Trigger.AT_REST_STREAMED if unled else Trigger.AT_REST]
     since = max(sides.real.change.still_since, sides.twin.change.still_since, lead.since)
     if now - since > config.settle.timeout_ms * 1e-3:
         return [Trigger.UNSETTLED]
