@@ -350,7 +350,7 @@ class Pair(RealSide, TwinSide):
                     target = action.target if action.command == "MOVE_JOINTS" else HOME
                     self.move_twin(ramp(self.twin_q, target, 1.5))
                 text = "done" if accepted else f"refused: {self.motion}"
-                self.feed(events.MoveEnded(self.now, accepted, text))
+                self.feed(events.MoveEnded(self.now, accepted, text, action.number))
 
 
 def idle_pair(**arguments: Any) -> Pair:

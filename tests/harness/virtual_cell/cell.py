@@ -281,7 +281,9 @@ class VirtualCell:
             case OverrideReal():
                 self.real.override(action.speed_percent)
             case MoveTwin():
-                self._to_twin.send(partial(self.twin.move, action, self._move_ended))
+                self._to_twin.send(
+                    partial(self.twin.move, action, partial(self._move_ended, action.number))
+                )
             case Reply():
                 self.replies[action.id] = action
 
@@ -290,8 +292,8 @@ class VirtualCell:
         ahead = reaches_ahead(self.setup, self._state.sides.real)
         self.twin.hear_state(self._state.follow.response.longest, ahead, self.mode, self.why)
 
-    def _move_ended(self, success: bool, message: str) -> None:
-        self.put(MoveEnded(self.clock(), success, message))
+    def _move_ended(self, number: int, success: bool, message: str) -> None:
+        self.put(MoveEnded(self.clock(), success, message, number))
 
     def _wire(self, delay: float, jitter: float, source: random.Random) -> Wire:
         return Wire(self.schedule, delay, jitter, source)

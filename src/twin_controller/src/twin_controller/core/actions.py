@@ -101,7 +101,7 @@ class StreamAhead(Action, frozen=True, tag="stream_ahead"):
 
 
 class MoveTwin(Action, frozen=True, tag="move_twin"):
-    """Ask the twin to move; all fields as in the operator's command."""
+    """Ask the twin to move; fields as in the operator's command, its end brings ``number`` back."""
 
     command: str
     target: tuple[float, ...]
@@ -113,6 +113,7 @@ class MoveTwin(Action, frozen=True, tag="move_twin"):
     speed_mm_s: float = 0.0
     via: tuple[float, ...] = ()
     corner_mm: float = 0.0
+    number: int = 0
 
 
 class CapTwin(Action, frozen=True, tag="cap_twin"):

@@ -217,10 +217,11 @@ class ClockProbe(Event, frozen=True, tag="probe"):
 
 
 class MoveEnded(Event, frozen=True, tag="move_ended"):
-    """The twin's answer to a move that the operator asked for."""
+    """The twin's answer to a move that the operator asked for; 0: to the newest one."""
 
     success: bool
     message: str
+    number: int = 0
 
 
 class Operator(Event, frozen=True, tag="operator"):

@@ -219,7 +219,8 @@ class Engine:
             case MoveTwin():
                 # The answer comes in the link's thread, so it queues up like all inputs.
                 self._twin.move(
-                    action, lambda ok, text: self.put(MoveEnded(time.monotonic(), ok, text))
+                    action,
+                    lambda ok, text: self.put(MoveEnded(time.monotonic(), ok, text, action.number)),
                 )
             case Grip(side="real", on=on):
                 self._real.grip(on)

@@ -152,3 +152,20 @@ def test_what_ended_a_move_stays_the_reason(pair: Pair) -> None:
     assert pair.why == stopped
     assert pair.decisions()[-1].trigger == "MOVE_FAILED"
     assert "cancelled by STOP" in pair.state.lead.move_failed
+
+
+def test_an_answer_to_an_older_move_says_nothing_of_the_newer_one(pair: Pair) -> None:
+    """It comes late, from a node that stood still: the newer move goes on, and may still fail."""
+    older = pair.operate("MOVE_JOINTS", target=(0.1, 0.2, -0.1, 0.0))
+    number = pair.made(MoveTwin)[-1].number
+    pair.do("STOP", run=2.0)
+    begun = len(pair.decisions())
+    newer = pair.operate("MOVE_JOINTS", target=(0.2, 0.2, -0.1, 0.0))
+    assert older.success and newer.success
+    waits = msgspec.structs.replace(pair.state.lead, move_pending=True, move_failed="")
+    pair.state = msgspec.structs.replace(pair.state, lead=waits)
+    pair.feed(MoveEnded(pair.now, False, "cancelled by STOP", number))
+    assert pair.state.lead == waits
+    pair.feed(MoveEnded(pair.now, False, "joint_1 stays 3 deg from its target", number + 1))
+    assert not pair.state.lead.move_pending
+    assert pair.triggers(begun) == ["MOVE", "MOVE_FAILED"]

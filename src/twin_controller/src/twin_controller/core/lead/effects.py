@@ -87,13 +87,15 @@ def carry_out(
         case Command.RELEASE_TWIN:
             return state, [SendTwin(command, reason)]
         case Command.MOVE_TWIN if asked is not None:
-            state = replace(state, lead=replace(state.lead, move_pending=True, move_failed=""))
+            number = state.lead.move + 1
+            lead = replace(state.lead, move_pending=True, move=number, move_failed="")
+            state = replace(state, lead=lead)
             do, target, speed = asked.command, asked.target, asked.speed_percent
             if do == "HOME":
                 # To the twin it is a move of the joints, with a speed of its own.
                 do, target = "MOVE_JOINTS", setup.home
                 speed = speed or setup.config.home.speed_percent
-            way = asked.path, asked.speed_mm_s, asked.via, asked.corner_mm
+            way = asked.path, asked.speed_mm_s, asked.via, asked.corner_mm, number
             return state, [MoveTwin(do, target, speed, asked.elbow, asked.asked, asked.yaw, *way)]
     return state, [SendReal(command, reason)]
 

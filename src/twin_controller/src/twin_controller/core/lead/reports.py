@@ -38,7 +38,7 @@ def note_ended(setup: Setup, lead: Lead, event: AnyEvent) -> tuple[Lead, list[An
     """Note that the operator's move or the robot's own program has ended.
 
     Where nothing stops the robot from here, a program that pauses has ended too: whoever lets it go
-    on stands there.
+    on stands there. Where a newer move has begun, what ended the older one was said.
 
     Args:
         setup: Profile and numbers.
@@ -49,10 +49,8 @@ def note_ended(setup: Setup, lead: Lead, event: AnyEvent) -> tuple[Lead, list[An
         The lead after; the decision MOVE_FAILED if an accepted move did not reach its target.
     """
     match event:
-        case MoveEnded(success=True):
-            return replace(lead, move_pending=False, move_failed=""), []
-        case MoveEnded():
-            return _move_failed(lead, event, setup.config.decision_history)
+        case MoveEnded() if event.number in (0, lead.move):
+            return _move_ended(lead, event, setup.config.decision_history)
         case RealMeasured() if not event.own_program or (event.paused and not setup.writes):
             return lead if lead.program_was_off else replace(lead, program_was_off=True), []
     return lead, []
@@ -131,8 +129,10 @@ def note_override(
     return lead, speeds, [decision]
 
 
-def _move_failed(lead: Lead, event: MoveEnded, history: int) -> tuple[Lead, list[AnyAction]]:
+def _move_ended(lead: Lead, event: MoveEnded, history: int) -> tuple[Lead, list[AnyAction]]:
     """Decide nothing, but say that a move that was accepted has failed, and why."""
+    if event.success:
+        return replace(lead, move_pending=False, move_failed=""), []
     why = f"the operator's move did not reach its target: {event.message}"
     lead = replace(lead, move_pending=False, move_failed=why)
     if lead.mode is Mode.OPERATOR_LEADS:

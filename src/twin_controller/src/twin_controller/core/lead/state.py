@@ -46,8 +46,10 @@ class Lead(msgspec.Struct, frozen=True):
     helpless: bool = False
     # The robot's own program was seen ended since the last stop: one that runs on is no new one.
     program_was_off: bool = True
-    # The twin has not answered the operator's move yet; a pair that waits for it is not at rest.
+    # The twin has not answered the operator's newest move yet; a pair that waits for it is not at
+    # rest. Its number: the answer to an older one may come later.
     move_pending: bool = False
+    move: int = 0
     # Why the operator's last accepted move did not reach its target; until the next one begins.
     move_failed: str = ""
     # At what the real robot's mode switch was seen last; what is not told counts as AUTO.
