@@ -163,7 +163,8 @@ class PoseController:
     def limit_speed(self, percent: float, now: float) -> None:
         """Cap the program speed of this and all coming moves.
 
-        A move that runs slows down where the follower has not been sent yet.
+        A move that runs slows down where the follower has not been sent yet. One that replaced a
+        running one goes no faster than the cap of then, even if the cap is raised later.
 
         Raises:
             MotionRefusedError: Outside 1 to 100.
@@ -266,15 +267,18 @@ class PoseController:
         if self._paused:
             raise MotionRefusedError("paused: RESUME or STOP first")
         start, go_at = self._start(now)
-        hold = self._planner.stop(start).end
+        hold, speed = self._planner.stop(start).end, request.speed_percent
+        moves = any(start.qdot) or any(start.qddot)
+        if moves:
+            # Its scale begins at 1: planned beyond the cap, it would be too fast until that falls.
+            speed = min(speed, self._cap.newest)
         target = request.target(self._joints, hold)
-        path = self._planner.move(start, target, request.speed_percent, request.way)
+        path = self._planner.move(start, target, speed, request.way)
         self._end_move(f"aborted: replaced by move {self._ledger.move_id + 1}")
         self._ledger.begin(now, is_move=True, trims_at=target if trims else ())
         self._begin(self.names, go_at)
-        self._requested, self._peak = request.speed_percent, path.peak_percent(self._joints)
-        scale = 1.0 if any(start.qdot) or any(start.qddot) else self._wanted_scale(go_at)
-        self._driver.start(path, go_at, scale)
+        self._requested, self._peak = speed, path.peak_percent(self._joints)
+        self._driver.start(path, go_at, 1.0 if moves else self._wanted_scale(go_at))
         return self._ledger.move_id
 
     def _state(self) -> State:
@@ -314,18 +318,15 @@ class PoseController:
 
         It may move at once if it moves already.
         """
-        go_at = self._driver.announced(now)
-        if self._driver.drive is None:
+        go_at, drive = self._driver.announced(now), self._driver.drive
+        if drive is None:
             trims = self._ledger.trimming
             rest = self._feedback.rest(self._setpoint, self._ownership, now, trims)
             return JointMotion.at_rest(rest), go_at
         self._feedback.fresh(now)
         if self._commanded != self.names:
             raise MotionRefusedError("still stopping after a joint was taken")
-        return (
-            self._driver.drive.motion,
-            go_at if self._driver.drive.announcing else self._driver.time,
-        )
+        return drive.motion, go_at if drive.announcing else self._driver.time
 
     def _other_command(self) -> str:
         """Say what has command of the joints, so that a stream has not."""

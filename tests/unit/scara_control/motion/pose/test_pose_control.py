@@ -261,6 +261,28 @@ def test_a_move_that_replaces_one_of_a_single_joint_takes_it_over_at_its_speed()
 
 
 @pytest.mark.parametrize(
+    ("first", "then", "stopped"),
+    [(50.0, 50.0, False), (10.0, 100.0, False), (100.0, 20.0, False), (50.0, 50.0, True)],
+)
+def test_a_move_that_replaces_another_keeps_the_cap(first: float, then: float, stopped: bool):
+    """From the first set point on, whatever speeds were asked for, also out of a stop."""
+    bench = Bench()
+    bench.core.limit_speed(10.0, bench.now)
+    bench.move(percent=first)
+    bench.tick(100)
+    if stopped:
+        bench.command(Command.STOP)
+        bench.tick()
+    assert any(bench.qdot)
+    bench.move((1.8, 0.3, -0.1, 0.4), then)
+    bench.tick(60)
+    most = 0.102 * np.array([joint.velocity for joint in ROBOT.twin_joints])
+    speeds = np.abs([point.qdot for packet in bench.packets for point in packet.points])
+    steps = np.abs(np.diff([setpoint.q for setpoint in bench.setpoints], axis=0))
+    assert (speeds <= most).all() and (steps <= most * DT).all() and smooth(bench.setpoints)
+
+
+@pytest.mark.parametrize(
     ("prepare", "text"),
     [
         (
