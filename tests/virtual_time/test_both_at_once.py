@@ -14,6 +14,7 @@ from harness.running.thorough import SEARCH, thorough
 from harness.scenes.steps import AWAY, ROBOT
 from harness.scenes.truth import farthest_apart_mm
 from harness.virtual_cell.cell import VirtualCell
+from harness.virtual_cell.files import load_files
 
 APART_MM = 0.05 * 650.0
 """5 % of the reach."""
@@ -58,3 +59,24 @@ def test_both_sides_started_at_once_stay_together(other: str, gap_ms: int) -> No
         assert farthest_apart_mm(cell.real.truth, cell.twin.truth) < APART_MM
         if other == "move_to":
             assert answers, "whoever asked is told how it ended"
+
+
+def test_a_stream_that_waited_for_the_end_of_a_program_moves_nothing() -> None:
+    """RSR1 comes right behind the press of that program's key, and starts the stream at its end."""
+    with VirtualCell(load_files(ROBOT, plant="field")) as cell:
+        cell.connect()
+        begun = len(cell.decisions)
+        program = cell.files.program_number("TWO_POINT")
+        cell.operate("MOVE_JOINTS", target=AWAY, speed_percent=30.0)
+        cell.real.pendant(100.0, program)
+        cell.wait_until(lambda: cell.real.running, 3.0, "the program")
+        cell.wait_until(lambda: not cell.real.running, 30.0, "its end")
+        cell.schedule.run(0.2)
+        _, ended, _ = cell.real.truth[-1]
+        cell.wait_until(lambda: cell.mode == "IDLE", 5.0, "IDLE")
+        cell.schedule.run(1.0)
+        triggers = [decision.trigger for decision in cell.decisions[begun:]]
+        assert triggers[-1] == "AT_REST_STREAMED", triggers
+        _, stands, _ = cell.real.truth[-1]
+        assert max(abs(a - b) for a, b in zip(stands, ended)) < 1e-3
+        assert cell.real.shown.control_type == 0
