@@ -159,7 +159,7 @@ class TwinSide:
 
     def lose_stream(self) -> None:
         """End the stream of set points as its time-out does, when none comes any more."""
-        self._pose.end_follow()
+        self._pose.end_follow(self._now())
         self._settle()
 
     def cap(self, speed_percent: float) -> None:

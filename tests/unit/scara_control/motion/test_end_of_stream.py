@@ -30,7 +30,7 @@ def test_a_move_is_refused_while_a_stream_is_followed(following: PoseController)
 
 def test_a_move_is_possible_as_soon_as_the_stream_has_been_ended(following: PoseController) -> None:
     """The end of a stream needs no time-out; a resting joint needs no ramp."""
-    following.end_follow()
+    following.end_follow(10.01)
     following.tick(10.02)
     assert following.move((), (0.1, 0.0, -0.1, 0.0), 50.0, 10.02) > 0
 
@@ -40,6 +40,6 @@ def test_ending_a_stream_that_is_not_there_changes_nothing() -> None:
     controller = PoseController(ROBOT, load_motion(ROOT / "config"), 10.0)
     controller.measure(JointMotion.measured(REST, STILL, 10.0))
     move = controller.move((), (0.1, 0.0, -0.1, 0.0), 50.0, 10.0)
-    controller.end_follow()
+    controller.end_follow(10.01)
     controller.tick(10.05)
     assert controller.move((), (0.2, 0.0, -0.1, 0.0), 50.0, 10.05) == move + 1

@@ -76,7 +76,7 @@ class Bench:
         elif packet is not None:
             self.obey(packet)
         if turn.end_stream:
-            self.pose.end_follow()
+            self.pose.end_follow(self.now)
         self.ended += turn.ended
         self.begun += turn.begun
         self.rejected += turn.rejected

@@ -202,7 +202,7 @@ class JointPoseController:
             now, offset = self._clock.now(), self._clock.offset()
             if not message.points:
                 # A message without points says that its sender has ended the stream.
-                self._core.end_follow()
+                self._core.end_follow(now)
                 self._settle(now)
                 return
             setpoints = to_setpoints(message, due_times(message, offset))

@@ -120,9 +120,10 @@ class PoseController:
             self._begin(packet.names, now + late)
         return packet.select(self._commanded) if self._commanded != packet.names else packet
 
-    def end_follow(self) -> None:
+    def end_follow(self, now: float) -> None:
         """End the stream by its source: what still moves stops, and a move is possible at once."""
         if self._stream.session is not None:
+            self._driver.advance(now, self._wanted_scale)
             self._stop("follow: ended by its source")
 
     def jogged(self) -> None:
@@ -141,6 +142,8 @@ class PoseController:
             if self._driver.is_spent(now):
                 # The joints have had no set points for a while and stand: a ramp would move them.
                 self._driver.drive, self._phase = None, Phase.GOING
+            # From where the last tick was, the ramp would pull back what has gone on since.
+            self._driver.advance(now, self._wanted_scale)
             self._estopped = self._estopped or command is Command.ESTOP
             self._paused = False
             self._stream.bar(now)
@@ -314,10 +317,7 @@ class PoseController:
         self._phase = Phase.GOING
 
     def _start(self, now: float) -> tuple[JointMotion, float]:
-        """Return the state from which a move begins, and when it may move.
-
-        It may move at once if it moves already.
-        """
+        """Return the state from which a move begins, and when it may move: at once if it moves."""
         go_at, drive = self._driver.announced(now), self._driver.drive
         if drive is None:
             trims = self._ledger.trimming
@@ -343,10 +343,7 @@ class PoseController:
         return 0.0 if self._paused else min(1.0, self._cap.at(at) / self._requested)
 
     def _watch(self, now: float) -> None:
-        """Stop when the stream or the measurements fail to come.
-
-        See whether the joints have arrived.
-        """
+        """Stop when stream or measurements fail to come; see whether the joints have arrived."""
         silence = self._stream.silence(now)
         if silence:
             self._stop(silence)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import msgspec
 import pytest
-from harness.opponents.ideal_twin import CONFIG, HOME, MODES, ROBOT, Bench, smooth
+from harness.opponents.ideal_twin import CONFIG, DT, HOME, MODES, NAMES, ROBOT, Bench, smooth
+from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.motion.commands import Command, MotionRefusedError
 from scara_control.motion.pose_control import PoseController
 
@@ -86,6 +87,28 @@ def test_stop_while_following_is_not_undone_by_the_rest_of_the_stream():
     bench.tick(15)
     bench.stream(bench.q)
     assert bench.report.state == "following"
+
+
+@pytest.mark.parametrize("points", [1, 14])
+@pytest.mark.parametrize("end", [Command.STOP, Command.ESTOP, None])
+def test_a_stop_behind_a_standstill_does_not_pull_a_stream_back(points: int, end: Command | None):
+    """The twin went on by the last packet and stands there: no ramp begins where it was before."""
+    bench = Bench()
+    for k in range(20):
+        bench.tick()
+        ahead = [(bench.now + j * DT, 0.02 * (k + j)) for j in range(points)]
+        still, speed = (0.0,) * 4, (2.0, 0.0, 0.0, 0.0)
+        due = [JointMotion((q, 0.0, -0.16, 0.0), speed, still, time) for time, q in ahead]
+        bench.core.follow(Setpoints(NAMES, tuple(due)), bench.now)
+        bench.q = due[0].q
+    session = bench.core._stream.session
+    assert session is not None
+    bench.now += 0.4
+    rest = session.motion(bench.now).q
+    bench.command(end, "test") if end else bench.core.end_follow(bench.now)
+    bench.tick(50)
+    assert all(setpoint.q == pytest.approx(rest) for setpoint in bench.setpoints)
+    assert bench.report.standing_still and bench.report.setpoint == pytest.approx(rest)
 
 
 @pytest.mark.parametrize(
