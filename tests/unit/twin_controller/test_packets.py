@@ -85,6 +85,10 @@ def test_a_joint_state_becomes_an_input_in_the_cores_order() -> None:
             {"name": list(NAMES[:3]), "position": ZERO[:3], "velocity": ZERO[:3]},
             "name = .*: table_joint missing",
         ),
+        (
+            {"name": [*NAMES, "joint_1"], "position": [*ZERO, 1.0], "velocity": [*ZERO, 0.0]},
+            "name = .*: joint_1 more than once",
+        ),
         ({"name": None}, "name: missing"),
         ({"name": "joint_1"}, "name: missing"),
         ({"position": ZERO[:3]}, r"position: expected 4 numbers, got \[0.0, 0.0, 0.0\]"),

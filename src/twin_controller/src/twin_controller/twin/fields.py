@@ -19,13 +19,20 @@ class PacketError(ValueError):
 
 
 def order_of(message: Mapping[str, Any], field: str, names: Sequence[str]) -> tuple[list[int], int]:
-    """Return where each of our joints stands in the message, and how many joints it has."""
+    """Return where each of our joints stands in the message, and how many joints it has.
+
+    Raises:
+        PacketError: One of ours is missing, or stands there twice.
+    """
     given = message.get(field)
     if not isinstance(given, list):
         raise PacketError(f"{field}: missing")
     missing = [name for name in names if name not in given]
     if missing:
         raise PacketError(f"{field} = {shown(given)}: {', '.join(missing)} missing")
+    doubled = [name for name in names if given.count(name) > 1]
+    if doubled:
+        raise PacketError(f"{field} = {shown(given)}: {', '.join(doubled)} more than once")
     return [given.index(name) for name in names], len(given)
 
 
