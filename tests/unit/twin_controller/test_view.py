@@ -181,6 +181,14 @@ def test_alarm_and_divergence_are_errors(pair: Pair) -> None:
     assert level(changed(state, safety__divergence__alarm=True), "pair") == Level.ERROR
 
 
+@pytest.mark.parametrize("name", list(Mode))
+def test_a_delay_is_told_only_while_the_tools_are_compared(pair: Pair, name: Mode) -> None:
+    """Behind a STOP or a lost link nobody ends its alarm until ALIGN, and nobody is behind."""
+    state = mode(pair.state, name, safety__delay__judged__alarm=True)
+    expected = Level.WARN if name in (Mode.IDLE, *LEADING) else Level.OK
+    assert level(state, "delay") == expected
+
+
 def test_counters_of_the_links_are_among_their_values(pair: Pair) -> None:
     """What was received, rejected, reconnected."""
     found = statuses(SETUP, pair.state, {"real": {"rejected": 3}}, pair.now)

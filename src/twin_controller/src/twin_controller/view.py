@@ -14,6 +14,7 @@ from twin_controller.core.actions import Decided
 from twin_controller.core.control import NOBODY, others_text
 from twin_controller.core.follow.ahead import reaches_ahead
 from twin_controller.core.lead.modes import Mode
+from twin_controller.core.lead.table import LEADING
 from twin_controller.core.orders.gripper import gripper_text
 from twin_controller.core.safety.divergence import tools
 from twin_controller.core.setup import Setup
@@ -138,9 +139,10 @@ def alarm_text(state: CoreState) -> str:
 
 
 def delay_text(state: CoreState) -> str:
-    """Say who is behind, by how much time and how far; empty if nobody is."""
+    """Say who is behind, by how much time and how far; empty if nobody is, or nobody compares."""
     delay = state.safety.delay
-    if not delay.judged.alarm:
+    # Nobody compares the tools in other modes: an alarm from before would go on until ALIGN.
+    if not delay.judged.alarm or state.lead.mode not in (Mode.IDLE, *LEADING):
         return ""
     behind, ahead = "real robot", "twin"
     if state.lead.leader == "real":
