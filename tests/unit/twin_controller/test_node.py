@@ -5,14 +5,25 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
+import msgspec
 import pytest
 import rospy
-from harness.pair import SETUP, idle_pair
+from harness.pair import HOME, SETUP, idle_pair, ramp, shifted
 from sensor_msgs.msg import JointState
 from twin_controller.core.events import RealMeasured
 from twin_controller.reporting.publisher_thread_node import Batch
 from twin_controller.reporting.publishing_node import Publishing
 from twin_controller.twin_controller_node import Node
+
+
+def published(batch: Batch) -> list[JointState]:
+    """Return what is published of a batch for who records the real robot."""
+    told: list[JointState] = []
+    publishing: Any = Publishing.__new__(Publishing)
+    publishing._setup = SETUP
+    publishing._joints = SimpleNamespace(get_num_connections=lambda: 1, publish=told.append)
+    publishing._publish_samples(batch)
+    return told
 
 
 def test_a_sample_older_than_simulated_time_has_the_stamp_zero() -> None:
@@ -21,13 +32,30 @@ def test_a_sample_older_than_simulated_time_has_the_stamp_zero() -> None:
     last = pair.state.sides.real.last
     at = pair.now
     sample = RealMeasured(at, sent=at, received=at, clock_ms=0, motion=last)
-    told: list[JointState] = []
-    publishing: Any = Publishing.__new__(Publishing)
-    publishing._setup = SETUP
-    publishing._joints = SimpleNamespace(get_num_connections=lambda: 1, publish=told.append)
     batch = Batch([sample], pair.state, [], last.time + 0.005, rospy.Time(0))
-    publishing._publish_samples(batch)
-    assert [message.header.stamp for message in told] == [rospy.Time(0)]
+    assert [message.header.stamp for message in published(batch)] == [rospy.Time(0)]
+
+
+def test_readings_that_are_taken_at_once_have_each_its_own_stamp_and_speeds() -> None:
+    """Who records keeps the first of equal stamps: an old position would count as a new one."""
+    pair = idle_pair()
+    pair.start_program(ramp(HOME, shifted(HOME, 20.0, -30.0, 40.0, 10.0), 1.0), run=0.3)
+    heard = [event for event in pair.inputs if isinstance(event, RealMeasured)]
+    # The robot tells no speeds.
+    older, newer = (
+        msgspec.structs.replace(each, motion=msgspec.structs.replace(each.motion, qdot=()))
+        for each in heard[-2:]
+    )
+    first, second = published(Batch([older, newer], pair.state, [], pair.now, rospy.Time(100)))
+    apart = (second.header.stamp - first.header.stamp).to_sec()
+    assert apart == pytest.approx(1e-3 * (newer.clock_ms - older.clock_ms), abs=1e-4)
+    assert 0.0 < 100.0 - second.header.stamp.to_sec() < 0.02
+    for message, event, known in zip((first, second), (older, newer), heard[-2:]):
+        assert message.position == list(event.motion.q)
+        assert message.velocity == list(known.motion.qdot)
+    # The core took no such reading in: nobody knows its instant.
+    unknown = msgspec.structs.replace(newer, motion=msgspec.structs.replace(newer.motion, q=HOME))
+    assert not published(Batch([unknown], pair.state, [], pair.now, rospy.Time(100)))
 
 
 @pytest.mark.parametrize(("hangs", "died"), [(False, False), (True, False), (False, True)])

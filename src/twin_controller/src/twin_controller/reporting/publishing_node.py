@@ -130,15 +130,18 @@ class Publishing:
         """Publish the real robot's samples of a batch if somebody listens."""
         if not self._joints.get_num_connections():
             return
+        # A late engine takes several readings at once: the history has instant and speeds of each.
+        # One that the core did not take in stands nowhere in it.
+        rows = {row.q: row for row in batch.state.sides.real.history[-len(batch.events) :]}
         for event in batch.events:
-            if isinstance(event, RealMeasured) and batch.state.sides.real.history:
+            if isinstance(event, RealMeasured) and event.motion.q in rows:
+                row = rows[event.motion.q]
                 # Its age is ours, and so taken off ROS time; the robot's stamp is of its own clock.
-                age = batch.now - batch.state.sides.real.last.time
+                age = batch.now - row.time
                 # Simulated time begins at 0, and a ROS time is never negative.
                 true_at = rospy.Time.from_sec(max(0.0, batch.stamp.to_sec() - age))
                 message = JointState(header=_header(true_at), name=list(self._setup.names))
-                qdot = event.motion.qdot or batch.state.sides.real.last.qdot
-                message.position, message.velocity = list(event.motion.q), list(qdot)
+                message.position, message.velocity = list(row.q), list(row.qdot)
                 message.effort = list(event.efforts)
                 self._joints.publish(message)
 
