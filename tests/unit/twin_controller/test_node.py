@@ -8,6 +8,7 @@ from typing import Any
 import msgspec
 import pytest
 import rospy
+from harness.opponents.memory_robot import STANDS
 from harness.pair import HOME, SETUP, idle_pair, ramp, shifted
 from sensor_msgs.msg import JointState
 from twin_controller.core.events import RealMeasured
@@ -56,6 +57,17 @@ def test_readings_that_are_taken_at_once_have_each_its_own_stamp_and_speeds() ->
     # The core took no such reading in: nobody knows its instant.
     unknown = msgspec.structs.replace(newer, motion=msgspec.structs.replace(newer.motion, q=HOME))
     assert not published(Batch([unknown], pair.state, [], pair.now, rospy.Time(100)))
+
+
+@pytest.mark.parametrize("told", [None, True, False])
+def test_a_robot_that_does_not_tell_of_its_pendant_is_of_no_known_mode(told: bool | None) -> None:
+    """A map of who follows has no signals: nothing would say that it is automatic."""
+    publishing: Any = Publishing.__new__(Publishing)
+    publishing._status = SimpleNamespace()
+    publishing._data_pace = SimpleNamespace(is_due=lambda *_: False)
+    sample = msgspec.structs.replace(STANDS, pendant_enabled=told)
+    publishing.robot_data(sample, "", "", 0)
+    assert publishing._status.pendant_enabled is told
 
 
 @pytest.mark.parametrize(("hangs", "died"), [(False, False), (True, False), (False, True)])

@@ -362,6 +362,14 @@ def test_what_a_robot_does_not_give_is_unknown_or_told_by_prg(
     assert FOLLOWED.setpoint is None and FOLLOWED.outputs is None
 
 
+def test_only_a_robot_with_signals_tells_whether_its_pendant_is_enabled() -> None:
+    """Without them a pendant that is off would make it automatic."""
+    enabled = [name == "tpenbl" for name in LAYOUT.discrete_inputs] + [False] * 10
+    assert CODEC.decode_sample(state_words(), enabled).pendant_enabled is True
+    assert CODEC.decode_sample(state_words(), SIGNALS).pendant_enabled is False
+    assert FOLLOWED.decode_sample(followed_words()).pendant_enabled is None
+
+
 @pytest.mark.parametrize(
     ("ticks", "clock_ms"), [(2**30 - 1, 2**31 - 2), (2**30, 0), (-(2**31), 0), (-1, 2**31 - 2)]
 )

@@ -151,6 +151,7 @@ class RegisterCodec:
             plain_clock=self._plain_clock,
             ring_places=self._places,
             operation_mode=next((mode for mode, bits in MODE_BITS.items() if bits == switch), ""),
+            pendant_enabled="tpenbl" in on if self._outputs or self._status else None,
             efforts=tuple(efforts),
             axes=tuple([axis if math.isfinite(axis) else 0.0 for axis in axes]),
             **{name: self._number(name, words) for name in NUMBERS if name in self._registers},

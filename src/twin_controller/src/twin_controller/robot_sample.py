@@ -62,6 +62,7 @@ class RobotSample(msgspec.Struct, frozen=True):
         ring_read: Number of the one that it took last, 1..32760; 0 before the first.
         ring_underruns: So often it had none left.
         operation_mode: At what its mode switch stands: AUTO, T1 or T2; empty: it does not tell.
+        pendant_enabled: The teach pendant has the robot, by TPENBL.
         efforts: Of all joints in the order of robot.yaml [N m or N]; empty: it does not tell.
         axes: Of the controller, as read [deg or mm], 0 where one is not finite; also those that
             robot.yaml does not name.
@@ -80,6 +81,7 @@ class RobotSample(msgspec.Struct, frozen=True):
     ring_read: int = 0
     ring_underruns: int = 0
     operation_mode: str = ""
+    pendant_enabled: bool | None = None
     efforts: tuple[float, ...] = ()
     axes: tuple[float, ...] = ()
 

@@ -213,7 +213,7 @@ class Publishing:
         speed = sample.speed_percent
         running = "progrun" in sample.outputs
         ready = "sysrdy" in sample.outputs and "fault" not in sample.outputs
-        self._status.pendant_enabled = "tpenbl" in sample.outputs
+        self._status.pendant_enabled = sample.pendant_enabled
         self._status.alarm_number = alarm_number
         mode = sample.operation_mode
         shown = (kind, speed, running, ready, program, alarm, mode)
