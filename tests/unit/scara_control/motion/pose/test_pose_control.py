@@ -418,3 +418,15 @@ def test_a_stop_behind_a_standstill_moves_nothing(command: Command) -> None:
     assert len(bench.packets) == count
     (outcome,) = bench.outcomes
     assert not outcome.success and f"aborted by {command.name}: test" in outcome.message
+
+
+def test_a_stop_within_the_horizon_begins_where_the_joints_are() -> None:
+    """They have gone on by their set points: a ramp from before would pull them back."""
+    bench = Bench()
+    bench.move()
+    bench.tick(25)
+    there = bench.packets[-1].points[10]
+    bench.now = there.time
+    bench.command(Command.STOP)
+    bench.tick()
+    assert bench.setpoints[-1].q[0] > there.q[0]
