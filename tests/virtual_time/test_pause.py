@@ -137,8 +137,9 @@ def test_a_twin_that_somebody_lets_go_during_a_pause_is_held_again(cell: PausedC
 
 
 def test_a_move_that_begins_on_the_twin_during_a_pause_is_held(cell: PausedCell) -> None:
-    """Its pose controller had nothing to pause, so it took the move."""
+    """A program of the twin's side had resumed it, so its pose controller took the move."""
     rested = led_by_the_robot_and_paused(cell)
+    cell.twin.told(Command.RESUME)
     cell.twin.lose_stream()
     cell.twin.move_to.begin((0.51, 0.16, 0.10), 50.0, "", lambda *_: None)
     cell.schedule.run(2.0)

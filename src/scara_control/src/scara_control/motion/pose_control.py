@@ -154,10 +154,11 @@ class PoseController:
                 self._stop(f"aborted by {command.text(reason)}")
         elif command is Command.RESET:
             self._estopped, self._message = False, ""
-        elif command is Command.PAUSE and self._stream.session is not None:
-            self._message = "PAUSE: following a stream, which decides; pause its source"
         elif command is Command.PAUSE:
+            # Of a stream its source decides; once that has ended, no move begins before RESUME.
             self._paused = True
+            if self._stream.session is not None:
+                self._message = "PAUSE: following a stream, which decides; pause its source"
         else:
             self._paused = False
             if self._phase is Phase.PARKED:

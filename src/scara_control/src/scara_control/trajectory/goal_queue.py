@@ -99,6 +99,8 @@ class GoalQueue:
         # Its key, the goal, since when it waits, and whether it is that of who holds control.
         self._waiting: tuple[Hashable, Goal, float, bool] | None = None
         self._refused: list[tuple[Hashable, GoalError]] = []
+        # Since PAUSE, until RESUME or a stop: it outlives the goal that ran.
+        self._paused = False
 
     def measure(self, measured: JointMotion) -> None:
         """Take in what the joints were measured to do."""
@@ -143,7 +145,10 @@ class GoalQueue:
         What waits never begins after a stop or a pause, nor does a goal of which
         joint_pose_controller has seen nothing yet. One that it follows ends there, on its ramp: it
         gets no set points after a stop, which would begin a new stream if it has ended the old one.
+        After a pause none is accepted until RESUME or a stop.
         """
+        if command is not Command.RESET:
+            self._paused = command is Command.PAUSE
         if command in ENDING and self._waiting is not None:
             key = self._waiting[0]
             text = f"cancelled by {command.text(reason)}, before it began"
@@ -174,9 +179,11 @@ class GoalQueue:
             GoalError: It is rejected; the text says why.
         """
         self._go_on_to(now)
+        self._judge_mode(now, own)
+        if self._paused:
+            raise GoalError(Code.INVALID_GOAL, f"paused: {_WAYS_OUT[State.PAUSED]}")
         if self._running is not None:
-            # Judged and planned first: a goal that is refused must not end the one that runs.
-            self._judge_mode(now, own)
+            # Planned first: a goal that is refused must not end the one that runs.
             self._plan(goal, now)
             self._running.execution.end(
                 Ended(Code.SUCCESSFUL, "replaced by a newer goal", cancelled=True)
@@ -185,7 +192,6 @@ class GoalQueue:
                 raise GoalError(Code.INVALID_GOAL, "another goal is waiting already")
             self._waiting = (key, goal, now, own)
             return False
-        self._judge_mode(now, own)
         if self._state != State.IDLE:
             state, way = "has not said anything yet", ""
             if self._state:
