@@ -256,6 +256,19 @@ def test_whatever_goes_wrong_ends_the_run_at_its_line(
     assert len(scene.cell.sent) == sent
 
 
+def test_a_step_behind_a_run_is_of_the_line_at_which_that_was_ended(scene: Scene) -> None:
+    """Its motion did not end; what was stepped through before the run counts no more."""
+    for _ in range(3):
+        asyncio.run(scene.leading.step())
+    scene.cell.mode, scene.cell.left, scene.cell.happens = "IDLE", 0, stopped
+    scene.cell.sent.clear()
+    assert "line 2" in scene.run()
+    scene.cell.mode = "IDLE"
+    asyncio.run(scene.leading.step())
+    assert scene.cell.sent[-1][1]["joint_positions"][0] == pytest.approx(0.1, abs=1e-6)
+    assert scene.leading.chosen == 2
+
+
 def test_page_that_is_gone_ends_its_run(scene: Scene) -> None:
     """A reload too: the new page has another connection."""
 

@@ -177,9 +177,12 @@ class Leading:
             if refused := await self._view.desk.take(self._view.session.page):
                 raise TeachError(refused)
             walk = Walk(await self._in_joints(), self._view.robot)
+            # A line that something ends comes again by Step, as one that was refused.
+            self._walk = walk.copied()
             while not isinstance(act := walk.run_on(), Word):
                 self.chosen = walk.at
                 await self._do(walk, act)
+                self._walk = walk.copied()
         finally:
             self._lesson.runner = ""
         return "good", f"{walk.draft.program.name} has ended."
