@@ -56,7 +56,7 @@ class Publishing:
         self._inputs = InputPublisher(setup)
         self._status = StatusPublisher(setup)
         self._joints = rospy.Publisher(
-            "real/joint_states", JointState, queue_size=2, tcp_nodelay=True
+            "real/joint_states", JointState, queue_size=10, tcp_nodelay=True
         )
         self._data = rospy.Publisher("real/robot_data", RobotData, queue_size=2, tcp_nodelay=True)
         self._audit = rospy.Publisher(
