@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from threading import Lock
 from types import SimpleNamespace
 
 import pytest
+import rospy
 from scara_control.joint_track import JointTrack
 from scara_control.motion.commands import Command
 from scara_control.pid import PidGains
@@ -14,6 +16,7 @@ from scara_simulation.config import LoopGains
 from scara_simulation.joints.control import JointControl
 from scara_simulation.joints.model import JointModel
 from scara_simulation.simulation import Simulation, Timing
+from scara_simulation.simulator_ports_node import CommandPorts
 
 MS = 1_000_000
 EPOCH = 1_700_000_000_123_456_789
@@ -177,14 +180,23 @@ def test_an_emergency_stop_ends_set_points_that_were_taken_before(
     assert run(simulation, desk, 5000).positions[0] == pytest.approx(stands_at, abs=0.05)
 
 
-@pytest.mark.parametrize("begin", [0.31, 0.9])
-def test_set_points_that_come_in_the_ramp_of_an_emergency_stop_end_with_it(simulation, desk, begin):
-    """Also those that would begin behind it."""
+@pytest.mark.parametrize(
+    ("track", "most"),
+    [
+        (moving(0.5, duration=5.0, begin=0.31), 0.4),
+        (moving(0.5, duration=5.0, begin=0.9), 0.2501),
+        (moving(0.0, start=4.0, duration=0.01, begin=0.31), 3.5),
+    ],
+)
+def test_set_points_that_come_in_the_ramp_of_an_emergency_stop_end_with_it(
+    simulation, desk, track, most
+):
+    """Also those that would begin behind it, and a jump that the joint still catches up with."""
     desk.obey(Command.ESTOP, simulation.now)
     run(simulation, desk, 300)
-    desk.track(sent(moving(0.5, duration=5.0, begin=begin)), simulation.now)
-    assert run(simulation, desk, 600).positions[0] < 0.25 + 0.5 * 0.25
-    stood = run(simulation, desk, 10).positions[0]
+    desk.track(sent(track), simulation.now)
+    stood = run(simulation, desk, 700).positions[0]
+    assert stood < most
     assert run(simulation, desk, 4000).positions[0] == pytest.approx(stood, abs=1e-4)
     with pytest.raises(CommandError, match="RESET first"):
         desk.track(sent(moving()), simulation.now)
@@ -197,3 +209,18 @@ def test_an_emergency_stop_leaves_a_joint_that_rests_behind_its_set_points(simul
     desk.obey(Command.ESTOP, simulation.now)
     assert run(simulation, desk, 1000).positions[0] == pytest.approx(0.3, abs=1e-6)
     assert simulation.control.modes == "slide:trajectory"
+
+
+def test_the_node_looks_after_set_points_behind_each_run_of_steps(simulation, desk, monkeypatch):
+    """And tells that another loop has the joint now."""
+    for kind in ("Publisher", "Subscriber", "Service"):
+        monkeypatch.setattr(rospy, kind, lambda *_, **__: SimpleNamespace())
+    idle, told = dict.fromkeys(("pause", "unpause", "reset")), []
+    runner = SimpleNamespace(lock=Lock(), simulation=simulation, **idle)
+    ports = CommandPorts(["slide"], runner, desk, SimpleNamespace(publish_modes=told.append))
+    desk.track(sent(moving(0.5, duration=5.0)), simulation.now)
+    desk.obey(Command.ESTOP, simulation.now)
+    for _ in range(6):
+        simulation.advance(100)
+        ports.ran()
+    assert told == ["slide:position", "slide:trajectory", "slide:velocity"]
