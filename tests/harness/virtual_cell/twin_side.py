@@ -205,6 +205,7 @@ class TwinSide:
     def _step(self) -> None:
         for snapshot in self.simulation.advance(1):
             self._show(snapshot)
+        self._desk.end_tracks(self.simulation.now)
 
     def _show(self, snapshot: Snapshot) -> None:
         """Publish the joint states: to the twin's nodes, and less often to the controller."""
