@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import select
 import signal
+import socket
 import sys
 from typing import Annotated
 
@@ -73,9 +74,14 @@ def serve(
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: sys.exit(0))
     print(f"pendant_page: {shown_address(page_host, page_port, token, file)}", flush=True)
-    with listener:
+    woken, wake = socket.socketpair()
+    with listener, woken, wake:
+        # A signal that comes right before the call does not end it: it must have something to read.
+        wake.setblocking(False)
+        signal.set_wakeup_fd(wake.fileno())
         # Who connects is answered once the page is loaded.
-        select.select([listener], [], [])
+        select.select([listener, woken], [], [])
+        signal.set_wakeup_fd(-1)
         from fanuc_emulator.pendant.pendant_station_io import PendantStation
         from fanuc_emulator.pendant.pendant_view_io import PendantPage, serve_page
 
