@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import os
+import re
 from dataclasses import replace
 
 import msgspec
 import numpy as np
 import pytest
+from fanuc_emulator.tp.rehearsal import rehearse
 from harness.pair import SETUP
 from harness.running.thorough import thorough
 from harness.yaml_files import CONFIG
 from scara_config import KeepOut
 from scara_config.payload import load_payloads
 from scara_config.profile import CHOICE
-from scara_config.programs.files import ProgramSteps
+from scara_config.programs.files import (
+    ProgramSteps,
+    checked_listing,
+    program_path,
+    taught_of,
+)
 from scara_config.programs.steps import GripperStep, MoveStep, WaitStep
 from scara_control.dynamics.effort import load_of
 from scara_control.dynamics.planner import Planner
@@ -177,6 +184,30 @@ def test_a_folded_arm_hits_a_post_with_its_first_link(world: World, is_in_urdf: 
     verdict = judge(there, end)
     assert verdict.outcome is Outcome.REFUSED
     assert "link_1 would hit post" in verdict.sentence
+
+
+@pytest.mark.parametrize(
+    ("instead", "early"),
+    [("!", (("14", 40), ("22", 20))), ("WAIT .03(sec)", (("14", 10),)), ("WAIT .04(sec)", ())],
+)
+def test_no_motion_begins_before_the_suction_answers(
+    world: World, instead: str, early: tuple[tuple[str, int], ...]
+) -> None:
+    """PALLETISE's first part without its waits: lost at the pick, carried along at the place."""
+    text = re.sub(r"WAIT +\.\d+\(sec\)", "!", program_path("PALLETISE", CONFIG).read_text())
+    text = re.sub(r"WAIT RI\S+", instead, text).replace("TO 9 ;", "TO 1 ;")
+    robot = world.cell.robot
+    taught = taught_of(checked_listing(text, robot, "P"), robot, "P")
+    verdict = judge(world, steps(*rehearse(taught, robot, {})))
+    assert verdict.outcome is (Outcome.REFUSED if early else Outcome.OK), verdict.sentence
+    assert [(reason.cause, reason.step, reason.text) for reason in verdict.reasons] == [
+        (
+            Cause.GRIP,
+            f"line {line} of TEST",
+            f"begins {ms} ms before the suction answers: add WAIT RI[1]",
+        )
+        for line, ms in early
+    ]
 
 
 def test_a_way_that_was_free_with_an_empty_hand_is_looked_at_again_with_a_part(

@@ -95,11 +95,19 @@ class WaitStep(msgspec.Struct, frozen=True):
 
 
 class GripperStep(msgspec.Struct, frozen=True):
-    """The suction is switched; done when the vacuum is there, or gone."""
+    """The suction is switched.
+
+    Attributes:
+        line: Its number.
+        on: Grip, or let go.
+        program: In which the line stands; empty: in that which was started.
+        awaited: The next step begins when the vacuum is there, or gone; else at once.
+    """
 
     line: int
     on: bool
     program: str = ""
+    awaited: bool = True
 
 
 Step = MoveStep | PathStep | WaitStep | GripperStep

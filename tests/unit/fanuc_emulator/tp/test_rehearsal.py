@@ -101,11 +101,25 @@ def test_the_suction_is_switched_in_the_line_that_waits_for_its_answer() -> None
     found = walked("RO[1]=ON", "WAIT RI[1]=ON", move[0], "RO[1:suction]=OFF", "WAIT .1(sec)")
     assert [found[0], *found[2:]] == [
         GripperStep(2, True),
-        GripperStep(4, False),
+        GripperStep(4, False, awaited=False),
         WaitStep(5, 0.1),
     ]
     assert walked("RO[1]=OFF") == [GripperStep(1, False)]
     assert walked("J P[1] 9% CNT0", "RO[1]=OFF")[-1] == GripperStep(2, False)
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("WAIT RI[1:vacuum]=ON", GripperStep(2, True)),
+        ("WAIT RI[1]=ON AND RO[1]=ON TIMEOUT,LBL[1]", GripperStep(2, True)),
+        ("WAIT DI[1]=ON", GripperStep(1, True, awaited=False)),
+        ("J P[1] 9% FINE", GripperStep(1, True, awaited=False)),
+    ],
+)
+def test_only_the_answer_of_the_suction_is_a_wait_for_it(line: str, told: GripperStep) -> None:
+    """Another input may be on already; what is switched last of all nobody has to wait for."""
+    assert walked("RO[1]=ON", line, "LBL[1]")[0] == told
 
 
 def test_an_input_that_was_waited_for_is_on() -> None:

@@ -5,6 +5,7 @@ Nothing is known of the robot but what the program itself has set. The vacuum fo
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
@@ -23,7 +24,7 @@ from scara_config.programs.tp.listing import (
     PulseTime,
 )
 from scara_config.programs.tp.printer import print_expression
-from scara_config.programs.tp.values import ExecutionError, Pose, Value, Written, as_number, truth
+from scara_config.programs.tp.values import ExecutionError, Pose, Value, Written, as_number
 from scara_config.programs.walk import UnknownValueError
 
 from fanuc_emulator.alarms import RefusedError
@@ -38,6 +39,8 @@ MOST = 100_000
 as anybody can know [our]."""
 GRIPPER, VACUUM = Indexed("RO", (1.0,)), Indexed("RI", (1.0,))
 """The suction and its answer."""
+ANSWER = re.compile(r"\bRI\[1[:\]]")
+"""The answer, in a condition as it is printed."""
 
 
 def read_program(path: Path, robot: Robot, directory: Path | str | None = None) -> ProgramSteps:
@@ -102,7 +105,7 @@ class _Known(Registers):
         # The motions so far, and where those end of which that was asked.
         self.moves: list[MoveStep | PathStep] = []
         self._here: tuple[float, ...] | None = None
-        # How the suction was switched, until something that takes time comes behind it.
+        # How the suction was switched, until a step comes behind it.
         self.switched: GripperStep | None = None
         # Tells number and program of the line that is executed; no name: the one that was started.
         self.place: Callable[[], tuple[int, str]] = lambda: (0, "")
@@ -249,8 +252,8 @@ def _steps(executor: Executor, memory: _Known) -> Iterator[Step]:
             waiting = None
         until = executor.step if isinstance(executor.step, UntilStep) else None
         count += 1 if step is not None or until is not None else MOST_LINES
-        if memory.switched is not None and until is None and (step or executor.ended):
-            yield memory.switched
+        if memory.switched is not None and (step is not None or executor.ended):
+            yield _in_its_line(memory.switched, step, memory.place()[1])
             memory.switched = None
         if executor.ended:
             return
@@ -271,14 +274,19 @@ def _steps(executor: Executor, memory: _Known) -> Iterator[Step]:
                 yield WaitStep(until.line, seconds, program)
         if isinstance(step, UntilStep) and step.jump is None:
             memory.wait_for(step.condition)
-        if isinstance(step, UntilStep) and memory.switched is not None:
-            # The answer of the suction is what it waits for: it takes its time in this line.
-            memory.switched = GripperStep(step.line, memory.switched.on, program)
-            holds = truth(step.condition, executor.frame.memory)
-            if holds:
-                yield memory.switched
-                memory.switched = None
     raise ConfigError(f"{executor.frame.program.name}: {MOST} lines do not lead to its end")
+
+
+def _in_its_line(
+    switched: GripperStep, step: Step | UntilStep | StreamStep | None, program: str
+) -> GripperStep:
+    """Return a switch of the suction in the line that waits for its answer, else in its own.
+
+    Behind the last line of a program nothing begins too soon.
+    """
+    if isinstance(step, UntilStep) and ANSWER.search(print_expression(step.condition)):
+        return GripperStep(step.line, switched.on, program)
+    return msgspec.structs.replace(switched, awaited=step is None)
 
 
 def _to_its_end(step: MoveStep | PathStep) -> MoveStep | PathStep:

@@ -29,6 +29,10 @@ def plan_program(world: World, motion: ProgramSteps) -> Planned:
         row.words = f"line {step.line} of {step.program or motion.name}"
         match step:
             case MoveStep() | PathStep():
+                if row.answered - row.now > NO_TIME:
+                    early_ms = 1e3 * (row.answered - row.now)
+                    text = f"begins {early_ms:.0f} ms before the suction answers: add WAIT RI[1]"
+                    reasons.append(Reason(Cause.GRIP, row.now, row.words, None, text))
                 try:
                     # Noted, and planned all the same: the lines behind it shall be judged too.
                     if isinstance(step, MoveStep):
@@ -46,7 +50,7 @@ def plan_program(world: World, motion: ProgramSteps) -> Planned:
             case WaitStep():
                 row.stand(step.seconds)
             case GripperStep():
-                row.grip(step.on)
+                row.grip(step)
     row.settle()
     return Planned(tuple(row.legs), tuple(reasons))
 
@@ -57,6 +61,7 @@ class _ProgramRow:
     Attributes:
         legs: One after the other.
         now: When the last one ends [s].
+        answered: When the suction holds, or has let go, as it was switched last [s].
         number: Of the step that is laid.
         words: Which one that is.
     """
@@ -78,7 +83,7 @@ class _ProgramRow:
         # the others, which rounds the corner.
         self._going: list[tuple[Trapezoid, Law, float]] = []
         self.legs: list[Leg] = []
-        self.now, self.number, self.words = 0.0, 0, ""
+        self.now, self.answered, self.number, self.words = 0.0, 0.0, 0, ""
 
     def move(self, step: MoveStep | PathStep) -> None:
         """Lay a move, up to where the next one may begin.
@@ -107,14 +112,16 @@ class _ProgramRow:
         self._go(moves)
         self._lay(Leg(self.now, seconds - moves, self.words))
 
-    def grip(self, on: bool) -> None:
-        """Lay a switch of the suction."""
+    def grip(self, step: GripperStep) -> None:
+        """Lay a switch of the suction; it takes no time where nobody waits for its answer."""
         self.settle()
         takes_ms = 0.0  # without parts there is nothing to grip
         if self._world.cell.work is not None:
             gripper = self._world.cell.work.gripper
-            takes_ms = gripper.vacuum_ms if on else gripper.release_ms
-        self._lay(Leg(self.now, takes_ms * 1e-3, self.words, grip=on))
+            takes_ms = gripper.vacuum_ms if step.on else gripper.release_ms
+        self.answered = self.now + takes_ms * 1e-3
+        seconds = takes_ms * 1e-3 if step.awaited else 0.0
+        self._lay(Leg(self.now, seconds, self.words, grip=step.on))
 
     def settle(self) -> None:
         """Let what still moves come to its end."""
