@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from fanuc_emulator.config import EmulatorConfig, load_emulator, load_programs
 from fanuc_emulator.controller import Controller
@@ -22,8 +23,9 @@ class Stage:
 
     def __init__(self, robot: Robot, config: EmulatorConfig) -> None:
         self.robot, self.config = robot, config
+        programs, draws = load_programs(robot, CONFIG), np.random.default_rng(1)
         self.controller = Controller(
-            config, robot, load_programs(robot, CONFIG), boot_seconds=1.7e9, ring_places=PLACES
+            config, robot, programs, boot_seconds=1.7e9, random=draws, ring_places=PLACES
         )
         self.controller.write_override(100)
         self.now = self.controller.step()
@@ -143,6 +145,22 @@ def test_a_set_point_where_the_robot_cannot_go_pauses_the_program(
     assert stage.now.program_state is ProgramState.PAUSED
     assert stage.now.alarm is not None and text in stage.now.alarm.code.text
     assert "J1" in stage.now.alarm.cause
+
+
+@pytest.mark.parametrize("plant", ["ideal", "field"])
+def test_a_time_without_positions_pauses_the_program(plant: str) -> None:
+    """Nobody has written set points since boot: the stand-in says so and goes on."""
+    robot = load_robot(CONFIG)
+    stage = Stage(robot, load_emulator(robot, CONFIG, plant))
+    stage.fed = False
+    stage.start()
+    ring = stage.controller.source.ring
+    ring.write_times([stage.now.clock_ms] * PLACES)
+    ring.write_newest(1)
+    stage.run(0.3)
+    assert stage.now.program_state is ProgramState.PAUSED
+    assert stage.now.alarm is not None and "Uninitialized" in stage.now.alarm.code.text
+    assert stage.now.positions == pytest.approx(stage.home, abs=1e-4)
 
 
 def test_who_writes_pr_1_needs_no_ring(stage: Stage) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from scara_config import Joint
 
-from fanuc_emulator.alarms import check_ranges
+from fanuc_emulator.alarms import POSITION_INVALID, RefusedError, check_ranges
 from fanuc_emulator.streaming.ring import Row, SetpointRing
 
 
@@ -50,13 +50,16 @@ class StreamSource:
             clock_ms: The robot's own clock.
 
         Raises:
-            RefusedError: A joint cannot go there.
+            RefusedError: A joint cannot go there, or the ring holds no positions.
         """
         if self.ring.fed:
             row = self.ring.at(clock_ms)
         else:
             row = self._setpoint if self.valid else None
         if row is not None and row is not self._checked:
+            if len(row) != len(self._joints):
+                why = "a set point of the ring has a time, but nobody has written its positions"
+                raise RefusedError(POSITION_INVALID, why)
             check_ranges(self._joints, row)
             self._checked = row
         return row
