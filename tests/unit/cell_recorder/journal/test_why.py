@@ -155,6 +155,19 @@ def test_what_became_of_a_stop(later: list[Any], outcome: str) -> None:
     assert tell([STOP, *later])[0].outcome.startswith(outcome)
 
 
+@pytest.mark.parametrize("mode", [M.ESTOP, M.FAULT, M.STANDSTILL, M.OFFLINE])
+def test_the_way_out_of_a_stop_is_no_other_stop(mode: str) -> None:
+    """RESET, or links that are up again, lead into STOPPED; from a pause that is a stop."""
+    first = decision(5, 100.0, M.IDLE, mode, event="first", who="Ada")
+    reset = decision(6, 103.0, mode, M.STOPPED, event="the real robot is reset")
+    align = decision(7, 110.0, M.STOPPED, M.ALIGNING)
+    held = [first, reset, align, replace(IDLE, number=8)]
+    (line,) = tell(held, stops_only=True)
+    assert (line.what, line.who) == (mode, "Ada")
+    assert line.outcome.startswith("went on after 20.0 s")
+    assert tell([replace(reset, mode_before=M.PAUSED)], stops_only=True)
+
+
 def test_an_alarm_that_was_cleared_is_told_with_how_long_it_lasted() -> None:
     """One that is raised has not lasted yet."""
     raised = Alarm(

@@ -12,7 +12,10 @@ from farm.desk.figures import KeyFigures
 from farm.desk.figures_io import figures_of
 from farm.desk.history_io import History, Kept
 from farm.keys import CellName
+from farm.link.event_text import describe
 from farm.wire import Event
+
+from scara_msgs.msg import TwinControllerState as Mode
 
 Rows: TypeAlias = Callable[..., list[KeyFigures]]
 Figures: TypeAlias = Callable[..., KeyFigures]
@@ -119,6 +122,20 @@ def test_a_stop_that_somebody_asked_for_is_no_failure(figures: Figures) -> None:
     )
     assert (found.stops, found.failures, found.stopped_s) == (4, 2, 4.0 + 6.0 + 10.0)
     assert (found.mean_between_failures_s, found.mean_restoration_s) == (20.0, 8.0)
+
+
+def test_reset_is_no_other_stop_and_the_pair_does_not_go_on_by_it(figures: Figures) -> None:
+    """It stands until ALIGN."""
+    told = []
+    for at, before, after, who in (
+        (10.0, Mode.IDLE, Mode.ESTOP, "ann"),
+        (14.0, Mode.ESTOP, Mode.STOPPED, ""),
+        (20.0, Mode.STOPPED, Mode.ALIGNING, "ann"),
+    ):
+        body = {"mode_before": before, "mode_after": after, "who": who}
+        told.append(event(at, "decision", describe("decision", body)[0], **body))
+    found = figures(*told)
+    assert (found.stops, found.failures, found.stopped_s) == (1, 0, 10.0)
 
 
 def test_time_without_a_journal_is_off_and_no_stop(figures: Figures) -> None:

@@ -69,6 +69,15 @@ def test_a_silent_controller_is_bad_and_one_state() -> None:
             False,
             f"{Mode.PAUSED} -> {Mode.PAUSED}: refused",
         ),
+        *(
+            (
+                "decision",
+                {"mode_before": mode, "mode_after": Mode.STOPPED, "why": "w"},
+                mode == Mode.PAUSED,
+                f"{mode} -> {Mode.STOPPED}: w",
+            )
+            for mode in (Mode.PAUSED, Mode.ESTOP, Mode.FAULT, Mode.STANDSTILL, Mode.OFFLINE)
+        ),
         (
             "audit",
             {"who": "/farm/ann@d", "what": "STOP", "success": False, "outcome": "late"},

@@ -23,14 +23,14 @@ from cell_recorder.journal.entries import (
 from cell_recorder.journal.health import counted
 from scara_msgs.msg import TwinControllerState
 
-STOPS = (
-    TwinControllerState.STOPPED,
+LATCHED = (
     TwinControllerState.STANDSTILL,
-    TwinControllerState.PAUSED,
     TwinControllerState.ESTOP,
     TwinControllerState.FAULT,
     TwinControllerState.OFFLINE,
 )
+"""From these into STOPPED is a step on the way out: RESET, or links that are up again."""
+STOPS = (TwinControllerState.STOPPED, TwinControllerState.PAUSED, *LATCHED)
 WORKS = (*LEADS, TwinControllerState.IDLE)
 _DIGITS = re.compile(r"\d+(?:[.,]\d+)*")
 
@@ -70,6 +70,7 @@ def is_stop(entry: AnyEntry) -> bool:
         isinstance(entry, Decision)
         and entry.mode_after in STOPS
         and entry.mode_before != entry.mode_after
+        and not (entry.mode_before in LATCHED and entry.mode_after == TwinControllerState.STOPPED)
     )
 
 

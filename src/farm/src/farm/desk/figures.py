@@ -149,7 +149,9 @@ WITH told AS ( -- Off is from the last entry of any kind. What a journal has fou
       OVER (row ROWS BETWEEN UNBOUNDED PRECEDING AND 1 PRECEDING) AS last,
     kind = 'decision' AND stop AS stops, coalesce(body->>'who', '') = '' AS unasked,
     kind = 'start' OR kind = 'decision' AND NOT stop
-      AND coalesce(body->>'mode_before' <> body->>'mode_after', false) AS goes_on
+      AND coalesce(body->>'mode_before' <> body->>'mode_after'
+        -- Into STOPPED without a stop (RESET) is a step on the way out: the pair stands.
+        AND body->>'mode_after' <> 'STOPPED', false) AS goes_on
   FROM (SELECT name, kind, unix, era, number, stop,
       CASE WHEN kind = 'decision' THEN body END AS body FROM caused
     WHERE time >= moment($begin - {BEFORE_S}) AND time < moment($until))

@@ -6,16 +6,16 @@ from typing import Any
 
 from scara_msgs.msg import TwinControllerState
 
-STOPS = frozenset(
+LATCHED = frozenset(
     {
-        TwinControllerState.STOPPED,
         TwinControllerState.STANDSTILL,
-        TwinControllerState.PAUSED,
         TwinControllerState.ESTOP,
         TwinControllerState.FAULT,
         TwinControllerState.OFFLINE,
     }
 )
+"""From these into STOPPED is a step on the way out: RESET, or links that are up again."""
+STOPS = LATCHED | {TwinControllerState.STOPPED, TwinControllerState.PAUSED}
 """Modes in which the pair does not go on by itself."""
 LONGEST = 300
 """Our choice: signs of a line; the whole event is beside it."""
@@ -30,7 +30,8 @@ def describe(kind: str, body: dict[str, Any]) -> tuple[bool, str]:
     """
     text = _TEXTS.get(kind, _other)(body)
     before, after = body.get("mode_before"), body.get("mode_after")
-    stop = kind == "decision" and after in STOPS and before != after
+    on_the_way_out = before in LATCHED and after == TwinControllerState.STOPPED
+    stop = kind == "decision" and after in STOPS and before != after and not on_the_way_out
     # On one line, whatever stands in the journal.
     return stop, " ".join(text.split())[:LONGEST]
 
