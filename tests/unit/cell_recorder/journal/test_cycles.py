@@ -123,6 +123,26 @@ def test_what_stops_the_pair_ends_the_cycle(mode: str, outcome: str) -> None:
     assert (cycle.end, cycle.outcome, cycle.why) == (12.0, outcome, "a person is too close")
 
 
+@pytest.mark.parametrize("mode", ENDS)
+def test_what_comes_after_the_last_motion_ends_no_cycle(mode: str) -> None:
+    """A STOP or ALIGN soon after a finished run is no part of it; one in a waiting run is."""
+    cycles = begun()
+    cycles.decided(12.0, IDLE, "")
+    (cycle,) = cycles.decided(13.0, mode, "", "by the operator")
+    assert (cycle.end, cycle.outcome, cycle.why) == (12.0, "done", "")
+    cycles = begun()
+    cycles.program(10.2, "PALLET line 1 running", True)
+    cycles.decided(12.0, IDLE, "")
+    (cycle,) = cycles.decided(13.0, mode, "", "by the operator")
+    assert (cycle.end, cycle.outcome) == (13.0, ENDS[mode])
+
+
+def test_a_pair_that_does_not_agree_at_rest_has_lost_no_link() -> None:
+    """Its robot is stopped, and the twin aligned."""
+    (cycle,) = begun().decided(12.0, TwinControllerState.ALIGNING, "", "they do not agree")
+    assert cycle.outcome == "stopped"
+
+
 def test_pause_is_part_of_the_cycle_and_counted() -> None:
     """However long it is."""
     cycles = begun()

@@ -31,8 +31,8 @@ ENDS = {
     TwinControllerState.ESTOP: ESTOP,
     TwinControllerState.FAULT: FAULT,
     TwinControllerState.OFFLINE: LINK_LOST,
-    # The pair is aligned anew: whatever was begun is not gone on with.
-    TwinControllerState.ALIGNING: LINK_LOST,
+    # The robot is stopped and the pair aligned anew: what was begun is not gone on with.
+    TwinControllerState.ALIGNING: STOPPED,
 }
 
 
@@ -108,10 +108,14 @@ class Cycles:
             self._open.rests = None
             return []
         self._goes_on(now)
+        cycle = self._open
         if mode in ENDS:
+            if cycle.rests is not None and not cycle.running:
+                # It was done before, and only waited for more to come.
+                return [self._end(cycle.rests, DONE)]
             return [self._end(now, ENDS[mode], why)]
-        if self._open.rests is None:
-            self._open.rests = now
+        if cycle.rests is None:
+            cycle.rests = now
         return []
 
     def measured(self, deviation_mm: float, lag_s: float = math.nan) -> None:
