@@ -207,6 +207,8 @@ def test_a_full_disk_is_an_error_on_diagnostics_and_no_crash(ros: Ros) -> None:
     assert not stopped.success and "MB free on the disk" in stopped.message
     assert node.poll() is None
     assert start(path="other.bag").success
+    # It ends by itself too; then nobody has to stop it first.
+    ros.wait_until(lambda: start(path="third.bag").success, 5.0, "another recording")
 
 
 def test_wrong_calls_are_refused_with_a_reason(

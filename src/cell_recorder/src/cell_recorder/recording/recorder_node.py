@@ -77,8 +77,11 @@ class Recorder:
     def _start(self, request: StartRecording._request_class) -> StartRecordingResponse:
         """Open the bag, subscribe, and answer once all that is published is connected."""
         with self._lock:
-            if self._writer is not None:
-                return StartRecordingResponse(False, "already recording", str(self._writer.path))
+            if (writer := self._writer) is not None:
+                if writer.status.active:
+                    return StartRecordingResponse(False, "already recording", str(writer.path))
+                # It has ended by itself, as /diagnostics says: nobody has to stop it first.
+                self._finish(writer)
             if rospy.get_rostime().is_zero():
                 return StartRecordingResponse(False, "use_sim_time is set but /clock is silent", "")
             stamp = datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
@@ -98,24 +101,22 @@ class Recorder:
         with self._lock:
             if self._writer is None:
                 return StopRecordingResponse(False, "not recording", "", 0)
-            for subscriber in self._subscribers:
-                subscriber.unregister()
-            self._subscribers = []
-            writer, self._writer = self._writer, None
-            try:
-                self._last = writer.close()
-            except BagWriterError as error:
-                self._last = writer.status
-                return StopRecordingResponse(
-                    False, str(error), str(writer.path), self._last.messages
-                )
-            failure = self._last.failure
-            rospy.loginfo(
-                "recorder: %d messages in %s %s", self._last.messages, writer.path, failure
-            )
-            return StopRecordingResponse(
-                not failure, failure, str(writer.path), self._last.messages
-            )
+            return self._finish(self._writer)
+
+    def _finish(self, writer: BagWriter) -> StopRecordingResponse:
+        """Leave the topics and close the bag; the lock is held."""
+        for subscriber in self._subscribers:
+            subscriber.unregister()
+        self._subscribers = []
+        self._writer = None
+        try:
+            self._last = writer.close()
+        except BagWriterError as error:
+            self._last = writer.status
+            return StopRecordingResponse(False, str(error), str(writer.path), self._last.messages)
+        failure = self._last.failure
+        rospy.loginfo("recorder: %d messages in %s %s", self._last.messages, writer.path, failure)
+        return StopRecordingResponse(not failure, failure, str(writer.path), self._last.messages)
 
     def _subscribe(self, writer: BagWriter) -> None:
         """Subscribe to all topics, those too that nobody publishes yet."""
