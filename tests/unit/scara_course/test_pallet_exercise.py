@@ -74,6 +74,11 @@ SWAPPED = {**PLACES, "part_1": PLACES["part_2"], "part_2": PLACES["part_1"]}
             id="one part",
         ),
         pytest.param(
+            {"handled": {"real": Handled([(0.0, PLACES)], [(5.0, "placed", "part_3", "")])}},
+            "real: 1 parts lie on their places, 3",
+            id="two lay there before",
+        ),
+        pytest.param(
             {"handled": {"real": side(moved("part_2", x=0.004))}},
             r"real: part_2 lies 4\.00 mm off",
             id="beside its place",

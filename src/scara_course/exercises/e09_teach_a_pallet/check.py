@@ -47,11 +47,17 @@ def mark(recorded: CourseRecording, robot: Robot) -> ExerciseMark:
                 f"{side}: {name} lies {off[name]:.2f} mm off its place "
                 f"({work.task.tolerance_mm:g} mm is allowed)",
             )
-        if len(found.placed) < FEWEST:
+        # What lay there before the recording is no work of this program.
+        events = run.handled[side].events
+        carried = {name for _, kind, name, _ in events if kind == PartEvent.PLACED}
+        placed = [name for name in found.placed if name in carried]
+        if len(placed) < FEWEST:
             return ExerciseMark(
-                False, f"{side}: {len(found.placed)} parts lie on their places, {FEWEST} are needed"
+                False,
+                f"{side}: {len(placed)} parts lie on their places, {FEWEST} are needed that were "
+                "placed while it was recorded",
             )
-        worst = max(found.errors_mm[name] for name in found.placed)
-        told.append(f"{side}: {len(found.placed)} parts, at most {worst:.2f} mm off")
+        worst = max(found.errors_mm[name] for name in placed)
+        told.append(f"{side}: {len(placed)} parts, at most {worst:.2f} mm off")
     program = recorded.program_at(placed_at[-1])
     return ExerciseMark(True, f"{program or 'your lead'}: {'; '.join(told)}")
