@@ -1,4 +1,7 @@
-"""What run_experiment, report and step_response end with, and what they say then."""
+"""What run_experiment, report and step_response end with, and what they say then.
+
+Also when a run ends.
+"""
 
 from __future__ import annotations
 
@@ -8,13 +11,18 @@ import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from scara_config import load_robot
 from twin_analysis.step import step_response_node as step_response
 from twin_experiments.config import load_experiments
 from twin_experiments.report import report_node as report
+from twin_experiments.run import cell_node
 from twin_experiments.run import run_experiment_node as run_experiment
+from twin_experiments.run.cell_node import RunningCell
+
+from scara_msgs.msg import RobotData
 
 MakeBag = Callable[..., Path]
 CONFIG = Path(__file__).resolve().parents[3] / "config"
@@ -124,3 +132,30 @@ def test_a_step_is_made_in_process(
     said = capsys.readouterr()
     assert text in said.out + said.err
     assert bool(list(tmp_path.glob("step_joint_3*.png"))) is (code == 0)
+
+
+@pytest.fixture
+def cell(monkeypatch: pytest.MonkeyPatch) -> RunningCell:
+    """Return what sees a cell, without a master."""
+    monkeypatch.setattr(cell_node, "rospy", Mock())
+    robot = load_robot(CONFIG)
+    config = load_experiments(robot, CONFIG)
+    return RunningCell(robot, config.metrics.moving_speed_percent, config.deadlines_s)
+
+
+@pytest.mark.parametrize(
+    ("kind", "state", "running"),
+    [
+        ("program", "paused", True),
+        ("program", "aborted", False),
+        ("stream", "paused", False),
+        ("none", "running", False),  # read before the program ended
+    ],
+)
+def test_a_paused_program_has_not_ended(
+    cell: RunningCell, kind: str, state: str, running: bool
+) -> None:
+    """An experiment with PAUSE and RESUME in it goes on; the stream program is none of its own."""
+    said = RobotData(control_type=kind, running=False, program=f"PALLETISE line 9 {state}")
+    cell._receive(said, "real/robot_data")
+    assert cell.running is running

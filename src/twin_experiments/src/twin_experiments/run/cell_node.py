@@ -14,6 +14,7 @@ from typing import Any
 import rosgraph
 import rospy
 from scara_config import Robot
+from scara_ros.names import current_line
 from scara_ros.services.service_client_node import ServiceClient, is_offered
 from scara_ros.services.service_connection_io import ServiceError, ServiceTimeoutError
 from scara_ros.starting.xmlrpc_guard_io import harden_process
@@ -127,12 +128,15 @@ class RunningCell:
 
     @property
     def running(self) -> bool:
-        """True while the robot says that a program of its own runs.
+        """True while the robot says that a program of its own runs, or is paused.
 
         The stream program, by which it follows, is none.
         """
         data = self._newest.get("real/robot_data")
-        return data is not None and bool(data.running) and data.control_type == "program"
+        if data is None or data.control_type != "program":
+            return False
+        # A paused program has not ended: it goes on, as the same run.
+        return bool(data.running or current_line(data.program)[0])
 
     def moves(self, leader: str) -> int:
         """Return how many moves one side has begun so far."""
