@@ -1,6 +1,6 @@
 """What run_experiment, report and step_response end with, and what they say then.
 
-Also when a run ends.
+Also when a run and its recording end.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ from twin_experiments.config import load_experiments
 from twin_experiments.report import report_node as report
 from twin_experiments.run import cell_node
 from twin_experiments.run import run_experiment_node as run_experiment
-from twin_experiments.run.cell_node import RunningCell
+from twin_experiments.run.cell_node import RunError, RunningCell
 
 from scara_msgs.msg import RobotData
+from scara_msgs.srv import StartRecordingResponse, StopRecordingResponse
 
 MakeBag = Callable[..., Path]
 CONFIG = Path(__file__).resolve().parents[3] / "config"
@@ -159,3 +160,39 @@ def test_a_paused_program_has_not_ended(
     said = RobotData(control_type=kind, running=False, program=f"PALLETISE line 9 {state}")
     cell._receive(said, "real/robot_data")
     assert cell.running is running
+
+
+@pytest.mark.parametrize("trouble", [KeyboardInterrupt(), RunError("no answer within 10 s")])
+def test_a_recording_that_may_have_begun_is_ended(
+    cell: RunningCell, monkeypatch: pytest.MonkeyPatch, trouble: BaseException
+) -> None:
+    """Ctrl-C or a time-out while it starts leaves no recorder running; the reason stays."""
+    asked = []
+
+    def call(name: str, within: float, **fields: object) -> StopRecordingResponse:
+        asked.append(name)
+        if name == "recorder/start":
+            raise trouble
+        return StopRecordingResponse(False, "not recording", "", 0)
+
+    monkeypatch.setattr(cell, "_call", call)
+    with pytest.raises(type(trouble)) as raised:
+        cell.start_recording(Path("run.bag"))
+    assert raised.value is trouble
+    assert asked == ["recorder/start", "recorder/stop"]
+
+
+def test_a_recorder_that_refuses_is_left_alone(
+    cell: RunningCell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What it records is somebody else's."""
+    asked = []
+
+    def call(name: str, within: float, **fields: object) -> StartRecordingResponse:
+        asked.append(name)
+        return StartRecordingResponse(False, "already recording", "other.bag")
+
+    monkeypatch.setattr(cell, "_call", call)
+    with pytest.raises(RunError, match="already recording"):
+        cell.start_recording(Path("run.bag"))
+    assert asked == ["recorder/start"]

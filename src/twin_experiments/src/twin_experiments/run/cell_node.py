@@ -5,6 +5,7 @@ It sees who is there and who moves, and gives each of its calls a deadline.
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable
 from itertools import compress
@@ -248,9 +249,16 @@ class RunningCell:
         """Start a bag at ``path``.
 
         Raises:
-            RunError: The recorder refuses.
+            RunError: The recorder refuses, or does not answer in time.
         """
-        answer = self._call("recorder/start", self._deadlines.service, path=str(path))
+        try:
+            answer = self._call("recorder/start", self._deadlines.service, path=str(path))
+        except BaseException:
+            # The recorder may begin all the same, and nobody else would end it. One that refuses
+            # may be at another recording, which goes on.
+            with contextlib.suppress(RunError):
+                self.stop_recording()
+            raise
         if not answer.success:
             raise RunError(f"recorder: {answer.message}")
 
