@@ -18,6 +18,8 @@ from fanuc_emulator.uop import with_panel
 from harness.running.thorough import thorough
 from harness.workspace import ROOT
 from scara_config.modbus_map import load_modbus_map
+from scara_config.programs.tp.listing import Indexed, Name
+from scara_config.programs.tp.values import Pose
 
 if TYPE_CHECKING:
     from conftest import Bench
@@ -44,14 +46,15 @@ def turned(bench: Bench, mode: Mode, plant: str = "ideal") -> Bench:
     return made
 
 
-def fastest(bench: Bench, history: list[Snapshot] | None = None) -> float:
-    """Return the flange's largest speed, by the joints' true speeds [mm/s]."""
+def fastest(bench: Bench, history: list[Snapshot] | None = None, tool: float = 0.0) -> float:
+    """Return the largest speed of what is so far aside of the flange [m], by the joints [mm/s]."""
     arm, found = Arm(bench.robot), 0.0
     columns = list(arm.columns)
     for now in history or bench.history:
         q, qdot = np.array(now.positions)[columns], np.array(now.velocities)[columns]
         twist = arm.jacobian(q) @ qdot
-        tip = twist[3:] + np.cross(twist[:3], arm.pose(q)[:3, 3])
+        place = arm.pose(q) @ (tool, 0.0, 0.0, 1.0)
+        tip = twist[3:] + np.cross(twist[:3], place[:3])
         found = max(found, 1e3 * float(np.linalg.norm(tip)))
     return found
 
@@ -103,6 +106,26 @@ def test_a_stream_keeps_to_250_mm_s_and_arrives(bench: Bench, plant: str) -> Non
     robot.run(6.0)
     assert robot.now.positions[0] == pytest.approx(wanted, abs=1e-3)
     assert 0.8 * LIMIT < fastest(robot) <= LIMIT
+
+
+def test_a_stream_keeps_a_tool_that_is_selected_to_250_mm_s(bench: Bench) -> None:
+    """Its tip is 100 mm aside of the flange, which J4 turns where it is."""
+    robot = turned(bench, "T1")
+    memory = robot.controller.registers
+    memory.write(Indexed("UTOOL", (2.0,)), Pose((100.0, *[0.0] * 8), ""))
+    memory.write(Name("UTOOL_NUM"), 2.0)
+    robot.stream_to("joint_4", robot.now.positions[3])
+    robot.pulse("panel_run1", 0.03)
+    robot.run(0.3)
+    wanted = robot.now.positions[3] + 2.0
+    robot.stream_to("joint_4", wanted)
+    robot.run(2.0)
+    assert robot.now.positions[3] == pytest.approx(wanted, abs=1e-3)
+    assert 0.8 * LIMIT < fastest(robot, tool=0.1) <= LIMIT
+    memory.write(Name("UTOOL_NUM"), 300.0)
+    robot.stream_to("joint_4", 0.0)
+    robot.run(0.1)
+    assert robot.moving, "no tool has that number: the flange alone counts"
 
 
 @pytest.mark.parametrize("mode", ["T1", "T2"])

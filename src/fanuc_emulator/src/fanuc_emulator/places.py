@@ -92,6 +92,7 @@ def registers_of(
         reads[DOCKED] = lambda: parts.docked is not None
         parts.sees_dock = lambda docked: registers.write(docked.register, docked.frame)
     registers = Registers(reads, writes, signals.now, config.frames)
+    planner.tool = lambda: _tool(registers)
     settings = config.settings
     for kind, number in zip(FRAMES, (settings.user_frame, settings.tool_frame)):
         registers.write(Name(f"{kind}_NUM"), float(number))
@@ -104,13 +105,22 @@ def tool_place(registers: Registers, planner: Planner, q: Sequence[float]) -> Po
     Raises:
         ExecutionError: One is not known.
     """
-    frames = []
-    for kind in FRAMES:
-        selected = as_number(registers.read(Name(f"{kind}_NUM")))
-        found = registers.read(Indexed(kind, (selected,))) if selected else NO_SHIFT
-        assert isinstance(found, Pose)
-        frames.append(found)
-    return planner.tip_pose(q, *frames)
+    return planner.tip_pose(q, *[_selected(registers, kind) for kind in FRAMES])
+
+
+def _selected(registers: Registers, kind: str) -> Pose:
+    number = as_number(registers.read(Name(f"{kind}_NUM")))
+    found = registers.read(Indexed(kind, (number,))) if number else NO_SHIFT
+    assert isinstance(found, Pose)
+    return found
+
+
+def _tool(registers: Registers) -> Pose:
+    """Return the tool frame that is selected; where there is none of that number, the flange."""
+    try:
+        return _selected(registers, "UTOOL")
+    except ExecutionError:
+        return NO_SHIFT
 
 
 def _set_override(write: Callable[[int], None], value: Value) -> None:

@@ -142,6 +142,22 @@ def test_in_t1_no_corner_is_rounded(config: EmulatorConfig, robot: Robot, tmp_pa
     assert 0.9 * T1_SPEED < speeds.max() < 1.01 * T1_SPEED
 
 
+def test_in_t1_a_tool_that_is_selected_keeps_to_250_mm_s_too(
+    config: EmulatorConfig, robot: Robot, tmp_path: Path
+) -> None:
+    """J4 turns it round a flange that stands still."""
+    slow = msgspec.structs.replace(config, settings=config.settings.turned("T1"))
+    lines = ["PR[5]=P[3]-P[3]", "PR[5,1]=100", "UTOOL[2]=PR[5]", "UTOOL_NUM=2"]
+    taught = joints(1, 0, 40, -100, -90) + joints(2, 0, 40, -100, 90) + tip(3, *A, 180, 0, 0)
+    stage = Stage(slow, robot, tmp_path, [*lines, "J P[1] 9% FINE", "J P[2] 100% FINE"], taught)
+    assert stage.now.alarm is None
+    aside = np.array([0.1, 0.0, 0.0, 1.0])
+    columns = list(stage._arm.columns)
+    tips = np.array([(stage._arm.pose(q[columns]) @ aside)[:3] for _, q in stage.told])
+    speeds = np.linalg.norm(np.diff(tips, axis=0), axis=1) / stage.dt
+    assert 0.9 * T1_SPEED < speeds.max() < 1.01 * T1_SPEED
+
+
 @pytest.mark.parametrize(("lock", "rounded"), [([], False), (["LOCK PREG"], True)])
 def test_a_position_register_is_read_ahead_only_while_it_is_locked(
     run: Run, lock: list[str], rounded: bool

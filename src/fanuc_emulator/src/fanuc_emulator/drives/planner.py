@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -48,10 +48,12 @@ class Planner:
 
     Attributes:
         robot: As given.
+        tool: Tells the tool frame that is selected: T1 keeps its tip to a speed too.
     """
 
     def __init__(self, robot: Robot, limits: Sequence[Limits]) -> None:
         self.robot, self._limits = robot, limits
+        self.tool: Callable[[], Pose] = lambda: Pose((0.0,) * POSE_NUMBERS, "")
         self._arm = Arm(robot)
         self._bend = Bend(robot, self._arm)
         self._others = [k for k in range(len(robot.joints)) if k not in self._arm.columns]
@@ -99,8 +101,8 @@ class Planner:
         """Slow a move down evenly, so that tool and flange keep to T1 at an override of 1."""
         parts = np.linspace(0.0, 1.0, _PLACES)
         poses = [self._arm.pose(self._of_arm(tuple(row))) for row in move.places(parts)]
-        tools = [step.targets[-1].tool] if isinstance(step, PathStep) else []
-        ways = [[(pose @ tip)[:3, 3] for pose in poses] for tip in (np.eye(4), *map(matrix, tools))]
+        tool = matrix(step.targets[-1].tool if isinstance(step, PathStep) else self.tool())
+        ways = [[(pose @ tip)[:3, 3] for pose in poses] for tip in (np.eye(4), tool)]
         slopes = np.linalg.norm(np.diff(np.array(ways), axis=1), axis=2) * (_PLACES - 1)
         fastest = float(slopes.max()) * move.law[0]
         if fastest > T1_SPEED:
@@ -109,7 +111,7 @@ class Planner:
     def toward(
         self, begin: Sequence[float], end: Sequence[float], override: float, dt: float
     ) -> tuple[float, ...]:
-        """Return how far a stream comes in T1: straight in the joints, the flange at its speed.
+        """Return how far a stream comes in T1: straight in the joints, the tool at its speed.
 
         Args:
             begin: Where it is [rad or m].
@@ -121,9 +123,10 @@ class Planner:
         # No axis is faster than it can be: what is left is so short that the way is straight.
         limits = (each.velocity * dt / abs(d) for each, d in zip(self._limits, way) if d)
         part = min([1.0, *limits])
-        here = self._arm.pose(self._of_arm(begin))[:3, 3]
         there = [a + part * d for a, d in zip(begin, way)]
-        gone = float(np.linalg.norm(self._arm.pose(self._of_arm(there))[:3, 3] - here))
+        moved = self._arm.pose(self._of_arm(there)) - self._arm.pose(self._of_arm(begin))
+        tips = moved[:3, 3], (moved @ matrix(self.tool()))[:3, 3]
+        gone = float(max(map(np.linalg.norm, tips)))
         part *= min(1.0, T1_SPEED * override * dt / gone) if gone > 0.0 else 1.0
         return tuple([a + part * d for a, d in zip(begin, way)])
 
