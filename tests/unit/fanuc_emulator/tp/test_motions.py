@@ -376,17 +376,27 @@ def test_a_user_alarm_pauses_the_program_behind_its_line(run: Run) -> None:
             + ["J P[3] 50% FINE Tool_Offset,PR[4]"],
             (500, 259.8076, 80),
         ),
+        (
+            ["PR[4]=P[1]-P[1]", "PR[4,7]=30", "L P[1] 99mm/sec FINE Offset,PR[4]"],
+            (400, 200, 100, 30),
+        ),
+        (
+            ["PR[4]=P[1]-P[1]", "PR[4,7]=(-40)", "J P[3] 50% FINE Offset,PR[4]"],
+            (500, 259.8076, 60, -40),
+        ),
     ],
 )
 def test_positions_count_in_their_frames(
-    run: Run, lines: list[str], place: tuple[float, float, float]
+    run: Run, lines: list[str], place: tuple[float, ...]
 ) -> None:
-    """P[] and PR[], sums and single numbers, user and tool frames, offsets of joints too."""
+    """P[] and PR[], sums, single numbers, user and tool frames, offsets of joints and table."""
     taught = tip(1, 400, 200, 100, 180, 0, 0) + tip(2, 400, 150, 100, 180, 0, 0, tool=2)
     stage = run(["J P[1] 50% FINE", *lines], taught + joints(3, 0, 60, -100, 0))
     assert stage.now.alarm is None, stage.now.alarm
+    # Behind the place, where it is not 0: of the table [deg].
     arm, q = stage._arm, stage.told[-1][1]
-    assert 1e3 * arm.pose(q[list(arm.columns)])[:3, 3] == pytest.approx(place, abs=1e-3)
+    there = 1e3 * arm.pose(q[list(arm.columns)])[:3, 3]
+    assert [*there, math.degrees(q[-1])] == pytest.approx([*place, 0.0][:4], abs=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -222,16 +222,21 @@ class Planner:
         return tuple(q[column] for column in self._arm.columns)
 
     def _others_at(self, target: Target, begin: Sequence[float]) -> tuple[float, ...]:
-        """Return where the joints go that do not move the tool; the others stay."""
+        """Return where the joints go that do not move the tool, with their part of an Offset.
+
+        The others stay.
+        """
         taught = self._taught(target)
         place = list(begin)
         for number, column in enumerate(self._others):
+            at, scale = 6 + number, self.robot.joints[column].scale
             if taught is not None:
                 place[column] = taught[column]
-            elif 6 + number < POSE_NUMBERS:
+            elif at < POSE_NUMBERS:
                 assert isinstance(target.place, Pose)
-                joint = self.robot.joints[column]
-                place[column] = target.place.values[6 + number] * joint.scale
+                place[column] = target.place.values[at] * scale
+            if target.offset is not None and at < POSE_NUMBERS:
+                place[column] += target.offset.values[at] * scale
         return tuple(place)
 
     def is_singular(self, q: Sequence[float]) -> bool:
