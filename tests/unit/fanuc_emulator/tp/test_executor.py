@@ -261,6 +261,24 @@ def test_a_timer_counts_while_it_runs() -> None:
     assert [clock.of("R", k) for k in (1, 2, 3)] == pytest.approx([0.5, 1.0, 0.5], abs=0.01)
 
 
+def test_a_timer_stands_while_its_program_does() -> None:
+    """It goes on with the program, and not with another one that comes behind a forced end."""
+    clock = Clock()
+    lines = ("TIMER[1]=START", "WAIT 1(sec)", "R[1]=TIMER[1]", "WAIT 9(sec)")
+    executor = run(*lines, memory=clock.registers)
+    clock.run(executor, 0.5)
+    executor.pause()
+    clock.run(executor, 2.0)
+    assert clock.of("TIMER") == pytest.approx(0.5, abs=0.01)
+    executor.resume()
+    clock.run(executor, 1.0)
+    executor.abort()
+    executor.start(taught("WAIT 9(sec)"), 0.0)
+    clock.run(executor, 1.0)
+    found = [clock.of("R"), clock.of("TIMER")]
+    assert found == pytest.approx([1.0, 1.5], abs=0.01)
+
+
 @pytest.mark.parametrize("before", ["OFF", "ON"])
 @pytest.mark.parametrize(("line", "seconds"), [("PULSE,0.3sec", 0.3), ("PULSE", 0.1)])
 def test_a_pulse_ends_by_itself(line: str, seconds: float, before: str) -> None:

@@ -45,7 +45,7 @@ from fanuc_emulator.tp.motions import (
     motion_step,
     needs_the_end,
 )
-from fanuc_emulator.tp.registers import ProgramRegisters
+from fanuc_emulator.tp.registers import ProgramRegisters, Registers
 
 Program: TypeAlias = Taught
 MOST_LINES = 100
@@ -96,7 +96,7 @@ class Executor:
         library: Programs that can be called, by name.
     """
 
-    def __init__(self, memory: Memory, library: Mapping[str, Program] | None = None) -> None:
+    def __init__(self, memory: Registers, library: Mapping[str, Program] | None = None) -> None:
         self.cursor = 0
         self.line = 0
         self.state = ProgramState.ABORTED
@@ -144,8 +144,7 @@ class Executor:
         self.line = index + 1
         self._frames = [self._frame(program, index, arguments)]
         self._step = self._rounded = self._began = None
-        self._locked = False
-        self._delay = delay
+        self._locked, self._delay = False, delay
 
     def pause(self, others: bool = False) -> None:
         """RUNNING -> PAUSED; what runs beside is halted only with ``others``."""
@@ -196,6 +195,8 @@ class Executor:
         """
         if self.state is not ProgramState.RUNNING:
             return None
+        clock = self._memory.clock = self._frames[0].clock
+        clock.seconds += dt
         if self._delay > 0.0:
             self._delay -= dt
             # What is left after so many subtractions may be rounding alone.
@@ -362,7 +363,7 @@ class Executor:
 
     def _frame(self, program: Program, index: int, arguments: Sequence[Value] = ()) -> CallFrame:
         """Return a program at a line, with its own positions and arguments."""
-        memory = self._memory
+        memory: Memory = self._memory
         if arguments or program.poses:
             poses = {place: found.pose for place, found in program.poses.items()}
             memory = ProgramRegisters(memory, arguments, poses)

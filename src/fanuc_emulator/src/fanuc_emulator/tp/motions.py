@@ -26,7 +26,7 @@ from scara_config.programs.walk import UnknownValueError, taught
 
 from fanuc_emulator import alarms
 from fanuc_emulator.alarms import RefusedError
-from fanuc_emulator.tp.registers import FRAMES, NO_SHIFT
+from fanuc_emulator.tp.registers import FRAMES, NO_SHIFT, RunClock
 
 
 class StreamStep(msgspec.Struct, frozen=True):
@@ -41,10 +41,12 @@ class CallFrame:
 
     Attributes:
         index: Of the line that comes next.
+        clock: Of the program that was started: it counts for those that are called, too.
     """
 
     def __init__(self, program: Taught, index: int, memory: Memory) -> None:
         self.program, self.index, self.memory = program, index, memory
+        self.clock = RunClock()
 
 
 def motion_step(frame: CallFrame, line: MotionLine, shown: int) -> MoveStep | PathStep | StreamStep:

@@ -37,17 +37,29 @@ SELECTED = ("UFRAME_NUM", "UTOOL_NUM", "$WAITTMOUT")
 Place = Indexed | Name
 
 
+class RunClock:
+    """Goes on only while one program runs: not while it is paused, and not behind its end.
+
+    Attributes:
+        seconds: For how long it has run [s].
+    """
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+
+
 class Registers:
     """What no program has set is 0 or OFF.
 
     Args:
         reads: What stands in places that belong to the controller, as a program names them.
         writes: What setting such a place does; one that is in ``reads`` alone cannot be set.
-        now: The controller's own clock [s].
+        now: The controller's own clock [s], which ends pulses.
         table: Frames that were taught.
 
     Attributes:
         locked: Tells whether LOCK PREG keeps the position registers as they are.
+        clock: Of the program whose line is executed: it drives the timers that this line starts.
     """
 
     def __init__(
@@ -59,8 +71,9 @@ class Registers:
     ) -> None:
         self._now = now
         self.locked: Callable[[], bool] = lambda: False
-        # What each timer had counted when it was stopped last, and since when it runs [s].
-        self._timers: dict[Place, tuple[float, float | None]] = {}
+        self.clock = RunClock()
+        # Each timer is so far ahead of the clock that drives it [s]; None: it stands there.
+        self._timers: dict[Place, tuple[float, RunClock | None]] = {}
         # Outputs that are the other way round for a while: until when, and how they were.
         self._pulses: dict[Place, tuple[float, bool]] = {}
         self._reads = {operand(Cursor(name)): read for name, read in (reads or {}).items()}
@@ -90,8 +103,8 @@ class Registers:
             return self._element(place)
         self._check(place)
         if isinstance(place, Indexed) and place.kind == "TIMER":
-            counted, since = self._timers.get(place, (0.0, None))
-            return counted if since is None else counted + self._now() - since
+            ahead, clock = self._timers.get(place, (0.0, None))
+            return ahead if clock is None else ahead + clock.seconds
         if isinstance(place, Indexed) and place.kind in FRAMES:
             return NO_SHIFT
         signal = isinstance(place, Indexed) and place.kind in SIGNALS
@@ -150,14 +163,19 @@ class Registers:
         self._pulses[place] = self._now() + seconds, before
 
     def _time(self, place: Place, word: str) -> None:
-        """Start, stop or reset a timer."""
+        """Start, stop or reset a timer; behind RESET a running one goes on from 0.
+
+        Source:
+            B-83284EN/09, sections 4.14.1, 7.9: a local timer stops while its program does.
+        """
         if not isinstance(place, Indexed) or place.kind != "TIMER":
             raise ExecutionError(f"{print_expression(place)}: only a timer is set to {word}")
         self._check(place)
         counted = 0.0 if word == "RESET" else as_number(self.read(place))
-        ran = self._timers.get(place, (0.0, None))[1] is not None
-        runs = word == "START" or (word == "RESET" and ran)
-        self._timers[place] = counted, self._now() if runs else None
+        _, clock = self._timers.get(place, (0.0, None))
+        if word != "RESET":
+            clock = self.clock if word == "START" else None
+        self._timers[place] = counted if clock is None else counted - clock.seconds, clock
 
     def _set(self, place: Place, value: Value) -> None:
         """Set a register or an output that belongs to no other part."""
