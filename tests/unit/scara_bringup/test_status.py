@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import shlex
+import signal
 import stat
 import subprocess
 from pathlib import Path
@@ -17,8 +18,9 @@ from harness.processes import wait_until
 from harness.yaml_files import copy_configuration
 from rich.console import Console
 from scara_bringup.cell_node import _note_ready
-from scara_bringup.cell_shell_node import CellShell, Shown
+from scara_bringup.cell_shell_node import SIGNALS, CellShell, Shown
 from scara_bringup.plan import NodePlan, cell_plan
+from scara_bringup.processes.preflight_io import CannotStartError
 from scara_bringup.status import running_io as running
 from scara_bringup.status.running_io import usage_of
 from scara_bringup.status.status import Usage, in_words, node_state
@@ -153,6 +155,34 @@ def test_a_change_is_proven_by_a_pair_that_works_and_once() -> None:
     shell._look_at_pair(cell)
     shell._look_at_pair(cell)
     assert notes == ["proven", "rests"]
+
+
+def bare_shell(**parts: Any) -> Any:
+    """Give a shell that has these parts only."""
+    shell = CellShell.__new__(CellShell)
+    for name, part in parts.items():
+        setattr(shell, f"_{name}", part)
+    return shell
+
+
+@pytest.mark.parametrize("ignored", [True, False])
+def test_a_cell_under_nohup_outlives_its_terminal(ignored: bool) -> None:
+    """It is started with SIGHUP ignored, and leaves it so."""
+
+    def start(_node: NodePlan) -> None:
+        raise CannotStartError("no master")
+
+    processes = SimpleNamespace(log_folder="log", start=start)
+    shell = bare_shell(processes=processes, master=SimpleNamespace(uri="http://127.0.0.1:11311"))
+    before = {number: signal.getsignal(number) for number in SIGNALS}
+    try:
+        signal.signal(signal.SIGHUP, signal.SIG_IGN if ignored else signal.SIG_DFL)
+        with pytest.raises(CannotStartError, match="no master"):
+            shell._run([], None, own_master=True)
+        assert (signal.getsignal(signal.SIGHUP) == signal.SIG_IGN) is ignored
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def test_a_pair_that_needs_a_person_is_told_with_its_mode(

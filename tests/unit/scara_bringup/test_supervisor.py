@@ -199,6 +199,13 @@ def test_second_interrupt_kills_everything_at_once() -> None:
     assert {"run_experiment", "twin_controller", "rosmaster"} <= cell.alive
 
 
+@pytest.mark.parametrize("first", [signal.SIGHUP, signal.SIGTERM])
+def test_closed_terminal_or_logout_ends_the_cell_in_order(first: signal.Signals) -> None:
+    """Both send two signals at once, and no person has lost patience."""
+    cell, _ = step(running(), Interrupted(first), 10.0)
+    assert step(cell, Interrupted(signal.SIGHUP), 10.1) == (cell, [])
+
+
 def test_node_that_dies_beside_the_first_is_named_too() -> None:
     """The first to be noticed need not be the cause."""
     cell, _ = step(running(), ProcessEnded("simulator", 1), 5.0)

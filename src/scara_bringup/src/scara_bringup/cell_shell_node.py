@@ -111,6 +111,9 @@ class CellShell:
     def _run(self, nodes: list[NodePlan], foreground: NodePlan | None, own_master: bool) -> int:
         """Start, watch and end the nodes."""
         for number in SIGNALS:
+            # nohup has it ignored: the cell outlives its terminal.
+            if number == signal.SIGHUP and signal.getsignal(number) == signal.SIG_IGN:
+                continue
             # Only noted: a handler may come between any two steps of what it would change.
             signal.signal(number, lambda received, _frame: self._signals.append(received))
         screen.say(f"cell: starting {len(nodes)} nodes; logs: {self._processes.log_folder}")

@@ -228,8 +228,9 @@ def _end(cell: Cell, code: int, explain: Explain | None, now: float) -> Step:
 
 def _while_ending(cell: Cell, event: Event, now: float) -> Step:
     """Go on with the next group or the next harder signal; a second Ctrl-C skips all patience."""
-    if isinstance(event, Interrupted):
-        # All at once, and by SIGKILL: who presses twice has lost patience.
+    if isinstance(event, Interrupted) and event.number == signal.SIGINT:
+        # All at once, and by SIGKILL: who presses Ctrl-C twice has lost patience. Other signals
+        # come twice by themselves: a closed terminal sends SIGHUP so, a logout SIGTERM and SIGHUP.
         cell = replace(cell, order=(cell.alive,), strikes=len(_ESCALATION) - 1, deadline=now)
     died = isinstance(event, ProcessEnded) and any(event.name in group for group in cell.order[1:])
     cell, actions = _advance(cell, now)
