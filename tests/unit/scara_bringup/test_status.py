@@ -8,6 +8,7 @@ import shlex
 import signal
 import stat
 import subprocess
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -25,12 +26,14 @@ from scara_bringup.status import running_io as running
 from scara_bringup.status.running_io import usage_of
 from scara_bringup.status.status import Usage, in_words, node_state
 from scara_bringup.status.status_node import _print_cell
+from scara_bringup.supervisor import Explain, SendSignal
 from scara_bringup.terminal.browser_io import find_opener, open_page
-from scara_bringup.terminal.screen_io import page_addresses, show_cell
+from scara_bringup.terminal.screen_io import page_addresses, say, show_cell
 from scara_ros.diagnosis import Diagnosis
 from unit.scara_bringup.test_plan import DOORS
 
 OK, WARN, ERROR = Diagnosis(0, "a", "fine"), Diagnosis(1, "b", "late"), Diagnosis(2, "c", "gone")
+END = SendSignal(frozenset({"a"}), signal.SIGINT)
 
 
 @pytest.mark.parametrize(
@@ -183,6 +186,26 @@ def test_a_cell_under_nohup_outlives_its_terminal(ignored: bool) -> None:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def test_a_screen_that_is_gone_keeps_no_node_from_being_told_to_end(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Ctrl-C ends the `tee` behind the cell first."""
+
+    def write(_text: str) -> None:
+        raise BrokenPipeError
+
+    for stream in ("stdout", "stderr"):
+        monkeypatch.setattr(sys, stream, SimpleNamespace(write=write, flush=lambda: None))
+    sent = list[object]()
+    processes = SimpleNamespace(
+        signal=lambda *words: sent.append(words), last_lines=lambda *_: ["x"], log_of=str
+    )
+    shell = bare_shell(processes=processes, deadlines=SimpleNamespace(log_lines=1), watch=None)
+    shell._perform([Explain("x", ("a",)), END], None)
+    assert sent == [(END.names, END.number)]
+    say("ready")
 
 
 def test_a_pair_that_needs_a_person_is_told_with_its_mode(

@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.text import Text
 from scara_config import load_robot
 from scara_config.profile import CHOICE, PLANT_CHOICE
+from scara_ros.shell.program_io import say as print_line
 
 from scara_bringup.config import Doors
 from scara_bringup.plan import CONTROLLER, PANEL, PENDANT_PAGE, NodePlan
@@ -31,21 +32,23 @@ TITLES = {PANEL: "Operator's page", PENDANT_PAGE: "Robot's pendant"}
 
 
 def say(text: str) -> None:
-    """Print one message at once."""
-    print(text, flush=True)
+    """Print one message at once.
+
+    Who reads it may be gone, a terminal or `tee`, mostly when the cell shall end: that is no error,
+    for it would keep the nodes from being told to end in order.
+    """
+    print_line(text)
 
 
 def complain(text: str) -> None:
     """Print one message about a fault."""
-    print(f"cell: {text}", file=sys.stderr, flush=True)
+    print_line(f"cell: {text}", sys.stderr)
 
 
 def show_log(path: str, lines: Iterable[str]) -> None:
     """Print the last lines of a log."""
-    print(f"--- the last lines of {path}:", file=sys.stderr)
-    for line in lines:
-        print(f"    {line}", file=sys.stderr)
-    sys.stderr.flush()
+    text = [f"--- the last lines of {path}:", *(f"    {line}" for line in lines)]
+    print_line("\n".join(text), sys.stderr)
 
 
 def page_addresses(doors: Doors, nodes: Iterable[NodePlan], folder: Path) -> dict[str, str]:
