@@ -70,6 +70,9 @@ def watch(setup: Setup, safety: Safety, sides: Sides, event: AnyEvent, task: Pai
         event: The input.
         task: What the pair is doing.
     """
+    if not sides.real.history:
+        # Where the robot is that is not heard, and what follows from that, nobody knows.
+        safety = replace(safety, guard=Guard(), separation=Distance())
     match event:
         case PersonSeen():
             person = Sighting(event.now - event.age, event.position, event.sensor)
