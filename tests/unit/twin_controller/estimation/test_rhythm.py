@@ -21,6 +21,17 @@ def rhythm_of(period: int, error: int, readings: int, seed: int = 1) -> Rhythm:
     return rhythm
 
 
+def test_a_clock_that_is_set_leaves_nothing_of_the_one_before() -> None:
+    """An hour in the spread would keep a robot from being led for half a minute."""
+    rhythm = rhythm_of(2, 5, 300)
+    for reading in range(301, 601):
+        at = 1e-3 * POLL_MS * reading
+        stamp = 3_600_000 + int(1e3 * at) // 2 * 2
+        rhythm = heard(rhythm, stamp, at)
+        assert rhythm.spread < 0.01
+    assert rhythm.period == pytest.approx(0.002)
+
+
 @pytest.mark.parametrize("period", [1, 2, 4, 8, 10, 12, 16])
 def test_a_period_is_found_within_two_seconds(period: int) -> None:
     """For every period that robots have, wherever their clock began."""

@@ -38,6 +38,8 @@ FEW, EXACT = 20, 1.0 - 1e-9
 """So few do if all of them have the same phase: of 2 ms by chance one in a million."""
 FORGET, SPREAD_FORGET = 1000, 100
 """A robot may be set up anew, and its clock drifts: about so many readings count."""
+JUMPED_MS = 1000.0
+"""No answer is so late: a clock that goes so far at once was started anew or set; our choice."""
 ROUGH_MS = 0.7
 """Less than this is not told from readings that are of some age."""
 JITTERS = 1.75
@@ -159,15 +161,17 @@ def heard(rhythm: Rhythm, clock_ms: int, at: float, plain: bool = False) -> Rhyt
         at: Our time half-way between question and answer [s].
         plain: It is the clock's own, not that of the reading beside it.
     """
+    ahead = clock_ms - 1e3 * at
+    off = ahead - rhythm.ahead if rhythm.count else 0.0
+    if abs(off) > JUMPED_MS:
+        rhythm = Rhythm()
     count = min(rhythm.count + 1, FORGET)
     phases = []
     for turns, (cosine, sine) in zip(_TURNS, rhythm.phases):
         along, across = turns[clock_ms % len(turns)]
         phases.append((cosine + (along - cosine) / count, sine + (across - sine) / count))
-    ahead = clock_ms - 1e3 * at
     if not rhythm.count:
         return Rhythm(count, plain, tuple(phases), ahead)
     part = 1.0 / min(count, SPREAD_FORGET)
-    off = ahead - rhythm.ahead
     variance = (1.0 - part) * (rhythm.variance + part * off * off)
     return Rhythm(count, plain, tuple(phases), rhythm.ahead + part * off, variance)
