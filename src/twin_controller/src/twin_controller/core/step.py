@@ -70,7 +70,7 @@ def step(setup: Setup, before: CoreState, event: AnyEvent) -> Result:
         response = measured(setup, follow.response, heard.real, held)
         follow = replace(follow, response=response)
     elif isinstance(event, RealKnown):
-        follow = replace(follow, response=recalled(event))
+        follow = replace(follow, response=recalled(setup.config.response, follow.response, event))
 
     # 2 Drop what is stale: no decision may rest on it, no order may wait for a side that is lost.
     sides = drop_stale(setup, heard, now)

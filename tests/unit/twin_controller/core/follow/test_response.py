@@ -250,7 +250,7 @@ def earlier(delay: float, pace: float = 100.0) -> RealKnown:
 
 def test_what_was_learned_earlier_is_believed_until_the_first_motion_says_otherwise() -> None:
     """A robot that answers as before is known at once; another one is measured from the start."""
-    known_before = recalled(earlier(0.1))
+    known_before = recalled(NUMBERS, assumed(NUMBERS, SETUP.names), earlier(0.1))
     assert known(known_before, NUMBERS) and known_before.recalled
     same = after_move({0: 0.104}, known_before)
     assert not (same.recalled or same.changed) and same.doubt[1] < NUMBERS.known_ms * 1e-3
@@ -258,6 +258,16 @@ def test_what_was_learned_earlier_is_believed_until_the_first_motion_says_otherw
     assert other.changed and not other.recalled and other.pace == NUMBERS.first_percent
     follow = Follow(response=other)
     assert "otherwise than before" in follower_pace(UNKNOWN, follow, Sides(), 100.0, 0.0).reason
+
+
+def test_delays_that_a_person_has_measured_go_before_what_was_learned_earlier() -> None:
+    """Of an earlier start the pace is left: nobody measures that beforehand."""
+    joint = MeasuredJoint(delay_ms=40.0, smoothing_ms2=0.0)
+    config = replace(NUMBERS, measured=dict.fromkeys(SETUP.names, joint))
+    before = assumed(config, SETUP.names)
+    now = recalled(config, before, earlier(0.1, pace=70.0))
+    assert (now.delay, now.doubt) == (before.delay, before.doubt) and not now.recalled
+    assert now.pace == 70.0
 
 
 def test_a_robot_that_does_as_it_is_told_is_not_taken_for_one_that_is_held_back() -> None:

@@ -105,8 +105,14 @@ def assumed(config: ResponseConfig, names: Sequence[str]) -> Response:
     )
 
 
-def recalled(event: RealKnown) -> Response:
-    """Return what earlier starts have learned; it is believed as far as a load may have changed."""
+def recalled(config: ResponseConfig, response: Response, event: RealKnown) -> Response:
+    """Return what earlier starts have learned; it is believed as far as a load may have changed.
+
+    Delays that a person has measured and written down go before it.
+    """
+    if config.measured is not None:
+        known = (event.pace, event.behind_at, event.spread)
+        return replace(response, pace=known[0], behind_at=known[1], spread=known[2])
     return Response(
         event.delay,
         event.smoothing,
