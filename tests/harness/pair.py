@@ -264,7 +264,7 @@ class Pair(RealSide, TwinSide):
             paused=self.paused,
             drives_on=self.drives,
             fault=self.fault,
-            speed_percent=100.0,
+            speed_percent=self.override * self.program_percent * 1e-2,
             override_percent=self.override,
             ring_places=self.places,
             ring_read=self.ring_read,

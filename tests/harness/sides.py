@@ -67,6 +67,8 @@ class RealSide:
         # CSTOPI ends its program; else only HOLD stops it. What was asked for beside a program.
         self.cancels, self.queued = True, False
         self.estop_pressed = self.fault_persists = False
+        # What its own program moves with, of its override.
+        self.program_percent = 100.0
         self.real_path: Path_ | None = None
         self.real_path_start = 0.0
         self.setpoints: deque[tuple[float, Joints]] = deque()

@@ -136,6 +136,31 @@ def test_speed_given_beside_a_person_counts_when_the_person_has_gone() -> None:
     assert pair.override == 87.0
 
 
+def test_what_a_slow_program_asks_for_and_gets_beside_a_person_is_told() -> None:
+    """Both are parts of the joints' largest speeds: its own part of the override counts."""
+    pair = beside_a_robot()
+    pair.program_percent = 40.0
+    pair.see(2.2, 1.0)
+    speeds = pair.state.orders.speeds
+    assert pair.override < 50.0 and speeds.limited
+    assert speeds.requested == pytest.approx(40.0)
+    assert speeds.applied == pytest.approx(0.4 * pair.override)
+
+
+@pytest.mark.parametrize("then", [2.2, 12.0])
+def test_a_person_beside_a_robot_that_is_not_heard_slows_nothing(then: float) -> None:
+    """Nobody knows where that robot is, and how far the person is from it."""
+    pair = seen_pair(12.0)
+    pair.see(2.2, 1.0)
+    assert pair.limit < 50.0
+    pair.link("real", False)
+    pair.see(then, 1.0)
+    assert pair.limit == 100.0 and not pair.state.orders.speeds.reason
+    pair.link("real", True)
+    pair.see(2.2, 3.0)
+    assert pair.limit < 50.0
+
+
 def test_what_was_set_at_the_robot_last_is_given_back() -> None:
     """Each time it is lowered at once; nothing older comes back when the person goes."""
     pair = beside_a_robot()

@@ -152,8 +152,10 @@ def _judged(
         if order is not None and own > min(order.wanted, flags.override_percent):
             limited, reason = True, held.reason if held.percent < own else GIVEN_BACK
             if requested is not None:
-                applied = min(requested, order.wanted)
-                requested = max(requested, own)
+                # What it shows is its override times its program's speed.
+                share = min(requested / max(flags.override_percent, 1.0), 1.0)
+                applied = share * min(order.wanted, flags.override_percent)
+                requested = share * own
         elif ours and held.percent <= flags.override_percent < 100.0:
             limited, reason = True, held.reason
     else:
