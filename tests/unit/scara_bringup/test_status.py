@@ -9,18 +9,21 @@ import signal
 import stat
 import subprocess
 import sys
+import threading
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import msgspec
 import pytest
+import rospy
 from harness.processes import wait_until
 from harness.yaml_files import copy_configuration
 from rich.console import Console
 from scara_bringup.cell_node import _note_ready
 from scara_bringup.cell_shell_node import SIGNALS, CellShell, Shown
 from scara_bringup.plan import NodePlan, cell_plan
+from scara_bringup.processes.controller_watch_node import ControllerWatch
 from scara_bringup.processes.preflight_io import CannotStartError
 from scara_bringup.status import running_io as running
 from scara_bringup.status.running_io import usage_of
@@ -31,6 +34,8 @@ from scara_bringup.terminal.browser_io import find_opener, open_page
 from scara_bringup.terminal.screen_io import page_addresses, say, show_cell
 from scara_ros.diagnosis import Diagnosis
 from unit.scara_bringup.test_plan import DOORS
+
+from scara_bringup import cell_shell_node
 
 OK, WARN, ERROR = Diagnosis(0, "a", "fine"), Diagnosis(1, "b", "late"), Diagnosis(2, "c", "gone")
 END = SendSignal(frozenset({"a"}), signal.SIGINT)
@@ -206,6 +211,36 @@ def test_a_screen_that_is_gone_keeps_no_node_from_being_told_to_end(
     shell._perform([Explain("x", ("a",)), END], None)
     assert sent == [(END.names, END.number)]
     say("ready")
+
+
+def test_a_master_that_hangs_keeps_no_node_from_being_told_to_end(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Calls of rospy wait for it without an end, when the cell gets ready and when it ends."""
+    monkeypatch.setattr(cell_shell_node, "MASTER_PATIENCE", 0.0)
+    answers, notes = threading.Event(), list[object]()
+
+    def wait() -> None:
+        answers.wait(5.0)
+        notes.append("answered")
+
+    watch = SimpleNamespace(last=lambda: ("IDLE", ""), rest=wait, close=wait)
+    processes = SimpleNamespace(signal=lambda *words: notes.append(words))
+    shell = bare_shell(watch=watch, works=False, shown=Shown("up", "r", ""), processes=processes)
+    shell._look_at_pair(SimpleNamespace(nodes=[]))
+    shell._perform([END], None)
+    assert notes == [(END.names, END.number)]
+    answers.set()
+
+
+def test_the_watch_leaves_the_master_in_one_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the first of two hangs, rospy begins the second at the exit of the process."""
+    told = list[str]()
+    monkeypatch.setattr(rospy, "signal_shutdown", told.append)
+    watch: Any = ControllerWatch.__new__(ControllerWatch)
+    watch._subscriber = SimpleNamespace(unregister=lambda: told.append("topic"))
+    watch.close()
+    assert told == ["the cell ends"]
 
 
 def test_a_pair_that_needs_a_person_is_told_with_its_mode(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shlex
 import signal
+import threading
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -49,6 +50,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LOOP_PERIOD = 0.05
 PATIENCE_PERIOD = 5.0
 LOG_PERIOD = 10.0
+MASTER_PATIENCE = 1.0  # our choice: a master that is well answers within milliseconds
 
 
 @dataclass(frozen=True)
@@ -191,7 +193,7 @@ class CellShell:
         for tell in self._shown.on_works:
             tell()
         # Nobody needs the mode any longer.
-        self._watch.rest()
+        _tell_master(self._watch.rest)
 
     def _not_working(self, cell: Cell) -> str:
         """Return the mode and reason of a pair that does not work; empty: it does."""
@@ -210,7 +212,7 @@ class CellShell:
             elif isinstance(action, SendSignal):
                 if self._watch is not None:
                     # No longer a node before the nodes and their master end.
-                    self._watch.close()
+                    _tell_master(self._watch.close)
                     self._watch = None
                 self._processes.signal(action.names, action.number)
             elif isinstance(action, Announce):
@@ -266,3 +268,10 @@ class CellShell:
             nodes=nodes,
             runs=self._shown.runs,
         )
+
+
+def _tell_master(leave: Callable[[], None]) -> None:
+    """Leave the master, or a topic of it; one that hangs keeps nobody from being told to end."""
+    leaving = threading.Thread(target=leave, daemon=True)
+    leaving.start()
+    leaving.join(MASTER_PATIENCE)

@@ -38,7 +38,7 @@ class ControllerWatch:
 
     def close(self) -> None:
         """Leave the master."""
-        self.rest()
+        # Without rest(): at the exit rospy waits for the master unless this has begun before.
         rospy.signal_shutdown("the cell ends")
 
     def _keep(self, state: TwinControllerState) -> None:
