@@ -120,6 +120,24 @@ def test_a_cell_that_was_killed_is_forgotten(
     assert not running.index().exists()
 
 
+@pytest.mark.parametrize(
+    ("born", "found"),
+    [("{boot} {ticks}", True), ("", True), ("{boot} {ticks}0", False), ("other {ticks}", False)],
+)
+def test_a_later_process_of_a_cells_number_is_not_that_cell(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, born: str, found: bool
+) -> None:
+    """After a power cut the bring-up of a container finds its own number and program there."""
+    monkeypatch.setenv("CELL_ROOT", str(tmp_path))
+    monkeypatch.setattr(running, "is_bring_up", lambda _: True)
+    boot, ticks = running.birth_of(os.getpid()).split()
+    cell = msgspec.structs.replace(
+        cell_of(os.getpid(), tmp_path), born=born.format(boot=boot, ticks=ticks)
+    )
+    with running.announced(cell):
+        assert (running.running_cells() == [cell]) is found
+
+
 def test_a_browser_is_opened_only_where_there_is_a_display(tmp_path: Path) -> None:
     """The token is on no command line: the browser gets a file that this user alone can read."""
     seen, opener = tmp_path / "seen", tmp_path / "open"
@@ -291,5 +309,7 @@ def test_what_is_pasted_into_another_shell_keeps_its_words(
     shell._master, shell._folder = SimpleNamespace(uri="http://m"), folder
     shell._shown, shell._doors = Shown("up", "r", ""), DOORS
     cell: Any = SimpleNamespace(nodes=[NodePlan("recorder", *words[1:3], words[3:])])
-    (node,) = shell._running(cell, {}).nodes
+    told = shell._running(cell, {})
+    (node,) = told.nodes
     assert shlex.split(node.command) == list(words)
+    assert told.born == running.birth_of(os.getpid()) != ""

@@ -23,7 +23,7 @@ from scara_bringup.processes.ports_io import listening_ports
 from scara_bringup.processes.preflight_io import CannotStartError, namespace
 from scara_bringup.processes.processes_io import Processes
 from scara_bringup.readiness import WORKS, SeenCell, missing
-from scara_bringup.status.running_io import RunningCell, RunningNode, announced
+from scara_bringup.status.running_io import RunningCell, RunningNode, announced, birth_of
 from scara_bringup.supervisor import (
     Action,
     Announce,
@@ -267,6 +267,7 @@ class CellShell:
             addresses={**addresses, **doors},
             nodes=nodes,
             runs=self._shown.runs,
+            born=birth_of(os.getpid()),
         )
 
 

@@ -21,6 +21,7 @@ FILE = "cell.json"
 INDEX = ".running"
 TICKS = os.sysconf("SC_CLK_TCK")
 PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
+BOOT = Path("/proc/sys/kernel/random/boot_id")
 
 
 class RunningNode(msgspec.Struct, frozen=True):
@@ -46,6 +47,8 @@ class RunningCell(msgspec.Struct, frozen=True):
         addresses: Of its pages, by what they are.
         nodes: In the order in which they were started.
         runs: The folder of its recordings and its journal.
+        born: When its process began (:func:`birth_of`): a later one may have its number. Empty: a
+            file of before.
     """
 
     pid: int
@@ -58,6 +61,7 @@ class RunningCell(msgspec.Struct, frozen=True):
     addresses: dict[str, str]
     nodes: list[RunningNode]
     runs: str = ""
+    born: str = ""
 
     @property
     def name(self) -> str:
@@ -100,7 +104,7 @@ def running_cells() -> list[RunningCell]:
     for link in sorted(index().glob("*.json")):
         with contextlib.suppress(OSError, msgspec.MsgspecError):
             cell = msgspec.json.decode(link.read_bytes(), type=RunningCell)
-            if is_bring_up(cell.pid):
+            if is_bring_up(cell.pid) and cell.born in ("", birth_of(cell.pid)):
                 found.append(cell)
                 continue
         with contextlib.suppress(OSError):
@@ -116,14 +120,30 @@ def is_bring_up(pid: int) -> bool:
     return False
 
 
+def birth_of(pid: int) -> str:
+    """Return in which boot of the machine and when in it a process began; empty: it is gone.
+
+    In a container each start of a cell has the number 1; after a boot numbers come again, too.
+    """
+    with contextlib.suppress(OSError, IndexError):
+        # Field 22 of proc(5): the start, in ticks since the boot.
+        return f"{BOOT.read_text().strip()} {_stat(pid)[19]}"
+    return ""
+
+
 def usage_of(pid: int) -> Usage | None:
     """Return what a process has used up to now; None if it is not there or has ended."""
     with contextlib.suppress(OSError, ValueError, IndexError):
-        # The name of a program stands in brackets and may hold spaces.
-        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+        fields = _stat(pid)
         # What has ended stays as Z until its parent asks for its exit code.
         if fields[0] != "Z":
             # Fields 14, 15 and 24 of proc(5): user time, system time, pages in memory.
             processor = (int(fields[11]) + int(fields[12])) / TICKS
             return Usage(processor, int(fields[21]) * PAGE_BYTES / 1e6)
     return None
+
+
+def _stat(pid: int) -> list[str]:
+    """Return what proc(5) calls the third and all later fields of a process's ``stat``."""
+    # The name of a program stands in brackets and may hold spaces.
+    return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
