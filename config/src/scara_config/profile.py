@@ -111,13 +111,18 @@ def files_in_force(directory: Path | str | None = None) -> dict[str, Path]:
 def copy_in_force(source: Path, target: Path) -> None:
     """Copy the chosen robot's files: flat, one robot, no folder of robots; comments are kept.
 
-    A link in the target gives way, so that nothing is written where it leads to.
+    A file of the target that the source does not have goes: it would be in force, too. A link in
+    the target gives way, so that nothing is written or removed where it leads to.
     """
     target.mkdir(parents=True, exist_ok=True)
-    for name, file in files_in_force(source).items():
+    wanted = files_in_force(source)
+    for name in {**files_in_force(target), **wanted}:
         for place in dict.fromkeys((target / Path(name).parts[0], target / name)):
             if place.is_symlink():
                 place.unlink()
+        if name not in wanted:
+            (target / name).unlink(missing_ok=True)
+    for name, file in wanted.items():
         (target / name).parent.mkdir(exist_ok=True)
         shutil.copy(file, target / name)
 

@@ -21,7 +21,7 @@ from scara_config.profile import CHOICE
 from scara_config.programs.files import program_files
 from scara_config.programs.keeping import keep_program
 from scara_config.rollout.change import Change
-from scara_config.rollout.kept import Kept, kept_file, read_kept, write_kept
+from scara_config.rollout.kept import RUNNING, Kept, kept_file, read_kept, write_kept
 
 CONFIG = ROOT / "config"
 
@@ -141,6 +141,22 @@ def test_a_second_start_in_the_same_folder_writes_into_no_other_robots_files(
         link_taught(source, copied)
         assert find_frames(copied).numbered("user")[3].name == source.name
     assert before == {file: file.read_bytes() for file in before}
+
+
+def test_a_second_start_in_the_same_folder_keeps_nothing_of_the_first(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another robot's files, and a change that was taken back, would be in force."""
+    (tmp_path / "first").mkdir()
+    source = copy_configuration(tmp_path / "first")
+    before = files_in_force(source)
+    copied = copy_with_ports(source, tmp_path / "config")
+    link_taught(source, copied)
+    (copied / RUNNING).write_text("{}")
+    monkeypatch.setenv(CHOICE, "epson_gx4")
+    copy_with_ports(CONFIG, copied)
+    assert files_in_force(copied).keys() == files_in_force(CONFIG).keys()
+    assert not (copied / RUNNING).exists() and files_in_force(source) == before
 
 
 def test_a_start_that_reads_its_own_copy_keeps_it_and_takes_other_ports(tmp_path: Path) -> None:
