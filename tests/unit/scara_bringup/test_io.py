@@ -10,6 +10,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import nullcontext
+from datetime import datetime
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -20,7 +21,9 @@ from harness.processes import free_port, is_alive, wait_until
 from harness.yaml_files import changed_yaml
 from scara_bringup.cell_node import Wishes, run
 from scara_bringup.config import Ports, load_doors
+from scara_bringup.named.turn_io import LOCK, StartTurn
 from scara_bringup.plan import CONTROLLER, EMULATOR, NodePlan, cell_plan
+from scara_bringup.processes import output_io
 from scara_bringup.processes.configuration_io import copy_with_ports
 from scara_bringup.processes.master_io import MasterAddress, MasterProbe
 from scara_bringup.processes.output_io import make_output, runs_of
@@ -31,6 +34,7 @@ from scara_bringup.processes.preflight_io import (
     refuse_two_robots,
 )
 from scara_bringup.processes.processes_io import Processes
+from scara_bringup.terminal import screen_io
 from scara_config import config_directory
 from scara_ros.shell.program_io import FAILED
 
@@ -301,6 +305,36 @@ def test_a_cell_with_a_real_robot_shows_its_address_and_no_stand_in(
     assert found == [("192.0.2.9", ""), ("127.0.0.1", "ideal")]
 
 
+def test_a_cell_without_a_name_waits_for_one_that_is_starting(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nobody listens yet at the ports that the other one has chosen."""
+    for name in ("ROS_IP", "ROS_HOSTNAME", "ROS_NAMESPACE", "ROS_MASTER_URI"):
+        monkeypatch.setenv(name, os.environ.get(name, ""))
+    monkeypatch.setenv("CELL_ROOT", str(tmp_path))
+    other, steps = StartTurn(tmp_path / "runs", lambda: None), list[str]()
+
+    def say(text: str) -> None:
+        steps.append(text)
+        other.end()
+
+    def look(*_: object) -> bool:
+        steps.append("looks at its ports")
+        raise CannotStartError("enough")
+
+    monkeypatch.setattr(screen_io, "say", say)
+    monkeypatch.setattr(cell_node, "check_before_start", look)
+    wishes = Wishes(None, None, tmp_path / "run", (), free_port(), Ports(), False)
+    assert run(wishes) == (FAILED, None)
+    assert steps == [
+        "cell: another cell is starting: waiting until it is ready",
+        "looks at its ports",
+    ]
+    # Where no turn can be had, it does without.
+    monkeypatch.setenv("CELL_ROOT", str(tmp_path / "runs" / LOCK))
+    assert run(wishes) == (FAILED, None) and steps[2:] == ["looks at its ports"]
+
+
 def test_second_cell_in_one_namespace_is_refused(fake_master: str) -> None:
     """Nodes of the same name would shut each other down."""
     nodes = [NodePlan(name, "p", name) for name in ("simulator", "dead")]
@@ -338,6 +372,17 @@ def test_output_without_a_wish_is_named_by_the_time_in_the_workspace(
     monkeypatch.setenv("CELL_ROOT", str(tmp_path))
     folder = make_output(None)
     assert folder.is_dir() and folder.parent == tmp_path / "runs"
+
+
+def test_two_runs_that_begin_in_one_second_share_no_folder(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """One would write into the logs and the recording of the other."""
+    monkeypatch.setenv("CELL_ROOT", str(tmp_path))
+    moment = datetime(2030, 5, 1, 12)
+    monkeypatch.setattr(output_io, "datetime", SimpleNamespace(now=lambda: moment))
+    names = ["2030-05-01_12-00-00", "2030-05-01_12-00-00_2", "2030-05-01_12-00-00_3"]
+    assert [make_output(None).name for _ in names] == names
 
 
 def test_file_in_the_place_of_the_output_is_an_error(tmp_path: Path) -> None:

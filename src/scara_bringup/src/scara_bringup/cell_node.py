@@ -245,8 +245,9 @@ def run(wishes: Wishes) -> tuple[int, Path | None]:
             os.environ["ROS_NAMESPACE"] = namespace_by_name(wishes.name)
         os.environ["ROS_NAMESPACE"] = namespace()
         robot, plant = choose(wishes.robot, wishes.plant)
+        # Without a name too: nobody listens at its ports yet, and another cell would choose them.
+        turn = take_turn(wishes.name)
         if wishes.name is not None:
-            turn = take_turn()
             # The wishes of a cell with a name, with ports that are free
             refuse_second(wishes.name)
             if not wishes.anyway:

@@ -110,7 +110,7 @@ def test_counters_of_this_machine_grow() -> None:
     assert second.granted_s >= first.granted_s
 
 
-def test_cells_with_a_name_start_one_after_the_other(tmp_path: Path) -> None:
+def test_cells_start_one_after_the_other(tmp_path: Path) -> None:
     """The second one waits until the first is ready, and says so."""
     waited, began = threading.Event(), threading.Event()
 

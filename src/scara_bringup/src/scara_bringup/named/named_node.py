@@ -15,8 +15,11 @@ from scara_bringup.status.running_io import RunningCell, index, running_cells
 from scara_bringup.terminal import screen_io as screen
 
 
-def take_turn() -> StartTurn:
-    """Wait until no other cell with a name is starting.
+def take_turn(name: str | None) -> StartTurn | None:
+    """Wait until no other cell is starting.
+
+    Args:
+        name: Of the cell; None: it has none, and starts without a turn where none can be had.
 
     Raises:
         CannotStartError: The runs folder cannot be written to.
@@ -27,6 +30,8 @@ def take_turn() -> StartTurn:
             lambda: screen.say("cell: another cell is starting: waiting until it is ready"),
         )
     except OSError as error:
+        if name is None:
+            return None
         raise CannotStartError(f"{error.filename}: {error.strerror}") from error
 
 

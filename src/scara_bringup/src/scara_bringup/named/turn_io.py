@@ -1,4 +1,4 @@
-"""Cells with a name start one after the other, so that each sees the ports and the load of all."""
+"""Cells start one after the other, so that each sees the ports and the load of all."""
 
 from __future__ import annotations
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from datetime import datetime
 from pathlib import Path
 
@@ -31,12 +32,22 @@ def runs_of(folder: Path, wanted: Path | None) -> Path:
 def make_output(wanted: Path | None) -> Path:
     """Create the folder of this run and return it.
 
-    Without a wish it is ``runs/<time>``, in a namespace ``runs/<time>_<namespace>``.
+    Without a wish it is ``runs/<time>``, in a namespace ``runs/<time>_<namespace>``; with ``_2``
+    behind it where another run has begun in the same second.
 
     Raises:
         OSError: It cannot be made, or is no folder.
     """
+    if wanted is not None:
+        wanted.mkdir(parents=True, exist_ok=True)
+        return wanted.resolve()
+    runs = runs_folder()
+    runs.mkdir(parents=True, exist_ok=True)
     name = folder_of(datetime.now().strftime("%Y-%m-%d_%H-%M-%S"), namespace())
-    folder = wanted or runs_folder() / name
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder.resolve()
+    folder, number = runs / name, 1
+    while True:
+        with contextlib.suppress(FileExistsError):
+            folder.mkdir()
+            return folder.resolve()
+        number += 1
+        folder = runs / f"{name}_{number}"
