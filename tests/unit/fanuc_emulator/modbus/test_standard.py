@@ -172,7 +172,7 @@ def test_behind_the_last_coil_and_before_the_first_there_is_none(asked: Asked) -
 
 
 def test_free_digital_signals_can_be_wired_to_nothing(asked: Asked) -> None:
-    """DI[3] keeps what is written; DO[118] to DO[185], set by no program here, are off."""
+    """DI[3] keeps what is written; DO[118] to DO[185] are off, whatever a program sets."""
     assert asked.ask("05 0002 FF00") == "05 00 02 ff 00"
     assert asked.ask("01 0000 0008") == "01 01 04"
     assert asked.ask("02 0075 0004") == "02 01 00"

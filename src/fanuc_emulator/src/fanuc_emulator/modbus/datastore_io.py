@@ -57,7 +57,7 @@ class Datastore:
         # As they were written last, in whatever way the robot obeyed.
         self._coils = _between(layout.coils)
         has_table = has_slots(layout)
-        # Free signals: DI[1..] hear coil 1.., DO[1..] are off, for no program here sets them.
+        # Free signals: DI[1..] hear coil 1.., DO[1..] are off. Programs have levels of their own.
         self._free = [False] * (FAMILIES["DI"].highest if has_table else 0)
         self.assigned: AssignedRegisters | None = None
         if has_table:

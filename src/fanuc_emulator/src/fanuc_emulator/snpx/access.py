@@ -118,6 +118,7 @@ class AssignedRegisters:
             for cell, register in _homes(layout.holding_registers.values())
             if not bare or cell.family != "R" or register.write
         }
+        # What clients wrote into R and PR that the map does not name; programs have their own.
         self._others: dict[Cell, float | str] = {}
         self._parts = lru_cache(maxsize=_KEPT)(self._find)
         self._version = self.table.version
