@@ -92,7 +92,15 @@ def registers_of(
         reads[DOCKED] = lambda: parts.docked is not None
         parts.sees_dock = lambda docked: registers.write(docked.register, docked.frame)
     registers = Registers(reads, writes, signals.now, config.frames)
-    planner.tool = lambda: _tool(registers)
+
+    def tool() -> Pose:
+        try:
+            return _selected(registers, "UTOOL")
+        # No tool has the number that is selected: the flange alone is known.
+        except ExecutionError:
+            return NO_SHIFT
+
+    planner.tool = tool
     settings = config.settings
     for kind, number in zip(FRAMES, (settings.user_frame, settings.tool_frame)):
         registers.write(Name(f"{kind}_NUM"), float(number))
@@ -113,14 +121,6 @@ def _selected(registers: Registers, kind: str) -> Pose:
     found = registers.read(Indexed(kind, (number,))) if number else NO_SHIFT
     assert isinstance(found, Pose)
     return found
-
-
-def _tool(registers: Registers) -> Pose:
-    """Return the tool frame that is selected; where there is none of that number, the flange."""
-    try:
-        return _selected(registers, "UTOOL")
-    except ExecutionError:
-        return NO_SHIFT
 
 
 def _set_override(write: Callable[[int], None], value: Value) -> None:

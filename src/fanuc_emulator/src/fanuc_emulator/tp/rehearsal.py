@@ -253,8 +253,13 @@ def _steps(executor: Executor, memory: _Known) -> Iterator[Step]:
         until = executor.step if isinstance(executor.step, UntilStep) else None
         count += 1 if step is not None or until is not None else MOST_LINES
         if memory.switched is not None and (step is not None or executor.ended):
-            yield _in_its_line(memory.switched, step, memory.place()[1])
-            memory.switched = None
+            switched, memory.switched = memory.switched, None
+            if isinstance(step, UntilStep) and ANSWER.search(print_expression(step.condition)):
+                # It takes its time in the line that waits for it.
+                switched = GripperStep(step.line, switched.on, memory.place()[1])
+            elif step is not None:
+                switched = msgspec.structs.replace(switched, awaited=False)
+            yield switched
         if executor.ended:
             return
         _, program = memory.place()
@@ -275,18 +280,6 @@ def _steps(executor: Executor, memory: _Known) -> Iterator[Step]:
         if isinstance(step, UntilStep) and step.jump is None:
             memory.wait_for(step.condition)
     raise ConfigError(f"{executor.frame.program.name}: {MOST} lines do not lead to its end")
-
-
-def _in_its_line(
-    switched: GripperStep, step: Step | UntilStep | StreamStep | None, program: str
-) -> GripperStep:
-    """Return a switch of the suction in the line that waits for its answer, else in its own.
-
-    Behind the last line of a program nothing begins too soon.
-    """
-    if isinstance(step, UntilStep) and ANSWER.search(print_expression(step.condition)):
-        return GripperStep(step.line, switched.on, program)
-    return msgspec.structs.replace(switched, awaited=step is None)
 
 
 def _to_its_end(step: MoveStep | PathStep) -> MoveStep | PathStep:
