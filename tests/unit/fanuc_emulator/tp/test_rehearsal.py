@@ -122,6 +122,12 @@ def test_only_the_answer_of_the_suction_is_a_wait_for_it(line: str, told: Grippe
     assert walked("RO[1]=ON", line, "LBL[1]")[0] == told
 
 
+def test_a_loop_that_asks_for_the_answer_waits_for_it_as_well() -> None:
+    """By IF and JMP, as older programs do."""
+    loop = ("LBL[1]", "IF RI[1]=OFF,JMP LBL[1]", "J P[1] 9% FINE")
+    assert walked("RO[1]=ON", *loop)[0] == GripperStep(1, True)
+
+
 def test_an_input_that_was_waited_for_is_on() -> None:
     """Only with it the program goes on, so what follows can be told."""
     assert waits("WAIT DI[1:docked]=ON", "IF DI[1]=OFF,JMP LBL[1]", "WAIT 1(sec)", "LBL[1]") == [1]

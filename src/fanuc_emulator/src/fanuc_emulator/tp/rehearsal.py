@@ -105,8 +105,9 @@ class _Known(Registers):
         # The motions so far, and where those end of which that was asked.
         self.moves: list[MoveStep | PathStep] = []
         self._here: tuple[float, ...] | None = None
-        # How the suction was switched, until a step comes behind it.
+        # How the suction was switched, until a step comes behind it; whether its answer was read.
         self.switched: GripperStep | None = None
+        self.asked = False
         # Tells number and program of the line that is executed; no name: the one that was started.
         self.place: Callable[[], tuple[int, str]] = lambda: (0, "")
         # The last motion may go on while the lines behind it are executed.
@@ -118,7 +119,8 @@ class _Known(Registers):
         Raises:
             UnknownValueError: It has put nothing there.
         """
-        place = GRIPPER if place == VACUUM else place
+        if place == VACUUM:
+            place, self.asked = GRIPPER, True
         element = isinstance(place, Indexed) and place.kind == "PR" and len(place.index) > 1
         if place in self._values or place in self._reads or element:
             return super().read(place)
@@ -135,7 +137,7 @@ class _Known(Registers):
         super().write(place, value)
         if place == GRIPPER:
             line, program = self.place()
-            self.switched = GripperStep(line, bool(self._values[place]), program)
+            self.switched, self.asked = GripperStep(line, bool(self._values[place]), program), False
 
     def wait_for(self, condition: Expression) -> None:
         """Know that an input is on behind ``WAIT DI[n]=ON``: only with it the program goes on."""
@@ -258,7 +260,8 @@ def _steps(executor: Executor, memory: _Known) -> Iterator[Step]:
                 # It takes its time in the line that waits for it.
                 switched = GripperStep(step.line, switched.on, memory.place()[1])
             elif step is not None:
-                switched = msgspec.structs.replace(switched, awaited=False)
+                # A loop that asks for the answer by IF waits for it as well.
+                switched = msgspec.structs.replace(switched, awaited=memory.asked)
             yield switched
         if executor.ended:
             return
