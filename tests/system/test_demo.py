@@ -77,7 +77,7 @@ def demo(
         (cell.output,) = (
             folder
             for folder in (cell.folder / "runs").iterdir()
-            if not folder.is_symlink() and folder.name != "journal"
+            if folder.is_dir() and not folder.is_symlink() and folder.name != "journal"
         )
         yield cell, bringup
     finally:
