@@ -11,7 +11,9 @@ import pytest
 from harness.emulated.emulated_pair import EmulatedPair, moves
 from harness.pair import HOME, ROBOT, SETUP, Pair, idle_pair, ramp, seen_pair, shifted
 from harness.running.thorough import thorough
+from harness.workspace import ROOT
 from msgspec.structs import replace
+from scara_config import load_robot
 from twin_controller.core.actions import AnyAction, CapTwin, OverrideReal
 from twin_controller.core.lead.modes import Mode
 from twin_controller.core.orders.speed import GIVEN_BACK
@@ -43,6 +45,21 @@ def test_no_motion_is_faster_than_the_fastest() -> None:
     assert pytest.approx(closed, rel=1e-6) == SETUP.fastest
     assert fastest_speed((), SETUP.lower, SETUP.upper, SETUP.velocity) == 0.0
     assert math.isnan(fastest_point(SETUP.points, (sys.float_info.max,) * 4, (1e308,) * 4)[0])
+
+
+def test_an_arm_with_narrow_ends_is_no_faster_than_the_fastest(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Its fastest pose, found by many random ones, is that of one among several tops."""
+    monkeypatch.setenv("SCARA_ROBOT", "articulated_six")
+    arm = Setup(load_robot(ROOT / "config"), SETUP.config)
+    tool = [next(point for point in arm.points if len(point.columns) == len(arm.names))]
+    lower = np.radians([-10.0, -60.0, -130.0, -120.0, -80.0, -280.0])
+    upper = np.radians([90.0, 110.0, -20.0, 70.0, 80.0, 320.0])
+    pose = np.radians([39.0, 90.0, -90.0, -34.0, 0.0, 50.0])
+    qdot = np.array([-1.0, 1.0, 1.0, 1.0, 1.0, -1.0]) * arm.velocity
+    found = fastest_speed(tool, tuple(lower), tuple(upper), arm.velocity)
+    assert found == pytest.approx(fastest_point(tool, tuple(pose), tuple(qdot))[0], rel=1e-4)
 
 
 @pytest.mark.parametrize("phase", [*thorough(0.0), 0.005])
