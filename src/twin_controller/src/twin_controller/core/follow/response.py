@@ -111,8 +111,7 @@ def recalled(config: ResponseConfig, response: Response, event: RealKnown) -> Re
     Delays that a person has measured and written down go before it.
     """
     if config.measured is not None:
-        known = (event.pace, event.behind_at, event.spread)
-        return replace(response, pace=known[0], behind_at=known[1], spread=known[2])
+        return replace(response, pace=event.pace, behind_at=event.behind_at, spread=event.spread)
     return Response(
         event.delay,
         event.smoothing,
