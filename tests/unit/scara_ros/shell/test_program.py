@@ -10,6 +10,7 @@ from scara_ros.shell.program_io import (
     command_of,
     ends_with,
     link_latest,
+    new_run_folder,
     private_parameters,
     require_library,
     runs_folder,
@@ -128,3 +129,9 @@ def test_node_is_found_where_rosrun_finds_it(tmp_path: Path) -> None:
     ]
     assert command_of("package", "other", env) == ["rosrun", "package", "other"]
     assert command_of("package", "node", {}) == ["rosrun", "package", "node"]
+
+
+def test_two_runs_in_one_second_get_two_folders(tmp_path: Path) -> None:
+    """No run writes into another's folder."""
+    first, second = new_run_folder(tmp_path / "runs", "s"), new_run_folder(tmp_path / "runs", "s")
+    assert (first.name, second.name) == ("s", "s_2")

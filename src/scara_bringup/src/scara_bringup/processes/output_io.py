@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 from datetime import datetime
 from pathlib import Path
 
 from scara_ros.names import folder_of
-from scara_ros.shell.program_io import runs_folder
+from scara_ros.shell.program_io import new_run_folder, runs_folder
 
 from scara_bringup.processes.preflight_io import namespace
 
@@ -41,13 +40,5 @@ def make_output(wanted: Path | None) -> Path:
     if wanted is not None:
         wanted.mkdir(parents=True, exist_ok=True)
         return wanted.resolve()
-    runs = runs_folder()
-    runs.mkdir(parents=True, exist_ok=True)
     name = folder_of(datetime.now().strftime("%Y-%m-%d_%H-%M-%S"), namespace())
-    folder, number = runs / name, 1
-    while True:
-        with contextlib.suppress(FileExistsError):
-            folder.mkdir()
-            return folder.resolve()
-        number += 1
-        folder = runs / f"{name}_{number}"
+    return new_run_folder(runs_folder(), name).resolve()

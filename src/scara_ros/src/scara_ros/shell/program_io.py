@@ -107,6 +107,18 @@ def runs_folder(given: str | Path | None = None) -> Path:
     return Path(given) if given else workspace() / "runs"
 
 
+def new_run_folder(base: Path, stamp: str) -> Path:
+    """Create ``base/stamp``, with a number appended if it is taken, and return it."""
+    base.mkdir(parents=True, exist_ok=True)
+    for number in range(1, 1000):
+        folder = base / (stamp if number == 1 else f"{stamp}_{number}")
+        # mkdir itself tells who came first: two runs may begin within one second.
+        with contextlib.suppress(FileExistsError):
+            folder.mkdir()
+            return folder
+    raise FileExistsError(f"{base}/{stamp}: taken a thousand times")
+
+
 def link_latest(folder: Path) -> None:
     """Let ``latest`` beside ``folder`` point to it, at once.
 

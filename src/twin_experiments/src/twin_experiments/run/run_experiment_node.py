@@ -13,7 +13,6 @@ or arguments, 3 the run could not be made, 130 interrupted.
 
 from __future__ import annotations
 
-import contextlib
 import signal
 import sys
 import time
@@ -34,6 +33,7 @@ from scara_ros.shell.program_io import (
     INTERRUPTED,
     WRONG,
     link_latest,
+    new_run_folder,
     private_parameters,
     runs_folder,
 )
@@ -298,18 +298,6 @@ def _run_folder(output: Path | None) -> Path:
         raise RunError(f"{output / BAG_NAME} exists already: choose another folder")
     output.mkdir(parents=True, exist_ok=True)
     return output.resolve()
-
-
-def new_run_folder(base: Path, stamp: str) -> Path:
-    """Create ``base/stamp``, with a number appended if it is taken, and return it."""
-    base.mkdir(parents=True, exist_ok=True)
-    for number in range(1, 1000):
-        folder = base / (stamp if number == 1 else f"{stamp}_{number}")
-        # mkdir itself tells who came first: two runs may begin within one second.
-        with contextlib.suppress(FileExistsError):
-            folder.mkdir()
-            return folder
-    raise FileExistsError(f"{base}/{stamp}: taken a thousand times")
 
 
 main = app.run
