@@ -46,13 +46,13 @@ def test_a_dead_controller_is_silent_when_the_clock_is_set_back(
     topics: CellTopics, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """And when it is put forward a live one is none."""
-    buffer = BytesIO()
+    buffer, heard = BytesIO(), time.monotonic()
     TwinControllerState(mode=TwinControllerState.IDLE).serialize(buffer)
+    monkeypatch.setattr(time, "monotonic", lambda: heard)
     topics._keep(SimpleNamespace(_buff=buffer.getvalue()))  # type: ignore[arg-type]
     now = time.time()
     assert topics._state(now + 3600.0).mode == TwinControllerState.IDLE
-    later = time.monotonic() + 10.0
-    monkeypatch.setattr(time, "monotonic", lambda: later)
+    monkeypatch.setattr(time, "monotonic", lambda: heard + 10.0)
     for back in (0.0, 10.0, 3600.0):
         assert "silent for 10 s" in topics._state(now - back).why
 

@@ -11,6 +11,7 @@ import pytest
 from harness.workspace import ROOT
 from operator_panel.config import load_panel
 from operator_panel.control.authority import Role
+from operator_panel.page.records import recordings_io
 from operator_panel.page.records.recordings_io import _Recordings
 from operator_panel.page.view_io import PageView
 from operator_panel.view.snapshot import Diagnosis, Snapshot
@@ -33,7 +34,7 @@ RECORDING = "recording run_7, 12 s"
     ],
 )
 def test_recorder_that_has_died_is_not_shown_as_recording(
-    tmp_path: Path, names: dict[str, float], told: str
+    tmp_path: Path, names: dict[str, float], told: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its last status stays among the diagnoses."""
     from nicegui import Client, ui
@@ -46,5 +47,7 @@ def test_recorder_that_has_died_is_not_shown_as_recording(
     heard = {name: Diagnosis(0, name, RECORDING, now - after) for name, after in names.items()}
     with Client(ui.page("/recordings")):
         form = _Recordings(view, tmp_path)
+        # A machine that stands still in between makes no silence longer.
+        monkeypatch.setattr(recordings_io, "time", SimpleNamespace(monotonic=lambda: now))
         form._refresh(Snapshot(diagnoses=heard), False)
     assert form._status.text == told
