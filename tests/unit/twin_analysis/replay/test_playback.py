@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,9 +14,9 @@ from harness.processes import free_port, wait_until
 from harness.workspace import ROOT
 from scara_config import load_robot
 from twin_analysis.replay.playback import Playback, PlaybackController, plan_playback
-from twin_analysis.replay.replay_to_twin_node import _live
+from twin_analysis.replay.replay_to_twin_node import _live, _run
 from twin_analysis.replay.stage_io import Stage, StageError
-from twin_experiments.metrics.series import Motion, align
+from twin_experiments.metrics.series import Motion, align, find_gaps
 from twin_experiments.metrics.tracks import Track
 from twin_experiments.report.record import RecordError
 
@@ -109,7 +111,7 @@ def test_a_program_runs_around_the_motion_and_as_recorded_if_that_is_known() -> 
             1.0,
             r"joint_1 would move at \d+ deg/s at rate 1, its largest speed is 440",
         ),
-        (swing(3.0, 4.0), 1.0, r"joint_1 was recorded from .* to 3, allowed is -2\.583 to 2\.583"),
+        (swing(3.0, 4.0), 1.0, r"joint_1 would go from .* to 3, allowed is -2\.583 to 2\.583"),
     ],
 )
 def test_what_no_controller_would_believe_is_refused(
@@ -188,3 +190,32 @@ def test_a_played_row_is_dated_as_the_controller_dates_a_reading() -> None:
     both = align(live.real, live.twin, 1000.0, 0.05)
     assert both.span == pytest.approx(playback.duration, abs=0.01)
     assert np.abs(both.real.positions - both.twin.positions).max() < 1e-6
+
+
+def test_what_is_played_through_a_hole_is_held_against_nothing() -> None:
+    """The robot was not heard there: what it did is nobody's knowledge."""
+    whole = swing()
+    heard = (whole.stamps < 8.8) | (whole.stamps > 9.3)
+    recorded = Motion(
+        "real", *(each[heard] for each in (whole.stamps, whole.positions, whole.velocities))
+    )
+    playback = plan_playback(ROBOT, recorded, None, 1.0, PERIOD)
+    twin = replace(playback.motion(0.0, COLUMNS), side="twin")
+    track = Track("recorded", "x", "real", recorded, replace(recorded, side="twin"))
+    live = _live(ROBOT, playback, twin, 0.0, find_gaps(recorded, 0.05))(track)
+    (gap,) = align(live.real, live.twin, 1000.0, 0.05).gaps
+    assert (gap.start, gap.duration) == pytest.approx((1.8, 0.5), abs=0.02)
+
+
+def test_recording_of_another_robot_is_refused(
+    make_bag: Callable[..., Path],
+    recorded_configuration: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Its joints have the same names; the twin's arm is another one."""
+    bag = make_bag(experiments=("real_leads",), configuration=recorded_configuration)
+    monkeypatch.setenv("SCARA_ROBOT", "fanuc_sr3ia")
+    text = r"run\.bag: was recorded of fanuc_sr6ia .*; the twin is one of fanuc_sr3ia "
+    with pytest.raises(RecordError, match=text):
+        _run(bag, 1.0, tmp_path, None, (None, None), str(ROOT / "config"))

@@ -2,11 +2,11 @@ r"""A robot that does again what was recorded.
 
 It has a motion at each period of its own clock, and a controller that shows it.
 
-Between recorded samples the motion is the cubic that has their positions and velocities. Played at
-a rate :math:`r`, velocities are :math:`r` times and accelerations :math:`r^2` times the recorded
-ones, so a rate above 1 holds only where the joints' limits leave room for it: rests and slow parts
-are played as fast as asked for, hard moves less. Alarms, drives and the programs' names are not
-played: the operator who reset them then is not there now.
+Between recorded samples, and through a hole too, the motion is the cubic that has their positions
+and velocities. Played at a rate :math:`r`, velocities are :math:`r` times and accelerations
+:math:`r^2` times the recorded ones, so a rate above 1 holds only where the joints' limits leave
+room for it: rests and slow parts are played as fast as asked for, hard moves less. Alarms, drives
+and the programs' names are not played: the operator who reset them then is not there now.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ def plan_playback(
         margin = 1e-3 * (joint.upper - joint.lower)
         if low < joint.lower - margin or high > joint.upper + margin:
             raise RecordError(
-                f"{joint.name} was recorded from {low:.4g} to {high:.4g}, "
+                f"{joint.name} would go from {low:.4g} to {high:.4g}, "
                 f"allowed is {joint.lower:.4g} to {joint.upper:.4g}"
             )
     columns = [k for k, joint in enumerate(robot.joints) if joint.twin]

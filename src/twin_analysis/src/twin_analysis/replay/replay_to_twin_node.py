@@ -17,7 +17,7 @@ from __future__ import annotations
 import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -33,7 +33,7 @@ from scara_ros.shell.command_line_io import CommandLine
 from scara_ros.shell.program_io import INTERRUPTED, WRONG, private_parameters
 from twin_controller.config import load_twin_controller
 from twin_controller.reporting.snapshots import SnapshotError
-from twin_experiments.metrics.series import Motion
+from twin_experiments.metrics.series import Motion, SampleGap, find_gaps, known_at
 from twin_experiments.metrics.tracks import Track
 from twin_experiments.report.record import RecordError, cut
 from twin_experiments.report.run_reader_io import TWIN
@@ -44,6 +44,7 @@ from twin_analysis.compare.config import load_comparison
 from twin_analysis.compare.track_reader_io import (
     Topics,
     find_mechanism,
+    kind_of,
     read_bag,
     tracks_of,
 )
@@ -143,6 +144,9 @@ def _run(
             f"{bag}: has {', '.join(mechanism.names)}; the twin needs "
             f"{[j.name for j in robot.twin_joints]}"
         )
+    kinds = [kind_of(each, mechanism.names) for each in (opened.robot, robot)]
+    if kinds[0] != kinds[1]:
+        raise RecordError(f"{bag}: was recorded of {kinds[0]}; the twin is one of {kinds[1]}")
     recorded, ran, source = read_real(bag, mechanism, topic)
     playback = plan_playback(robot, recorded, ran, rate, load_emulator(robot, directory).dt)
     enter_ros("replay_to_twin", READY_S, lambda text: console.print(text, soft_wrap=True))
@@ -152,7 +156,8 @@ def _run(
         twin = LiveTwin(mechanism.names)
         motion = _play(stage, playback, twin)
         begun = stage.begun
-    live = _live(robot, playback, motion.shifted(-begun), place.sample_latency_ms * 1e-3)
+    holes = find_gaps(recorded, opened.experiments.metrics.longest_gap_s)
+    live = _live(robot, playback, motion.shifted(-begun), place.sample_latency_ms * 1e-3, holes)
     remarks = (
         *remarks_of([opened]),
         f"{LIVE}: real is what was played of {source}, in {playback.duration:.1f} s, dated "
@@ -206,15 +211,23 @@ def _play(stage: Stage, playback: Playback, live: LiveTwin) -> Motion:
 
 
 def _live(
-    robot: Robot, playback: Playback, twin: Motion, latency: float
+    robot: Robot,
+    playback: Playback,
+    twin: Motion,
+    latency: float,
+    holes: Sequence[SampleGap] = (),
 ) -> Callable[[Track], Track]:
     """Return what makes the live track that belongs to a recorded one.
 
     Times count from when the first row was shown. A row is true ``latency`` [s] before it is shown:
-    the controller dates the robot's readings so, and leads the twin accordingly.
+    the controller dates the robot's readings so, and leads the twin accordingly. What is played
+    through the ``holes`` of the recording is nobody's motion, and is held against nothing.
     """
     columns = [k for k, joint in enumerate(robot.joints) if joint.twin]
-    real = playback.motion(-latency, columns)
+    played = playback.motion(-latency, columns)
+    known = known_at(playback.instants, holes)
+    kept = played.stamps[known], played.positions[known], played.velocities[known]
+    real = Motion("real", *kept)
 
     def track_of(recorded: Track) -> Track:
         start, end = (
