@@ -143,6 +143,15 @@ def test_wrong_words_are_named(
     assert done.exit_code == 2 and text in done.output
 
 
+def test_damaged_note_of_what_was_started_is_as_none(tmp_path: Path) -> None:
+    """The way on is the same."""
+    course(tmp_path, "start", "1")
+    (started,) = (tmp_path / "course").glob(f"*/{course_node.STARTED}")
+    started.write_bytes(b'"\xff"')
+    done = course(tmp_path, "check")
+    assert done.exit_code == 2 and "no exercise was started" in done.output
+
+
 @pytest.mark.parametrize(
     ("old", "new", "reason"),
     [

@@ -92,8 +92,8 @@ class LearnerDesk:
                 text = (self.folder / self.learner / STARTED).read_bytes()
                 last = msgspec.json.decode(text, type=CourseStarted).exercise
                 return next(each for each in self.exercises if each.name == last)
-            # StopIteration: the exercise that was started has another name by now.
-            except (FileNotFoundError, msgspec.DecodeError, StopIteration):
+            # Damaged, or the exercise that was started has another name by now (StopIteration).
+            except (FileNotFoundError, ValueError, StopIteration):
                 raise CourseError("no exercise was started: ./cell course start 1") from None
         if not 1 <= number <= len(self.exercises):
             raise CourseError(f"exercise {number}: there are 1 to {len(self.exercises)}")

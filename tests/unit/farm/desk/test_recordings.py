@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from farm.desk.commands_io import cells_there
@@ -58,6 +60,14 @@ def test_a_recording_that_grows_is_not_mixed(runs: Path) -> None:
         stream.write(b"more")
     with pytest.raises(RecordingError, match="has changed since it was listed"):
         files.piece(asked(listed))
+
+
+def test_a_list_that_cannot_be_read_is_named() -> None:
+    """Of a cell of another version, or a damaged one."""
+    reply = SimpleNamespace(ok=SimpleNamespace(payload=b'["\xff"]'), err=None)
+    session: Any = SimpleNamespace(get=lambda *_, **__: [reply])
+    with pytest.raises(FetchError, match="list of recordings cannot be read: 'utf-8'"):
+        recordings_of(session, CELL)
 
 
 def test_a_recording_is_fetched_and_goes_on_where_it_was_interrupted(

@@ -78,6 +78,15 @@ def test_inputs_of_another_version_are_refused_with_what_to_do() -> None:
         decode_events(msgspec.msgpack.encode([old]))
 
 
+def test_text_that_is_none_is_refused(pair: Pair) -> None:
+    """A byte of a recording was damaged: what reads it says so, and does not break off."""
+    data = encode_state(changed(pair.state, lead__leader="xylo"))
+    with pytest.raises(SnapshotError, match="state: 'utf-8' codec"):
+        decode_state(data.replace(b"xylo", b"\xffylo"))
+    with pytest.raises(SnapshotError, match="inputs: 'utf-8' codec"):
+        decode_events(msgspec.msgpack.encode([{"kind": "xylo"}]).replace(b"xylo", b"\xffylo"))
+
+
 @pytest.mark.parametrize("data", [b"", b"\xc1", b"\x01", b"\x80", b"\x81\xa5sides\x80"])
 def test_bytes_that_are_no_state_are_refused(data: bytes) -> None:
     """Empty, broken, or a state with a part missing: none of them passes for a fresh one."""

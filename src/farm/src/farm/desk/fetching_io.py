@@ -26,10 +26,13 @@ def recordings_of(session: zenoh.Session, cell: CellName) -> list[Recording]:
     """Return the recordings of a cell, the newest first.
 
     Raises:
-        FetchError: The cell does not answer.
+        FetchError: The cell does not answer, or with something else.
     """
     data = _asked(session, cell, RECORDINGS, b"")
-    return msgspec.json.decode(data, type=list[Recording])
+    try:
+        return msgspec.json.decode(data, type=list[Recording])
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise FetchError(f"{cell}: its list of recordings cannot be read: {error}") from error
 
 
 def fetch(

@@ -51,7 +51,7 @@ class _Reading:
         """Read to the end; what goes wrong is kept in ``failure``."""
         try:
             await self._read(config_dir)
-        except (OSError, msgspec.DecodeError) as error:
+        except (OSError, msgspec.DecodeError, UnicodeDecodeError) as error:
             self.failure = f"the recording cannot be read: {error}"
         finally:
             self.ended = True

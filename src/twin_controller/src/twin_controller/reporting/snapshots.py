@@ -58,7 +58,7 @@ def decode_events(data: bytes) -> list[AnyEvent]:
         return _EVENTS.decode(data)
     except msgspec.ValidationError as error:
         raise SnapshotError(OLD_INPUTS.format(error=error)) from error
-    except msgspec.DecodeError as error:
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise SnapshotError(f"inputs: {error}") from error
 
 
@@ -76,7 +76,7 @@ def decode_state(data: bytes) -> CoreState:
     """
     try:
         return _STATE.decode(data)
-    except msgspec.DecodeError as error:
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
         if _is_old(data):
             raise SnapshotError(OLD_STATE) from error
         raise SnapshotError(f"state: {error}") from error
@@ -86,7 +86,7 @@ def _is_old(data: bytes) -> bool:
     """Return whether an older version recorded the bytes: all parts are there, or it had none."""
     try:
         state = msgspec.msgpack.decode(data)
-    except msgspec.DecodeError:
+    except (msgspec.DecodeError, UnicodeDecodeError):
         return False
     if not isinstance(state, dict):
         return False
