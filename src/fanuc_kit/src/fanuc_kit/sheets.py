@@ -154,8 +154,8 @@ def _acceptance(robot: Robot) -> Sheet:
         "E-STOP on the page: the drives go off",
         "the network plug out while a program runs: the robot stops by BGTWIN",
         "plugged in again: nothing moves",
-        "MOVE of 5 degrees, each joint: signs and ends are right",
-        "STOP during such a move: both ramp down; ALIGN moves the twin alone",
+        "Jog, Step joint, 10 deg, each joint: signs and ends are right",
+        "STOP during a Target move at 5 %: both ramp down; ALIGN moves the twin alone",
         "mode switch to T1, T2, AUTO, RESET and ALIGN after each: the page shows the same",
     )
     followed = (
