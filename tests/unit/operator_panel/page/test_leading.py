@@ -18,11 +18,12 @@ from operator_panel.control.desk_io import PageDesk
 from operator_panel.control.jog import DeadMan
 from operator_panel.door import Answer
 from operator_panel.page.view_io import PageView
-from operator_panel.page.work.leading_io import SEEN_S, Leading
+from operator_panel.page.work.leading_io import SEEN_S, Leading, _by_line
 from operator_panel.teach import draft as teach
 from operator_panel.teach.draft import TeachError
 from operator_panel.teach.kept_io import Lesson
 from operator_panel.teach.places import position_of
+from operator_panel.view.judged import Judged
 from operator_panel.view.snapshot import Snapshot
 from scara_config import load_robot
 from scara_config.frames import NO_FRAMES
@@ -200,6 +201,25 @@ def test_a_step_that_was_refused_is_made_again(scene: Scene) -> None:
     reached = [fields["joint_positions"][0] for _, fields in scene.cell.sent]
     assert reached == pytest.approx([0.0, 0.1, 0.1], abs=1e-6), "line 1, and line 2 twice"
     assert scene.leading.chosen == 2
+
+
+@pytest.mark.parametrize(
+    ("tone", "sentence", "tones"),
+    [
+        ("good", "OK: takes 1.00 s", {1: "good", 2: "good", 3: "good"}),
+        ("bad", "REFUSED at 1.00 s, line 2 of TAUGHT: too far", {1: "good", 2: "bad"}),
+        ("bad", "REFUSED at 1.00 s, line 3 of SUB: too far", {}),
+        ("bad", "REFUSED at 1.00 s, line 3 of TAUGHT_2: too far", {}),
+        ("warn", "Not judged: x: line 2 of TAUGHT: reads DI[1]", {2: "warn"}),
+        ("warn", "Not judged: a move is judged first: ask again", {}),
+    ],
+)
+def test_lines_are_well_up_to_the_one_that_the_judge_names(
+    scene: Scene, tone: str, sentence: str, tones: dict[int, str]
+) -> None:
+    """A draft that nobody has judged is not well anywhere; another program's line is not its."""
+    said = _by_line(Judged("", tone, sentence), scene.lesson.draft.program)
+    assert {line: shown for line, (shown, _) in said.items()} == tones
 
 
 def test_each_motion_is_sent_once_the_one_before_has_ended(scene: Scene) -> None:

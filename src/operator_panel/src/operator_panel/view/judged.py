@@ -17,6 +17,7 @@ from scara_msgs.msg import MotionOutcome
 TONES = {"OK": "good", "LIMITED": "warn", "REFUSED": "bad"}
 REFUSED = "REFUSED"
 """As in scara_msgs/JudgeMotion."""
+NOT_JUDGED = "Not judged: "
 MM = 1e3
 JUDGE = "what_if: judge"
 """The name of the judge's status in /diagnostics, behind the cell's."""
@@ -49,6 +50,11 @@ class Judged(msgspec.Struct, frozen=True):
     speed: tuple[float, ...] = ()
 
     @property
+    def is_judged(self) -> bool:
+        """Whether there is a verdict."""
+        return not self.sentence.startswith(NOT_JUDGED)
+
+    @property
     def is_refused(self) -> bool:
         """Whether it must not be made."""
         return self.sentence.startswith(REFUSED)
@@ -62,7 +68,7 @@ def judged(title: str, answer: Answer) -> Judged:
         answer: With the fields of scara_msgs/JudgeMotion as values, if it was judged.
     """
     if not answer.success:
-        return Judged(title, "warn", f"Not judged: {answer.message}")
+        return Judged(title, "warn", f"{NOT_JUDGED}{answer.message}")
     values = answer.values
     count = len(values["sample_times"])
     joints: Sequence[str] = values["joint"]

@@ -13,7 +13,7 @@ import time
 
 from scara_config.programs.files import is_cartesian
 from scara_config.programs.steps import GripperStep, WaitStep
-from scara_config.programs.tp.listing import WaitUntil, Word
+from scara_config.programs.tp.listing import Program, WaitUntil, Word
 
 from operator_panel.page.preview.asking_io import ONLY_LOOKS, ask
 from operator_panel.page.view_io import PageView
@@ -30,7 +30,6 @@ from operator_panel.view.progress import Fate
 from operator_panel.view.snapshot import CellState
 from scara_msgs.msg import TwinControllerState as Mode
 
-LINE = re.compile(r"\bline (\d+) of ")
 GRIP_S = 5.0
 """So long a run waits for the gripper; our choice: ten times what the stand-in takes."""
 SEEN_S = 0.5
@@ -83,7 +82,7 @@ class Leading:
         found = await ask(self._view, title, "PROGRAM", program=path, **ONLY_LOOKS)
         self.said = (found.tone, found.sentence)
         if version == self._lesson.history.version:
-            self.verdicts = _by_line(found, len(draft.program.lines))
+            self.verdicts = _by_line(found, draft.program)
         return found
 
     async def step(self) -> Said | None:
@@ -272,13 +271,15 @@ class Leading:
             await asyncio.wait_for(self._looked.wait(), LOOK_S)
 
 
-def _by_line(found: Judged, count: int) -> dict[int, Said]:
-    """Return the verdict for each line: all before the one that is wrong are well."""
-    line = LINE.search(found.sentence)
+def _by_line(found: Judged, program: Program) -> dict[int, Said]:
+    """Return the verdict for each line: all before the one that is wrong are well, if judged."""
     if found.tone == "good":
-        return {number: ("good", "OK") for number in range(1, count + 1)}
+        return {number: ("good", "OK") for number in range(1, len(program.lines) + 1)}
+    # A line of a program that is called is none of this one's.
+    line = re.search(rf"\bline (\d+) of {re.escape(program.name)}\b", found.sentence)
     if line is None:
         return {}
     wrong = int(line[1])
-    verdicts = {number: ("good", "OK up to here") for number in range(1, wrong)}
+    before = range(1, wrong) if found.is_judged else ()
+    verdicts = {number: ("good", "OK up to here") for number in before}
     return verdicts | {wrong: (found.tone, found.sentence)}
