@@ -134,7 +134,8 @@ def press(page: Page, name: str) -> None:
 def shown(page: Page, key: str) -> float:
     """Return a number of the page; not a number while it shows a dash."""
     text = page.locator(f'[data-live="{key}"]').first.inner_text()
-    return float("nan") if text == "\N{EN DASH}" else number(text)
+    # Nothing stands there while the page is being loaded anew.
+    return float("nan") if text in ("", "\N{EN DASH}") else number(text)
 
 
 def number(text: str) -> float:
