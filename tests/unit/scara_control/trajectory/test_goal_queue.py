@@ -214,6 +214,21 @@ def test_a_goal_right_after_a_stop_waits_until_a_stream_is_listened_to_again(ben
     assert bench.refused == refused and bench.begun == ["b"]
 
 
+def test_a_goal_that_waits_behind_a_stop_is_not_dropped_for_a_newer_one(bench: Bench) -> None:
+    """Its client would never hear of it: the newer one is refused, and the waiting one begins."""
+    bench.desk.accept("a", GOAL, bench.now)
+    bench.run(0.6)
+    bench.pose.command(Command.STOP, "", bench.now)
+    bench.until_ended()
+    while bench.pose.report(bench.now).state != "idle":
+        bench.step()
+    assert not bench.desk.accept("b", GOAL, bench.now)
+    with pytest.raises(GoalError, match="another goal is waiting already"):
+        bench.desk.accept("c", GOAL, bench.now)
+    assert bench.until_ended(2).code is Code.SUCCESSFUL
+    assert bench.begun == ["b"]
+
+
 def test_a_newer_goal_replaces_the_running_one(bench: Bench) -> None:
     """The old one ramps down and is cancelled; the new one begins from there and succeeds."""
     bench.desk.accept("a", GOAL, bench.now)

@@ -182,14 +182,14 @@ class GoalQueue:
         self._judge_mode(now, own)
         if self._paused:
             raise GoalError(Code.INVALID_GOAL, f"paused: {_WAYS_OUT[State.PAUSED]}")
+        if self._waiting is not None:
+            raise GoalError(Code.INVALID_GOAL, "another goal is waiting already")
         if self._running is not None:
             # Planned first: a goal that is refused must not end the one that runs.
             self._plan(goal, now)
             self._running.execution.end(
                 Ended(Code.SUCCESSFUL, "replaced by a newer goal", cancelled=True)
             )
-            if self._waiting is not None:
-                raise GoalError(Code.INVALID_GOAL, "another goal is waiting already")
             self._waiting = (key, goal, now, own)
             return False
         if self._state != State.IDLE:
