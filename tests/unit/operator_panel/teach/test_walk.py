@@ -219,3 +219,13 @@ def test_single_motion_is_found_by_its_line_and_by_the_one_below() -> None:
     assert motion_above(first, 2) == 1
     with pytest.raises(TeachError, match="line 4 is no motion"):
         motion_to(draft, ROBOT, 4)
+
+
+@pytest.mark.parametrize("lines", [0, 1])
+def test_nothing_is_gone_to_while_no_line_is_chosen(lines: int) -> None:
+    """In front of line 1 stands no line; counted backwards, the last one would be gone to."""
+    draft, home = empty("A", ROBOT), position_of(ROBOT, HOME)
+    for at in range(lines):
+        draft = teach.recorded(draft, ROBOT, at, home, "J", 40.0, None)
+    with pytest.raises(TeachError, match="no line is chosen"):
+        motion_to(draft, ROBOT, 0)

@@ -23,7 +23,7 @@ from scara_config.programs.tp.printer import print_expression, print_line
 from scara_config.programs.tp.values import ExecutionError, Value, Written, number, truth
 from scara_config.programs.walk import taught
 
-from operator_panel.teach.draft import Draft, TeachError
+from operator_panel.teach.draft import Draft, TeachError, line_of
 from operator_panel.teach.places import twin_target
 
 SELECTIONS = (Name("UFRAME_NUM"), Name("UTOOL_NUM"))
@@ -225,8 +225,9 @@ def motion_to(draft: Draft, robot: Robot, line: int) -> LedMove:
     """Return the motion of one line, whatever the lines before it do.
 
     Raises:
-        TeachError: It is none, or registers say where it goes.
+        TeachError: There is no such line, it is no motion, or registers say where it goes.
     """
+    line_of(draft, line)
     found = Walk(draft, robot, line - 1).step()
     if not isinstance(found, LedMove):
         raise TeachError(f"line {line} is no motion")
