@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 from operator_panel.door import Answer
-from operator_panel.page.work.programs_io import _say
+from operator_panel.page.work.programs_io import _Rows, _say
+from scara_config.programs.tp.listing import Program
 from unit.operator_panel.page.test_leading import Scene
 
 
@@ -28,3 +29,16 @@ def test_a_program_whose_page_hands_control_over_is_told_why_it_may_not_begin(
     monkeypatch.setattr(scene.cell, "pendant", pendant, raising=False)
     asyncio.run(_say(scene.leading._view, "run", "ARTICLE"))
     assert told == ["", "fitter 2 holds control"]
+
+
+def test_no_name_of_a_program_keeps_a_page_closed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file may have any name, and STOP is on the page."""
+    from nicegui import Client, ui
+
+    scene = Scene(tmp_path)
+    monkeypatch.setattr(_Rows, "_programs", lambda _: (Program("A\\N", ()),))
+    with Client(ui.page("/programs")) as client:
+        _Rows(scene.leading._view, scene.lesson, ui.element("div"))
+    assert "A\\N" in [each.props.get("data-program") for each in client.elements.values()]

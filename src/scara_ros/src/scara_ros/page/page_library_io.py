@@ -114,8 +114,12 @@ def fill_tabs(
     row.clear()
     with row:
         for value, text in texts.items():
-            selected = f" aria-selected={str(value == chosen).lower()}" if chosen else ""
-            tab = button_of(text, props=f'role=tab data-{data}="{value}"{selected}')
+            tab = button_of(text, props="role=tab")
+            # Not in the text of props, which is read as a Python literal: people type names, and
+            # one with a backslash would raise.
+            tab.props[f"data-{data}"] = value
+            if chosen:
+                tab.props["aria-selected"] = str(value == chosen).lower()
             if heard is not None:
                 tab.on("click", partial(heard, value))
 

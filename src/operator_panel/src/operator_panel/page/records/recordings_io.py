@@ -122,11 +122,11 @@ class _Recordings:
                     push_button("Make report", lambda: self._make(one)).set_enabled(self._may(one))
                 for bag in one.bags if not one.busy else ():
                     number = f" {one.bags.index(bag) + 1}" if len(one.bags) > 1 else ""
-                    with (
-                        ui.element("a")
-                        .classes("button plain-button")
-                        .props(f'href="/runs/{one.name}/{bag}" download="{one.name}_{bag}"')
-                    ):
+                    link = ui.element("a").classes("button plain-button")
+                    # A bag may have any name: within the text of props some would raise.
+                    link.props["href"] = f"/runs/{one.name}/{bag}"
+                    link.props["download"] = f"{one.name}_{bag}"
+                    with link:
                         plain(f"Download{number}")
                 push_button("Rename", lambda: self._rename(one)).set_enabled(self._may(one))
                 push_button("Delete", lambda: self._delete(one)).set_enabled(self._may(one))

@@ -98,13 +98,16 @@ class _Rows:
                 plain(name, "row-name")
                 comment = ui.label(program.comment).classes("row-text")
                 preview = partial(play, view, f"Program {name}", "PROGRAM", program=name)
-                button = push_button("Preview", preview, props=f'aria-label="Preview {name}"')
+                button = push_button("Preview", preview)
+                # A file may have any name: within the text of props some would raise.
+                button.props["aria-label"] = f"Preview {name}"
                 needs_judge(view, button)
                 _press(view, "Run", "RUN", f"run-{name.lower()}", "run", name)
             with ui.element("details").classes("listing"):
                 with ui.element("summary"):
                     ui.label(f"Lines of {name}")
-                lines = ui.element("ol").props(f'data-program="{name}"')
+                lines = ui.element("ol")
+                lines.props["data-program"] = name
         _lines(lines, program)
         self._rows[name] = comment, lines
 
