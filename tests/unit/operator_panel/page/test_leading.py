@@ -129,9 +129,9 @@ class Scene:
                 await asyncio.sleep(0)
 
         async def run() -> str:
-            passing = asyncio.create_task(periods())
+            version, passing = self.lesson.history.version, asyncio.create_task(periods())
             try:
-                return (await asyncio.wait_for(self.leading.run(), 20.0))[1]
+                return (await asyncio.wait_for(self.leading.run(version), 20.0))[1]
             except TeachError as error:
                 return str(error)
             finally:
@@ -353,10 +353,10 @@ def test_a_second_press_of_run_while_control_is_asked_for_is_refused(scene: Scen
         return Answer(False, "another page is in control")
 
     async def twice() -> tuple[str, str]:
-        first = asyncio.create_task(scene.leading.run())
+        first = asyncio.create_task(scene.leading.run(scene.lesson.history.version))
         await asyncio.sleep(0)
         with pytest.raises(TeachError) as second:
-            await scene.leading.run()
+            await scene.leading.run(scene.lesson.history.version)
         running = scene.lesson.runner
         take.set()
         with pytest.raises(TeachError, match="another page"):
@@ -374,5 +374,5 @@ def test_second_run_is_refused_while_one_goes_on(scene: Scene) -> None:
     """Two pages: one leads."""
     scene.lesson.runner = "operator 2"
     with pytest.raises(TeachError, match="operator 2 runs it"):
-        asyncio.run(scene.leading.run())
+        asyncio.run(scene.leading.run(scene.lesson.history.version))
     assert scene.cell.sent == []

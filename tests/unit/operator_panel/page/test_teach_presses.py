@@ -133,6 +133,36 @@ def test_second_press_of_step_is_told_and_moves_nothing(
     assert form._said.text == "Step was not done: Step before it had not ended."
 
 
+@pytest.mark.parametrize("judged_first", [True, False])
+def test_a_draft_that_changes_behind_the_question_of_run_is_not_run(
+    tmp_path: Path, judged_first: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All pages share it: who has said yes knows neither its lines nor its verdict."""
+    from nicegui import Client, ui
+
+    scene = Scene(tmp_path)
+    view, cell = scene.leading._view, scene.cell
+    cell.refuses = "the run would begin"
+
+    async def judged(motion: str, **fields: Any) -> Answer:
+        if not judged_first:
+            scene.teach(gone(scene.lesson.draft))
+        return Answer(False, "no judge runs")
+
+    monkeypatch.setattr(cell, "try_motion", judged)
+    with Client(ui.page("/teach")):
+        form = _Teach(view, scene.lesson)
+        asyncio.run(form._question())
+        shown = form._verdict.text, form._confirm.visible
+        if judged_first:
+            scene.teach(gone(scene.lesson.draft))
+        asyncio.run(form._run())
+    changed = "the draft has changed since it was judged: press Run again"
+    told = ("Not judged: no judge runs", True) if judged_first else (f"T{changed[1:]}", False)
+    assert shown == told
+    assert (form._said.text, cell.sent) == (f"Run: {changed}", [])
+
+
 def test_save_replaces_the_program_that_it_has_asked_about(tmp_path: Path) -> None:
     """Another page renames the draft while the question stands: nobody said yes to that name."""
     from nicegui import Client, ui

@@ -36,6 +36,7 @@ SEEN_S = 0.5
 """A state is never older than this when it comes; our choice: ten of its periods."""
 LOOK_S = 1.0
 OPEN = ("off", "")
+CHANGED = "the draft has changed since it was judged: press Run again"
 Said = tuple[str, str]
 """Tone and words."""
 
@@ -164,17 +165,23 @@ class Leading:
         if self._lesson.runner:
             raise TeachError(f"{self._lesson.runner} runs it: STOP first, or wait for its end")
 
-    async def run(self) -> Said:
+    async def run(self, version: int) -> Said:
         """Go through all lines; both robots move.
 
+        Args:
+            version: Of the draft that was asked about.
+
         Raises:
-            TeachError: Something has ended it; the text says at which line, and what.
+            TeachError: The draft is another one by now, or something has ended the run; the text
+                says at which line, and what.
         """
         self._free()
         self._lesson.runner = self._view.session.name
         try:
             if refused := await self._view.desk.take(self._view.session.page):
                 raise TeachError(refused)
+            if version != self._lesson.history.version:
+                raise TeachError(CHANGED)
             walk = Walk(await self._in_joints(), self._view.robot)
             # A line that something ends comes again by Step, as one that was refused.
             self._walk = walk.copied()

@@ -10,13 +10,14 @@ from nicegui import ui
 from scara_config.programs.tp.listing import MotionLine
 from scara_config.programs.tp.motion import FASTEST_MM_S
 from scara_ros.names import current_line
+from scara_ros.page import page_words
 from scara_ros.page.page_library_io import plain
 
 from operator_panel.control.fields import FieldError, parse_number
 from operator_panel.page.preview.asking_io import needs_judge, play
 from operator_panel.page.view_io import PageView, push_button
 from operator_panel.page.work.draft_files_io import DraftFiles
-from operator_panel.page.work.leading_io import Leading
+from operator_panel.page.work.leading_io import CHANGED, Leading
 from operator_panel.page.work.places_io import PlacesForm
 from operator_panel.teach import draft as teach
 from operator_panel.teach import rounds
@@ -47,6 +48,8 @@ class _Teach:
         # The line that was chosen when an edit was pressed. Another may be chosen while that waits
         # for the judge or for control.
         self._at = 0
+        # Version of the draft that Run has asked about; another page may edit it meanwhile.
+        self._asked = 0
         self._leading = Leading(view, lesson)
         self._head()
         self._list = ui.element("div").classes("teach-lines").props('role=group aria-label="Lines"')
@@ -308,11 +311,18 @@ class _Teach:
         self._say(*self._leading.said)
 
     async def _question(self) -> None:
+        self._asked = asked = self._lesson.history.version
         self._verdict.set_text("Judging ...")
         self._verdict.classes(replace="verdict")
         self._confirm.set_visibility(True)
         self._dialog.open()
         found = await self._leading.judge_all()
+        if asked != self._asked:
+            return  # Run was pressed anew: the answer to that press counts
+        if asked != self._lesson.history.version:
+            self._verdict.set_text(page_words.people(CHANGED))
+            self._confirm.set_visibility(False)
+            return
         self._verdict.set_text(found.sentence)
         self._verdict.classes(replace=f"verdict {found.tone}")
         gate = self._view.door.snapshot().gate
@@ -320,7 +330,7 @@ class _Teach:
 
     async def _run(self) -> None:
         self._dialog.close()
-        await self._try("Run", self._leading.run)
+        await self._try("Run", partial(self._leading.run, self._asked))
 
     def _refresh(self, snapshot: Snapshot, silent: bool) -> None:
         """Draw the lines anew when the draft or a verdict has changed, else keep the focus."""
