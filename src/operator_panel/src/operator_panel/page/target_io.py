@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any
 
 from nicegui import ui
-from scara_config.frames import Kind
+from scara_config.frames import Kind, TaughtFrame
 from scara_config.programs.tp.motion import FASTEST_MM_S
 from scara_ros.page.page_library_io import plain
 
@@ -85,13 +85,22 @@ class _TargetForm:
     def _numbers(self, label: str, none: str, kind: Kind) -> Any:
         """Build the choice of a frame by its number; without any it is not there."""
         field = self._choice(label, {"": none})
+        before: dict[int, TaughtFrame] = {}
 
         def show() -> None:
+            frames = self._view.frames.numbered(kind)
             titles = frame_titles(self._view.frames, kind).items()
             names = {"": none} | {str(number): title for number, title in titles}
             chosen = field.value if field.value in names else ""
             field.set_options(names, value=chosen)
             field.set_visibility(len(names) > 1)
+            if chosen and frames[int(chosen)] != before.get(int(chosen)):
+                # What is said of the position is of the frame as it was. No event of this page has
+                # led here: without its place the browser could not be told.
+                with field.parent_slot:
+                    self._typed()
+            before.clear()
+            before.update(frames)
 
         self._view.on_frames(show)
         return field
