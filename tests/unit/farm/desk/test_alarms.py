@@ -71,6 +71,17 @@ def test_what_is_raised_after_a_look_asks_again() -> None:
     assert book.rows(9.0)[0].times == 1
 
 
+def test_what_is_raised_after_a_look_asks_again_whatever_the_cells_clock_says() -> None:
+    """Set back, it raises at a time before that of the look."""
+    book = told(said(9))
+    acknowledge(book, 10.0)
+    book.told(CELL, said(11, active=False))
+    book.told(CELL, said(3))
+    assert statuses(book) == [AlarmStatus.RAISED]
+    acknowledge(book, 12.0)
+    assert statuses(book) == [AlarmStatus.ACKNOWLEDGED]
+
+
 def test_other_words_are_no_new_alarm_and_something_worse_is() -> None:
     """Who has acknowledged a warning has not seen the error."""
     book = told(said(1))

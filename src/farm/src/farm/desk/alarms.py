@@ -222,7 +222,10 @@ class AlarmBook:
 
     def _is_acknowledged(self, name: str, known: _KnownAlarm) -> bool:
         mark = self.acknowledged.get(name)
-        return mark is not None and mark.raised >= known.raised
+        if mark is None:
+            return False
+        # By the count, too: a cell whose clock was set back raises anew at an earlier time.
+        return mark.raised >= known.raised and mark.times >= known.times
 
     def _row(self, name: str, known: _KnownAlarm, now: float) -> AlarmRow | None:
         """Return an alarm as it is; None: it has gone and somebody has seen it."""
