@@ -20,6 +20,7 @@ def test_report_pictures_and_bag_may_be_shown(file: str) -> None:
         *[(name, "report.html") for name in ("..", "", "a/ros_home", "latest")],
         ("course", "results.json"),
         ("health", "cell.json"),
+        *[(name, "run.bag") for name in ("farm", "lab", "configuration", "bench", "storm")],
     ],
 )
 def test_nothing_else_leaves_the_machine(run: str, file: str) -> None:

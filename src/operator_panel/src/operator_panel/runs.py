@@ -15,9 +15,10 @@ LATEST = "latest"
 """Link to the newest run with a report; no run may have its name."""
 JOURNAL, DRAFTS, COURSE, HEALTH = "journal", "drafts", "course", "health"
 """Folders beside the runs: the cells' journals, programs that are being taught, what learners hand
-in, and what the monitor of wear keeps. Nobody shows, renames or deletes them here."""
+in, and what the monitor of wear keeps."""
 
-BESIDE = (LATEST, JOURNAL, DRAFTS, COURSE, HEALTH)
+BESIDE = (LATEST, JOURNAL, DRAFTS, COURSE, HEALTH, "farm", "lab", "configuration", "bench", "storm")
+"""Names that no run may have: what others keep there is not shown, renamed or deleted here."""
 
 
 class Run(msgspec.Struct, frozen=True):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from operator_panel.control.fields import FieldError, error_text, parse_number, parse_run_name
+from operator_panel.runs import BESIDE
 
 
 @pytest.mark.parametrize(
@@ -45,6 +46,13 @@ def test_name_that_could_leave_the_folder_is_refused(name: str) -> None:
     """It becomes a folder."""
     with pytest.raises(FieldError, match="letters, digits"):
         parse_run_name(name)
+
+
+@pytest.mark.parametrize("name", BESIDE)
+def test_a_recording_does_not_go_into_a_folder_of_others(name: str) -> None:
+    """To delete it would delete what they keep."""
+    with pytest.raises(FieldError, match=f"{name}: others keep .*: choose another name"):
+        parse_run_name(f" {name} ")
 
 
 def test_error_text_is_none_for_what_is_right() -> None:

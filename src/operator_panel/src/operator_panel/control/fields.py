@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import re
 
+from operator_panel.runs import BESIDE
+
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
 
 
@@ -48,13 +50,16 @@ def parse_run_name(text: object) -> str:
     """Return the name of a recording; empty means that the recorder chooses one.
 
     Raises:
-        FieldError: It could leave the folder of runs, or has signs that a folder should not have.
+        FieldError: It could leave the folder of runs, has signs that a folder should not have, or
+            is that of a folder in which others keep something.
     """
     typed = str(text if text is not None else "").strip()
     if typed and not NAME.fullmatch(typed):
         raise FieldError(
             "letters, digits, point, dash and underline only, 64 at most, a letter or digit first"
         )
+    if typed in BESIDE:
+        raise FieldError(f"{typed}: others keep things in that folder: choose another name")
     return typed
 
 
