@@ -63,7 +63,10 @@ class CellState(msgspec.Struct, frozen=True):
 
 
 class Joints(msgspec.Struct, frozen=True):
-    """Both robots' joint positions [rad] or [m]; sent only while somebody subscribes."""
+    """Both robots' joint positions [rad] or [m]; sent only while somebody subscribes.
+
+    Those of a side that is silent are empty.
+    """
 
     stamp: float
     real: dict[str, float]

@@ -12,9 +12,10 @@ import pytest
 import rospy
 from farm.config import load_farm
 from farm.link.link_node import CellTopics
-from farm.wire import CellState
+from farm.wire import CellState, Joints
 from harness.workspace import ROOT
 from msgspec.structs import replace
+from sensor_msgs.msg import JointState
 
 from scara_msgs.msg import TwinControllerState
 
@@ -78,3 +79,23 @@ def test_a_switch_that_is_turned_off_stays_off(
     topics.run(bus)
     turning.join()
     assert not bus.remote
+
+
+def test_joints_of_a_side_that_is_not_heard_are_not_sent(
+    topics: CellTopics, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Beside those of the other side they would look as if they were of now."""
+    sent: list[Joints] = []
+    bus: Any = SimpleNamespace(show_joints=sent.append)
+
+    def show(now: float, *heard: str) -> None:
+        monkeypatch.setattr(time, "monotonic", lambda: now)
+        for side in heard:
+            topics._keep_joints(JointState(name=["joint_1"], position=[now]), side)
+        topics._show_joints(bus)
+
+    show(10.0, "real", "twin")
+    show(12.0, "twin")
+    show(14.0)
+    first, then = {"joint_1": 10.0}, {"joint_1": 12.0}
+    assert [(one.real, one.twin) for one in sent] == [(first, first), ({}, then)]

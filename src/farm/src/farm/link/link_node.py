@@ -76,7 +76,8 @@ class CellTopics:
         self._address = ""
         self._remote = config.link.remote_at_start
         self._link: CellLink | None = None
-        self._joints: dict[str, JointState] = {}
+        # Of each side what it said last, and when that came [s], monotonic.
+        self._joints: dict[str, tuple[JointState, float]] = {}
         # Of the joints, while somebody at a desk looks at them.
         self._listeners: list[rospy.Subscriber] = []
         self._lock = threading.Lock()
@@ -130,7 +131,8 @@ class CellTopics:
                     rospy.Subscriber(
                         f"{side}/joint_states",
                         JointState,
-                        lambda message, side=side: self._joints.__setitem__(side, message),
+                        self._keep_joints,
+                        callback_args=side,
                         queue_size=1,
                         tcp_nodelay=True,
                     )
@@ -169,6 +171,9 @@ class CellTopics:
     def _keep(self, message: rospy.AnyMsg) -> None:
         self._raw, self._heard = message._buff, time.monotonic()
 
+    def _keep_joints(self, message: JointState, side: str) -> None:
+        self._joints[side] = message, time.monotonic()
+
     def _state(self, now: float) -> CellState:
         # Not by the time of day: set back, it would let what is dead look alive.
         raw, age = self._raw, time.monotonic() - self._heard
@@ -183,7 +188,10 @@ class CellTopics:
 
     def _show_joints(self, link: CellLink) -> None:
         with self._lock:
-            joints = dict(self._joints)
+            known = dict(self._joints)
+        # What a side that is not heard said last must not look as if it were of now.
+        oldest = time.monotonic() - self._config.silent_ms * 1e-3
+        joints = {side: message for side, (message, heard) in known.items() if heard >= oldest}
         if not joints:
             return
         stamp = max(message.header.stamp.to_sec() for message in joints.values())
