@@ -150,6 +150,17 @@ def test_a_new_day_begins_at_nothing() -> None:
     assert texts["today.deviation"] == "0.10 mm at 00:00:00"
 
 
+def test_a_program_that_runs_over_midnight_counts_with_its_whole_time() -> None:
+    """On the day on which it ends."""
+    today = Today()
+    today.look(RUNS, False, DAY, "23:59:50", 0.0)
+    today.look(RUNS, False, "2030-03-18", "00:00:00", 10.0)
+    assert today.texts(RUNS, 12.0)["today.running"] == "ARTICLE, 12 s so far"
+    today.look(RESTS, False, "2030-03-18", "00:00:04", 14.0)
+    texts = today.texts(RESTS, 14.0)
+    assert (texts["today.cycles"], texts["today.last"]) == (f"real 1{NO_MOVES}", "14.0 s")
+
+
 def test_status_is_in_words_and_unknown_stays_unknown() -> None:
     """A robot that says nothing is neither stopped nor ready."""
     assert set(status_texts(None).values()) == {"not known"}

@@ -31,12 +31,13 @@ class Today:
         """Know nothing yet."""
         self._date = ""
         self._placed_before: dict[str, int] = {}
+        # A program that runs over midnight keeps its start: it counts on the day on which it ends.
+        self._run: _Run | None = None
         self._clear()
 
     def _clear(self) -> None:
         self._cycles: list[float] = []
         self._count = dict.fromkeys((REAL, TWIN, OPERATOR), 0)
-        self._run: _Run | None = None
         # Who else leads, until the pair rests.
         self._mover = ""
         self._worst: tuple[float, str] = (-1.0, "")  # a distance of 0 is known, too
