@@ -130,6 +130,23 @@ def test_whoever_commands_the_twin_moves_no_stopped_robot(
         assert len([each for each in after if each.trigger == "TWIN_MOVED_STOPPED"]) <= 1
 
 
+@pytest.mark.parametrize("source", ["velocity", *thorough("position", "jog")])
+def test_stop_on_the_twins_side_counts_whoever_moves_the_twin(source: str) -> None:
+    """Its pose controller drives nothing then: a jog, or a joint that is commanded past it."""
+    with VirtualCell(ROBOT) as cell:
+        cell.connect()
+        Paced(cell, source)
+        cell.wait_whatever(lambda: cell.mode == "TWIN_LEADS", 10.0, "TWIN_LEADS")
+        cell.schedule.run(0.4)
+        cell.twin.told(Command.STOP, 17)
+        cell.wait_whatever(lambda: cell.mode == "STOPPED", 0.2, "STOPPED")
+        assert cell.decisions[-1].trigger == "TWIN_STOPPED"
+        cell.schedule.run(1.0)
+        rested = cell.schedule.now
+        cell.schedule.run(3.0)
+        assert travel(cell.real.truth, rested) < AT_REST_DEG_MM, cell.why
+
+
 @SOURCE
 def test_a_twin_that_moves_while_stopped_is_stopped_within_a_tenth_of_a_second(
     source: str,

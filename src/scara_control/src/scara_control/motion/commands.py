@@ -128,4 +128,4 @@ class Phase(Enum):
 
     GOING = "it is followed; so is none"
     PARKED = "it is paused, and its set points at rest are sent"
-    STOPPING = "a ramp has taken its place; it goes on to its end, also when paused"
+    STOPPING = "a ramp has taken its place, also when paused; or another motion was told to stop"

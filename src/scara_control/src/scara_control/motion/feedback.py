@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from scara_config import Joint
@@ -25,6 +26,7 @@ class Feedback:
         self._joints = tuple(joints)
         self._config = config
         self.measured: JointMotion | None = None
+        self._stopped = -math.inf
         self.standstill = standstill_speeds(joints, config)
 
     def fresh(self, now: float) -> JointMotion:
@@ -49,6 +51,21 @@ class Feedback:
         except MotionRefusedError as error:
             return str(error)
         return ""
+
+    def stop(self, now: float) -> bool:
+        """Note that all joints were told to stop; return :meth:`coasts`."""
+        self._stopped = now
+        return self.coasts(now)
+
+    def coasts(self, now: float) -> bool:
+        """Return whether a joint that was told to stop is measured to move, whoever moves it.
+
+        Joints that never come to rest do so for ``move.settle_timeout`` at most.
+        """
+        late = now - self._stopped > self._config.move.settle_timeout
+        if late or self.measured is None or self.trouble(now):
+            return False
+        return any(abs(v) > slow for v, slow in zip(self.measured.qdot, self.standstill))
 
     def rest(
         self, setpoint: Vector | None, ownership: Ownership, now: float, trims: bool = False

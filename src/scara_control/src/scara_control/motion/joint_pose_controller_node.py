@@ -187,6 +187,7 @@ class JointPoseController:
                 rospy.loginfo("%s (id %d)", command.text(message.reason), message.id)
                 self._movers.stopped(message)
             self._settle(now)
+            self._go_on()
 
     def _on_jog(self, message: JointJog) -> None:
         # Our own jogs are heard back.

@@ -62,8 +62,7 @@ class PoseController:
         # Latched until RESET, and until RESUME or a stop; whatever moves meanwhile.
         self._estopped = self._paused = False
         self._requested, self._cap = config.move.default_speed_percent, SpeedCap()
-        self._peak = 0.0
-        self._message = ""
+        self._peak, self._message = 0.0, ""
 
     def measure(self, measured: JointMotion) -> None:
         """Take in what the joints were measured to do."""
@@ -148,6 +147,9 @@ class PoseController:
             self._paused = False
             self._stream.bar(now)
             self._stop(f"aborted by {command.text(reason)}")
+            if self._driver.drive is None and self._feedback.stop(now):
+                # A jog, or a joint that is commanded past us: whoever listens hears of the stop.
+                self._phase = Phase.STOPPING
         elif command is Command.YIELD:
             self._paused = False
             if self._stream.session is None:
@@ -217,7 +219,8 @@ class PoseController:
 
         The first request after that needs a tick before it, so that its motion begins now.
         """
-        return self._driver.drive is None and not (self.is_following or self._ledger.running)
+        still = self._driver.drive is None and self._phase is not Phase.STOPPING
+        return still and not (self.is_following or self._ledger.running)
 
     def tick(self, now: float) -> Setpoints | None:
         """Go on to ``now``; return the set points to publish, if anything moves."""
@@ -291,11 +294,11 @@ class PoseController:
             return State.ESTOPPED
         if self._stream.session is not None:
             return State.FOLLOWING
+        if self._phase is Phase.STOPPING:
+            return State.STOPPING
         if self._driver.drive is None:
             still = State.MOVING if self._ledger.running else State.IDLE
             return State.PAUSED if self._paused else still
-        if self._phase is Phase.STOPPING:
-            return State.STOPPING
         if self._paused:
             return State.PAUSED if self._driver.drive.frozen else State.PAUSING
         return State.ANNOUNCING if self._driver.drive.announcing else State.MOVING
@@ -345,11 +348,11 @@ class PoseController:
 
     def _watch(self, now: float) -> None:
         """Stop when stream or measurements fail to come; see whether the joints have arrived."""
-        silence = self._stream.silence(now)
-        if silence:
+        if self._driver.drive is None and not self._feedback.coasts(now):
+            self._phase = Phase.GOING
+        if silence := self._stream.silence(now):
             self._stop(silence)
-        trouble = self._feedback.trouble(now) if self._ledger.running else ""
-        if trouble:
+        if trouble := self._feedback.trouble(now) if self._ledger.running else "":
             self._stop(f"aborted: {trouble}")
         elif self._ledger.settling:
             arrived = self._ledger.arrive(self._feedback.fresh(now), now, self._paused)
@@ -386,8 +389,7 @@ class PoseController:
         ahead = [drive]
         if drive.done:
             self._ledger.settle(drive.path.end, self._driver.time)
-            self._setpoint, self._driver.drive = drive.path.end, None
-            self._phase = Phase.GOING
+            self._setpoint, self._driver.drive, self._phase = drive.path.end, None, Phase.GOING
         elif self._paused and drive.frozen:
             if self._phase is Phase.PARKED:
                 return None

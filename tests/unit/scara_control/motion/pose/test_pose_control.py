@@ -430,3 +430,22 @@ def test_a_stop_within_the_horizon_begins_where_the_joints_are() -> None:
     bench.command(Command.STOP)
     bench.tick()
     assert bench.setpoints[-1].q[0] > there.q[0]
+
+
+def test_a_stop_is_told_where_somebody_else_moves_the_joints():
+    """Until they stand; a stop of joints that stand is told as before: by its number alone."""
+    bench = Bench()
+    bench.command(Command.STOP)
+    assert bench.tick() == "idle" and bench.core.is_idle
+    bench.qdot = (0.5, 0.0, 0.0, 0.0)
+    assert bench.tick() == "idle" and bench.core.is_idle
+    bench.command(Command.STOP)
+    assert bench.tick(5) == "stopping" and not bench.core.is_idle
+    assert not bench.setpoints, "it drives nothing"
+    bench.qdot = (0.0,) * 4
+    assert bench.tick() == "idle" and bench.core.is_idle
+    bench.qdot = (0.5, 0.0, 0.0, 0.0)
+    bench.tick()
+    bench.command(Command.STOP)
+    assert bench.tick(round(CONFIG.move.settle_timeout / DT) - 1) == "stopping"
+    assert bench.tick(2) == "idle", "somebody drives it on: it can be aligned all the same"
