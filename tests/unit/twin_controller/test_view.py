@@ -125,16 +125,16 @@ def mode(state: CoreState, name: Mode, **changes: object) -> CoreState:
 def test_an_alarm_says_what_to_do(pair: Pair) -> None:
     """The robot's own text first; else what the mode needs; else nothing."""
     state = pair.state
-    assert alarm_text(state) == ""
-    assert (
-        alarm_text(changed(state, sides__real__alarm="SRVO-050 collision")) == "SRVO-050 collision"
-    )
-    assert "RESET, then ALIGN" in alarm_text(mode(state, Mode.ESTOP))
-    assert (
-        alarm_text(mode(state, Mode.FAULT, lead__why="the stream does not start"))
-        == "the stream does not start"
-    )
-    assert "ACKNOWLEDGE" in alarm_text(mode(state, Mode.PAUSED, lead__needs_acknowledge=True))
+
+    def alarm(of: CoreState) -> str:
+        return alarm_text(SETUP, of, pair.now)
+
+    assert alarm(state) == ""
+    assert alarm(changed(state, sides__real__alarm="SRVO-050 collision")) == "SRVO-050 collision"
+    assert "RESET, then ALIGN" in alarm(mode(state, Mode.ESTOP))
+    fault = mode(state, Mode.FAULT, lead__why="the stream does not start")
+    assert alarm(fault) == "the stream does not start"
+    assert "ACKNOWLEDGE" in alarm(mode(state, Mode.PAUSED, lead__needs_acknowledge=True))
 
 
 def test_an_alarm_outlives_a_link_that_blinks(pair: Pair) -> None:
@@ -142,17 +142,28 @@ def test_an_alarm_outlives_a_link_that_blinks(pair: Pair) -> None:
     pair.alarm("SRVO-050")
     pair.link("real", False)
     pair.run(0.5)
-    away = alarm_text(pair.state)
+    away = alarm_text(SETUP, pair.state, pair.now)
     pair.link("real", True)
     pair.run(0.5)
     assert pair.mode is Mode.FAULT and "SRVO-050" not in away
-    assert alarm_text(pair.state) == "SRVO-050"
+    assert alarm_text(SETUP, pair.state, pair.now) == "SRVO-050"
+
+
+def test_a_side_that_came_back_is_not_named_when_the_other_is_lost(pair: Pair) -> None:
+    """Its pose controller was silent once: nobody looks there hours later."""
+    report, pair.report_motion = pair.report_motion, lambda: None  # type: ignore[method-assign]
+    pair.until(Mode.OFFLINE, 1.0)
+    assert "its pose controller was silent" in alarm_text(SETUP, pair.state, pair.now)
+    pair.report_motion = report  # type: ignore[method-assign]
+    pair.until(Mode.IDLE)
+    pair.link("real", False)
+    assert alarm_text(SETUP, pair.state, pair.now) == "real: cut"
 
 
 def test_the_reason_of_a_lost_link_is_shown(pair: Pair) -> None:
     """Which side, and why, as text and as diagnostics of that link."""
     pair.link("twin", False)
-    assert alarm_text(pair.state) == "twin: cut"
+    assert alarm_text(SETUP, pair.state, pair.now) == "twin: cut"
     assert level(pair.state, "link twin") == Level.ERROR
     assert level(pair.state, "link real") == Level.OK
     assert "cut" in next(

@@ -14,6 +14,7 @@ from twin_controller.core.actions import Decided
 from twin_controller.core.control import NOBODY, others_text
 from twin_controller.core.follow.ahead import reaches_ahead
 from twin_controller.core.lead.modes import Mode
+from twin_controller.core.lead.standing import real_stands
 from twin_controller.core.lead.table import LEADING
 from twin_controller.core.orders.gripper import gripper_text
 from twin_controller.core.safety.divergence import tools
@@ -95,7 +96,7 @@ def state_view(
         real_standing_still=change.stands_still(sides.real.change, now, setup.config.change),
         twin_standing_still=change.stands_still(sides.twin.change, now, setup.config.change),
         only_followed=setup.only_followed,
-        alarm=alarm_text(state),
+        alarm=alarm_text(setup, state, now),
         real_gripper=gripper_text(sides.real.gripper),
         twin_gripper=gripper_text(sides.twin.gripper),
         move_failed=lead.move_failed,
@@ -110,12 +111,12 @@ def state_view(
     )
 
 
-def alarm_text(state: CoreState) -> str:
+def alarm_text(setup: Setup, state: CoreState, now: float) -> str:
     """Return the active alarm with what to do, or an empty text."""
-    sides, lead = state.sides, state.lead
+    sides, lead, flags = state.sides, state.lead, state.sides.real.flags
     if sides.real.alarm and sides.real.history:
         return sides.real.alarm
-    if lead.helpless:
+    if lead.helpless and (flags is None or not real_stands(setup, state, flags, now)):
         return "the real robot moves on: press the emergency stop at the robot itself"
     if lead.mode is Mode.ESTOP:
         return "emergency stop is latched: remove the cause, RESET, then ALIGN"
@@ -127,11 +128,10 @@ def alarm_text(state: CoreState) -> str:
             "if they part again, STOP and ALIGN"
         )
     if lead.mode is Mode.OFFLINE:
-        down = [
-            f"{name}: {side.reason}"
-            for name, side in (("real", sides.real), ("twin", sides.twin))
-            if side.reason
-        ]
+        # One that came back after its data could not be used still has the reason of then.
+        twin_is_well = sides.twin.usable and sides.twin.motion is not None
+        both = (("real", sides.real, sides.real.usable), ("twin", sides.twin, twin_is_well))
+        down = [f"{name}: {side.reason}" for name, side, well in both if side.reason and not well]
         if not down and state.safety.separation.silent:
             return f"the pair waits to align: {state.safety.separation.reason}"
         return "; ".join(down)

@@ -141,7 +141,7 @@ def test_order_that_is_not_shown_is_repeated_and_then_told_as_undelivered(
     assert len(first + orders(actions)) == CONFIG.attempts
     assert triggers(actions) == ["GRIPPER_UNDELIVERED"]
     assert f"was told {CONFIG.attempts} times to be on and is not" in grippers.trouble
-    assert grippers.trouble in alarm_text(grippers.pair.state)
+    assert grippers.trouble in alarm_text(SETUP, grippers.pair.state, grippers.pair.now)
     assert any(
         status.message == grippers.trouble
         for status in statuses(SETUP, grippers.pair.state, {}, grippers.pair.now)
@@ -193,6 +193,18 @@ def test_stop_switches_no_gripper(grippers: Grippers, command: str) -> None:
     grippers.pair.operate(command)
     grippers.pair.run(1.0)
     assert orders(grippers.pair.actions) == []
+
+
+@pytest.mark.parametrize("command", ["STOP", "ESTOP", "PAUSE"])
+def test_a_switch_from_before_a_stop_is_not_sent_again_after_it(
+    grippers: Grippers, command: str
+) -> None:
+    """The robot never showed it: what it holds it keeps, and that is said."""
+    assert Grip("real", True) in orders(grippers.twin_shows(True))
+    grippers.pair.operate(command)
+    later = grippers.later(1.0)
+    assert Grip("real", True) not in orders(later)
+    assert triggers(later) == ["GRIPPER_UNDELIVERED"] and "told 1 times" in grippers.trouble
 
 
 def test_state_shows_both_grippers_and_is_recorded_whole(grippers: Grippers) -> None:

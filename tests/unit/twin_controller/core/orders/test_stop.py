@@ -12,6 +12,7 @@ from twin_controller.core.actions import CapTwin, Command, Send
 from twin_controller.core.follow.response import SLOWEST_PERCENT
 from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.lead.modes import Mode
+from twin_controller.view import alarm_text
 
 replace = msgspec.structs.replace
 PROGRAM = ramp(HOME, shifted(HOME, 80.0), 8.0)
@@ -303,6 +304,17 @@ def test_a_robot_that_nothing_stops_is_left_to_the_person_beside_it(pair: Deaf) 
     pair.do("STOP", 4.0)
     said = [each for each in pair.decisions() if each.trigger == "ESTOP_IGNORED"]
     assert len(said) == 1 and "press the emergency stop at the robot itself" in said[0].why
+
+
+def test_a_robot_that_stands_at_last_is_no_longer_said_to_move(pair: Deaf) -> None:
+    """Its program came to its end: what is left to do is RESET."""
+    under_way(pair)
+    pair.not_heard = (Command.STOP_REAL, Command.ESTOP_REAL)
+    pair.do("STOP", 3.0)
+    assert "moves on" in alarm_text(pair.setup, pair.state, pair.now)
+    pair.end_program()
+    pair.run(1.0)
+    assert alarm_text(pair.setup, pair.state, pair.now).startswith("emergency stop is latched")
 
 
 def rested_behind_a_move(pair: Deaf) -> int:

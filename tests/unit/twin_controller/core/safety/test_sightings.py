@@ -153,7 +153,7 @@ def test_the_pair_aligns_once_each_named_sensor_was_heard() -> None:
     pair.link("twin", True)
     pair.see({"left": FAR}, 2.0)
     assert pair.mode is Mode.OFFLINE
-    assert "waits to align: the sensor right" in alarm_text(pair.state)
+    assert "waits to align: the sensor right" in alarm_text(pair.setup, pair.state, pair.now)
     pair.see(BOTH_FAR, 2.5)
     assert pair.mode is Mode.IDLE
     assert "TOO_CLOSE" not in pair.triggers()

@@ -90,7 +90,7 @@ def watch_grippers(
         grips, made = _pass_on(config, grips, sides, "real", own_twin, refusal, now)
     elif isinstance(event, GripAnswered) and not event.success:
         grips, made = _trouble(grips, "GRIPPER_REFUSED", f"{NAMES[event.side]}: {event.message}")
-    grips, repeated = _see_to_orders(grips, now)
+    grips, repeated = _see_to_orders(grips, refusal, now)
     grips, judged = _judge(config, grips, sides, now)
     return grips, [*made, *repeated, *judged]
 
@@ -146,14 +146,19 @@ def _pass_on(
     return grips, [notice, Grip(side, on)]
 
 
-def _see_to_orders(grips: Grips, now: float) -> Result:
-    """Send again what a side does not show; give up after some attempts, and say so."""
+def _see_to_orders(grips: Grips, refusal: str, now: float) -> Result:
+    """Send again what a side does not show; give up after some attempts, and say so.
+
+    The real robot is told nothing again once the twin may no longer command it: that was before a
+    stop.
+    """
     made: list[Notice | Grip] = []
     real, twin = due([grips.real], now), due([grips.twin], now)
-    for again in real.sends:
+    late = [grips.real] if real.sends and refusal and grips.real is not None else []
+    for again in real.sends if not late else ():
         grips = replace(grips, real=again)
         made.append(Grip("real", again.wanted))
-    for lost in real.failures:
+    for lost in [*late, *real.failures]:
         grips, said = _given_up(replace(grips, real=None), "real", lost)
         made += said
     for again in twin.sends:
