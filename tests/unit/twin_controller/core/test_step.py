@@ -97,7 +97,16 @@ def test_the_pair_coming_apart_pauses_both_until_acknowledged(pair: Pair) -> Non
         refused = pair.operate("RESUME")
         assert not refused.success and "ACKNOWLEDGE" in refused.message
     pair.do("ACKNOWLEDGE")
+    assert not pair.operate("ACKNOWLEDGE").success
     pair.do("RESUME")
+
+
+def test_a_pause_without_a_divergence_has_nothing_to_acknowledge(pair: Pair) -> None:
+    """No answer says that RESUME is possible where it is not."""
+    pair.start_program(ramp(HOME, AWAY, 4.0), run=1.0)
+    pair.do("PAUSE", 1.0)
+    answer = pair.operate("ACKNOWLEDGE")
+    assert not answer.success and "nothing to acknowledge" in answer.message
 
 
 def test_speed_above_the_limit_caps_the_twin(pair: Pair) -> None:

@@ -33,6 +33,7 @@ OPERATORS = {
     *(Trigger[name] for name in COMMANDS),
     *(Trigger.MOVE, Trigger.MOVE_UNALIGNED, Trigger.RESET_BLOCKED, Trigger.RESET_PRESSED),
     *(Trigger.RESUME_BLOCKED, Trigger.RESUME_HELD, Trigger.RESUME_MOVED),
+    Trigger.ACKNOWLEDGE_NOTHING,
 }
 FOLLOWS_TWIN = (Mode.TWIN_LEADS, Mode.OPERATOR_LEADS)
 ALL = [(mode, trigger, row) for mode in Mode for trigger, _, row in rows(mode)]

@@ -172,7 +172,9 @@ def test_a_twin_leads_only_from_where_the_real_robot_is(
 @pytest.mark.parametrize(
     ("command", "changes", "expected"),
     [
-        *((name, {}, Trigger[name]) for name in COMMANDS),
+        *((name, {}, Trigger[name]) for name in COMMANDS if name != "ACKNOWLEDGE"),
+        ("ACKNOWLEDGE", {"lead__needs_acknowledge": True}, Trigger.ACKNOWLEDGE),
+        ("ACKNOWLEDGE", {}, Trigger.ACKNOWLEDGE_NOTHING),
         ("RESUME", {"lead__needs_acknowledge": True}, Trigger.RESUME_BLOCKED),
         ("RESET", {"lead__links_up": False}, Trigger.RESET_BLOCKED),
         # Its loss is found in this very step.

@@ -49,6 +49,20 @@ def test_a_stopped_twin_that_begins_a_move_is_stopped_before_it_moves(
     assert Command.STOP_TWIN in pair.performed(since)
 
 
+def test_home_waits_for_an_alignment_where_a_stopped_twin_was_moved(pair: Pair) -> None:
+    """The robot would leap to where the twin is now: its way was judged from there."""
+    pair.do("STOP", 1.0)
+    pair.jog_twin(ramp(HOME, shifted(HOME, 2.0), 0.02), pair.now)
+    pair.run(1.0)
+    assert pair.far() > 0.5 and pair.mode is Mode.STOPPED
+    answer = pair.operate("HOME")
+    assert not answer.success and "ALIGN first" in answer.message
+    assert "ALIGN first" in refusals(pair.setup, pair.state, pair.now)["MOVE"]
+    pair.do("ALIGN")
+    pair.until(Mode.IDLE)
+    assert pair.operate("HOME").success
+
+
 def test_a_stopped_twin_that_moves_is_told_by_the_very_sample_that_shows_it(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -52,6 +52,20 @@ def test_a_robot_started_beside_a_person_is_stopped_in_every_mode(mode: Mode) ->
     assert stops(pair, begun) == 1 and "a person" in pair.why
 
 
+def test_a_program_that_runs_on_into_a_stopped_pair_is_stopped_for_a_person() -> None:
+    """It was begun while a fault was latched: behind the RESET nobody leads, and it still moves."""
+    pair = into(Mode.FAULT, WATCHED)
+    pair.start_program(ramp(HOME, shifted(HOME, 60.0), 8.0))
+    pair.see(FAR, 0.3)
+    assert pair.operate("RESET").success
+    pair.see(FAR, 0.5)
+    assert pair.mode is Mode.STOPPED and pair.own_program
+    begun = len(pair.actions)
+    pair.see(NEAR, 1.0)
+    assert stops(pair, begun) >= 1 and not pair.own_program
+    assert pair.mode is Mode.STOPPED and "a person" in pair.why
+
+
 @pytest.mark.parametrize("mode", [Mode.OFFLINE, Mode.FAULT, Mode.ALIGNING])
 def test_a_robot_started_towards_a_zone_is_stopped_before_it_in_every_mode(mode: Mode) -> None:
     """The tool does not enter; an alignment ends by it, the other modes stay."""

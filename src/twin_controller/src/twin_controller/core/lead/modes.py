@@ -81,6 +81,7 @@ class Trigger(StrEnum):
     MOVE = "a move by the operator"
     MOVE_UNALIGNED = "a move by the operator while the twin is not aligned"
     ACKNOWLEDGE = "ACKNOWLEDGE by the operator"
+    ACKNOWLEDGE_NOTHING = "ACKNOWLEDGE while nothing came apart"
 
 
 COMMANDS = tuple(each.name for each in Trigger if each == f"{each.name} by the operator")

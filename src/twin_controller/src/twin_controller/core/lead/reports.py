@@ -11,7 +11,7 @@ import msgspec
 from twin_controller.core.actions import AnyAction
 from twin_controller.core.events import AnyEvent, MoveEnded, RealMeasured, TwinMotion
 from twin_controller.core.lead.modes import Mode, Trigger
-from twin_controller.core.lead.standing import real_stands, unshown
+from twin_controller.core.lead.standing import moved_since, real_stands, unshown
 from twin_controller.core.lead.state import Lead, record_notice
 from twin_controller.core.lead.table import FOLLOWS_TWIN, LEADING
 from twin_controller.core.orders.order import due
@@ -269,11 +269,10 @@ def moved_since_pause(setup: Setup, state: CoreState) -> bool:
 
     A robot that was not told to pause may not have come to rest at all.
     """
-    sides = state.sides
-    moved = (change.moved(side.change, setup.config.change) for side in (sides.real, sides.twin))
     defies = moves_on(state.orders.twin_stop)
-    goes_on = not setup.writes and not sides.real.change.baseline
-    return state.lead.mode is Mode.PAUSED and (defies or goes_on or any(moved))
+    goes_on = not setup.writes and not state.sides.real.change.baseline
+    moved = defies or goes_on or moved_since(setup, state.sides)
+    return state.lead.mode is Mode.PAUSED and moved
 
 
 def _ended_meanwhile(state: CoreState) -> list[Trigger]:

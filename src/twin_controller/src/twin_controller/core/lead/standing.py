@@ -7,6 +7,7 @@ from twin_controller.core.orders.state import is_old
 from twin_controller.core.orders.stop import under_way
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides import change
+from twin_controller.core.sides.side import Sides
 from twin_controller.core.state import CoreState
 
 
@@ -14,6 +15,11 @@ def real_stands(setup: Setup, state: CoreState, flags: RealMeasured, now: float)
     """Return whether the real robot has stopped: no program runs, and its joints stand."""
     runs = (flags.own_program or flags.streaming) and not flags.paused
     return not runs and change.stands_still(state.sides.real.change, now, setup.config.change)
+
+
+def moved_since(setup: Setup, sides: Sides) -> bool:
+    """Return whether a side no longer stands where it was agreed to stand."""
+    return any(change.moved(side.change, setup.config.change) for side in (sides.real, sides.twin))
 
 
 def unshown(state: CoreState) -> bool:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import msgspec
 
 from twin_controller.core.actions import Command
-from twin_controller.core.lead.modes import Mode, Trigger
+from twin_controller.core.lead.modes import SAFETY_TRIGGERS, Mode, Trigger
 
 
 class Row(msgspec.Struct, frozen=True):
@@ -86,7 +86,10 @@ DEFAULTS: dict[Trigger, Row] = {
     Trigger.ALIGN: _refuse("the pair moves: STOP first"),
     Trigger.MOVE: _refuse("something else leads: STOP first"),
     Trigger.MOVE_UNALIGNED: _refuse("something else leads: STOP first"),
-    Trigger.ACKNOWLEDGE: _refuse("there is nothing to acknowledge"),
+    **dict.fromkeys(
+        (Trigger.ACKNOWLEDGE, Trigger.ACKNOWLEDGE_NOTHING),
+        _refuse("there is nothing to acknowledge"),
+    ),
 }
 
 # Rows that several modes share.
@@ -209,9 +212,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.REAL_FAULT: STAY,
         Trigger.REAL_DRIVES_OFF: STAY,
         Trigger.TWIN_ESTOPPED: STAY,
-        Trigger.KEEP_OUT: _GUARDED,
-        Trigger.TOO_CLOSE: _GUARDED,
-        Trigger.TOO_FAST: _GUARDED,
+        **dict.fromkeys(SAFETY_TRIGGERS, _GUARDED),
         Trigger.STOP: Row(
             None,
             BOTH_STOP,
@@ -282,7 +283,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
         Trigger.TWIN_MOVED_PAUSED: Row(None, (Command.PAUSE_TWIN,), "it is held again"),
         Trigger.REJECTED: _STOPPED,
         Trigger.PAUSE: Row(None, (), "already paused"),
-        Trigger.ACKNOWLEDGE: Row(None, (), "RESUME is possible again"),
+        Trigger.ACKNOWLEDGE: Row(None, (), "the divergence is acknowledged"),
         Trigger.RESUME_BLOCKED: _refuse("ACKNOWLEDGE a divergence; wait until a person is gone"),
         Trigger.RESUME_HELD: _HELD_THERE,
         Trigger.RESUME_MOVED: Row(
@@ -297,7 +298,9 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
     # begun before the stop and never heard of it.
     Mode.STOPPED: {
         Trigger.KEEP_OUT: Row(None, BOTH_STOP, "both are stopped before it"),
-        Trigger.TOO_FAST: Row(None, BOTH_STOP, "both are stopped"),
+        **dict.fromkeys(
+            (Trigger.TOO_CLOSE, Trigger.TOO_FAST), Row(None, BOTH_STOP, "both are stopped")
+        ),
         Trigger.REAL_MOVED: _REAL_LEADS,
         Trigger.REAL_TOOK_OVER: _REAL_LEADS,
         Trigger.TWIN_MOVED_STOPPED: Row(
@@ -345,9 +348,7 @@ ROWS: dict[Mode, dict[Trigger, Row]] = {
     # As ESTOP, with the drives on.
     Mode.FAULT: {
         Trigger.LINK_LOST: Row(None, BOTH_STOP, "the fault stays until RESET"),
-        Trigger.KEEP_OUT: _GUARDED,
-        Trigger.TOO_CLOSE: _GUARDED,
-        Trigger.TOO_FAST: _GUARDED,
+        **dict.fromkeys(SAFETY_TRIGGERS, _GUARDED),
         Trigger.REAL_TOOK_OVER: Row(None, (), "the twin does not follow it before RESET"),
         Trigger.REAL_FAULT: STAY,
         Trigger.TWIN_STOP_IGNORED: _TWIN_DEFIES,

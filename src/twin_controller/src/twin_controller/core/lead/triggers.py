@@ -18,6 +18,7 @@ from twin_controller.core.follow.real import jogs_ahead
 from twin_controller.core.follow.twin import aligned
 from twin_controller.core.lead.modes import COMMANDS, MOVES, Mode, Trigger
 from twin_controller.core.lead.reports import moved_since_pause, resume_blocked, side_triggers
+from twin_controller.core.lead.standing import moved_since
 from twin_controller.core.lead.table import LEADING, look_up
 from twin_controller.core.orders.order import fresh
 from twin_controller.core.orders.state import held_there
@@ -275,10 +276,13 @@ def _both_rest(setup: Setup, state: CoreState, now: float) -> bool:
 def operator_trigger(setup: Setup, state: CoreState, event: Operator) -> Trigger | None:
     """Return the trigger of an operator's command, None for one that is not in the table."""
     if event.command in MOVES:
-        if pair_agreed(setup, state):
-            return Trigger.MOVE
-        return Trigger.MOVE_UNALIGNED
+        # A stopped side that was moved since has another place than the agreed one.
+        apart = state.lead.mode is Mode.STOPPED and moved_since(setup, state.sides)
+        agreed = pair_agreed(setup, state) and not apart
+        return Trigger.MOVE if agreed else Trigger.MOVE_UNALIGNED
     flags = state.sides.real.flags
+    if event.command == "ACKNOWLEDGE" and not state.lead.needs_acknowledge:
+        return Trigger.ACKNOWLEDGE_NOTHING
     if event.command == "RESUME" and resume_blocked(state):
         return Trigger.RESUME_BLOCKED
     if event.command == "RESUME" and held_there(setup.config.stop, state.orders, flags):
