@@ -354,6 +354,17 @@ def test_the_charts_show_bands_limits_and_each_joint_on_a_scale_of_its_own(
     assert -15.0 < min(values) < -0.75 and 0.75 < max(values) < 15.0
 
 
+def test_the_axis_of_time_holds_what_is_missing_at_the_end(make_bag: MakeBag) -> None:
+    """The title names the red band of a side that fell silent: it must be seen too."""
+    silent = ("twin/joint_states", 8.0, 1e9)
+    _, chosen, results = analyse_bag(make_bag(experiments=FIRST, hole=silent), CONFIG)
+    charts = report_charts(results[0], chosen.robot, 2.0)
+    bands = charts["errors"]["panels"][0]["bands"]
+    (band,) = [band for band in bands if band[2] == BANDS["gap"][0]]
+    assert band[0] == pytest.approx(8.0, abs=0.01)
+    assert {chart["to"] for chart in charts.values()} == {band[1]}
+
+
 @pytest.mark.usefixtures("without_figures")
 def test_an_experiment_that_was_not_finished_fails_but_is_reported(make_bag: MakeBag) -> None:
     """A crash in the middle costs the verdict, not the figures."""

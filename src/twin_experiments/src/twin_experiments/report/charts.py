@@ -89,7 +89,8 @@ def report_charts(result: Result, robot: Robot, limit_percent: float) -> dict[st
             "bands": [band for kind, band in bands if kind != "needle"],
         },
     ]
-    times = {"x": "time [s]", "from": 0.0, "to": _four(since[-1])}
+    # To the end of the experiment: a side that has fallen silent leaves a band there.
+    times = {"x": "time [s]", "from": 0.0, "to": _four(result.span.end - start)}
     return {
         kind: {**times, "panels": panels}
         for kind, panels in (("errors", errors), ("deviations", deviations), ("joints", joints))
