@@ -39,6 +39,21 @@ def test_position_steps_go_there_and_back_where_there_is_room(
 
 
 @pytest.mark.parametrize(
+    ("joint", "position_mm_deg", "targets"),
+    [
+        ("joint_1", 0.0, (44.0, -44.0)),
+        ("joint_3", -160.0, (200.0, -200.0)),
+        ("joint_3", -50.0, (-200.0, 200.0)),
+    ],
+)
+def test_velocity_steps_need_room_on_one_side(joint, position_mm_deg, targets):
+    """By default half a second at a tenth of the speed: 100 mm of joint_3, and back again."""
+    chosen = ROBOT.joint(joint)
+    trial = plan_trial(chosen, "velocity", position_mm_deg * chosen.scale, None, None)
+    assert [target / chosen.scale for target in trial.targets] == pytest.approx(targets)
+
+
+@pytest.mark.parametrize(
     ("joint", "kind", "position", "size", "seconds", "text"),
     [
         (
@@ -57,7 +72,7 @@ def test_position_steps_go_there_and_back_where_there_is_room(
             0.3,
             r"no room .*500 deg/s during 0\.3 s.* 440 deg/s",
         ),
-        ("joint_3", "velocity", -0.01, 100.0, 0.5, r"no room for 100 mm/s .* at -10\.00 mm"),
+        ("joint_3", "velocity", -0.01, 100.0, 2.5, r"no room for 100 mm/s .* at -10\.00 mm"),
         ("joint_1", "position", 0.0, 0.0, None, "a step of 0.0 and 1.5 s is none"),
         ("joint_1", "position", 0.0, 5.0, 0.1, "a step of 5.0 and 0.1 s is none"),
     ],

@@ -58,8 +58,8 @@ def plan_trial(
 ) -> StepTrial:
     """Choose the set points.
 
-    A position goes up by the step and back down; where there is no room above, down and back up. A
-    velocity goes from rest to plus the step, and from rest to minus it.
+    A position goes up by the step and back down, a velocity from rest to plus the step, and from
+    rest to minus it; where there is no room above, down first and back up.
 
     Args:
         joint: The joint.
@@ -82,13 +82,11 @@ def plan_trial(
             "positive, records longer than 0.2 s"
         )
     if kind == "velocity":
-        reach = height * seconds
-        if (
-            height <= joint.velocity
-            and position - reach >= joint.lower
-            and position + reach <= joint.upper
-        ):
-            return StepTrial(joint, kind, (height, -height), seconds)
+        # The second step leads back to where the first began: room on one side is enough.
+        for first in (height, -height):
+            end = position + first * seconds
+            if height <= joint.velocity and joint.lower <= end <= joint.upper:
+                return StepTrial(joint, kind, (first, -first), seconds)
         raise StepResponseError(
             _no_room(
                 joint, position, f"{height / joint.scale:g} {joint.unit}/s during {seconds:g} s"
