@@ -184,6 +184,17 @@ def test_some_of_our_joints_are_compared_in_their_units(foreign: Foreign, tmp_pa
     assert [joint.unit for joint in written.experiments[0].pairs[0].joints] == ["deg", "deg"]
 
 
+@pytest.mark.usefixtures("without_figures")
+def test_a_joint_that_ours_lacks_makes_it_another_robot(foreign: Foreign, tmp_path: Path) -> None:
+    """Its joint_1 may be anything: no joint is left out, and none is read in our units."""
+    written = compare(foreign(tmp_path, names=("joint_1", "joint_5")), topics=TOPICS)
+    (pair,) = written.experiments[0].pairs
+    assert [(joint.name, joint.unit) for joint in pair.joints] == [
+        ("joint_1", "rad or m"),
+        ("joint_5", "rad or m"),
+    ]
+
+
 @pytest.mark.parametrize(
     ("topics", "text"),
     [

@@ -91,6 +91,9 @@ def read_bag(path: Path, label: str, topics: Topics, config_directory: Path | No
 def find_mechanism(opened: Sequence[Opened]) -> Mechanism:
     """Return the joints that all sides of all bags have; with kinematics if the profile fits.
 
+    This machine's profile, by which a first bag without one is read, fits no robot that has a joint
+    which it does not know.
+
     Raises:
         RecordError: They have none in common; what each has is named. Or a bag is of another robot
             than the first one, by whose profile all are read.
@@ -114,7 +117,10 @@ def find_mechanism(opened: Sequence[Opened]) -> Mechanism:
                 "only recordings of one robot can be held together"
             )
     profile = [joint for joint in robot.twin_joints if joint.name in common]
-    if not profile:
+    ours = {joint.name for joint in robot.joints}
+    # Without a profile of its own, who has a joint more is another robot, whose names mean nothing.
+    stranger = not opened[0].has_profile and any(not ours.issuperset(s.names) for s in sides)
+    if stranger or not profile:
         return Mechanism(tuple(common), None, (), None)
     names = tuple(joint.name for joint in profile)
     arm = [joint.name for joint in robot.arm_joints]
