@@ -208,3 +208,16 @@ def test_the_figures_of_a_robot_that_somebody_made_are_shown(
     assert ended.value.exit_code == 0 and "mine" in capsys.readouterr().out
     with pytest.raises(BaselineError, match="no baseline for fanuc_sr6ia made"):
         command.main(["fanuc_sr6ia"])
+
+
+def test_a_baseline_is_renewed_of_all_robots_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It has one date and one commit: those of the others would be younger than their figures."""
+    from harness.virtual_cell import __main__ as command
+
+    written: list[Baseline] = []
+    monkeypatch.setattr("harness.virtual_cell.experiments.measure", lambda _: {"made": FIGURES})
+    monkeypatch.setattr("harness.virtual_cell.baseline.write_baseline", written.append)
+    with pytest.raises(typer.BadParameter, match="name no robot"):
+        command.main([ROBOTS[0]], renew=True)
+    command.main(renew=True, as_json=True)
+    assert [tuple(baseline.figures) for baseline in written] == [ROBOTS]

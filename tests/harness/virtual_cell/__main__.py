@@ -1,6 +1,6 @@
 """Command line of ``./cell bench --virtual``: print the figures, or store them as baseline.
 
-python -m harness.virtual_cell [ROBOT ...] [--renew] [--json]
+python -m harness.virtual_cell [ROBOT ... | --renew] [--json]
 """
 
 from __future__ import annotations
@@ -32,6 +32,8 @@ def main(
     as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
 ) -> None:
     """Run the demo's experiments in virtual time and compare their figures with the baseline."""
+    if renew and robots:
+        raise typer.BadParameter("--renew stores one date and one commit for all: name no robot")
     enter_workspace()
     from harness.virtual_cell import baseline as stored
     from harness.virtual_cell.experiments import Figures, measure
@@ -42,10 +44,8 @@ def main(
         found[robot] = measure(robot)
         console.print(f"{robot}: {time.process_time() - begun:.1f} s of processor time")
     if renew:
-        # What stays is read, and only that: an older file may not fit what is measured now.
-        older = stored.read_baseline().figures if robots else {}
         today = datetime.now(timezone.utc).strftime("%Y-%m-%d")
-        stored.write_baseline(stored.Baseline(today, commit(), {**older, **found}))
+        stored.write_baseline(stored.Baseline(today, commit(), found))
         console.print(f"baseline written: {stored.FILE.relative_to(ROOT)}", soft_wrap=True)
     if as_json:
         print(msgspec.json.encode(found).decode())
