@@ -56,6 +56,10 @@ def test_one_target_does_not_change_the_jobs_of_another() -> None:
         (Plan("judge", (POINT,) * 2, (), MOST_JOBS // 2 + 1, 0.0, None, 0), "allowed are 1 to"),
         (Plan("judge", (POINT,), (), 0, 0.0, None, 0), "0 variations: allowed are 1 to"),
         (Plan("replay", ("a.bag",), (), 2, 0.0, None, 0), "a recording is what it is"),
+        (
+            Plan("report", ("a/1.bag", "b/1.bag", "b/2.bag"), (), 1, 0.0, None, 0),
+            "^b: 2 recordings lie here",
+        ),
         (Plan("judge", ("ARTICLE",), (), 2, 0.0, None, 0), "a program is what it is"),
     ],
 )

@@ -7,6 +7,7 @@ same plan gives the same jobs, on any machine and in any order.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import PurePath
 from typing import Protocol
@@ -93,7 +94,8 @@ def jobs_of(plan: Plan, chance_of: ChanceOf) -> list[Job]:
         chance_of: Makes a generator for each job.
 
     Raises:
-        LabPlanError: It has no targets, too many jobs, or varies what cannot be varied.
+        LabPlanError: It has no targets, too many jobs, varies what cannot be varied, or would write
+            several reports into one folder.
     """
     if plan.kind not in PROGRAMS:
         raise LabPlanError(f"{plan.kind}: allowed are {', '.join(PROGRAMS)}")
@@ -102,6 +104,13 @@ def jobs_of(plan: Plan, chance_of: ChanceOf) -> list[Job]:
     if not 1 <= plan.variations * len(plan.targets) <= MOST_JOBS:
         raise LabPlanError(
             f"{plan.variations} variations: allowed are 1 to {MOST_JOBS} jobs in all"
+        )
+    folder, count = Counter(PurePath(target).parent for target in plan.targets).most_common(1)[0]
+    # They are named alike, and the pictures of one would be shown on the page of another.
+    if plan.kind == "report" and count > 1:
+        raise LabPlanError(
+            f"{folder}: {count} recordings lie here, and a report is written beside its recording: "
+            "move each into a folder of its own"
         )
     return [
         Job(
