@@ -72,6 +72,8 @@ def test_names_and_search_have_rosapis_fields() -> None:
         pytest.param("/a", DEEP, "is no JSON .maximum recursion depth", id="deep"),
         ("/a", NOTHING, re.escape(f"value = {NOTHING[:60]!r}: cannot marshal None")),
         ("/", "{}", "name = '/': allowed: the name of one parameter"),
+        ("//", "{}", "name = '//': allowed"),
+        (" /// ", "{}", "name = ' /// ': allowed"),
         ("", "{}", "name = '': allowed"),
     ],
 )
@@ -83,7 +85,8 @@ def test_what_cannot_be_set_is_refused(name: str, value: str, text: str) -> None
     assert server.values == {"/a": 1}
 
 
-def test_whole_tree_cannot_be_deleted() -> None:
+@pytest.mark.parametrize("name", ["/", "//", ""])
+def test_whole_tree_cannot_be_deleted(name: str) -> None:
     """It belongs to all nodes."""
     with pytest.raises(RequestError, match="allowed: the name of one parameter"):
-        parameters.delete_param(Parameters(), "/")
+        parameters.delete_param(Parameters(), name)

@@ -9,8 +9,6 @@ from typing import Any, Protocol
 
 from rosbridge_gateway.rosapi.errors import RequestError
 
-_ROOT = "/"
-
 
 class ParameterServer(Protocol):
     """The parameter server; names without a leading slash stand in the gateway's namespace."""
@@ -61,8 +59,7 @@ def set_param(server: ParameterServer, name: str, value: str) -> dict[str, Any]:
         raise RequestError(
             f"value = {value[:60]!r} is no JSON ({error}): write a text as '\"text\"'"
         ) from error
-    if name.strip() in ("", _ROOT):
-        raise RequestError(f"name = {name!r}: allowed: the name of one parameter")
+    _check_name(name)
     try:
         server.set(name, content)
     except (ValueError, RecursionError) as error:
@@ -86,8 +83,7 @@ def delete_param(server: ParameterServer, name: str) -> dict[str, Any]:
     Raises:
         RequestError: It would be all of them.
     """
-    if name.strip() in ("", _ROOT):
-        raise RequestError(f"name = {name!r}: allowed: the name of one parameter")
+    _check_name(name)
     server.delete(name)
     return {}
 
@@ -95,6 +91,16 @@ def delete_param(server: ParameterServer, name: str) -> dict[str, Any]:
 def get_param_names(server: ParameterServer) -> dict[str, Any]:
     """List all that are set."""
     return {"names": sorted(server.names())}
+
+
+def _check_name(name: str) -> None:
+    """Refuse a name of the whole tree, which belongs to all nodes: ROS reads ``//`` as ``/``, too.
+
+    Raises:
+        RequestError: It is one.
+    """
+    if not name.strip().strip("/"):
+        raise RequestError(f"name = {name!r}: allowed: the name of one parameter")
 
 
 def _unusual(value: Any) -> str:
