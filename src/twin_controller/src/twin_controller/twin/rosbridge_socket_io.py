@@ -131,10 +131,11 @@ class RosbridgeSocket:
 
     def abort(self) -> None:
         """Break the connection off; a waiting ``receive`` notices at once."""
-        if self._line.sock is not None:
+        # Looked at once: the reader forgets it when the line breaks.
+        if (line := self._line.sock) is not None:
             # A close would not wake the thread that waits for a packet.
             with contextlib.suppress(OSError):
-                self._line.sock.shutdown(socket.SHUT_RDWR)
+                line.shutdown(socket.SHUT_RDWR)
 
     def close(self, politely: bool) -> None:
         """Free the socket, ``politely`` after a close frame."""
