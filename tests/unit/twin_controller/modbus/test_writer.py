@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -21,7 +22,7 @@ from twin_controller.modbus.port_io import (
 )
 from twin_controller.modbus.writer_io import Writer
 from twin_controller.registers import RegisterCodec
-from twin_controller.robot.link import RobotCounters
+from twin_controller.robot.link import LinkLostError, RobotCounters
 
 CONFIG = Path(__file__).resolve().parents[4] / "config"
 LAYOUT, ROBOT = load_modbus_map(CONFIG), load_robot(CONFIG)
@@ -43,9 +44,12 @@ class Port:
         self._beats, self.beats = beats, 0
         self.written: list[tuple[str, int]] = []
         self.words: list[list[int]] = []  # of the registers among them
+        self.levels: list[bool] = []  # of the coils
         self.meanwhile: dict[int, Callable[[], None]] = {}
         # So many of the next writes are done, but not confirmed.
         self.unanswered = 0
+        # What the next writes end with.
+        self.fails: list[Exception] = []
 
     def write_words(self, offset: int, words: list[int]) -> None:
         """Note registers."""
@@ -60,9 +64,12 @@ class Port:
     def write_coil(self, offset: int, level: bool) -> None:
         """Note a coil."""
         self.written.append(("coil", offset))
+        self.levels.append(level)
         self._confirm()
 
     def _confirm(self) -> None:
+        if self.fails:
+            raise self.fails.pop(0)
         if self.unanswered:
             self.unanswered -= 1
             raise UnansweredError("did not answer in time")
@@ -277,6 +284,45 @@ def test_a_heartbeat_of_two_words_is_written_as_the_map_says(high_first: bool) -
     for value in (1, 0):
         writer._beat(value)
     assert port.words == [[0, 1] if high_first else [1, 0], [0, 0]]
+
+
+def test_ends_of_pulses_outlive_a_link_that_is_lost_in_one_of_them(
+    line: tuple[Writer, Outbox, Port],
+) -> None:
+    """They are written on the next connection: a signal that stays on pulses no more."""
+    writer, box, port = line
+    names = ("cstopi", "rsr1", "start")
+    for name in names:
+        box.end_pulse(name, 0.0)
+    port.fails = [LinkLostError("closed")]
+    with pytest.raises(LinkLostError, match="closed"):
+        writer._write_all()
+    box.discard()
+    writer._write_all()
+    ends = [("coil", LAYOUT.coils[name].offset) for name in names[:2]]
+    assert port.written == [ends[0], *ends], "the end of START would be a start"
+    assert not any(port.levels) and not box.unfinished
+
+
+@pytest.mark.parametrize(
+    ("error", "levels"),
+    [(LinkLostError("closed"), [True, False]), (WriteRefusedError("exception 4"), [True])],
+    ids=("lost", "refused"),
+)
+def test_a_pulse_whose_beginning_nobody_confirmed_is_ended_too(
+    error: Exception, levels: list[bool]
+) -> None:
+    """The signal may be on. One that was refused is not."""
+    at_once = msgspec.structs.replace(LAYOUT.coils["cstopi"], pulse_ms=0)
+    layout = msgspec.structs.replace(LAYOUT, coils={**LAYOUT.coils, "cstopi": at_once})
+    writer, box, port = made(layout, ROBOT)
+    port.fails = [error]
+    box.put(STOP)
+    with contextlib.suppress(LinkLostError):
+        writer._write_all()
+    box.discard()
+    writer._write_all()
+    assert port.levels == levels and not box.unfinished
 
 
 @pytest.mark.parametrize("deaf", [False, True])

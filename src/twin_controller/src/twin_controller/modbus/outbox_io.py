@@ -90,12 +90,13 @@ class Outbox:
         self._releases[name] = due
 
     def due_releases(self) -> list[str]:
-        """Take the pulsed signals whose time is over (reader only)."""
+        """Return the pulsed signals whose time is over (reader only)."""
         now = time.monotonic()
-        names = [name for name, due in self._releases.items() if due <= now]
-        for name in names:
-            del self._releases[name]
-        return names
+        return [name for name, due in self._releases.items() if due <= now]
+
+    def pulse_ended(self, name: str) -> None:
+        """Note that a pulsed signal was switched off (reader only)."""
+        del self._releases[name]
 
     def take(self, until: float) -> tuple[StreamReal | None, StreamAhead | None, list[Command]]:
         """Wait for something to write, the end of a pulse, ``until``, or the end of the box.

@@ -195,10 +195,10 @@ class Writer:
         with contextlib.suppress(UnansweredError):
             self._attempt(self._write_command)
         for name in self._outbox.due_releases():
-            try:
+            # What is not confirmed stays due, also when the link is lost in it.
+            with contextlib.suppress(UnansweredError):
                 self._attempt(self._release, name)
-            except UnansweredError:
-                self._outbox.end_pulse(name, time.monotonic())
+                self._outbox.pulse_ended(name)
         # A heartbeat before a set point that is not confirmed would make that one late.
         if (
             time.monotonic() >= self._due
@@ -288,10 +288,17 @@ class Writer:
         if self._commands is not None and command.name in signal_names(self._layout):
             self._commands.put(command.name, bool(command.value), command.pulsed, command.behind)
         elif command.name in self._layout.coils:
-            coil = self._layout.coils[command.name]
-            self._port.write_coil(coil.offset, bool(command.value))
-            if command.pulsed:
-                self._outbox.end_pulse(command.name, time.monotonic() + coil.pulse_ms * 1e-3)
+            coil, ends = self._layout.coils[command.name], command.pulsed
+            try:
+                self._port.write_coil(coil.offset, bool(command.value))
+            except WriteRefusedError:  # it is not on
+                ends = False
+                raise
+            finally:
+                # It may be on also where nobody has confirmed it, and the link is lost.
+                if ends:
+                    due = time.monotonic() + coil.pulse_ms * 1e-3
+                    self._outbox.end_pulse(command.name, due)
         else:
             register = self._layout.holding_registers[command.name]
             self._port.write_words(
