@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
 import select
 import socket
 import threading
 import time
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import msgspec
 import pytest
@@ -14,6 +17,7 @@ import websocket
 from harness.opponents.graph_and_clients import DEADLINE, SHIPPED, TWIN_CONTROLLER, Cell, MakeCell
 from harness.processes import wait_until
 from rosbridge_gateway.config import Driving
+from rosbridge_gateway.connection.sending_io import Sending
 from rosbridge_gateway.protocol.session import Session
 
 
@@ -88,6 +92,36 @@ def test_stalled_reader_is_dropped(make_cell: MakeCell) -> None:
         cell.deliver("/cell/big", b'{"data":"' + b"x" * 100_000 + b'"}', 1)
     cell.wait_logged("left: took nothing for 0.5 s")
     assert reader.time()["result"]
+
+
+@pytest.mark.parametrize(
+    ("lengths", "looks"),
+    [
+        ([900_000 - 1000 * look for look in range(50)], None),
+        ([900_000] * 50, 11),
+        ([900_000 + 100 * look for look in range(50)], 11),
+        ([900_000] * 10 + [800_000] * 40, 21),
+        ([900_000] * 10 + [0] + [900_000] * 39, 22),
+    ],
+    ids=("slow", "stalled", "growing", "slow, then stalled", "stalled anew"),
+)
+def test_only_who_takes_nothing_is_dropped(lengths: list[int], looks: int | None) -> None:
+    """A picture over a slow line takes longer than the time-out; answers to pings are no taking."""
+    dropped: list[str] = []
+
+    async def look() -> int | None:
+        line: Any = SimpleNamespace(transport=SimpleNamespace())
+        sending = Sending(line, SHIPPED, dropped.append)
+        for number, length in enumerate(lengths):
+            line.transport.get_write_buffer_size = lambda length=length: length
+            sending._send(100.0 + 0.1001 * SHIPPED.stall_timeout * number)
+            if dropped:
+                return number + 1
+        sending.end()
+        return None
+
+    assert asyncio.run(look()) == looks
+    assert dropped in ([], ["took nothing for 1 s"])
 
 
 def test_client_that_takes_no_answers_is_dropped(make_cell: MakeCell) -> None:

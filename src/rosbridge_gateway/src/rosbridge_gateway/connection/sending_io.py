@@ -29,7 +29,9 @@ class Sending:
         self._stall_timeout = config.stall_timeout
         self._loop = asyncio.get_running_loop()
         self._timer: asyncio.TimerHandle | None = None
+        # Since when a full buffer has not become shorter, and its length at the last look.
         self._full_since: float | None = None
+        self._buffered = 0
         self._ended = False
 
     def answer(self, frames: Frames) -> None:
@@ -65,7 +67,8 @@ class Sending:
             self._timer.cancel()
 
     def _send(self, now: float) -> None:
-        while self._line.transport.get_write_buffer_size() < self._limits.send_buffer_bytes:
+        transport = self._line.transport
+        while (size := transport.get_write_buffer_size()) < self._limits.send_buffer_bytes:
             self._full_since = None
             frames = self.outbox.pop(now)
             if frames is None:
@@ -75,7 +78,11 @@ class Sending:
                 return
             for part in frames.parts:
                 broadcast([self._line], part, text=frames.is_text)
-        self._full_since = self._full_since or now
+        # One that takes may stay, however slow it is: the outbox bounds what waits for it, and
+        # the buffer gets nothing more before it is short again.
+        if self._full_since is None or size < self._buffered:
+            self._full_since = now
+        self._buffered = size
         if now - self._full_since > self._stall_timeout:
             self._drop(f"took nothing for {self._stall_timeout:g} s")
             return
