@@ -17,10 +17,14 @@ from scara_config.frames import TaughtFrame, save_frame
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 from what_if.geometry.sweep import Swept, sweep
-from what_if.live_world_node import JOINTS, PEOPLE, PERSON_S, LiveWorld
+from what_if.judging import judge
+from what_if.live_world_node import JOINTS, MOTION, PEOPLE, PERSON_S, LiveWorld
+from what_if.motions import JointTarget
+from what_if.verdict import Outcome
 from what_if.what_if_node import WhatIfServer
 from what_if.world import World
 
+from scara_msgs.msg import MotionState
 from scara_msgs.srv import JudgeMotionRequest
 
 NEAR, FAR = (0.5, 0.6, 0.0), (4.0, 0.0, 0.0)
@@ -41,12 +45,16 @@ class Topics:
         message._connection_header = {"callerid": sender}
         self.live._keep(message, PEOPLE)
 
-    def people(self) -> Any:
-        """Return who is in the world now."""
+    def world(self) -> World:
+        """Return the world now; the joints are known."""
         self.live._keep(JointState(), JOINTS)
         world = self.live.now()
         assert world is not None
-        return world.people
+        return world
+
+    def people(self) -> Any:
+        """Return who is in the world now."""
+        return self.world().people
 
 
 @pytest.fixture
@@ -93,6 +101,22 @@ def test_of_a_twin_that_is_gone_nothing_is_known(
     """Its last pose is not where the twin stands; a preview from there would be of another way."""
     monkeypatch.setattr("what_if.live_world_node.WAIT_S", -1.0)
     assert topics.live.now() is None
+
+
+def test_a_move_is_judged_with_the_cap_in_force(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It stretches the whole plan, ramps too; a cap above that of the files raises nothing."""
+    topics, lag = Topics(world, monkeypatch), world.lag.mean
+    asked = JointTarget((1.0, 0.5, -0.1, 0.0), 50.0)
+    takes = judge(world, asked).duration_s - lag
+    for limit, outcome, stretch in ((20.0, Outcome.LIMITED, 2.5), (100.0, Outcome.OK, 1.0)):
+        topics.live._keep(MotionState(speed_limit_percent=limit), MOTION)
+        now = topics.world()
+        assert now.cap_percent == min(limit, world.cap_percent)
+        verdict = judge(now, asked)
+        assert verdict.outcome is outcome
+        assert verdict.duration_s == pytest.approx(stretch * takes + lag)
 
 
 @pytest.fixture

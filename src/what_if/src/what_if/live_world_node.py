@@ -21,13 +21,14 @@ from scara_ros.starting.xmlrpc_guard_io import harden_process
 from sensor_msgs.msg import JointState
 from visualization_msgs.msg import MarkerArray
 
-from scara_msgs.msg import GripperState, PayloadState, TwinControllerState
+from scara_msgs.msg import GripperState, MotionState, PayloadState, TwinControllerState
 from what_if.cell_files_io import Models
 from what_if.geometry.bodies import FloatArray
 from what_if.handling import found_part
 from what_if.world import Cell, Lag, World
 
 JOINTS, STATE = "twin/joint_states", "twin_controller/state"
+MOTION = "joint_pose_controller/state"
 PEOPLE = "people/nearest"
 TOPICS = {
     JOINTS: JointState,
@@ -35,11 +36,12 @@ TOPICS = {
     "twin/parts": MarkerArray,
     "twin/payload": PayloadState,
     STATE: TwinControllerState,
+    MOTION: MotionState,
     PEOPLE: PointStamped,
 }
-HOLD = {JOINTS: HOLD_S, STATE: STATE_HOLD_S}
+HOLD = {JOINTS: HOLD_S, STATE: STATE_HOLD_S, MOTION: STATE_HOLD_S}
 """What comes all the time is read so often while nobody asks [s], as every resting node does."""
-RECENT_S = {JOINTS: 0.02, STATE: 0.1}
+RECENT_S = {JOINTS: 0.02, STATE: 0.1, MOTION: 0.1}
 """What was read so short a time before a question is the newest there is [s]: twice its period."""
 FRESH_S = 0.1
 """A question waits so long at most for what is newer; our choice: a quarter of its patience."""
@@ -130,6 +132,9 @@ class LiveWorld:
         world = replace(self._base, q=q)
         if STATE in newest:
             world = commanded(world, newest[STATE][1])
+        if MOTION in newest:
+            limit = newest[MOTION][1].speed_limit_percent
+            world = replace(world, cap_percent=min(world.cap_percent, limit))
         if "twin/payload" in newest:
             message = newest["twin/payload"][1].told
             centre, inertia = message.centre, message.inertia

@@ -4,7 +4,8 @@ Parameters:
     ~config_dir: Folder with the YAML files (default: the package scara_config).
 
 Topics (in): twin/joint_states, twin/gripper, twin/parts, twin/payload, twin_controller/state,
-    people/nearest; what_if/gate, real/joint_states: what became of what was judged.
+    joint_pose_controller/state (the cap of moves), people/nearest; what_if/gate, real/joint_states:
+    what became of what was judged.
 
 Services:
     what_if/judge (scara_msgs/JudgeMotion).

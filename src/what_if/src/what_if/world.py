@@ -143,7 +143,7 @@ class World:
         obstacles: What else stands there.
         zones: Keep-out zones.
         override_percent: Of every programmed speed, as set at the robot.
-        cap_percent: Of every joint's speed: nothing moves faster.
+        cap_percent: Of the speed of moves, as in force.
     """
 
     cell: Cell

@@ -91,8 +91,10 @@ def _move(world: World, motion: ToolTarget | JointTarget) -> Planned:
     planner = Planner(joints, world.cell.kinematics.tool)
     if (world.payload is not None and world.payload.mass_kg) or world.held:
         planner.load = load_of(world.models[bool(world.held)], joints, settings.effort_percent)
-    allowed = min(percent, world.cap_percent)
-    path = planner.move(JointMotion.at_rest(world.q), target, allowed, way)
+    planned = min(percent, world.cell.cap_percent)
+    path = planner.move(JointMotion.at_rest(world.q), target, planned, way)
+    # As joint_pose_controller does: the cap in force slows all of a path down, its ramps too.
+    scale = min(1.0, world.cap_percent / planned)
     reasons = []
     if percent > world.cap_percent:
         text = f"{percent:g} % is asked for; the robot gets {world.cap_percent:g} %, its cap"
@@ -102,11 +104,13 @@ def _move(world: World, motion: ToolTarget | JointTarget) -> Planned:
         reasons.append(Reason(Cause.EFFORT, 0.0, "", None, text))
     # Look at a path at chosen times
     sample = world.cell.config.sample_ms * 1e-3
-    count = max(2, math.ceil(path.duration / sample) + 1)
-    times = np.linspace(0.0, path.duration, count)
-    motions = [path.at(float(t)) for t in times]
+    count = max(2, math.ceil(path.duration / scale / sample) + 1)
+    at = np.linspace(0.0, path.duration, count)
+    motions = [path.at(float(t)) for t in at]
     q = np.array([motion.q for motion in motions])
-    qdot, qddot = (np.array([getattr(m, name) for m in motions]) for name in ("qdot", "qddot"))
+    qdot = scale * np.array([motion.qdot for motion in motions])
+    qddot = scale**2 * np.array([motion.qddot for motion in motions])
+    times = at / scale
     step = f"{motion.path or 'move'} at {percent:g} %"
     if path.corners:
         course = Course(times, q, qdot, qddot, np.arange(count, dtype=float))
