@@ -202,6 +202,13 @@ def test_a_move_takes_its_plan_and_the_lag(world: World) -> None:
     assert judge(world, JointTarget(THERE, 1.0)).duration_s > verdict.duration_s
 
 
+def test_the_end_of_a_curved_way_is_waited_for_with_the_spread_of_one_lag(world: World) -> None:
+    """As that of a straight one; the end of what a bag holds is known."""
+    points = Setpoints(("joint_1",), (JointMotion((1.0,), (), (), 1.0),))
+    assert judge(world, points).duration_spread_s == pytest.approx(world.lag.spread)
+    assert judge(world, recorded([HOME, THERE], 2.0)).duration_spread_s == 0.0
+
+
 def test_a_switch_of_the_suction_takes_the_grippers_time_and_none_where_nothing_is_gripped(
     world: World,
 ) -> None:

@@ -83,4 +83,5 @@ def curved(course: Course, begin: float, step: str, after: float) -> Leg:
     """
     h = float(np.max(np.diff(course.times)))
     slack = np.max(np.abs(course.qddot), axis=0) * h * h / 8.0
-    return Leg(begin, float(course.times[-1]) + after, step, Way(course.q, slack.tolist()), course)
+    way = Way(course.q, slack.tolist())
+    return Leg(begin, float(course.times[-1]) + after, step, way, course, waits=after > 0.0)
