@@ -142,7 +142,7 @@ def test_ghost_makes_the_judged_motion_and_goes_where_the_slider_is(drawn: Theat
     drawn.open("Target")
     page.wait_for_function(f"() => window.panel && ({GHOST})() === null")
     page.get_by_role("button", name="Preview Home").click()
-    preview_of(page, "Home: OK: takes 1.20 s, at least 62 mm between link_2 and")
+    preview_of(page, "Home: OK: takes 1.20 s, nearest 62 mm between link_2 and")
     page.wait_for_function(f"() => Math.abs(({GHOST})() - 0.5) < 1e-3")
     expect(page.locator("[data-motion-at]")).to_have_text("1.20 of 1.20 s")
     expect(page.locator("[data-motion-play]")).to_have_text("Play")

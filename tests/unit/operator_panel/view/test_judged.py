@@ -1,10 +1,18 @@
-"""What the page says of the judge: how well the last motion was predicted."""
+"""What the page says of the judge: how near bodies come, how well a motion was predicted."""
 
 from __future__ import annotations
 
 import pytest
+from operator_panel.door import Answer
 from operator_panel.retelling.taking import with_outcome
-from operator_panel.view.judged import JUDGE, SIGN_OF_LIFE_S, gate_text, made_text, preview_refusal
+from operator_panel.view.judged import (
+    JUDGE,
+    SIGN_OF_LIFE_S,
+    gate_text,
+    made_text,
+    preview_refusal,
+    sentence_of,
+)
 from operator_panel.view.snapshot import Diagnosis, Snapshot
 from scara_ros.diagnosis import Level
 
@@ -41,6 +49,20 @@ def test_last_motion_is_told_with_both_times(
     """What came to its target; what did not teaches nothing."""
     message = MotionOutcome(end=end, time_predicted=predicted, time_measured=measured)
     assert made_text(with_outcome(Snapshot(), message)) == said
+
+
+@pytest.mark.parametrize(
+    ("clearance", "said"),
+    [
+        (0.0616, ", nearest 62 mm between link_2 and part_1"),
+        (0.0016, ", nearest 1.6 mm between link_2 and part_1"),
+        (-1.0, ""),
+    ],
+)
+def test_clearance_is_told_as_it_was_measured(clearance: float, said: str) -> None:
+    """It is no bound, and below 10 mm a tenth counts."""
+    values = {"cause": "", "clearance": clearance, "clearance_between": ["link_2", "part_1"]}
+    assert sentence_of(Answer(True, "OK: takes 1.20 s", values)) == f"OK: takes 1.20 s{said}"
 
 
 def test_nothing_is_said_before_the_first_motion() -> None:

@@ -99,8 +99,10 @@ def sentence_of(answer: Answer) -> str:
     text, between = answer.message, values["clearance_between"]
     # Nothing is said of a motion in which nothing moves against anything.
     if values["clearance"] >= 0.0 and len(between) == 2:
-        distance = words.number(MM * values["clearance"], 0)
-        text += f", at least {distance} mm between {' and '.join(between)}"
+        # As measured where it is smallest; between two looks bodies may be a little nearer.
+        distance = MM * values["clearance"]
+        shown = words.number(distance, 1 if distance < 10.0 else 0)
+        text += f", nearest {shown} mm between {' and '.join(between)}"
     return page_words.people(text)
 
 
