@@ -13,6 +13,8 @@ from what_if.motions import Recorded
 from what_if.world import Cell
 
 TOPICS = ("real/joint_states", "twin/joint_states")
+GRIPPERS = ("real/gripper", "twin/gripper")
+"""The stand-in alone tells of the real one; a real robot's suction is switched with the twin's."""
 STILL = 1e-4
 """A joint that moves by less [rad] or [m] stands, for where the way begins and ends; our choice."""
 
@@ -23,7 +25,8 @@ def read_way(cell: Cell, path: Path) -> Recorded:
     What stands at both ends is left out.
 
     Raises:
-        WhatIfError: The bag cannot be read, holds no joint states, or nothing moves in it.
+        WhatIfError: The bag cannot be read, holds no joint states, or nothing moves in it; or the
+            cell has parts, and nothing tells when the suction was switched.
     """
     names = [joint.name for joint in cell.robot.twin_joints]
     try:
@@ -40,7 +43,11 @@ def read_way(cell: Cell, path: Path) -> Recorded:
                 stamp = message.header.stamp
                 times.append(stamp.sec + 1e-9 * stamp.nanosec)
                 rows.append([message.position[at[name]] for name in names])
-            grips = _grips(bag, topic)
+            gripper = next((name for name in GRIPPERS if bag.count(name)), "")
+            if not gripper and cell.work is not None:
+                wanted = " or ".join(GRIPPERS)
+                raise WhatIfError(f"{path}: holds no message of {wanted}: was a part in hand?")
+            grips = _grips(bag, gripper) if gripper else []
     except BagError as error:
         raise WhatIfError(str(error)) from error
     # A bag has the order in which messages came; what counts is when they were measured.
@@ -59,11 +66,11 @@ def read_way(cell: Cell, path: Path) -> Recorded:
     return Recorded(Setpoints.due(tuple(names), (stamps[cut] - begin).tolist(), points), inside)
 
 
-def _grips(bag: Bag, topic: str) -> list[tuple[float, bool]]:
-    """Return when the suction of the same side took a part or let it go."""
+def _grips(bag: Bag, gripper: str) -> list[tuple[float, bool]]:
+    """Return when the suction took a part or let it go."""
     found: list[tuple[float, bool]] = []
     holding = False
-    for _, message in bag.messages(topic.replace("joint_states", "gripper")):
+    for _, message in bag.messages(gripper):
         if message.holding != holding:
             holding = message.holding
             stamp = message.header.stamp
