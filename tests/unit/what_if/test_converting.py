@@ -206,6 +206,9 @@ REFUSED: list[tuple[tuple[str, ...], Form, int | None, str]] = [
     (("PR[3]=LPOS", MOVE), "cartesian", 1, r"line 1 of MINE: .*: leave the positions in UF 0"),
     ((f"{MOVE} Offset,PR[2]",), "cartesian", 1, "counts in the frame that is selected"),
     (("UFRAME_NUM=0", MOVE), "cartesian", 1, "counts in the frame that is selected"),
+    (("UFRAME_NUM=2", MOVE), "cartesian", 0, "line 2 of MINE: .*to UFRAME 0, selected is 2"),
+    (("UFRAME_NUM=2", "LBL[1]", MOVE), "cartesian", None, "line 3 .*to UFRAME 0, selected is 2"),
+    (("UTOOL_NUM=2", "WAIT .1(sec)", MOVE), "cartesian", None, "to UTOOL 1, selected is 2"),
     ((MOVE,), "cartesian", 7, r"user frame 7 was never taught: frames.yaml has 1 \(pallet\), 2"),
 ]
 
@@ -217,6 +220,22 @@ def test_program_whose_lines_would_mean_something_else_is_refused(
     """The text names the line."""
     with pytest.raises((WhatIfError, ConfigError), match=why):
         converted(program(*texts), load_robot(ROOT / "config"), TABLE, form, frame)
+
+
+@pytest.mark.parametrize(
+    "texts",
+    [
+        ("UFRAME_NUM=2", "UFRAME_NUM=0", MOVE),
+        ("UFRAME_NUM=0", "LBL[1]", MOVE, "UFRAME_NUM=2"),
+        ("UFRAME_NUM=R[1]", MOVE),
+        ("UFRAME_NUM=2", "CALL SUB", MOVE),
+        ("UFRAME_NUM=2", "J P[R[1]] 50% FINE"),
+    ],
+)
+def test_program_that_may_have_selected_the_frame_is_told_otherwise(texts: tuple[str, ...]) -> None:
+    """What the lines leave open is not refused."""
+    found, kept = converted(program(*texts), load_robot(ROOT / "config"), TABLE, "cartesian")
+    assert kept == () and lines_of(found)[: len(texts) + 1] == ["UTOOL_NUM=1", *texts]
 
 
 @pytest.mark.parametrize(

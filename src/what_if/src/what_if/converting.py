@@ -28,7 +28,9 @@ from scara_config.programs.frame_remarks import frame_remarks, told_frames
 from scara_config.programs.steps import Target
 from scara_config.programs.tp.listing import (
     AssignLine,
+    Blank,
     Coordinate,
+    Expression,
     GroupPosition,
     Line,
     MotionLine,
@@ -36,6 +38,7 @@ from scara_config.programs.tp.listing import (
     Position,
     Program,
     Remark,
+    Wait,
 )
 from scara_config.programs.tp.printer import print_line, print_program
 from scara_config.programs.tp.values import POSE_NUMBERS, Pose
@@ -71,8 +74,9 @@ def converted(
         The program, and why some positions are not said otherwise.
 
     Raises:
-        WhatIfError: A line reads a position's numbers or counts in a frame that changes, or a
-            position cannot be told otherwise: it does not say how the arm is bent.
+        WhatIfError: A line reads a position's numbers or counts in a frame that changes, a position
+            would be in a frame that is not selected, or cannot be told otherwise: it does not say
+            how the arm is bent.
         ConfigError: A frame was never taught.
     """
     converter = _Converter(robot, table)
@@ -87,6 +91,7 @@ def converted(
         positions.append(found)
         if why:
             kept.append(f"P[{position.number}] stays in joints: {why}")
+    _check_selected(program, positions)
     lines = (*_selections(program, positions), *program.lines)
     cartesian = filter(is_cartesian, positions)
     used = {key for each in cartesian for key in zip(WORDS, _numbers_of(each))}
@@ -147,6 +152,44 @@ def _check_lines(program: Program, frame: int | None) -> None:
             why = f"counts in the frame that is selected: leave the positions in {listed}"
         if why:
             raise WhatIfError(f"line {number} of {program.name}: {text.strip()}: {why}")
+
+
+def _check_selected(program: Program, positions: list[Position]) -> None:
+    """Refuse a Cartesian position of another frame than the one selected: a robot stops at it.
+
+    Where others may lead to a line, each frame counts that the program selects anywhere.
+
+    Raises:
+        WhatIfError: There is one; the text names the line and both frames.
+    """
+    own: dict[Expression, tuple[int, int]] = {
+        float(each.number): _numbers_of(each) for each in positions if is_cartesian(each)
+    }
+    texts = ["" if isinstance(line, Remark) else print_line(line).strip() for line in program.lines]
+    for at, word in enumerate(WORDS.values()):
+        name = f"{word}_NUM"
+        anywhere = {text.removeprefix(f"{name}=") for text in texts if name in text}
+        # A register may hold any number, and a program that is called may select any frame.
+        if any("CALL" in text for text in texts) or not all(map(str.isdigit, anywhere)):
+            anywhere = set()
+        selected: set[str] = set()  # empty: not known
+        for number, (line, text) in enumerate(zip(program.lines, texts), start=1):
+            if _selects(line, word):
+                told = text.removeprefix(f"{name}=")
+                selected = {told} if told.isdigit() else set()
+            elif isinstance(line, MotionLine):
+                for target in line.targets:
+                    if target.kind != "P" or target.index[0] not in own:
+                        continue
+                    frame = str(own[target.index[0]][at])
+                    if selected and frame not in selected:
+                        raise WhatIfError(
+                            f"line {number} of {program.name}: {text}: would go to {word} {frame}, "
+                            f"selected is {' or '.join(sorted(selected))}: set {name} before"
+                        )
+                    selected = {frame}
+            elif not isinstance(line, AssignLine | Blank | Remark | Wait):
+                selected = anywhere
 
 
 def _selects(line: Line, word: str) -> bool:
