@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import threading
 from pathlib import Path
@@ -15,10 +16,11 @@ from harness.processes import wait_until
 from harness.yaml_files import copy_configuration
 from scara_config.frames import TaughtFrame, save_frame
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Header
+from std_msgs.msg import Header, String
+from what_if.errors import WhatIfError
 from what_if.geometry.sweep import Swept, sweep
 from what_if.judging import judge
-from what_if.live_world_node import JOINTS, MOTION, PEOPLE, PERSON_S, LiveWorld
+from what_if.live_world_node import JOINTS, MOTION, PEOPLE, PERSON_S, LiveWorld, live_world
 from what_if.motions import JointTarget
 from what_if.verdict import Outcome
 from what_if.what_if_node import WhatIfServer
@@ -117,6 +119,36 @@ def test_a_move_is_judged_with_the_cap_in_force(
         verdict = judge(now, asked)
         assert verdict.outcome is outcome
         assert verdict.duration_s == pytest.approx(stretch * takes + lag)
+
+
+def test_joints_of_another_robot_make_no_world(topics: Topics) -> None:
+    """Its pose would be judged with our bodies."""
+    topics.live._keep(JointState(name=["joint_1", "joint_5"], position=[0.1, 0.2]), JOINTS)
+    with pytest.raises(WhatIfError, match="has joint_5, which fanuc_sr6ia has not"):
+        topics.live.now()
+
+
+def test_another_robots_cell_is_not_judged_with_our_files(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two robots may name their joints alike: the cell tells which one it has."""
+    for name in ("init_node", "Subscriber"):
+        monkeypatch.setattr(rospy, name, Mock())
+    monkeypatch.setattr("what_if.live_world_node.harden_process", Mock())
+    monkeypatch.setattr("rosgraph.is_master_online", lambda: True)
+    monkeypatch.setattr(LiveWorld, "wait", Mock())
+    monkeypatch.setattr(LiveWorld, "now", lambda _: world)
+
+    def told(name: str) -> String:
+        return String(json.dumps({"robot.yaml": f"name: {name}\n"}))
+
+    monkeypatch.setattr(rospy, "wait_for_message", lambda *_: told("fanuc_sr6ia"))
+    assert live_world(world, Mock()) is world
+    monkeypatch.setattr(rospy, "wait_for_message", lambda *_: told("epson_gx4"))
+    with pytest.raises(WhatIfError, match="cell has epson_gx4, these files are of fanuc_sr6ia"):
+        live_world(world, Mock())
+    monkeypatch.setattr(rospy, "wait_for_message", Mock(side_effect=rospy.ROSException))
+    assert live_world(world, Mock()) is world
 
 
 @pytest.fixture

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import json
 import math
 import threading
 import time
@@ -13,16 +15,19 @@ import numpy as np
 import rosgraph
 import rospy
 from geometry_msgs.msg import PointStamped
+from scara_config.files.yaml_text import parse
 from scara_config.payload import Payload
 from scara_control.motion.idle_node import HOLD_S, STATE_HOLD_S, Attention
 from scara_ros.names import part_name
 from scara_ros.shell.ros_node import own_frame
 from scara_ros.starting.xmlrpc_guard_io import harden_process
 from sensor_msgs.msg import JointState
+from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from scara_msgs.msg import GripperState, MotionState, PayloadState, TwinControllerState
 from what_if.cell_files_io import Models
+from what_if.errors import WhatIfError
 from what_if.geometry.bodies import FloatArray
 from what_if.handling import found_part
 from what_if.world import Cell, Lag, World
@@ -30,6 +35,7 @@ from what_if.world import Cell, Lag, World
 JOINTS, STATE = "twin/joint_states", "twin_controller/state"
 MOTION = "joint_pose_controller/state"
 PEOPLE = "people/nearest"
+CONFIGURATION = "twin_controller/configuration"
 TOPICS = {
     JOINTS: JointState,
     "twin/gripper": GripperState,
@@ -109,6 +115,9 @@ class LiveWorld:
         """Return the world; None while no joint state is heard.
 
         It waits a little for the newest joints and state, where it has not been looking.
+
+        Raises:
+            WhatIfError: The joints are of another robot.
         """
         asked = time.monotonic()
         for attention in self._attention.values():
@@ -127,7 +136,12 @@ class LiveWorld:
             return None
         # A joint that is not named stands where it stood at the beginning.
         at = dict(zip(newest[JOINTS][1].name, newest[JOINTS][1].position))
-        names = [joint.name for joint in self._base.cell.robot.twin_joints]
+        robot = self._base.cell.robot
+        names = [joint.name for joint in robot.twin_joints]
+        strange = sorted(at.keys() - set(names))
+        if strange and not at.keys() >= set(names):
+            what = f"{JOINTS} has {', '.join(strange)}, which {robot.name} has not"
+            raise WhatIfError(f"{what}: the running cell has another robot")
         q = tuple(at.get(name, home) for name, home in zip(names, self._base.q))
         world = replace(self._base, q=q)
         if STATE in newest:
@@ -185,7 +199,11 @@ class LiveWorld:
 
 
 def live_world(base: World, models: Models) -> World | None:
-    """Return the world of the cell that runs now; None if none answers. Becomes a node for it."""
+    """Return the world of the cell that runs now; None if none answers. Becomes a node for it.
+
+    Raises:
+        WhatIfError: The cell has another robot than ``base``.
+    """
     if not rosgraph.is_master_online():
         return None
     # Before the node exists: from then on any web page could send it a shutdown.
@@ -195,7 +213,15 @@ def live_world(base: World, models: Models) -> World | None:
     live = LiveWorld(base, models)
     try:
         live.wait(WAIT_S)
-        return live.now()
+        if (found := live.now()) is None:
+            return None
+        with contextlib.suppress(rospy.ROSException):  # a twin alone tells no configuration
+            told = rospy.wait_for_message(CONFIGURATION, String, WAIT_S)
+            ours, theirs = base.cell.robot.name, parse(json.loads(told.data)["robot.yaml"])["name"]
+            if theirs != ours:
+                what = f"the running cell has {theirs}, these files are of {ours}"
+                raise WhatIfError(f"{what}: --robot {theirs} or --resting")
+        return found
     finally:
         live.close()
 
