@@ -153,6 +153,22 @@ def test_changed_subscription_keeps_its_turn() -> None:
     assert drained(outbox, 0.5) == [] and drained(outbox, 1.5) == [b"2"]
 
 
+def test_shorter_interval_counts_at_once() -> None:
+    """From the last message, for what waits and for what comes; a longer one begins with it."""
+    outbox = Outbox(10, 1000, len)
+    outbox.subscribe("t", 60.0, 0)
+    for number, now in enumerate((0.0, 49.0, 50.0)):  # the second goes out a little early
+        outbox.put_message("t", b"%d" % number, now)
+        assert drained(outbox, now) == ([b"0"], [b"1"], [])[number]
+    outbox.subscribe("t", 2.0, 0)
+    assert drained(outbox, 50.9) == [] and drained(outbox, 51.0) == [b"2"]
+    outbox.put_message("t", b"3", 53.0)
+    assert drained(outbox, 53.0) == [b"3"]
+    outbox.subscribe("t", 60.0, 0)
+    outbox.put_message("t", b"4", 55.0)
+    assert drained(outbox, 55.0) == [b"4"] and outbox.next_due() is None
+
+
 def test_a_long_queue_is_bounded_in_bytes_too() -> None:
     """A page that asks for 10,000 pictures and takes one an hour would fill the memory."""
     outbox = Outbox(10, 1000, len)

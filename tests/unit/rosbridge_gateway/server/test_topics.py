@@ -114,6 +114,18 @@ def test_form_that_a_client_wants_reaches_the_graph(cell: Cell) -> None:
     assert client.hear()["msg"] == {"data": "x"}
 
 
+def test_shorter_throttle_rate_frees_what_waits(cell: Cell) -> None:
+    """Of one id it is enough; the old interval does not count to its end."""
+    client = cell.client()
+    client.say(op="subscribe", id="a", topic="t", type="T", throttle_rate=3_600_000)
+    client.time()
+    for number in (1, 2):
+        cell.deliver("/cell/t", b'{"data":%d}' % number)
+    assert client.hear()["msg"] == {"data": 1}
+    client.say(op="subscribe", id="b", topic="t", type="T")
+    assert client.hear()["msg"] == {"data": 2}
+
+
 def test_binary_packets_are_binary_frames(cell: Cell) -> None:
     """A client tells CBOR from JSON by the frame."""
 

@@ -301,6 +301,7 @@ class Client:
         self._forms[name] = wishes.form
         self.sending.outbox.subscribe(name, wishes.interval, wishes.queue_length)
         self._shared.listeners.setdefault(name, set()).add(self)
+        self.sending.flush()  # what waits may be due sooner now
 
     async def _unsubscribe(self, packet: packets.Unsubscribe, name: str) -> None:
         graph = self._shared.graph

@@ -17,13 +17,14 @@ _LATE_PART = 0.3
 class _Topic(Generic[Item]):
     """The waiting messages of one subscription, ``most`` of them.
 
-    ``turn`` is when the next message is due by the throttle rate, ``due`` when the oldest waiting
-    one may go out.
+    ``sent`` is when the last message went out, ``turn`` when the next one is due by the throttle
+    rate, ``due`` when the oldest waiting one may go out.
     """
 
     interval: float
     most: int
     waiting: deque[Item]
+    sent: float = float("-inf")
     turn: float = float("-inf")
     due: float = float("-inf")
 
@@ -57,7 +58,10 @@ class Outbox(Generic[Item]):
         A repeated call changes both numbers.
         """
         entry = self._topics.get(topic) or _Topic(interval, 1, deque())
-        entry.interval, entry.most, entry.due = interval, max(queue_length, 1), float("-inf")
+        # A shorter interval counts from the last message, not only when the old one is over.
+        entry.turn = min(entry.turn, entry.sent + interval)
+        entry.due = min(entry.due, entry.turn)
+        entry.interval, entry.most = interval, max(queue_length, 1)
         while len(entry.waiting) > entry.most:
             self._take(entry)
         self._topics[topic] = entry
@@ -110,6 +114,7 @@ class Outbox(Generic[Item]):
             if entry.due <= now:
                 del self._pending[topic]
                 entry.turn = max(entry.turn, now) + entry.interval
+                entry.sent = now
                 entry.due = entry.turn
                 if len(entry.waiting) > 1:
                     self._pending[topic] = None
