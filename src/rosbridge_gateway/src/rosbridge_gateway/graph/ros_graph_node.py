@@ -1,13 +1,12 @@
-"""The gateway's ROS side: publishers, shared subscriptions, services, names."""
+"""The gateway's ROS side: publishers, services, names; what clients hear it inherits."""
 
 from __future__ import annotations
 
 import concurrent.futures
-import itertools
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import genpy
@@ -16,30 +15,20 @@ import rospy
 from scara_ros.standstill import said
 
 from rosbridge_gateway.graph.first_messages_node import Opening
-from rosbridge_gateway.graph.graph_io import Ask, GraphError, Message
-from rosbridge_gateway.graph.leaving_io import Leaving
+from rosbridge_gateway.graph.graph_io import Ask, GraphError
 from rosbridge_gateway.graph.ros_service_call_node import (
     RosServiceCall,
     ServiceTypes,
     find_service_class,
 )
-from rosbridge_gateway.graph.ros_view_node import RosView
+from rosbridge_gateway.graph.ros_subscriptions_node import BURST, RosSubscriptions
 from rosbridge_gateway.protocol.audit import Entry
 from rosbridge_gateway.protocol.conversion import Arrival, ConversionError, Converter, Converters
 from rosbridge_gateway.protocol.first_messages import FirstOnes, KeepRules
 from rosbridge_gateway.rosapi.answers import Nodes
-from rosbridge_gateway.wire.outgoing import Form, Outgoing
-from rosbridge_gateway.wire.ros_encoders_node import RosEncoders
 from scara_msgs.msg import Audit, MotionCommand
 
-_BURST = 100
-_LOG_PERIOD = 5.0
-
 _STOPS = (MotionCommand.STOP, MotionCommand.PAUSE, MotionCommand.ESTOP)
-
-Deliver = Callable[[str, Message, int | None], None]
-Remark = Callable[[int, str], None]
-"""Takes a client and a remark for it."""
 
 
 @dataclass(slots=True)
@@ -60,22 +49,7 @@ class _Publication:
     drives: bool
 
 
-@dataclass
-class _Subscription:
-    """One rospy subscriber for all clients.
-
-    ``forms``: how each client wants the messages; ``latched``: the last message of each latching
-    publisher.
-    """
-
-    converter: Converter
-    forms: dict[int, Form] = field(default_factory=dict)
-    latched: dict[str, Outgoing] = field(default_factory=dict)
-    lock: threading.Lock = field(default_factory=threading.Lock)
-    subscriber: Any = None
-
-
-class RosGraph(RosView):
+class RosGraph(RosSubscriptions):
     """Implements :class:`rosbridge_gateway.graph.graph_io.Graph` with rospy."""
 
     def __init__(
@@ -95,11 +69,6 @@ class RosGraph(RosView):
                 commanded.
         """
         super().__init__()
-        self.deliver: Deliver = lambda topic, message, owner: None
-        self.remark: Remark = lambda owner, text: None
-        self.errors = 0
-        """Messages that could not be converted."""
-        self._converters = Converters(roslib.message.get_message_class, self.now)
         # Without a clock: who drives has to say when a set point is due, and gets no stamp as a
         # present.
         self._unstamped = Converters(roslib.message.get_message_class, None)
@@ -107,19 +76,15 @@ class RosGraph(RosView):
         self._drives, self._unstamped_age = drives, unstamped_age
         # When a stop was heard last, from whoever: what came before it moves nothing any more.
         self._stopped_at = 0.0
-        self._encoders = RosEncoders(self._converters)
-        self._numbers = itertools.count(1)
         self._keep_rules = keep_rules
         self._publications: dict[tuple[int, str], _Publication] = {}
-        self._subscriptions: dict[str, _Subscription] = {}
         self._services: dict[str, tuple[int, rospy.Service]] = {}
-        self._leaving = Leaving()
         self._service_types = ServiceTypes(self._converters)
         self._audit = rospy.Publisher(
-            "twin_controller/audit", Audit, queue_size=_BURST, tcp_nodelay=True
+            "twin_controller/audit", Audit, queue_size=BURST, tcp_nodelay=True
         )
         rospy.Subscriber(
-            "motion_command", MotionCommand, self._hear_command, queue_size=_BURST, tcp_nodelay=True
+            "motion_command", MotionCommand, self._hear_command, queue_size=BURST, tcp_nodelay=True
         )
 
     def advertise(
@@ -240,67 +205,6 @@ class RosGraph(RosView):
             "robot is never delivered late: send it again"
         )
 
-    def subscribe(self, owner: int, topic: str, type_name: str | None, form: Form) -> None:
-        """Share one rospy subscriber; a late comer gets the latched messages at once."""
-        shared = self._subscriptions.get(topic)
-        if shared is None:
-            shared = _Subscription(self._converter(topic, type_name))
-            self._subscriptions[topic] = shared
-            shared.forms[owner] = form
-            shared.subscriber = rospy.Subscriber(
-                topic,
-                shared.converter.message_class,
-                self._received,
-                (topic, shared),
-                queue_size=_BURST,
-                tcp_nodelay=True,
-            )
-            return
-        self._converter(topic, type_name or shared.converter.message_class._type)
-        with shared.lock:
-            is_new = owner not in shared.forms
-            shared.forms[owner] = form
-            if is_new:
-                alive = {
-                    connection.callerid_pub for connection in shared.subscriber.impl.connections
-                }
-                for caller, message in shared.latched.items():
-                    if caller in alive:
-                        message.frames(form)
-                        self.deliver(topic, message, owner)
-
-    def unsubscribe(self, owner: int, topic: str) -> None:
-        """Leave a shared subscriber; the last one closes it."""
-        shared = self._subscriptions[topic]
-        with shared.lock:
-            shared.forms.pop(owner, None)
-        if not shared.forms:
-            del self._subscriptions[topic]
-            self._leaving.leave(shared.subscriber.unregister)
-
-    def _received(self, message: Any, context: tuple[str, _Subscription]) -> None:
-        """Encode a message once for each form that is wanted, in rospy's thread."""
-        topic, shared = context
-        outgoing = Outgoing(message, next(self._numbers), self.now(), self._encoders)
-        with shared.lock:
-            forms = set(shared.forms.values())
-        if not forms:  # nobody wants it: it has not left the graph yet, and another may have come
-            return
-        try:
-            for form in forms:
-                outgoing.frames(form)
-        except Exception as error:
-            self.errors += 1
-            rospy.logerr_throttle(
-                _LOG_PERIOD, f"gateway: a message of {topic} cannot be converted: {error!r}"
-            )
-            return
-        header = message._connection_header or {}
-        with shared.lock:
-            if header.get("latching") == "1":
-                shared.latched[header.get("callerid", "")] = outgoing
-            self.deliver(topic, outgoing, None)
-
     def service_call(
         self, service: str, args: Any, timeout: float, caller: str, came: float
     ) -> RosServiceCall:
@@ -363,11 +267,6 @@ class RosGraph(RosView):
             )
         )
 
-    def now(self) -> tuple[int, int]:
-        """Return ROS time."""
-        now = rospy.get_rostime()
-        return now.secs, now.nsecs
-
     def publishing_nodes(self, topic: str) -> list[str]:
         """Return which nodes publish ``topic`` now, this one left out."""
         return _others(self.system_state().publishers, topic)
@@ -375,16 +274,6 @@ class RosGraph(RosView):
     def offering_nodes(self, service: str) -> list[str]:
         """Return which nodes offer ``service`` now, this one left out."""
         return _others(self.system_state().services, service)
-
-    def _converter(self, topic: str, type_name: str | None) -> Converter:
-        """Return the converter for a topic; the type must agree with what the graph knows."""
-        known = self.topic_types().get(topic)
-        known = None if known == "*" else known
-        if type_name is None and known is None:
-            raise GraphError(f"the type of {topic} is not known: advertise it, or give `type`")
-        if type_name is not None and known is not None and type_name != known:
-            raise GraphError(f"{topic} has type {known}, not {type_name}")
-        return self._converters.by_name(known or type_name or "")
 
 
 def _others(nodes: Nodes, name: str) -> list[str]:

@@ -1,0 +1,134 @@
+"""What clients hear of the ROS graph: one subscriber for all of them."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import roslib.message
+import rospy
+
+from rosbridge_gateway.graph.graph_io import GraphError, Message
+from rosbridge_gateway.graph.leaving_io import Leaving
+from rosbridge_gateway.graph.ros_view_node import RosView
+from rosbridge_gateway.protocol.conversion import Converter, Converters
+from rosbridge_gateway.wire.outgoing import Form, Outgoing
+from rosbridge_gateway.wire.ros_encoders_node import RosEncoders
+
+BURST = 100
+"""So many messages of a topic may wait in rospy: our choice."""
+_LOG_PERIOD = 5.0
+
+Deliver = Callable[[str, Message, int | None], None]
+Remark = Callable[[int, str], None]
+"""Takes a client and a remark for it."""
+
+
+@dataclass
+class _Subscription:
+    """One rospy subscriber for all clients.
+
+    ``forms``: how each client wants the messages; ``latched``: the last message of each latching
+    publisher.
+    """
+
+    converter: Converter
+    forms: dict[int, Form] = field(default_factory=dict)
+    latched: dict[str, Outgoing] = field(default_factory=dict)
+    lock: threading.Lock = field(default_factory=threading.Lock)
+    subscriber: Any = None
+
+
+class RosSubscriptions(RosView):
+    """The part of :class:`rosbridge_gateway.graph.graph_io.Graph` that clients hear."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.deliver: Deliver = lambda topic, message, owner: None
+        self.remark: Remark = lambda owner, text: None
+        self.errors = 0
+        """Messages that could not be converted."""
+        self._converters = Converters(roslib.message.get_message_class, self.now)
+        self._encoders = RosEncoders(self._converters)
+        self._numbers = itertools.count(1)
+        self._subscriptions: dict[str, _Subscription] = {}
+        self._leaving = Leaving()
+
+    def subscribe(self, owner: int, topic: str, type_name: str | None, form: Form) -> None:
+        """Share one rospy subscriber; a late comer gets the latched messages at once."""
+        shared = self._subscriptions.get(topic)
+        if shared is None:
+            shared = _Subscription(self._converter(topic, type_name))
+            self._subscriptions[topic] = shared
+            shared.forms[owner] = form
+            shared.subscriber = rospy.Subscriber(
+                topic,
+                shared.converter.message_class,
+                self._received,
+                (topic, shared),
+                queue_size=BURST,
+                tcp_nodelay=True,
+            )
+            return
+        self._converter(topic, type_name or shared.converter.message_class._type)
+        with shared.lock:
+            is_new = owner not in shared.forms
+            shared.forms[owner] = form
+            if is_new:
+                alive = {
+                    connection.callerid_pub for connection in shared.subscriber.impl.connections
+                }
+                for caller, message in shared.latched.items():
+                    if caller in alive:
+                        message.frames(form)
+                        self.deliver(topic, message, owner)
+
+    def unsubscribe(self, owner: int, topic: str) -> None:
+        """Leave a shared subscriber; the last one closes it."""
+        shared = self._subscriptions[topic]
+        with shared.lock:
+            shared.forms.pop(owner, None)
+        if not shared.forms:
+            del self._subscriptions[topic]
+            self._leaving.leave(shared.subscriber.unregister)
+
+    def _received(self, message: Any, context: tuple[str, _Subscription]) -> None:
+        """Encode a message once for each form that is wanted, in rospy's thread."""
+        topic, shared = context
+        outgoing = Outgoing(message, next(self._numbers), self.now(), self._encoders)
+        with shared.lock:
+            forms = set(shared.forms.values())
+        if not forms:  # nobody wants it: it has not left the graph yet, and another may have come
+            return
+        try:
+            for form in forms:
+                outgoing.frames(form)
+        except Exception as error:
+            self.errors += 1
+            rospy.logerr_throttle(
+                _LOG_PERIOD, f"gateway: a message of {topic} cannot be converted: {error!r}"
+            )
+            return
+        header = message._connection_header or {}
+        with shared.lock:
+            if header.get("latching") == "1":
+                shared.latched[header.get("callerid", "")] = outgoing
+            self.deliver(topic, outgoing, None)
+
+    def now(self) -> tuple[int, int]:
+        """Return ROS time."""
+        now = rospy.get_rostime()
+        return now.secs, now.nsecs
+
+    def _converter(self, topic: str, type_name: str | None) -> Converter:
+        """Return the converter for a topic; the type must agree with what the graph knows."""
+        known = self.topic_types().get(topic)
+        known = None if known == "*" else known
+        if type_name is None and known is None:
+            raise GraphError(f"the type of {topic} is not known: advertise it, or give `type`")
+        if type_name is not None and known is not None and type_name != known:
+            raise GraphError(f"{topic} has type {known}, not {type_name}")
+        return self._converters.by_name(known or type_name or "")
