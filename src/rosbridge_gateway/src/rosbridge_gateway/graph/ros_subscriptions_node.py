@@ -36,7 +36,7 @@ class _Subscription:
     """
 
     converter: Converter
-    forms: dict[int, Form] = field(default_factory=dict)
+    forms: dict[int, Form]
     latched: dict[str, Outgoing] = field(default_factory=dict)
     lock: threading.Lock = field(default_factory=threading.Lock)
     subscriber: Any = None
@@ -58,22 +58,27 @@ class RosSubscriptions(RosView):
         self._leaving = Leaving()
 
     def subscribe(self, owner: int, topic: str, type_name: str | None, form: Form) -> None:
-        """Share one rospy subscriber; a late comer gets the latched messages at once."""
+        """Share one rospy subscriber; a late comer gets the latched messages at once.
+
+        Made anew where the graph knows another type by now: who came before the first publisher
+        may have been wrong about it, and has heard nothing.
+        """
         shared = self._subscriptions.get(topic)
         if shared is None:
-            shared = _Subscription(self._converter(topic, type_name))
-            self._subscriptions[topic] = shared
-            shared.forms[owner] = form
-            shared.subscriber = rospy.Subscriber(
-                topic,
-                shared.converter.message_class,
-                self._received,
-                (topic, shared),
-                queue_size=BURST,
-                tcp_nodelay=True,
-            )
+            self._share(topic, self._converter(topic, type_name), {owner: form})
             return
-        self._converter(topic, type_name or shared.converter.message_class._type)
+        held = shared.converter.message_class._type
+        converter = self._converter(topic, type_name, held)
+        if converter is not shared.converter:
+            with shared.lock:
+                forms, shared.forms = shared.forms, {}
+            # First: rospy has one type for all subscribers of a topic.
+            self._leaving.leave(shared.subscriber.unregister)
+            self._share(topic, converter, {**forms, owner: form})
+            kind = converter.message_class._type
+            for other in forms.keys() - {owner}:
+                self.remark(other, f"{topic} has type {kind}, not {held}: it comes as {kind} now")
+            return
         with shared.lock:
             is_new = owner not in shared.forms
             shared.forms[owner] = form
@@ -85,6 +90,19 @@ class RosSubscriptions(RosView):
                     if caller in alive:
                         message.frames(form)
                         self.deliver(topic, message, owner)
+
+    def _share(self, topic: str, converter: Converter, forms: dict[int, Form]) -> None:
+        """Open the subscriber of these clients."""
+        shared = _Subscription(converter, forms)
+        shared.subscriber = rospy.Subscriber(
+            topic,
+            converter.message_class,
+            self._received,
+            (topic, shared),
+            queue_size=BURST,
+            tcp_nodelay=True,
+        )
+        self._subscriptions[topic] = shared
 
     def unsubscribe(self, owner: int, topic: str) -> None:
         """Leave a shared subscriber; the last one closes it."""
@@ -123,10 +141,13 @@ class RosSubscriptions(RosView):
         now = rospy.get_rostime()
         return now.secs, now.nsecs
 
-    def _converter(self, topic: str, type_name: str | None) -> Converter:
-        """Return the converter for a topic; the type must agree with what the graph knows."""
+    def _converter(self, topic: str, type_name: str | None, held: str | None = None) -> Converter:
+        """Return the converter for a topic; the type must agree with what the graph knows.
+
+        ``held``: the type that counts while the graph knows none.
+        """
         known = self.topic_types().get(topic)
-        known = None if known == "*" else known
+        known = held if known in (None, "*") else known
         if type_name is None and known is None:
             raise GraphError(f"the type of {topic} is not known: advertise it, or give `type`")
         if type_name is not None and known is not None and type_name != known:
