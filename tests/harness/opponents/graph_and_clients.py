@@ -135,6 +135,10 @@ class Graph:
         self.forms[owner, topic] = form
         self.done.put(("subscribe", owner, topic, type_name))
 
+    def change_form(self, owner: int, topic: str, form: Form) -> None:
+        """Note it."""
+        self.forms[owner, topic] = form
+
     def unsubscribe(self, owner: int, topic: str) -> None:
         """Note it."""
         self.done.put(("unsubscribe", owner, topic))

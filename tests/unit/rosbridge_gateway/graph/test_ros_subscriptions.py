@@ -102,3 +102,19 @@ def test_type_of_the_first_counts_while_the_graph_knows_none(graph: Graph) -> No
     (line,) = graph.lines
     graph.unsubscribe(1, "/t")
     assert graph.lines == [line] and graph.remarks == []
+
+
+def test_each_subscription_of_a_client_gets_the_latched_message(graph: Graph) -> None:
+    """As with rosbridge_server: another part of a page hears it too. A change of form is none."""
+    graph.types["/t"] = STRING
+    graph.subscribe(1, "/t", None, FORM)
+    (line,) = graph.lines
+    line.impl.connections.append(SimpleNamespace(callerid_pub="/talker"))
+    line.hear(said("kept", latching="1", callerid="/talker"))
+    graph.subscribe(1, "/t", STRING, FORM)
+    assert graph.delivered == [None, 1]
+    graph.change_form(1, "/t", Form("/t", "cbor", None))
+    assert graph.delivered == [None, 1]
+    line.impl.connections.clear()
+    graph.subscribe(1, "/t", STRING, FORM)
+    assert graph.delivered == [None, 1], "it goes with its publisher"

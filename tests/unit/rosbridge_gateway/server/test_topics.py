@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 
 import pytest
-from harness.opponents.graph_and_clients import DEADLINE, TWIN_CONTROLLER, Cell
+from harness.opponents.graph_and_clients import DEADLINE, TWIN_CONTROLLER, Cell, JsonMessage
+from rosbridge_gateway.graph.graph_io import GraphError
 from rosbridge_gateway.wire.outgoing import Form, Frames
 from websocket import ABNF
 
@@ -112,6 +113,41 @@ def test_form_that_a_client_wants_reaches_the_graph(cell: Cell) -> None:
     assert cell.graph.forms[1, "/cell/t"] == Form("t", "none", 100)
     cell.deliver("/cell/t", b'{"data":"x"}')
     assert client.hear()["msg"] == {"data": "x"}
+
+
+def test_each_subscription_of_a_client_is_one_to_the_graph(
+    cell: Cell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It gets the latched message, under the name that it used; the end of another gives none."""
+
+    def deliver(owner: int, topic: str, *_: object) -> None:
+        cell.server.deliver(topic, JsonMessage(b'{"data":"kept"}'), owner)
+
+    monkeypatch.setattr(cell.graph, "subscribe", deliver)
+    client = cell.client()
+    for name in ("t", "/cell/t"):
+        packet = client.ask(op="subscribe", id=name, topic=name, type="T")
+        assert (packet["topic"], packet["msg"]) == (name, {"data": "kept"})
+    client.say(op="unsubscribe", id="t", topic="t")
+    assert client.time()["op"] == "service_response"
+
+
+def test_refused_subscription_leaves_the_others_as_they_were(
+    cell: Cell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Their form, too."""
+
+    def refuse(*_: object) -> None:
+        raise GraphError("roscore does not answer")
+
+    client = cell.client()
+    client.say(op="subscribe", id="a", topic="t", type="T")
+    client.time()
+    monkeypatch.setattr(cell.graph, "subscribe", refuse)
+    answer = client.ask(op="subscribe", id="b", topic="/cell/t", type="T")
+    assert answer["msg"] == "roscore does not answer"
+    cell.deliver("/cell/t", b'{"data":"x"}')
+    assert client.hear() == {"op": "publish", "topic": "t", "msg": {"data": "x"}}
 
 
 def test_shorter_throttle_rate_frees_what_waits(cell: Cell) -> None:

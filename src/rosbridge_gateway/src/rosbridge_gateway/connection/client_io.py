@@ -275,13 +275,13 @@ class Client:
             raise GraphError(reason)
 
     async def _subscribe(self, packet: packets.Subscribe, name: str) -> None:
-        """Listen before the graph delivers, so that a latched message is not missed."""
+        """Listen before the graph delivers: a latched message is not missed, in the new form."""
         session = self.session
         fresh = name not in session.subscriptions
         wishes = session.wishes(name, packet)
         if fresh:
             session.subscribed(name, packet)
-            self._listen(name, wishes)
+        self._listen(name, wishes)
         try:
             await self._in_graph(
                 self._shared.graph.subscribe, self.owner, name, packet.type, wishes.form
@@ -290,9 +290,10 @@ class Client:
             if fresh:
                 session.unsubscribed(name, UNSET)
                 self._stop_listening(name)
+            else:
+                self._listen(name, session.wishes(name))
             raise
         session.subscribed(name, packet)
-        self._listen(name, wishes)
         remark = session.remark(packet)
         if remark is not None:
             self.answer(remark)
@@ -310,7 +311,7 @@ class Client:
             await self._in_graph(graph.unsubscribe, self.owner, name)
         elif name in self.session.subscriptions:
             wishes = self.session.wishes(name)
-            await self._in_graph(graph.subscribe, self.owner, name, None, wishes.form)
+            await self._in_graph(graph.change_form, self.owner, name, wishes.form)
             self._listen(name, wishes)
 
     def _stop_listening(self, name: str) -> None:

@@ -79,8 +79,11 @@ class Graph(GraphView, Protocol):
     def subscribe(self, owner: int, topic: str, type_name: str | None, form: Form) -> None:
         """Deliver ``topic`` in ``form`` from now on, latched messages included.
 
-        Again for the same client: the form has changed.
+        Again for the same client: the same, in the form that it wants now.
         """
+
+    def change_form(self, owner: int, topic: str, form: Form) -> None:
+        """Deliver ``topic`` to this client in another form from now on, and nothing once more."""
 
     def unsubscribe(self, owner: int, topic: str) -> None:
         """Deliver ``topic`` to this client no more."""

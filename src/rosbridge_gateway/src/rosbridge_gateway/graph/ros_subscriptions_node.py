@@ -58,7 +58,7 @@ class RosSubscriptions(RosView):
         self._leaving = Leaving()
 
     def subscribe(self, owner: int, topic: str, type_name: str | None, form: Form) -> None:
-        """Share one rospy subscriber; a late comer gets the latched messages at once.
+        """Share one rospy subscriber; each subscription gets the latched messages at once.
 
         Made anew where the graph knows another type by now: who came before the first publisher
         may have been wrong about it, and has heard nothing.
@@ -80,16 +80,12 @@ class RosSubscriptions(RosView):
                 self.remark(other, f"{topic} has type {kind}, not {held}: it comes as {kind} now")
             return
         with shared.lock:
-            is_new = owner not in shared.forms
             shared.forms[owner] = form
-            if is_new:
-                alive = {
-                    connection.callerid_pub for connection in shared.subscriber.impl.connections
-                }
-                for caller, message in shared.latched.items():
-                    if caller in alive:
-                        message.frames(form)
-                        self.deliver(topic, message, owner)
+            alive = {connection.callerid_pub for connection in shared.subscriber.impl.connections}
+            for caller, message in shared.latched.items():
+                if caller in alive:
+                    message.frames(form)
+                    self.deliver(topic, message, owner)
 
     def _share(self, topic: str, converter: Converter, forms: dict[int, Form]) -> None:
         """Open the subscriber of these clients."""
@@ -103,6 +99,12 @@ class RosSubscriptions(RosView):
             tcp_nodelay=True,
         )
         self._subscriptions[topic] = shared
+
+    def change_form(self, owner: int, topic: str, form: Form) -> None:
+        """Deliver a topic to a client in another form from now on."""
+        shared = self._subscriptions[topic]
+        with shared.lock:
+            shared.forms[owner] = form
 
     def unsubscribe(self, owner: int, topic: str) -> None:
         """Leave a shared subscriber; the last one closes it."""
