@@ -186,6 +186,10 @@ class Graph:
         """Know none."""
         return ""
 
+    def helped(self) -> float:
+        """Say that nobody helped."""
+        return 0.0
+
 
 class Parameters:
     """A parameter server in memory; names as they are written."""

@@ -92,7 +92,10 @@ def calls() -> Iterator[bytes]:
 
 def questions() -> Iterator[bytes]:
     """Ask what is long to answer."""
-    names = ("topics_and_raw_types", "nodes", "get_param_names", "services", "topics")
+    names = (
+        *("topics_and_raw_types", "nodes", "get_param_names", "services", "topics"),
+        *("services_for_type", "service_providers"),
+    )
     yield from itertools.cycle(
         [packet(op="call_service", service=f"/rosapi/{name}", fragment_size=1) for name in names]
     )

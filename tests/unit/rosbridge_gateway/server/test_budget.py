@@ -86,6 +86,17 @@ def test_pings_without_end_are_paid_for(make_cell: MakeCell) -> None:
     assert other.time()["result"]
 
 
+def test_time_of_threads_that_help_a_call_is_charged(
+    cell: Cell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A page that asks for all services of a type makes as many threads ask."""
+    monkeypatch.setattr(cell.graph, "helped", lambda: 1000.0)
+    greedy = page(cell)
+    assert greedy.ask(op="call_service", service="/rosapi/nodes")["result"]
+    (client,) = cell.server._clients.values()
+    wait_until(lambda: client._connection.wait() > 1000.0, DEADLINE, "the debt of a page")
+
+
 def waits_at_the_door(cell: Cell, origin: str) -> bool:
     """Return whether a page of an origin that knocks waits for half a handshake."""
     begun = time.monotonic()

@@ -226,7 +226,7 @@ class Calls:
             try:
                 return ask()
             finally:
-                spent.append(time.thread_time() - begun)
+                spent.append(time.thread_time() - begun + shared.graph.helped())
 
         if before is not None:
             await before.wait()

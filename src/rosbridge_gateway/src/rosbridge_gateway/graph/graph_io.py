@@ -42,8 +42,8 @@ Ask = Callable[[dict[str, Any]], "Future[dict[str, Any]]"]
 class Graph(GraphView, Protocol):
     """The ROS side.
 
-    All but ``publish``, ``now``, ``service_call`` and what rosapi asks run in one thread of their
-    own, in order.
+    All run in one thread of their own, in order, but ``publish``, ``now``, ``service_call``,
+    ``helped`` and what rosapi asks.
     """
 
     def publishing_nodes(self, topic: str) -> list[str]:
@@ -51,6 +51,9 @@ class Graph(GraphView, Protocol):
 
     def offering_nodes(self, service: str) -> list[str]:
         """Return which nodes offer ``service`` now, this one left out."""
+
+    def helped(self) -> float:
+        """Return the processor time [s] of other threads for this one since it asked last."""
 
     def advertise(
         self, owner: int, topic: str, type_name: str | None, latch: bool, queue_size: int

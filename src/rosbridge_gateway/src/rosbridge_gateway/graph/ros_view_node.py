@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -32,6 +34,8 @@ class RosView:
         self.parameters: ParameterServer = RosParameters()
         self.find_message: FindClass = roslib.message.get_message_class
         self.find_service: FindClass = roslib.message.get_service_class
+        # By calling thread, what others have computed for it since it asked last.
+        self._others = threading.local()
 
     def topic_types(self) -> dict[str, str]:
         """Return the types of all topics, also of those that nobody uses any longer."""
@@ -45,7 +49,15 @@ class RosView:
     def service_types(self, services: list[str]) -> dict[str, str]:
         """Return the types of services: each is asked, empty for one that does not tell."""
         with ThreadPoolExecutor(_PROBES, "gateway_probe") as threads:
-            return dict(zip(services, threads.map(_type_of, services)))
+            found = dict(zip(services, threads.map(_type_of, services)))
+        self._others.seconds = self.helped() + sum(seconds for _, seconds in found.values())
+        return {service: kind for service, (kind, _) in found.items()}
+
+    def helped(self) -> float:
+        """Return the processor time [s] of other threads for this one since it asked last."""
+        seconds: float = getattr(self._others, "seconds", 0.0)
+        self._others.seconds = 0.0
+        return seconds
 
     def service_address(self, service: str) -> str:
         """Return where a service is, as rosrpc://host:port, empty if there is none."""
@@ -111,11 +123,14 @@ def ask_master(method: str, *args: Any) -> Any:
         raise GraphError(f"roscore does not answer: {error}") from error
 
 
-def _type_of(service: str) -> str:
+def _type_of(service: str) -> tuple[str, float]:
+    """Return the type of a service, and the processor time [s] that this thread took to ask."""
+    begun = time.thread_time()
     try:
-        return service_type(service, _PROBE_TIMEOUT)
+        kind = service_type(service, _PROBE_TIMEOUT)
     except ServiceError:
-        return ""
+        kind = ""
+    return kind, time.thread_time() - begun
 
 
 def _absolute(name: str) -> str:
