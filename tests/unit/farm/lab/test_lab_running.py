@@ -9,7 +9,8 @@ from random import Random
 import msgspec
 import pytest
 from farm.lab.plan import Plan, jobs_of
-from farm.lab.results_io import LabError, begin, read_plan, result_of
+from farm.lab.results_io import MADE_BY, LabError, begin, read_plan, result_of
+from farm.lab.running_io import made_by
 from harness.machines.lab_project import JOBS, STEADY, Lab
 
 PLAN = Plan("judge", ("1,2,3",), (), 8, 5.0, None, 0)
@@ -56,11 +57,11 @@ def test_a_job_that_is_killed_runs_once_more(lab: Lab) -> None:
 
 def test_a_folder_holds_one_plan(tmp_path: Path) -> None:
     """So that results of two are never mixed."""
-    begin(tmp_path, PLAN)
-    begin(tmp_path, PLAN)
+    begin(tmp_path, PLAN, "version 1")
+    begin(tmp_path, PLAN, "version 1")
     assert read_plan(tmp_path) == PLAN
     with pytest.raises(LabError, match="is another plan"):
-        begin(tmp_path, msgspec.structs.replace(PLAN, seed=1))
+        begin(tmp_path, msgspec.structs.replace(PLAN, seed=1), "version 1")
     with pytest.raises(LabError, match="is no plan of the lab"):
         read_plan(tmp_path / "nothing")
     for name in ("plan.json", "0000_0000.json"):
@@ -69,6 +70,26 @@ def test_a_folder_holds_one_plan(tmp_path: Path) -> None:
         read_plan(tmp_path)
     # A result that cannot be read was not run.
     assert result_of(tmp_path, jobs_of(PLAN, Random)[0]) is None
+
+
+def test_a_folder_holds_results_of_one_version_robot_and_plant(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else those of another would be returned as its own. A folder of before goes on."""
+    monkeypatch.setenv("CELL_ROOT", str(tmp_path))
+    folder = tmp_path / "results"
+    begin(folder, PLAN, first := made_by())
+    begin(folder, PLAN, made_by())
+    monkeypatch.setenv("SCARA_PLANT", "soft")
+    assert made_by() == f"{first}, SCARA_PLANT soft"
+    said = f"results are of {first}, more would be of {made_by()}: name another folder"
+    with pytest.raises(LabError, match=said):
+        begin(folder, PLAN, made_by())
+    (tmp_path / "src").mkdir()
+    (tmp_path / "src" / "one.py").touch()
+    assert not made_by().startswith(first)
+    (folder / MADE_BY).unlink()
+    begin(folder, PLAN, made_by())
 
 
 @pytest.mark.thorough

@@ -147,11 +147,11 @@ def _run(folder: Path, plan: Plan, workers: int | None, scheduler: str) -> list[
         LabError: The lab cannot go on; what was done is kept.
     """
     jobs = jobs_of(plan, Random)
-    begin(folder, plan)
     # Imported late, here and below: dask takes half a second, and a wrong word needs none of it.
     from farm.lab.cluster_io import connected
-    from farm.lab.running_io import run
+    from farm.lab.running_io import made_by, run
 
+    begin(folder, plan, made_by())
     try:
         with (
             Progress(console=Console(stderr=True), transient=True) as progress,

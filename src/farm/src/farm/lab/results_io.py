@@ -1,4 +1,4 @@
-"""What the lab keeps in a folder: its plan, and what each job said.
+"""What the lab keeps in a folder: its plan, by what it is done, and what each job said.
 
 What is in the folder already is not run again, so a lab that was interrupted goes on where it was.
 """
@@ -13,6 +13,8 @@ from scara_config.files.whole_file import write_whole
 from farm.lab.plan import Job, Plan
 
 PLAN = "plan.json"
+MADE_BY = "made_by.txt"
+"""File that says by which version of the project, robot and plant the results are."""
 RESULTS = "results.jsonl"
 """File with all results of a plan, in the order of its jobs."""
 
@@ -41,19 +43,33 @@ class Result(msgspec.Struct, frozen=True):
     complained: str
 
 
-def begin(folder: Path, plan: Plan) -> None:
-    """Keep the plan in the folder.
+def begin(folder: Path, plan: Plan, made_by: str) -> None:
+    """Keep the plan in the folder, and beside it what else its results depend on.
+
+    Args:
+        folder: Of the results.
+        plan: What is asked for.
+        made_by: See :func:`farm.lab.running_io.made_by`.
 
     Raises:
-        LabError: The folder cannot be used, or holds another plan.
+        LabError: The folder cannot be used, or holds another plan, or results of another version,
+            robot or plant.
     """
-    file = folder / PLAN
+    file, beside, now = folder / PLAN, folder / MADE_BY, made_by.encode()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if file.exists():
             if read_plan(folder) != plan:
                 raise LabError(f"{file}: is another plan: name another folder")
+            # A lab that was begun before this was kept goes on.
+            if beside.exists() and (then := beside.read_bytes()) != now:
+                raise LabError(
+                    f"{beside}: results are of {then.decode(errors='replace')}, more would be of "
+                    f"{made_by}: name another folder"
+                )
             return
+        # First: a plan without it would be one of before.
+        write_whole(beside, now)
         write_whole(file, msgspec.json.encode(plan))
     except OSError as error:
         raise LabError(f"{folder}: {error.strerror}") from error

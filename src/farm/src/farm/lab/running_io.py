@@ -89,6 +89,21 @@ def version_of(folder: Path) -> str:
     return f"{whole.hexdigest()[:12]}, Python {python}"
 
 
+def settings_here() -> dict[str, str]:
+    """Return those of :data:`SETTINGS` that are set."""
+    return {name: os.environ[name] for name in SETTINGS if os.environ.get(name)}
+
+
+def made_by() -> str:
+    """Return in words by what jobs are done: version of the project, and robot and plant if chosen.
+
+    Raises:
+        LabError: A file of the project cannot be read.
+    """
+    chosen = (f"{name} {value}" for name, value in settings_here().items())
+    return ", ".join((f"version {version_of(workspace())}", *chosen))
+
+
 def differs(version: str, who: str, theirs: str) -> str:
     """Return why nobody of another version does a job."""
     return (
@@ -247,7 +262,7 @@ def run(
         told(result)
     # The last one first, since pop takes from the end.
     waiting = [job for job in reversed(jobs) if known[job.name] is None]
-    settings = {name: os.environ[name] for name in SETTINGS if os.environ.get(name)}
+    settings = settings_here()
     # A worker of another machine offers its version as a resource: dask gives jobs to equal ones
     # alone.
     needs = {version: 1} if version else None
