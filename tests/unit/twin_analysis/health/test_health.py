@@ -319,10 +319,12 @@ def recorded(
     tells: bool = True,
     vacuum: float = 0.2,
     names: Sequence[str] = ("joint_1", "joint_2"),
+    silent: tuple[float, float] = (0.0, 0.0),
 ) -> Path:
     """Write a recording of two joints that swing, the first with so much friction.
 
-    The robot grips once, and has its vacuum after so many seconds.
+    The robot grips once, and has its vacuum after so many seconds. The twin tells nothing between
+    two times [s].
     """
     maker, worn, healthy = BagMaker(), swing(2.0, friction, friction), swing(2.0, 5.0, 5.0)
     torques = np.stack([worn.torques[:, 0], healthy.torques[:, 1]], axis=1)
@@ -333,6 +335,8 @@ def recorded(
             ("twin/joint_states", worn.wanted[k], torques[k, :0]),
         ):
             kind = "sensor_msgs/msg/JointState"
+            if topic.startswith("twin") and silent[0] < worn.times[k] < silent[1]:
+                continue
             maker.add(worn.times[k], topic, kind, header, list(names), q, 0.0 * q, effort)
     state = "scara_msgs/msg/TwinControllerState"
     maker.store.register(get_types_from_msg("std_msgs/Header header\nstring real_gripper", state))
@@ -347,7 +351,7 @@ def test_recordings_of_a_cycle_say_what_has_changed(tmp_path: Path) -> None:
     week = [str(healthy)] * LEAST
     found = CliRunner().invoke(app, [*week, *[str(worn)] * 7])
     assert found.exit_code == 1 and "worn.bag: joint_1 needs 4" in found.output, found.output
-    assert read_cycle(worn)[1].vacuum_s == pytest.approx(0.2)
+    assert read_cycle(worn, 0.05)[1].vacuum_s == pytest.approx(0.2)
     leaks = recorded(tmp_path / "leaks.bag", 5.0, vacuum=0.3)
     found = CliRunner().invoke(app, [*week, *[str(leaks)] * 7])
     assert found.exit_code == 1 and "leaks.bag: the vacuum takes 50 %" in found.output
@@ -363,4 +367,15 @@ def test_recordings_of_a_cycle_say_what_has_changed(tmp_path: Path) -> None:
     assert "other.bag: has joint_9, which robot.yaml of " in found.output.replace("\n", "")
     mute = recorded(tmp_path / "mute.bag", 5.0, tells=False)
     with pytest.raises(TorqueError, match="told no efforts: its map has no motor_torque"):
-        read_cycle(mute)
+        read_cycle(mute, 0.05)
+
+
+def test_what_the_twin_did_not_tell_is_left_out_and_said(tmp_path: Path) -> None:
+    """It did not stand still meanwhile: its end is left out, and a hole ends the command."""
+    ends = recorded(tmp_path / "ends.bag", 5.0, silent=(7.5, 11.0))
+    found = CliRunner().invoke(app, [str(ends)] * LEAST)
+    assert "ends.bag: 2.5 s are left out, in which the twin told nothing" in found.output
+    holed = recorded(tmp_path / "holed.bag", 5.0, silent=(2.0, 4.0))
+    found = CliRunner().invoke(app, [str(holed)] * LEAST)
+    assert found.exit_code == 3, found.output
+    assert "holed.bag: the twin told nothing for 2.0" in found.output.replace("\n", "")

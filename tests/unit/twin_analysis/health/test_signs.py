@@ -10,6 +10,7 @@ from twin_analysis.health.readings import JointReadings, cycle_of
 from twin_analysis.health.signs import CycleSignals, TorqueError, _play, signs_of
 
 DT, FASTEST = 0.004, 2.0
+GAP_S = 0.05
 FAST, SLOW, REST = 0.4, 0.04, 0.0
 """Speeds [rad/s]: that of a move that tells friction, of one that shows play, and none."""
 RUBS, INERTIA = 5.0, 2.0
@@ -112,8 +113,34 @@ def test_a_cycle_is_read_from_the_robots_first_reading_on() -> None:
     twin_t = 4.0 + 0.004 * np.arange(1000)
     real = JointReadings(("a", "b"), t, np.column_stack((t, 2.0 * t)), np.ones((200, 2)))
     twin = JointReadings(("b", "c"), twin_t, np.column_stack((3.0 * twin_t, twin_t)), np.ones(0))
-    names, cycle = cycle_of(real, twin)
+    names, cycle = cycle_of(real, twin, GAP_S)
     assert names == ("b",)
     assert cycle.times[:3] == pytest.approx([0.0, 0.01, 0.02]) and len(cycle.times) in (199, 200)
     assert cycle.measured[:, 0] == pytest.approx(2.0 * (5.0 + cycle.times))
     assert cycle.wanted[:, 0] == pytest.approx(3.0 * (5.0 + cycle.times))
+
+
+def side(*parts: tuple[float, float], dt: float = DT) -> JointReadings:
+    """Return a side whose joint is at its time [rad], and is read from when to when [s]."""
+    t = np.concatenate([np.arange(begin, end, dt) for begin, end in parts])
+    return JointReadings(("a",), t, t[:, None], np.ones((len(t), 1)))
+
+
+def test_a_cycle_ends_with_the_side_that_ends_first() -> None:
+    """The other one did not stand still; nor did it before it was heard."""
+    _, cycle = cycle_of(side((0.0, 2.0)), side((0.5, 1.5)), GAP_S)
+    assert cycle.times[-1] == pytest.approx(1.0, abs=2.0 * DT)
+    assert cycle.wanted == pytest.approx(cycle.measured)
+    with pytest.raises(TorqueError, match="less than 100 samples of both sides at once"):
+        cycle_of(side((0.0, 1.0)), side((0.7, 2.0)), GAP_S)
+
+
+def test_a_hole_in_a_side_is_no_way_that_it_went() -> None:
+    """Also where the other side begins within it; one that nobody asks about is none."""
+    whole, holed = side((0.0, 2.0)), side((0.0, 0.5), (0.8, 2.0))
+    for who, sides in (("robot", (holed, whole)), ("twin", (whole, holed))):
+        with pytest.raises(TorqueError, match=f"the {who} told nothing for 0.30 s, allowed are"):
+            cycle_of(*sides, GAP_S)
+    with pytest.raises(TorqueError, match="the twin told nothing"):
+        cycle_of(side((0.6, 2.0)), holed, GAP_S)
+    cycle_of(side((1.0, 2.0)), holed, GAP_S)

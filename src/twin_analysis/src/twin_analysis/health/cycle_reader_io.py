@@ -14,21 +14,29 @@ from twin_analysis.health.signs import CycleSignals, TorqueError
 REAL, TWIN, STATE = "real/joint_states", "twin/joint_states", "twin_controller/state"
 
 
-def read_cycle(path: Path) -> tuple[tuple[str, ...], CycleSignals]:
-    """Return the joints of both sides in a recording, and its signals.
+def read_cycle(path: Path, longest_gap: float) -> tuple[tuple[str, ...], CycleSignals, float]:
+    """Return the joints of both sides in a recording, its signals, and what they leave out.
+
+    Args:
+        path: The recording.
+        longest_gap: See :func:`twin_analysis.health.readings.cycle_of`.
+
+    Returns:
+        Joints, signals, and for how long the robot was recorded without the twin [s].
 
     Raises:
         BagError: It cannot be read, or lacks a side.
-        TorqueError: The robot told no efforts, or too little was recorded.
+        TorqueError: See :func:`twin_analysis.health.readings.cycle_of`.
     """
     with open_bag(path) as bag:
         bag.require((REAL, TWIN))
         real, twin = (_joints([said for _, said in bag.messages(name)]) for name in (REAL, TWIN))
         grips = [(_time(said), said.real_gripper) for _, said in bag.messages(STATE)]
     try:
-        return cycle_of(real, twin, grips)
+        names, cycle = cycle_of(real, twin, longest_gap, grips)
     except TorqueError as error:
         raise TorqueError(f"{path}: {error}") from error
+    return names, cycle, float(np.ptp(real.times) - np.ptp(cycle.times))
 
 
 def _joints(messages: list[Any]) -> JointReadings:

@@ -14,7 +14,8 @@ from typing import Annotated
 
 import typer
 from cell_recorder.reading.bag_reader_io import BagError
-from scara_config import ConfigError, load_robot
+from scara_config import ConfigError, load_robot, locate
+from scara_config.loader import load_keys
 from scara_ros.shell.command_line_io import CommandLine
 from scara_ros.shell.program_io import UNUSABLE, WRONG
 
@@ -41,11 +42,15 @@ def health(
     if len(bags) < week:
         raise typer.BadParameter(f"{len(bags)} recordings: the first week alone needs {week}")
     robot = load_robot(config_dir)
+    file = locate("experiments.yaml", config_dir)
+    (longest_gap,) = load_keys(file, {"metrics.longest_gap_s": float})
     joints = facts_of(robot)
     names: tuple[str, ...] = ()
     signs: list[Signs] = []
     for path in bags:
-        found, cycle = read_cycle(path)
+        found, cycle, alone = read_cycle(path, longest_gap)
+        if alone > longest_gap:
+            print(f"{path.name}: {alone:.1f} s are left out, in which the twin told nothing")
         names = names or found
         if found != names:
             raise BagError(f"{path}: has joints {', '.join(found)}, others {', '.join(names)}")

@@ -34,19 +34,24 @@ class JointReadings:
 
 
 def cycle_of(
-    real: JointReadings, twin: JointReadings, gripper: Sequence[tuple[float, str]] = ()
+    real: JointReadings,
+    twin: JointReadings,
+    longest_gap: float,
+    gripper: Sequence[tuple[float, str]] = (),
 ) -> tuple[tuple[str, ...], CycleSignals]:
-    """Return the joints that both sides have, and one cycle.
+    """Return the joints that both sides have, and one cycle, as long as both told theirs.
 
     The twin is what the robot is held to: it leads, or it follows a lag that is the same each day.
 
     Args:
         real: Of the robot.
         twin: Of the twin.
+        longest_gap: Readings further apart than this [s] leave a hole.
         gripper: Times [s] and words of the robot's gripper, as in TwinControllerState.
 
     Raises:
-        TorqueError: The robot told no efforts, too little was read, or they share no joint.
+        TorqueError: The robot told no efforts, too little was read, there is a hole in it, or they
+            share no joint.
     """
     if min(len(real.times), len(twin.times)) < LEAST:
         raise TorqueError(f"less than {LEAST} samples of a side")
@@ -56,9 +61,23 @@ def cycle_of(
     if not names:
         raise TorqueError("the two sides have no joint in common")
     of_real, of_twin = ([side.names.index(name) for name in names] for side in (real, twin))
-    # The median: a gap in the recording must not make the steps longer.
-    begin, step = real.times[0], float(np.median(np.diff(real.times)))
-    even = np.arange(begin, real.times[-1], step)
+    # From when on both told something until one ended: nobody stood still for the other's sake.
+    begin = max(real.times.min(), twin.times.min())
+    end = min(real.times.max(), twin.times.max())
+    for who, side in (("robot", real), ("twin", twin)):
+        times = np.sort(side.times)
+        holes = (np.diff(times) > longest_gap) & (times[1:] > begin) & (times[:-1] < end)
+        if holes.any():
+            # What was not recorded would be taken for a straight way, and told as wear.
+            raise TorqueError(
+                f"the {who} told nothing for {np.diff(times)[holes].max():.2f} s, allowed are "
+                f"{longest_gap:g} s"
+            )
+    # The median: a robot that is read a little late now and then has the same steps.
+    step = float(np.median(np.diff(real.times)))
+    even = np.arange(begin, end, step)
+    if len(even) < LEAST:
+        raise TorqueError(f"less than {LEAST} samples of both sides at once")
     return names, CycleSignals(
         even - begin,
         _at(even, twin.times, twin.measured[:, of_twin]),

@@ -59,9 +59,12 @@ REAL, TWIN, STATE = "real/joint_states", "twin/joint_states", "twin_controller/s
 class HealthWatch:
     """Takes cycles as they end; a thread of its own looks at each."""
 
-    def __init__(self, joints: JointFacts, file: Path, every_s: float, week_s: float) -> None:
+    def __init__(
+        self, joints: JointFacts, file: Path, every_s: float, week_s: float, longest_gap: float
+    ) -> None:
         """Read what is kept, then subscribe."""
         self._joints, self._file, self._week_s = joints, file, week_s
+        self._longest_gap = longest_gap
         self._lock = threading.Lock()
         self._taking = Taking(every_s)
         self._taken: HeardCycle | None = None
@@ -177,7 +180,8 @@ class HealthWatch:
         try:
             states = [TwinControllerState().deserialize(raw) for raw in heard[STATE]]
             grips = [(said.header.stamp.to_sec(), said.real_gripper) for said in states]
-            names, cycle = cycle_of(joints_of(heard[REAL]), joints_of(heard[TWIN]), grips)
+            sides = joints_of(heard[REAL]), joints_of(heard[TWIN])
+            names, cycle = cycle_of(*sides, self._longest_gap, grips)
             signs = signs_of(cycle, self._joints.of(names).fastest)
         except TorqueError as error:
             return str(error)
@@ -230,6 +234,7 @@ def main() -> None:
     with starting("health_watch", ValueError) as folder:
         robot, layout = load_robot(folder), load_modbus_map(folder)
         (host,) = load_keys(locate("twin_controller.yaml", folder), {"real.host": str})
+        (gap,) = load_keys(locate("experiments.yaml", folder), {"metrics.longest_gap_s": float})
         every_s = float(rospy.get_param("~every_s", EVERY_S))
         week_s = float(rospy.get_param("~week_s", WEEK_S))
     if layout.find("motor_torque") is None:
@@ -239,7 +244,7 @@ def main() -> None:
     runs = runs_folder(rospy.get_param("~directory", "")).resolve()
     name = week_file(robot.name, chosen_plant(), host)
     file = runs / FOLDER / cell_of(rospy.get_namespace()) / name
-    HealthWatch(facts_of(robot), file, every_s, week_s)
+    HealthWatch(facts_of(robot), file, every_s, week_s, gap)
     rospy.loginfo("health_watch is ready")
     keep_for_good()
     wait_for_end()
