@@ -43,16 +43,28 @@ def test_a_progress_bar_is_for_a_terminal(monkeypatch: pytest.MonkeyPatch, termi
     assert ("mm rms" in console.file.getvalue()) is terminal  # type: ignore[attr-defined]
 
 
-def recorded_of(names: list[str], told: list[str], path: Path) -> Path:
-    """Write half a second of following by joints ``names``, and of a robot that tells ``told``."""
+def recorded_of(
+    names: list[str],
+    told: list[str],
+    path: Path,
+    begin: float = 1.2,
+    silent: tuple[str, float, float] = ("", 0.0, 0.0),
+) -> Path:
+    """Write half a second of following by joints ``names``, and of a robot that tells ``told``.
+
+    The robot tells it from ``begin`` [s] on; a topic is ``silent`` between two times [s].
+    """
     maker = BagMaker()
     point, kind = "trajectory_msgs/msg/JointTrajectoryPoint", "trajectory_msgs/msg/JointTrajectory"
     zeros, none = np.zeros(len(names)), maker.store.types["builtin_interfaces/msg/Duration"](0, 0)
     for k in range(50):
         points = [maker.store.types[point](zeros, zeros, zeros, np.zeros(0), none)]
         maker.add(1.0 + 0.01 * k, FOLLOW, kind, maker.header(1.0 + 0.01 * k), names, points)
-    stamps, rows = 1.2 + 0.01 * np.arange(30), np.zeros((30, len(told)))
+    stamps = begin + 0.01 * np.arange(round(100.0 * (1.5 - begin)))
+    rows = np.zeros((len(stamps), len(told)))
     maker.joint_states(TRUTH, told, stamps, rows, rows)
+    topic, since, until = silent
+    maker.samples = [s for s in maker.samples if s.topic != topic or not since < s.at < until]
     return maker.write(path)
 
 
@@ -62,7 +74,29 @@ def test_positions_that_begin_after_the_stream_are_no_recording(tmp_path: Path) 
     bag = recorded_of(names, names, tmp_path / "run.bag")
     text = r"ground_truth is recorded from 0.20 to 0.49 s, but the twin follows from .* on: record"
     with open_bag(bag) as opened, pytest.raises(BagError, match=text):
-        read_recording(opened, names, 0.005)
+        read_recording(opened, names, 0.005, 0.05)
+
+
+@pytest.mark.parametrize("topic", [FOLLOW, TRUTH])
+def test_instants_in_a_hole_are_not_fitted(tmp_path: Path, topic: str) -> None:
+    """The twin had nothing to follow there, or nobody knows where the robot was."""
+    names = ["joint_1", "joint_2"]
+    bag = recorded_of(names, names, tmp_path / "run.bag", 0.98, (topic, 1.205, 1.305))
+    with open_bag(bag) as opened:
+        found = read_recording(opened, names, 0.005, 0.05)
+    steps = np.diff(found.times)
+    (hole,) = steps[steps > 0.006]
+    assert hole == pytest.approx(0.11, abs=0.01) and len(found.real) == len(found.times)
+    assert found.times[0] == 0.0 and found.times[-1] > 0.45
+
+
+def test_positions_with_a_hole_where_the_stream_begins_are_no_recording(tmp_path: Path) -> None:
+    """Nobody knows from where the twin has to set out."""
+    names = ["joint_1", "joint_2"]
+    bag = recorded_of(names, names, tmp_path / "run.bag", 0.98, (TRUTH, 0.985, 1.205))
+    text = "ground_truth has a hole at 0.02 s, where the twin begins to follow: record it again"
+    with open_bag(bag) as opened, pytest.raises(BagError, match=text):
+        read_recording(opened, names, 0.005, 0.05)
 
 
 @pytest.mark.parametrize("topic", [FOLLOW, TRUTH])
@@ -75,7 +109,7 @@ def test_joints_that_a_recording_lacks_are_named_with_those_that_it_has(
     bag = recorded_of(*held, tmp_path / "run.bag")
     text = f"{topic} has joint_1, joint_9; the twin of this robot has joint_1, joint_2"
     with open_bag(bag) as opened, pytest.raises(BagError, match=text):
-        read_recording(opened, names, 0.005)
+        read_recording(opened, names, 0.005, 0.05)
 
 
 def test_a_recording_of_another_robot_is_refused(tmp_path: Path) -> None:
@@ -87,6 +121,22 @@ def test_a_recording_of_another_robot_is_refused(tmp_path: Path) -> None:
     done = CliRunner().invoke(fit_twin.app, [str(bag), "--config-dir", str(CONFIG)])
     assert done.exit_code == 2, done.output
     assert "recorded of fanuc_sr3ia; this is fanuc_sr6ia: fit it with SCARA_ROBOT" in done.output
+
+
+def test_what_a_damaged_recording_lacks_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Before anything is fitted to the rest."""
+
+    def choose(*_: Any) -> Choice:
+        raise BagError("no joint of the arm moved")
+
+    monkeypatch.setattr(fit_twin, "read_recording", lambda *_: None)
+    monkeypatch.setattr(fit_twin, "choose", choose)
+    bag = BagMaker().write(tmp_path / "run.bag")
+    (tmp_path / "run.part0003.bag").write_bytes(b"")
+    done = CliRunner().invoke(fit_twin.app, [str(bag), "--config-dir", str(CONFIG)])
+    assert "Not read: run.part0002.bag: there is no such part" in done.output, done.output
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from scara_config import ConfigError, Robot, config_directory, load_robot, locate
+from scara_config.loader import load_keys
 from scara_config.profile import robot_folder
 from scara_config.writer import changed_text, replace_file
 from scara_control.kinematics.screws import ScrewModel, tool_positions
@@ -28,6 +29,7 @@ from scara_ros.shell.program_io import WRONG
 from scara_simulation.config import load_gains, load_simulation
 from scara_simulation.world_io import World
 from twin_controller.config import load_twin_controller
+from twin_experiments.report.label.sentence import missing_sentence
 
 from twin_analysis.fit.offline_twin_io import SNAPSHOT_STEPS, OfflineTwin
 from twin_analysis.fit.recording_io import Recording, check_robot, read_recording
@@ -67,14 +69,18 @@ def fit(
     with open_bag(bag) as opened:
         check_robot(opened, robot.name)
         simulation = load_simulation(robot, folder)
-        recording = read_recording(
-            opened, [j.name for j in robot.twin_joints], SNAPSHOT_STEPS * simulation.dt
-        )
+        file = locate("experiments.yaml", folder)
+        (longest_gap,) = load_keys(file, {"metrics.longest_gap_s": float})
+        names = [joint.name for joint in robot.twin_joints]
+        recording = read_recording(opened, names, SNAPSHOT_STEPS * simulation.dt, longest_gap)
+        # Only who has read it knows what is missing of it.
+        if opened.missing:
+            console.print(missing_sentence(opened.missing), markup=False, soft_wrap=True)
     start = load_model(robot, folder)
     choice = choose(robot, recording)
     found = search(robot, folder, recording, start, choice, held_out, simulations, console)
     show(console, robot, choice, start, found)
-    values = yaml_values(found.model, choice, [j.name for j in robot.twin_joints])
+    values = yaml_values(found.model, choice, names)
     worse = found.after[1].rms_mm > found.before[1].rms_mm
     written = propose(console, folder, values, write and not worse)
     said = "nothing was written; --write does"

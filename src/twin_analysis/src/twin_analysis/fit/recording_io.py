@@ -11,6 +11,7 @@ from cell_recorder.reading.bag_reader_io import Bag, BagError
 from ruamel.yaml import YAML
 from scara_control.joint_motion import JointMotion
 from scipy.interpolate import CubicHermiteSpline
+from twin_experiments.metrics.series import gaps_between, known_at
 from twin_experiments.report.run_reader_io import read_configuration
 
 from twin_analysis.fit.offline_twin_io import Packet
@@ -20,6 +21,7 @@ replace = msgspec.structs.replace
 
 FOLLOW, TRUTH, MEASURED = "joint_pose_controller/follow", "real/ground_truth", "real/joint_states"
 GAP_S = 0.5
+"""A stream that pauses for longer begins anew. Our choice."""
 
 
 class Recording(msgspec.Struct, frozen=True):
@@ -31,7 +33,7 @@ class Recording(msgspec.Struct, frozen=True):
             does not tell.
         truth: True if the robot's positions are ground truth; else they are what the controller
             measured and dated.
-        times: Instants (m,).
+        times: Instants (m,), rising; those in holes are left out.
         real: The robot's joints at these instants (m, n), the twin's order, SI.
         moved: For each joint how far it moved, SI.
     """
@@ -67,17 +69,19 @@ def check_robot(bag: Bag, name: str) -> None:
         )
 
 
-def read_recording(bag: Bag, joints: Sequence[str], step: float) -> Recording:
+def read_recording(bag: Bag, joints: Sequence[str], step: float, longest_gap: float) -> Recording:
     """Read the longest uninterrupted stretch of following.
 
     Args:
         bag: The bag of a run in which the real robot led.
         joints: The twin's joints.
         step: Distance of the instants [s].
+        longest_gap: Packets or positions further apart than this [s] leave a hole, whose instants
+            are left out.
 
     Raises:
         BagError: There is no stream, or the robot's positions are missing, or begin after it, or
-            one of the two lacks a joint.
+            are not known where it begins, or one of the two lacks a joint.
     """
     bag.require([FOLLOW])
     origin = bag.start
@@ -104,7 +108,19 @@ def read_recording(bag: Bag, joints: Sequence[str], step: float) -> Recording:
             f"{bag.path}: {topic} is recorded from {spline.x[0]:.2f} to {spline.x[-1]:.2f} s, but "
             f"the twin follows from {begin:.2f} s on: record both from the start"
         )
-    times = times[: int(np.argmin(inside))] if not inside.all() else times
+    # Through a hole of the packets the twin goes its own way, of the positions nobody knows any.
+    arrived = np.array([packet.arrived for packet in stretch])
+    holes = (
+        *gaps_between("twin", arrived, longest_gap),
+        *gaps_between("real", spline.x, longest_gap),
+    )
+    known = inside & known_at(times + begin, holes)
+    if not known[0]:
+        raise BagError(
+            f"{bag.path}: {topic} has a hole at {begin:.2f} s, where the twin begins to follow: "
+            "record it again"
+        )
+    times = times[known]
     real = spline(times + begin)
     moved = tuple(float(value) for value in np.ptp(real, axis=0))
     shifted = tuple(

@@ -148,9 +148,14 @@ def interpolate(motion: Motion, instants: Array) -> tuple[Array, Array]:
 
 def find_gaps(motion: Motion, longest: float) -> tuple[SampleGap, ...]:
     """Return the holes between samples that are longer than ``longest`` [s]."""
-    widths = np.diff(motion.stamps)
+    return gaps_between(motion.side, motion.stamps, longest)
+
+
+def gaps_between(side: str, stamps: Array, longest: float) -> tuple[SampleGap, ...]:
+    """Return the holes of a side between stamps [s] that are further apart than ``longest`` [s]."""
+    widths = np.diff(stamps)
     return tuple(
-        SampleGap(motion.side, float(motion.stamps[i]), float(widths[i]))
+        SampleGap(side, float(stamps[i]), float(widths[i]))
         for i in np.flatnonzero(widths > longest)
     )
 
