@@ -15,8 +15,11 @@ import numpy as np
 import pytest
 from operator_panel.retelling.run_folders_io import list_runs
 from rich.console import Console
+from twin_experiments.metrics.errors import Comparison, Trace, summarize
+from twin_experiments.metrics.series import Aligned, Motion
 from twin_experiments.report.charts import BANDS, RED, chart_line, report_charts
 from twin_experiments.report.figures_io import draw_chart, write_figures
+from twin_experiments.report.paths_figure_io import draw_paths
 from twin_experiments.report.report_io import Report, analyse_bag, write_report
 from twin_experiments.run.terminal_node import print_report
 
@@ -363,6 +366,21 @@ def test_the_axis_of_time_holds_what_is_missing_at_the_end(make_bag: MakeBag) ->
     (band,) = [band for band in bands if band[2] == BANDS["gap"][0]]
     assert band[0] == pytest.approx(8.0, abs=0.01)
     assert {chart["to"] for chart in charts.values()} == {band[1]}
+
+
+def test_a_path_shows_its_largest_error_and_no_way_through_a_hole() -> None:
+    """Of two instants a piece, and between them a second in which nobody knows where it went."""
+    stamps = np.concatenate((np.arange(3000), np.arange(4000, 7000))) / 1000.0
+    place, apart = np.repeat(stamps[:, None], 3, axis=1), np.zeros(6000)
+    apart[4001] = 5.0
+    side, moving = Motion("real", stamps, place, place), np.ones(6000, dtype=bool)
+    aligned = Aligned(1000.0, ((0, 3000), (3000, 6000)), side, side, (), 7.0)
+    seen = Trace(aligned, place, place, apart, moving, moving)
+    figure = draw_paths(Comparison(seen, summarize(apart, 650.0), None, None, None, (), ()), {})
+    (lines,) = figure.axes[0].collections
+    assert lines.norm.vmax == lines.get_array().max() == 5.0
+    lengths = [np.ptp(piece[:, 0]) for piece in lines.get_segments()]
+    assert max(lengths) == pytest.approx(2.0) and sum(lengths) == pytest.approx(5998.0)
 
 
 @pytest.mark.usefixtures("without_figures")

@@ -36,16 +36,23 @@ def draw_paths(comparison: Comparison, positions: Mapping[str, Array]) -> Figure
     seen = comparison.trace
     figure = Figure(figsize=(10.5, 5.2))
     axes = figure.subplots(1, 2)
-    step = max(1, len(seen.deviation_mm) // MOST_POINTS)
-    tool, error = seen.real_tool[::step] * MM, seen.deviation_mm[::step]
+    tool, error = seen.real_tool * MM, seen.deviation_mm
+    step = max(1, len(error) // MOST_POINTS)
+    # Through a hole there is none: nobody knows the way there.
+    pieces = [
+        (at, min(at + step, last - 1))
+        for first, last in seen.aligned.segments
+        for at in range(first, last - 1, step)
+    ]
+    # A piece has the colour of its largest error: the end of the scale is seen on the path.
+    worst = np.array([error[at : to + 1].max() for at, to in pieces])
     norm = mpl.colors.Normalize(0.0, max(float(error.max()), LEAST_COLOR_MM))
     for axis, (across, up, title) in zip(axes, VIEWS):
         points = tool[:, [across, up]]
-        pieces = [*np.stack((points[:-1], points[1:]), axis=1)]
+        ways = [points[[at, to]] for at, to in pieces]
         # Starts above white: the ends of the path, where all is well, must be seen too.
-        lines = LineCollection(pieces, norm=norm, linewidth=3.0, cmap=COLORS)
-        # A piece has the colour of its end.
-        lines.set_array(error[1:])
+        lines = LineCollection(ways, norm=norm, linewidth=3.0, cmap=COLORS)
+        lines.set_array(worst)
         lines.set_capstyle("round")
         axis.add_collection(lines)
         # Mark the set positions with their names outside the path
