@@ -16,7 +16,8 @@ from scara_control.motion.jogging.jog import JogController
 from scara_control.motion.pose_control import PoseController
 from scara_control.motion.requests import Outcome
 from scara_control.trajectory.execution import Ended as Finished
-from scara_control.trajectory.goal import Goal
+from scara_control.trajectory.execution import Execution
+from scara_control.trajectory.goal import Goal, GoalError
 from scara_control.trajectory.goal_queue import GoalQueue
 from scara_simulation.command_desk import CommandDesk
 from scara_simulation.commands import CommandError, CommandGate
@@ -113,7 +114,13 @@ class TwinSide:
 
     def accept(self, goal: Goal) -> None:
         """Take a trajectory, as trajectory_server does; how it ends comes into ``ended``."""
-        self._trajectories.accept("goal", goal, self._now())
+        self._trajectories.accept("goal", self._checked(goal), self._now())
+
+    def _checked(self, goal: Goal) -> Execution | GoalError:
+        try:
+            return self._trajectories.draft(goal, self._now())()
+        except GoalError as error:
+            return error
 
     def _tick_trajectory(self) -> None:
         turn = self._trajectories.tick(self._now())
@@ -122,6 +129,8 @@ class TwinSide:
             self._stream(turn.packet)
         if turn.end_stream:
             self.lose_stream()
+        if turn.due is not None:
+            self._trajectories.begin(turn.due, self._checked(turn.due.goal), self._now())
 
     def _stream(self, setpoints: Setpoints) -> None:
         """Take a packet of streamed set points."""

@@ -15,12 +15,14 @@ from scara_config import load_robot
 from scara_control.config import load_motion
 from scara_control.motion.jogging.joint_vel_controller_node import JointVelController
 from scara_control.motion.joint_pose_controller_node import JointPoseController
+from scara_control.trajectory import execution
 from scara_control.trajectory.goal import Code
 from scara_control.trajectory.trajectory_server_node import TrajectoryServer
 from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import JointTrajectoryPoint
 
 from control_msgs.msg import FollowJointTrajectoryGoal, JointJog
-from scara_msgs.msg import MotionCommand
+from scara_msgs.msg import MotionCommand, MotionState
 
 ROBOT, CONFIG = load_robot(), load_motion()
 NAMES = [joint.name for joint in ROBOT.twin_joints]
@@ -95,6 +97,67 @@ def test_a_goal_whose_judgement_fails_unexpectedly_is_rejected(
     assert result.error_code == Code.INVALID_GOAL
     assert text == "trajectory_server failed: RuntimeError('a bug')"
     assert not server._judged
+
+
+def send_goal(server: TrajectoryServer, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Let a client send a good goal to a server that may begin one; return its handle."""
+    server._reader(reading(HERE, STILL))
+    server._on_motion_state(MotionState(state="idle", speed_limit_percent=100.0))
+    goal, handle = FollowJointTrajectoryGoal(), MagicMock()
+    goal.trajectory.joint_names = NAMES
+    place = JointTrajectoryPoint(positions=HERE, time_from_start=rospy.Duration(1))
+    goal.trajectory.points = [place]
+    handle.get_goal.return_value, handle.get_goal_id.return_value.id = goal, "a"
+    handle.goal.header.stamp = rospy.Time()
+    monkeypatch.setattr(server._judging, "put", lambda work: work())
+    allowed = SimpleNamespace(allowed=True, text="")
+    monkeypatch.setattr(server._gate, "ask", lambda *_, **__: allowed)
+    monkeypatch.setattr(server._lending, "say", lambda _: False)
+    server._on_goal(handle)
+    return handle
+
+
+@pytest.mark.parametrize("end", ["", "STOP", "PAUSE", "cancel"])
+def test_a_stop_that_comes_while_a_goal_is_checked_is_heard_and_the_goal_never_begins(
+    monkeypatch: pytest.MonkeyPatch, end: str
+) -> None:
+    """That of ten minutes takes seconds: nothing that stops, streams or measures waits for it."""
+    server, checked = TrajectoryServer(ROBOT, CONFIG), execution.check_way
+
+    def check(*arguments: Any) -> float:
+        assert not server._lock.locked()
+        if end == "cancel":
+            server._on_cancel(server._judged["a"])
+        elif end:
+            server._on_command(MotionCommand(command=getattr(MotionCommand, end), id=1))
+        server._reader(reading(HERE, STILL))
+        return checked(*arguments)
+
+    monkeypatch.setattr(execution, "check_way", check)
+    handle = send_goal(server, monkeypatch)
+    assert server._desk.is_idle == bool(end) and handle.set_accepted.called != bool(end)
+    assert handle.set_canceled.called == (end == "cancel")
+    if end in ("STOP", "PAUSE"):
+        assert handle.set_rejected.call_args[0][1] == f"cancelled by {end}, before it began"
+
+
+def test_a_goal_that_has_waited_is_checked_without_the_lock_and_accepted_when_it_begins(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Its client is told by the loop, which nothing streams meanwhile."""
+    server, checked = TrajectoryServer(ROBOT, CONFIG), execution.check_way
+    server._desk._quiet_until = server._clock.now() + 1e6
+    handle = send_goal(server, monkeypatch)
+    assert not handle.set_accepted.called and not server._desk.is_idle
+    server._desk._quiet_until = 0.0
+
+    def check(*arguments: Any) -> float:
+        assert not server._lock.locked()
+        return checked(*arguments)
+
+    monkeypatch.setattr(execution, "check_way", check)
+    server._tick(server._clock.now())
+    assert handle.set_accepted.called and not handle.set_rejected.called
 
 
 def test_the_trajectory_server_ignores_an_unknown_command() -> None:

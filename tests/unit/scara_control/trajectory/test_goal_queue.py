@@ -5,8 +5,10 @@ Streamed through the real pose controller to joints that obey.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import pytest
 from scara_config import load_robot
@@ -15,9 +17,10 @@ from scara_control.errors import ScaraControlError
 from scara_control.joint_motion import JointMotion, Setpoints
 from scara_control.motion.commands import Command
 from scara_control.motion.pose_control import PoseController
-from scara_control.trajectory.execution import Ended
+from scara_control.trajectory import execution
+from scara_control.trajectory.execution import Ended, Execution
 from scara_control.trajectory.goal import Code, Goal, GoalError
-from scara_control.trajectory.goal_queue import BLOCKING, GoalQueue
+from scara_control.trajectory.goal_queue import BLOCKING, GoalQueue, Waiting
 
 
 def waypoint(time, q, qdot=(), qddot=()):
@@ -77,10 +80,26 @@ class Bench:
             self.obey(packet)
         if turn.end_stream:
             self.pose.end_follow(self.now)
+        if turn.due is not None:
+            self.begin(turn.due)
         self.ended += turn.ended
-        self.begun += turn.begun
         self.rejected += turn.rejected
         self.trace.append((self.now, self.q))
+
+    def accept(self, key: str, goal: Goal, own: bool = False) -> bool:
+        """Check a goal and hand it in, as its server does."""
+        checked = self.desk.draft(goal, self.now, own)()
+        return self.desk.accept(key, checked, self.now, own)
+
+    def begin(self, due: Waiting) -> None:
+        """Check a goal that has waited and begin it, as its server does."""
+        checked: Execution | GoalError
+        try:
+            checked = self.desk.draft(due.goal, self.now, due.own)()
+        except GoalError as error:
+            checked = error
+        if self.desk.begin(due, checked, self.now):
+            self.begun.append(due.key)
 
     def obey(self, packet: Setpoints) -> None:
         """Put the named joints where the packet's first point is."""
@@ -109,23 +128,21 @@ def bench() -> Bench:
 
 def test_a_goal_is_streamed_to_its_end_and_succeeds(bench: Bench) -> None:
     """The joints are at the last point, the stream is ended, the pose controller is free again."""
-    assert bench.desk.accept("a", GOAL, bench.now)
+    assert bench.accept("a", GOAL)
     bench.run(0.5)
     assert bench.pose.report(bench.now).state == "following"
     ended = bench.until_ended()
     assert (ended.code, ended.cancelled) == (Code.SUCCESSFUL, False)
     assert bench.q == pytest.approx(THERE, abs=1e-9)
     assert bench.refused == 0
-    assert bench.desk.accept("b", Goal(NAMES, (waypoint(1.0, HERE),)), bench.now), (
-        "the twin is free at once"
-    )
+    assert bench.accept("b", Goal(NAMES, (waypoint(1.0, HERE),))), "the twin is free at once"
 
 
 def test_the_queue_is_idle_without_goals_only(bench: Bench) -> None:
     """Neither while one runs, nor while a client waits to hear that its goal never begins."""
     assert bench.desk.is_idle
-    bench.desk.accept("a", GOAL, bench.now)
-    bench.desk.accept("b", GOAL, bench.now)
+    bench.accept("a", GOAL)
+    bench.accept("b", GOAL)
     bench.desk.command(Command.STOP)
     bench.until_ended()
     assert [key for key, _ in bench.rejected] == ["b"]
@@ -135,7 +152,7 @@ def test_the_queue_is_idle_without_goals_only(bench: Bench) -> None:
 def test_a_goal_of_some_joints_leaves_the_others(bench: Bench) -> None:
     """Only what is named moves."""
     goal = Goal(("joint_2",), (waypoint(1.0, (0.6,)),))
-    bench.desk.accept("a", goal, bench.now)
+    bench.accept("a", goal)
     bench.run(0.3)
     feedback = bench.desk.feedback()
     assert feedback is not None
@@ -147,7 +164,7 @@ def test_a_goal_of_some_joints_leaves_the_others(bench: Bench) -> None:
 
 def test_the_cap_stretches_the_time_base(bench: Bench) -> None:
     """At a quarter of the peak speed the same way takes about four times as long."""
-    bench.desk.accept("a", GOAL, bench.now)
+    bench.accept("a", GOAL)
     ways = zip(HERE, THERE, ROBOT.twin_joints)
     peak = 100.0 * max(abs(b - a) / 0.5333 / joint.velocity for a, b, joint in ways)
     cap, begin = max(1.0, 0.25 * peak), bench.now
@@ -158,7 +175,7 @@ def test_the_cap_stretches_the_time_base(bench: Bench) -> None:
 
 def test_pause_freezes_on_the_path_and_resume_goes_on(bench: Bench) -> None:
     """Nothing moves while paused, and the goal still succeeds."""
-    bench.desk.accept("a", GOAL, bench.now)
+    bench.accept("a", GOAL)
     bench.run(0.6)
     bench.desk.command(Command.PAUSE)
     bench.run(0.6)
@@ -172,7 +189,7 @@ def test_pause_freezes_on_the_path_and_resume_goes_on(bench: Bench) -> None:
 
 def test_cancel_ramps_down_on_the_path(bench: Bench) -> None:
     """No jump: the speed falls within the acceleration limits, the end lies on the way."""
-    bench.desk.accept("a", GOAL, bench.now)
+    bench.accept("a", GOAL)
     bench.run(0.6)
     bench.desk.cancel("a")
     ended = bench.until_ended()
@@ -186,7 +203,7 @@ def test_cancel_ramps_down_on_the_path(bench: Bench) -> None:
 @pytest.mark.parametrize("command", [Command.STOP, Command.ESTOP])
 def test_a_stop_aborts_the_goal_with_its_reason(bench: Bench, command: Command) -> None:
     """The pose controller stops the joints, the client reads why."""
-    bench.desk.accept("a", GOAL, bench.now)
+    bench.accept("a", GOAL)
     bench.run(0.6)
     bench.pose.command(command, "somebody pressed it", bench.now)
     ended = bench.until_ended()
@@ -197,45 +214,45 @@ def test_a_stop_aborts_the_goal_with_its_reason(bench: Bench, command: Command) 
         with pytest.raises(
             GoalError, match=r"joint_pose_controller is estopped .*: RESET it first"
         ):
-            bench.desk.accept("b", GOAL, bench.now)
+            bench.accept("b", GOAL)
 
 
 def test_a_goal_right_after_a_stop_waits_until_a_stream_is_listened_to_again(bench: Bench) -> None:
     """A stream must have paused after a STOP, so the goal begins behind that pause."""
-    bench.desk.accept("a", GOAL, bench.now)
+    bench.accept("a", GOAL)
     bench.run(0.6)
     bench.pose.command(Command.STOP, "", bench.now)
     bench.until_ended()
     while bench.pose.report(bench.now).state != "idle":
         bench.step()
     refused = bench.refused
-    assert not bench.desk.accept("b", GOAL, bench.now)
+    assert not bench.accept("b", GOAL)
     assert bench.until_ended(2).code is Code.SUCCESSFUL
     assert bench.refused == refused and bench.begun == ["b"]
 
 
 def test_a_goal_that_waits_behind_a_stop_is_not_dropped_for_a_newer_one(bench: Bench) -> None:
     """Its client would never hear of it: the newer one is refused, and the waiting one begins."""
-    bench.desk.accept("a", GOAL, bench.now)
+    bench.accept("a", GOAL)
     bench.run(0.6)
     bench.pose.command(Command.STOP, "", bench.now)
     bench.until_ended()
     while bench.pose.report(bench.now).state != "idle":
         bench.step()
-    assert not bench.desk.accept("b", GOAL, bench.now)
+    assert not bench.accept("b", GOAL)
     with pytest.raises(GoalError, match="another goal is waiting already"):
-        bench.desk.accept("c", GOAL, bench.now)
+        bench.accept("c", GOAL)
     assert bench.until_ended(2).code is Code.SUCCESSFUL
     assert bench.begun == ["b"]
 
 
 def test_a_newer_goal_replaces_the_running_one(bench: Bench) -> None:
     """The old one ramps down and is cancelled; the new one begins from there and succeeds."""
-    bench.desk.accept("a", GOAL, bench.now)
+    bench.accept("a", GOAL)
     bench.run(0.5)
-    assert not bench.desk.accept("b", Goal(NAMES, (waypoint(1.5, HERE),)), bench.now)
+    assert not bench.accept("b", Goal(NAMES, (waypoint(1.5, HERE),)))
     with pytest.raises(GoalError, match="another goal is waiting"):
-        bench.desk.accept("c", GOAL, bench.now)
+        bench.accept("c", GOAL)
     bench.until_ended(2)
     assert [(key, ended.cancelled) for key, ended in bench.ended] == [("a", True), ("b", False)]
     assert "replaced" in bench.ended[0][1].text and bench.begun == ["b"]
@@ -244,9 +261,9 @@ def test_a_newer_goal_replaces_the_running_one(bench: Bench) -> None:
 
 def test_a_waiting_goal_can_be_cancelled_before_it_begins(bench: Bench) -> None:
     """It is gone at once; the running one ends as replaced."""
-    bench.desk.accept("a", GOAL, bench.now)
+    bench.accept("a", GOAL)
     bench.run(0.5)
-    bench.desk.accept("b", Goal(NAMES, (waypoint(1.5, HERE),)), bench.now)
+    bench.accept("b", Goal(NAMES, (waypoint(1.5, HERE),)))
     assert bench.desk.cancel("b")
     bench.until_ended()
     bench.run(1.0)
@@ -266,10 +283,10 @@ def test_a_goal_is_rejected_while_the_twin_controller_does_something_else(
     bench.step()
     way_on = ": ALIGN first" if mode == "STOPPED" else ""
     with pytest.raises(GoalError, match=rf"the twin controller is in {mode} \(because\){way_on}"):
-        bench.desk.accept("a", GOAL, bench.now)
+        bench.accept("a", GOAL)
     bench.mode = ""
     bench.run(CONFIG.trajectory.mode_timeout + 0.1)
-    assert bench.desk.accept("a", GOAL, bench.now)
+    assert bench.accept("a", GOAL)
 
 
 def test_a_goal_is_rejected_while_somebody_else_holds_control(bench: Bench) -> None:
@@ -279,23 +296,23 @@ def test_a_goal_is_rejected_while_somebody_else_holds_control(bench: Bench) -> N
     """
     bench.desk.hear_mode("IDLE", "because", bench.now, "fitter 1 holds control: ask for it")
     with pytest.raises(GoalError, match="fitter 1 holds control: ask for it"):
-        bench.desk.accept("a", GOAL, bench.now)
-    assert bench.desk.accept("b", GOAL, bench.now, own=True)
+        bench.accept("a", GOAL)
+    assert bench.accept("b", GOAL, own=True)
     bench.desk.cancel("b")
     bench.desk.hear_mode("FAULT", "because", bench.now)
     with pytest.raises(GoalError, match="the twin controller is in FAULT"):
-        bench.desk.accept("c", GOAL, bench.now, own=True)
+        bench.accept("c", GOAL, own=True)
     bench.desk.hear_mode("IDLE", "because", bench.now)
-    assert not bench.desk.accept("d", GOAL, bench.now), "it waits for the end of the cancelled one"
+    assert not bench.accept("d", GOAL), "it waits for the end of the cancelled one"
 
 
 def test_the_holders_goal_that_waits_for_its_older_one_is_still_the_holders(bench: Bench) -> None:
     """It has ended the one that ran: rejected now, it would leave the twin standing on its way."""
     bench.desk.hear_mode("IDLE", "because", bench.now, "fitter 1 holds control: ask for it")
-    bench.desk.accept("a", GOAL, bench.now, own=True)
+    bench.accept("a", GOAL, own=True)
     bench.run(0.3)
     bench.desk.hear_mode("TWIN_LEADS", "because", bench.now, "fitter 1 holds control: ask for it")
-    assert not bench.desk.accept("b", Goal(NAMES, (waypoint(1.0, HERE),)), bench.now, own=True)
+    assert not bench.accept("b", Goal(NAMES, (waypoint(1.0, HERE),)), own=True)
     bench.run(0.5)
     bench.desk.hear_mode("IDLE", "because", bench.now, "fitter 1 holds control: ask for it")
     assert bench.until_ended(2).code is Code.SUCCESSFUL
@@ -307,13 +324,13 @@ def test_a_goal_is_accepted_in_the_other_modes(bench: Bench, mode: str) -> None:
     """Nobody else leads."""
     bench.mode = mode
     bench.step()
-    assert bench.desk.accept("a", GOAL, bench.now)
+    assert bench.accept("a", GOAL)
 
 
 def test_the_end_is_held_while_the_controller_says_that_the_twin_leads(bench: Bench) -> None:
     """A stream that ended earlier would count as a stop of the pair."""
     bench.mode = "TWIN_LEADS"
-    bench.desk.accept("a", GOAL, bench.now)
+    bench.accept("a", GOAL)
     bench.run(1.5)
     assert bench.ended == [] and bench.q == pytest.approx(THERE, abs=1e-9)
     assert bench.pose.report(bench.now).state == "following"
@@ -324,7 +341,7 @@ def test_the_end_is_held_while_the_controller_says_that_the_twin_leads(bench: Be
 
 def test_a_joint_off_the_path_aborts(bench: Bench) -> None:
     """Beyond path_tolerance, named with joint and value."""
-    bench.desk.accept("a", replace(GOAL, path_tolerance=(("joint_2", 0.01),)), bench.now)
+    bench.accept("a", replace(GOAL, path_tolerance=(("joint_2", 0.01),)))
     bench.run(0.5)
     bench.off = (0.0, 0.02, 0.0, 0.0)
     ended = bench.until_ended()
@@ -335,12 +352,12 @@ def test_a_joint_off_the_path_aborts(bench: Bench) -> None:
 def test_a_goal_that_is_not_reached_in_time_aborts(bench: Bench) -> None:
     """Beyond goal_tolerance after goal_time_tolerance; a negative tolerance allows anything."""
     bench.off = (0.0, 0.0, 0.001, 0.0)
-    bench.desk.accept("a", replace(GOAL, goal_time_tolerance=0.3), bench.now)
+    bench.accept("a", replace(GOAL, goal_time_tolerance=0.3))
     ended = bench.until_ended()
     assert ended.code is Code.GOAL_TOLERANCE_VIOLATED
     assert "joint_3 is 1.000 mm from its goal" in ended.text
     bench.run(0.3)
-    bench.desk.accept("b", replace(GOAL, goal_tolerance=(("joint_3", -1.0),)), bench.now)
+    bench.accept("b", replace(GOAL, goal_tolerance=(("joint_3", -1.0),)))
     assert bench.until_ended(2).code is Code.SUCCESSFUL
 
 
@@ -348,7 +365,7 @@ def test_a_goal_is_rejected_before_the_pose_controller_has_spoken() -> None:
     """Nobody would follow."""
     desk = GoalQueue(ROBOT.twin_joints, CONFIG)
     with pytest.raises(GoalError, match="joint_pose_controller has not said anything yet"):
-        desk.accept("a", GOAL, 1.0)
+        desk.draft(GOAL, 1.0)
 
 
 def test_a_goal_is_rejected_while_a_move_runs(bench: Bench) -> None:
@@ -358,20 +375,20 @@ def test_a_goal_is_rejected_while_a_move_runs(bench: Bench) -> None:
     with pytest.raises(
         GoalError, match="joint_pose_controller is announcing: wait, or STOP it first"
     ):
-        bench.desk.accept("a", GOAL, bench.now)
+        bench.accept("a", GOAL)
 
 
 def test_a_pose_controller_that_does_not_follow_aborts_the_goal(bench: Bench) -> None:
     """Its last words are the reason."""
     bench.deaf = True
-    bench.desk.accept("a", GOAL, bench.now)
+    bench.accept("a", GOAL)
     ended = bench.until_ended()
     assert "joint_pose_controller does not follow: it is idle" in ended.text
 
 
 def test_joint_states_that_fail_to_come_abort_the_goal(bench: Bench) -> None:
     """Nothing is driven blindly."""
-    bench.desk.accept("a", GOAL, bench.now)
+    bench.accept("a", GOAL)
     bench.run(0.3)
     late = bench.now + CONFIG.state_timeout + 0.1
     assert bench.desk.tick(late).end_stream
@@ -379,7 +396,7 @@ def test_joint_states_that_fail_to_come_abort_the_goal(bench: Bench) -> None:
     (_, ended), *_ = bench.desk.tick(late + 0.01).ended
     assert ended.text == "aborted: twin/joint_states fails to come"
     with pytest.raises(GoalError, match="no fresh twin/joint_states"):
-        bench.desk.accept("b", GOAL, late)
+        bench.desk.draft(GOAL, late)
 
 
 @pytest.mark.parametrize("command", [Command.STOP, Command.ESTOP, Command.PAUSE])
@@ -387,9 +404,9 @@ def test_a_goal_that_waits_for_another_one_to_end_never_begins_after_a_stop(
     bench: Bench, command: Command
 ) -> None:
     """B replaces A; STOP while A ramps down: B began 0.15 s after the STOP and ran to its end."""
-    bench.desk.accept("a", GOAL, bench.now)
+    bench.accept("a", GOAL)
     bench.run(0.5)
-    assert not bench.desk.accept("b", Goal(NAMES, (waypoint(1.0, HERE),)), bench.now)
+    assert not bench.accept("b", Goal(NAMES, (waypoint(1.0, HERE),)))
     bench.step()
     bench.pose.command(command, "test", bench.now)
     bench.desk.command(command, "test")
@@ -404,7 +421,7 @@ def test_a_goal_that_waits_for_another_one_to_end_never_begins_after_a_stop(
 
 def test_a_goal_that_the_pose_controller_has_not_seen_yet_ends_with_a_stop(bench: Bench) -> None:
     """STOP comes milliseconds behind the goal: nothing moves, and the client is told."""
-    bench.desk.accept("a", GOAL, bench.now)
+    bench.accept("a", GOAL)
     bench.pose.command(Command.STOP, "test", bench.now)
     bench.desk.command(Command.STOP, "test")
     bench.run(1.0)
@@ -414,7 +431,7 @@ def test_a_goal_that_the_pose_controller_has_not_seen_yet_ends_with_a_stop(bench
 
 def test_a_goal_sends_nothing_more_after_a_stop(bench: Bench) -> None:
     """Its server stood still: joint_pose_controller has ended the stream, and would begin anew."""
-    bench.desk.accept("a", GOAL, bench.now)
+    bench.accept("a", GOAL)
     bench.run(0.5)
     assert bench.pose.is_following
     bench.desk.command(Command.STOP, "test")
@@ -430,7 +447,7 @@ def test_a_goal_sends_nothing_more_after_a_stop(bench: Bench) -> None:
 def test_a_late_robot_with_a_ring_gets_its_trajectories(bench: Bench) -> None:
     """Set points reach as far ahead as it is late; only a clock makes the first one early."""
     bench.desk.look_ahead(0.4, 0.144)
-    bench.desk.accept("a", GOAL, bench.now)
+    bench.accept("a", GOAL)
     assert bench.until_ended().code is Code.SUCCESSFUL
     assert bench.refused == 0
 
@@ -441,7 +458,7 @@ def test_a_clock_that_goes_back_ends_a_goal_and_delays_no_new_one(
 ) -> None:
     """As where a simulation begins anew; neither the mode nor a stop of before counts."""
     bench.mode = "OPERATOR_LEADS"
-    assert bench.desk.accept("old", GOAL, bench.now)
+    assert bench.accept("old", GOAL)
     bench.run(0.2)
     if stopped:
         bench.desk.command(Command.STOP)
@@ -451,6 +468,91 @@ def test_a_clock_that_goes_back_ends_a_goal_and_delays_no_new_one(
     bench.run(2.0)
     assert [key for key, _ in bench.ended] == ["old"]
     assert stopped or "the clock went back" in bench.ended[0][1].text
-    assert bench.desk.accept("new", GOAL, bench.now), "it begins at once"
+    assert bench.accept("new", GOAL), "it begins at once"
     bench.until_ended(2)
     assert bench.ended[1][1].code == Code.SUCCESSFUL
+
+
+def slow_check(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch, meanwhile: Callable[[], object]
+) -> None:
+    """Let the next goal's check take 0.6 s, in which joints are measured and something happens."""
+    check_way = execution.check_way
+
+    def slowly(*arguments: Any) -> float:
+        monkeypatch.setattr(execution, "check_way", check_way)
+        meanwhile()
+        bench.now += 0.6
+        bench.desk.measure(JointMotion.measured(bench.q, ZERO, bench.now))
+        return check_way(*arguments)
+
+    monkeypatch.setattr(execution, "check_way", slowly)
+
+
+def test_a_goal_begins_when_its_check_has_ended(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Begun before, it would be late at its first set point, and aborted for that."""
+    slow_check(bench, monkeypatch, lambda: None)
+    assert bench.accept("a", GOAL)
+    assert bench.desk.tick(bench.now).packet is not None
+    assert bench.until_ended().code is Code.SUCCESSFUL
+    assert bench.refused == 0
+
+
+def test_a_goal_goes_on_while_another_one_is_checked_that_then_begins_where_it_has_led(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It ends meanwhile, so the newer one is planned anew from there."""
+    bench.accept("a", GOAL)
+    bench.run(0.5)
+    slow_check(bench, monkeypatch, bench.until_ended)
+    assert not bench.accept("b", Goal(NAMES, (waypoint(1.0, HERE),)))
+    assert bench.ended[0][1].code is Code.SUCCESSFUL
+    assert bench.until_ended(2).code is Code.SUCCESSFUL
+    assert bench.q == pytest.approx(HERE, abs=1e-9) and bench.refused == 0
+
+
+def test_a_goal_whose_joint_moves_while_it_is_checked_is_rejected(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Somebody jogs it: it stands no longer where the trajectory begins."""
+    slow_check(bench, monkeypatch, lambda: setattr(bench, "q", THERE))
+    with pytest.raises(GoalError, match=r"from the first point, .*: it has moved since"):
+        bench.accept("a", GOAL)
+    assert bench.desk.is_idle
+
+
+@pytest.mark.parametrize(
+    ("end", "said"),
+    [
+        (lambda desk: desk.command(Command.STOP, "test"), ["cancelled by STOP: test, before it"]),
+        (lambda desk: desk.command(Command.PAUSE), ["cancelled by PAUSE, before it"]),
+        (lambda desk: desk.cancel("b"), []),
+    ],
+)
+def test_a_goal_that_waited_does_not_begin_behind_a_stop_that_comes_during_its_check(
+    bench: Bench,
+    monkeypatch: pytest.MonkeyPatch,
+    end: Callable[[GoalQueue], object],
+    said: list[str],
+) -> None:
+    """Nor behind a cancellation; a check takes as long as a person needs to press STOP."""
+    bench.accept("a", GOAL)
+    bench.run(0.5)
+    assert not bench.accept("b", Goal(NAMES, (waypoint(1.0, HERE),)))
+    slow_check(bench, monkeypatch, lambda: end(bench.desk))
+    bench.run(3.0)
+    assert bench.begun == [] and [key for key, _ in bench.ended] == ["a"]
+    assert [str(error)[: len(text)] for (_, error), text in zip(bench.rejected, said)] == said
+    assert len(bench.rejected) == len(said) and bench.desk.is_idle
+
+
+def test_a_waiting_goal_that_is_found_wrong_where_it_would_begin_is_rejected(bench: Bench) -> None:
+    """It was right where the joints were when it came; its client is told."""
+    bench.accept("a", GOAL)
+    bench.run(0.5)
+    assert not bench.accept("b", Goal(NAMES, (waypoint(0.0, bench.q), waypoint(1.0, HERE))))
+    bench.run(3.0)
+    assert bench.begun == [] and bench.rejected[0][0] == "b"
+    assert "from the first point" in str(bench.rejected[0][1])

@@ -19,7 +19,7 @@ def told(bench: Bench, command: Command) -> None:
 def paused() -> Bench:
     """Return a bench whose goal stands on its way."""
     bench = Bench()
-    bench.desk.accept("a", GOAL, bench.now)
+    bench.accept("a", GOAL)
     bench.run(0.5)
     told(bench, Command.PAUSE)
     bench.run(0.5)
@@ -31,7 +31,7 @@ def test_a_paused_trajectory_is_replaced_by_no_goal_and_goes_on_by_resume() -> N
     bench = paused()
     held = bench.q
     with pytest.raises(GoalError, match=REFUSED):
-        bench.desk.accept("b", GOAL, bench.now)
+        bench.accept("b", GOAL)
     bench.run(0.5)
     assert bench.q == held != THERE and bench.pose.is_following and not bench.ended
     told(bench, Command.RESUME)
@@ -48,11 +48,11 @@ def test_a_pause_lasts_when_its_trajectory_is_cancelled(leads_on: Command) -> No
     bench.run(0.2)
     assert bench.pose.report(bench.now).state == "paused"
     with pytest.raises(GoalError, match=REFUSED):
-        bench.desk.accept("b", GOAL, bench.now)
+        bench.accept("b", GOAL)
     with pytest.raises(MotionRefusedError, match=REFUSED):
         bench.pose.move(NAMES, HERE, 20.0, bench.now)
     told(bench, leads_on)
     told(bench, Command.RESET)
     bench.run(0.2)
-    bench.desk.accept("c", GOAL, bench.now)
+    bench.accept("c", GOAL)
     assert bench.until_ended(2).code is Code.SUCCESSFUL

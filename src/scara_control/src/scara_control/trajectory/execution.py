@@ -52,7 +52,15 @@ class TrajectoryFeedback:
 
 
 class Execution:
-    """One accepted trajectory. Not thread-safe: its owner holds one lock."""
+    """One trajectory that was found right. Not thread-safe: its owner holds one lock.
+
+    Attributes:
+        goal: What was asked for.
+        names: Its joints.
+        planned_at: When it was planned, from where the joints were then [s].
+        peak_percent: Its peak speed in percent of the joints' largest.
+        paused: Whether it stands on its path.
+    """
 
     def __init__(
         self,
@@ -64,7 +72,7 @@ class Execution:
         follower: Follower = ALONE,
         load: Load | None = None,
     ) -> None:
-        """Check the goal and plan it.
+        """Check the goal and plan it, to begin now or later: see :meth:`begin`.
 
         Args:
             joints: All joints of the twin.
@@ -80,7 +88,7 @@ class Execution:
         """
         check_goal_size(goal, config.trajectory)
         self._joints = named_joints(joints, goal.names)
-        self.names = goal.names
+        self.goal, self.names, self.planned_at = goal, goal.names, now
         self._columns = [[joint.name for joint in joints].index(name) for name in goal.names]
         self._config = config
         there = tuple(measured.q[column] for column in self._columns)
@@ -104,16 +112,28 @@ class Execution:
             "goal_tolerance",
         )
         self._late = goal.goal_time_tolerance or own.goal_time_tolerance
-        self._check_start(there)
-        self._follower = follower
-        begin = self._begin(goal, now)
-        self._drive = Drive(self._path, now, begin, TimeBase(0.0, 1.0))
         self._bounds = ScaleBounds(config.move.time_scale_ramp, config.move.time_scale_jerk)
-        self._begun = begin
         self._arrived: float | None = None
         self._ending: Ended | None = None
         self.paused = False
         self._cap = SpeedCap()
+        self.begin(measured, now, follower)
+
+    def begin(self, measured: JointMotion, now: float, follower: Follower) -> None:
+        """Begin now: the check of a long goal takes time, and joints and clock have gone on.
+
+        Args:
+            measured: All joints, fresh.
+            now: [s]
+            follower: Who is to do the same.
+
+        Raises:
+            GoalError: The joints are not where it begins, or it is too late for it.
+        """
+        self._check_start(tuple(measured.q[column] for column in self._columns))
+        self._follower = follower
+        self._begun = self._begin_time(self.goal, now)
+        self._drive = Drive(self._path, now, self._begun, TimeBase(0.0, 1.0))
 
     @property
     def scale(self) -> float:
@@ -188,7 +208,7 @@ class Execution:
             wanted = min(1.0, self._cap.at(drive.time) / max(self.peak_percent, 1e-9))
         return drive.step(self._config.period, wanted, self._bounds, self._joints)
 
-    def _begin(self, goal: Goal, now: float) -> float:
+    def _begin_time(self, goal: Goal, now: float) -> float:
         """Return when the motion begins [s].
 
         That is as asked for, but not before followers could take aim.
@@ -219,12 +239,13 @@ class Execution:
                 joint, self._config.move.start_tolerance_deg, self._config.move.start_tolerance_mm
             )
             if abs(wanted - q) > allowed:
+                way = "begin where it is, or give the first point some time"
+                if self.goal.points[0].time > 0.0:
+                    way = "it has moved since the goal came: send it again once it stands"
                 raise GoalError(
                     Code.INVALID_GOAL,
                     f"{joint.name} is {abs(wanted - q) / joint.scale:.2f} {joint.unit} from "
-                    "the first point, "
-                    f"allowed {allowed / joint.scale:g}: begin where it is, or give the "
-                    "first point some time",
+                    f"the first point, allowed {allowed / joint.scale:g}: {way}",
                 )
 
     def _watch(self, measured: JointMotion) -> None:

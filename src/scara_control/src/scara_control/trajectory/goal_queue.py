@@ -5,8 +5,9 @@ Goals are accepted, run one after the other, and ended.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from scara_config import Joint
 
@@ -46,6 +47,16 @@ many of these we pause."""
 
 
 @dataclass(frozen=True, slots=True)
+class Waiting:
+    """A goal that waits since a time [s]; ``own``: it is that of whoever holds control."""
+
+    key: Hashable
+    goal: Goal
+    since: float
+    own: bool
+
+
+@dataclass(frozen=True, slots=True)
 class Turn:
     """What one period brings.
 
@@ -53,14 +64,15 @@ class Turn:
         packet: Set points to publish.
         end_stream: Tell joint_pose_controller that the stream has ended.
         ended: Goals that have ended, and how.
-        begun: Goals that have begun.
+        due: The waiting goal may begin: check it anew, for the joints have moved, and hand it to
+            :meth:`GoalQueue.begin`.
         rejected: Waiting goals that cannot begin any more, and why.
     """
 
     packet: Setpoints | None = None
     end_stream: bool = False
     ended: list[tuple[Hashable, Ended]] = field(default_factory=list)
-    begun: list[Hashable] = field(default_factory=list)
+    due: Waiting | None = None
     rejected: list[tuple[Hashable, GoalError]] = field(default_factory=list)
 
 
@@ -94,10 +106,11 @@ class GoalQueue:
         self._others_only = ""
         self._follower = Follower()
         self._load: Load | None = None
-        self._quiet_until = self._time = -float("inf")
+        self._time = -float("inf")
+        # Until then no goal begins, nor one that was planned before: the joints have moved since.
+        self._quiet_until = -float("inf")
         self._running: _Running | None = None
-        # Its key, the goal, since when it waits, and whether it is that of who holds control.
-        self._waiting: tuple[Hashable, Goal, float, bool] | None = None
+        self._waiting: Waiting | None = None
         self._refused: list[tuple[Hashable, GoalError]] = []
         # Since PAUSE, until RESUME or a stop: it outlives the goal that ran.
         self._paused = False
@@ -118,10 +131,7 @@ class GoalQueue:
             self._give_up(running, f"joint_pose_controller is {state}: {message}")
 
     def look_ahead(self, delay: float, ahead: float = 0.0) -> None:
-        """Announce coming goals to a follower.
-
-        See :class:`scara_control.motion.drive.Follower`.
-        """
+        """Announce coming goals to a :class:`scara_control.motion.drive.Follower`."""
         self._follower = believed(delay, ahead)
 
     def carry(self, load: Load | None) -> None:
@@ -150,9 +160,8 @@ class GoalQueue:
         if command is not Command.RESET:
             self._paused = command is Command.PAUSE
         if command in ENDING and self._waiting is not None:
-            key = self._waiting[0]
             text = f"cancelled by {command.text(reason)}, before it began"
-            self._refused.append((key, GoalError(Code.INVALID_GOAL, text)))
+            self._refused.append((self._waiting.key, GoalError(Code.INVALID_GOAL, text)))
             self._waiting = None
         if self._running is None:
             return
@@ -164,54 +173,78 @@ class GoalQueue:
             self._running.stopped = True
             self._give_up(self._running, f"aborted by {command.text(reason)}")
 
-    def accept(self, key: Hashable, goal: Goal, now: float, own: bool = False) -> bool:
-        """Judge a goal; return whether it begins at once, else it waits.
+    def draft(self, goal: Goal, now: float, own: bool = False) -> Callable[[], Execution]:
+        """Return what checks and plans a goal against all that is known now.
 
-        It waits for the running one to ramp down, or after a stop.
+        To be called without the lock: a long trajectory takes a second, and what runs, measurements
+        and stops must not wait for it. It raises GoalError, too.
+
+        Args:
+            goal: What is asked for.
+            now: Time [s].
+            own: It is that of whoever holds control.
+
+        Raises:
+            GoalError: None is accepted now; the text says why.
+        """
+        self._go_on_to(now)
+        self._judge(now, own)
+        known = self._fresh(now), now, self._follower, self._load
+        return partial(Execution, self._joints, goal, self._config, *known)
+
+    def accept(
+        self, key: Hashable, checked: Execution | GoalError, now: float, own: bool = False
+    ) -> bool:
+        """Take a checked goal in; return whether it begins at once, else it waits.
+
+        It waits for the running one to ramp down, or after a stop. Its caller knows of a stop or a
+        cancellation that came while it was checked.
 
         Args:
             key: Names it.
-            goal: What is asked for.
-            now: Time [s].
+            checked: What its :meth:`draft` came to.
+            now: Time after that [s].
             own: It is that of whoever holds control.
 
         Raises:
             GoalError: It is rejected; the text says why.
         """
         self._go_on_to(now)
-        self._judge_mode(now, own)
-        if self._paused:
-            raise GoalError(Code.INVALID_GOAL, f"paused: {_WAYS_OUT[State.PAUSED]}")
+        if isinstance(checked, GoalError):
+            raise checked
+        self._judge(now, own)
+        # Only a goal that is taken ends the one that runs, and none takes a waiting one's place.
         if self._waiting is not None:
             raise GoalError(Code.INVALID_GOAL, "another goal is waiting already")
         if self._running is not None:
-            # Planned first: a goal that is refused must not end the one that runs.
-            self._plan(goal, now)
-            self._running.execution.end(
-                Ended(Code.SUCCESSFUL, "replaced by a newer goal", cancelled=True)
-            )
-            self._waiting = (key, goal, now, own)
+            replaced = Ended(Code.SUCCESSFUL, "replaced by a newer goal", cancelled=True)
+            self._running.execution.end(replaced)
+        if self._running is not None or checked.planned_at < self._quiet_until:
+            self._waiting = Waiting(key, checked.goal, now, own)
             return False
-        if self._state != State.IDLE:
-            state, way = "has not said anything yet", ""
-            if self._state:
-                way = f": {_WAYS_OUT.get(self._state, 'wait, or STOP it first')}"
-                state = f"is {self._state}"
-            said = f"joint_pose_controller {state}{_reason(self._message)}{way}"
-            raise GoalError(Code.INVALID_GOAL, said)
-        if now < self._quiet_until:
-            self._plan(goal, now)
-            self._waiting = (key, goal, now, own)
-            return False
-        execution = self._plan(goal, now)
+        checked.begin(self._fresh(now), now, self._follower)
         # Nothing of it was sent to anybody yet: this cap holds at once.
-        execution.limit_speed(self._limit, now - self._follower.delay)
-        self._running = _Running(key, execution, now)
+        checked.limit_speed(self._limit, now - self._follower.delay)
+        self._running = _Running(key, checked, now)
         return True
+
+    def begin(self, waiting: Waiting, checked: Execution | GoalError, now: float) -> bool:
+        """Begin the goal that a turn has called due, once it is checked; return whether it begins.
+
+        It does not behind a stop, a pause or a cancellation that came meanwhile.
+        """
+        if self._waiting is not waiting:
+            return False
+        self._waiting = None
+        try:
+            return self.accept(waiting.key, checked, now, waiting.own)
+        except GoalError as error:
+            self._refused.append((waiting.key, error))
+            return False
 
     def cancel(self, key: Hashable) -> bool:
         """Ramp a goal down; return True if it was waiting and is gone at once."""
-        if self._waiting is not None and self._waiting[0] == key:
+        if self._waiting is not None and self._waiting.key == key:
             self._waiting = None
             return True
         if self._running is not None and self._running.key == key:
@@ -232,9 +265,9 @@ class GoalQueue:
     def tick(self, now: float) -> Turn:
         """Go on to ``now``."""
         self._go_on_to(now)
-        turn, refused = self._turn(now), self._refused
+        turn = replace(self._turn(now), rejected=self._refused)
         self._refused = []
-        return replace(turn, rejected=[*refused, *turn.rejected]) if refused else turn
+        return turn
 
     def _go_on_to(self, now: float) -> None:
         """Keep the time; where the clock went back all goals end, for no time of before comes."""
@@ -244,7 +277,7 @@ class GoalQueue:
         self._quiet_until = self._mode_at = -float("inf")
         if self._waiting is not None:
             gone = GoalError(Code.INVALID_GOAL, "cancelled before it began: the clock went back")
-            self._refused.append((self._waiting[0], gone))
+            self._refused.append((self._waiting.key, gone))
             self._waiting = None
         if self._running is not None:
             self._give_up(self._running, "the clock went back")
@@ -296,38 +329,41 @@ class GoalQueue:
         ending = self._state in (State.FOLLOWING, "stopping") and running.followed
         if ending and now - running.closed_at < self._config.trajectory.stream_timeout:
             return Turn()
-        self._running = None
+        self._running, self._quiet_until = None, max(self._quiet_until, now)
         return Turn(ended=[(running.key, running.verdict)])
 
     def _next(self, now: float) -> Turn:
-        """Begin the waiting goal as soon as the stream of the one before has ended."""
+        """Let the waiting goal begin as soon as the stream of the one before has ended."""
         if self._waiting is None:
             return Turn()
-        key, goal, since, own = self._waiting
         # After so long it is tried all the same: the refusal then says what stands in the way.
-        late = (
-            now - since
-            > self._config.trajectory.goal_time_tolerance + self._config.trajectory.stream_timeout
-        )
+        config = self._config.trajectory
+        late = now - self._waiting.since > config.goal_time_tolerance + config.stream_timeout
         if now < self._quiet_until or (self._state != State.IDLE and not late):
             return Turn()
-        self._waiting = None
-        try:
-            self.accept(key, goal, now, own)
-        except GoalError as error:
-            return Turn(rejected=[(key, error)])
-        return Turn(begun=[key])
+        return Turn(due=self._waiting)
 
-    def _plan(self, goal: Goal, now: float) -> Execution:
-        """Check and plan a goal from where the joints are."""
+    def _fresh(self, now: float) -> JointMotion:
+        """Return where the joints are; refuse while that is not known."""
         measured = self._measured
         if measured is None or now - measured.time > self._config.state_timeout:
             raise GoalError(
                 Code.INVALID_GOAL, "no fresh twin/joint_states: where the joints are is not known"
             )
-        return Execution(
-            self._joints, goal, self._config, measured, now, self._follower, self._load
-        )
+        return measured
+
+    def _judge(self, now: float, own: bool) -> None:
+        """Refuse while no goal may begin, nor wait for the one that runs."""
+        self._judge_mode(now, own)
+        if self._paused:
+            raise GoalError(Code.INVALID_GOAL, f"paused: {_WAYS_OUT[State.PAUSED]}")
+        if self._running is None and self._state != State.IDLE:
+            state, way = "has not said anything yet", ""
+            if self._state:
+                way = f": {_WAYS_OUT.get(self._state, 'wait, or STOP it first')}"
+                state = f"is {self._state}"
+            said = f"joint_pose_controller {state}{_reason(self._message)}{way}"
+            raise GoalError(Code.INVALID_GOAL, said)
 
     def _judge_mode(self, now: float, own: bool) -> None:
         """Refuse while the twin controller does something else, or would stop the motion."""

@@ -47,10 +47,10 @@ from scara_control.motion.wiring_node import (
     subscribe,
     subscribe_attentively,
 )
-from scara_control.trajectory.execution import Ended, TrajectoryFeedback
+from scara_control.trajectory.execution import Ended, Execution, TrajectoryFeedback
 from scara_control.trajectory.gating_node import Turnstile, open_gate, trajectory_request
 from scara_control.trajectory.goal import Code, Goal, GoalError
-from scara_control.trajectory.goal_queue import GoalQueue
+from scara_control.trajectory.goal_queue import GoalQueue, Waiting
 from scara_msgs.msg import MotionCommand, MotionState, PayloadState, TwinControllerState
 
 _NAME = "trajectory_server"
@@ -118,7 +118,6 @@ class TrajectoryServer:
             found = self._desk.feedback() if now >= self._feedback_due else None
             told = [(self._goals.pop(str(key)), ended) for key, ended in turn.ended]
             rejected = [(self._goals.pop(str(key)), error) for key, error in turn.rejected]
-            begun = [self._goals[str(key)] for key in turn.begun]
             heard = self._goals.get(str(found[0])) if found is not None else None
         if turn.packet is not None:
             self._follow.publish(to_message(turn.packet, self._clock.offset()))
@@ -131,8 +130,8 @@ class TrajectoryServer:
             _finish(handle, ended)
         for handle, error in rejected:
             _reject(handle, error)
-        for handle in begun:
-            handle.set_accepted()
+        if turn.due is not None:
+            self._begin_waiting(turn.due)
         if heard is not None and found is not None:
             self._feedback_due = now + 1.0 / self._config.trajectory.feedback_rate_hz
             heard.publish_feedback(_feedback(found[1]))
@@ -176,25 +175,49 @@ class TrajectoryServer:
         """Judge a goal and return whether it begins at once; else it waits, or was cancelled.
 
         Raises:
-            GoalError: It cannot be followed now.
-            MotionRefusedError: The judge refuses it, or a stop came meanwhile.
+            GoalError: It cannot be followed now, or the judge refuses it.
+            MotionRefusedError: A stop came meanwhile.
         """
         found = self._gate.ask(
             f"trajectory of {len(goal.points)} points", **trajectory_request(goal)
         )
         own = self._lending.say(handle.goal)
-        for listener in (self._reader, self._states, self._modes):
-            listener.catch_up()
-        self._commands.hear_first()
+        refused = GoalError(Code.INVALID_GOAL, found.text)
+        checked = self._checked(goal, own) if found.allowed else refused
         with self._lock:
             if self._judged.pop(key, None) is None:
                 return False
             self._epoch.check(asked)
-            if not found.allowed:
-                raise MotionRefusedError(found.text)
-            begun = self._desk.accept(key, goal, self._clock.now(), own)
+            begun = self._desk.accept(key, checked, self._clock.now(), own)
             self._goals[key] = handle
             return begun
+
+    def _begin_waiting(self, waiting: Waiting) -> None:
+        """Begin a goal that has waited; one that a stop or its client ends meanwhile is told so."""
+        checked = self._checked(waiting.goal, waiting.own)
+        with self._lock:
+            begun = self._desk.begin(waiting, checked, self._clock.now())
+            handle = self._goals.get(str(waiting.key))
+        if begun and handle is not None:
+            handle.set_accepted()
+
+    def _checked(self, goal: Goal, own: bool) -> Execution | GoalError:
+        """Check a goal without the lock: a stream goes on meanwhile, and a stop is obeyed."""
+        self._catch_up()
+        try:
+            with self._lock:
+                draft = self._desk.draft(goal, self._clock.now(), own)
+            return draft()
+        except GoalError as error:
+            return error
+        finally:
+            self._catch_up()
+
+    def _catch_up(self) -> None:
+        """Read what has come by now: where the joints are, what others do, and each stop."""
+        for listener in (self._reader, self._states, self._modes):
+            listener.catch_up()
+        self._commands.hear_first()
 
     def _on_cancel(self, handle: Any) -> None:
         key = handle.get_goal_id().id
