@@ -27,6 +27,7 @@ def runs(tmp_path: Path) -> Path:
     (tmp_path / "secret.bag").write_bytes(b"secret")
     (folder / "latest").symlink_to("a")
     (folder / "link.bag").symlink_to(tmp_path / "secret.bag")
+    (folder / "again.bag").symlink_to("small.bag")
     os.utime(folder / "small.bag", ns=(1, 1))
     return folder
 
@@ -44,11 +45,19 @@ def test_recordings_are_listed_once_the_newest_first(runs: Path) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["../secret.bag", "link.bag", "a/report.json", "a", "none.bag", "", "/etc/passwd", "a\0.bag"],
+    ["../secret.bag", "link.bag", "again.bag", "a/report.json", "a", "", "/etc/passwd"],
 )
 def test_nothing_but_recordings_is_given(runs: Path, name: str) -> None:
-    """Whatever name is asked for."""
-    with pytest.raises(RecordingError):
+    """Whatever name is asked for, by whoever knows its size and time."""
+    there = (runs / name).stat()
+    with pytest.raises(RecordingError, match="is no recording of this cell"):
+        RecordingFiles(runs).piece(asked(Recording(name, there.st_size, there.st_mtime_ns)))
+
+
+@pytest.mark.parametrize("name", ["none.bag", "a\0.bag"])
+def test_what_is_not_there_is_said(runs: Path, name: str) -> None:
+    """Also a name that no file can have."""
+    with pytest.raises(RecordingError, match="cannot be read"):
         RecordingFiles(runs).piece(PieceAsked(name, 6, 0, 0))
 
 
