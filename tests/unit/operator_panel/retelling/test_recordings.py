@@ -133,11 +133,17 @@ def test_who_waits_for_a_recording_that_another_pushed_out_asks_again(
     scene(act)
 
 
-@pytest.mark.parametrize("name", ["gone", "../runs", ""])
-def test_recording_that_is_not_there_is_said(store: Recordings, name: str) -> None:
-    """No name leads out of the folder of runs."""
+@pytest.mark.parametrize(
+    "name", ["gone", "", "deep/one", "{here}/deep/one", "../{here.name}/deep/one"]
+)
+def test_recording_that_is_not_there_is_said(store: Recordings, tmp_path: Path, name: str) -> None:
+    """No name leads out of the folder of runs, nor deeper into it, even where a bag is."""
+    bag = tmp_path / "deep" / "one" / "run.bag"
+    bag.parent.mkdir(parents=True)
+    bag.write_bytes(b"x")
+    run = name.format(here=tmp_path)
     with pytest.raises(RunFolderError, match="there is no recording"):
-        scene(lambda: store.look(name, 0.0))  # type: ignore[arg-type, return-value]
+        scene(lambda: store.look(run, 0.0))  # type: ignore[arg-type, return-value]
 
 
 def test_only_some_recordings_are_held(store: Recordings, tmp_path: Path) -> None:

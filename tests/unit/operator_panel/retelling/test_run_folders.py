@@ -117,17 +117,30 @@ def test_deleted_run_is_gone_with_its_link_and_nothing_else(tmp_path: Path) -> N
     assert (kept / "file").is_file()
 
 
-@pytest.mark.parametrize("run", ["..", "../two", "latest", "missing", "two/..", "", ".", "empty"])
-def test_only_recordings_are_deleted(tmp_path: Path, run: str) -> None:
+NOT_RUNS = ("..", "../two", "two/..", "", ".", "latest", "missing")
+NOT_HERE = ("../out", "{above}/out", "deep/one")
+"""Where bags are all the same."""
+
+
+@pytest.mark.parametrize(
+    ("run", "why"),
+    [
+        *((run, "there is no recording") for run in NOT_RUNS + NOT_HERE),
+        ("empty", "empty holds no bag"),
+    ],
+)
+def test_only_recordings_are_deleted(tmp_path: Path, run: str, why: str) -> None:
     """Neither by a path, nor by a link, nor a folder without a bag."""
     runs = tmp_path / "runs"
-    runs.mkdir()
-    made(runs, "two", 1000.0, True)
-    (runs / "empty").mkdir()
+    for folder in (runs / "empty", runs / "deep"):
+        folder.mkdir(parents=True)
+    for folder, name in ((runs, "two"), (runs / "deep", "one"), (tmp_path, "out")):
+        made(folder, name, 1000.0, True)
     (runs / "latest").symlink_to("two")
-    with pytest.raises(RunFolderError, match=r"there is no recording|holds no bag"):
-        delete_run(runs, run)
-    assert (runs / "two" / "run.bag").is_file()
+    there = sorted(tmp_path.rglob("*"))
+    with pytest.raises(RunFolderError, match=why):
+        delete_run(runs, run.format(above=tmp_path))
+    assert sorted(tmp_path.rglob("*")) == there
 
 
 def test_what_is_being_recorded_stays(tmp_path: Path) -> None:
