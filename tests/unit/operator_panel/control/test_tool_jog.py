@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
-from operator_panel.control.jog import DeadMan, JogError
+from operator_panel.control.jog import DeadMan, Held, JogError, JointHeld
 from operator_panel.control.tool_jog import BRAKING_S, LINES, TURNS, ToolArm
 from unit.operator_panel.control.conftest import FOUR, LIMIT_PERCENT, SCARA, SIX
 
@@ -187,7 +187,25 @@ def test_choice_of_another_axis_while_held_moves_nothing_else() -> None:
     """A second finger on the choice of the axes must not turn the motion under the first."""
     dead_man = DeadMan(SCARA.robot, LIMIT_PERCENT, 0.25)
     dead_man.hold_way("a", 1, SCARA.held("x", "world", 1, False), 0.0)
+    moving = dead_man.tick(0.0, lambda: BENT)
     with pytest.raises(JogError, match=r"x tool \+: this press moves x world \+"):
         dead_man.hold_way("a", 1, SCARA.held("x", "tool", 1, False), 0.05)
-    dead_man.hold_way("a", 1, SCARA.held("x", "world", 1, True), 0.05)  # only faster
-    assert dead_man.tick(0.05, lambda: BENT)
+    assert any(moving.values()) and dead_man.tick(0.05, lambda: BENT) == moving
+
+
+@pytest.mark.parametrize(
+    ("slow", "fast"),
+    [
+        tuple(SCARA.held("x", "world", 1, fast) for fast in (False, True)),
+        tuple(JointHeld("joint_1", velocity) for velocity in (0.01, 0.08)),
+    ],
+)
+def test_press_is_as_fast_as_its_newest_sign_says(slow: Held, fast: Held) -> None:
+    """Eight times as fast, and slow again, the same way."""
+    dead_man = DeadMan(SCARA.robot, LIMIT_PERCENT, 0.25)
+    moving = []
+    for way in (slow, fast, slow):
+        dead_man.hold_way("a", 1, way, 0.0)
+        moving.append(dead_man.tick(0.0, lambda: BENT))
+    assert any(moving[0].values()) and moving[2] == pytest.approx(moving[0])
+    assert moving[1] == pytest.approx({name: 8.0 * v for name, v in moving[0].items()})
