@@ -217,7 +217,9 @@ def test_openssl_is_never_asked_by_two_at_once(monkeypatch: pytest.MonkeyPatch) 
         return 1
 
     monkeypatch.setattr(ssl.SSLSocket, "pending", pending)
-    monkeypatch.setattr(ssl.SSLSocket, "recv", lambda line, *_: turns.append(line._turn.locked()))
+    for name in ("recv", "send"):
+        monkeypatch.setattr(ssl.SSLSocket, name, lambda line, *_: turns.append(line._turn.locked()))
     line = _SharedSocket.__new__(_SharedSocket)
     line.recv()
-    assert turns == [True, True]
+    line.send(b"")
+    assert turns == [True, True, True]
