@@ -5,6 +5,7 @@ Each failure of the machine beside it is a test: real sockets, no ROS.
 
 from __future__ import annotations
 
+import re
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -144,11 +145,18 @@ def test_stop_waits_for_no_earlier_press(line: StopLine, controller: CommandServ
 def test_late_answer_is_told_with_its_time(line: StopLine, controller: CommandService) -> None:
     """Whoever pressed sees that it was obeyed after all."""
     controller.answers.clear()
+    begun = time.monotonic()
     press = line.send("STOP")
+    wait_until(lambda: controller.heard, DEADLINE)
+    heard = time.monotonic()
     with pytest.raises(TimeoutError):
         press.result(ANSWER_S)
+    waited = time.monotonic() - heard
     controller.answers.set()
-    assert "after 0." in press.result(DEADLINE).message
+    message = press.result(DEADLINE).message
+    took = time.monotonic() - begun
+    told = re.search(r" \(after (\d+\.\d) s\)$", message)
+    assert told and waited - 0.05 <= float(told[1]) <= took + 0.05, message
 
 
 def test_page_that_no_longer_waits_does_not_take_its_stop_back(
