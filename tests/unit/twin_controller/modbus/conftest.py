@@ -61,7 +61,7 @@ class Owner:
     ) -> ModbusLink:
         """Return a link that tells this owner, its samples perhaps to somebody else."""
         # Patient, too: this machine's own delays are no silence of the robot.
-        quick = {"retry_first": 0.02, "retry_last": 0.05, "timeout": 0.3, **settings}
+        quick = {"retry_first": 0.02, "retry_last": 0.05, "timeout": 3.0, **settings}
         return ModbusLink(
             ModbusSettings("127.0.0.1", port, **quick),  # type: ignore[arg-type]
             NUMBERED if numbered else LAYOUT,

@@ -45,7 +45,7 @@ class Seen:
 
     def link(self, port: int) -> RealLink:
         """Return the controller's own link."""
-        settings = ModbusSettings("127.0.0.1", port, timeout=0.5)
+        settings = ModbusSettings("127.0.0.1", port, timeout=3.0)
         return RealLink(
             ROBOT,
             FOLLOW_MAP.has_gripper,

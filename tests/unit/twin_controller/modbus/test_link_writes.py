@@ -185,7 +185,7 @@ def test_what_the_map_does_not_mark_is_never_written(
 
 def test_nothing_is_replayed_after_a_reconnect(robot: Robot, owner: Owner) -> None:
     """Writes that wait while there is no link are dropped, counted and told."""
-    with owner.link(robot.port, retry_first=0.3, retry_last=0.3) as link:
+    with owner.link(robot.port, retry_first=0.3, retry_last=0.3, timeout=0.3) as link:
         owner.wait_for(UP)
         robot.fault = "silent"
         owner.wait_for(UP, DOWN)

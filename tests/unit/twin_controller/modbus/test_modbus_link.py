@@ -252,7 +252,7 @@ def test_on_a_slow_line_the_signals_are_read_behind_each_third_state(
 ) -> None:
     """Two answers of 30 ms make no cycle of 40 ms; the first state needs both. Heartbeats go on."""
     robot.delay = delay
-    with owner.link(robot.port, poll_period=0.04, status_period=60.0, timeout=1.0):
+    with owner.link(robot.port, poll_period=0.04, status_period=60.0):
         wait_until(lambda: len(owner.samples) >= 16, 20.0, "16 samples")
     states, signals = robot.asked.count(3) - 2, robot.asked.count(2)
     assert signals == pytest.approx(first + share * states, rel=0.2)
@@ -296,7 +296,7 @@ def test_a_heartbeat_of_somebody_else_ends_the_link_and_a_stop_still_gets_throug
     No heartbeat is, as long as the other one writes it.
     """
     robot.echoes = True
-    with owner.link(robot.port, alone=3600.0, timeout=1.0) as link:
+    with owner.link(robot.port, alone=3600.0) as link:
         wait_until(lambda: len(robot.writes(HEARTBEAT)) >= 20)
         assert [up for up, _ in owner.changes] == [True]
         interrupt(other, owner)
@@ -316,7 +316,7 @@ def test_each_numbered_command_counts_while_somebody_else_writes_the_heartbeat(
 ) -> None:
     """The robot shows the number of each, and ignores one under the number of the one before."""
     robot.echoes = True
-    with owner.link(robot.port, numbered=True, alone=3600.0, timeout=1.0) as link:
+    with owner.link(robot.port, numbered=True, alone=3600.0) as link:
         wait_until(lambda: len(robot.writes(HEARTBEAT)) >= 20)
         interrupt(other, owner)
         link.send(Signal("hold", False), Signal("imstp", False), Pulse("cstopi"))
@@ -330,7 +330,7 @@ def test_the_link_is_used_again_once_the_other_master_has_been_quiet(
 ) -> None:
     """No sooner, however long it has written, and with a heartbeat."""
     robot.echoes = True
-    with owner.link(robot.port, alone=1.0, timeout=1.0):
+    with owner.link(robot.port, alone=1.0):
         wait_until(lambda: len(robot.writes(HEARTBEAT)) >= 5)
         last = begun = interrupt(other, owner)
         for value in itertools.count(21001):
@@ -351,7 +351,7 @@ def test_the_end_of_a_link_does_not_disarm_the_robot_for_somebody_else(
 ) -> None:
     """The heartbeat is no longer ours then."""
     robot.echoes = True
-    with owner.link(robot.port, timeout=1.0):
+    with owner.link(robot.port):
         wait_until(lambda: len(robot.writes(HEARTBEAT)) >= 5)
         interrupt(other, owner)
     assert (0,) not in robot.writes(HEARTBEAT)
