@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import struct
 import threading
 import time
@@ -12,6 +13,7 @@ from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
 from random import Random
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -26,7 +28,7 @@ from pymodbus.simulator import DataType, SimData, SimDevice
 from scara_config import load_robot
 from scara_config.modbus_map import load_modbus_map
 from twin_controller.core.actions import RobotSetpoint, StreamAhead, StreamReal
-from twin_controller.modbus import connection_io
+from twin_controller.modbus import connection_io, port_io
 from twin_controller.modbus.blocks import MOST_WRITTEN, Block
 from twin_controller.modbus.connection_io import BUSY_PAUSE
 from twin_controller.modbus.link_io import ModbusLink, ModbusSettings
@@ -38,7 +40,9 @@ CONFIG = Path(__file__).resolve().parents[4] / "config"
 ROBOT, LAYOUT = load_robot(CONFIG), load_modbus_map(CONFIG)
 FIRST, SECOND = Block(11000, 2), Block(11010, 2)
 READ, COIL, REGISTERS = 3, 5, 16
-TIMEOUT = 1.0
+TIMEOUT = 5.0
+SHORT = 1.0
+"""For what waits for the whole of it."""
 WAIT = 0.1
 """No answer of this machine takes so long [s], however busy it is."""
 STOP = LAYOUT.coils["cstopi"].offset
@@ -54,10 +58,16 @@ def robot() -> Iterator[Robot]:
 
 
 @pytest.fixture
-def port(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> Iterator[ModbusPort]:
+def timeout() -> float:
+    """Return how long the port is patient."""
+    return TIMEOUT
+
+
+@pytest.fixture
+def port(robot: Robot, timeout: float, monkeypatch: pytest.MonkeyPatch) -> Iterator[ModbusPort]:
     """Return a port that knows how fast the robot answers."""
     monkeypatch.setattr(connection_io, "SHORTEST_WAIT", WAIT)
-    port = ModbusPort("127.0.0.1", robot.port, LAYOUT.device_id, TIMEOUT)
+    port = ModbusPort("127.0.0.1", robot.port, LAYOUT.device_id, timeout)
     port.open()
     for _ in range(20):
         port.read_words(FIRST)
@@ -106,6 +116,7 @@ def test_a_busy_robot_is_left_alone_for_a_moment(robot: Robot, port: ModbusPort)
     assert time.monotonic() - begun > 10 * BUSY_PAUSE
 
 
+@pytest.mark.parametrize("timeout", [SHORT])
 def test_a_robot_that_is_only_busy_is_lost_with_exception_and_count(
     robot: Robot, port: ModbusPort
 ) -> None:
@@ -114,9 +125,10 @@ def test_a_robot_that_is_only_busy_is_lost_with_exception_and_count(
     begun = time.monotonic()
     with pytest.raises(LinkLostError, match=r"busy \(exception 6\) \(\d+ times\)"):
         port.read_words(FIRST)
-    assert time.monotonic() - begun > TIMEOUT
+    assert time.monotonic() - begun > SHORT
 
 
+@pytest.mark.parametrize("timeout", [SHORT])
 def test_nothing_is_asked_behind_a_part_of_an_answer(robot: Robot, port: ModbusPort) -> None:
     """The next answer would be taken for its rest: the connection ends instead."""
     robot.once[READ].append("part")
@@ -128,17 +140,43 @@ def test_nothing_is_asked_behind_a_part_of_an_answer(robot: Robot, port: ModbusP
         port.read_words(FIRST)
 
 
-def test_doubt_leaves_time_for_two_lost_answers(robot: Robot, port: ModbusPort) -> None:
+class TimedPort(ModbusPort):
+    """Has a time of its own, and a line on which answers take as long as ``takes`` says."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        super().__init__("", 0, LAYOUT.device_id, SHORT)
+        self.now, self.takes = 0.0, deque[float]()
+        self._coming: list[tuple[float, int]] = []
+        for module in (connection_io, port_io):
+            monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: self.now))
+
+    def _send(self, frame: bytes) -> None:
+        takes = self.takes.popleft() if self.takes else 0.001
+        self._coming.append((self.now + takes, *struct.unpack_from(">H", frame)))
+
+    def _next(self, until: float, by: float) -> tuple[int, bytes] | None:
+        at, number = min(self._coming, default=(math.inf, 0))
+        self.now = max(self.now, min(at, until))
+        if at > until:
+            return None
+        self._coming.remove((at, number))
+        return number, bytes([READ, 4, 0, 3, 0, 4])
+
+
+def test_doubt_leaves_time_for_two_lost_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     """Late answers make the port patient; what is lost then is still asked for a third time."""
+    port = TimedPort(monkeypatch)
+    for _ in range(20):
+        port.read_words(SECOND)
     for _ in range(4):
-        robot.once[READ].append("late")
-        port.read_words(FIRST)
-        time.sleep(LATE)
-        port.read_words(FIRST)
-    robot.once[READ].extend(["lost"] * 2)
-    begun = time.monotonic()
+        port.takes.append(LATE)
+        port.read_words(SECOND)
+        port.now += LATE
+        port.read_words(SECOND)
+    port.takes.extend([math.inf] * 2)
+    begun = port.now
     assert port.read_words(SECOND) == [3, 4] and port.tally["lost"] == 2
-    assert time.monotonic() - begun < 0.8 * TIMEOUT
+    assert port.now - begun < 0.8 * SHORT
 
 
 def test_a_slow_robot_is_not_asked_twice(robot: Robot, port: ModbusPort) -> None:
@@ -162,10 +200,10 @@ class Owner:
         """Count a sample."""
         self.samples += 1
 
-    def link(self, port: int, **settings: float) -> ModbusLink:
+    def link(self, port: int, timeout: float = TIMEOUT) -> ModbusLink:
         """Return a link that tells this owner."""
         return ModbusLink(
-            ModbusSettings("127.0.0.1", port, timeout=TIMEOUT, **settings),  # type: ignore[arg-type]
+            ModbusSettings("127.0.0.1", port, timeout=timeout),
             LAYOUT,
             ROBOT,
             self.sampled,
@@ -223,7 +261,7 @@ def test_what_is_left_at_the_end_is_written_in_spite_of_a_busy_robot(robot: Robo
 def test_a_command_that_is_never_taken_ends_the_link_with_the_reason(robot: Robot) -> None:
     """Though all else is answered: nobody may think that the stop was given."""
     owner, robot.echoes = Owner(), True
-    with owner.link(robot.port) as link:
+    with owner.link(robot.port, SHORT) as link:
         wait_until(lambda: link.connected)
         robot.once[COIL].extend(["busy"] * 10_000)
         link.send(Pulse("cstopi"))
