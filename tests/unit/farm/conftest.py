@@ -109,6 +109,8 @@ def farm(tmp_path: Path) -> Iterator[Farm]:
     config = replace(
         shipped,
         router=replace(shipped.router, port=free_port()),
+        # Both ends are this process: where it stands still for a second nobody is lost.
+        lease_ms=5000.0,
         link=replace(shipped.link, health_rate_hz=5.0),
         desk=replace(shipped.desk, flush_ms=50.0),
     )

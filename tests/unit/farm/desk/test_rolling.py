@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
+from farm.config import load_farm
+from farm.desk import command_line_io
 from farm.desk.command_line_io import app
 from farm.desk.lines import rollout_io as rollout
 from farm.desk.roster import Row
@@ -126,8 +128,12 @@ class Site:
 
 
 @pytest.fixture
-def site(farm: Farm, tmp_path: Path):
+def site(farm: Farm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Give two cells under one desk."""
+    # As patient as the farm: who asks runs in this process too.
+    shipped = replace(load_farm(CONFIG), lease_ms=farm.config.lease_ms)
+    monkeypatch.setattr(command_line_io, "load_farm", lambda: shipped)
+    monkeypatch.setattr(command_line_io, "CONNECT_S", 10.0)
     desk = farm.desk(farm.router())
     cells = [Cell(farm, name) for name in ("a", "b")]
     file = tmp_path / "settled.yaml"

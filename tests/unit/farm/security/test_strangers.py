@@ -14,7 +14,7 @@ from pathlib import Path
 import msgspec
 import pytest
 import zenoh
-from farm.bus_io import BusError, open_client, open_router
+from farm.bus_io import BusError, open_client
 from farm.config import Address, Credentials, SecureAddress
 from farm.desk.commands_io import cells_there, order
 from farm.security import door_io as door
@@ -66,12 +66,12 @@ class Site:
 
     def come_in(self, address: Address) -> zenoh.Session:
         """Connect as a link does."""
-        return self.farm.ends.enter_context(open_client(address, 1000.0, 5.0))
+        return self.farm.ends.enter_context(open_client(address, self.farm.config.lease_ms, 5.0))
 
     def listen(self) -> zenoh.Session:
         """Open the router for all who are invited now, and hear all that comes."""
         config = self.farm.config
-        router = self.farm.ends.enter_context(open_router(config.router, 1000.0))
+        router = self.farm.router()
         folder = self.folder.parent / "authority"
         self.door = self.farm.ends.enter_context(MemberDoor(config, folder, (HOST, self.port)))
         router.declare_subscriber(
@@ -96,7 +96,7 @@ def test_a_machine_that_was_invited_is_a_cell_like_any(site: Site) -> None:
     """Shown, asked, looked at; and gone when its connection is."""
     invited = site.invite("pc_1")
     router = site.listen()
-    session = open_client(site.address(invited), 1000.0, 5.0)
+    session = open_client(site.address(invited), site.farm.config.lease_ms, 5.0)
     link = site.farm.link(session, Journal(), cell=GOOD)
     wait_until(lambda: cells_there(router, "site", 1.0) == [GOOD], DEADLINE_S, "the cell")
     (answer,) = order(router, [GOOD], "STOP", "ann", "desk", 2.0)
@@ -263,7 +263,7 @@ def test_a_machine_that_is_revoked_is_out_at_once(site: Site) -> None:
 
     wait_until(lambda: len(heard()) > 20, DEADLINE_S, "the honest state")
     assert site.through({b"forged"}) == []
-    answers = list(order(router, [here, GOOD, OTHER], "STOP", "ann", "desk", 1.0))
+    answers = list(order(router, [here, GOOD, OTHER], "STOP", "ann", "desk", DEADLINE_S))
     accepted = {a.cell for a in answers if a.answer is not None and a.answer.accepted}
     assert accepted == {here, GOOD} and lost == []
     looking.undeclare()
