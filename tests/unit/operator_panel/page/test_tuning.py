@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-import time
+import threading
 from types import SimpleNamespace
 from typing import Any
 
@@ -16,11 +16,12 @@ from operator_panel.page import tuning_io
 from operator_panel.page.view_io import PageView
 from scara_config import load_robot
 
+DEADLINE = 5.0
 GAINS = {"position_p": 5200.0, "position_i": 900.0, "position_d": 268.0, "i_clamp": 12.0}
 
 
 class Form:
-    """The tuning form of a viewer's page; to search for an inertia takes 0.2 s."""
+    """The tuning form of a viewer's page; to search for an inertia takes until ``found`` is set."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """Build it."""
@@ -28,10 +29,11 @@ class Form:
 
         def search(*_: object) -> float:
             self.searched += 1
-            time.sleep(0.2)
+            self.found.wait(DEADLINE)
             return 1.0
 
         self.searched, self.values = 0, GAINS
+        self.found = threading.Event()
         self.switches: dict[str, bool] = {}
         monkeypatch.setattr(tuning_io, "largest_inertia", search)
         monkeypatch.setattr(ui, "run_javascript", lambda _: None)  # no browser is there
@@ -64,7 +66,10 @@ def test_preview_lets_the_pages_event_loop_go_on(form: Form) -> None:
         pressed, turns = asyncio.create_task(form.preview()), 0
         while not pressed.done():
             await asyncio.sleep(0.01)
-            turns += 1
+            # Those before the search has begun prove nothing.
+            turns += form.searched
+            if turns > 5:
+                form.found.set()
         return turns
 
     assert asyncio.run(press()) > 5
@@ -78,10 +83,12 @@ def test_preview_that_comes_late_is_not_shown_beside_other_gains(form: Form) -> 
 
     async def press() -> None:
         pressed = asyncio.create_task(form.preview())
-        await asyncio.sleep(0.05)
+        while not (form.searched or pressed.done()):
+            await asyncio.sleep(0.01)
         form.values = GAINS | {"i_clamp": 6.0}
         with form.client:
             form.form._refresh()
+        form.found.set()
         await pressed
 
     asyncio.run(press())
