@@ -168,8 +168,13 @@ def test_the_first_page_wakes_the_frames_and_the_last_ends_them(parts: SimpleNam
 def test_a_page_from_which_nothing_comes_is_not_there_until_it_speaks_again(
     parts: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As when a network is gone without a word: it keeps no control, and its STOP still counts."""
-    monkeypatch.setattr(live_io, "AWAY_S", 0.1)
+    """As when a network is gone without a word: it keeps no control, and its STOP still counts.
+
+    The time is the test's own.
+    """
+    clock = SimpleNamespace(now=time.monotonic())
+    time_ = SimpleNamespace(monotonic=lambda: clock.now, time=time.time)
+    monkeypatch.setattr(live_io, "time", time_)
     create = "operator_panel.view.live_io.background_tasks.create"
     monkeypatch.setattr(create, asyncio.create_task)
     stopped: list[str] = []
@@ -183,13 +188,17 @@ def test_a_page_from_which_nothing_comes_is_not_there_until_it_speaks_again(
         page = Socket("a")
         serving = asyncio.create_task(parts.live._serve(cast(Any, page)))
         await until(lambda: parts.desk.there == ["a"])
+        clock.now += 1.1 * live_io.AWAY_S
         await until(lambda: parts.desk.there == [])
         page.said.put_nowait({"stop": "STOP", "press": 1})
         await until(lambda: parts.desk.there == ["a"] and stopped == ["STOP"])
-        begun = time.monotonic()
-        while time.monotonic() < begun + 0.4:
+        line = parts.live._lines["a"]
+        for _ in range(4):
+            clock.now += 0.9 * live_io.AWAY_S
             page.said.put_nowait({"alive": 1})
-            await asyncio.sleep(0.01)
+            await until(lambda: line.heard == clock.now)
+            made = parts.maker.frames
+            await until(lambda made=made: parts.maker.frames > made)  # one look more
             assert parts.desk.there == ["a"]
         page.closed.set()
         await serving
