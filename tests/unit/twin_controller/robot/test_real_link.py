@@ -200,6 +200,7 @@ def test_the_end_gives_a_hold_of_ours_back_to_a_robot_that_stands(
         cell.link.perform(Command.STOP_REAL)
 
     monkeypatch.setattr(time, "sleep", sleep)
+    monkeypatch.setattr(real_link_io, "REST", 10.0)  # this machine may stand still for a while
 
     def stand() -> None:
         while ("close", True) not in cell.asked and not done.wait(0.01):
