@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from scara_config import KeepOut
 
-from scara_control.kinematics.screws import Point, ScrewModel, tool_position
+from scara_control.kinematics.screws import Point, ScrewModel, nearest_on_axis, tool_position
 
 PARALLEL = 1e-9
 ROUNDING = 1e-6
@@ -41,8 +41,7 @@ def largest_rates(model: ScrewModel) -> tuple[Point, ...] | None:
         if not turns:
             rates.append(np.abs(axis))
             continue
-        on_axis = np.cross(omega, v)
-        nearest = on_axis + np.array(omega) * (omega @ (place - on_axis))
+        nearest = nearest_on_axis(omega, v, place)
         # The point is farthest from an axis when all that is between them is stretched out.
         radius += float(np.linalg.norm(place - nearest))
         place = nearest

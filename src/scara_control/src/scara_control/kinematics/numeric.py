@@ -21,7 +21,7 @@ from scara_control.errors import ScaraControlError, UnreachableError
 from scara_control.kinematics.jacobians import pose_and_jacobian, tip_jacobian
 from scara_control.kinematics.scara import Triple
 from scara_control.kinematics.scara_velocity import JointVelocities
-from scara_control.kinematics.screws import ScrewModel, forward_kinematics
+from scara_control.kinematics.screws import ScrewModel, forward_kinematics, nearest_on_axis
 from scara_control.kinematics.twists import FloatArray, exp6, quaternion, skew
 from scara_control.limits import LIMIT_TOLERANCE, check_joint_vector
 
@@ -95,6 +95,21 @@ class NumericArm:
         """Upper limits, shape ``(n,)``."""
         return np.array([joint.upper for joint in self.joints])
 
+    @property
+    def reach(self) -> tuple[FloatArray, float]:
+        """Return a place that no joint moves, and how far from it the tool can be at most [m].
+
+        From axis to axis it is always as far as at home; a slide is out as far as it goes.
+        """
+        place, radius = np.array(self.chain.home_origin), 0.0
+        for (turns, omega, v), joint in zip(self.chain.plain_screws[::-1], self.joints[::-1]):
+            if turns:
+                before, place = place, nearest_on_axis(omega, v, place)
+                radius += float(np.linalg.norm(before - place))
+            else:
+                radius += max(abs(joint.lower), abs(joint.upper)) + LIMIT_TOLERANCE
+        return place, radius
+
     def tool_position(self, q: Sequence[float]) -> Triple:
         """Return where the tool's origin is [m]."""
         x, y, z = forward_kinematics(self.chain, q)[:3, 3].tolist()
@@ -127,7 +142,8 @@ def inverse(
         it.
 
     Raises:
-        UnreachableError: Not finite, or no start leads there; the text says how near the best came.
+        UnreachableError: Not finite, or no start leads there; the text says how near the best came,
+            or where the stretched arm ends.
         ScaraControlError: ``elbow_wanted``, or a ``yaw`` of an arm that cannot choose it.
         JointVectorError: ``seed`` is no joint vector.
     """
@@ -144,6 +160,15 @@ def inverse(
         turn = exp6(np.array([0.0, 0.0, yaw, 0.0, 0.0, 0.0]))[:3, :3]
         arm = replace(arm, rotation=turn @ arm.rotation)
     start = arm.home if seed is None else np.array(check_joint_vector(arm.joints, seed))
+    shown = ", ".join(f"{value:.6g}" for value in place)
+    how = "as at home" if yaw is None else f"turned by {yaw:.6g} rad"
+    how = how if arm.keeps_turn else "turned as it may be"
+    refused = f"target ({shown}) m, the tool {how}: not reached within the joints' limits; "
+    centre, reach = arm.reach
+    beyond = float(np.linalg.norm(place - centre)) - reach
+    # All starts would take tenths of a second to find the same.
+    if beyond > POSITION_TOLERANCE:
+        raise UnreachableError(f"{refused}the stretched arm ends {beyond * 1e3:.3g} mm away")
     best: tuple[float, float] = (math.inf, math.inf)
     found: list[FloatArray] = []
     for number, begin in enumerate(_starts(arm, start)):
@@ -158,12 +183,8 @@ def inverse(
                 break
         best = min(best, (distance + ARM_LENGTH * turned, distance))
     if not found:
-        shown = ", ".join(f"{value:.6g}" for value in place)
-        how = "as at home" if yaw is None else f"turned by {yaw:.6g} rad"
-        how = how if arm.keeps_turn else "turned as it may be"
         raise UnreachableError(
-            f"target ({shown}) m, the tool {how}: not reached within the joints' limits; "
-            f"the best of {arm.starts + 2} starts ends {best[1] * 1e3:.3g} mm away"
+            refused + f"the best of {arm.starts + 2} starts ends {best[1] * 1e3:.3g} mm away"
         )
     nearest = min(found, key=lambda q: float(np.linalg.norm(q - start)))
     return tuple(np.clip(nearest, arm.lower, arm.upper).tolist())

@@ -239,6 +239,13 @@ def tool_position(arm: ScrewModel, q: Sequence[float]) -> Point:
     return x, y, z
 
 
+def nearest_on_axis(omega: Point, v: Point, place: FloatArray) -> FloatArray:
+    """Return the point of a turning joint's axis ``(omega, v)`` that is nearest to a place [m]."""
+    on_axis = np.cross(omega, v)
+    nearest: FloatArray = on_axis + np.array(omega) * (omega @ (place - on_axis))
+    return nearest
+
+
 def _joint_matrix(arm: ScrewModel, q: ArrayLike) -> FloatArray:
     """Return ``q`` as an array of shape ``(m, n)`` or raise JointVectorError."""
     matrix = np.asarray(q, dtype=float)
