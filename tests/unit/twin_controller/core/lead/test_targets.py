@@ -12,6 +12,7 @@ from scara_control.joint_motion import JointMotion
 from scara_control.keep_out.points import positions
 from twin_controller.core.actions import MoveTwin
 from twin_controller.core.events import MoveEnded, Operator
+from twin_controller.core.lead import operator
 from twin_controller.core.lead.commands.allowed import refusals
 from twin_controller.core.lead.commands.judging import judge_move
 from twin_controller.core.lead.modes import Mode
@@ -114,6 +115,16 @@ def test_a_move_without_coordinates_is_refused_with_what_is_missing(pair: Pair) 
     """A message whose fields nobody fills asks for the middle of the base."""
     answer = pair.operate("MOVE", target=(0.0, 0.0, 0.0), speed_percent=20.0)
     assert not answer.success and "MOVE needs the point to move to" in answer.message
+
+
+def test_a_target_is_judged_only_where_its_move_would_begin(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Kinematics by numbers take tenths of a second, in which the controller does nothing else."""
+    assert pair.operate("MOVE_JOINTS", target=(0.1, 0.2, -0.1, 0.0)).success
+    monkeypatch.setattr(operator, "judge_move", pytest.fail)
+    answer = pair.operate("MOVE", target=(0.9, 0.0, 0.0))
+    assert not answer.success and answer.message == "something else leads: STOP first"
 
 
 def test_a_way_nearer_than_the_clearance_is_refused(pair: Pair) -> None:

@@ -49,11 +49,12 @@ def operate(setup: Setup, state: CoreState, event: Operator, judge_target: bool 
         unknown = f"unknown command {event.command!r}: allowed are {allowed}"
         return state, [Reply(event.id, False, unknown)]
     invalid = invalid_target(setup, event) or _forbidden(setup, state, trigger, event.now)
-    if not invalid and trigger is Trigger.MOVE and judge_target:
+    row = row_of(setup, state.lead, trigger)
+    # Kinematics by numbers take tenths of a second: only where the move would begin.
+    if not invalid and not row.refused and trigger is Trigger.MOVE and judge_target:
         invalid = judge_move(setup, state.sides.twin, event).refusal
     if invalid:
         return state, [Reply(event.id, False, invalid)]
-    row = row_of(setup, state.lead, trigger)
     state, actions = transition(setup, state, trigger, event.now, event)
     text = row.why or trigger.value
     if row.refused:
