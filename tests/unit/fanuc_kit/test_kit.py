@@ -333,6 +333,17 @@ def test_a_tool_frame_that_a_program_of_the_robot_sets_is_not_judged(
     assert ("no program sets UTOOL[1]" in done.output) is named, done.output
 
 
+def test_a_program_of_the_robot_that_is_no_utf_8_is_named(tmp_path: Path) -> None:
+    """Exit code 1 would say that something is not set."""
+    config = tmp_path / "config"
+    config.mkdir()
+    copy_configuration(config)
+    (config / "programs" / "OLD.LS").write_bytes(b"/PROG  OLD\n! gr\xe4n\n")
+    (tmp_path / "system.va").write_text("")
+    done = CliRunner().invoke(read, [str(tmp_path / "system.va"), "--config-dir", str(config)])
+    assert done.exit_code == 2 and "OLD.LS: is not in UTF-8: byte 0xe4" in done.output
+
+
 def test_the_map_that_is_made_is_that_of_the_slots(tmp_path: Path) -> None:
     """It is read as any other, and asks for what the sheet of slots lays out."""
     folder = tmp_path / "kit"

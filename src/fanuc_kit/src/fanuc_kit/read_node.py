@@ -13,6 +13,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from scara_config import ConfigError, load_robot
+from scara_config.loader import load_text
 from scara_config.modbus_map import load_modbus_map
 from scara_config.programs.files import program_files
 from scara_config.set_up.kit_map import kit_map
@@ -46,7 +47,7 @@ def read(
             raise ConfigError(f"{path}: cannot be read: {error}") from error
         read_printout(text, path.name, found)
     console = Console(highlight=False, soft_wrap=True)
-    texts = (path.read_text(encoding="utf-8") for path in program_files(config_dir).values())
+    texts = map(load_text, program_files(config_dir).values())
     # Not only the program that moves: a frame that any program sets stays set on the controller.
     tool_is_set = any(_SETS_TOOL.search(text) for text in texts)
     gaps = list(missing(layout, found, profile.lead, tool_is_set))
