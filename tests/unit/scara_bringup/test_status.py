@@ -120,6 +120,18 @@ def test_a_cell_that_was_killed_is_forgotten(
     assert not running.index().exists()
 
 
+@pytest.mark.parametrize("content", [b"", b'{"pid": 1, "verb": "\xff"}'])
+def test_a_file_that_is_damaged_is_forgotten(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, content: bytes
+) -> None:
+    """By a power cut; nobody else would remove its link."""
+    monkeypatch.setenv("CELL_ROOT", str(tmp_path))
+    with running.announced(cell_of(1, tmp_path)):
+        (tmp_path / running.FILE).write_bytes(content)
+        assert running.running_cells() == []
+        assert list(running.index().iterdir()) == []
+
+
 @pytest.mark.parametrize(
     ("born", "found"),
     [("{boot} {ticks}", True), ("", True), ("{boot} {ticks}0", False), ("other {ticks}", False)],

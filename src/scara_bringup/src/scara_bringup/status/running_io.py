@@ -102,7 +102,7 @@ def running_cells() -> list[RunningCell]:
     """Return the cells of this workspace that run; links of those that were killed are removed."""
     found = []
     for link in sorted(index().glob("*.json")):
-        with contextlib.suppress(OSError, msgspec.MsgspecError):
+        with contextlib.suppress(OSError, msgspec.MsgspecError, UnicodeDecodeError):
             cell = msgspec.json.decode(link.read_bytes(), type=RunningCell)
             if is_bring_up(cell.pid) and cell.born in ("", birth_of(cell.pid)):
                 found.append(cell)
