@@ -6,11 +6,13 @@ import re
 from pathlib import Path
 from typing import Any
 
-from scara_config.loader import ConfigError, load, load_keys
-from scara_config.profile import PROGRAM_ENDING, PROGRAMS, known_robots, locate
+from scara_config.loader import ConfigError, config_directory, load, load_keys
+from scara_config.profile import PROGRAM_ENDING, PROGRAMS, locate
 from scara_config.programs.files import program_files
 from scara_config.writer import replace_file, write_values
 
+COPIED = "copied_from.txt"
+"""A run's copy holds it: the folder that was copied."""
 NUMBERED = "rsr_programs"
 MOST_NUMBERED = 8
 """As many RSR as there are."""
@@ -57,12 +59,11 @@ def kept_file(name: str, directory: Path | str | None = None) -> Path:
 
 
 def is_copy(directory: Path | str | None = None) -> bool:
-    """Return whether a folder is a run's copy, of which the next start reads ``programs/`` alone.
+    """Return whether a folder is a run's copy, of which the next start reads ``programs/`` at most.
 
-    The copy has a link there, to the folder in the configuration that was copied.
+    Whoever makes the copy says so in it: not each has links to what was copied.
     """
-    # A robot's folder in the configuration itself may share another robot's programs.
-    return not known_robots(directory) and locate(PROGRAMS, directory).is_symlink()
+    return (Path(directory or config_directory()) / COPIED).exists()
 
 
 def _give_number(path: Path, name: str) -> str:

@@ -18,6 +18,8 @@ import rospy
 from dynamic_reconfigure.msg import Config, DoubleParameter
 from dynamic_reconfigure.srv import ReconfigureRequest
 from harness.yaml_files import copy_configuration
+from scara_bringup.config import Ports
+from scara_bringup.processes.configuration_io import copy_with_ports, link_taught
 from scara_control.pid import PidGains
 from scara_simulation.config import LoopGains
 from scara_simulation.tuning.gains import PARAMETERS, Tuning, TuningError, value_of
@@ -222,22 +224,24 @@ def test_same_value_is_no_change(tuning):
 def test_gains_in_a_runs_copy_are_said_to_last_until_the_cell_ends(
     tuning: Tuning, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The next start of a cell with a name makes another copy of the file that is not changed."""
-    folder, said = copy_configuration(tmp_path), []
+    """The next start of a cell with a name or a port copies the file that is not changed."""
+    said: list[Any] = []
     publisher = SimpleNamespace(publish=said.append)
     monkeypatch.setattr(rospy, "Publisher", lambda *_, **__: publisher)
     monkeypatch.setattr(rospy, "Service", lambda *_: None)
     runner = _runner()
 
-    def answer_to(p: float) -> str:
+    def answer_to(p: float, folder: Path) -> str:
         ports = TuningPorts(["joint_1", "joint_2"], runner, tuning, folder)
         config = Config(doubles=[DoubleParameter("position_p", p)])
         ports._set("joint_1", ReconfigureRequest(config=config))
         return [each.data for each in said if isinstance(each, String)][-1]
 
-    assert answer_to(4000.0) == "set and saved: joint_1: position_p 3600 -> 4000"
-    # As a cell with a name links what people teach.
-    (folder / "programs").rename(folder / "taught")
-    (folder / "programs").symlink_to(folder / "taught")
-    ends = "set and saved until this cell ends: joint_1: position_p 4000 -> 4100"
-    assert answer_to(4100.0) == ends
+    own = copy_configuration(tmp_path / "own")
+    assert answer_to(4000.0, own) == "set and saved: joint_1: position_p 3600 -> 4000"
+    # As for a demo with a port of its own, then as for a cell of people, who teach.
+    copied = copy_with_ports(own, tmp_path / "config", Ports(gateway=19091))
+    ends = "set and saved until this cell ends: joint_1: position_p"
+    assert answer_to(4100.0, copied) == f"{ends} 4000 -> 4100"
+    link_taught(own, copied)
+    assert answer_to(4200.0, copied) == f"{ends} 4100 -> 4200"

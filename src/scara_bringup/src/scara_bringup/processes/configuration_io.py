@@ -10,6 +10,7 @@ import msgspec
 from ruamel.yaml import YAML
 from scara_config.frames import FILE as FRAMES
 from scara_config.profile import PROGRAMS, copy_in_force, locate
+from scara_config.programs.keeping import COPIED
 from scara_config.rollout.kept import RUNNING, Kept, faults_of, read_kept, write_kept
 
 from scara_bringup.config import DOOR_FILES, Ports
@@ -27,6 +28,7 @@ def copy_with_ports(source: Path, target: Path, ports: Ports = NO_PORTS) -> Path
     """
     if not _are_one(source, target):
         copy_in_force(source, target)
+        (target / COPIED).write_text(f"{source}\n", encoding="utf-8")
         # Of a change in what stood there before.
         (target / RUNNING).unlink(missing_ok=True)
     for name, port in msgspec.structs.asdict(ports).items():
