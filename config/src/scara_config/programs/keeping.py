@@ -63,7 +63,7 @@ def is_copy(directory: Path | str | None = None) -> bool:
 
     Whoever makes the copy says so in it: not each has links to what was copied.
     """
-    return (Path(directory or config_directory()) / COPIED).exists()
+    return (Path(directory or config_directory()) / COPIED).is_file()
 
 
 def _give_number(path: Path, name: str) -> str:
