@@ -73,7 +73,9 @@ def test_a_recording_that_grows_is_not_mixed(runs: Path) -> None:
 
 def test_a_list_that_cannot_be_read_is_named() -> None:
     """Of a cell of another version, or a damaged one."""
-    reply = SimpleNamespace(ok=SimpleNamespace(payload=b'["\xff"]'), err=None)
+    reply = SimpleNamespace(
+        ok=SimpleNamespace(payload=b'[{"name":"\xff","size":1,"modified":1}]'), err=None
+    )
     session: Any = SimpleNamespace(get=lambda *_, **__: [reply])
     with pytest.raises(FetchError, match="list of recordings cannot be read: 'utf-8'"):
         recordings_of(session, CELL)
