@@ -19,6 +19,7 @@ ONLY_COMPUTES = {
     "tests/unit/operator_panel/page/test_leading.py": "a loop that waits for nobody else",
     "tests/unit/operator_panel/page/test_only_looks.py": "a loop that waits for nobody else",
     "tests/unit/operator_panel/page/test_programs.py": "a loop that waits for nobody else",
+    "tests/unit/operator_panel/page/test_target.py": "a loop that waits for nobody else",
     "tests/unit/operator_panel/teach/test_kept.py": "a loop that waits for the disk",
     "tests/unit/scara_control/dynamics/test_cleared_memory.py": "a process, whose end it waits for",
     "tests/unit/scara_control/dynamics/test_engine.py": "two processes, whose end it waits for",
@@ -30,6 +31,7 @@ ONLY_COMPUTES = {
     "tests/unit/setup/test_clients.py": "git and a build, whose end it waits for",
     "tests/unit/setup/test_pins.py": "pip, whose end it waits for",
     "tests/unit/setup/test_site.py": "a build of the site, whose end it waits for",
+    "tests/unit/twin_controller/twin/test_rosbridge_socket.py": "a socket that is closed at once",
     "tests/unit/twin_experiments/test_mcap.py": "rosbags' converter, whose end it waits for",
     "tests/unit/twin_experiments/label/test_workspace.py": "git, whose end it waits for",
 }
