@@ -20,7 +20,6 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from scara_config import ConfigError, Robot, config_directory, load_robot, locate
-from scara_config.loader import load_keys
 from scara_config.profile import robot_folder
 from scara_config.writer import changed_text, replace_file
 from scara_control.kinematics.screws import ScrewModel, tool_positions
@@ -29,6 +28,7 @@ from scara_ros.shell.program_io import WRONG
 from scara_simulation.config import load_gains, load_simulation
 from scara_simulation.world_io import World
 from twin_controller.config import load_twin_controller
+from twin_experiments.config import load_experiments
 from twin_experiments.report.label.sentence import missing_sentence
 
 from twin_analysis.fit.offline_twin_io import SNAPSHOT_STEPS, OfflineTwin
@@ -69,8 +69,7 @@ def fit(
     with open_bag(bag) as opened:
         check_robot(opened, robot.name)
         simulation = load_simulation(robot, folder)
-        file = locate("experiments.yaml", folder)
-        (longest_gap,) = load_keys(file, {"metrics.longest_gap_s": float})
+        longest_gap = load_experiments(robot, folder).metrics.longest_gap_s
         names = [joint.name for joint in robot.twin_joints]
         recording = read_recording(opened, names, SNAPSHOT_STEPS * simulation.dt, longest_gap)
         # Only who has read it knows what is missing of it.

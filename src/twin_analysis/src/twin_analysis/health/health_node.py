@@ -14,10 +14,10 @@ from typing import Annotated
 
 import typer
 from cell_recorder.reading.bag_reader_io import BagError
-from scara_config import ConfigError, load_robot, locate
-from scara_config.loader import load_keys
+from scara_config import ConfigError, load_robot
 from scara_ros.shell.command_line_io import CommandLine
 from scara_ros.shell.program_io import UNUSABLE, WRONG
+from twin_experiments.config import load_experiments
 
 from twin_analysis.health.cycle_reader_io import read_cycle
 from twin_analysis.health.signs import Signs, TorqueError, signs_of
@@ -42,8 +42,7 @@ def health(
     if len(bags) < week:
         raise typer.BadParameter(f"{len(bags)} recordings: the first week alone needs {week}")
     robot = load_robot(config_dir)
-    file = locate("experiments.yaml", config_dir)
-    (longest_gap,) = load_keys(file, {"metrics.longest_gap_s": float})
+    longest_gap = load_experiments(robot, config_dir).metrics.longest_gap_s
     joints = facts_of(robot)
     names: tuple[str, ...] = ()
     signs: list[Signs] = []
