@@ -13,7 +13,7 @@ import msgspec
 from twin_controller.config import Gripper as GripperConfig
 from twin_controller.core.actions import Grip
 from twin_controller.core.events import AnyEvent, GripAnswered, SideName
-from twin_controller.core.orders.order import GiveUp, Order, Patience, due, fresh, tell
+from twin_controller.core.orders.order import Due, GiveUp, Order, Patience, due, fresh, tell
 from twin_controller.core.sides.side import Gripper, Sides
 
 replace = msgspec.structs.replace
@@ -154,11 +154,12 @@ def _see_to_orders(grips: Grips, refusal: str, now: float) -> Result:
     """
     made: list[Notice | Grip] = []
     real, twin = due([grips.real], now), due([grips.twin], now)
-    late = [grips.real] if real.sends and refusal and grips.real is not None else []
-    for again in real.sends if not late else ():
+    if refusal and real.sends and grips.real is not None:
+        real = Due([], [grips.real])
+    for again in real.sends:
         grips = replace(grips, real=again)
         made.append(Grip("real", again.wanted))
-    for lost in [*late, *real.failures]:
+    for lost in real.failures:
         grips, said = _given_up(replace(grips, real=None), "real", lost)
         made += said
     for again in twin.sends:
