@@ -217,14 +217,19 @@ def test_a_stop_aborts_the_goal_with_its_reason(bench: Bench, command: Command) 
             bench.accept("b", GOAL)
 
 
-def test_a_goal_right_after_a_stop_waits_until_a_stream_is_listened_to_again(bench: Bench) -> None:
-    """A stream must have paused after a STOP, so the goal begins behind that pause."""
+def stop_a_goal(bench: Bench) -> None:
+    """Stop a goal on its way, and let the pose controller come to rest."""
     bench.accept("a", GOAL)
     bench.run(0.6)
     bench.pose.command(Command.STOP, "", bench.now)
     bench.until_ended()
     while bench.pose.report(bench.now).state != "idle":
         bench.step()
+
+
+def test_a_goal_right_after_a_stop_waits_until_a_stream_is_listened_to_again(bench: Bench) -> None:
+    """A stream must have paused after a STOP, so the goal begins behind that pause."""
+    stop_a_goal(bench)
     refused = bench.refused
     assert not bench.accept("b", GOAL)
     assert bench.until_ended(2).code is Code.SUCCESSFUL
@@ -233,12 +238,7 @@ def test_a_goal_right_after_a_stop_waits_until_a_stream_is_listened_to_again(ben
 
 def test_a_goal_that_waits_behind_a_stop_is_not_dropped_for_a_newer_one(bench: Bench) -> None:
     """Its client would never hear of it: the newer one is refused, and the waiting one begins."""
-    bench.accept("a", GOAL)
-    bench.run(0.6)
-    bench.pose.command(Command.STOP, "", bench.now)
-    bench.until_ended()
-    while bench.pose.report(bench.now).state != "idle":
-        bench.step()
+    stop_a_goal(bench)
     assert not bench.accept("b", GOAL)
     with pytest.raises(GoalError, match="another goal is waiting already"):
         bench.accept("c", GOAL)
