@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import msgspec
 import numpy as np
 import pytest
@@ -200,6 +202,62 @@ def test_a_pair_apart_in_either_direction_is_not_aligned(joint: int, border: flo
     pair.run(6.0)
     assert "IDLE" not in [each.mode_after for each in pair.decisions()]
     assert pair.decisions()[-1].mode_after == "ALIGNING"
+
+
+def stray_once(pair: Pair, joint: int, border: float) -> None:
+    """Let one answer of the robot say that a joint moves, so many border units a second."""
+    speed = border * SETUP.scale[joint]
+    told_of, left = pair.real_at, [True]
+
+    def real_at(t: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        q, qdot = told_of(t)
+        strays = bool(left) and left.pop()
+        return q, tuple([v + speed * (strays and k == joint) for k, v in enumerate(qdot)])
+
+    pair.real_at = real_at  # type: ignore[method-assign]
+
+
+def links_again() -> Pair:
+    """Return a pair that aligns again after its link to the robot was cut."""
+    pair = idle_pair()
+    pair.link("real", False)
+    pair.run(0.2)
+    pair.link("real", True)
+    pair.until(Mode.ALIGNING)
+    return pair
+
+
+def program_ended() -> Pair:
+    """Return a pair whose robot has just ended a program of its own."""
+    pair = idle_pair()
+    pair.start_program(ramp(HOME, shifted(HOME, 0.0, 10.0), 0.8), 0.8)
+    pair.end_program()
+    assert pair.mode is Mode.REAL_LEADS
+    return pair
+
+
+@pytest.mark.parametrize("begin", [links_again, program_ended])
+@pytest.mark.parametrize("late_s", [0.03, *thorough(0.0, 0.015, 0.06)])
+@pytest.mark.parametrize(
+    ("joint", "border"), [(2, 32.0), *thorough((0, 5.0), (1, -40.0), (3, -200.0), (2, -3.0))]
+)
+def test_one_damaged_speed_before_the_pair_rests_leads_nobody(
+    begin: Callable[[], Pair], late_s: float, joint: int, border: float
+) -> None:
+    """The set point it makes may be on its way to a twin that stands: no motion of the twin's."""
+    for after in np.arange(0.0, 0.5, 0.009):
+        pair = begin()
+        pair.command_delay = late_s
+        pair.run(after)
+        if pair.mode is Mode.IDLE:
+            break
+        decided = len(pair.decisions())
+        stray_once(pair, joint, border)
+        pair.run(0.8)
+        assert set(pair.triggers(decided)) <= {"ALIGNED", "AT_REST"}
+        pair.until(Mode.IDLE)
+        assert pair.far() < 0.05
+    assert 0.1 < after < 0.49
 
 
 @pytest.mark.parametrize(

@@ -194,7 +194,10 @@ def test_a_command_becomes_its_trigger(
 
 @pytest.mark.parametrize("late_ms", [0, 40, 80, 120])
 def test_one_damaged_answer_while_the_twin_aligns_is_no_motion(late_ms: int) -> None:
-    """A standing robot whose one reading is far off leads nobody, whenever that comes."""
+    """A standing robot whose one reading is far off leads nobody, whenever that comes.
+
+    While it comes again and again the pair need not be ready: the twin may be on its way there.
+    """
     pair = idle_pair()
     pair.link("real", False)
     pair.run(0.3)
@@ -210,5 +213,6 @@ def test_one_damaged_answer_while_the_twin_aligns_is_no_motion(late_ms: int) -> 
             (lambda t: (shifted(sound(t)[0], 0.4), sound(t)[1])) if damaged else sound
         )
     assert pair.now - begun > 0.5
-    assert "REAL_LEADS" not in [decision.mode_after for decision in pair.decisions()[since:]]
-    assert pair.mode is Mode.IDLE
+    pair.real_at = sound  # type: ignore[method-assign]
+    pair.run(0.3)
+    assert pair.triggers(since) == ["LINKS_READY", "ALIGNED"]

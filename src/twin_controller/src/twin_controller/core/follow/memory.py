@@ -9,6 +9,7 @@ from twin_controller.core.events import Joints
 from twin_controller.core.follow.blend import Blend
 from twin_controller.core.follow.remembered import Remembered
 from twin_controller.core.follow.response import Response
+from twin_controller.core.sides.change import ChangeState
 
 
 class TwinFollows(msgspec.Struct, frozen=True):
@@ -20,6 +21,8 @@ class TwinFollows(msgspec.Struct, frozen=True):
     slowly: bool = False
     # What is left of the gap at the start; None until the first set point is sent.
     blend: Blend | None = None
+    # Since when its set points lead to one place; begins as the twin itself stands.
+    told: ChangeState = ChangeState()
 
 
 class RealFollows(msgspec.Struct, frozen=True):

@@ -12,7 +12,7 @@ from twin_controller.core.follow.blend import Blend, begin_blend, finished, samp
 from twin_controller.core.follow.memory import TwinFollows
 from twin_controller.core.follow.remembered import SPACING_S, Remembered, way_on, within
 from twin_controller.core.setup import Setup
-from twin_controller.core.sides.change import stands_still
+from twin_controller.core.sides.change import drop_baseline, stands_still, update, widened
 from twin_controller.core.sides.pairing import deviation
 from twin_controller.core.sides.side import RealSide, Sides
 
@@ -20,6 +20,8 @@ replace = msgspec.structs.replace
 
 JERK_S = 0.0095
 """A jerk is told by speeds so far apart [s]; our choice."""
+LEADS_S = 0.1
+"""What a set point is by so much later [s] without a next one: the twin goes on for no longer."""
 OWN_MOTION = ("announcing", "moving", "stopping")
 """What the twin shows while it does something of its own."""
 
@@ -108,12 +110,15 @@ def follow_twin(
             blend = begin_blend(offset, sample.time, setup.align_speeds())
         else:
             blend = close_gap(setup, offset, sample.time)
-        follows = replace(follows, blend=blend)
+        follows = replace(follows, blend=blend, told=drop_baseline(sides.twin.change))
     qddot, points = way_on(setup, remembered, sample)
     if qddot is None:
         qddot, points = go_on(setup, sides.real)
     here = JointMotion(sample.q, sample.qdot, qddot)
     way = tuple(_with_gap(setup, point, blend, sample.time) for point in (here, *points))
+    led = setup.to_border(way[0].after(LEADS_S).q)
+    told = update(follows.told, now, led, widened(setup.config.change, sides.real.noise))
+    follows = replace(follows, told=told)
     return follows, FollowTwin(sides.twin.clock.to_remote(sample.time), way)
 
 
@@ -170,4 +175,14 @@ def aligned(
     if not stands_still(sides.real.change, now, config.change):
         return deviation(setup, sides) <= config.align.lead_tolerance
     still = stands_still(sides.twin.change, now, config.change)
-    return still and deviation(setup, sides) <= config.align.tolerance
+    told = sent_to_rest(setup, follows, now)
+    return still and told and deviation(setup, sides) <= config.align.tolerance
+
+
+def sent_to_rest(setup: Setup, follows: TwinFollows | None, now: float) -> bool:
+    """Return whether the twin has long been told to stay where it is.
+
+    A set point that leads elsewhere, and be it by one damaged reading, may still be on its way to a
+    twin that stands: what it does about that is no motion of its own.
+    """
+    return follows is None or stands_still(follows.told, now, setup.config.change)

@@ -15,7 +15,7 @@ from twin_controller.core.events import (
     TwinPlan,
 )
 from twin_controller.core.follow.real import jogs_ahead
-from twin_controller.core.follow.twin import aligned
+from twin_controller.core.follow.twin import aligned, sent_to_rest
 from twin_controller.core.lead.modes import COMMANDS, MOVES, Mode, Trigger
 from twin_controller.core.lead.reports import moved_since_pause, resume_blocked, side_triggers
 from twin_controller.core.lead.standing import moved_since
@@ -237,7 +237,10 @@ def rest_triggers(setup: Setup, state: CoreState, now: float) -> list[Trigger]:
     config, lead, sides = setup.config, state.lead, state.sides
     if lead.mode is Mode.ALIGNING:
         if aligned(setup, state.follow.twin, sides, lead.since, now):
-            return [Trigger.CAUGHT_UP if _goes_on(setup, sides.real, now) else Trigger.ALIGNED]
+            if change.stands_still(sides.real.change, now, config.change):
+                return [Trigger.ALIGNED]
+            if _goes_on(setup, sides.real, now):
+                return [Trigger.CAUGHT_UP]
         failed = now - lead.since > config.align.timeout_ms * 1e-3
         if failed:
             return [Trigger.ALIGN_FAILED]
@@ -267,6 +270,8 @@ def _both_rest(setup: Setup, state: CoreState, now: float) -> bool:
     # A twin that leads may follow a trajectory that stands for a moment.
     ended = ("idle", "following") if lead.mode is Mode.REAL_LEADS else ("idle",)
     if motion.state not in ended or jogs_ahead(sides.twin, now):
+        return False
+    if not sent_to_rest(setup, state.follow.twin, now):
         return False
     return all(
         change.stands_still(side.change, now, config.change) for side in (sides.real, sides.twin)
