@@ -3,7 +3,8 @@
     python -m harness.running.nightly begin
     python -m harness.running.nightly write --tests 0 --clients 0 --mutants 1 [--page FILE]
 
-``begin`` prints seed and rooms of tonight's mutants, as words for harness.mutants. ``write`` is
+``begin`` prints whose turn it is, then seed and rooms of tonight's mutants, as words for
+harness.mutants. ``write`` is
 told how the three commands ended. What they found it reads from the files that they left in build/.
 """
 
@@ -27,6 +28,7 @@ from twin_experiments.workspace_io import PROCESSORS, commit_of, processor_of
 from harness.mutants import summary
 from harness.running.changed import changed_files
 from harness.running.lanes import PARTS
+from harness.running.thorough import TURN, turn_of
 from harness.workspace import ROOT
 
 BUILD = ROOT / "build"
@@ -128,9 +130,10 @@ def page(
     return "\n".join(
         [
             "# The last night",
-            "Written by `.ci/nightly`, which runs `./cell test --nightly`: all tests with longer "
-            "scenes and new examples, other people's programs with rosbridge_server beside the "
-            "gateway, and mutants of the rooms whose turn it is.",
+            "Written by `.ci/nightly`, which runs `./cell test --nightly`: all tests, with a half "
+            "of the longer scenes and new examples in a half of the files, by turns (this night's: "
+            f"`{TURN}={turn_of(night.begun.date())}`), other people's programs with "
+            "rosbridge_server beside the gateway, and mutants of the rooms whose turn it is.",
             "",
             f"Begun {night.begun:%Y-%m-%d %H:%M} UTC at commit {night.commit} on {night.machine}.",
             *([f"Only what these words choose: `{words}`."] if words else []),
@@ -215,7 +218,7 @@ def all_rooms() -> list[str]:
 
 
 def begin() -> None:
-    """Keep what the report has to know, and print the words for tonight's mutants."""
+    """Keep what the report has to know; print whose turn it is, and the words for the mutants."""
     now = datetime.now(timezone.utc)
     machine = f"{processor_of(PROCESSORS)}, {os.cpu_count()} cores"
     night = Night(now, commit_of(ROOT), machine, tuple(changed_files("HEAD")))
@@ -229,7 +232,7 @@ def begin() -> None:
     print(
         f"night: commit {night.commit}, mutants of {', '.join(rooms)}, seed {seed}", file=sys.stderr
     )
-    print("--seed", seed, *rooms)
+    print(turn_of(now.date()), "--seed", seed, *rooms)
 
 
 def write(

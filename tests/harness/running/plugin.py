@@ -17,7 +17,7 @@ from _pytest.runner import call_and_report
 from xdist.scheduler import LoadScopeScheduling
 
 from harness import processes
-from harness.running import lanes, repeats
+from harness.running import lanes, repeats, thorough
 from harness.running.shared import BROWSERS, GROUP
 from harness.workspace import ROOT
 
@@ -70,17 +70,35 @@ class Running:
         parts = {lanes.part_of(file.relative_to(ROOT).as_posix()) for file in files}
         return self._part not in parts or None
 
+    @pytest.hookimpl(wrapper=True)
+    def pytest_make_collect_report(self, collector: pytest.Collector) -> Iterator[None]:
+        """Let a file, which is imported by this, search only in the night whose turn it has."""
+        if isinstance(collector, pytest.Module):
+            search = "HYPOTHESIS_SEARCH" in os.environ
+            thorough.SEARCH = search and thorough.comes(collector.nodeid)
+        return (yield)
+
     @pytest.hookimpl(optionalhook=True)
     def pytest_xdist_make_scheduler(self, config: pytest.Config, log: Any) -> Groups:
         """Deal the groups out to the workers."""
         return Groups(config, log)
 
     @pytest.hookimpl(trylast=True)
-    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+    def pytest_collection_modifyitems(
+        self, config: pytest.Config, items: list[pytest.Item]
+    ) -> None:
         """Put the tests of a group beside each other, so that a shared cell is started once.
 
-        Where several workers share the run, the longest groups begin first.
+        Where several workers share the run, the longest groups begin first. Thorough tests whose
+        turn it is not are left to another night.
         """
+        later = {
+            item
+            for item in items
+            if item.get_closest_marker("thorough") and not thorough.comes(item.nodeid)
+        }
+        config.hook.pytest_deselected(items=list(later))
+        items[:] = [item for item in items if item not in later]
         if self._shared:
             items.sort(key=lambda item: lanes.place(item.nodeid))
             return

@@ -104,7 +104,7 @@ def test_tests_and_measurements_listen_at_this_machine_only() -> None:
         assert "stay_on_loopback" in body
 
 
-OF_THE_RUN = ("CELL_TEST_PART", "CELL_TEST_NODES", "HYPOTHESIS_SEARCH")
+OF_THE_RUN = ("CELL_TEST_PART", "CELL_TEST_NODES", "CELL_TEST_TURN", "HYPOTHESIS_SEARCH")
 
 
 def asked(**more: str) -> dict[str, str]:

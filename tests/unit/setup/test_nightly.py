@@ -14,10 +14,10 @@ STAND_INS = """
 set -u; root=$PWD
 night() {
   echo "night $*" >&2
-  [ "$1" != begin ] || echo "--seed 7 core motion"
+  [ "$1" != begin ] || echo "1 --seed 7 core motion"
   [ "$1" != "$FAILS" ]
 }
-run_tests() { echo "tests $HYPOTHESIS_SEARCH $*" >&2; exit $TESTS; }
+run_tests() { echo "tests $HYPOTHESIS_SEARCH turn $CELL_TEST_TURN $*" >&2; exit $TESTS; }
 run_clients() { echo "clients ${HYPOTHESIS_SEARCH:-} $*" >&2; exit $CLIENTS; }
 run_mutants() { echo "mutants $*" >&2; return $MUTANTS; }
 """
@@ -42,7 +42,7 @@ def test_each_part_is_run_and_its_exit_code_reaches_the_report(tmp_path: Path) -
     code, called = nightly(tmp_path, "-k", "a b", TESTS="1", CLIENTS="2", MUTANTS="3")
     assert called == [
         "night begin",
-        "tests 1 --ignore=tests/clients --continue-on-collection-errors -k a b",
+        "tests 1 turn 1 --ignore=tests/clients --continue-on-collection-errors -k a b",
         "clients  --junitxml=build/night/test_clients.xml -k a b",
         "mutants --mutants 100 --seed 7 core motion",
         f"night write --tests 1 --clients 2 --mutants 3 --page {tmp_path}/build/nightly.md "

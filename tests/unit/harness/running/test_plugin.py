@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -12,7 +14,7 @@ from typing import Any
 import pytest
 from harness.processes import DEAF
 from harness.running.plugin import Running
-from harness.running.thorough import SEARCH
+from harness.running.thorough import TURN, TURNS
 from harness.workspace import ROOT
 from hypothesis.internal.conjecture import providers
 
@@ -67,6 +69,18 @@ def test_third():
         pytest.fail("for good")
 """
 
+PLAYED = """
+import pytest
+from harness.running.thorough import examples, thorough
+
+COUNT = examples(5, 200)
+
+
+@pytest.mark.parametrize("number", ["day", *thorough(*range(6))])
+def test_some(number, request):
+    print(request.path.name, number, COUNT)
+"""
+
 
 def said(folder: Path, place: str, gap: float, clean: bool = True, fails: bool = False) -> str:
     """Return what pytest prints of those tests, played from a folder."""
@@ -112,7 +126,35 @@ def test_what_an_excused_attempt_leaves_behind_has_no_excuse(tmp_path: Path) -> 
 def test_numbers_in_the_code_choose_examples_in_a_search_alone() -> None:
     """By day the same are drawn whatever has changed."""
     importlib.import_module("scara_control.kinematics.numeric")
-    assert (len(providers._get_local_constants()) > 0) is SEARCH
+    assert (len(providers._get_local_constants()) > 0) is ("HYPOTHESIS_SEARCH" in os.environ)
+
+
+def test_each_night_plays_its_turn_and_all_nights_everything(tmp_path: Path) -> None:
+    """Longer scenes by their own names, searches by their file's; the day's tests each time."""
+    running = "from harness.running.plugin import Running"
+    register = "def pytest_configure(config): config.pluginmanager.register(Running())"
+    (tmp_path / "conftest.py").write_text(f"{running}\n{register}\n", encoding="utf-8")
+    (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers = thorough\n", encoding="utf-8")
+    files = [f"test_{letter}.py" for letter in "abcdefgh"]
+    for file in files:
+        (tmp_path / file).write_text(PLAYED, encoding="utf-8")
+    nights = []
+    for turn in range(TURNS):
+        env = {"PATH": "/usr/bin:/bin", "PYTHONPATH": str(ROOT / "tests")}
+        env |= {TURN: str(turn), "HYPOTHESIS_SEARCH": "1"}
+        words = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-sq", "."]
+        done = subprocess.run(
+            words, cwd=tmp_path, env=env, capture_output=True, text=True, timeout=60.0
+        )
+        assert done.returncode == 0, done.stdout
+        nights.append(re.findall(r"(test_\w\.py) (\w+) (\w+)", done.stdout))
+    by_day = {(file, "day") for file in files}
+    longer = {(file, str(number)) for file in files for number in range(6)}
+    played = [{row[:2] for row in night} for night in nights]
+    assert played[0] | played[1] == by_day | longer and played[0] & played[1] == by_day
+    searched = [{row[0] for row in night if row[2] == "200"} for night in nights]
+    assert searched[0] | searched[1] == set(files) and not searched[0] & searched[1]
+    assert all(searched) and all(len(each) > len(by_day) + 10 for each in played)
 
 
 def test_what_sigint_has_not_ended_is_told_at_the_end_of_a_run() -> None:
