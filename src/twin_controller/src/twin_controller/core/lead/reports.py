@@ -11,19 +11,18 @@ import msgspec
 from twin_controller.core.actions import AnyAction
 from twin_controller.core.events import AnyEvent, MoveEnded, RealMeasured, TwinMotion
 from twin_controller.core.lead.modes import Mode, Trigger
-from twin_controller.core.lead.standing import moved_since, real_stands, unshown
+from twin_controller.core.lead.standing import (
+    moved_since,
+    moves_in_stop,
+    real_stands,
+    unshown,
+)
 from twin_controller.core.lead.state import Lead, record_notice
 from twin_controller.core.lead.table import FOLLOWS_TWIN, LEADING
 from twin_controller.core.orders.order import due
 from twin_controller.core.orders.speed import Speeds, hear_override
 from twin_controller.core.orders.state import OWN_COMMAND, held_there, is_old, pauses
-from twin_controller.core.orders.stop import (
-    StopOrder,
-    estop_missed,
-    moves_on,
-    speeds_since,
-    under_way,
-)
+from twin_controller.core.orders.stop import StopOrder, estop_missed, moves_on, under_way
 from twin_controller.core.orders.stream import AUTO, StreamOrder, by_hand
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides import change
@@ -322,26 +321,6 @@ def _twin_reports(setup: Setup, state: CoreState, motion: TwinMotion, now: float
     if not lead.twin_named and moves_in_stop(setup, state, now):
         return [Trigger.TWIN_MOVED_STOPPED]
     return []
-
-
-def moves_in_stop(setup: Setup, state: CoreState, now: float) -> bool:
-    """Return whether the twin of a stopped pair moves, or is about to, and must be stopped again.
-
-    It has begun a move of its own, or it speeds up again since it was told last, or it has left the
-    place where it had come to rest: a joint may be commanded past all of its nodes.
-    """
-    lead, twin, told, config = state.lead, state.sides.twin, state.orders.told, setup.config
-    motion = twin.motion
-    if lead.mode is not Mode.STOPPED or motion is None or not twin.history:
-        return False
-    if now - told.sent <= config.stop.heard_ms * 1e-3:
-        # It slows down from now on, not before it has heard so.
-        return False
-    begun = motion.state in ("announcing", "moving") and not is_old(setup, told, motion, now)
-    left = change.moved(twin.change, config.change)
-    left = left and not change.stands_still(twin.change, now, config.change)
-    slowest, fastest = speeds_since(twin, told.sent + config.stop.heard_ms * 1e-3, setup.velocity)
-    return begun or left or fastest > slowest + config.stop.restart_percent * 1e-2
 
 
 def _real_reports(setup: Setup, state: CoreState, flags: RealMeasured, now: float) -> list[Trigger]:

@@ -16,8 +16,7 @@ from twin_controller.core.follow.response import SLOWEST_PERCENT
 from twin_controller.core.follow.twin import follow_twin
 from twin_controller.core.lead.effects import send_twin
 from twin_controller.core.lead.modes import Mode
-from twin_controller.core.lead.reports import moves_in_stop
-from twin_controller.core.lead.standing import real_stands
+from twin_controller.core.lead.standing import moves_in_stop, real_stands
 from twin_controller.core.lead.state import record_notice
 from twin_controller.core.lead.table import FOLLOWS_TWIN
 from twin_controller.core.lead.transition import reject

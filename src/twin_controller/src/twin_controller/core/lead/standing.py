@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from twin_controller.core.events import RealMeasured
+from twin_controller.core.lead.modes import Mode
 from twin_controller.core.orders.state import is_old
-from twin_controller.core.orders.stop import under_way
+from twin_controller.core.orders.stop import speeds_since, under_way
 from twin_controller.core.setup import Setup
 from twin_controller.core.sides import change
 from twin_controller.core.sides.side import Sides
@@ -15,6 +16,26 @@ def real_stands(setup: Setup, state: CoreState, flags: RealMeasured, now: float)
     """Return whether the real robot has stopped: no program runs, and its joints stand."""
     runs = (flags.own_program or flags.streaming) and not flags.paused
     return not runs and change.stands_still(state.sides.real.change, now, setup.config.change)
+
+
+def moves_in_stop(setup: Setup, state: CoreState, now: float) -> bool:
+    """Return whether the twin of a stopped pair moves, or is about to, and must be stopped again.
+
+    It has begun a move of its own, or it speeds up again since it was told last, or it has left the
+    place where it had come to rest: a joint may be commanded past all of its nodes.
+    """
+    lead, twin, told, config = state.lead, state.sides.twin, state.orders.told, setup.config
+    motion = twin.motion
+    if lead.mode is not Mode.STOPPED or motion is None or not twin.history:
+        return False
+    if now - told.sent <= config.stop.heard_ms * 1e-3:
+        # It slows down from now on, not before it has heard so.
+        return False
+    begun = motion.state in ("announcing", "moving") and not is_old(setup, told, motion, now)
+    left = change.moved(twin.change, config.change)
+    left = left and not change.stands_still(twin.change, now, config.change)
+    slowest, fastest = speeds_since(twin, told.sent + config.stop.heard_ms * 1e-3, setup.velocity)
+    return begun or left or fastest > slowest + config.stop.restart_percent * 1e-2
 
 
 def moved_since(setup: Setup, sides: Sides) -> bool:
