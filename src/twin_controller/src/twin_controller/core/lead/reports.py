@@ -11,6 +11,7 @@ import msgspec
 from twin_controller.core.actions import AnyAction
 from twin_controller.core.events import AnyEvent, MoveEnded, RealMeasured, TwinMotion
 from twin_controller.core.lead.modes import Mode, Trigger
+from twin_controller.core.lead.repeated import count
 from twin_controller.core.lead.standing import (
     moved_since,
     moves_in_stop,
@@ -36,8 +37,7 @@ replace = msgspec.structs.replace
 def note_ended(setup: Setup, lead: Lead, event: AnyEvent) -> tuple[Lead, list[AnyAction]]:
     """Note that the operator's move or the robot's own program has ended.
 
-    Where nothing stops the robot from here, a program that pauses has ended too: whoever lets it go
-    on stands there. Where a newer move has begun, what ended the older one was said.
+    Where a newer move has begun, what ended the older one was said.
 
     Args:
         setup: Profile and numbers.
@@ -50,8 +50,11 @@ def note_ended(setup: Setup, lead: Lead, event: AnyEvent) -> tuple[Lead, list[An
     match event:
         case MoveEnded() if event.number in (0, lead.move):
             return _move_ended(lead, event, setup.config.decision_history)
-        case RealMeasured() if not event.own_program or (event.paused and not setup.writes):
-            return lead if lead.program_was_off else replace(lead, program_was_off=True), []
+        case RealMeasured():
+            repeated = count(lead.repeated, event, setup.writes)
+            was_off = lead.program_was_off or repeated.is_off
+            if repeated is not lead.repeated or was_off is not lead.program_was_off:
+                lead = replace(lead, repeated=repeated, program_was_off=was_off)
     return lead, []
 
 
@@ -332,7 +335,8 @@ def _real_reports(setup: Setup, state: CoreState, flags: RealMeasured, now: floa
         return _paused_real_reports(lead, flags, blocked)
     runs = flags.own_program and not flags.paused
     # A program that ran before a stop and is still reported is not a new one.
-    if runs and (lead.program_was_off or lead.mode is Mode.IDLE):
+    new = lead.program_was_off and (lead.mode is not Mode.STOPPED or lead.repeated.is_running)
+    if runs and (new or lead.mode is Mode.IDLE):
         return [Trigger.REAL_TOOK_OVER]
     if lead.mode not in FOLLOWS_TWIN or follows is None or state.orders.stream is None:
         return []
@@ -373,6 +377,8 @@ def _paused_real_reports(lead: Lead, flags: RealMeasured, blocked: bool) -> list
     if lead.paused_seen[0]:
         if not (flags.own_program or flags.streaming):
             return [Trigger.REAL_STOPPED]
+        if not lead.repeated.is_running:
+            return []
         return [Trigger.RELEASED_BLOCKED if blocked else Trigger.REAL_RELEASED]
     own = flags.own_program and lead.program_was_off and lead.paused in FOLLOWS_TWIN
     return [Trigger.REAL_TOOK_OVER] if own else []

@@ -8,6 +8,7 @@ from scara_ros.standstill import said
 from twin_controller.core.actions import Decided
 from twin_controller.core.control import Control
 from twin_controller.core.lead.modes import Mode, Trigger
+from twin_controller.core.lead.repeated import Repeated
 
 
 class Lead(msgspec.Struct, frozen=True):
@@ -46,6 +47,8 @@ class Lead(msgspec.Struct, frozen=True):
     helpless: bool = False
     # The robot's own program was seen ended since the last stop: one that runs on is no new one.
     program_was_off: bool = True
+    # What the robot's newest readings say of its programs, one after the other.
+    repeated: Repeated = Repeated()
     # The twin has not answered the operator's newest move yet; a pair that waits for it is not at
     # rest. Its number: the answer to an older one may come later.
     move_pending: bool = False
