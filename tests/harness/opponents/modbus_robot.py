@@ -23,10 +23,10 @@ class Robot:
 
     ``delay`` is the wire's [s]. ``fault`` makes it misbehave: silent, short, busy, exception,
     transaction, device, close, refuse_writes, write_function, write_address, write_count,
-    write_level. ``once`` holds, for a function, what it does with the next requests: busy and
-    acknowledge (exceptions 6 and 5, nothing is done), late (by ``LATE`` s), lost, doubled, short,
-    part. With ``echoes`` it copies the heartbeat and the number of a command back, and its clock
-    goes on, as by a background program.
+    write_level, write_refusal (its code, with a confirmation behind it). ``once`` holds, for a
+    function, what it does with the next requests: busy and acknowledge (exceptions 6 and 5, nothing
+    is done), late (by ``LATE`` s), lost, doubled, short, part. With ``echoes`` it copies the
+    heartbeat and the number of a command back, and its clock goes on, as by a background program.
     """
 
     def __init__(self, port: int = 0) -> None:
@@ -131,6 +131,8 @@ class Robot:
         """Confirm a write, or another one."""
         if self.fault == "write_function":
             return struct.pack(">BHH", 15 if function == 16 else 6, address, count)
+        if self.fault == "write_refusal":
+            return struct.pack(">BHH", function | 0x80, address, count)
         address += self.fault == "write_address"
         count += self.fault == "write_count" and function == 16
         count ^= 0xFF00 if self.fault == "write_level" and function == 5 else 0

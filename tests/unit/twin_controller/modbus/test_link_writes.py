@@ -212,8 +212,8 @@ def test_a_refused_write_is_told_and_the_link_stays(robot: Robot, owner: Owner) 
 @pytest.mark.parametrize(
     ("fault", "signal"),
     [
-        *((f"write_{what}", False) for what in ("address", "count", "function")),
-        *((f"write_{what}", True) for what in ("address", "level", "function")),
+        *((f"write_{what}", False) for what in ("address", "count", "function", "refusal")),
+        *((f"write_{what}", True) for what in ("address", "level", "function", "refusal")),
     ],
 )
 def test_a_write_that_is_confirmed_wrongly_ends_the_link(

@@ -200,7 +200,7 @@ class ModbusPort(Connection):
 
         Nobody knows what a robot does that took something else.
         """
-        if answer[0] == written[0] | 0x80 and len(answer) > 1:
+        if answer[0] == written[0] | 0x80 and len(answer) == 2:
             raise WriteRefusedError(
                 f"the robot refused to write {offset + 1}: exception {answer[1]}"
             )
