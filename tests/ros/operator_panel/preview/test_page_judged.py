@@ -55,7 +55,7 @@ def test_preview_plays_what_the_judge_has_tried(watched: Open, ros: Ros) -> None
     assert told.verdict == "OK", told.message
     made.open("Programs")
     page.get_by_role("button", name="Preview ARTICLE").click()
-    preview_of(page, re.compile(r"Program ARTICLE: OK: takes \d+\.\d+ s, at least \d+ mm between"))
+    preview_of(page, re.compile(r"Program ARTICLE: OK: takes \d+\.\d+ s, nearest \d+ mm between"))
     at, slider = page.locator("[data-motion-at]"), page.locator("[data-motion-range]")
     expect(at).to_have_text(re.compile(rf"^\d+\.\d\d of {told.sample_times[-1]:.2f} s$"))
     # It goes by itself.
